@@ -70,21 +70,27 @@ typedef enum spr_result {
 typedef enum spr_measure {
     SPR_GAMMA,        /* sqrt(24) * inradius / longest edge: 1 for the regular one */
     SPR_SICN,         /* signed inverse condition number */
-    SPR_MIN_DIHEDRAL, /* sine of the smallest dihedral angle ... */
+    SPR_MIN_DIHEDRAL, /* smallest sine of the six dihedral angles: dislikes small and large ones alike */
     SPR_USER          /* options.quality */
 } spr_measure;
 
+/* Zeros are the recommended setting. */
 typedef struct spr_options {
     delaunay_host host;
     spr_measure   measure;
-    double        target;      /* tetrahedra below are bad; 0: 0.35 for gamma and SICN */
+    double        target;      /* tetrahedra below are bad; 0: 0.35 */
     double        max_seconds; /* 0: none */
-    int           max_rounds;  /* 0: until nothing changes */
+    int           max_rounds;  /* sweeps over the work list; 0: until nothing changes */
     int           no_smoothing, no_edge_removal, no_reconnection;
+    int           keep_vertices;         /* no vertex is added or taken away; they may move */
+    int           free_vertices;         /* vertices with an id, the caller's own points, may move and go too;
+                                          * by default only those that mesher.h or this header added may */
     int           allow_surface_changes; /* flips of coplanar pairs of facets; off */
     int           require_target;        /* return SPR_GOAL_NOT_MET when something is left below the target */
+    /* Larger is better, at most 1, 0 or less for an inverted one; any order of the four points gives the same
+     * value; called from all threads. For SPR_USER. */
     double (*quality)(void *user, const double *a, const double *b, const double *c, const double *d);
-    void         *quality_user;
+    void          *quality_user;
     const uint8_t *fixed_vertices;       /* one a mesh vertex, nonzero: must not move; NULL: none but the constrained */
 } spr_options;
 
@@ -96,15 +102,31 @@ typedef struct spr_statistics {
     uint64_t dihedral_histogram[18];   /* all dihedral angles by 10 degrees */
 } spr_statistics;
 
+/* Why a bad tetrahedron is left. */
+typedef enum spr_reason {
+    SPR_BOUNDED, /* the surface itself holds it below the target: a facet, or the angle between two of them */
+    SPR_FIXED,   /* all its vertices are fixed */
+    SPR_STUCK,   /* every operator was tried around it as it is now */
+    SPR_BUDGET   /* not everything was tried: a budget, or cancelled */
+} spr_reason;
+
+/* One bad tetrahedron that is left; bound: no tetrahedron on its surface facets can be better. */
+typedef struct spr_worst {
+    double          quality, bound, xyz[3];
+    delaunay_handle tet;
+    spr_reason      reason;
+} spr_worst;
+
 typedef struct spr_report {
     spr_statistics before, after;
-    uint64_t smoothed, edges_removed, reconnected; /* successful operations */
-    uint64_t rounds;
-    uint64_t bounded;          /* bad tetrahedra left that the surface itself holds below the target */
-    struct { double quality, bound, xyz[3]; uint32_t tet; } worst[5]; int num_worst;
-    double   seconds, seconds_smoothing, seconds_edge_removal, seconds_reconnection;
-    size_t   peak_bytes;
-    char     message[256];
+    uint64_t  smoothed, edges_removed, reconnected, vertices_removed, vertices_inserted; /* successful operations */
+    uint64_t  rounds, plans, conflicts;
+    uint64_t  bounded;          /* bad tetrahedra left that the surface itself holds below the target */
+    spr_worst worst[5];
+    int       num_worst;
+    double    seconds, seconds_smoothing, seconds_edge_removal, seconds_reconnection;
+    size_t    peak_bytes;
+    char      message[256];
 } spr_report;
 
 /* ---- >>everyday --------------------------------------------------------------------------- */
@@ -116,11 +138,19 @@ SPR_API const char *spr_result_string(spr_result result);
 SPR_API spr_result spr_improve(delaunay_mesh *mesh, const spr_options *options, spr_report *report);
 /* Statistics of the real tetrahedra that are not outside. */
 SPR_API spr_result spr_measure_mesh(const delaunay_mesh *mesh, const spr_options *options, spr_statistics *out);
-/* On plain arrays of anybody's mesh: xyz (moved in place), tets (4 vertices each, reconnected; cap_tets records of
- * room), colors (may be NULL), fixed (one byte a vertex; may be NULL); the boundary and interfaces stay.
- * Returns SPR_ERROR_TOO_LARGE and the mesh as it was if the result needs more than cap_tets. */
-SPR_API spr_result spr_improve_arrays(double *xyz, size_t num_vertices, uint32_t *tets, uint32_t *colors,
-                                      size_t *num_tets, size_t cap_tets, const uint8_t *fixed,
+/* On plain arrays of anybody's mesh; the boundary and the interfaces between colours stay.
+ *
+ *   xyz           in/out  3 doubles a vertex, moved in place; room for cap_vertices
+ *   num_vertices  in/out  new vertices come after the caller's; one that went stays in the array, unused
+ *   cap_vertices  in      equal to *num_vertices: none is added
+ *   tets, colors  in/out  4 vertices and (colors may be NULL) a region each; room for cap_tets; either sign
+ *                         convention, ours afterwards; colours by tetrahedron, any value
+ *   fixed         in      one byte a vertex, nonzero: must not move; may be NULL
+ *
+ * Returns SPR_ERROR_TOO_LARGE, and the arrays as they were, if the result needs more than cap_tets;
+ *         SPR_ERROR_INVALID_MESH with the place in report->message */
+SPR_API spr_result spr_improve_arrays(double *xyz, size_t *num_vertices, size_t cap_vertices, uint32_t *tets,
+                                      uint32_t *colors, size_t *num_tets, size_t cap_tets, const uint8_t *fixed,
                                       const spr_options *options, spr_report *report);
 
 /* ---- >>expert ----------------------------------------------------------------------------- */
