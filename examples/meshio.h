@@ -1,0 +1,4441 @@
+/* meshio.h - v0.1.0 - read and write surfaces, points and tetrahedral meshes; never trust the file
+ *
+ *   #define MESHIO_IMPLEMENTATION
+ *   #include "meshio.h"
+ *
+ *   int main(void)
+ *   {
+ *       meshio_mesh mesh = {0};
+ *       meshio_report report;
+ *       if (meshio_read("part.stl", MESHIO_FORMAT_AUTO, &mesh, &report) != MESHIO_OK) {
+ *           puts(report.message);                       // "line 12: expected a number, found ..."
+ *           return 1;
+ *       }
+ *       meshio_write("part.mesh", &mesh, NULL, &report);
+ *       meshio_free(&mesh);
+ *       return 0;
+ *   }
+ *
+ *   cc -O2 main.c -lm
+ *
+ * Contents (search for the tag)
+ *   >>declarations  the public part: this is all that a user reads
+ *   >>arrays        growing arrays, the mesh under construction
+ *   >>text          tokens, integers, correctly rounded doubles
+ *   >>binary        bounded reads, byte order
+ *   >>facets        planar facets with holes and several loops, cut into triangles
+ *   >>stl >>off >>obj >>ply >>medit >>msh >>cells >>vtk >>vtu >>tetgen >>points   the readers
+ *   >>output        a buffered file that remembers its first error
+ *   >>writers       one function a format
+ *   >>public        the functions declared at the top
+ *
+ * Reads
+ *   STL (ASCII, binary; equal corners become one vertex), OFF, OBJ, PLY (ASCII, both byte orders),
+ *   Medit .mesh and .meshb (versions 1-4, both byte orders), MSH 2.x and 4.1 (ASCII, binary),
+ *   legacy VTK (ASCII, binary), VTU (ASCII, appended raw), TetGen .node .ele .face .poly .smesh,
+ *   points: .xyz text, .bin raw little-endian doubles.
+ * Writes
+ *   Medit .mesh .meshb, MSH 2.2 and 4.1, VTU, legacy VTK, .node + .ele + .face, STL, OFF, OBJ.
+ *
+ * What it does not do
+ *   Curved elements are read as their corners; hexahedra, prisms and pyramids are counted, not
+ *   kept. No compressed or base64 VTU, no binary OFF, no MSH 1 or 4.0. At most 2^32 - 2 vertices.
+ *   Text numbers are read as doubles, correctly rounded; the slow path is strtod() and the writers
+ *   use snprintf(), so keep the "C" numeric locale (every program starts in it).
+ *
+ * How it works
+ *   A file is loaded whole and ends in a zero byte; a cursor walks over it. Every count that the
+ *   file claims is held against the bytes that are left before anything is allocated, so memory is
+ *   at most a small multiple of the file's size. Indices are checked when they are read. The first
+ *   error ends the reading: a status, a sentence, a line (text) or an offset (binary), an empty
+ *   mesh. Polygons are fanned from their first corner; facets of .poly files may have holes and are
+ *   triangulated in their plane (sweep, recovery of the segments by flips, exact signs). A written
+ *   file appears under its name only when it is complete.
+ *
+ * Compile-time switches (in the file with the bodies)
+ *   MESHIO_STATIC                            everything static
+ *   MESHIO_MALLOC, MESHIO_REALLOC, MESHIO_FREE   all three or none; default stdlib
+ *
+ * Licence: MIT or public domain, text at the end.
+ */
+
+/* ---- >>declarations ---------------------------------------------------------------------- */
+#ifndef MESHIO_H
+#define MESHIO_H
+
+#define MESHIO_VERSION 100
+
+#include <stddef.h>
+#include <stdint.h>
+
+#ifndef MESHIO_API
+#  if !defined(MESHIO_STATIC)
+#    define MESHIO_API extern
+#  elif defined(__GNUC__)
+#    define MESHIO_API static __attribute__((unused))
+#  else
+#    define MESHIO_API static
+#  endif
+#endif
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef enum meshio_result {
+    MESHIO_OK = 0,
+    MESHIO_ERROR_INVALID_ARGUMENT = -1,
+    MESHIO_ERROR_OUT_OF_MEMORY = -2,
+    MESHIO_ERROR_TOO_LARGE = -4,   /* more than 2^32 - 2 vertices or elements of a kind */
+    MESHIO_ERROR_OPEN = -96,       /* cannot open the file                             */
+    MESHIO_ERROR_READ = -97,       /* the file system failed while reading             */
+    MESHIO_ERROR_FORMAT = -98,     /* unknown extension, or not a file of this format  */
+    MESHIO_ERROR_UNSUPPORTED = -99,/* a known variant that this reader does not know   */
+    MESHIO_ERROR_SYNTAX = -100,    /* something else stands where a value is due       */
+    MESHIO_ERROR_TRUNCATED = -101, /* the file ends early                              */
+    MESHIO_ERROR_COUNT = -102,     /* a count is negative, or cannot fit in the file   */
+    MESHIO_ERROR_INDEX = -103,     /* a vertex that does not exist                     */
+    MESHIO_ERROR_WRITE = -104      /* cannot create, write or rename the output        */
+} meshio_result;
+
+typedef enum meshio_format {
+    MESHIO_FORMAT_AUTO = 0, /* by extension */
+    MESHIO_FORMAT_STL,
+    MESHIO_FORMAT_OFF,
+    MESHIO_FORMAT_OBJ,
+    MESHIO_FORMAT_PLY,
+    MESHIO_FORMAT_MEDIT,
+    MESHIO_FORMAT_MEDIT_BINARY,
+    MESHIO_FORMAT_MSH,  /* read: any version; write: 2.2 */
+    MESHIO_FORMAT_MSH4, /* .msh4; write: 4.1             */
+    MESHIO_FORMAT_VTK,
+    MESHIO_FORMAT_VTU,
+    MESHIO_FORMAT_NODE,
+    MESHIO_FORMAT_ELE, /* reads and writes the .node file beside it too */
+    MESHIO_FORMAT_POLY,
+    MESHIO_FORMAT_SMESH,
+    MESHIO_FORMAT_XYZ,
+    MESHIO_FORMAT_BIN
+} meshio_format;
+
+/* Everything a file can hold that a mesher needs. Plain arrays, owned by the struct; NULL where
+ * the number is 0. Zero it before use; indices are 0-based. Tags are the file's own numbers:
+ * Medit references, MSH physical (else elementary) tags, TetGen markers, the number of the solid or
+ * group in STL and OBJ files that have several (from 1), the cell array `region` of VTK and VTU; else 0. */
+typedef struct meshio_mesh {
+    double *xyz;            /* 3*num_vertices */
+    int32_t *vertex_tags;   /* num_vertices */
+    uint32_t *edges;        /* 2*num_edges */
+    int32_t *edge_tags;     /* num_edges */
+    uint32_t *triangles;    /* 3*num_triangles */
+    int32_t *triangle_tags; /* num_triangles */
+    uint32_t *tets;         /* 4*num_tets */
+    int32_t *tet_tags;      /* num_tets */
+    double *holes;          /* 3*num_holes: a point in every cavity to leave empty (TetGen) */
+    double *regions;        /* 5*num_regions: x y z, attribute, largest volume or -1 (TetGen) */
+    size_t num_vertices, num_edges, num_triangles, num_tets, num_holes, num_regions;
+    size_t num_other;       /* elements of other kinds, not kept */
+    size_t num_corners;     /* STL: corners in the file, before equal ones became one vertex */
+    char name[64];          /* what the file calls itself, or "" */
+} meshio_mesh;
+
+/* What went wrong and where. Always filled: message is "" after success. */
+typedef struct meshio_report {
+    meshio_result result;
+    uint64_t line;   /* from 1; 0 when the place is not in a text file */
+    uint64_t offset; /* byte, from 0 */
+    char message[320];
+} meshio_report;
+
+/* One number for each cell, shown by viewers; only VTU and VTK carry it. NULL arrays count as 0. */
+typedef struct meshio_field {
+    const char *name;
+    const double *edges, *triangles, *tets;
+} meshio_field;
+
+typedef struct meshio_write_options {
+    meshio_format format;       /* 0: by extension */
+    int ascii;                  /* VTU and STL are binary unless this is set */
+    int binary;                 /* VTK and MSH are text unless this is set */
+    const meshio_field *fields; /* may be NULL */
+    size_t num_fields;
+} meshio_write_options;
+
+/* Read a file.
+ *
+ *   path    in   the format follows from its extension unless `format` says
+ *   mesh    out  overwritten; on failure zeroed
+ *   report  out  may be NULL
+ *
+ * Returns  MESHIO_OK, also for a file that holds no vertex at all but says so properly
+ * Cost     linear; memory below about 6 times the file's size, whatever the file claims
+ * Threads  distinct calls may run at once */
+MESHIO_API meshio_result meshio_read(const char *path, meshio_format format, meshio_mesh *mesh,
+                                     meshio_report *report);
+
+/* The same from memory: `size` bytes in a format that must be named. Files beside it (.node of a
+ * .poly, of an .ele) are not looked for. */
+MESHIO_API meshio_result meshio_read_memory(const void *bytes, size_t size, meshio_format format,
+                                            meshio_mesh *mesh, meshio_report *report);
+
+/* Write a file: to a temporary name beside it first, renamed when complete; on failure nothing
+ * is left and an older file of that name is untouched. Devices and pipes are written directly.
+ * The three TetGen files appear one after the other. Surface formats get the triangles only.
+ * `options` may be NULL. */
+MESHIO_API meshio_result meshio_write(const char *path, const meshio_mesh *mesh,
+                                      const meshio_write_options *options, meshio_report *report);
+
+/* Release the arrays and zero the struct; may be called twice. */
+MESHIO_API void meshio_free(meshio_mesh *mesh);
+
+/* The format that an extension stands for (case does not matter), MESHIO_FORMAT_AUTO if none. */
+MESHIO_API meshio_format meshio_format_of(const char *path);
+
+/* A few words for each status. */
+MESHIO_API const char *meshio_result_string(meshio_result result);
+
+/* The double nearest to the decimal number in text[0..length): digits, '.', exponent, inf, nan.
+ * Returns the number of characters used, 0 if there is no number. text[length] must be readable
+ * and not part of a number (as the zero at the end of a string). */
+MESHIO_API size_t meshio_parse_double(const char *text, size_t length, double *value);
+
+#ifdef __cplusplus
+}
+#endif
+#endif /* MESHIO_H */
+
+/* ---- >>implementation: readers of the interface may stop here ------------------------------ */
+#if defined(MESHIO_IMPLEMENTATION) && !defined(MESHIO_IMPLEMENTATION_DONE)
+#define MESHIO_IMPLEMENTATION_DONE
+
+#include <errno.h>
+#include <float.h>
+#include <math.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#if (defined(__unix__) || defined(__APPLE__)) && !defined(__STRICT_ANSI__)
+#  include <sys/stat.h>
+#  define MESHIO__STAT 1
+#endif
+
+#ifdef __FAST_MATH__
+#  error "meshio.h: exact rounding and exact signs need IEEE arithmetic, not -ffast-math"
+#endif
+
+#ifndef MESHIO_MALLOC
+#  define MESHIO_MALLOC(size) malloc(size)
+#  define MESHIO_REALLOC(pointer, size) realloc(pointer, size)
+#  define MESHIO_FREE(pointer) free(pointer)
+#endif
+
+#if defined(__GNUC__)
+#  define MESHIO__PRINTF(a, b) __attribute__((format(printf, a, b)))
+#else
+#  define MESHIO__PRINTF(a, b)
+#endif
+
+/* Leave the function with the status of a failed step; for functions that own nothing. */
+#define MESHIO__TRY(step)                                                                          \
+    do {                                                                                           \
+        meshio_result meshio__status = (step);                                                     \
+        if (meshio__status != MESHIO_OK) return meshio__status;                                    \
+    } while (0)
+
+#define MESHIO__MAX_COUNT ((size_t)0xFFFFFFFEu)
+
+/* Scalars of PLY, VTK and VTU files. */
+typedef enum meshio__type {
+    MESHIO__I8,
+    MESHIO__U8,
+    MESHIO__I16,
+    MESHIO__U16,
+    MESHIO__I32,
+    MESHIO__U32,
+    MESHIO__I64,
+    MESHIO__U64,
+    MESHIO__F32,
+    MESHIO__F64,
+    MESHIO__NO_TYPE
+} meshio__type;
+
+/* A growing array of u32, and one of u64. */
+typedef struct meshio__u32s {
+    uint32_t *data;
+    size_t num, cap;
+} meshio__u32s;
+
+typedef struct meshio__u64s {
+    uint64_t *data;
+    size_t num, cap;
+} meshio__u64s;
+
+/* Cells of VTK and VTU files, kept until their types and tags are known. */
+typedef struct meshio__cells {
+    meshio__u32s corners; /* of all cells, one after the other */
+    meshio__u64s ends;    /* one past the last corner of each cell */
+    meshio__u32s types;   /* VTK's numbers */
+    meshio__u32s tags;    /* as int32; empty when the file has none */
+} meshio__cells;
+
+/* The state of one reading: the cursor, the mesh under construction, and all scratch memory. */
+typedef struct meshio__reader {
+    const unsigned char *begin, *p, *end; /* *end is a readable zero */
+    meshio_mesh *mesh;
+    size_t cap_xyz, cap_vertex_tags, cap_edges, cap_edge_tags, cap_triangles, cap_triangle_tags,
+        cap_tets, cap_tet_tags, cap_holes, cap_regions;
+    meshio_report *report;
+    int text;    /* errors are given by line */
+    int comment; /* the character that starts a comment, 0: none */
+    int swap;    /* the file's byte order is not this machine's */
+    meshio__u32s polygon, table, scratch;
+    meshio__u64s ids, entities;
+    int ids_consecutive;
+    uint64_t first_id;
+    meshio__cells cells;
+} meshio__reader;
+
+/* ---- >>arrays  growing arrays, the mesh under construction -------------------------------- */
+
+static void meshio__locate(const meshio__reader *r, const unsigned char *where)
+{
+    const unsigned char *p = r->begin;
+    r->report->offset = (uint64_t)(where - r->begin);
+    r->report->line = 0;
+    if (!r->text) return;
+    r->report->line = 1;
+    while (p < where && (p = (const unsigned char *)memchr(p, '\n', (size_t)(where - p))) != NULL) {
+        r->report->line++;
+        p++;
+    }
+}
+
+/* Writes the sentence and the place into the report; returns the status. */
+static meshio_result meshio__fail(meshio__reader *r, meshio_result result,
+                                  const unsigned char *where, const char *format, ...)
+    MESHIO__PRINTF(4, 5);
+static meshio_result meshio__fail(meshio__reader *r, meshio_result result,
+                                  const unsigned char *where, const char *format, ...)
+{
+    meshio_report *report = r->report;
+    char text[200];
+    va_list args;
+    va_start(args, format);
+    vsnprintf(text, sizeof text, format, args);
+    va_end(args);
+    report->result = result;
+    meshio__locate(r, where);
+    if (r->text)
+        snprintf(report->message, sizeof report->message, "line %llu: %s",
+                 (unsigned long long)report->line, text);
+    else
+        snprintf(report->message, sizeof report->message, "byte %llu: %s",
+                 (unsigned long long)report->offset, text);
+    return result;
+}
+
+static meshio_result meshio__no_memory(meshio__reader *r)
+{
+    return meshio__fail(r, MESHIO_ERROR_OUT_OF_MEMORY, r->p, "out of memory");
+}
+
+/* Makes room for `need` items, growing by half. The array keeps its old place on failure. */
+static int meshio__reserve(void **data, size_t *cap, size_t need, size_t item)
+{
+    size_t wanted = *cap + *cap / 2 + 16;
+    void *grown;
+    if (need <= *cap) return 1;
+    if (wanted < need) wanted = need;
+    if (wanted > (size_t)-1 / item) return 0;
+    grown = MESHIO_REALLOC(*data, wanted * item);
+    if (!grown) return 0;
+    *data = grown;
+    *cap = wanted;
+    return 1;
+}
+
+static int meshio__push32(meshio__u32s *a, uint32_t value)
+{
+    void *data = a->data;
+    if (a->num == a->cap) {
+        if (!meshio__reserve(&data, &a->cap, a->num + 1, sizeof *a->data)) return 0;
+        a->data = (uint32_t *)data;
+    }
+    a->data[a->num++] = value;
+    return 1;
+}
+
+static int meshio__push64(meshio__u64s *a, uint64_t value)
+{
+    void *data = a->data;
+    if (a->num == a->cap) {
+        if (!meshio__reserve(&data, &a->cap, a->num + 1, sizeof *a->data)) return 0;
+        a->data = (uint64_t *)data;
+    }
+    a->data[a->num++] = value;
+    return 1;
+}
+
+static int meshio__reserve_doubles(double **array, size_t *cap, size_t need)
+{
+    void *data = *array;
+    if (need <= *cap) return 1;
+    if (!meshio__reserve(&data, cap, need, sizeof(double))) return 0;
+    *array = (double *)data;
+    return 1;
+}
+
+static int meshio__reserve_ids(uint32_t **array, size_t *cap, size_t need)
+{
+    void *data = *array;
+    if (need <= *cap) return 1;
+    if (!meshio__reserve(&data, cap, need, sizeof(uint32_t))) return 0;
+    *array = (uint32_t *)data;
+    return 1;
+}
+
+static int meshio__reserve_tags(int32_t **array, size_t *cap, size_t need)
+{
+    void *data = *array;
+    if (need <= *cap) return 1;
+    if (!meshio__reserve(&data, cap, need, sizeof(int32_t))) return 0;
+    *array = (int32_t *)data;
+    return 1;
+}
+
+static meshio_result meshio__add_vertex(meshio__reader *r, const double xyz[3], int64_t tag)
+{
+    meshio_mesh *m = r->mesh;
+    size_t n = m->num_vertices;
+    if (n >= MESHIO__MAX_COUNT)
+        return meshio__fail(r, MESHIO_ERROR_TOO_LARGE, r->p, "more than 2^32 - 2 vertices");
+    if (!meshio__reserve_doubles(&m->xyz, &r->cap_xyz, 3 * n + 3)) return meshio__no_memory(r);
+    if (!meshio__reserve_tags(&m->vertex_tags, &r->cap_vertex_tags, n + 1))
+        return meshio__no_memory(r);
+    m->xyz[3 * n] = xyz[0];
+    m->xyz[3 * n + 1] = xyz[1];
+    m->xyz[3 * n + 2] = xyz[2];
+    m->vertex_tags[n] = (int32_t)tag;
+    m->num_vertices = n + 1;
+    return MESHIO_OK;
+}
+
+/* One element of k corners; the arrays and counts of its kind are passed in. */
+static meshio_result meshio__add_element(meshio__reader *r, int k, const uint32_t *v, int64_t tag,
+                                         uint32_t **array, size_t *cap, int32_t **tags,
+                                         size_t *cap_tags, size_t *num)
+{
+    size_t n = *num;
+    int i;
+    if (n >= MESHIO__MAX_COUNT)
+        return meshio__fail(r, MESHIO_ERROR_TOO_LARGE, r->p, "more than 2^32 - 2 elements");
+    if (!meshio__reserve_ids(array, cap, (n + 1) * (size_t)k)) return meshio__no_memory(r);
+    if (!meshio__reserve_tags(tags, cap_tags, n + 1)) return meshio__no_memory(r);
+    for (i = 0; i < k; i++) (*array)[n * (size_t)k + (size_t)i] = v[i];
+    (*tags)[n] = (int32_t)tag;
+    *num = n + 1;
+    return MESHIO_OK;
+}
+
+static meshio_result meshio__add_edge(meshio__reader *r, const uint32_t v[2], int64_t tag)
+{
+    meshio_mesh *m = r->mesh;
+    return meshio__add_element(r, 2, v, tag, &m->edges, &r->cap_edges, &m->edge_tags,
+                               &r->cap_edge_tags, &m->num_edges);
+}
+
+static meshio_result meshio__add_triangle(meshio__reader *r, uint32_t a, uint32_t b, uint32_t c,
+                                          int64_t tag)
+{
+    meshio_mesh *m = r->mesh;
+    uint32_t v[3];
+    v[0] = a;
+    v[1] = b;
+    v[2] = c;
+    return meshio__add_element(r, 3, v, tag, &m->triangles, &r->cap_triangles, &m->triangle_tags,
+                               &r->cap_triangle_tags, &m->num_triangles);
+}
+
+static meshio_result meshio__add_tet(meshio__reader *r, const uint32_t v[4], int64_t tag)
+{
+    meshio_mesh *m = r->mesh;
+    return meshio__add_element(r, 4, v, tag, &m->tets, &r->cap_tets, &m->tet_tags, &r->cap_tet_tags,
+                               &m->num_tets);
+}
+
+/* A polygon, fanned from its first corner; fewer than three corners enclose nothing. */
+static meshio_result meshio__add_polygon(meshio__reader *r, const uint32_t *v, size_t n,
+                                         int64_t tag)
+{
+    size_t i;
+    if (n < 3) r->mesh->num_other++;
+    for (i = 2; i < n; i++) MESHIO__TRY(meshio__add_triangle(r, v[0], v[i - 1], v[i], tag));
+    return MESHIO_OK;
+}
+
+/* Checks an index read from the file and turns it into a vertex number. */
+static meshio_result meshio__vertex(meshio__reader *r, const unsigned char *where, int64_t index,
+                                    int64_t first, uint32_t *v)
+{
+    size_t n = r->mesh->num_vertices;
+    if (index < first || (uint64_t)(index - first) >= n) {
+        if (n == 0)
+            return meshio__fail(r, MESHIO_ERROR_INDEX, where,
+                                "vertex %lld is used, but there are no vertices", (long long)index);
+        return meshio__fail(r, MESHIO_ERROR_INDEX, where, "vertex %lld is outside %lld .. %lld",
+                            (long long)index, (long long)first,
+                            (long long)(first + (int64_t)n - 1));
+    }
+    *v = (uint32_t)(index - first);
+    return MESHIO_OK;
+}
+
+/* A claimed count is believed only if the rest of the file could hold it. */
+static meshio_result meshio__fits(meshio__reader *r, int64_t count, size_t bytes_each,
+                                  const char *what)
+{
+    size_t left = (size_t)(r->end - r->p);
+    if (bytes_each == 0) bytes_each = 1;
+    if (count < 0)
+        return meshio__fail(r, MESHIO_ERROR_COUNT, r->p, "negative number of %s: %lld", what,
+                            (long long)count);
+    /* one byte more than is left: the last number of a text needs no separator after it */
+    if ((uint64_t)count > ((uint64_t)left + 1) / bytes_each)
+        return meshio__fail(r, MESHIO_ERROR_COUNT, r->p,
+                            "the file claims %lld %s, but only %llu bytes are left",
+                            (long long)count, what, (unsigned long long)left);
+    if ((uint64_t)count > MESHIO__MAX_COUNT)
+        return meshio__fail(r, MESHIO_ERROR_TOO_LARGE, r->p, "more than 2^32 - 2 %s", what);
+    return MESHIO_OK;
+}
+
+/* ---- >>text  tokens, integers, correctly rounded doubles ----------------------------------- */
+
+static int meshio__is_space(int c) { return c == ' ' || (c >= '\t' && c <= '\r'); }
+
+static int meshio__is_digit(int c) { return c >= '0' && c <= '9'; }
+
+static int meshio__lower(int c) { return c >= 'A' && c <= 'Z' ? c + 32 : c; }
+
+/* A number ends where the file, a blank, a comment or a tag begins. */
+static int meshio__is_end(int c) { return c == 0 || meshio__is_space(c) || c == '#' || c == '<'; }
+
+/* Case-blind comparison of text[0..length) with a lower-case word. */
+static int meshio__same(const unsigned char *text, size_t length, const char *word)
+{
+    size_t i;
+    for (i = 0; i < length; i++)
+        if (word[i] == 0 || meshio__lower(text[i]) != word[i]) return 0;
+    return word[length] == 0;
+}
+
+/* m * 10^e or m / 10^-e, rounded to nearest, when that can be proven; else 0. Up to 19 digits.
+ * Exact operands (m < 2^53, 10^22 is the last exact power) need one rounding. Longer m is
+ * hi + lo, both exact; the quotient gets one correction step, its relative error is below 2^-100,
+ * and if both ends of that interval round alike, the result is right. */
+static int meshio__fast_double(uint64_t m, int e, double *value)
+{
+    static const double power[23] = {1e0,  1e1,  1e2,  1e3,  1e4,  1e5,  1e6,  1e7,
+                                     1e8,  1e9,  1e10, 1e11, 1e12, 1e13, 1e14, 1e15,
+                                     1e16, 1e17, 1e18, 1e19, 1e20, 1e21, 1e22};
+#if defined(FLT_EVAL_METHOD) && FLT_EVAL_METHOD != 0
+    (void)m, (void)e, (void)value, (void)power;
+    return 0;
+#else
+    const double splitter = 134217729.0; /* 2^27 + 1 */
+    volatile double c; /* a product that must be rounded before it is subtracted: no FMA */
+    double hi, lo, p, q, qh, ql, ph, pl, rest, correction, a, b, slack;
+    if (e < -22 || e > 22) return 0;
+    if (m <= (uint64_t)1 << 53) {
+        *value = e < 0 ? (double)m / power[-e] : (double)m * power[e];
+        return 1;
+    }
+    if (e > 0) return 0;
+    hi = (double)(m & ~(uint64_t)2047);
+    lo = (double)(m & 2047);
+    p = power[-e];
+    q = hi / p;
+    c = splitter * q;
+    qh = c - (c - q);
+    ql = q - qh;
+    c = splitter * p;
+    ph = c - (c - p);
+    pl = p - ph;
+    c = q * p;
+    rest = ((qh * ph - c) + qh * pl + ql * ph) + ql * pl; /* q * p == c + rest, exactly */
+    correction = ((hi - c) - rest + lo) / p;
+    slack = q * 7.8886090522101181e-31; /* 2^-100 */
+    a = q + (correction - slack);
+    b = q + (correction + slack);
+    *value = a;
+    return a == b;
+#endif
+}
+
+MESHIO_API size_t meshio_parse_double(const char *text, size_t length, double *value)
+{
+    const unsigned char *s = (const unsigned char *)text, *end = s + length, *p = s;
+    uint64_t m = 0;
+    int digits = 0, kept = 0, e = 0, negative = 0, sign = 1, x = 0;
+    double d;
+    char *stop;
+    if (p < end && (*p == '-' || *p == '+')) negative = *p++ == '-';
+    if (end - p >= 3 && meshio__same(p, 3, "inf")) {
+        p += end - p >= 8 && meshio__same(p, 8, "infinity") ? 8 : 3;
+        *value = negative ? -HUGE_VAL : HUGE_VAL;
+        return (size_t)(p - s);
+    }
+    if (end - p >= 3 && meshio__same(p, 3, "nan")) {
+        p += 3;
+        *value = strtod("nan", NULL);
+        return (size_t)(p - s);
+    }
+    for (; p < end && meshio__is_digit(*p); p++, digits++) {
+        if (kept < 19) {
+            m = 10 * m + (uint64_t)(*p - '0');
+            kept += m != 0;
+        } else {
+            kept = 20, e++;
+        }
+    }
+    if (p < end && *p == '.')
+        for (p++; p < end && meshio__is_digit(*p); p++, digits++) {
+            if (kept < 19) {
+                m = 10 * m + (uint64_t)(*p - '0');
+                kept += m != 0;
+                e--;
+            } else {
+                kept = 20;
+            }
+        }
+    if (digits == 0) return 0;
+    if (p < end && (*p == 'e' || *p == 'E' || *p == 'd' || *p == 'D')) {
+        const unsigned char *q = p + 1;
+        if (q < end && (*q == '-' || *q == '+')) sign = *q++ == '-' ? -1 : 1;
+        if (q < end && meshio__is_digit(*q)) {
+            for (; q < end && meshio__is_digit(*q); q++)
+                if (x < 100000) x = 10 * x + (*q - '0');
+            if (*p == 'd' || *p == 'D') { /* Fortran's exponent: the same number with an 'e' */
+                char copy[64];
+                if ((size_t)(q - s) >= sizeof copy) return 0;
+                memcpy(copy, s, (size_t)(q - s));
+                copy[q - s] = 0;
+                copy[p - s] = 'e';
+                return meshio_parse_double(copy, (size_t)(q - s), value);
+            }
+            p = q;
+            e += sign * x;
+        }
+    }
+    if (kept <= 19 && meshio__fast_double(m, e, &d)) {
+        *value = negative ? -d : d;
+        return (size_t)(p - s);
+    }
+    *value = strtod(text, &stop);
+    return stop == text + (p - s) ? (size_t)(p - s) : 0;
+}
+
+/* Moves to the next token; 0 at the end of the file. */
+static int meshio__skip(meshio__reader *r)
+{
+    const unsigned char *p = r->p;
+    for (;;) {
+        while (meshio__is_space(*p)) p++;
+        if (r->comment && *p == r->comment && p < r->end) {
+            p = (const unsigned char *)memchr(p, '\n', (size_t)(r->end - p));
+            if (!p) p = r->end;
+            continue;
+        }
+        break;
+    }
+    r->p = p;
+    return p < r->end;
+}
+
+/* The token at the cursor, for messages: printable, cut at 24 characters. */
+static const char *meshio__shown(const meshio__reader *r, char shown[32])
+{
+    int i;
+    const unsigned char *p = r->p;
+    for (i = 0; i < 24 && p < r->end && !meshio__is_space(*p); i++, p++)
+        shown[i] = *p >= 32 && *p < 127 ? (char)*p : '?';
+    shown[i] = 0;
+    if (i == 24) memcpy(shown + i, "...", 4);
+    return shown;
+}
+
+/* The failure for "something else stands here", or for the end of the file. */
+static meshio_result meshio__expected(meshio__reader *r, const char *what)
+{
+    char shown[32];
+    if (r->p >= r->end)
+        return meshio__fail(r, MESHIO_ERROR_TRUNCATED, r->p, "the file ends where %s is due", what);
+    return meshio__fail(r, MESHIO_ERROR_SYNTAX, r->p, "expected %s, found '%s'", what,
+                        meshio__shown(r, shown));
+}
+
+static meshio_result meshio__double(meshio__reader *r, double *value)
+{
+    size_t used;
+    if (!meshio__skip(r)) return meshio__expected(r, "a number");
+    used = meshio_parse_double((const char *)r->p, (size_t)(r->end - r->p), value);
+    if (used == 0 || !meshio__is_end(r->p[used])) return meshio__expected(r, "a number");
+    r->p += used;
+    return MESHIO_OK;
+}
+
+static meshio_result meshio__int(meshio__reader *r, int64_t *value)
+{
+    const unsigned char *p;
+    uint64_t v = 0;
+    int negative = 0;
+    if (!meshio__skip(r)) return meshio__expected(r, "an integer");
+    p = r->p;
+    if (*p == '-' || *p == '+') negative = *p++ == '-';
+    if (!meshio__is_digit(*p)) return meshio__expected(r, "an integer");
+    for (; meshio__is_digit(*p); p++) {
+        if (v > (UINT64_C(9223372036854775807) - 9) / 10)
+            return meshio__expected(r, "an integer below 2^63");
+        v = 10 * v + (uint64_t)(*p - '0');
+    }
+    if (!meshio__is_end(*p)) return meshio__expected(r, "an integer");
+    *value = negative ? -(int64_t)v : (int64_t)v;
+    r->p = p;
+    return MESHIO_OK;
+}
+
+/* An integer that some programs write as 3.0. */
+static meshio_result meshio__int_or_double(meshio__reader *r, int64_t *value)
+{
+    double d;
+    MESHIO__TRY(meshio__double(r, &d));
+    if (!(d > -9e15 && d < 9e15)) d = 0;
+    *value = (int64_t)d;
+    return MESHIO_OK;
+}
+
+static meshio_result meshio__xyz(meshio__reader *r, double xyz[3])
+{
+    MESHIO__TRY(meshio__double(r, &xyz[0]));
+    MESHIO__TRY(meshio__double(r, &xyz[1]));
+    return meshio__double(r, &xyz[2]);
+}
+
+/* The next word: start and length; length 0 at the end of the file. */
+static const unsigned char *meshio__word(meshio__reader *r, size_t *length)
+{
+    const unsigned char *start;
+    meshio__skip(r);
+    start = r->p;
+    while (r->p < r->end && !meshio__is_space(*r->p)) r->p++;
+    *length = (size_t)(r->p - start);
+    return start;
+}
+
+/* Steps over a word that must stand here (lower case; any case in the file). */
+static meshio_result meshio__expect(meshio__reader *r, const char *word)
+{
+    size_t length;
+    const unsigned char *start = meshio__word(r, &length);
+    char what[40];
+    if (length && meshio__same(start, length, word)) return MESHIO_OK;
+    r->p = start;
+    snprintf(what, sizeof what, "'%s'", word);
+    return meshio__expected(r, what);
+}
+
+/* Blanks within a line; a backslash before the end of the line continues it. Is more on the line? */
+static int meshio__more_on_line(meshio__reader *r)
+{
+    const unsigned char *p = r->p;
+    for (;;) {
+        if (*p == ' ' || *p == '\t' || *p == '\v' || *p == '\f')
+            p++;
+        else if (*p == '\r' && p[1] == '\n')
+            p++;
+        else if (*p == '\\' && (p[1] == '\n' || (p[1] == '\r' && p[2] == '\n')))
+            p += p[1] == '\n' ? 2 : 3;
+        else
+            break;
+    }
+    r->p = p;
+    return p < r->end && *p != '\n' && *p != '\r' && (!r->comment || *p != r->comment);
+}
+
+static void meshio__next_line(meshio__reader *r)
+{
+    while (r->p < r->end && *r->p != '\n' && *r->p != '\r') r->p++;
+    if (r->p < r->end) r->p += *r->p == '\r' && r->p[1] == '\n' ? 2 : 1;
+}
+
+/* Copies what is left of the line into the mesh's name. */
+static void meshio__take_name(meshio__reader *r)
+{
+    size_t n = 0;
+    while (*r->p == ' ' || *r->p == '\t') r->p++;
+    for (; r->p < r->end && *r->p != '\n' && *r->p != '\r'; r->p++)
+        if (n + 1 < sizeof r->mesh->name && *r->p >= 32) r->mesh->name[n++] = (char)*r->p;
+    while (n > 0 && r->mesh->name[n - 1] == ' ') n--;
+    r->mesh->name[n] = 0;
+}
+
+/* ---- >>binary  bounded reads, byte order --------------------------------------------------- */
+
+static int meshio__little_endian(void)
+{
+    const uint16_t one = 1;
+    unsigned char first;
+    memcpy(&first, &one, 1);
+    return first == 1;
+}
+
+static meshio_result meshio__bytes(meshio__reader *r, void *out, size_t size)
+{
+    unsigned char *o = (unsigned char *)out;
+    size_t i;
+    if ((size_t)(r->end - r->p) < size)
+        return meshio__fail(r, MESHIO_ERROR_TRUNCATED, r->p, "the file ends in its binary data");
+    for (i = 0; i < size && i < 8; i++) o[i] = r->p[r->swap ? size - 1 - i : i];
+    r->p += size;
+    return MESHIO_OK;
+}
+
+static meshio_result meshio__i32(meshio__reader *r, int64_t *value)
+{
+    int32_t v = 0;
+    MESHIO__TRY(meshio__bytes(r, &v, 4));
+    *value = v;
+    return MESHIO_OK;
+}
+
+static meshio_result meshio__i64(meshio__reader *r, int64_t *value)
+{
+    return meshio__bytes(r, value, 8);
+}
+
+static meshio_result meshio__f64(meshio__reader *r, double *value)
+{
+    return meshio__bytes(r, value, 8);
+}
+
+static size_t meshio__type_size(meshio__type type)
+{
+    static const unsigned char size[] = {1, 1, 2, 2, 4, 4, 8, 8, 4, 8, 0};
+    return size[type];
+}
+
+/* The type that a PLY, VTK or VTU file names. */
+static meshio__type meshio__type_named(const unsigned char *name, size_t length)
+{
+    static const struct {
+        const char *name;
+        meshio__type type;
+    } names[] = {{"char", MESHIO__I8},           {"int8", MESHIO__I8},
+                 {"uchar", MESHIO__U8},          {"uint8", MESHIO__U8},
+                 {"unsigned_char", MESHIO__U8},  {"short", MESHIO__I16},
+                 {"int16", MESHIO__I16},         {"ushort", MESHIO__U16},
+                 {"uint16", MESHIO__U16},        {"unsigned_short", MESHIO__U16},
+                 {"int", MESHIO__I32},           {"int32", MESHIO__I32},
+                 {"uint", MESHIO__U32},          {"uint32", MESHIO__U32},
+                 {"unsigned_int", MESHIO__U32},  {"int64", MESHIO__I64},
+                 {"uint64", MESHIO__U64},        {"long", MESHIO__I64},
+                 {"unsigned_long", MESHIO__U64}, {"vtktypeint64", MESHIO__I64},
+                 {"vtkidtype", MESHIO__I32},     {"vtktypeint32", MESHIO__I32},
+                 {"float", MESHIO__F32},         {"float32", MESHIO__F32},
+                 {"double", MESHIO__F64},        {"float64", MESHIO__F64}};
+    size_t i;
+    for (i = 0; i < sizeof names / sizeof names[0]; i++)
+        if (meshio__same(name, length, names[i].name)) return names[i].type;
+    return MESHIO__NO_TYPE;
+}
+
+/* One scalar of the given type, in text or binary, as a double and as an integer. */
+static meshio_result meshio__scalar(meshio__reader *r, int binary, meshio__type type, double *d,
+                                    int64_t *i)
+{
+    unsigned char raw[8];
+    if (!binary) {
+        if (type >= MESHIO__F32) {
+            MESHIO__TRY(meshio__double(r, d));
+            *i = *d > -9e15 && *d < 9e15 ? (int64_t)*d : -1;
+        } else {
+            MESHIO__TRY(meshio__int(r, i));
+            *d = (double)*i;
+        }
+        return MESHIO_OK;
+    }
+    MESHIO__TRY(meshio__bytes(r, raw, meshio__type_size(type)));
+    switch (type) {
+#define MESHIO__CASE(name, ctype)                                                                  \
+    case name: {                                                                                   \
+        ctype v;                                                                                   \
+        memcpy(&v, raw, sizeof v);                                                                 \
+        *d = (double)v;                                                                            \
+        *i = (int64_t)v;                                                                           \
+    } break;
+        MESHIO__CASE(MESHIO__I8, int8_t)
+        MESHIO__CASE(MESHIO__U8, uint8_t)
+        MESHIO__CASE(MESHIO__I16, int16_t)
+        MESHIO__CASE(MESHIO__U16, uint16_t)
+        MESHIO__CASE(MESHIO__I32, int32_t)
+        MESHIO__CASE(MESHIO__U32, uint32_t)
+        MESHIO__CASE(MESHIO__I64, int64_t)
+        MESHIO__CASE(MESHIO__U64, uint64_t)
+#undef MESHIO__CASE
+    case MESHIO__F32: {
+        float v;
+        memcpy(&v, raw, sizeof v);
+        *d = (double)v;
+        *i = v > -9e15f && v < 9e15f ? (int64_t)v : -1;
+    } break;
+    default: {
+        double v;
+        memcpy(&v, raw, sizeof v);
+        *d = v;
+        *i = v > -9e15 && v < 9e15 ? (int64_t)v : -1;
+    } break;
+    }
+    return MESHIO_OK;
+}
+
+/* ---- >>facets  planar facets with holes and several loops, cut into triangles -------------- */
+
+/* A facet in its plane. Points are in lexicographic order; next is the hull's circle while the
+ * sweep runs. Triangle t: corners v[3t..], neighbour n[3t+i] opposite corner i, NONE outside; bit
+ * i of fixed[t]: the side opposite corner i lies on a segment of the facet. */
+typedef struct meshio__facet {
+    size_t num_points, num_segments, num_triangles;
+    double *uv;             /* 2 * num_points */
+    uint32_t *id;           /* vertex of the mesh */
+    uint32_t *segments;     /* 2 * num_segments, points */
+    uint32_t *v, *n;        /* 3 * 2 * num_points */
+    uint32_t *of;           /* a triangle of each point */
+    uint32_t *next, *prev;  /* the hull, counter-clockwise */
+    uint32_t *out;          /* the triangle inside the hull's side (point, next) */
+    unsigned char *fixed, *gone;
+} meshio__facet;
+
+#define MESHIO__NONE 0xFFFFFFFFu
+
+/* s + error == a + b and p + error == a * b, exactly. */
+static double meshio__two_sum(double a, double b, double *error)
+{
+    double s = a + b, bb = s - a;
+    *error = (a - (s - bb)) + (b - bb);
+    return s;
+}
+
+static double meshio__two_product(double a, double b, double *error)
+{
+    const double splitter = 134217729.0;
+    volatile double p = a * b, c = splitter * a; /* rounded before use: no FMA */
+    double ah = c - (c - a), al = a - ah, bh, bl;
+    c = splitter * b;
+    bh = c - (c - b);
+    bl = b - bh;
+    *error = ((ah * bh - p) + ah * bl + al * bh) + al * bl;
+    return p;
+}
+
+/* Exact sign of the area of (a, b, c): six products added as an expansion of twelve terms. */
+static int meshio__orient2d_exact(const double *a, const double *b, const double *c)
+{
+    double x[6], y[6], e[16], product[2], q, h;
+    int i, j, k, num = 0;
+    x[0] = a[0], y[0] = b[1];
+    x[1] = -a[1], y[1] = b[0];
+    x[2] = b[0], y[2] = c[1];
+    x[3] = -b[1], y[3] = c[0];
+    x[4] = c[0], y[4] = a[1];
+    x[5] = -c[1], y[5] = a[0];
+    for (i = 0; i < 6; i++) {
+        product[1] = meshio__two_product(x[i], y[i], &product[0]);
+        for (k = 0; k < 2; k++) { /* grow the expansion by one term */
+            q = product[k];
+            for (j = 0; j < num; j++) {
+                q = meshio__two_sum(q, e[j], &h);
+                e[j] = h;
+            }
+            e[num++] = q;
+        }
+    }
+    for (j = num - 1; j >= 0; j--)
+        if (e[j] != 0) return e[j] > 0 ? 1 : -1;
+    return 0;
+}
+
+static int meshio__orient2d(const double *a, const double *b, const double *c)
+{
+    double l = (a[0] - c[0]) * (b[1] - c[1]), r = (a[1] - c[1]) * (b[0] - c[0]), det = l - r;
+    double bound = 4e-16 * (fabs(l) + fabs(r));
+    if (det > bound) return 1;
+    if (det < -bound) return -1;
+    return meshio__orient2d_exact(a, b, c);
+}
+
+static int meshio__turn(const meshio__facet *f, uint32_t a, uint32_t b, uint32_t c)
+{
+    return meshio__orient2d(f->uv + 2 * a, f->uv + 2 * b, f->uv + 2 * c);
+}
+
+static int meshio__corner_of(const meshio__facet *f, uint32_t t, uint32_t point)
+{
+    return f->v[3 * t] == point ? 0 : f->v[3 * t + 1] == point ? 1 : 2;
+}
+
+static int meshio__side_to(const meshio__facet *f, uint32_t t, uint32_t neighbour)
+{
+    return f->n[3 * t] == neighbour ? 0 : f->n[3 * t + 1] == neighbour ? 1 : 2;
+}
+
+static uint32_t meshio__facet_add(meshio__facet *f, uint32_t a, uint32_t b, uint32_t c)
+{
+    uint32_t t = (uint32_t)f->num_triangles++;
+    f->v[3 * t] = a;
+    f->v[3 * t + 1] = b;
+    f->v[3 * t + 2] = c;
+    f->n[3 * t] = f->n[3 * t + 1] = f->n[3 * t + 2] = MESHIO__NONE;
+    f->fixed[t] = f->gone[t] = 0;
+    f->of[a] = f->of[b] = f->of[c] = t;
+    return t;
+}
+
+static void meshio__facet_link(meshio__facet *f, uint32_t t, int i, uint32_t u, int j)
+{
+    if (t != MESHIO__NONE) f->n[3 * t + (uint32_t)i] = u;
+    if (u != MESHIO__NONE) f->n[3 * u + (uint32_t)j] = t;
+}
+
+/* Adds point p beyond the hull's sides that it sees; `from` is a hull point next to one of them. */
+static void meshio__facet_sweep(meshio__facet *f, uint32_t from, uint32_t p)
+{
+    uint32_t a = from, b, t, last = MESHIO__NONE, first = MESHIO__NONE;
+    while (meshio__turn(f, f->prev[a], a, p) < 0) a = f->prev[a];
+    for (b = a; meshio__turn(f, b, f->next[b], p) < 0; b = f->next[b]) {
+        uint32_t inner = f->out[b];
+        int i = meshio__corner_of(f, inner, b);
+        t = meshio__facet_add(f, p, f->next[b], b);
+        meshio__facet_link(f, t, 0, inner, (i + 2) % 3); /* the side (b, next) is opposite i + 2 */
+        if (last != MESHIO__NONE) meshio__facet_link(f, t, 1, last, 2);
+        if (first == MESHIO__NONE) first = t;
+        last = t;
+    }
+    f->next[a] = p;
+    f->prev[p] = a;
+    f->next[p] = b;
+    f->prev[b] = p;
+    f->out[a] = first;
+    f->out[p] = last;
+}
+
+/* Triangulates the points' convex hull. 0 if they are collinear or two are equal. */
+static int meshio__facet_hull(meshio__facet *f)
+{
+    uint32_t n = (uint32_t)f->num_points, k, i, t, before = MESHIO__NONE;
+    int sign = 0;
+    for (i = 1; i < n; i++)
+        if (f->uv[2 * i] == f->uv[2 * i - 2] && f->uv[2 * i + 1] == f->uv[2 * i - 1]) return 0;
+    for (k = 2; k < n && (sign = meshio__turn(f, 0, 1, k)) == 0; k++) {}
+    if (k >= n) return 0;
+    for (i = 0; i + 1 < k; i++) { /* points 0 .. k-1 are on a line, k is beside it */
+        t = sign > 0 ? meshio__facet_add(f, i, i + 1, k) : meshio__facet_add(f, i + 1, i, k);
+        if (before != MESHIO__NONE)
+            meshio__facet_link(f, t, sign > 0 ? 1 : 0, before, sign > 0 ? 0 : 1);
+        before = t;
+        if (sign > 0) {
+            f->next[i] = i + 1;
+            f->prev[i + 1] = i;
+            f->out[i] = t;
+        } else {
+            f->next[i + 1] = i;
+            f->prev[i] = i + 1;
+            f->out[i + 1] = t;
+        }
+    }
+    i = sign > 0 ? k - 1 : 0;
+    f->next[i] = k;
+    f->prev[k] = i;
+    f->out[i] = sign > 0 ? before : 0;
+    i = sign > 0 ? 0 : k - 1;
+    f->next[k] = i;
+    f->prev[i] = k;
+    f->out[k] = sign > 0 ? 0 : before;
+    for (i = k + 1; i < n; i++) {
+        uint32_t from = i - 1;
+        if (meshio__turn(f, from, f->next[from], i) >= 0) from = f->prev[from];
+        meshio__facet_sweep(f, from, i);
+    }
+    return 1;
+}
+
+/* Turns about point a: the next triangle counter-clockwise (or clockwise) from t. */
+static uint32_t meshio__facet_turn(const meshio__facet *f, uint32_t t, uint32_t a, int clockwise)
+{
+    int i = meshio__corner_of(f, t, a);
+    return f->n[3 * t + (uint32_t)((i + (clockwise ? 2 : 1)) % 3)];
+}
+
+/* The triangle left of the directed side (a, b), NONE if there is none; *i is the corner opposite.
+ * With b == NONE: the triangle whose angle at a holds the ray to `goal` strictly inside. */
+static uint32_t meshio__facet_find(const meshio__facet *f, uint32_t a, uint32_t b, uint32_t goal,
+                                   int *i)
+{
+    uint32_t start = f->of[a], t = start;
+    int clockwise;
+    for (clockwise = 0; clockwise < 2; clockwise++) {
+        t = clockwise ? meshio__facet_turn(f, start, a, 1) : start;
+        while (t != MESHIO__NONE) {
+            uint32_t c = (uint32_t)meshio__corner_of(f, t, a);
+            uint32_t p = f->v[3 * t + (c + 1) % 3], q = f->v[3 * t + (c + 2) % 3];
+            *i = (int)((c + 2) % 3);
+            if (b != MESHIO__NONE && p == b) return t;
+            if (b == MESHIO__NONE) {
+                *i = (int)c;
+                if (meshio__turn(f, a, p, goal) > 0 && meshio__turn(f, a, goal, q) > 0) return t;
+            }
+            t = meshio__facet_turn(f, t, a, clockwise);
+            if (t == start) return MESHIO__NONE;
+        }
+    }
+    return MESHIO__NONE;
+}
+
+/* Exchanges the diagonal opposite corner i of t. */
+static void meshio__facet_flip(meshio__facet *f, uint32_t t, int i)
+{
+    uint32_t k = (uint32_t)i, u = f->n[3 * t + k], j = (uint32_t)meshio__side_to(f, u, t);
+    uint32_t a = f->v[3 * t + k], b = f->v[3 * t + (k + 1) % 3], c = f->v[3 * t + (k + 2) % 3];
+    uint32_t d = f->v[3 * u + j];
+    uint32_t ab = f->n[3 * t + (k + 2) % 3], ca = f->n[3 * t + (k + 1) % 3];
+    uint32_t bd = f->n[3 * u + (j + 1) % 3], dc = f->n[3 * u + (j + 2) % 3];
+    int fab = f->fixed[t] >> ((k + 2) % 3) & 1, fca = f->fixed[t] >> ((k + 1) % 3) & 1;
+    int fbd = f->fixed[u] >> ((j + 1) % 3) & 1, fdc = f->fixed[u] >> ((j + 2) % 3) & 1;
+    int sbd = bd == MESHIO__NONE ? 0 : meshio__side_to(f, bd, u);
+    int sca = ca == MESHIO__NONE ? 0 : meshio__side_to(f, ca, t);
+    int sab = ab == MESHIO__NONE ? 0 : meshio__side_to(f, ab, t);
+    int sdc = dc == MESHIO__NONE ? 0 : meshio__side_to(f, dc, u);
+    f->v[3 * t] = a, f->v[3 * t + 1] = b, f->v[3 * t + 2] = d;
+    f->v[3 * u] = a, f->v[3 * u + 1] = d, f->v[3 * u + 2] = c;
+    meshio__facet_link(f, t, 0, bd, sbd);
+    meshio__facet_link(f, t, 2, ab, sab);
+    meshio__facet_link(f, u, 0, dc, sdc);
+    meshio__facet_link(f, u, 1, ca, sca);
+    meshio__facet_link(f, t, 1, u, 2);
+    f->fixed[t] = (unsigned char)(fbd | fab << 2);
+    f->fixed[u] = (unsigned char)(fdc | fca << 1);
+    f->of[a] = f->of[b] = f->of[d] = t;
+    f->of[c] = u;
+}
+
+static void meshio__facet_fix(meshio__facet *f, uint32_t t, int i)
+{
+    uint32_t u = f->n[3 * t + (uint32_t)i];
+    f->fixed[t] = (unsigned char)(f->fixed[t] | 1 << i);
+    if (u != MESHIO__NONE)
+        f->fixed[u] = (unsigned char)(f->fixed[u] | 1 << meshio__side_to(f, u, t));
+}
+
+/* A point other than a on the ray from a to b that shares a side with a; NONE if there is none. */
+static uint32_t meshio__facet_ahead(const meshio__facet *f, uint32_t a, uint32_t b)
+{
+    double du = f->uv[2 * b] - f->uv[2 * a], dv = f->uv[2 * b + 1] - f->uv[2 * a + 1];
+    int clockwise, k;
+    for (clockwise = 0; clockwise < 2; clockwise++) {
+        uint32_t t = f->of[a];
+        do {
+            for (k = 0; k < 3; k++) {
+                uint32_t w = f->v[3 * t + (uint32_t)k];
+                double along = (f->uv[2 * w] - f->uv[2 * a]) * du;
+                along += (f->uv[2 * w + 1] - f->uv[2 * a + 1]) * dv;
+                if (w != a && along > 0 && meshio__turn(f, a, b, w) == 0) return w;
+            }
+            t = meshio__facet_turn(f, t, a, clockwise);
+        } while (t != MESHIO__NONE && t != f->of[a]);
+    }
+    return MESHIO__NONE;
+}
+
+/* Lists the sides that the open segment (a, b) crosses, as pairs of points. Returns the first
+ * point that it meets (b, or one before it), NONE if a fixed side is in the way or memory is out. */
+static uint32_t meshio__facet_crossed(const meshio__facet *f, uint32_t a, uint32_t b,
+                                      meshio__u32s *queue)
+{
+    int i;
+    uint32_t t = meshio__facet_find(f, a, MESHIO__NONE, b, &i);
+    queue->num = 0;
+    while (t != MESHIO__NONE) {
+        uint32_t p = f->v[3 * t + (uint32_t)(i + 1) % 3], q = f->v[3 * t + (uint32_t)(i + 2) % 3];
+        uint32_t u = f->n[3 * t + (uint32_t)i], d;
+        int side;
+        if (u == MESHIO__NONE || (f->fixed[t] >> i & 1)) return MESHIO__NONE;
+        if (!meshio__push32(queue, p) || !meshio__push32(queue, q)) return MESHIO__NONE;
+        d = f->v[3 * u + (uint32_t)meshio__side_to(f, u, t)];
+        side = meshio__turn(f, a, b, d);
+        if (side == 0) return d;
+        /* p is right of the segment and q left of it; go on between d and the other side */
+        i = meshio__corner_of(f, u, side > 0 ? q : p);
+        t = u;
+    }
+    return MESHIO__NONE;
+}
+
+/* Flips crossing sides until none is left: one whose quadrilateral is not convex, or whose
+ * new diagonal still crosses, goes back to the end of the queue (Sloan 1993). 0 if that stalls. */
+static int meshio__facet_uncross(meshio__facet *f, uint32_t a, uint32_t b, meshio__u32s *queue)
+{
+    size_t head = 0, sides = queue->num / 2, budget = 64 + 16 * sides * sides;
+    for (; head < queue->num; head += 2) {
+        uint32_t p = queue->data[head], q = queue->data[head + 1], apex, d, u, t;
+        int i, again = 1;
+        if (budget-- == 0) return 0;
+        t = meshio__facet_find(f, p, q, 0, &i);
+        if (t == MESHIO__NONE) return 0;
+        u = f->n[3 * t + (uint32_t)i];
+        apex = f->v[3 * t + (uint32_t)i];
+        d = f->v[3 * u + (uint32_t)meshio__side_to(f, u, t)];
+        if (meshio__turn(f, apex, p, d) > 0 && meshio__turn(f, apex, d, q) > 0) {
+            meshio__facet_flip(f, t, i);
+            p = apex;
+            q = d;
+            again = p != a && p != b && q != a && q != b &&
+                    meshio__turn(f, a, b, p) * meshio__turn(f, a, b, q) < 0;
+        }
+        if (again && (!meshio__push32(queue, p) || !meshio__push32(queue, q))) return 0;
+    }
+    return 1;
+}
+
+/* Makes the segment (a, b) a chain of sides and marks them. 0 if another segment crosses it. */
+static int meshio__facet_recover(meshio__facet *f, uint32_t a, uint32_t b, meshio__u32s *queue)
+{
+    while (a != b) {
+        uint32_t stop = meshio__facet_ahead(f, a, b), t;
+        int i;
+        if (stop == MESHIO__NONE) {
+            stop = meshio__facet_crossed(f, a, b, queue);
+            if (stop == MESHIO__NONE || !meshio__facet_uncross(f, a, stop, queue)) return 0;
+        }
+        t = meshio__facet_find(f, a, stop, 0, &i);
+        if (t == MESHIO__NONE) t = meshio__facet_find(f, stop, a, 0, &i);
+        if (t == MESHIO__NONE) return 0;
+        meshio__facet_fix(f, t, i);
+        a = stop;
+    }
+    return 1;
+}
+
+/* Takes away the triangles that can be reached from t without crossing a segment. */
+static int meshio__facet_eat(meshio__facet *f, uint32_t t, meshio__u32s *stack)
+{
+    int i;
+    if (f->gone[t]) return 1;
+    stack->num = 0;
+    f->gone[t] = 1;
+    if (!meshio__push32(stack, t)) return 0;
+    while (stack->num) {
+        t = stack->data[--stack->num];
+        for (i = 0; i < 3; i++) {
+            uint32_t u = f->n[3 * t + (uint32_t)i];
+            if (u == MESHIO__NONE || f->gone[u] || (f->fixed[t] >> i & 1)) continue;
+            f->gone[u] = 1;
+            if (!meshio__push32(stack, u)) return 0;
+        }
+    }
+    return 1;
+}
+
+/* Outside the outermost segments, and what each hole point (2 doubles) lies in. */
+static int meshio__facet_carve(meshio__facet *f, const double *holes, size_t num_holes,
+                               meshio__u32s *stack)
+{
+    uint32_t t, n = (uint32_t)f->num_triangles;
+    size_t h;
+    int i;
+    for (t = 0; t < n; t++)
+        for (i = 0; i < 3; i++)
+            if (f->n[3 * t + (uint32_t)i] == MESHIO__NONE && !(f->fixed[t] >> i & 1))
+                if (!meshio__facet_eat(f, t, stack)) return 0;
+    for (h = 0; h < num_holes; h++)
+        for (t = 0; t < n; t++) {
+            const double *p = holes + 2 * h, *uv = f->uv;
+            const uint32_t *v = f->v + 3 * t;
+            if (meshio__orient2d(uv + 2 * v[0], uv + 2 * v[1], p) >= 0 &&
+                meshio__orient2d(uv + 2 * v[1], uv + 2 * v[2], p) >= 0 &&
+                meshio__orient2d(uv + 2 * v[2], uv + 2 * v[0], p) >= 0) {
+                if (!meshio__facet_eat(f, t, stack)) return 0;
+                break;
+            }
+        }
+    return 1;
+}
+
+/* What a facet is made of, as read: loops of vertices one after the other, hole points. */
+typedef struct meshio__loops {
+    meshio__u32s corners;
+    meshio__u64s ends;
+    double *holes; /* 3 each */
+    size_t num_holes, cap_holes;
+} meshio__loops;
+
+typedef struct meshio__point2 {
+    double u, v;
+    uint32_t id, local;
+} meshio__point2;
+
+static int meshio__compare_points(const void *pa, const void *pb)
+{
+    const meshio__point2 *a = (const meshio__point2 *)pa, *b = (const meshio__point2 *)pb;
+    if (a->u != b->u) return a->u < b->u ? -1 : 1;
+    if (a->v != b->v) return a->v < b->v ? -1 : 1;
+    return a->id < b->id ? -1 : a->id > b->id;
+}
+
+/* Normal of the facet's plane by Newell's sums over all loops' first, the outer one. */
+static void meshio__facet_normal(const double *xyz, const uint32_t *v, size_t n, double normal[3])
+{
+    size_t i;
+    int k;
+    normal[0] = normal[1] = normal[2] = 0;
+    for (i = 0; i < n; i++) {
+        const double *a = xyz + 3 * (size_t)v[i], *b = xyz + 3 * (size_t)v[(i + 1) % n];
+        const double *o = xyz + 3 * (size_t)v[0];
+        for (k = 0; k < 3; k++) {
+            int y = (k + 1) % 3, z = (k + 2) % 3;
+            normal[k] += (a[y] - o[y]) * (b[z] - o[z]) - (a[z] - o[z]) * (b[y] - o[y]);
+        }
+    }
+}
+
+/* One loop that is convex, or star-shaped from its first corner: a fan covers it. */
+static int meshio__facet_is_fan(const double *xyz, const uint32_t *v, size_t n, int ku, int kv,
+                                int sign)
+{
+    double o[2], a[2], b[2];
+    size_t i;
+    if (n > 64) return 0; /* a long loop may wind about its first corner more than once */
+    o[0] = xyz[3 * (size_t)v[0] + (size_t)ku], o[1] = xyz[3 * (size_t)v[0] + (size_t)kv];
+    for (i = 1; i + 1 < n; i++) {
+        a[0] = xyz[3 * (size_t)v[i] + (size_t)ku], a[1] = xyz[3 * (size_t)v[i] + (size_t)kv];
+        b[0] = xyz[3 * (size_t)v[i + 1] + (size_t)ku];
+        b[1] = xyz[3 * (size_t)v[i + 1] + (size_t)kv];
+        if (meshio__orient2d(o, a, b) != sign) return 0;
+    }
+    return 1;
+}
+
+static void meshio__facet_release(meshio__facet *f)
+{
+    MESHIO_FREE(f->uv);
+    MESHIO_FREE(f->id);
+    MESHIO_FREE(f->segments);
+    MESHIO_FREE(f->v);
+    MESHIO_FREE(f->n);
+    MESHIO_FREE(f->of);
+    MESHIO_FREE(f->next);
+    MESHIO_FREE(f->prev);
+    MESHIO_FREE(f->out);
+    MESHIO_FREE(f->fixed);
+    MESHIO_FREE(f->gone);
+}
+
+static int meshio__facet_reserve(meshio__facet *f, size_t points, size_t segments)
+{
+    memset(f, 0, sizeof *f);
+    f->uv = (double *)MESHIO_MALLOC(2 * points * sizeof(double));
+    f->id = (uint32_t *)MESHIO_MALLOC(points * sizeof(uint32_t));
+    f->segments = (uint32_t *)MESHIO_MALLOC((2 * segments + 1) * sizeof(uint32_t));
+    f->v = (uint32_t *)MESHIO_MALLOC(6 * points * sizeof(uint32_t));
+    f->n = (uint32_t *)MESHIO_MALLOC(6 * points * sizeof(uint32_t));
+    f->of = (uint32_t *)MESHIO_MALLOC(points * sizeof(uint32_t));
+    f->next = (uint32_t *)MESHIO_MALLOC(points * sizeof(uint32_t));
+    f->prev = (uint32_t *)MESHIO_MALLOC(points * sizeof(uint32_t));
+    f->out = (uint32_t *)MESHIO_MALLOC(points * sizeof(uint32_t));
+    f->fixed = (unsigned char *)MESHIO_MALLOC(2 * points);
+    f->gone = (unsigned char *)MESHIO_MALLOC(2 * points);
+    return f->uv && f->id && f->segments && f->v && f->n && f->of && f->next && f->prev && f->out &&
+           f->fixed && f->gone;
+}
+
+/* Fills points (sorted, each vertex once) and segments from the loops. */
+static int meshio__facet_fill(meshio__facet *f, const double *xyz, const meshio__loops *loops,
+                              int ku, int kv)
+{
+    size_t n = loops->corners.num, i, k, start = 0;
+    meshio__point2 *points = (meshio__point2 *)MESHIO_MALLOC(n * sizeof *points);
+    uint32_t *local = (uint32_t *)MESHIO_MALLOC(n * sizeof *local);
+    int ok = points && local && meshio__facet_reserve(f, n, n);
+    for (i = 0; ok && i < n; i++) {
+        points[i].id = loops->corners.data[i];
+        points[i].local = (uint32_t)i;
+        points[i].u = xyz[3 * (size_t)points[i].id + (size_t)ku];
+        points[i].v = xyz[3 * (size_t)points[i].id + (size_t)kv];
+    }
+    if (ok) qsort(points, n, sizeof *points, meshio__compare_points);
+    for (i = 0; ok && i < n; i++) {
+        if (i == 0 || points[i].id != points[i - 1].id) {
+            f->uv[2 * f->num_points] = points[i].u;
+            f->uv[2 * f->num_points + 1] = points[i].v;
+            f->id[f->num_points++] = points[i].id;
+        }
+        local[points[i].local] = (uint32_t)(f->num_points - 1);
+    }
+    for (k = 0; ok && k < loops->ends.num; k++) {
+        size_t end = (size_t)loops->ends.data[k], sides = end - start;
+        if (sides == 1) sides = 0; /* a point in the facet */
+        if (sides == 2) sides = 1; /* a segment in the facet */
+        for (i = 0; i < sides; i++) {
+            f->segments[2 * f->num_segments] = local[start + i];
+            f->segments[2 * f->num_segments++ + 1] =
+                local[start + i + 1 < end ? start + i + 1 : start];
+        }
+        start = end;
+    }
+    MESHIO_FREE(points);
+    MESHIO_FREE(local);
+    return ok;
+}
+
+/* Adds the triangles of a facet to the mesh, turned as its first loop. */
+static meshio_result meshio__add_facet(meshio__reader *r, const unsigned char *where,
+                                       meshio__loops *loops, int64_t tag)
+{
+    meshio_mesh *m = r->mesh;
+    const uint32_t *v = loops->corners.data;
+    size_t n = loops->ends.num ? (size_t)loops->ends.data[0] : 0, i;
+    meshio_result result = MESHIO_OK;
+    meshio__facet f;
+    double normal[3];
+    int k = 0, ku, kv, ok;
+    memset(&f, 0, sizeof f);
+    if (loops->ends.num == 1 && loops->num_holes == 0 && n <= 3)
+        return meshio__add_polygon(r, v, n, tag);
+    if (n < 3) return meshio__add_polygon(r, v, n, tag);
+    meshio__facet_normal(m->xyz, v, n, normal);
+    if (fabs(normal[1]) > fabs(normal[k])) k = 1;
+    if (fabs(normal[2]) > fabs(normal[k])) k = 2;
+    ok = fabs(normal[k]) > 1e-250;
+    for (i = 0; ok && i < loops->corners.num; i++)
+        ok = fabs(m->xyz[3 * (size_t)v[i]]) < 1e150 && fabs(m->xyz[3 * (size_t)v[i] + 1]) < 1e150 &&
+             fabs(m->xyz[3 * (size_t)v[i] + 2]) < 1e150;
+    if (!ok) return meshio__add_polygon(r, v, n, tag); /* no plane to work in: as it is */
+    ku = (k + 1) % 3;
+    kv = (k + 2) % 3;
+    if (loops->ends.num == 1 && loops->num_holes == 0 &&
+        meshio__facet_is_fan(m->xyz, v, n, ku, kv, normal[k] > 0 ? 1 : -1))
+        return meshio__add_polygon(r, v, n, tag);
+    if (!meshio__facet_fill(&f, m->xyz, loops, ku, kv)) {
+        result = meshio__no_memory(r);
+        goto done;
+    }
+    for (i = 0; i < loops->num_holes; i++) {
+        double u = loops->holes[3 * i + (size_t)ku], w = loops->holes[3 * i + (size_t)kv];
+        loops->holes[2 * i] = u;
+        loops->holes[2 * i + 1] = w;
+    }
+    ok = meshio__facet_hull(&f);
+    for (i = 0; ok && i < f.num_segments; i++)
+        ok = meshio__facet_recover(&f, f.segments[2 * i], f.segments[2 * i + 1], &r->scratch);
+    if (!ok) {
+        result = meshio__fail(r, MESHIO_ERROR_SYNTAX, where,
+                              "the facet's segments cross, or two of its points coincide");
+        goto done;
+    }
+    if (!meshio__facet_carve(&f, loops->holes, loops->num_holes, &r->scratch)) {
+        result = meshio__no_memory(r);
+        goto done;
+    }
+    for (i = 0; i < f.num_triangles && result == MESHIO_OK; i++) {
+        uint32_t a = f.id[f.v[3 * i]], b = f.id[f.v[3 * i + 1]], c = f.id[f.v[3 * i + 2]];
+        if (!f.gone[i])
+            result = normal[k] > 0 ? meshio__add_triangle(r, a, b, c, tag)
+                                   : meshio__add_triangle(r, a, c, b, tag);
+    }
+done:
+    meshio__facet_release(&f);
+    return result;
+}
+
+/* ---- >>stl ---------------------------------------------------------------------------------- */
+
+static uint64_t meshio__hash_bits(uint64_t h, double d)
+{
+    uint64_t bits;
+    d += 0.0; /* -0 and +0 are equal */
+    memcpy(&bits, &d, 8);
+    h = (h ^ bits) * UINT64_C(0x9E3779B97F4A7C15);
+    return h ^ h >> 29;
+}
+
+static size_t meshio__weld_slot(const meshio__reader *r, const double xyz[3])
+{
+    uint64_t h = meshio__hash_bits(meshio__hash_bits(meshio__hash_bits(1, xyz[0]), xyz[1]), xyz[2]);
+    size_t mask = r->table.cap - 1, slot = (size_t)(h >> 7) & mask;
+    for (;; slot = (slot + 1) & mask) {
+        const double *q;
+        if (r->table.data[slot] == MESHIO__NONE) return slot;
+        q = r->mesh->xyz + 3 * (size_t)r->table.data[slot];
+        if (q[0] == xyz[0] && q[1] == xyz[1] && q[2] == xyz[2]) return slot;
+    }
+}
+
+/* Doubles the table of the weld (open addressing, at most half full) and fills it again. */
+static int meshio__weld_grow(meshio__reader *r)
+{
+    size_t cap = r->table.cap ? 2 * r->table.cap : 1024, v;
+    if (cap > (size_t)-1 / sizeof(uint32_t)) return 0;
+    MESHIO_FREE(r->table.data);
+    r->table.cap = 0;
+    r->table.data = (uint32_t *)MESHIO_MALLOC(cap * sizeof(uint32_t));
+    if (!r->table.data) return 0;
+    r->table.cap = cap;
+    memset(r->table.data, 255, cap * sizeof(uint32_t));
+    for (v = 0; v < r->mesh->num_vertices; v++)
+        r->table.data[meshio__weld_slot(r, r->mesh->xyz + 3 * v)] = (uint32_t)v;
+    return 1;
+}
+
+/* The vertex with exactly these coordinates; NaN equals nothing and makes a vertex of its own. */
+static meshio_result meshio__weld(meshio__reader *r, const double xyz[3], uint32_t *vertex)
+{
+    size_t slot;
+    if (2 * r->mesh->num_vertices >= r->table.cap && !meshio__weld_grow(r))
+        return meshio__no_memory(r);
+    slot = meshio__weld_slot(r, xyz);
+    r->mesh->num_corners++;
+    if (r->table.data[slot] == MESHIO__NONE) {
+        r->table.data[slot] = (uint32_t)r->mesh->num_vertices;
+        MESHIO__TRY(meshio__add_vertex(r, xyz, 0));
+    }
+    *vertex = r->table.data[slot];
+    return MESHIO_OK;
+}
+
+static meshio_result meshio__stl_facet(meshio__reader *r, int64_t solid)
+{
+    double xyz[3];
+    size_t length;
+    const unsigned char *word;
+    r->polygon.num = 0;
+    MESHIO__TRY(meshio__expect(r, "normal"));
+    MESHIO__TRY(meshio__xyz(r, xyz));
+    MESHIO__TRY(meshio__expect(r, "outer"));
+    MESHIO__TRY(meshio__expect(r, "loop"));
+    for (;;) {
+        uint32_t v = 0;
+        word = meshio__word(r, &length);
+        if (meshio__same(word, length, "endloop")) break;
+        if (!meshio__same(word, length, "vertex")) {
+            r->p = word;
+            return meshio__expected(r, r->polygon.num < 3 ? "'vertex'" : "'endloop'");
+        }
+        MESHIO__TRY(meshio__xyz(r, xyz));
+        MESHIO__TRY(meshio__weld(r, xyz, &v));
+        if (!meshio__push32(&r->polygon, v)) return meshio__no_memory(r);
+    }
+    if (r->polygon.num < 3)
+        return meshio__fail(r, MESHIO_ERROR_SYNTAX, word, "a facet with fewer than 3 vertices");
+    MESHIO__TRY(meshio__expect(r, "endfacet"));
+    return meshio__add_polygon(r, r->polygon.data, r->polygon.num, solid);
+}
+
+static meshio_result meshio__read_stl_text(meshio__reader *r)
+{
+    int64_t solid = 0;
+    size_t i;
+    r->text = 1;
+    while (meshio__skip(r)) {
+        MESHIO__TRY(meshio__expect(r, "solid"));
+        if (solid++ == 0) meshio__take_name(r);
+        meshio__next_line(r);
+        for (;;) {
+            size_t length;
+            const unsigned char *word = meshio__word(r, &length);
+            if (meshio__same(word, length, "endsolid")) break;
+            if (!meshio__same(word, length, "facet")) {
+                r->p = word;
+                return meshio__expected(r, "'facet' or 'endsolid'");
+            }
+            MESHIO__TRY(meshio__stl_facet(r, solid));
+        }
+        meshio__next_line(r);
+    }
+    if (solid == 1)
+        for (i = 0; i < r->mesh->num_triangles; i++) r->mesh->triangle_tags[i] = 0;
+    return MESHIO_OK;
+}
+
+static meshio_result meshio__read_stl_binary(meshio__reader *r, uint64_t count)
+{
+    uint64_t i;
+    int k, c;
+    r->p = r->begin + 84;
+    for (i = 0; i < count; i++) {
+        float raw[12];
+        uint32_t v[3];
+        for (k = 0; k < 12; k++) MESHIO__TRY(meshio__bytes(r, &raw[k], 4));
+        r->p += 2;
+        for (k = 0; k < 3; k++) {
+            double xyz[3];
+            for (c = 0; c < 3; c++) xyz[c] = (double)raw[3 + 3 * k + c];
+            MESHIO__TRY(meshio__weld(r, xyz, &v[k]));
+        }
+        MESHIO__TRY(meshio__add_triangle(r, v[0], v[1], v[2], 0));
+    }
+    return MESHIO_OK;
+}
+
+/* Binary if the size fits the count; else text if it begins with "solid" and has no zero bytes;
+ * else binary with bytes to spare. Many binary files begin with "solid", too. */
+static meshio_result meshio__read_stl(meshio__reader *r)
+{
+    size_t size = (size_t)(r->end - r->begin), head = size < 1024 ? size : 1024;
+    const unsigned char *p = r->begin;
+    uint64_t count = 0;
+    int k;
+    r->swap = !meshio__little_endian();
+    if (size >= 84) {
+        for (k = 3; k >= 0; k--) count = count << 8 | p[80 + k];
+        if (size == 84 + 50 * count) return meshio__read_stl_binary(r, count);
+    }
+    while (meshio__is_space(*p)) p++;
+    if (r->end - p >= 5 && meshio__same(p, 5, "solid") && !memchr(r->begin, 0, head))
+        return meshio__read_stl_text(r);
+    if (size == 0) return meshio__fail(r, MESHIO_ERROR_TRUNCATED, p, "the file is empty");
+    if (size < 84)
+        return meshio__fail(r, MESHIO_ERROR_FORMAT, r->begin,
+                            "neither \"solid\" nor the 84 bytes of a binary STL header");
+    if ((size - 84) / 50 < count)
+        return meshio__fail(r, MESHIO_ERROR_COUNT, r->begin + 80,
+                            "binary STL claims %llu triangles, but holds at most %llu",
+                            (unsigned long long)count, (unsigned long long)((size - 84) / 50));
+    return meshio__read_stl_binary(r, count);
+}
+
+/* ---- >>off ---------------------------------------------------------------------------------- */
+
+static meshio_result meshio__read_vertices_text(meshio__reader *r, int64_t count, int extra)
+{
+    double xyz[3], unused;
+    int64_t i;
+    int k;
+    MESHIO__TRY(meshio__fits(r, count, 6, "vertices"));
+    for (i = 0; i < count; i++) {
+        MESHIO__TRY(meshio__xyz(r, xyz));
+        for (k = 0; k < extra; k++) MESHIO__TRY(meshio__double(r, &unused));
+        MESHIO__TRY(meshio__add_vertex(r, xyz, 0));
+    }
+    return MESHIO_OK;
+}
+
+/* n indices, counted from `first`, into r->polygon. */
+static meshio_result meshio__read_polygon_text(meshio__reader *r, int64_t n, int64_t first)
+{
+    int64_t i, index;
+    MESHIO__TRY(meshio__fits(r, n, 2, "corners of a polygon"));
+    r->polygon.num = 0;
+    for (i = 0; i < n; i++) {
+        uint32_t v = 0;
+        const unsigned char *where;
+        meshio__skip(r);
+        where = r->p;
+        MESHIO__TRY(meshio__int(r, &index));
+        MESHIO__TRY(meshio__vertex(r, where, index, first, &v));
+        if (!meshio__push32(&r->polygon, v)) return meshio__no_memory(r);
+    }
+    return MESHIO_OK;
+}
+
+static meshio_result meshio__read_off(meshio__reader *r)
+{
+    size_t length, i;
+    const unsigned char *word, *counts;
+    int64_t nv, nf, ne, n, f;
+    int extra = 0, one_line, is_off = 0;
+    r->text = 1;
+    r->comment = '#';
+    word = meshio__word(r, &length);
+    for (i = 0; i < length; i++) { /* [ST][C][N]OFF: so many numbers more with each vertex */
+        int c = meshio__lower(word[i]);
+        is_off = meshio__same(word + i, length - i, "off");
+        if (is_off) break;
+        if (c == 'c')
+            extra += 4;
+        else if (c == 'n')
+            extra += 3;
+        else if (!(c == 's' && length - i == 5) && !(c == 't' && length - i == 4))
+            break;
+        if (c == 't') extra += 2;
+    }
+    if (!is_off) {
+        r->p = word;
+        if (r->p < r->end) return meshio__fail(r, MESHIO_ERROR_FORMAT, word, "no OFF header");
+        return meshio__expected(r, "the OFF header");
+    }
+    meshio__skip(r);
+    if (r->end - r->p >= 6 && meshio__same(r->p, 6, "binary"))
+        return meshio__fail(r, MESHIO_ERROR_UNSUPPORTED, r->p, "binary OFF is not supported");
+    MESHIO__TRY(meshio__int(r, &nv));
+    MESHIO__TRY(meshio__int(r, &nf));
+    MESHIO__TRY(meshio__int(r, &ne));
+    counts = r->p;
+    meshio__skip(r);
+    one_line = r->p < r->end && !memchr(counts, '\n', (size_t)(r->p - counts));
+    MESHIO__TRY(meshio__read_vertices_text(r, nv, extra));
+    MESHIO__TRY(meshio__fits(r, nf, 2, "faces"));
+    for (f = 0; f < nf; f++) {
+        MESHIO__TRY(meshio__int(r, &n));
+        MESHIO__TRY(meshio__read_polygon_text(r, n, 0));
+        MESHIO__TRY(meshio__add_polygon(r, r->polygon.data, r->polygon.num, 0));
+        if (!one_line) meshio__next_line(r); /* colours */
+    }
+    return MESHIO_OK;
+}
+
+/* ---- >>obj ---------------------------------------------------------------------------------- */
+
+/* One corner: v, v/t, v//n or v/t/n; only v counts. Later vertices may be meant: checked at the end. */
+static meshio_result meshio__obj_corner(meshio__reader *r, uint32_t *v)
+{
+    const unsigned char *start = r->p, *p = start;
+    int64_t index = 0;
+    int negative = *p == '-';
+    if (negative) p++;
+    if (!meshio__is_digit(*p)) return meshio__expected(r, "a vertex number");
+    for (; meshio__is_digit(*p); p++)
+        if (index < INT64_C(1) << 40) index = 10 * index + (*p - '0');
+    while (*p == '/' || *p == '-' || meshio__is_digit(*p)) p++;
+    if (!meshio__is_end(*p)) return meshio__expected(r, "a vertex number");
+    if (negative) index = (int64_t)r->mesh->num_vertices + 1 - index;
+    if (index < 1 || index > (int64_t)MESHIO__MAX_COUNT)
+        return meshio__fail(r, MESHIO_ERROR_INDEX, start, "vertex %.*s does not exist",
+                            (int)(p - start), (const char *)start);
+    *v = (uint32_t)(index - 1);
+    r->p = p;
+    return MESHIO_OK;
+}
+
+static meshio_result meshio__obj_face(meshio__reader *r, int64_t tag, const unsigned char **late,
+                                      uint32_t *late_vertex)
+{
+    const unsigned char *start = r->p;
+    r->polygon.num = 0;
+    while (meshio__more_on_line(r)) {
+        uint32_t v = 0;
+        const unsigned char *where = r->p;
+        MESHIO__TRY(meshio__obj_corner(r, &v));
+        if (v >= r->mesh->num_vertices && (!*late || v > *late_vertex)) {
+            *late = where;
+            *late_vertex = v;
+        }
+        if (!meshio__push32(&r->polygon, v)) return meshio__no_memory(r);
+    }
+    if (r->polygon.num == 0) return meshio__fail(r, MESHIO_ERROR_SYNTAX, start, "an empty face");
+    return meshio__add_polygon(r, r->polygon.data, r->polygon.num, tag);
+}
+
+static meshio_result meshio__read_obj(meshio__reader *r)
+{
+    int64_t group = 0;
+    size_t group_start = 0, i, length;
+    const unsigned char *late = NULL;
+    uint32_t late_vertex = 0;
+    r->text = 1;
+    r->comment = '#';
+    for (; r->p < r->end; meshio__next_line(r)) {
+        const unsigned char *word;
+        double xyz[3];
+        if (!meshio__more_on_line(r)) continue;
+        word = r->p;
+        while (!meshio__is_end(*r->p)) r->p++;
+        length = (size_t)(r->p - word);
+        if (length == 0)
+            return meshio__fail(r, MESHIO_ERROR_FORMAT, word, "a byte that no OBJ file has");
+        if (length == 1 && word[0] == 'v') {
+            for (i = 0; i < 3; i++) {
+                if (!meshio__more_on_line(r))
+                    return meshio__fail(r, MESHIO_ERROR_SYNTAX, word, "a vertex needs 3 numbers");
+                MESHIO__TRY(meshio__double(r, &xyz[i]));
+            }
+            MESHIO__TRY(meshio__add_vertex(r, xyz, 0));
+        } else if (length == 1 && word[0] == 'f') {
+            MESHIO__TRY(meshio__obj_face(r, group, &late, &late_vertex));
+        } else if (length == 1 && (word[0] == 'g' || word[0] == 'o')) {
+            if (word[0] == 'o' && !r->mesh->name[0]) meshio__take_name(r);
+            if (group == 0 || r->mesh->num_triangles > group_start) group++;
+            group_start = r->mesh->num_triangles;
+        } else if (length == 1 && (word[0] == 'l' || word[0] == 'p')) {
+            r->mesh->num_other++;
+        }
+    }
+    if (late && late_vertex >= r->mesh->num_vertices)
+        return meshio__fail(r, MESHIO_ERROR_INDEX, late, "vertex %llu is used, but there are %llu",
+                            (unsigned long long)late_vertex + 1,
+                            (unsigned long long)r->mesh->num_vertices);
+    if (r->mesh->num_vertices == 0)
+        return meshio__fail(r, MESHIO_ERROR_FORMAT, r->begin, "no vertex in an OBJ file");
+    if (group <= 1 && r->mesh->num_triangles > 0 &&
+        r->mesh->triangle_tags[0] == r->mesh->triangle_tags[r->mesh->num_triangles - 1])
+        for (i = 0; i < r->mesh->num_triangles; i++) r->mesh->triangle_tags[i] = 0;
+    return MESHIO_OK;
+}
+
+/* ---- >>ply ---------------------------------------------------------------------------------- */
+
+typedef struct meshio__ply_property {
+    meshio__type type, count_type; /* count_type: NO_TYPE for a scalar */
+    int role;                      /* 0 1 2: coordinate; 3: the corners of a face; -1: skipped */
+} meshio__ply_property;
+
+typedef struct meshio__ply_element {
+    int64_t count;
+    int kind; /* 0: vertex, 1: face, -1: other */
+    int num_properties;
+    size_t first, bytes;
+    const unsigned char *where;
+} meshio__ply_element;
+
+enum { MESHIO__PLY_ELEMENTS = 16, MESHIO__PLY_PROPERTIES = 256 };
+
+typedef struct meshio__ply {
+    int binary, num_elements, num_properties;
+    meshio__ply_element elements[MESHIO__PLY_ELEMENTS];
+    meshio__ply_property properties[MESHIO__PLY_PROPERTIES];
+} meshio__ply;
+
+static meshio_result meshio__ply_property_line(meshio__reader *r, meshio__ply *ply)
+{
+    static const char *const coordinates[] = {"x", "y", "z"};
+    meshio__ply_element *element;
+    meshio__ply_property *property;
+    const unsigned char *word;
+    size_t length;
+    int k;
+    if (ply->num_elements == 0)
+        return meshio__fail(r, MESHIO_ERROR_SYNTAX, r->p, "a property before any element");
+    if (ply->num_properties == MESHIO__PLY_PROPERTIES)
+        return meshio__fail(r, MESHIO_ERROR_UNSUPPORTED, r->p, "more than 256 properties");
+    element = &ply->elements[ply->num_elements - 1];
+    property = &ply->properties[ply->num_properties++];
+    element->num_properties++;
+    property->role = -1;
+    property->count_type = MESHIO__NO_TYPE;
+    word = meshio__word(r, &length);
+    if (meshio__same(word, length, "list")) {
+        word = meshio__word(r, &length);
+        property->count_type = meshio__type_named(word, length);
+        if (property->count_type >= MESHIO__F32)
+            return meshio__fail(r, MESHIO_ERROR_SYNTAX, word, "a list's length must be an integer");
+        word = meshio__word(r, &length);
+    }
+    property->type = meshio__type_named(word, length);
+    if (property->type == MESHIO__NO_TYPE)
+        return meshio__fail(r, MESHIO_ERROR_SYNTAX, word, "unknown type of a property");
+    word = meshio__word(r, &length);
+    if (property->count_type == MESHIO__NO_TYPE) {
+        for (k = 0; k < 3; k++)
+            if (element->kind == 0 && meshio__same(word, length, coordinates[k])) property->role = k;
+    } else if (element->kind == 1 && (meshio__same(word, length, "vertex_indices") ||
+                                      meshio__same(word, length, "vertex_index"))) {
+        if (property->type >= MESHIO__F32)
+            return meshio__fail(r, MESHIO_ERROR_SYNTAX, word, "vertex numbers must be integers");
+        property->role = 3;
+    }
+    if (!ply->binary)
+        element->bytes += 2;
+    else
+        element->bytes += meshio__type_size(
+            property->count_type == MESHIO__NO_TYPE ? property->type : property->count_type);
+    return MESHIO_OK;
+}
+
+static meshio_result meshio__ply_header(meshio__reader *r, meshio__ply *ply)
+{
+    size_t length;
+    MESHIO__TRY(meshio__expect(r, "ply"));
+    MESHIO__TRY(meshio__expect(r, "format"));
+    {
+        const unsigned char *word = meshio__word(r, &length);
+        if (meshio__same(word, length, "binary_little_endian"))
+            ply->binary = 1, r->swap = !meshio__little_endian();
+        else if (meshio__same(word, length, "binary_big_endian"))
+            ply->binary = 1, r->swap = meshio__little_endian();
+        else if (!meshio__same(word, length, "ascii"))
+            return meshio__fail(r, MESHIO_ERROR_UNSUPPORTED, word, "unknown PLY format");
+    }
+    for (;;) {
+        const unsigned char *word;
+        meshio__next_line(r);
+        word = meshio__word(r, &length);
+        if (meshio__same(word, length, "end_header")) break;
+        if (meshio__same(word, length, "comment") || meshio__same(word, length, "obj_info")) continue;
+        if (meshio__same(word, length, "element")) {
+            meshio__ply_element *e;
+            if (ply->num_elements == MESHIO__PLY_ELEMENTS)
+                return meshio__fail(r, MESHIO_ERROR_UNSUPPORTED, word, "more than 16 elements");
+            e = &ply->elements[ply->num_elements++];
+            memset(e, 0, sizeof *e);
+            e->first = (size_t)ply->num_properties;
+            e->where = word;
+            word = meshio__word(r, &length);
+            e->kind = meshio__same(word, length, "vertex") ? 0
+                      : meshio__same(word, length, "face") ? 1
+                                                           : -1;
+            MESHIO__TRY(meshio__int(r, &e->count));
+        } else if (meshio__same(word, length, "property")) {
+            MESHIO__TRY(meshio__ply_property_line(r, ply));
+        } else {
+            r->p = word;
+            return meshio__expected(r, "'element', 'property' or 'end_header'");
+        }
+    }
+    meshio__next_line(r);
+    return MESHIO_OK;
+}
+
+/* One property of one record: a coordinate, a list of corners, or something to step over. */
+static meshio_result meshio__ply_value(meshio__reader *r, const meshio__ply *ply,
+                                       const meshio__ply_property *property, double xyz[3])
+{
+    double d;
+    int64_t n, index, i;
+    const unsigned char *where;
+    if (property->count_type == MESHIO__NO_TYPE) {
+        MESHIO__TRY(meshio__scalar(r, ply->binary, property->type, &d, &n));
+        if (property->role >= 0) xyz[property->role] = d;
+        return MESHIO_OK;
+    }
+    MESHIO__TRY(meshio__scalar(r, ply->binary, property->count_type, &d, &n));
+    MESHIO__TRY(meshio__fits(r, n, ply->binary ? meshio__type_size(property->type) : 2,
+                             "entries of a list"));
+    for (i = 0; i < n; i++) {
+        uint32_t v = 0;
+        if (!ply->binary) meshio__skip(r);
+        where = r->p;
+        MESHIO__TRY(meshio__scalar(r, ply->binary, property->type, &d, &index));
+        if (property->role != 3) continue;
+        MESHIO__TRY(meshio__vertex(r, where, index, 0, &v));
+        if (!meshio__push32(&r->polygon, v)) return meshio__no_memory(r);
+    }
+    return MESHIO_OK;
+}
+
+static meshio_result meshio__read_ply(meshio__reader *r)
+{
+    meshio__ply ply;
+    int e, k, roles;
+    int64_t i;
+    memset(&ply, 0, sizeof ply);
+    r->text = 1;
+    MESHIO__TRY(meshio__ply_header(r, &ply));
+    for (e = 0; e < ply.num_elements; e++) {
+        const meshio__ply_element *element = &ply.elements[e];
+        const meshio__ply_property *properties = ply.properties + element->first;
+        for (roles = 0, k = 0; k < element->num_properties; k++)
+            if (properties[k].role >= 0) roles |= 1 << properties[k].role;
+        if (element->kind == 0 && roles != 7)
+            return meshio__fail(r, MESHIO_ERROR_SYNTAX, element->where, "vertices without x, y, z");
+        if (element->kind == 1 && element->count > 0 && roles != 8)
+            return meshio__fail(r, MESHIO_ERROR_UNSUPPORTED, element->where,
+                                "faces without a list of vertex_indices");
+        r->text = !ply.binary;
+        MESHIO__TRY(meshio__fits(r, element->count, element->bytes, "elements"));
+        if (element->num_properties == 0) continue;
+        for (i = 0; i < element->count; i++) {
+            double xyz[3];
+            r->polygon.num = 0;
+            for (k = 0; k < element->num_properties; k++)
+                MESHIO__TRY(meshio__ply_value(r, &ply, &properties[k], xyz));
+            if (element->kind == 0)
+                MESHIO__TRY(meshio__add_vertex(r, xyz, 0));
+            else if (element->kind == 1)
+                MESHIO__TRY(meshio__add_polygon(r, r->polygon.data, r->polygon.num, 0));
+        }
+    }
+    return MESHIO_OK;
+}
+
+/* ---- >>medit -------------------------------------------------------------------------------- */
+
+/* The keywords with entries: name, code of the binary format, integers an entry (less the tag),
+ * real numbers an entry, whether a tag follows. Those not listed are stepped over. */
+typedef struct meshio__medit_keyword {
+    const char *name;
+    int code, integers, reals, tag;
+} meshio__medit_keyword;
+
+enum {
+    MESHIO__MEDIT_DIMENSION = 3,
+    MESHIO__MEDIT_VERTICES = 4,
+    MESHIO__MEDIT_EDGES = 5,
+    MESHIO__MEDIT_TRIANGLES = 6,
+    MESHIO__MEDIT_QUADS = 7,
+    MESHIO__MEDIT_TETS = 8,
+    MESHIO__MEDIT_PRISMS = 9,
+    MESHIO__MEDIT_HEXES = 10,
+    MESHIO__MEDIT_PYRAMIDS = 49,
+    MESHIO__MEDIT_END = 54
+};
+
+static const meshio__medit_keyword *meshio__medit_find(const unsigned char *name, size_t length,
+                                                       int64_t code)
+{
+    static const meshio__medit_keyword keywords[] = {
+        {"vertices", MESHIO__MEDIT_VERTICES, 0, 3, 1},   {"edges", MESHIO__MEDIT_EDGES, 2, 0, 1},
+        {"triangles", MESHIO__MEDIT_TRIANGLES, 3, 0, 1}, {"quadrilaterals", MESHIO__MEDIT_QUADS, 4, 0, 1},
+        {"tetrahedra", MESHIO__MEDIT_TETS, 4, 0, 1},     {"prisms", MESHIO__MEDIT_PRISMS, 6, 0, 1},
+        {"hexahedra", MESHIO__MEDIT_HEXES, 8, 0, 1},     {"pyramids", MESHIO__MEDIT_PYRAMIDS, 5, 0, 1}};
+    size_t i;
+    for (i = 0; i < sizeof keywords / sizeof keywords[0]; i++)
+        if (name ? meshio__same(name, length, keywords[i].name) : keywords[i].code == code)
+            return &keywords[i];
+    return NULL;
+}
+
+static meshio_result meshio__medit_store(meshio__reader *r, int code, const uint32_t *v,
+                                         int64_t tag)
+{
+    switch (code) {
+    case MESHIO__MEDIT_EDGES: return meshio__add_edge(r, v, tag);
+    case MESHIO__MEDIT_TRIANGLES: return meshio__add_triangle(r, v[0], v[1], v[2], tag);
+    case MESHIO__MEDIT_QUADS: return meshio__add_polygon(r, v, 4, tag);
+    case MESHIO__MEDIT_TETS: return meshio__add_tet(r, v, tag);
+    default: r->mesh->num_other++; return MESHIO_OK;
+    }
+}
+
+/* The entries of one keyword; `version` is 0 for text. */
+static meshio_result meshio__medit_entries(meshio__reader *r, const meshio__medit_keyword *keyword,
+                                           int64_t count, int version)
+{
+    double xyz[3], d;
+    int64_t n, tag, index;
+    uint32_t v[8];
+    int k;
+    meshio__type integer = version >= 4 ? MESHIO__I64 : MESHIO__I32;
+    meshio__type real = version == 1 ? MESHIO__F32 : MESHIO__F64;
+    for (n = 0; n < count; n++) {
+        for (k = 0; k < keyword->reals; k++)
+            MESHIO__TRY(meshio__scalar(r, version, real, &xyz[k], &index));
+        for (k = 0; k < keyword->integers; k++) {
+            const unsigned char *where;
+            if (!version) meshio__skip(r);
+            where = r->p;
+            MESHIO__TRY(meshio__scalar(r, version, integer, &d, &index));
+            MESHIO__TRY(meshio__vertex(r, where, index, 1, &v[k]));
+        }
+        if (version)
+            MESHIO__TRY(meshio__scalar(r, version, integer, &d, &tag));
+        else
+            MESHIO__TRY(meshio__int_or_double(r, &tag));
+        if (keyword->reals)
+            MESHIO__TRY(meshio__add_vertex(r, xyz, tag));
+        else
+            MESHIO__TRY(meshio__medit_store(r, keyword->code, v, tag));
+    }
+    return MESHIO_OK;
+}
+
+static meshio_result meshio__read_medit(meshio__reader *r)
+{
+    int64_t version, dimension = 0, count;
+    size_t length;
+    r->text = 1;
+    r->comment = '#';
+    meshio__skip(r);
+    if (r->end - r->p < 20 || !meshio__same(r->p, 20, "meshversionformatted"))
+        return r->p < r->end ? meshio__fail(r, MESHIO_ERROR_FORMAT, r->p, "no MeshVersionFormatted")
+                             : meshio__expected(r, "MeshVersionFormatted");
+    r->p += 20;
+    MESHIO__TRY(meshio__int(r, &version));
+    for (;;) {
+        const unsigned char *word = meshio__word(r, &length);
+        const meshio__medit_keyword *keyword = meshio__medit_find(word, length, 0);
+        if (length == 0 || meshio__same(word, length, "end")) break;
+        if (keyword) {
+            if (dimension != 3)
+                return meshio__fail(r, MESHIO_ERROR_SYNTAX, word, "Dimension 3 must come first");
+            MESHIO__TRY(meshio__int(r, &count));
+            MESHIO__TRY(meshio__fits(r, count,
+                                     2 * (size_t)(keyword->integers + keyword->reals + 1),
+                                     keyword->name));
+            MESHIO__TRY(meshio__medit_entries(r, keyword, count, 0));
+        } else if (meshio__same(word, length, "dimension")) {
+            MESHIO__TRY(meshio__int(r, &dimension));
+            if (dimension != 3)
+                return meshio__fail(r, MESHIO_ERROR_UNSUPPORTED, word, "only Dimension 3 is read");
+        } else if ((word[0] >= 'A' && word[0] <= 'Z') || (word[0] >= 'a' && word[0] <= 'z')) {
+            double unused; /* a keyword that does not matter here: step over its numbers */
+            while (meshio__skip(r) &&
+                   (meshio__is_digit(*r->p) || *r->p == '-' || *r->p == '+' || *r->p == '.'))
+                MESHIO__TRY(meshio__double(r, &unused));
+        } else {
+            r->p = word;
+            return meshio__expected(r, "a keyword");
+        }
+    }
+    return MESHIO_OK;
+}
+
+static meshio_result meshio__read_medit_binary(meshio__reader *r)
+{
+    int64_t magic, version, dimension = 0;
+    size_t size = (size_t)(r->end - r->begin);
+    if (size == 0) return meshio__expected(r, "the file's first four bytes");
+    MESHIO__TRY(meshio__i32(r, &magic));
+    if (magic != 1 && magic != 16777216)
+        return meshio__fail(r, MESHIO_ERROR_FORMAT, r->begin, "not a binary Medit file");
+    r->swap = magic != 1;
+    MESHIO__TRY(meshio__i32(r, &version));
+    if (version < 1 || version > 4)
+        return meshio__fail(r, MESHIO_ERROR_UNSUPPORTED, r->begin + 4, "version %lld of 1 .. 4",
+                            (long long)version);
+    while (r->p < r->end) {
+        const unsigned char *where = r->p;
+        const meshio__medit_keyword *keyword;
+        int64_t code, next = 0, count = 0;
+        MESHIO__TRY(meshio__i32(r, &code));
+        if (code == MESHIO__MEDIT_END) return MESHIO_OK;
+        MESHIO__TRY(version >= 3 ? meshio__i64(r, &next) : meshio__i32(r, &next));
+        if (version < 3) next &= 0xFFFFFFFF;
+        if (next != 0 && (next <= (int64_t)(r->p - r->begin) || (uint64_t)next > (uint64_t)size))
+            return meshio__fail(r, MESHIO_ERROR_COUNT, where,
+                                "the next keyword is said to be at byte %lld, outside the file "
+                                "or before this one",
+                                (long long)next);
+        keyword = meshio__medit_find(NULL, 0, code);
+        if (code == MESHIO__MEDIT_DIMENSION) {
+            MESHIO__TRY(meshio__i32(r, &dimension));
+            if (dimension != 3)
+                return meshio__fail(r, MESHIO_ERROR_UNSUPPORTED, where, "only dimension 3 is read");
+        } else if (keyword) {
+            size_t bytes = (size_t)(keyword->integers + 1) * (version >= 4 ? 8 : 4) +
+                           (size_t)keyword->reals * (version == 1 ? 4 : 8);
+            if (dimension != 3)
+                return meshio__fail(r, MESHIO_ERROR_SYNTAX, where, "no dimension before %s",
+                                    keyword->name);
+            MESHIO__TRY(version >= 4 ? meshio__i64(r, &count) : meshio__i32(r, &count));
+            MESHIO__TRY(meshio__fits(r, count, bytes, keyword->name));
+            if (next && (uint64_t)count * bytes != (uint64_t)next - (uint64_t)(r->p - r->begin))
+                return meshio__fail(r, MESHIO_ERROR_COUNT, where,
+                                    "%lld %s do not fill the bytes up to the next keyword",
+                                    (long long)count, keyword->name);
+            MESHIO__TRY(meshio__medit_entries(r, keyword, count, (int)version));
+        } else if (next == 0) {
+            return meshio__fail(r, MESHIO_ERROR_SYNTAX, where, "keyword %lld has no successor",
+                                (long long)code);
+        }
+        if (next) r->p = r->begin + next;
+    }
+    return MESHIO_OK;
+}
+
+/* ---- >>msh ---------------------------------------------------------------------------------- */
+
+typedef struct meshio__msh {
+    int binary, v4;
+    int have_nodes;
+} meshio__msh;
+
+/* Corners of Gmsh's element types 1 .. 31, 92 and 93; 0: unknown. */
+static int meshio__msh_nodes(int64_t type)
+{
+    static const unsigned char nodes[] = {0,  2,  3,  4,  4,  8,  6,  5,  3,  6,  9,
+                                          10, 27, 18, 14, 1,  8,  20, 15, 13, 9,  10,
+                                          12, 15, 15, 21, 4,  5,  6,  20, 35, 56};
+    if (type >= 1 && type <= 31) return nodes[type];
+    return type == 92 ? 64 : type == 93 ? 125 : 0;
+}
+
+static meshio_result meshio__msh_store(meshio__reader *r, int64_t type, const uint32_t *v,
+                                       int64_t tag)
+{
+    switch (type) {
+    case 1: case 8: case 26: case 27: case 28: return meshio__add_edge(r, v, tag);
+    case 2: case 9: case 20: case 21: case 22: case 23: case 24: case 25:
+        return meshio__add_triangle(r, v[0], v[1], v[2], tag);
+    case 3: case 10: case 16: return meshio__add_polygon(r, v, 4, tag);
+    case 4: case 11: case 29: case 30: case 31: return meshio__add_tet(r, v, tag);
+    case 15: return MESHIO_OK; /* a point names a vertex that is there already */
+    default: r->mesh->num_other++; return MESHIO_OK;
+    }
+}
+
+/* Numbers of a section: 32-bit or 64-bit in binary, decimal in text. */
+static meshio_result meshio__msh_int(meshio__reader *r, const meshio__msh *msh, int wide,
+                                     int64_t *value)
+{
+    if (!msh->binary) return meshio__int(r, value);
+    return wide ? meshio__i64(r, value) : meshio__i32(r, value);
+}
+
+static meshio_result meshio__msh_real(meshio__reader *r, const meshio__msh *msh, double *value)
+{
+    return msh->binary ? meshio__f64(r, value) : meshio__double(r, value);
+}
+
+static int meshio__compare_ids(const void *pa, const void *pb)
+{
+    const uint64_t *a = (const uint64_t *)pa, *b = (const uint64_t *)pb;
+    if (a[0] != b[0]) return a[0] < b[0] ? -1 : 1;
+    return a[1] < b[1] ? -1 : a[1] > b[1];
+}
+
+/* Remembers the file's id of the vertex that is about to be added. Pairs are kept only when the
+ * ids are not consecutive. */
+static meshio_result meshio__id_add(meshio__reader *r, int64_t id, size_t vertex)
+{
+    size_t i;
+    if (id < 0) return meshio__fail(r, MESHIO_ERROR_INDEX, r->p, "negative node number");
+    if (vertex == 0) r->first_id = (uint64_t)id, r->ids_consecutive = 1;
+    if (r->ids_consecutive && (uint64_t)id == r->first_id + vertex) return MESHIO_OK;
+    if (r->ids_consecutive) {
+        r->ids_consecutive = 0;
+        for (i = 0; i < vertex; i++)
+            if (!meshio__push64(&r->ids, r->first_id + i) || !meshio__push64(&r->ids, i))
+                return meshio__no_memory(r);
+    }
+    if (!meshio__push64(&r->ids, (uint64_t)id) || !meshio__push64(&r->ids, vertex))
+        return meshio__no_memory(r);
+    return MESHIO_OK;
+}
+
+/* After the last id: sorts the pairs and looks for ids that occur twice. */
+static meshio_result meshio__ids_close(meshio__reader *r)
+{
+    size_t i;
+    if (r->ids_consecutive || r->ids.num == 0) return MESHIO_OK;
+    qsort(r->ids.data, r->ids.num / 2, 2 * sizeof(uint64_t), meshio__compare_ids);
+    for (i = 2; i < r->ids.num; i += 2)
+        if (r->ids.data[i] == r->ids.data[i - 2])
+            return meshio__fail(r, MESHIO_ERROR_INDEX, r->p, "node %llu is defined twice",
+                                (unsigned long long)r->ids.data[i]);
+    return MESHIO_OK;
+}
+
+/* Sorted pairs (key, value): the index of the pair with this key, or the number of pairs. */
+static size_t meshio__pair_find(const meshio__u64s *pairs, uint64_t key)
+{
+    size_t lo = 0, hi = pairs->num / 2, n = hi;
+    while (lo < hi) {
+        size_t mid = lo + (hi - lo) / 2;
+        if (pairs->data[2 * mid] < key)
+            lo = mid + 1;
+        else
+            hi = mid;
+    }
+    return lo < n && pairs->data[2 * lo] == key ? lo : n;
+}
+
+static meshio_result meshio__id_find(meshio__reader *r, const unsigned char *where, int64_t id,
+                                     uint32_t *vertex)
+{
+    size_t k, n = r->mesh->num_vertices;
+    if (id >= 0 && r->ids_consecutive && (uint64_t)id >= r->first_id &&
+        (uint64_t)id - r->first_id < n) {
+        *vertex = (uint32_t)((uint64_t)id - r->first_id);
+        return MESHIO_OK;
+    }
+    if (id >= 0 && !r->ids_consecutive) {
+        k = meshio__pair_find(&r->ids, (uint64_t)id);
+        if (k < r->ids.num / 2) {
+            *vertex = (uint32_t)r->ids.data[2 * k + 1];
+            return MESHIO_OK;
+        }
+    }
+    return meshio__fail(r, MESHIO_ERROR_INDEX, where, "node %lld is not defined", (long long)id);
+}
+
+static meshio_result meshio__msh_nodes2(meshio__reader *r, const meshio__msh *msh)
+{
+    int64_t count, id, i;
+    double xyz[3];
+    int k;
+    MESHIO__TRY(meshio__int(r, &count));
+    if (msh->binary) meshio__next_line(r);
+    MESHIO__TRY(meshio__fits(r, count, msh->binary ? 28 : 8, "nodes"));
+    for (i = 0; i < count; i++) {
+        MESHIO__TRY(meshio__msh_int(r, msh, 0, &id));
+        for (k = 0; k < 3; k++) MESHIO__TRY(meshio__msh_real(r, msh, &xyz[k]));
+        MESHIO__TRY(meshio__id_add(r, id, (size_t)i));
+        MESHIO__TRY(meshio__add_vertex(r, xyz, 0));
+    }
+    return meshio__ids_close(r);
+}
+
+static meshio_result meshio__msh_nodes4(meshio__reader *r, const meshio__msh *msh)
+{
+    int64_t blocks, count, unused, dimension, parametric, num, b, i, id;
+    size_t done = 0;
+    double xyz[3], u;
+    int k;
+    MESHIO__TRY(meshio__msh_int(r, msh, 1, &blocks));
+    MESHIO__TRY(meshio__msh_int(r, msh, 1, &count));
+    MESHIO__TRY(meshio__msh_int(r, msh, 1, &unused));
+    MESHIO__TRY(meshio__msh_int(r, msh, 1, &unused));
+    MESHIO__TRY(meshio__fits(r, count, msh->binary ? 32 : 8, "nodes"));
+    MESHIO__TRY(meshio__fits(r, blocks, msh->binary ? 20 : 8, "blocks of nodes"));
+    for (b = 0; b < blocks; b++) {
+        MESHIO__TRY(meshio__msh_int(r, msh, 0, &dimension));
+        MESHIO__TRY(meshio__msh_int(r, msh, 0, &unused));
+        MESHIO__TRY(meshio__msh_int(r, msh, 0, &parametric));
+        MESHIO__TRY(meshio__msh_int(r, msh, 1, &num));
+        MESHIO__TRY(meshio__fits(r, num, msh->binary ? 32 : 8, "nodes in a block"));
+        if (dimension < 0 || dimension > 3)
+            return meshio__fail(r, MESHIO_ERROR_SYNTAX, r->p, "an entity of dimension %lld",
+                                (long long)dimension);
+        if ((uint64_t)num > (uint64_t)count - done)
+            return meshio__fail(r, MESHIO_ERROR_COUNT, r->p, "the blocks hold more than %lld nodes",
+                                (long long)count);
+        for (i = 0; i < num; i++) {
+            MESHIO__TRY(meshio__msh_int(r, msh, 1, &id));
+            MESHIO__TRY(meshio__id_add(r, id, done + (size_t)i));
+        }
+        done += (size_t)num;
+        for (i = 0; i < num; i++) {
+            for (k = 0; k < 3; k++) MESHIO__TRY(meshio__msh_real(r, msh, &xyz[k]));
+            for (k = 0; parametric && k < dimension; k++) MESHIO__TRY(meshio__msh_real(r, msh, &u));
+            MESHIO__TRY(meshio__add_vertex(r, xyz, 0));
+        }
+    }
+    if (done != (uint64_t)count)
+        return meshio__fail(r, MESHIO_ERROR_COUNT, r->p, "%llu nodes where %lld were claimed",
+                            (unsigned long long)done, (long long)count);
+    return meshio__ids_close(r);
+}
+
+/* The nodes of one element, then its place in the mesh. */
+static meshio_result meshio__msh_element(meshio__reader *r, const meshio__msh *msh, int wide,
+                                         int64_t type, int64_t tag)
+{
+    uint32_t v[8], other;
+    int k, n = meshio__msh_nodes(type);
+    int64_t id;
+    for (k = 0; k < n; k++) {
+        const unsigned char *where;
+        if (!msh->binary) meshio__skip(r);
+        where = r->p;
+        MESHIO__TRY(meshio__msh_int(r, msh, wide, &id));
+        MESHIO__TRY(meshio__id_find(r, where, id, k < 8 ? &v[k] : &other));
+    }
+    return meshio__msh_store(r, type, v, tag);
+}
+
+static meshio_result meshio__msh_elements2(meshio__reader *r, const meshio__msh *msh)
+{
+    int64_t count, done = 0, type, follow = 1, num_tags, unused, tag, physical, i, k;
+    MESHIO__TRY(meshio__int(r, &count));
+    if (msh->binary) meshio__next_line(r);
+    MESHIO__TRY(meshio__fits(r, count, 8, "elements"));
+    while (done < count) {
+        if (!msh->binary) MESHIO__TRY(meshio__int(r, &unused));
+        MESHIO__TRY(meshio__msh_int(r, msh, 0, &type));
+        if (msh->binary) MESHIO__TRY(meshio__i32(r, &follow));
+        MESHIO__TRY(meshio__msh_int(r, msh, 0, &num_tags));
+        if (meshio__msh_nodes(type) == 0)
+            return meshio__fail(r, MESHIO_ERROR_SYNTAX, r->p, "unknown type of element: %lld",
+                                (long long)type);
+        MESHIO__TRY(meshio__fits(r, num_tags, 2, "tags of an element"));
+        if (follow < 1 || follow > count - done)
+            return meshio__fail(r, MESHIO_ERROR_COUNT, r->p, "a block of %lld elements of %lld",
+                                (long long)follow, (long long)(count - done));
+        for (i = 0; i < follow; i++) {
+            if (msh->binary) MESHIO__TRY(meshio__i32(r, &unused));
+            for (tag = physical = 0, k = 0; k < num_tags; k++) {
+                MESHIO__TRY(meshio__msh_int(r, msh, 0, &unused));
+                if (k == 0) physical = unused;
+                if (k == 1) tag = unused;
+            }
+            MESHIO__TRY(meshio__msh_element(r, msh, 0, type, physical ? physical : tag));
+        }
+        done += follow;
+    }
+    return MESHIO_OK;
+}
+
+/* Physical groups: pairs (dimension and tag of the entity, first physical tag), sorted. */
+static meshio_result meshio__msh_entities(meshio__reader *r, const meshio__msh *msh)
+{
+    int64_t counts[4], tag, num, value, physical, i, k;
+    int d;
+    double box;
+    for (d = 0; d < 4; d++) {
+        MESHIO__TRY(meshio__msh_int(r, msh, 1, &counts[d]));
+        MESHIO__TRY(meshio__fits(r, counts[d], 8, "entities"));
+    }
+    for (d = 0; d < 4; d++)
+        for (i = 0; i < counts[d]; i++) {
+            MESHIO__TRY(meshio__msh_int(r, msh, 0, &tag));
+            for (k = 0; k < (d == 0 ? 3 : 6); k++) MESHIO__TRY(meshio__msh_real(r, msh, &box));
+            MESHIO__TRY(meshio__msh_int(r, msh, 1, &num));
+            MESHIO__TRY(meshio__fits(r, num, 2, "physical tags"));
+            for (physical = 0, k = 0; k < num; k++) {
+                MESHIO__TRY(meshio__msh_int(r, msh, 0, &value));
+                if (k == 0) physical = value;
+            }
+            if (d > 0) {
+                MESHIO__TRY(meshio__msh_int(r, msh, 1, &num));
+                MESHIO__TRY(meshio__fits(r, num, 2, "bounding entities"));
+                for (k = 0; k < num; k++) MESHIO__TRY(meshio__msh_int(r, msh, 0, &value));
+            }
+            if (physical == 0) continue;
+            if (!meshio__push64(&r->entities, (uint64_t)d << 32 | (uint32_t)tag) ||
+                !meshio__push64(&r->entities, (uint64_t)physical))
+                return meshio__no_memory(r);
+        }
+    if (r->entities.num)
+        qsort(r->entities.data, r->entities.num / 2, 2 * sizeof(uint64_t), meshio__compare_ids);
+    return MESHIO_OK;
+}
+
+static meshio_result meshio__msh_elements4(meshio__reader *r, const meshio__msh *msh)
+{
+    int64_t blocks, count, unused, dimension, tag, type, num, b, i;
+    uint64_t done = 0;
+    size_t pair;
+    MESHIO__TRY(meshio__msh_int(r, msh, 1, &blocks));
+    MESHIO__TRY(meshio__msh_int(r, msh, 1, &count));
+    MESHIO__TRY(meshio__msh_int(r, msh, 1, &unused));
+    MESHIO__TRY(meshio__msh_int(r, msh, 1, &unused));
+    MESHIO__TRY(meshio__fits(r, count, msh->binary ? 16 : 4, "elements"));
+    MESHIO__TRY(meshio__fits(r, blocks, msh->binary ? 20 : 8, "blocks of elements"));
+    for (b = 0; b < blocks; b++) {
+        MESHIO__TRY(meshio__msh_int(r, msh, 0, &dimension));
+        MESHIO__TRY(meshio__msh_int(r, msh, 0, &tag));
+        MESHIO__TRY(meshio__msh_int(r, msh, 0, &type));
+        MESHIO__TRY(meshio__msh_int(r, msh, 1, &num));
+        if (meshio__msh_nodes(type) == 0)
+            return meshio__fail(r, MESHIO_ERROR_SYNTAX, r->p, "unknown type of element: %lld",
+                                (long long)type);
+        MESHIO__TRY(meshio__fits(r, num, msh->binary ? 16 : 4, "elements in a block"));
+        pair = meshio__pair_find(&r->entities, (uint64_t)(dimension & 3) << 32 | (uint32_t)tag);
+        if (pair < r->entities.num / 2) tag = (int64_t)r->entities.data[2 * pair + 1];
+        for (i = 0; i < num; i++) {
+            MESHIO__TRY(meshio__msh_int(r, msh, 1, &unused));
+            MESHIO__TRY(meshio__msh_element(r, msh, 1, type, tag));
+        }
+        done += (uint64_t)num;
+    }
+    if (done != (uint64_t)count)
+        return meshio__fail(r, MESHIO_ERROR_COUNT, r->p, "%llu elements where %lld were claimed",
+                            (unsigned long long)done, (long long)count);
+    return MESHIO_OK;
+}
+
+static meshio_result meshio__msh_header(meshio__reader *r, meshio__msh *msh)
+{
+    double version;
+    int64_t kind, size, one = 0;
+    const unsigned char *where;
+    MESHIO__TRY(meshio__double(r, &version));
+    where = r->p;
+    MESHIO__TRY(meshio__int(r, &kind));
+    MESHIO__TRY(meshio__int(r, &size));
+    msh->v4 = version > 4.05 && version < 4.15;
+    if (!msh->v4 && !(version >= 2 && version < 3))
+        return meshio__fail(r, MESHIO_ERROR_UNSUPPORTED, where, "MSH version %.3g; 2.x and 4.1 are "
+                                                               "read",
+                            version);
+    if (kind != 0 && kind != 1)
+        return meshio__fail(r, MESHIO_ERROR_SYNTAX, where, "file-type %lld", (long long)kind);
+    if (size != 8)
+        return meshio__fail(r, MESHIO_ERROR_UNSUPPORTED, where, "data-size %lld, not 8",
+                            (long long)size);
+    msh->binary = kind == 1;
+    if (msh->binary) {
+        meshio__next_line(r);
+        MESHIO__TRY(meshio__i32(r, &one));
+        if (one != 1 && one != 16777216)
+            return meshio__fail(r, MESHIO_ERROR_SYNTAX, r->p - 4, "no 1 after a binary header");
+        r->swap = one != 1;
+    }
+    return MESHIO_OK;
+}
+
+/* Steps over a section that does not matter here: to the "$End..." that closes it. */
+static meshio_result meshio__msh_skip(meshio__reader *r, const unsigned char *name, size_t length)
+{
+    const unsigned char *p = r->p;
+    size_t rest = length - 1; /* the name without its '$' */
+    while (p < r->end && (p = (const unsigned char *)memchr(p, '$', (size_t)(r->end - p)))) {
+        if ((size_t)(r->end - p) >= rest + 4 && memcmp(p, "$End", 4) == 0 &&
+            memcmp(p + 4, name + 1, rest) == 0) {
+            r->p = p + 4 + rest;
+            return MESHIO_OK;
+        }
+        p++;
+    }
+    return meshio__fail(r, MESHIO_ERROR_TRUNCATED, name, "this section does not end");
+}
+
+static meshio_result meshio__read_msh(meshio__reader *r)
+{
+    meshio__msh msh;
+    size_t length;
+    const unsigned char *word;
+    memset(&msh, 0, sizeof msh);
+    r->text = 1;
+    word = meshio__word(r, &length);
+    if (!meshio__same(word, length, "$meshformat")) {
+        r->p = word;
+        if (r->p < r->end) return meshio__fail(r, MESHIO_ERROR_FORMAT, word, "no $MeshFormat");
+        return meshio__expected(r, "$MeshFormat");
+    }
+    MESHIO__TRY(meshio__msh_header(r, &msh));
+    MESHIO__TRY(meshio__expect(r, "$endmeshformat"));
+    for (;;) {
+        const char *end = NULL;
+        word = meshio__word(r, &length);
+        if (length == 0) break;
+        if (word[0] != '$' || length < 2) {
+            r->p = word;
+            return meshio__expected(r, "a section");
+        }
+        if (msh.binary) r->text = 0, meshio__next_line(r);
+        if (meshio__same(word, length, "$nodes")) {
+            if (msh.have_nodes++)
+                return meshio__fail(r, MESHIO_ERROR_SYNTAX, word, "a second section of nodes");
+            MESHIO__TRY(msh.v4 ? meshio__msh_nodes4(r, &msh) : meshio__msh_nodes2(r, &msh));
+            end = "$endnodes";
+        } else if (meshio__same(word, length, "$elements")) {
+            MESHIO__TRY(msh.v4 ? meshio__msh_elements4(r, &msh) : meshio__msh_elements2(r, &msh));
+            end = "$endelements";
+        } else if (msh.v4 && meshio__same(word, length, "$entities")) {
+            MESHIO__TRY(meshio__msh_entities(r, &msh));
+            end = "$endentities";
+        } else {
+            MESHIO__TRY(meshio__msh_skip(r, word, length));
+        }
+        if (end) MESHIO__TRY(meshio__expect(r, end));
+    }
+    if (!msh.have_nodes) return meshio__expected(r, "$Nodes");
+    return MESHIO_OK;
+}
+
+/* ---- >>cells  what VTK and VTU files share -------------------------------------------------- */
+
+/* Turns the collected cells into edges, triangles and tetrahedra. */
+static meshio_result meshio__cells_store(meshio__reader *r)
+{
+    const meshio__cells *cells = &r->cells;
+    size_t c, start = 0, n, i;
+    for (c = 0; c < cells->ends.num; c++) {
+        const uint32_t *v = cells->corners.data + start;
+        int64_t tag = cells->tags.num ? (int32_t)cells->tags.data[c] : 0;
+        uint32_t type = cells->types.data[c];
+        static const unsigned char corners[25] = {0, 0, 0, 2, 0, 3, 0, 0, 4, 4, 4, 0, 0,
+                                                  0, 0, 0, 0, 0, 0, 0, 0, 3, 6, 0, 10};
+        n = (size_t)cells->ends.data[c] - start;
+        start = (size_t)cells->ends.data[c];
+        if (type < 25 && corners[type] && corners[type] != n)
+            return meshio__fail(r, MESHIO_ERROR_COUNT, r->p,
+                                "cell %llu of type %lu has %llu corners", (unsigned long long)c,
+                                (unsigned long)type, (unsigned long long)n);
+        switch (type) {
+        case 3: case 21: MESHIO__TRY(meshio__add_edge(r, v, tag)); break;
+        case 4:
+            for (i = 1; i < n; i++) MESHIO__TRY(meshio__add_edge(r, v + i - 1, tag));
+            break;
+        case 5: case 22: MESHIO__TRY(meshio__add_polygon(r, v, 3, tag)); break;
+        case 6: /* strip: every other triangle is turned */
+            for (i = 2; i < n; i++)
+                MESHIO__TRY(meshio__add_triangle(r, v[i - 2], v[i - 1 + (i & 1)],
+                                                 v[i - (i & 1)], tag));
+            break;
+        case 7: case 9: MESHIO__TRY(meshio__add_polygon(r, v, n, tag)); break;
+        case 8:
+            MESHIO__TRY(meshio__add_triangle(r, v[0], v[1], v[3], tag));
+            MESHIO__TRY(meshio__add_triangle(r, v[0], v[3], v[2], tag));
+            break;
+        case 10: case 24: MESHIO__TRY(meshio__add_tet(r, v, tag)); break;
+        case 1: case 2: break; /* points name vertices that are there already */
+        default: r->mesh->num_other++; break;
+        }
+    }
+    return MESHIO_OK;
+}
+
+/* Is this the cell array that holds the tags? */
+static int meshio__is_tag_array(const unsigned char *name, size_t length)
+{
+    return meshio__same(name, length, "region") || meshio__same(name, length, "tag") ||
+           meshio__same(name, length, "cellentityids") || meshio__same(name, length, "material") ||
+           meshio__same(name, length, "medit:ref") || meshio__same(name, length, "gmsh:physical");
+}
+
+static meshio_result meshio__points_scalars(meshio__reader *r, int binary, meshio__type type,
+                                            int64_t count)
+{
+    double xyz[3];
+    int64_t i, unused;
+    int k;
+    MESHIO__TRY(meshio__fits(r, count, 3 * (binary ? meshio__type_size(type) : 2), "points"));
+    for (i = 0; i < count; i++) {
+        for (k = 0; k < 3; k++) MESHIO__TRY(meshio__scalar(r, binary, type, &xyz[k], &unused));
+        MESHIO__TRY(meshio__add_vertex(r, xyz, 0));
+    }
+    return MESHIO_OK;
+}
+
+static meshio_result meshio__cell_corner(meshio__reader *r, int binary, meshio__type type)
+{
+    double d;
+    int64_t index;
+    uint32_t v = 0;
+    const unsigned char *where;
+    if (!binary) meshio__skip(r);
+    where = r->p;
+    MESHIO__TRY(meshio__scalar(r, binary, type, &d, &index));
+    MESHIO__TRY(meshio__vertex(r, where, index, 0, &v));
+    return meshio__push32(&r->cells.corners, v) ? MESHIO_OK : meshio__no_memory(r);
+}
+
+static meshio_result meshio__cell_end(meshio__reader *r, uint64_t end)
+{
+    return meshio__push64(&r->cells.ends, end) ? MESHIO_OK : meshio__no_memory(r);
+}
+
+/* ---- >>vtk  the legacy format ---------------------------------------------------------------- */
+
+/* Lists of cells before version 5: for each the number of corners, then the corners. */
+static meshio_result meshio__vtk_lists(meshio__reader *r, int binary, int64_t count, int64_t size)
+{
+    int64_t i, k, n, used = 0;
+    double d;
+    MESHIO__TRY(meshio__fits(r, size, binary ? 4 : 2, "numbers"));
+    for (i = 0; i < count; i++) {
+        const unsigned char *where = r->p;
+        MESHIO__TRY(meshio__scalar(r, binary, MESHIO__I32, &d, &n));
+        if (n < 0 || n > size - used - 1)
+            return meshio__fail(r, MESHIO_ERROR_COUNT, where,
+                                "a cell of %lld corners, but %lld numbers are left of those "
+                                "claimed",
+                                (long long)n, (long long)(size - used - 1));
+        used += n + 1;
+        for (k = 0; k < n; k++) MESHIO__TRY(meshio__cell_corner(r, binary, MESHIO__I32));
+        MESHIO__TRY(meshio__cell_end(r, r->cells.corners.num));
+    }
+    if (used != size)
+        return meshio__fail(r, MESHIO_ERROR_COUNT, r->p, "%lld numbers where %lld were claimed",
+                            (long long)used, (long long)size);
+    return MESHIO_OK;
+}
+
+/* Version 5: OFFSETS (one more than the cells, from 0), then CONNECTIVITY. */
+static meshio_result meshio__vtk_offsets(meshio__reader *r, int binary, int64_t count, int64_t size)
+{
+    size_t length, first = r->cells.corners.num;
+    const unsigned char *word;
+    meshio__type type;
+    int64_t i, offset, before = 0;
+    double d;
+    word = meshio__word(r, &length);
+    type = meshio__type_named(word, length);
+    if (type >= MESHIO__F32) return meshio__fail(r, MESHIO_ERROR_SYNTAX, word, "type of offsets");
+    if (binary) meshio__next_line(r);
+    MESHIO__TRY(meshio__fits(r, count, binary ? meshio__type_size(type) : 2, "cells"));
+    for (i = 0; i < count; i++) {
+        const unsigned char *where = r->p;
+        MESHIO__TRY(meshio__scalar(r, binary, type, &d, &offset));
+        if (offset < before || offset > size || (i == 0 && offset != 0))
+            return meshio__fail(r, MESHIO_ERROR_COUNT, where, "offset %lld after %lld",
+                                (long long)offset, (long long)before);
+        if (i > 0) MESHIO__TRY(meshio__cell_end(r, first + (uint64_t)offset));
+        before = offset;
+    }
+    if (before != size)
+        return meshio__fail(r, MESHIO_ERROR_COUNT, r->p, "the last offset is %lld, not %lld",
+                            (long long)before, (long long)size);
+    MESHIO__TRY(meshio__expect(r, "connectivity"));
+    word = meshio__word(r, &length);
+    type = meshio__type_named(word, length);
+    if (type >= MESHIO__F32)
+        return meshio__fail(r, MESHIO_ERROR_SYNTAX, word, "type of the connectivity");
+    if (binary) meshio__next_line(r);
+    MESHIO__TRY(meshio__fits(r, size, binary ? meshio__type_size(type) : 2, "corners"));
+    for (i = 0; i < size; i++) MESHIO__TRY(meshio__cell_corner(r, binary, type));
+    return MESHIO_OK;
+}
+
+static meshio_result meshio__vtk_cells(meshio__reader *r, int binary, uint32_t type)
+{
+    int64_t count, size;
+    const unsigned char *before;
+    size_t length;
+    MESHIO__TRY(meshio__int(r, &count));
+    MESHIO__TRY(meshio__int(r, &size));
+    MESHIO__TRY(meshio__fits(r, count, 2, "cells"));
+    MESHIO__TRY(meshio__fits(r, size, 2, "numbers"));
+    before = r->p;
+    if (meshio__same(meshio__word(r, &length), 7, "offsets") && length == 7) {
+        MESHIO__TRY(meshio__vtk_offsets(r, binary, count, size));
+    } else {
+        r->p = before;
+        if (binary) meshio__next_line(r);
+        MESHIO__TRY(meshio__vtk_lists(r, binary, count, size));
+    }
+    while (type && r->cells.types.num < r->cells.ends.num)
+        if (!meshio__push32(&r->cells.types, type)) return meshio__no_memory(r);
+    return MESHIO_OK;
+}
+
+static meshio_result meshio__vtk_cell_types(meshio__reader *r, int binary)
+{
+    int64_t count, type, i;
+    double d;
+    MESHIO__TRY(meshio__int(r, &count));
+    if (count < 0 || (uint64_t)count != r->cells.ends.num)
+        return meshio__fail(r, MESHIO_ERROR_COUNT, r->p, "%lld types for %llu cells",
+                            (long long)count, (unsigned long long)r->cells.ends.num);
+    if (binary) meshio__next_line(r);
+    for (i = 0; i < count; i++) {
+        MESHIO__TRY(meshio__scalar(r, binary, MESHIO__I32, &d, &type));
+        if (type < 0 || type > 255)
+            return meshio__fail(r, MESHIO_ERROR_SYNTAX, r->p, "cell type %lld", (long long)type);
+        if (!meshio__push32(&r->cells.types, (uint32_t)type)) return meshio__no_memory(r);
+    }
+    return MESHIO_OK;
+}
+
+/* SCALARS name type [components], LOOKUP_TABLE name, one value a cell: kept if it holds the tags. */
+static meshio_result meshio__vtk_scalars(meshio__reader *r, int binary, int64_t count)
+{
+    size_t length;
+    const unsigned char *word = meshio__word(r, &length);
+    int wanted = meshio__is_tag_array(word, length) && r->cells.tags.num == 0 &&
+                 (uint64_t)count == r->cells.ends.num;
+    meshio__type type;
+    int64_t components = 1, i, value;
+    double d;
+    word = meshio__word(r, &length);
+    type = meshio__type_named(word, length);
+    if (type == MESHIO__NO_TYPE)
+        return meshio__fail(r, MESHIO_ERROR_UNSUPPORTED, word, "unknown type of SCALARS");
+    if (meshio__more_on_line(r)) MESHIO__TRY(meshio__int(r, &components));
+    MESHIO__TRY(meshio__expect(r, "lookup_table"));
+    meshio__word(r, &length);
+    if (binary) meshio__next_line(r);
+    if (components < 1 || components > 4)
+        return meshio__fail(r, MESHIO_ERROR_SYNTAX, word, "1 .. 4 components");
+    MESHIO__TRY(meshio__fits(r, count,
+                             (size_t)components * (binary ? meshio__type_size(type) : 2), "values"));
+    for (i = 0; i < count * components; i++) {
+        MESHIO__TRY(meshio__scalar(r, binary, type, &d, &value));
+        if (wanted && components == 1 && !meshio__push32(&r->cells.tags, (uint32_t)value))
+            return meshio__no_memory(r);
+    }
+    return MESHIO_OK;
+}
+
+static meshio_result meshio__read_vtk(meshio__reader *r)
+{
+    int binary, have_points = 0;
+    int64_t count, cell_data = -1;
+    size_t length;
+    const unsigned char *word;
+    meshio__type type;
+    r->text = 1;
+    if (r->begin == r->end) return meshio__expected(r, "# vtk DataFile Version");
+    if (r->end - r->p < 22 || !meshio__same(r->p, 22, "# vtk datafile version"))
+        return meshio__fail(r, MESHIO_ERROR_FORMAT, r->p, "no '# vtk DataFile Version'");
+    meshio__next_line(r);
+    meshio__next_line(r);
+    word = meshio__word(r, &length);
+    binary = meshio__same(word, length, "binary");
+    if (!binary && !meshio__same(word, length, "ascii")) {
+        r->p = word;
+        return meshio__expected(r, "ASCII or BINARY");
+    }
+    r->swap = meshio__little_endian();
+    MESHIO__TRY(meshio__expect(r, "dataset"));
+    word = meshio__word(r, &length);
+    if (!meshio__same(word, length, "polydata") && !meshio__same(word, length, "unstructured_grid"))
+        return meshio__fail(r, MESHIO_ERROR_UNSUPPORTED, word,
+                            "only POLYDATA and UNSTRUCTURED_GRID are read");
+    if (binary) r->text = 0;
+    for (;;) {
+        word = meshio__word(r, &length);
+        if (length == 0) break;
+        if (meshio__same(word, length, "points")) {
+            if (have_points++) return meshio__fail(r, MESHIO_ERROR_SYNTAX, word, "POINTS again");
+            MESHIO__TRY(meshio__int(r, &count));
+            word = meshio__word(r, &length);
+            type = meshio__type_named(word, length);
+            if (type != MESHIO__F32 && type != MESHIO__F64)
+                return meshio__fail(r, MESHIO_ERROR_UNSUPPORTED, word, "points of float or double");
+            if (binary) meshio__next_line(r);
+            MESHIO__TRY(meshio__points_scalars(r, binary, type, count));
+        } else if (meshio__same(word, length, "polygons")) {
+            MESHIO__TRY(meshio__vtk_cells(r, binary, 7));
+        } else if (meshio__same(word, length, "triangle_strips")) {
+            MESHIO__TRY(meshio__vtk_cells(r, binary, 6));
+        } else if (meshio__same(word, length, "lines")) {
+            MESHIO__TRY(meshio__vtk_cells(r, binary, 4));
+        } else if (meshio__same(word, length, "vertices")) {
+            MESHIO__TRY(meshio__vtk_cells(r, binary, 2));
+        } else if (meshio__same(word, length, "cells")) {
+            MESHIO__TRY(meshio__vtk_cells(r, binary, 0));
+        } else if (meshio__same(word, length, "cell_types")) {
+            MESHIO__TRY(meshio__vtk_cell_types(r, binary));
+        } else if (meshio__same(word, length, "cell_data")) {
+            MESHIO__TRY(meshio__int(r, &cell_data));
+        } else if (cell_data >= 0 && meshio__same(word, length, "scalars")) {
+            MESHIO__TRY(meshio__vtk_scalars(r, binary, cell_data));
+        } else if (have_points && r->cells.types.num == r->cells.ends.num &&
+                   (meshio__same(word, length, "metadata") || cell_data >= 0 ||
+                    meshio__same(word, length, "point_data") ||
+                    meshio__same(word, length, "field"))) {
+            break; /* other data: the mesh is complete */
+        } else {
+            r->p = word;
+            return meshio__expected(r, "a keyword of a legacy VTK file");
+        }
+    }
+    if (!have_points) return meshio__expected(r, "POINTS");
+    if (r->cells.types.num != r->cells.ends.num) return meshio__expected(r, "CELL_TYPES");
+    return meshio__cells_store(r);
+}
+
+/* ---- >>vtu  one piece, ASCII or appended raw ------------------------------------------------- */
+
+typedef struct meshio__vtu {
+    const unsigned char *appended; /* after the '_', NULL if there is none */
+    int wide;                      /* header_type UInt64 */
+    int64_t points, cells;
+} meshio__vtu;
+
+/* The value of an attribute within a tag [tag, end); NULL if it is not there. */
+static const unsigned char *meshio__attribute(const unsigned char *tag, const unsigned char *end,
+                                              const char *name, size_t *length)
+{
+    size_t n = strlen(name);
+    const unsigned char *p, *q;
+    for (p = tag + 1; p + n + 2 < end; p++) {
+        if (!meshio__is_space(p[-1]) || !meshio__same(p, n, name) || p[n] != '=') continue;
+        if (p[n + 1] != '"' && p[n + 1] != '\'') continue;
+        q = (const unsigned char *)memchr(p + n + 2, p[n + 1], (size_t)(end - p - (ptrdiff_t)n - 2));
+        if (!q) return NULL;
+        *length = (size_t)(q - (p + n + 2));
+        return p + n + 2;
+    }
+    return NULL;
+}
+
+static meshio_result meshio__attribute_int(meshio__reader *r, const unsigned char *tag,
+                                           const unsigned char *end, const char *name,
+                                           int64_t *value)
+{
+    size_t length, i;
+    const unsigned char *text = meshio__attribute(tag, end, name, &length);
+    if (!text || length == 0 || length > 18)
+        return meshio__fail(r, MESHIO_ERROR_SYNTAX, tag, "no proper %s in this tag", name);
+    for (*value = 0, i = 0; i < length; i++) {
+        if (!meshio__is_digit(text[i]))
+            return meshio__fail(r, MESHIO_ERROR_SYNTAX, text, "%s is not a count", name);
+        *value = 10 * *value + (text[i] - '0');
+    }
+    return MESHIO_OK;
+}
+
+/* Puts the cursor on the data of an array that must hold `count` values. */
+static meshio_result meshio__vtu_open(meshio__reader *r, const meshio__vtu *vtu,
+                                      const unsigned char *tag, const unsigned char *end,
+                                      uint64_t count, meshio__type *type, int *binary)
+{
+    size_t length;
+    const unsigned char *text = meshio__attribute(tag, end, "type", &length);
+    int64_t offset, bytes = 0;
+    *type = text ? meshio__type_named(text, length) : MESHIO__NO_TYPE;
+    if (*type == MESHIO__NO_TYPE)
+        return meshio__fail(r, MESHIO_ERROR_UNSUPPORTED, tag, "unknown type of a DataArray");
+    text = meshio__attribute(tag, end, "format", &length);
+    *binary = text && meshio__same(text, length, "appended");
+    r->p = end + 1;
+    if (!*binary) {
+        if (text && !meshio__same(text, length, "ascii"))
+            return meshio__fail(r, MESHIO_ERROR_UNSUPPORTED, tag, "only ascii and appended raw data");
+        return MESHIO_OK;
+    }
+    MESHIO__TRY(meshio__attribute_int(r, tag, end, "offset", &offset));
+    if (!vtu->appended || offset > (int64_t)(r->end - vtu->appended))
+        return meshio__fail(r, MESHIO_ERROR_TRUNCATED, tag, "the appended data are missing");
+    r->p = vtu->appended + offset;
+    MESHIO__TRY(vtu->wide ? meshio__i64(r, &bytes) : meshio__i32(r, &bytes));
+    if (!vtu->wide) bytes &= 0xFFFFFFFF;
+    if (bytes < 0 || (uint64_t)bytes != count * meshio__type_size(*type))
+        return meshio__fail(r, MESHIO_ERROR_COUNT, r->p, "%lld bytes for %llu values",
+                            (long long)bytes, (unsigned long long)count);
+    return MESHIO_OK;
+}
+
+static meshio_result meshio__vtu_array(meshio__reader *r, const meshio__vtu *vtu, int section,
+                                       const unsigned char *tag, const unsigned char *end)
+{
+    size_t length = 0;
+    const unsigned char *name = meshio__attribute(tag, end, "name", &length);
+    meshio__type type;
+    int64_t i, value, size;
+    double d;
+    int binary;
+    if (section == 'p') {
+        if (r->mesh->num_vertices)
+            return meshio__fail(r, MESHIO_ERROR_SYNTAX, tag, "a second array of points");
+        MESHIO__TRY(meshio__vtu_open(r, vtu, tag, end, 3 * (uint64_t)vtu->points, &type, &binary));
+        return meshio__points_scalars(r, binary, type, vtu->points);
+    }
+    if (!name) return MESHIO_OK;
+    if (section == 'd' && meshio__is_tag_array(name, length) && r->cells.tags.num == 0) {
+        MESHIO__TRY(meshio__vtu_open(r, vtu, tag, end, (uint64_t)vtu->cells, &type, &binary));
+        for (i = 0; i < vtu->cells; i++) {
+            MESHIO__TRY(meshio__scalar(r, binary, type, &d, &value));
+            if (!meshio__push32(&r->cells.tags, (uint32_t)value)) return meshio__no_memory(r);
+        }
+    } else if (section == 'c' && meshio__same(name, length, "offsets")) {
+        MESHIO__TRY(meshio__vtu_open(r, vtu, tag, end, (uint64_t)vtu->cells, &type, &binary));
+        r->cells.ends.num = 0;
+        for (size = 0, i = 0; i < vtu->cells; i++) {
+            MESHIO__TRY(meshio__scalar(r, binary, type, &d, &value));
+            if (value < size)
+                return meshio__fail(r, MESHIO_ERROR_COUNT, tag, "the offsets decrease");
+            size = value;
+            MESHIO__TRY(meshio__cell_end(r, (uint64_t)value));
+        }
+    } else if (section == 'c' && meshio__same(name, length, "types")) {
+        MESHIO__TRY(meshio__vtu_open(r, vtu, tag, end, (uint64_t)vtu->cells, &type, &binary));
+        r->cells.types.num = 0;
+        for (i = 0; i < vtu->cells; i++) {
+            MESHIO__TRY(meshio__scalar(r, binary, type, &d, &value));
+            if (!meshio__push32(&r->cells.types, (uint32_t)value)) return meshio__no_memory(r);
+        }
+    }
+    return MESHIO_OK;
+}
+
+/* The corners, once the offsets have told how many there are. */
+static meshio_result meshio__vtu_corners(meshio__reader *r, const meshio__vtu *vtu,
+                                         const unsigned char *tag)
+{
+    uint64_t size = r->cells.ends.num ? r->cells.ends.data[r->cells.ends.num - 1] : 0, i;
+    const unsigned char *end;
+    meshio__type type;
+    int binary;
+    if (vtu->cells == 0) return MESHIO_OK;
+    if (!tag || r->cells.ends.num != (uint64_t)vtu->cells ||
+        r->cells.types.num != (uint64_t)vtu->cells)
+        return meshio__expected(r, "connectivity, offsets and types of the cells");
+    end = (const unsigned char *)memchr(tag, '>', (size_t)(r->end - tag));
+    MESHIO__TRY(meshio__vtu_open(r, vtu, tag, end, size, &type, &binary));
+    MESHIO__TRY(meshio__fits(r, (int64_t)(size & INT64_MAX), binary ? meshio__type_size(type) : 2,
+                             "corners"));
+    for (i = 0; i < size; i++) MESHIO__TRY(meshio__cell_corner(r, binary, type));
+    return MESHIO_OK;
+}
+
+static meshio_result meshio__read_vtu(meshio__reader *r)
+{
+    meshio__vtu vtu;
+    const unsigned char *p, *end, *text, *corners = NULL, *appended;
+    size_t length;
+    int section = 0, pieces = 0;
+    memset(&vtu, 0, sizeof vtu);
+    r->text = 1;
+    r->swap = !meshio__little_endian();
+    if (r->begin == r->end) return meshio__expected(r, "<VTKFile");
+    for (p = r->begin; p + 13 < r->end && memcmp(p, "<AppendedData", 13) != 0; p++) {}
+    appended = p + 13 < r->end ? p : NULL;
+    if (appended) {
+        p = (const unsigned char *)memchr(appended, '_', (size_t)(r->end - appended));
+        end = (const unsigned char *)memchr(appended, '>', (size_t)(r->end - appended));
+        if (!p || !end || p < end) return meshio__expected(r, "'_' before the appended data");
+        text = meshio__attribute(appended, end, "encoding", &length);
+        if (text && meshio__same(text, length, "raw")) vtu.appended = p + 1;
+    }
+    for (p = r->begin; (p = (const unsigned char *)memchr(p, '<', (size_t)(r->end - p))) != NULL;
+         p = end + 1) {
+        if (p == appended) break;
+        end = (const unsigned char *)memchr(p, '>', (size_t)(r->end - p));
+        r->p = p;
+        if (!end) return meshio__fail(r, MESHIO_ERROR_TRUNCATED, p, "a tag that does not end");
+        for (length = 1; p + length < end && !meshio__is_space(p[length]) && p[length] != '/';)
+            length++;
+        if (meshio__same(p, length, "<vtkfile")) {
+            text = meshio__attribute(p, end, "type", &length);
+            if (!text || !meshio__same(text, length, "unstructuredgrid"))
+                return meshio__fail(r, MESHIO_ERROR_UNSUPPORTED, p, "not an UnstructuredGrid");
+            if (meshio__attribute(p, end, "compressor", &length))
+                return meshio__fail(r, MESHIO_ERROR_UNSUPPORTED, p, "compressed data are not read");
+            text = meshio__attribute(p, end, "header_type", &length);
+            vtu.wide = text && meshio__same(text, length, "uint64");
+            text = meshio__attribute(p, end, "byte_order", &length);
+            if (text && meshio__same(text, length, "bigendian")) r->swap = !r->swap;
+            section = 1;
+        } else if (section == 0 && p[1] != '?' && p[1] != '!') {
+            return meshio__fail(r, MESHIO_ERROR_FORMAT, p, "not a VTU file");
+        } else if (meshio__same(p, length, "<piece")) {
+            if (pieces++) return meshio__fail(r, MESHIO_ERROR_UNSUPPORTED, p, "more than one piece");
+            MESHIO__TRY(meshio__attribute_int(r, p, end, "numberofpoints", &vtu.points));
+            MESHIO__TRY(meshio__attribute_int(r, p, end, "numberofcells", &vtu.cells));
+            MESHIO__TRY(meshio__fits(r, vtu.points, 6, "points"));
+            MESHIO__TRY(meshio__fits(r, vtu.cells, 3, "cells"));
+        } else if (meshio__same(p, length, "<points")) {
+            section = 'p';
+        } else if (meshio__same(p, length, "<cells")) {
+            section = 'c';
+        } else if (meshio__same(p, length, "<celldata")) {
+            section = 'd';
+        } else if (meshio__same(p, length, "<pointdata") || meshio__same(p, length, "<fielddata")) {
+            section = 1;
+        } else if (section != 0 && meshio__same(p, length, "<dataarray") && section != 1) {
+            text = meshio__attribute(p, end, "name", &length);
+            if (section == 'c' && text && meshio__same(text, length, "connectivity"))
+                corners = p;
+            else
+                MESHIO__TRY(meshio__vtu_array(r, &vtu, section, p, end));
+        }
+    }
+    if (section == 0) return meshio__fail(r, MESHIO_ERROR_FORMAT, r->begin, "not a VTU file");
+    if (!pieces) return meshio__expected(r, "a <Piece>");
+    if (vtu.points != (int64_t)r->mesh->num_vertices) return meshio__expected(r, "the points");
+    MESHIO__TRY(meshio__vtu_corners(r, &vtu, corners));
+    return meshio__cells_store(r);
+}
+
+/* ---- >>tetgen -------------------------------------------------------------------------------- */
+
+/* The list of nodes; *first becomes the number of the first one (0 or 1). */
+static meshio_result meshio__tetgen_nodes(meshio__reader *r, int64_t *first)
+{
+    int64_t count, dimension = 3, attributes = 0, markers = 0, i, id, tag;
+    double xyz[3], unused;
+    int k;
+    *first = 1;
+    MESHIO__TRY(meshio__int(r, &count));
+    if (meshio__more_on_line(r)) MESHIO__TRY(meshio__int(r, &dimension));
+    if (meshio__more_on_line(r)) MESHIO__TRY(meshio__int(r, &attributes));
+    if (meshio__more_on_line(r)) MESHIO__TRY(meshio__int(r, &markers));
+    if (dimension != 3)
+        return meshio__fail(r, MESHIO_ERROR_UNSUPPORTED, r->p, "dimension %lld, not 3",
+                            (long long)dimension);
+    MESHIO__TRY(meshio__fits(r, attributes, 2, "attributes"));
+    MESHIO__TRY(meshio__fits(r, count, 8, "nodes"));
+    for (i = 0; i < count; i++) {
+        const unsigned char *where;
+        meshio__skip(r);
+        where = r->p;
+        MESHIO__TRY(meshio__int(r, &id));
+        if (i == 0) *first = id;
+        if (id != *first + i || *first < 0 || *first > 1)
+            return meshio__fail(r, MESHIO_ERROR_INDEX, where, "node %lld where %lld is due",
+                                (long long)id, (long long)(i ? *first + i : 1));
+        MESHIO__TRY(meshio__xyz(r, xyz));
+        for (k = 0; k < attributes; k++) MESHIO__TRY(meshio__double(r, &unused));
+        tag = 0;
+        if (markers) MESHIO__TRY(meshio__int_or_double(r, &tag));
+        MESHIO__TRY(meshio__add_vertex(r, xyz, tag));
+    }
+    return MESHIO_OK;
+}
+
+static meshio_result meshio__read_node(meshio__reader *r)
+{
+    int64_t first;
+    r->text = 1;
+    r->comment = '#';
+    return meshio__tetgen_nodes(r, &first);
+}
+
+/* n corners of a polygon into r->polygon, and on to the end of the facet's loops. */
+static meshio_result meshio__tetgen_polygon(meshio__reader *r, int64_t n, int64_t first,
+                                            meshio__loops *loops)
+{
+    size_t i;
+    if (n < 1)
+        return meshio__fail(r, MESHIO_ERROR_COUNT, r->p, "a polygon of %lld corners", (long long)n);
+    MESHIO__TRY(meshio__read_polygon_text(r, n, first));
+    for (i = 0; i < r->polygon.num; i++)
+        if (!meshio__push32(&loops->corners, r->polygon.data[i])) return meshio__no_memory(r);
+    return meshio__push64(&loops->ends, loops->corners.num) ? MESHIO_OK : meshio__no_memory(r);
+}
+
+static meshio_result meshio__tetgen_facet_hole(meshio__reader *r, meshio__loops *loops)
+{
+    int64_t id;
+    double xyz[3];
+    int k;
+    MESHIO__TRY(meshio__int(r, &id));
+    MESHIO__TRY(meshio__xyz(r, xyz));
+    if (!meshio__reserve_doubles(&loops->holes, &loops->cap_holes, 3 * loops->num_holes + 3))
+        return meshio__no_memory(r);
+    for (k = 0; k < 3; k++) loops->holes[3 * loops->num_holes + (size_t)k] = xyz[k];
+    loops->num_holes++;
+    return MESHIO_OK;
+}
+
+/* One facet: .poly gives the number of polygons, of holes and the marker on a line; .smesh has
+ * one polygon, its marker after the corners. */
+static meshio_result meshio__tetgen_facet(meshio__reader *r, int poly, int markers, int64_t first,
+                                          meshio__loops *loops)
+{
+    int64_t polygons = 1, holes = 0, tag = 0, n, i;
+    const unsigned char *where;
+    loops->corners.num = loops->ends.num = loops->num_holes = 0;
+    meshio__skip(r);
+    where = r->p;
+    MESHIO__TRY(meshio__int(r, &polygons));
+    if (poly) {
+        if (meshio__more_on_line(r)) MESHIO__TRY(meshio__int(r, &holes));
+        if (meshio__more_on_line(r)) MESHIO__TRY(meshio__int_or_double(r, &tag));
+        MESHIO__TRY(meshio__fits(r, polygons, 2, "polygons in a facet"));
+        MESHIO__TRY(meshio__fits(r, holes, 4, "holes in a facet"));
+        for (i = 0; i < polygons; i++) {
+            MESHIO__TRY(meshio__int(r, &n));
+            MESHIO__TRY(meshio__tetgen_polygon(r, n, first, loops));
+        }
+        for (i = 0; i < holes; i++) MESHIO__TRY(meshio__tetgen_facet_hole(r, loops));
+    } else {
+        MESHIO__TRY(meshio__tetgen_polygon(r, polygons, first, loops));
+        while (markers && meshio__more_on_line(r)) MESHIO__TRY(meshio__int_or_double(r, &tag));
+    }
+    return meshio__add_facet(r, where, loops, tag);
+}
+
+/* Parts 3 and 4: points in cavities, points in regions with an attribute and a largest volume. */
+static meshio_result meshio__tetgen_seeds(meshio__reader *r, int regions)
+{
+    meshio_mesh *m = r->mesh;
+    int64_t count, id, i;
+    int k, width = regions ? 5 : 3;
+    double value[5];
+    if (!meshio__skip(r)) return regions ? MESHIO_OK : meshio__expected(r, "the list of holes");
+    MESHIO__TRY(meshio__int(r, &count));
+    MESHIO__TRY(meshio__fits(r, count, 8, regions ? "regions" : "holes"));
+    for (i = 0; i < count; i++) {
+        double **array = regions ? &m->regions : &m->holes;
+        size_t *cap = regions ? &r->cap_regions : &r->cap_holes;
+        size_t *num = regions ? &m->num_regions : &m->num_holes;
+        MESHIO__TRY(meshio__int(r, &id));
+        MESHIO__TRY(meshio__xyz(r, value));
+        value[3] = 0;
+        value[4] = -1;
+        for (k = 3; k < width && meshio__more_on_line(r); k++)
+            MESHIO__TRY(meshio__double(r, &value[k]));
+        if (!meshio__reserve_doubles(array, cap, (size_t)width * (*num + 1)))
+            return meshio__no_memory(r);
+        memcpy(*array + (size_t)width * *num, value, (size_t)width * sizeof(double));
+        ++*num;
+    }
+    return MESHIO_OK;
+}
+
+/* Nodes are in the file, or (count 0) have been read from the .node file beside it. */
+static meshio_result meshio__read_poly(meshio__reader *r, int poly, int64_t first,
+                                       meshio__loops *loops)
+{
+    int64_t count, markers = 0, i, own;
+    size_t beside = r->mesh->num_vertices;
+    r->text = 1;
+    r->comment = '#';
+    MESHIO__TRY(meshio__tetgen_nodes(r, &own));
+    if (r->mesh->num_vertices == beside) {
+        if (beside == 0)
+            return meshio__fail(r, MESHIO_ERROR_COUNT, r->p,
+                                "no nodes, here or in a .node file beside this one");
+    } else {
+        if (beside) return meshio__fail(r, MESHIO_ERROR_COUNT, r->p, "nodes here and beside");
+        first = own;
+    }
+    MESHIO__TRY(meshio__int(r, &count));
+    if (meshio__more_on_line(r)) MESHIO__TRY(meshio__int(r, &markers));
+    MESHIO__TRY(meshio__fits(r, count, 4, "facets"));
+    for (i = 0; i < count; i++)
+        MESHIO__TRY(meshio__tetgen_facet(r, poly, markers != 0, first, loops));
+    MESHIO__TRY(meshio__tetgen_seeds(r, 0));
+    return meshio__tetgen_seeds(r, 1);
+}
+
+/* Tetrahedra (.ele, 4 or 10 corners, attributes) or faces (.face, 3 corners, a marker). */
+static meshio_result meshio__read_elements(meshio__reader *r, int64_t first, int face)
+{
+    int64_t count, corners = 3, attributes = 0, i, id, index, tag;
+    uint32_t v[10];
+    int k;
+    r->text = 1;
+    r->comment = '#';
+    MESHIO__TRY(meshio__int(r, &count));
+    if (!face && meshio__more_on_line(r)) MESHIO__TRY(meshio__int(r, &corners));
+    if (meshio__more_on_line(r)) MESHIO__TRY(meshio__int(r, &attributes));
+    if (!face && corners != 4 && corners != 10)
+        return meshio__fail(r, MESHIO_ERROR_UNSUPPORTED, r->p, "elements of %lld corners",
+                            (long long)corners);
+    MESHIO__TRY(meshio__fits(r, attributes, 2, "attributes"));
+    MESHIO__TRY(meshio__fits(r, count, 8, "elements"));
+    for (i = 0; i < count; i++) {
+        MESHIO__TRY(meshio__int(r, &id));
+        for (k = 0; k < corners; k++) {
+            const unsigned char *where;
+            meshio__skip(r);
+            where = r->p;
+            MESHIO__TRY(meshio__int(r, &index));
+            MESHIO__TRY(meshio__vertex(r, where, index, first, &v[k]));
+        }
+        tag = 0;
+        for (k = 0; meshio__more_on_line(r); k++) {
+            MESHIO__TRY(meshio__int_or_double(r, &index));
+            if (k == 0) tag = index;
+        }
+        if (face)
+            MESHIO__TRY(meshio__add_triangle(r, v[0], v[1], v[2], tag));
+        else
+            MESHIO__TRY(meshio__add_tet(r, v, tag));
+    }
+    return MESHIO_OK;
+}
+
+/* ---- >>points -------------------------------------------------------------------------------- */
+
+/* One point a line, further columns ignored; a first line of one integer is the count. */
+static meshio_result meshio__read_xyz(meshio__reader *r)
+{
+    int64_t claimed = -1;
+    double xyz[3];
+    int k, first = 1;
+    r->text = 1;
+    r->comment = '#';
+    for (; r->p < r->end; meshio__next_line(r)) {
+        const unsigned char *line;
+        if (!meshio__more_on_line(r)) continue;
+        line = r->p;
+        MESHIO__TRY(meshio__double(r, &xyz[0]));
+        if (!meshio__more_on_line(r) && first) {
+            r->p = line;
+            MESHIO__TRY(meshio__int(r, &claimed));
+            MESHIO__TRY(meshio__fits(r, claimed, 6, "points"));
+            first = 0;
+            continue;
+        }
+        first = 0;
+        for (k = 1; k < 3; k++) {
+            if (!meshio__more_on_line(r))
+                return meshio__fail(r, MESHIO_ERROR_SYNTAX, line, "a point needs 3 numbers");
+            MESHIO__TRY(meshio__double(r, &xyz[k]));
+        }
+        MESHIO__TRY(meshio__add_vertex(r, xyz, 0));
+    }
+    if (claimed >= 0 && (uint64_t)claimed != r->mesh->num_vertices)
+        return meshio__fail(r, MESHIO_ERROR_COUNT, r->p, "%llu points where %lld were claimed",
+                            (unsigned long long)r->mesh->num_vertices, (long long)claimed);
+    return MESHIO_OK;
+}
+
+static meshio_result meshio__read_bin(meshio__reader *r)
+{
+    size_t size = (size_t)(r->end - r->begin), i;
+    double xyz[3];
+    int k;
+    r->swap = !meshio__little_endian();
+    if (size % 24 != 0)
+        return meshio__fail(r, MESHIO_ERROR_TRUNCATED, r->end,
+                            "%llu bytes are not a whole number of points of 24",
+                            (unsigned long long)size);
+    for (i = 0; i < size / 24; i++) {
+        for (k = 0; k < 3; k++) MESHIO__TRY(meshio__f64(r, &xyz[k]));
+        MESHIO__TRY(meshio__add_vertex(r, xyz, 0));
+    }
+    return MESHIO_OK;
+}
+
+/* ---- >>output  a buffered file that remembers its first error --------------------------------- */
+
+typedef struct meshio__writer {
+    FILE *file;
+    char path[1024], part[1040]; /* the final name; the one it has until it is complete */
+    int direct;                  /* a device or pipe: no renaming */
+    int failed, error;           /* errno of the first failure */
+    uint64_t offset;
+    size_t used;
+    char buffer[1 << 16];
+} meshio__writer;
+
+static void meshio__flush(meshio__writer *w)
+{
+    if (!w->failed && w->used && fwrite(w->buffer, 1, w->used, w->file) != w->used) {
+        w->failed = 1;
+        w->error = errno;
+    }
+    w->offset += w->used;
+    w->used = 0;
+}
+
+static void meshio__put(meshio__writer *w, const void *bytes, size_t size)
+{
+    const char *p = (const char *)bytes;
+    while (size) {
+        size_t n = sizeof w->buffer - w->used;
+        if (n > size) n = size;
+        memcpy(w->buffer + w->used, p, n);
+        w->used += n;
+        p += n;
+        size -= n;
+        if (w->used == sizeof w->buffer) meshio__flush(w);
+    }
+}
+
+static void meshio__puts(meshio__writer *w, const char *text) { meshio__put(w, text, strlen(text)); }
+
+static void meshio__printf(meshio__writer *w, const char *format, ...) MESHIO__PRINTF(2, 3);
+static void meshio__printf(meshio__writer *w, const char *format, ...)
+{
+    char text[512];
+    va_list args;
+    va_start(args, format);
+    vsnprintf(text, sizeof text, format, args);
+    va_end(args);
+    meshio__puts(w, text);
+}
+
+/* An integer and the character after it. */
+static void meshio__put_int(meshio__writer *w, int64_t value, char after)
+{
+    char text[24];
+    int i = (int)sizeof text;
+    uint64_t v = value < 0 ? 0 - (uint64_t)value : (uint64_t)value;
+    text[--i] = after;
+    do {
+        text[--i] = (char)('0' + v % 10);
+        v /= 10;
+    } while (v);
+    if (value < 0) text[--i] = '-';
+    meshio__put(w, text + i, sizeof text - (size_t)i);
+}
+
+/* A double that reads back as the same bits, and the character after it. */
+static void meshio__put_double(meshio__writer *w, double value, char after)
+{
+    char text[40];
+    int n;
+    uint64_t bits;
+    memcpy(&bits, &value, 8);
+    if (value > -1e15 && value < 1e15 && value == (double)(int64_t)value && bits != UINT64_C(1) << 63) {
+        meshio__put_int(w, (int64_t)value, after);
+        return;
+    }
+    n = snprintf(text, sizeof text - 1, "%.17g", value);
+    text[n] = after;
+    meshio__put(w, text, (size_t)n + 1);
+}
+
+static void meshio__put_xyz(meshio__writer *w, const double *xyz)
+{
+    meshio__put_double(w, xyz[0], ' ');
+    meshio__put_double(w, xyz[1], ' ');
+    meshio__put_double(w, xyz[2], ' ');
+}
+
+/* Integers of 1, 4 or 8 bytes in this machine's order, or (VTK) the highest byte first. */
+static void meshio__put_raw(meshio__writer *w, int64_t value, int bytes, int big_endian)
+{
+    unsigned char raw[8];
+    int little = meshio__little_endian(), i;
+    for (i = 0; i < bytes; i++) {
+        int place = little && !big_endian ? i : bytes - 1 - i;
+        raw[place] = (unsigned char)((uint64_t)value >> (8 * i));
+    }
+    meshio__put(w, raw, (size_t)bytes);
+}
+
+static void meshio__put_raw_double(meshio__writer *w, double value, int big_endian)
+{
+    uint64_t bits;
+    memcpy(&bits, &value, 8);
+    meshio__put_raw(w, (int64_t)bits, 8, big_endian);
+}
+
+static int meshio__is_device(const char *path)
+{
+#ifdef MESHIO__STAT
+    struct stat status;
+    if (stat(path, &status) == 0 && !S_ISREG(status.st_mode)) return 1;
+#endif
+    return strncmp(path, "/dev/", 5) == 0;
+}
+
+static meshio_result meshio__report_plain(meshio_report *report, meshio_result result,
+                                          const char *what, const char *path, int error)
+{
+    report->result = result;
+    snprintf(report->message, sizeof report->message, "%s '%.150s'%s%.80s", what, path,
+             error ? ": " : "", error ? strerror(error) : "");
+    return result;
+}
+
+static meshio_result meshio__create(meshio__writer *w, const char *path, meshio_report *report)
+{
+    w->used = 0;
+    w->offset = 0;
+    w->failed = 0;
+    w->error = 0;
+    w->file = NULL;
+    if (strlen(path) + 1 > sizeof w->path)
+        return meshio__report_plain(report, MESHIO_ERROR_WRITE, "the name is too long:", path, 0);
+    strcpy(w->path, path);
+    w->direct = meshio__is_device(path);
+    snprintf(w->part, sizeof w->part, "%s%s", path, w->direct ? "" : ".part");
+    w->file = fopen(w->part, "wb");
+    if (!w->file)
+        return meshio__report_plain(report, MESHIO_ERROR_WRITE, "cannot create", w->part, errno);
+    return MESHIO_OK;
+}
+
+/* Closes the file; complete: it gets its name, else it is removed. */
+static meshio_result meshio__complete(meshio__writer *w, meshio_report *report)
+{
+    meshio__flush(w);
+    if (fflush(w->file) != 0 && !w->failed) w->failed = 1, w->error = errno;
+    if (fclose(w->file) != 0 && !w->failed) w->failed = 1, w->error = errno;
+    if (!w->failed && !w->direct && rename(w->part, w->path) != 0) {
+        remove(w->path); /* where rename() does not replace */
+        if (rename(w->part, w->path) != 0) w->failed = 1, w->error = errno;
+    }
+    if (!w->failed) return MESHIO_OK;
+    if (!w->direct) remove(w->part);
+    return meshio__report_plain(report, MESHIO_ERROR_WRITE, "cannot write", w->path, w->error);
+}
+
+/* ---- >>writers --------------------------------------------------------------------------------- */
+
+static void meshio__write_medit_cells(meshio__writer *w, const char *name, const uint32_t *v,
+                                      const int32_t *tags, size_t num, int corners)
+{
+    size_t i;
+    int k;
+    if (num == 0) return;
+    meshio__printf(w, "%s\n%llu\n", name, (unsigned long long)num);
+    for (i = 0; i < num; i++) {
+        for (k = 0; k < corners; k++)
+            meshio__put_int(w, (int64_t)v[(size_t)corners * i + (size_t)k] + 1, ' ');
+        meshio__put_int(w, tags ? tags[i] : 0, '\n');
+    }
+}
+
+static void meshio__write_medit(meshio__writer *w, const meshio_mesh *m)
+{
+    size_t i;
+    meshio__printf(w, "MeshVersionFormatted 2\nDimension 3\nVertices\n%llu\n",
+                   (unsigned long long)m->num_vertices);
+    for (i = 0; i < m->num_vertices; i++) {
+        meshio__put_xyz(w, m->xyz + 3 * i);
+        meshio__put_int(w, m->vertex_tags ? m->vertex_tags[i] : 0, '\n');
+    }
+    meshio__write_medit_cells(w, "Edges", m->edges, m->edge_tags, m->num_edges, 2);
+    meshio__write_medit_cells(w, "Triangles", m->triangles, m->triangle_tags, m->num_triangles, 3);
+    meshio__write_medit_cells(w, "Tetrahedra", m->tets, m->tet_tags, m->num_tets, 4);
+    meshio__puts(w, "End\n");
+}
+
+/* The head of a section of `bytes` bytes after the count; wide: positions have 64 bits. */
+static void meshio__medit_section(meshio__writer *w, int code, size_t count, uint64_t bytes,
+                                  int wide)
+{
+    uint64_t here = w->offset + w->used;
+    meshio__put_raw(w, code, 4, 0);
+    meshio__put_raw(w, (int64_t)(here + 4 + (wide ? 8 : 4) + 4 + bytes), wide ? 8 : 4, 0);
+    meshio__put_raw(w, (int64_t)count, 4, 0);
+}
+
+static void meshio__write_medit_binary_cells(meshio__writer *w, int code, const uint32_t *v,
+                                             const int32_t *tags, size_t num, int corners, int wide)
+{
+    size_t i;
+    int k;
+    if (num == 0) return;
+    meshio__medit_section(w, code, num, (uint64_t)num * 4 * (uint64_t)(corners + 1), wide);
+    for (i = 0; i < num; i++) {
+        for (k = 0; k < corners; k++)
+            meshio__put_raw(w, (int64_t)v[(size_t)corners * i + (size_t)k] + 1, 4, 0);
+        meshio__put_raw(w, tags ? tags[i] : 0, 4, 0);
+    }
+}
+
+/* Version 2, or 3 when positions need more than 31 bits. */
+static void meshio__write_medit_binary(meshio__writer *w, const meshio_mesh *m)
+{
+    uint64_t bytes = 28 * (uint64_t)m->num_vertices + 12 * (uint64_t)m->num_edges +
+                     16 * (uint64_t)m->num_triangles + 20 * (uint64_t)m->num_tets + 1024;
+    int wide = bytes > 0x7FFFFFFF, k;
+    size_t i;
+    meshio__put_raw(w, 1, 4, 0);
+    meshio__put_raw(w, wide ? 3 : 2, 4, 0);
+    meshio__medit_section(w, MESHIO__MEDIT_DIMENSION, 3, 0, wide);
+    meshio__medit_section(w, MESHIO__MEDIT_VERTICES, m->num_vertices,
+                          28 * (uint64_t)m->num_vertices, wide);
+    for (i = 0; i < m->num_vertices; i++) {
+        for (k = 0; k < 3; k++) meshio__put_raw_double(w, m->xyz[3 * i + (size_t)k], 0);
+        meshio__put_raw(w, m->vertex_tags ? m->vertex_tags[i] : 0, 4, 0);
+    }
+    meshio__write_medit_binary_cells(w, MESHIO__MEDIT_EDGES, m->edges, m->edge_tags, m->num_edges,
+                                     2, wide);
+    meshio__write_medit_binary_cells(w, MESHIO__MEDIT_TRIANGLES, m->triangles, m->triangle_tags,
+                                     m->num_triangles, 3, wide);
+    meshio__write_medit_binary_cells(w, MESHIO__MEDIT_TETS, m->tets, m->tet_tags, m->num_tets, 4,
+                                     wide);
+    meshio__put_raw(w, MESHIO__MEDIT_END, 4, 0);
+    meshio__put_raw(w, 0, wide ? 8 : 4, 0);
+}
+
+/* The three kinds of elements in the order of the writers: corners, tags, number, Gmsh's type. */
+typedef struct meshio__kind {
+    const uint32_t *v;
+    const int32_t *tags;
+    size_t num;
+    int corners, gmsh, vtk;
+} meshio__kind;
+
+static void meshio__kinds(const meshio_mesh *m, meshio__kind kinds[3])
+{
+    kinds[0].v = m->edges;
+    kinds[0].tags = m->edge_tags;
+    kinds[0].num = m->num_edges;
+    kinds[0].corners = 2;
+    kinds[0].gmsh = 1;
+    kinds[0].vtk = 3;
+    kinds[1].v = m->triangles;
+    kinds[1].tags = m->triangle_tags;
+    kinds[1].num = m->num_triangles;
+    kinds[1].corners = 3;
+    kinds[1].gmsh = 2;
+    kinds[1].vtk = 5;
+    kinds[2].v = m->tets;
+    kinds[2].tags = m->tet_tags;
+    kinds[2].num = m->num_tets;
+    kinds[2].corners = 4;
+    kinds[2].gmsh = 4;
+    kinds[2].vtk = 10;
+}
+
+/* An integer, in binary of the given width or in text with a blank after it. */
+static void meshio__put_any(meshio__writer *w, int binary, int bytes, int64_t value)
+{
+    if (binary)
+        meshio__put_raw(w, value, bytes, 0);
+    else
+        meshio__put_int(w, value, ' ');
+}
+
+static void meshio__put_newline(meshio__writer *w, int binary)
+{
+    if (!binary) meshio__put(w, "\n", 1);
+}
+
+static void meshio__write_msh_header(meshio__writer *w, const char *version, int binary)
+{
+    meshio__printf(w, "$MeshFormat\n%s %d 8\n", version, binary);
+    if (binary) {
+        meshio__put_raw(w, 1, 4, 0);
+        meshio__puts(w, "\n");
+    }
+    meshio__puts(w, "$EndMeshFormat\n");
+}
+
+static void meshio__write_msh2(meshio__writer *w, const meshio_mesh *m, int binary)
+{
+    meshio__kind kinds[3];
+    size_t i, id = 0;
+    int k, c;
+    meshio__kinds(m, kinds);
+    meshio__write_msh_header(w, "2.2", binary);
+    meshio__printf(w, "$Nodes\n%llu\n", (unsigned long long)m->num_vertices);
+    for (i = 0; i < m->num_vertices; i++) {
+        meshio__put_any(w, binary, 4, (int64_t)i + 1);
+        for (c = 0; c < 3; c++)
+            if (binary)
+                meshio__put_raw_double(w, m->xyz[3 * i + (size_t)c], 0);
+            else
+                meshio__put_double(w, m->xyz[3 * i + (size_t)c], c < 2 ? ' ' : '\n');
+    }
+    meshio__printf(w, "%s$EndNodes\n$Elements\n%llu\n", binary ? "\n" : "",
+                   (unsigned long long)(m->num_edges + m->num_triangles + m->num_tets));
+    for (k = 0; k < 3; k++) {
+        if (binary && kinds[k].num) { /* one block a kind */
+            meshio__put_raw(w, kinds[k].gmsh, 4, 0);
+            meshio__put_raw(w, (int64_t)kinds[k].num, 4, 0);
+            meshio__put_raw(w, 2, 4, 0);
+        }
+        for (i = 0; i < kinds[k].num; i++) {
+            int64_t tag = kinds[k].tags ? kinds[k].tags[i] : 0;
+            meshio__put_any(w, binary, 4, (int64_t)++id);
+            if (!binary) {
+                meshio__put_int(w, kinds[k].gmsh, ' ');
+                meshio__put_int(w, 2, ' ');
+            }
+            meshio__put_any(w, binary, 4, tag);
+            meshio__put_any(w, binary, 4, tag);
+            for (c = 0; c < kinds[k].corners; c++)
+                meshio__put_any(w, binary, 4,
+                                (int64_t)kinds[k].v[i * (size_t)kinds[k].corners + (size_t)c] + 1);
+            meshio__put_newline(w, binary);
+        }
+    }
+    meshio__printf(w, "%s$EndElements\n", binary ? "\n" : "");
+}
+
+static int meshio__compare_tags(const void *pa, const void *pb)
+{
+    const int64_t *a = (const int64_t *)pa, *b = (const int64_t *)pb;
+    if (a[0] != b[0]) return a[0] < b[0] ? -1 : 1;
+    return a[1] < b[1] ? -1 : a[1] > b[1];
+}
+
+/* MSH 4.1 groups elements by entity: (tag, element) sorted, and the number of distinct tags. */
+typedef struct meshio__groups {
+    int64_t *pairs;
+    size_t num, distinct;
+} meshio__groups;
+
+static int meshio__group(const meshio__kind *kind, meshio__groups *groups)
+{
+    size_t i;
+    groups->num = kind->num;
+    groups->distinct = 0;
+    groups->pairs = NULL;
+    if (kind->num == 0) return 1;
+    if (kind->num > (size_t)-1 / 16) return 0;
+    groups->pairs = (int64_t *)MESHIO_MALLOC(16 * kind->num);
+    if (!groups->pairs) return 0;
+    for (i = 0; i < kind->num; i++) {
+        groups->pairs[2 * i] = kind->tags ? kind->tags[i] : 0;
+        groups->pairs[2 * i + 1] = (int64_t)i;
+    }
+    qsort(groups->pairs, kind->num, 16, meshio__compare_tags);
+    for (i = 0; i < kind->num; i++)
+        groups->distinct += i == 0 || groups->pairs[2 * i] != groups->pairs[2 * i - 2];
+    return 1;
+}
+
+static void meshio__bounding_box(const meshio_mesh *m, double box[6])
+{
+    size_t i;
+    int k;
+    for (k = 0; k < 6; k++) box[k] = 0;
+    for (i = 0; i < m->num_vertices; i++)
+        for (k = 0; k < 3; k++) {
+            double x = m->xyz[3 * i + (size_t)k];
+            if (i == 0 || x < box[k]) box[k] = x;
+            if (i == 0 || x > box[3 + k]) box[3 + k] = x;
+        }
+}
+
+/* One entity for each tag of each kind, and a physical group of the same number. */
+static void meshio__write_msh4_entities(meshio__writer *w, const meshio__groups *groups,
+                                        const double box[6], int binary)
+{
+    int k, c;
+    size_t i;
+    meshio__puts(w, "$Entities\n");
+    meshio__put_any(w, binary, 8, 0);
+    for (k = 0; k < 3; k++) meshio__put_any(w, binary, 8, (int64_t)groups[k].distinct);
+    meshio__put_newline(w, binary);
+    for (k = 0; k < 3; k++)
+        for (i = 0; i < groups[k].num; i++) {
+            int64_t tag = groups[k].pairs[2 * i];
+            if (i > 0 && tag == groups[k].pairs[2 * i - 2]) continue;
+            meshio__put_any(w, binary, 4, tag);
+            for (c = 0; c < 6; c++)
+                if (binary)
+                    meshio__put_raw_double(w, box[c], 0);
+                else
+                    meshio__put_double(w, box[c], ' ');
+            meshio__put_any(w, binary, 8, tag != 0);
+            if (tag != 0) meshio__put_any(w, binary, 4, tag);
+            meshio__put_any(w, binary, 8, 0);
+            meshio__put_newline(w, binary);
+        }
+    meshio__printf(w, "%s$EndEntities\n", binary ? "\n" : "");
+}
+
+static void meshio__write_msh4_nodes(meshio__writer *w, const meshio_mesh *m,
+                                     const meshio__groups *groups, int binary)
+{
+    size_t i;
+    int dimension = m->num_tets ? 3 : m->num_triangles ? 2 : m->num_edges ? 1 : 0;
+    int64_t n = (int64_t)m->num_vertices;
+    meshio__puts(w, "$Nodes\n");
+    meshio__put_any(w, binary, 8, n > 0);
+    meshio__put_any(w, binary, 8, n);
+    meshio__put_any(w, binary, 8, n > 0);
+    meshio__put_any(w, binary, 8, n);
+    meshio__put_newline(w, binary);
+    if (n > 0) {
+        meshio__put_any(w, binary, 4, dimension);
+        meshio__put_any(w, binary, 4, dimension ? groups[dimension - 1].pairs[0] : 0);
+        meshio__put_any(w, binary, 4, 0);
+        meshio__put_any(w, binary, 8, n);
+        meshio__put_newline(w, binary);
+    }
+    for (i = 0; i < m->num_vertices; i++) {
+        meshio__put_any(w, binary, 8, (int64_t)i + 1);
+        meshio__put_newline(w, binary);
+    }
+    for (i = 0; i < 3 * m->num_vertices; i++)
+        if (binary)
+            meshio__put_raw_double(w, m->xyz[i], 0);
+        else
+            meshio__put_double(w, m->xyz[i], i % 3 < 2 ? ' ' : '\n');
+    meshio__printf(w, "%s$EndNodes\n", binary ? "\n" : "");
+}
+
+static meshio_result meshio__write_msh4(meshio__writer *w, const meshio_mesh *m, int binary)
+{
+    meshio__kind kinds[3];
+    meshio__groups groups[3];
+    double box[6];
+    size_t i, j, id = 0, blocks = 0, total = 0;
+    int k, c, ok = 1;
+    memset(groups, 0, sizeof groups);
+    meshio__kinds(m, kinds);
+    for (k = 0; ok && k < 3; k++) {
+        ok = meshio__group(&kinds[k], &groups[k]);
+        blocks += groups[k].distinct;
+        total += groups[k].num;
+    }
+    if (ok) {
+        meshio__bounding_box(m, box);
+        meshio__write_msh_header(w, "4.1", binary);
+        meshio__write_msh4_entities(w, groups, box, binary);
+        meshio__write_msh4_nodes(w, m, groups, binary);
+        meshio__puts(w, "$Elements\n");
+        meshio__put_any(w, binary, 8, (int64_t)blocks);
+        meshio__put_any(w, binary, 8, (int64_t)total);
+        meshio__put_any(w, binary, 8, total > 0);
+        meshio__put_any(w, binary, 8, (int64_t)total);
+        meshio__put_newline(w, binary);
+        for (k = 0; k < 3; k++)
+            for (i = 0; i < groups[k].num; i++) {
+                const int64_t *pair = groups[k].pairs + 2 * i;
+                size_t n = (size_t)kinds[k].corners;
+                if (i == 0 || pair[0] != pair[-2]) {
+                    for (j = i; j < groups[k].num && groups[k].pairs[2 * j] == pair[0];) j++;
+                    meshio__put_any(w, binary, 4, k + 1);
+                    meshio__put_any(w, binary, 4, pair[0]);
+                    meshio__put_any(w, binary, 4, kinds[k].gmsh);
+                    meshio__put_any(w, binary, 8, (int64_t)(j - i));
+                    meshio__put_newline(w, binary);
+                }
+                meshio__put_any(w, binary, 8, (int64_t)++id);
+                for (c = 0; c < kinds[k].corners; c++)
+                    meshio__put_any(w, binary, 8,
+                                    (int64_t)kinds[k].v[(size_t)pair[1] * n + (size_t)c] + 1);
+                meshio__put_newline(w, binary);
+            }
+        meshio__printf(w, "%s$EndElements\n", binary ? "\n" : "");
+    }
+    for (k = 0; k < 3; k++) MESHIO_FREE(groups[k].pairs);
+    return ok ? MESHIO_OK : MESHIO_ERROR_OUT_OF_MEMORY;
+}
+
+/* ---- VTU: the same arrays are written twice or once; a cursor says what stands where. */
+
+typedef struct meshio__vtu_writer {
+    meshio__writer *w;
+    int ascii, wide; /* wide: 64-bit integers */
+    uint64_t offset; /* of the next appended array */
+} meshio__vtu_writer;
+
+enum { MESHIO__VTU_CORNERS, MESHIO__VTU_OFFSETS, MESHIO__VTU_TYPES, MESHIO__VTU_TAGS };
+
+/* One of the integer arrays of the cells. */
+static void meshio__vtu_integers(meshio__vtu_writer *u, const meshio__kind kinds[3], int what)
+{
+    int bytes = what == MESHIO__VTU_TYPES ? 1 : what == MESHIO__VTU_TAGS ? 4 : u->wide ? 8 : 4;
+    int64_t offset = 0;
+    int k, c;
+    size_t i;
+    for (k = 0; k < 3; k++)
+        for (i = 0; i < kinds[k].num; i++) {
+            int n = what == MESHIO__VTU_CORNERS ? kinds[k].corners : 1;
+            offset += kinds[k].corners;
+            for (c = 0; c < n; c++) {
+                int64_t value = what == MESHIO__VTU_OFFSETS ? offset
+                                : what == MESHIO__VTU_TYPES ? kinds[k].vtk
+                                : what == MESHIO__VTU_TAGS
+                                    ? (kinds[k].tags ? kinds[k].tags[i] : 0)
+                                    : (int64_t)kinds[k].v[i * (size_t)kinds[k].corners + (size_t)c];
+                if (u->ascii)
+                    meshio__put_int(u->w, value, c + 1 < n || i % 16 != 15 ? ' ' : '\n');
+                else
+                    meshio__put_raw(u->w, value, bytes, 0);
+            }
+        }
+}
+
+static void meshio__vtu_values(meshio__vtu_writer *u, const meshio__kind kinds[3],
+                               const meshio_field *field)
+{
+    int k;
+    size_t i;
+    for (k = 0; k < 3; k++) {
+        const double *values = k == 0 ? field->edges : k == 1 ? field->triangles : field->tets;
+        for (i = 0; i < kinds[k].num; i++)
+            if (u->ascii)
+                meshio__put_double(u->w, values ? values[i] : 0, '\n');
+            else
+                meshio__put_raw_double(u->w, values ? values[i] : 0, 0);
+    }
+}
+
+/* The tag of an array; its data follow at once (ASCII) or are announced. Returns ascii. */
+static int meshio__vtu_tag(meshio__vtu_writer *u, const char *type, const char *name,
+                           int components, uint64_t bytes)
+{
+    meshio__printf(u->w, "<DataArray type=\"%s\" Name=\"%.100s\" NumberOfComponents=\"%d\" ", type,
+                   name, components);
+    if (u->ascii) {
+        meshio__puts(u->w, "format=\"ascii\">\n");
+    } else {
+        meshio__printf(u->w, "format=\"appended\" offset=\"%llu\"/>\n",
+                       (unsigned long long)u->offset);
+        u->offset += 8 + bytes;
+    }
+    return u->ascii;
+}
+
+static void meshio__vtu_tag_end(meshio__vtu_writer *u)
+{
+    if (u->ascii) meshio__puts(u->w, "\n</DataArray>\n");
+}
+
+static void meshio__write_vtu(meshio__writer *w, const meshio_mesh *m,
+                              const meshio_write_options *options)
+{
+    meshio__vtu_writer u;
+    meshio__kind kinds[3];
+    uint64_t cells = (uint64_t)m->num_edges + m->num_triangles + m->num_tets;
+    uint64_t corners = 2 * (uint64_t)m->num_edges + 3 * (uint64_t)m->num_triangles +
+                       4 * (uint64_t)m->num_tets;
+    static const char *const names[] = {"connectivity", "offsets", "types", "region"};
+    uint64_t bytes[4];
+    size_t i, f;
+    int what;
+    meshio__kinds(m, kinds);
+    u.w = w;
+    u.ascii = options->ascii;
+    u.wide = corners > 0x7FFFFFFF || m->num_vertices > 0x7FFFFFFF;
+    u.offset = 0;
+    bytes[MESHIO__VTU_CORNERS] = corners * (u.wide ? 8 : 4);
+    bytes[MESHIO__VTU_OFFSETS] = cells * (u.wide ? 8 : 4);
+    bytes[MESHIO__VTU_TYPES] = cells;
+    bytes[MESHIO__VTU_TAGS] = cells * 4;
+    meshio__printf(w,
+                   "<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" "
+                   "byte_order=\"%s\" header_type=\"UInt64\">\n<UnstructuredGrid>\n"
+                   "<Piece NumberOfPoints=\"%llu\" NumberOfCells=\"%llu\">\n<Points>\n",
+                   meshio__little_endian() ? "LittleEndian" : "BigEndian",
+                   (unsigned long long)m->num_vertices, (unsigned long long)cells);
+    if (meshio__vtu_tag(&u, "Float64", "Points", 3, 24 * (uint64_t)m->num_vertices))
+        for (i = 0; i < 3 * m->num_vertices; i++)
+            meshio__put_double(w, m->xyz[i], i % 3 == 2 ? '\n' : ' ');
+    meshio__vtu_tag_end(&u);
+    meshio__puts(w, "</Points>\n<Cells>\n");
+    for (what = 0; what < 4; what++) {
+        const char *type = what == MESHIO__VTU_TYPES  ? "UInt8"
+                           : what == MESHIO__VTU_TAGS ? "Int32"
+                           : u.wide                   ? "Int64"
+                                                      : "Int32";
+        if (what == MESHIO__VTU_TAGS)
+            meshio__puts(w, "</Cells>\n<CellData Scalars=\"region\">\n");
+        if (meshio__vtu_tag(&u, type, names[what], 1, bytes[what]))
+            meshio__vtu_integers(&u, kinds, what);
+        meshio__vtu_tag_end(&u);
+    }
+    for (f = 0; f < options->num_fields; f++) {
+        if (meshio__vtu_tag(&u, "Float64", options->fields[f].name, 1, 8 * cells))
+            meshio__vtu_values(&u, kinds, &options->fields[f]);
+        meshio__vtu_tag_end(&u);
+    }
+    meshio__puts(w, "</CellData>\n</Piece>\n</UnstructuredGrid>\n");
+    if (!u.ascii) {
+        meshio__puts(w, "<AppendedData encoding=\"raw\">\n_");
+        meshio__put_raw(w, (int64_t)(24 * (uint64_t)m->num_vertices), 8, 0);
+        for (i = 0; i < 3 * m->num_vertices; i++) meshio__put_raw_double(w, m->xyz[i], 0);
+        for (what = 0; what < 4; what++) {
+            meshio__put_raw(w, (int64_t)bytes[what], 8, 0);
+            meshio__vtu_integers(&u, kinds, what);
+        }
+        for (f = 0; f < options->num_fields; f++) {
+            meshio__put_raw(w, (int64_t)(8 * cells), 8, 0);
+            meshio__vtu_values(&u, kinds, &options->fields[f]);
+        }
+        meshio__puts(w, "\n</AppendedData>\n");
+    }
+    meshio__puts(w, "</VTKFile>\n");
+}
+
+static void meshio__vtk_int(meshio__writer *w, int binary, int64_t value, char after)
+{
+    if (binary)
+        meshio__put_raw(w, value, 4, 1);
+    else
+        meshio__put_int(w, value, after);
+}
+
+static void meshio__write_vtk(meshio__writer *w, const meshio_mesh *m,
+                              const meshio_write_options *options)
+{
+    meshio__kind kinds[3];
+    uint64_t cells = (uint64_t)m->num_edges + m->num_triangles + m->num_tets;
+    uint64_t size = 3 * (uint64_t)m->num_edges + 4 * (uint64_t)m->num_triangles +
+                    5 * (uint64_t)m->num_tets;
+    int binary = options->binary, k, c;
+    size_t i, f;
+    meshio__kinds(m, kinds);
+    meshio__printf(w,
+                   "# vtk DataFile Version 3.0\nmesh\n%s\nDATASET UNSTRUCTURED_GRID\n"
+                   "POINTS %llu double\n",
+                   binary ? "BINARY" : "ASCII", (unsigned long long)m->num_vertices);
+    for (i = 0; i < 3 * m->num_vertices; i++)
+        if (binary)
+            meshio__put_raw_double(w, m->xyz[i], 1);
+        else
+            meshio__put_double(w, m->xyz[i], i % 3 == 2 ? '\n' : ' ');
+    meshio__printf(w, "\nCELLS %llu %llu\n", (unsigned long long)cells, (unsigned long long)size);
+    for (k = 0; k < 3; k++)
+        for (i = 0; i < kinds[k].num; i++) {
+            int n = kinds[k].corners;
+            meshio__vtk_int(w, binary, n, ' ');
+            for (c = 0; c < n; c++)
+                meshio__vtk_int(w, binary, (int64_t)kinds[k].v[i * (size_t)n + (size_t)c],
+                                c + 1 < n ? ' ' : '\n');
+        }
+    meshio__printf(w, "\nCELL_TYPES %llu\n", (unsigned long long)cells);
+    for (k = 0; k < 3; k++)
+        for (i = 0; i < kinds[k].num; i++) meshio__vtk_int(w, binary, kinds[k].vtk, '\n');
+    meshio__printf(w, "\nCELL_DATA %llu\nSCALARS region int 1\nLOOKUP_TABLE default\n",
+                   (unsigned long long)cells);
+    for (k = 0; k < 3; k++)
+        for (i = 0; i < kinds[k].num; i++)
+            meshio__vtk_int(w, binary, kinds[k].tags ? kinds[k].tags[i] : 0, '\n');
+    for (f = 0; f < options->num_fields; f++) {
+        meshio__printf(w, "\nSCALARS %.100s double 1\nLOOKUP_TABLE default\n",
+                       options->fields[f].name);
+        for (k = 0; k < 3; k++) {
+            const meshio_field *field = &options->fields[f];
+            const double *values = k == 0 ? field->edges : k == 1 ? field->triangles : field->tets;
+            for (i = 0; i < kinds[k].num; i++)
+                if (binary)
+                    meshio__put_raw_double(w, values ? values[i] : 0, 1);
+                else
+                    meshio__put_double(w, values ? values[i] : 0, '\n');
+        }
+    }
+    meshio__puts(w, "\n");
+}
+
+static void meshio__write_node(meshio__writer *w, const meshio_mesh *m)
+{
+    size_t i;
+    meshio__printf(w, "%llu 3 0 1\n", (unsigned long long)m->num_vertices);
+    for (i = 0; i < m->num_vertices; i++) {
+        meshio__put_int(w, (int64_t)i + 1, ' ');
+        meshio__put_xyz(w, m->xyz + 3 * i);
+        meshio__put_int(w, m->vertex_tags ? m->vertex_tags[i] : 0, '\n');
+    }
+}
+
+static void meshio__write_tetgen_cells(meshio__writer *w, const meshio__kind *kind)
+{
+    size_t i;
+    int c;
+    meshio__printf(w, kind->corners == 4 ? "%llu 4 1\n" : "%llu 1\n", (unsigned long long)kind->num);
+    for (i = 0; i < kind->num; i++) {
+        meshio__put_int(w, (int64_t)i + 1, ' ');
+        for (c = 0; c < kind->corners; c++)
+            meshio__put_int(w, (int64_t)kind->v[i * (size_t)kind->corners + (size_t)c] + 1, ' ');
+        meshio__put_int(w, kind->tags ? kind->tags[i] : 0, '\n');
+    }
+}
+
+/* The unit normal of triangle t, 0 if it has none. */
+static void meshio__normal(const meshio_mesh *m, size_t t, double normal[3])
+{
+    const double *a = m->xyz + 3 * (size_t)m->triangles[3 * t];
+    const double *b = m->xyz + 3 * (size_t)m->triangles[3 * t + 1];
+    const double *c = m->xyz + 3 * (size_t)m->triangles[3 * t + 2];
+    double length;
+    int k;
+    for (k = 0; k < 3; k++) {
+        int y = (k + 1) % 3, z = (k + 2) % 3;
+        normal[k] = (b[y] - a[y]) * (c[z] - a[z]) - (b[z] - a[z]) * (c[y] - a[y]);
+    }
+    length = sqrt(normal[0] * normal[0] + normal[1] * normal[1] + normal[2] * normal[2]);
+    for (k = 0; k < 3; k++) normal[k] = length > 0 ? normal[k] / length : 0;
+}
+
+static void meshio__write_stl(meshio__writer *w, const meshio_mesh *m, int ascii)
+{
+    char header[80];
+    size_t t;
+    int k, c;
+    memset(header, 0, sizeof header);
+    memcpy(header, "binary STL", 10);
+    if (ascii) {
+        meshio__printf(w, "solid %s\n", m->name);
+    } else {
+        meshio__put(w, header, 80);
+        k = meshio__little_endian();
+        meshio__put_raw(w, (int64_t)m->num_triangles, 4, !k);
+    }
+    for (t = 0; t < m->num_triangles; t++) {
+        double normal[3];
+        meshio__normal(m, t, normal);
+        if (ascii) {
+            meshio__printf(w, "facet normal %.9g %.9g %.9g\nouter loop\n", normal[0], normal[1],
+                           normal[2]);
+            for (k = 0; k < 3; k++) {
+                meshio__puts(w, "vertex ");
+                meshio__put_xyz(w, m->xyz + 3 * (size_t)m->triangles[3 * t + (size_t)k]);
+                meshio__puts(w, "\n");
+            }
+            meshio__puts(w, "endloop\nendfacet\n");
+            continue;
+        }
+        for (k = 0; k < 12; k++) {
+            float x;
+            uint32_t bits;
+            c = k % 3;
+            x = (float)(k < 3 ? normal[c]
+                              : m->xyz[3 * (size_t)m->triangles[3 * t + (size_t)(k / 3 - 1)] +
+                                       (size_t)c]);
+            memcpy(&bits, &x, 4);
+            meshio__put_raw(w, bits, 4, !meshio__little_endian());
+        }
+        meshio__put_raw(w, 0, 1, 0);
+        meshio__put_raw(w, 0, 1, 0);
+    }
+    if (ascii) meshio__printf(w, "endsolid %s\n", m->name);
+}
+
+static void meshio__write_off(meshio__writer *w, const meshio_mesh *m, int obj)
+{
+    size_t i;
+    if (!obj)
+        meshio__printf(w, "OFF\n%llu %llu 0\n", (unsigned long long)m->num_vertices,
+                       (unsigned long long)m->num_triangles);
+    for (i = 0; i < m->num_vertices; i++) {
+        if (obj) meshio__puts(w, "v ");
+        meshio__put_double(w, m->xyz[3 * i], ' ');
+        meshio__put_double(w, m->xyz[3 * i + 1], ' ');
+        meshio__put_double(w, m->xyz[3 * i + 2], '\n');
+    }
+    for (i = 0; i < m->num_triangles; i++) {
+        meshio__puts(w, obj ? "f " : "3 ");
+        meshio__put_int(w, (int64_t)m->triangles[3 * i] + obj, ' ');
+        meshio__put_int(w, (int64_t)m->triangles[3 * i + 1] + obj, ' ');
+        meshio__put_int(w, (int64_t)m->triangles[3 * i + 2] + obj, '\n');
+    }
+}
+
+/* ---- >>public ----------------------------------------------------------------------------------- */
+
+MESHIO_API const char *meshio_result_string(meshio_result result)
+{
+    switch (result) {
+    case MESHIO_OK: return "ok";
+    case MESHIO_ERROR_INVALID_ARGUMENT: return "invalid argument";
+    case MESHIO_ERROR_OUT_OF_MEMORY: return "out of memory";
+    case MESHIO_ERROR_TOO_LARGE: return "too large";
+    case MESHIO_ERROR_OPEN: return "cannot open the file";
+    case MESHIO_ERROR_READ: return "cannot read the file";
+    case MESHIO_ERROR_FORMAT: return "not a file of this format";
+    case MESHIO_ERROR_UNSUPPORTED: return "unsupported variant of the format";
+    case MESHIO_ERROR_SYNTAX: return "syntax error";
+    case MESHIO_ERROR_TRUNCATED: return "the file ends early";
+    case MESHIO_ERROR_COUNT: return "impossible count";
+    case MESHIO_ERROR_INDEX: return "a vertex that does not exist";
+    case MESHIO_ERROR_WRITE: return "cannot write the file";
+    }
+    return "unknown status";
+}
+
+MESHIO_API meshio_format meshio_format_of(const char *path)
+{
+    static const struct {
+        const char *extension;
+        meshio_format format;
+    } formats[] = {{"stl", MESHIO_FORMAT_STL},     {"off", MESHIO_FORMAT_OFF},
+                   {"obj", MESHIO_FORMAT_OBJ},     {"ply", MESHIO_FORMAT_PLY},
+                   {"mesh", MESHIO_FORMAT_MEDIT},  {"meshb", MESHIO_FORMAT_MEDIT_BINARY},
+                   {"msh", MESHIO_FORMAT_MSH},     {"msh2", MESHIO_FORMAT_MSH},
+                   {"msh4", MESHIO_FORMAT_MSH4},   {"vtk", MESHIO_FORMAT_VTK},
+                   {"vtu", MESHIO_FORMAT_VTU},     {"node", MESHIO_FORMAT_NODE},
+                   {"ele", MESHIO_FORMAT_ELE},     {"poly", MESHIO_FORMAT_POLY},
+                   {"smesh", MESHIO_FORMAT_SMESH}, {"xyz", MESHIO_FORMAT_XYZ},
+                   {"bin", MESHIO_FORMAT_BIN}};
+    const char *dot = path ? strrchr(path, '.') : NULL;
+    size_t i;
+    if (!dot) return MESHIO_FORMAT_AUTO;
+    for (i = 0; i < sizeof formats / sizeof formats[0]; i++)
+        if (meshio__same((const unsigned char *)dot + 1, strlen(dot + 1), formats[i].extension))
+            return formats[i].format;
+    return MESHIO_FORMAT_AUTO;
+}
+
+MESHIO_API void meshio_free(meshio_mesh *mesh)
+{
+    if (!mesh) return;
+    MESHIO_FREE(mesh->xyz);
+    MESHIO_FREE(mesh->vertex_tags);
+    MESHIO_FREE(mesh->edges);
+    MESHIO_FREE(mesh->edge_tags);
+    MESHIO_FREE(mesh->triangles);
+    MESHIO_FREE(mesh->triangle_tags);
+    MESHIO_FREE(mesh->tets);
+    MESHIO_FREE(mesh->tet_tags);
+    MESHIO_FREE(mesh->holes);
+    MESHIO_FREE(mesh->regions);
+    memset(mesh, 0, sizeof *mesh);
+}
+
+/* The whole file and a zero after it, in *bytes. */
+static meshio_result meshio__load(const char *path, unsigned char **bytes, size_t *size,
+                                  meshio_report *report)
+{
+    FILE *file;
+    void *data = NULL;
+    size_t cap = 0, n = 0, got, wanted = 1 << 16;
+    int error;
+    *bytes = NULL;
+    *size = 0;
+#ifdef MESHIO__STAT
+    {
+        struct stat status;
+        if (stat(path, &status) == 0) {
+            if (S_ISDIR(status.st_mode))
+                return meshio__report_plain(report, MESHIO_ERROR_OPEN, "cannot read", path, EISDIR);
+            if (S_ISREG(status.st_mode) && status.st_size > 0) wanted = (size_t)status.st_size + 1;
+        }
+    }
+#endif
+    file = fopen(path, "rb");
+    if (!file) return meshio__report_plain(report, MESHIO_ERROR_OPEN, "cannot open", path, errno);
+    do {
+        if (!meshio__reserve(&data, &cap, n + wanted + 1, 1)) {
+            fclose(file);
+            MESHIO_FREE(data);
+            return meshio__report_plain(report, MESHIO_ERROR_OUT_OF_MEMORY,
+                                        "out of memory while loading", path, 0);
+        }
+        got = fread((char *)data + n, 1, cap - n - 1, file);
+        n += got;
+        wanted = 1 << 16;
+    } while (got > 0 && !feof(file));
+    error = ferror(file) ? errno : 0;
+    fclose(file);
+    if (error) {
+        MESHIO_FREE(data);
+        return meshio__report_plain(report, MESHIO_ERROR_READ, "cannot read", path, error);
+    }
+    *bytes = (unsigned char *)data;
+    (*bytes)[n] = 0;
+    *size = n;
+    return MESHIO_OK;
+}
+
+/* Points the cursor at a text or binary file; a byte order mark is stepped over. */
+static void meshio__aim(meshio__reader *r, const unsigned char *bytes, size_t size)
+{
+    r->begin = r->p = bytes;
+    r->end = bytes + size;
+    r->text = r->comment = r->swap = 0;
+    if (size >= 3 && bytes[0] == 0xEF && bytes[1] == 0xBB && bytes[2] == 0xBF) r->p += 3;
+}
+
+static meshio_result meshio__read_any(meshio__reader *r, meshio_format format, int64_t first,
+                                      meshio__loops *loops)
+{
+    switch (format) {
+    case MESHIO_FORMAT_STL: return meshio__read_stl(r);
+    case MESHIO_FORMAT_OFF: return meshio__read_off(r);
+    case MESHIO_FORMAT_OBJ: return meshio__read_obj(r);
+    case MESHIO_FORMAT_PLY: return meshio__read_ply(r);
+    case MESHIO_FORMAT_MEDIT: return meshio__read_medit(r);
+    case MESHIO_FORMAT_MEDIT_BINARY: return meshio__read_medit_binary(r);
+    case MESHIO_FORMAT_MSH:
+    case MESHIO_FORMAT_MSH4: return meshio__read_msh(r);
+    case MESHIO_FORMAT_VTK: return meshio__read_vtk(r);
+    case MESHIO_FORMAT_VTU: return meshio__read_vtu(r);
+    case MESHIO_FORMAT_NODE: return meshio__read_node(r);
+    case MESHIO_FORMAT_ELE: return meshio__read_elements(r, first, 0);
+    case MESHIO_FORMAT_POLY: return meshio__read_poly(r, 1, first, loops);
+    case MESHIO_FORMAT_SMESH: return meshio__read_poly(r, 0, first, loops);
+    case MESHIO_FORMAT_XYZ: return meshio__read_xyz(r);
+    case MESHIO_FORMAT_BIN: return meshio__read_bin(r);
+    case MESHIO_FORMAT_AUTO: break;
+    }
+    return meshio__fail(r, MESHIO_ERROR_INVALID_ARGUMENT, r->p, "no format");
+}
+
+static void meshio__reader_release(meshio__reader *r)
+{
+    MESHIO_FREE(r->polygon.data);
+    MESHIO_FREE(r->table.data);
+    MESHIO_FREE(r->scratch.data);
+    MESHIO_FREE(r->ids.data);
+    MESHIO_FREE(r->entities.data);
+    MESHIO_FREE(r->cells.corners.data);
+    MESHIO_FREE(r->cells.ends.data);
+    MESHIO_FREE(r->cells.types.data);
+    MESHIO_FREE(r->cells.tags.data);
+}
+
+/* The number of the first node in a .node file that has been read: 0 or 1. */
+static int64_t meshio__first_node(const unsigned char *bytes, size_t size)
+{
+    meshio__reader r;
+    meshio_report report;
+    int64_t first = 1;
+    memset(&r, 0, sizeof r);
+    r.report = &report;
+    meshio__aim(&r, bytes, size);
+    r.comment = '#';
+    if (meshio__int(&r, &first) != MESHIO_OK) return 1;
+    meshio__next_line(&r);
+    if (meshio__int(&r, &first) != MESHIO_OK) return 1;
+    return first == 0 ? 0 : 1;
+}
+
+/* Replaces the extension; 0 if the name is too long. */
+static int meshio__beside(const char *path, const char *extension, char *name, size_t size)
+{
+    const char *dot = strrchr(path, '.');
+    size_t stem = dot ? (size_t)(dot - path) : strlen(path);
+    if (stem + strlen(extension) + 1 > size) return 0;
+    memcpy(name, path, stem);
+    strcpy(name + stem, extension);
+    return 1;
+}
+
+/* Reads a file from memory after the nodes beside it (NULL: none). */
+static meshio_result meshio__read(const unsigned char *bytes, size_t size, meshio_format format,
+                                  const unsigned char *nodes, size_t nodes_size, meshio_mesh *mesh,
+                                  meshio_report *report)
+{
+    meshio__reader r;
+    meshio__loops loops;
+    meshio_result result = MESHIO_OK;
+    int64_t first = 1;
+    memset(&r, 0, sizeof r);
+    memset(&loops, 0, sizeof loops);
+    r.mesh = mesh;
+    r.report = report;
+    if (nodes) {
+        meshio__aim(&r, nodes, nodes_size);
+        result = meshio__read_node(&r);
+        first = meshio__first_node(nodes, nodes_size);
+    }
+    if (result == MESHIO_OK) {
+        meshio__aim(&r, bytes, size);
+        result = meshio__read_any(&r, format, first, &loops);
+    }
+    meshio__reader_release(&r);
+    MESHIO_FREE(loops.corners.data);
+    MESHIO_FREE(loops.ends.data);
+    MESHIO_FREE(loops.holes);
+    return result;
+}
+
+MESHIO_API meshio_result meshio_read_memory(const void *bytes, size_t size, meshio_format format,
+                                            meshio_mesh *mesh, meshio_report *report)
+{
+    meshio_report unused;
+    meshio_result result;
+    unsigned char *copy;
+    if (!report) report = &unused;
+    memset(report, 0, sizeof *report);
+    if (!mesh || (!bytes && size) || size == (size_t)-1) {
+        report->result = MESHIO_ERROR_INVALID_ARGUMENT;
+        return MESHIO_ERROR_INVALID_ARGUMENT;
+    }
+    memset(mesh, 0, sizeof *mesh);
+    copy = (unsigned char *)MESHIO_MALLOC(size + 1); /* the cursor needs a zero after the end */
+    if (!copy) {
+        report->result = MESHIO_ERROR_OUT_OF_MEMORY;
+        return MESHIO_ERROR_OUT_OF_MEMORY;
+    }
+    if (size) memcpy(copy, bytes, size);
+    copy[size] = 0;
+    result = meshio__read(copy, size, format, NULL, 0, mesh, report);
+    MESHIO_FREE(copy);
+    if (result != MESHIO_OK) meshio_free(mesh);
+    return result;
+}
+
+MESHIO_API meshio_result meshio_read(const char *path, meshio_format format, meshio_mesh *mesh,
+                                     meshio_report *report)
+{
+    meshio_report unused;
+    meshio_result result;
+    unsigned char *bytes = NULL, *nodes = NULL;
+    size_t size = 0, nodes_size = 0;
+    char name[1024];
+    if (!report) report = &unused;
+    memset(report, 0, sizeof *report);
+    if (!path || !mesh) {
+        report->result = MESHIO_ERROR_INVALID_ARGUMENT;
+        return MESHIO_ERROR_INVALID_ARGUMENT;
+    }
+    memset(mesh, 0, sizeof *mesh);
+    if (format == MESHIO_FORMAT_AUTO) format = meshio_format_of(path);
+    if (format == MESHIO_FORMAT_AUTO)
+        return meshio__report_plain(report, MESHIO_ERROR_FORMAT, "unknown extension of", path, 0);
+    result = meshio__load(path, &bytes, &size, report);
+    if (result == MESHIO_OK && (format == MESHIO_FORMAT_ELE || format == MESHIO_FORMAT_POLY ||
+                                format == MESHIO_FORMAT_SMESH)) {
+        int needed = format == MESHIO_FORMAT_ELE;
+        if (!needed) { /* a list of 0 nodes: they are beside */
+            meshio__reader r;
+            meshio_report first;
+            int64_t count = 1;
+            memset(&r, 0, sizeof r);
+            r.report = &first;
+            meshio__aim(&r, bytes, size);
+            r.comment = '#';
+            needed = meshio__int(&r, &count) == MESHIO_OK && count == 0;
+        }
+        if (needed && !meshio__beside(path, ".node", name, sizeof name))
+            result = meshio__report_plain(report, MESHIO_ERROR_OPEN, "the name is too long:", path, 0);
+        else if (needed)
+            result = meshio__load(name, &nodes, &nodes_size, report);
+    }
+    if (result == MESHIO_OK)
+        result = meshio__read(bytes, size, format, nodes, nodes_size, mesh, report);
+    MESHIO_FREE(bytes);
+    MESHIO_FREE(nodes);
+    if (result != MESHIO_OK) meshio_free(mesh);
+    return result;
+}
+
+/* One of the TetGen files. */
+static meshio_result meshio__write_tetgen(meshio__writer *w, const char *path,
+                                          const meshio_mesh *mesh, const char *extension,
+                                          meshio_report *report)
+{
+    char name[1024];
+    meshio__kind kinds[3];
+    meshio__kinds(mesh, kinds);
+    if (!meshio__beside(path, extension, name, sizeof name))
+        return meshio__report_plain(report, MESHIO_ERROR_WRITE, "the name is too long:", path, 0);
+    MESHIO__TRY(meshio__create(w, name, report));
+    if (strcmp(extension, ".node") == 0)
+        meshio__write_node(w, mesh);
+    else
+        meshio__write_tetgen_cells(w, &kinds[strcmp(extension, ".ele") == 0 ? 2 : 1]);
+    return meshio__complete(w, report);
+}
+
+static meshio_result meshio__write(meshio__writer *w, const char *path, const meshio_mesh *mesh,
+                                   const meshio_write_options *options, meshio_report *report)
+{
+    meshio_format format = options->format ? options->format : meshio_format_of(path);
+    if (format == MESHIO_FORMAT_NODE) return meshio__write_tetgen(w, path, mesh, ".node", report);
+    if (format == MESHIO_FORMAT_ELE) {
+        MESHIO__TRY(meshio__write_tetgen(w, path, mesh, ".node", report));
+        if (mesh->num_triangles)
+            MESHIO__TRY(meshio__write_tetgen(w, path, mesh, ".face", report));
+        return meshio__write_tetgen(w, path, mesh, ".ele", report);
+    }
+    if (format == MESHIO_FORMAT_AUTO || format == MESHIO_FORMAT_PLY || format >= MESHIO_FORMAT_POLY)
+        return meshio__report_plain(report, MESHIO_ERROR_FORMAT, "no writer for the format of", path,
+                                    0);
+    MESHIO__TRY(meshio__create(w, path, report));
+    switch (format) {
+    case MESHIO_FORMAT_MEDIT: meshio__write_medit(w, mesh); break;
+    case MESHIO_FORMAT_MEDIT_BINARY: meshio__write_medit_binary(w, mesh); break;
+    case MESHIO_FORMAT_MSH: meshio__write_msh2(w, mesh, options->binary); break;
+    case MESHIO_FORMAT_MSH4:
+        if (meshio__write_msh4(w, mesh, options->binary) != MESHIO_OK) {
+            w->failed = 1;
+            w->error = ENOMEM;
+        }
+        break;
+    case MESHIO_FORMAT_VTU: meshio__write_vtu(w, mesh, options); break;
+    case MESHIO_FORMAT_VTK: meshio__write_vtk(w, mesh, options); break;
+    case MESHIO_FORMAT_STL: meshio__write_stl(w, mesh, options->ascii); break;
+    default: meshio__write_off(w, mesh, format == MESHIO_FORMAT_OBJ); break;
+    }
+    return meshio__complete(w, report);
+}
+
+MESHIO_API meshio_result meshio_write(const char *path, const meshio_mesh *mesh,
+                                      const meshio_write_options *options, meshio_report *report)
+{
+    meshio_report unused;
+    meshio_write_options defaults;
+    meshio_result result;
+    meshio__writer *w;
+    if (!report) report = &unused;
+    memset(report, 0, sizeof *report);
+    memset(&defaults, 0, sizeof defaults);
+    if (!path || !mesh) {
+        report->result = MESHIO_ERROR_INVALID_ARGUMENT;
+        return MESHIO_ERROR_INVALID_ARGUMENT;
+    }
+    w = (meshio__writer *)MESHIO_MALLOC(sizeof *w);
+    if (!w) {
+        report->result = MESHIO_ERROR_OUT_OF_MEMORY;
+        return MESHIO_ERROR_OUT_OF_MEMORY;
+    }
+    result = meshio__write(w, path, mesh, options ? options : &defaults, report);
+    MESHIO_FREE(w);
+    return result;
+}
+
+#endif /* MESHIO_IMPLEMENTATION */
+
+/*
+This software is available under two licences: choose the one you prefer.
+
+------------------------------------------------------------------------------
+ALTERNATIVE A - MIT License
+
+Copyright (c) 2026 the authors of hilbert.h, hxtsort.h, delaunay.h, mesher.h and spr.h
+
+Permission is hereby granted, free of charge, to any person obtaining a copy of
+this software and associated documentation files (the "Software"), to deal in
+the Software without restriction, including without limitation the rights to
+use, copy, modify, merge, publish, distribute, sublicense, and/or sell copies
+of the Software, and to permit persons to whom the Software is furnished to do
+so, subject to the following conditions:
+
+The above copyright notice and this permission notice shall be included in all
+copies or substantial portions of the Software.
+
+THE SOFTWARE IS PROVIDED "AS IS", WITHOUT WARRANTY OF ANY KIND, EXPRESS OR
+IMPLIED, INCLUDING BUT NOT LIMITED TO THE WARRANTIES OF MERCHANTABILITY,
+FITNESS FOR A PARTICULAR PURPOSE AND NONINFRINGEMENT. IN NO EVENT SHALL THE
+AUTHORS OR COPYRIGHT HOLDERS BE LIABLE FOR ANY CLAIM, DAMAGES OR OTHER
+LIABILITY, WHETHER IN AN ACTION OF CONTRACT, TORT OR OTHERWISE, ARISING FROM,
+OUT OF OR IN CONNECTION WITH THE SOFTWARE OR THE USE OR OTHER DEALINGS IN THE
+SOFTWARE.
+
+------------------------------------------------------------------------------
+ALTERNATIVE B - Public Domain (www.unlicense.org)
+
+This is free and unencumbered software released into the public domain.
+
+Anyone is free to copy, modify, publish, use, compile, sell, or distribute this
+software, either in source code form or as a compiled binary, for any purpose,
+commercial or non-commercial, and by any means.
+
+In jurisdictions that recognize copyright laws, the author or authors of this
+software dedicate any and all copyright interest in the software to the public
+domain. We make this dedication for the benefit of the public at large and to
+the detriment of our heirs and successors. We intend this dedication to be an
+overt act of relinquishment in perpetuity of all present and future rights to
+this software under copyright law.
+
+THE SOFTWARE IS PROVIDED "AS IS", WITHOUT WARRANTY OF ANY KIND, EXPRESS OR
+IMPLIED, INCLUDING BUT NOT LIMITED TO THE WARRANTIES OF MERCHANTABILITY,
+FITNESS FOR A PARTICULAR PURPOSE AND NONINFRINGEMENT. IN NO EVENT SHALL THE
+AUTHORS BE LIABLE FOR ANY CLAIM, DAMAGES OR OTHER LIABILITY, WHETHER IN AN
+ACTION OF CONTRACT, TORT OR OTHERWISE, ARISING FROM, OUT OF OR IN CONNECTION
+WITH THE SOFTWARE OR THE USE OR OTHER DEALINGS IN THE SOFTWARE.
+*/

@@ -1,0 +1,899 @@
+/* Tests of examples/meshio.h: round trips through every writer, the odd files that readers meet,
+ * every kind of damaged file (made here, small), failing allocations, failing writes. */
+#include <stdlib.h>
+static void *test_malloc(size_t size);
+static void *test_realloc(void *old, size_t size);
+static void test_free(void *pointer);
+#define MESHIO_MALLOC(size) test_malloc(size)
+#define MESHIO_REALLOC(pointer, size) test_realloc(pointer, size)
+#define MESHIO_FREE(pointer) test_free(pointer)
+#define MESHIO_IMPLEMENTATION
+#include "examples/meshio.h"
+#include "check.h"
+
+/* ---- memory that can be made to fail ---- */
+
+static long live_blocks, allocations, fail_at = -1;
+
+static void *test_malloc(size_t size)
+{
+    void *p;
+    if (allocations++ == fail_at) return NULL;
+    p = malloc(size ? size : 1);
+    live_blocks += p != NULL;
+    return p;
+}
+
+static void *test_realloc(void *old, size_t size)
+{
+    void *p;
+    if (allocations++ == fail_at) return NULL;
+    p = realloc(old, size);
+    live_blocks += p != NULL && old == NULL;
+    return p;
+}
+
+static void test_free(void *pointer)
+{
+    live_blocks -= pointer != NULL;
+    free(pointer);
+}
+
+/* ---- helpers ---- */
+
+static uint64_t random_state = 1;
+
+static uint64_t random_u64(void)
+{
+    uint64_t z = random_state += UINT64_C(0x9E3779B97F4A7C15);
+    z = (z ^ z >> 30) * UINT64_C(0xBF58476D1CE4E5B9);
+    z = (z ^ z >> 27) * UINT64_C(0x94D049BB133111EB);
+    return z ^ z >> 31;
+}
+
+static double random_double(void) { return (double)(random_u64() >> 11) / 9007199254740992.0; }
+
+static const char *file_name(const char *extension)
+{
+    static char name[64];
+    static int in_build = -1;
+    if (in_build < 0) {
+        FILE *f = fopen("build/test_meshio.probe", "wb");
+        in_build = f != NULL;
+        if (f) fclose(f), remove("build/test_meshio.probe");
+    }
+    snprintf(name, sizeof name, "%stest_meshio_out.%s", in_build ? "build/" : "", extension);
+    return name;
+}
+
+static int exists(const char *path)
+{
+    FILE *f = fopen(path, "rb");
+    if (f) fclose(f);
+    return f != NULL;
+}
+
+/* A whole file in memory; the caller frees it. */
+static char *load(const char *path, size_t *size)
+{
+    FILE *f = fopen(path, "rb");
+    char *bytes;
+    long n;
+    *size = 0;
+    if (!f) return NULL;
+    fseek(f, 0, SEEK_END);
+    n = ftell(f);
+    rewind(f);
+    bytes = (char *)malloc((size_t)n + 1);
+    *size = fread(bytes, 1, (size_t)n, f);
+    fclose(f);
+    return bytes;
+}
+
+static meshio_result read_text(meshio_format format, const char *text, meshio_mesh *mesh,
+                               meshio_report *report)
+{
+    return meshio_read_memory(text, strlen(text), format, mesh, report);
+}
+
+/* Two tetrahedra glued at a face, their surface, two edges; awkward coordinates and tags. */
+static double sample_xyz[18] = {0, 0, 0, 1, 0, 0, 0.1, 1.0 / 3, 0, 0, 0, 1e-300, 1e300, -0.0,
+                                12345678.901234567, -1, 2.2250738585072014e-308, 5e-324};
+static int32_t sample_vertex_tags[6] = {0, 1, 2, -3, 2147483647, 5};
+static uint32_t sample_edges[4] = {0, 1, 4, 5};
+static int32_t sample_edge_tags[2] = {7, 8};
+static uint32_t sample_triangles[18] = {0, 2, 1, 0, 1, 3, 1, 2, 3, 0, 3, 2, 4, 1, 2, 5, 1, 4};
+static int32_t sample_triangle_tags[6] = {1, 1, 2, 3, 3, 3};
+static uint32_t sample_tets[8] = {0, 1, 2, 3, 1, 2, 3, 4};
+static int32_t sample_tet_tags[2] = {2, 1};
+
+static meshio_mesh sample(void)
+{
+    meshio_mesh m;
+    memset(&m, 0, sizeof m);
+    m.xyz = sample_xyz;
+    m.num_vertices = 6;
+    m.vertex_tags = sample_vertex_tags;
+    m.edges = sample_edges;
+    m.edge_tags = sample_edge_tags;
+    m.num_edges = 2;
+    m.triangles = sample_triangles;
+    m.triangle_tags = sample_triangle_tags;
+    m.num_triangles = 6;
+    m.tets = sample_tets;
+    m.tet_tags = sample_tet_tags;
+    m.num_tets = 2;
+    strcpy(m.name, "sample");
+    return m;
+}
+
+static int same_bits(const double *a, const double *b, size_t n)
+{
+    return memcmp(a, b, n * sizeof(double)) == 0;
+}
+
+/* Is this tetrahedron with this tag in the mesh? (MSH 4.1 groups elements by tag.) */
+static int has_element(const uint32_t *all, const int32_t *tags, size_t num, int k,
+                       const uint32_t *v, int32_t tag)
+{
+    size_t i;
+    for (i = 0; i < num; i++)
+        if (tags[i] == tag && memcmp(all + (size_t)k * i, v, (size_t)k * sizeof *v) == 0) return 1;
+    return 0;
+}
+
+/* ---- numbers ---- */
+
+static int parses_like_strtod(const char *text)
+{
+    double mine = 0, theirs = strtod(text, NULL);
+    size_t used = meshio_parse_double(text, strlen(text), &mine);
+    return used == strlen(text) && memcmp(&mine, &theirs, sizeof mine) == 0;
+}
+
+static void doubles_are_correctly_rounded(void)
+{
+    static const char *const hard[] = {"0", "-0", "1", "0.1", "-.5", "5.", "1e22", "1e23", "9007199254740993",
+        "9007199254740992.5", "1.7976931348623157e308", "1e999", "-1e999", "4.9406564584124654e-324",
+        "2.4703282292062327e-324", "2.4703282292062328e-324", "123456789012345678901234567890",
+        "0.000000000000000000000000000000000001", "8.5e-05", "1E5", "1e+5",
+        "0.500000000000000166533453693773481063544750213623046875", "18446744073709551615", "36893488147419103232",
+        "9007199254740993e-1", "72057594037927945", "7205759403792793.5", "0.30000000000000004",
+        "179769313486231580793e289", "00000000000000000000000000000001.5"};
+    size_t i;
+    int k;
+    for (i = 0; i < sizeof hard / sizeof hard[0]; i++) CHECK(parses_like_strtod(hard[i]));
+    for (k = 0; k < 200000; k++) {
+        char text[64];
+        uint64_t bits = random_u64();
+        double d;
+        int bad;
+        if (k % 4 == 0) {
+            memcpy(&d, &bits, 8);
+            if (!(fabs(d) < 1e308)) continue;
+        } else {
+            d = ((double)(int64_t)bits) * pow(10, -(double)(random_u64() % 24));
+        }
+        snprintf(text, sizeof text, "%.*g", k % 3 ? 17 : 1 + (int)(random_u64() % 18), d);
+        bad = !parses_like_strtod(text);
+        if (bad) printf("misread: %s\n", text);
+        if (bad || k % 1000 == 1) CHECK(!bad);
+    }
+}
+
+static void halfway_cases_are_rounded_to_even(void)
+{
+    int k, bad = 0;
+    for (k = 0; k < 20000; k++) { /* 54-bit integers that lie between two doubles, shifted */
+        char text[64];
+        uint64_t m = ((UINT64_C(1) << 53) | (random_u64() >> 11)) | 1;
+        snprintf(text, sizeof text, "%llu%s", (unsigned long long)m, k & 1 ? "" : ".0000");
+        bad += !parses_like_strtod(text);
+        snprintf(text, sizeof text, "%llue-%d", (unsigned long long)(m * 5), 1);
+        bad += !parses_like_strtod(text);
+    }
+    CHECK(bad == 0);
+}
+
+static void words_are_not_numbers(void)
+{
+    static const char *const bad[] = {"", "-", ".", "e5", "x", "+-1", "-x", "--1"};
+    double d;
+    size_t i;
+    for (i = 0; i < sizeof bad / sizeof bad[0]; i++)
+        CHECK(meshio_parse_double(bad[i], strlen(bad[i]), &d) == 0);
+    CHECK(meshio_parse_double("inf", 3, &d) == 3 && d > 1e308);
+    CHECK(meshio_parse_double("-Infinity", 9, &d) == 9 && d < -1e308);
+    CHECK(meshio_parse_double("nan", 3, &d) == 3 && d != d);
+    CHECK(meshio_parse_double("1.5D-3", 6, &d) == 6 && d == 1.5e-3);
+    CHECK(meshio_parse_double("0x10", 4, &d) == 1);
+}
+
+/* ---- round trips ---- */
+
+static void check_round_trip(const char *extension, int binary, int ascii)
+{
+    meshio_mesh m = sample(), back;
+    meshio_report report;
+    meshio_write_options options;
+    meshio_field field;
+    double quality[2] = {0.25, 1.0};
+    const char *name = file_name(extension);
+    int has_vertex_tags = strncmp(extension, "mesh", 4) == 0 || strcmp(extension, "ele") == 0;
+    size_t i;
+    memset(&options, 0, sizeof options);
+    memset(&field, 0, sizeof field);
+    field.name = "quality";
+    field.tets = quality;
+    options.binary = binary;
+    options.ascii = ascii;
+    options.fields = &field;
+    options.num_fields = 1;
+    CHECK(meshio_write(name, &m, &options, &report) == MESHIO_OK);
+    CHECK(report.message[0] == 0);
+    CHECK(meshio_read(name, MESHIO_FORMAT_AUTO, &back, &report) == MESHIO_OK);
+    if (report.message[0]) printf("%s: %s\n", extension, report.message);
+    CHECK(back.num_vertices == 6 && back.num_tets == 2);
+    if (back.num_vertices == 6) {
+        CHECK(same_bits(back.xyz, m.xyz, 18));
+        if (has_vertex_tags) CHECK(memcmp(back.vertex_tags, m.vertex_tags, 24) == 0);
+    }
+    for (i = 0; i < 2; i++)
+        CHECK(has_element(back.tets, back.tet_tags, back.num_tets, 4, m.tets + 4 * i, m.tet_tags[i]));
+    if (strcmp(extension, "ele") != 0) {
+        CHECK(back.num_triangles == 6 && back.num_edges == 2);
+        for (i = 0; i < 6; i++)
+            CHECK(has_element(back.triangles, back.triangle_tags, back.num_triangles, 3,
+                              m.triangles + 3 * i, m.triangle_tags[i]));
+        for (i = 0; i < 2; i++)
+            CHECK(has_element(back.edges, back.edge_tags, back.num_edges, 2, m.edges + 2 * i,
+                              m.edge_tags[i]));
+    }
+    meshio_free(&back);
+    remove(name);
+    if (strcmp(extension, "ele") == 0) {
+        CHECK(exists(file_name("node")) && exists(file_name("face")));
+        remove(file_name("node"));
+        remove(file_name("face"));
+    }
+}
+
+static void volume_formats_keep_every_bit(void)
+{
+    check_round_trip("mesh", 0, 0);
+    check_round_trip("meshb", 0, 0);
+    check_round_trip("msh", 0, 0);
+    check_round_trip("msh", 1, 0);
+    check_round_trip("msh4", 0, 0);
+    check_round_trip("msh4", 1, 0);
+    check_round_trip("vtu", 0, 0);
+    check_round_trip("vtu", 0, 1);
+    check_round_trip("vtk", 0, 0);
+    check_round_trip("vtk", 1, 0);
+    check_round_trip("ele", 0, 0);
+}
+
+static void surface_formats_keep_the_triangles(void)
+{
+    meshio_mesh m = sample(), back;
+    const char *name;
+    meshio_write_options options;
+    memset(&options, 0, sizeof options);
+    name = file_name("off");
+    CHECK(meshio_write(name, &m, NULL, NULL) == MESHIO_OK);
+    CHECK(meshio_read(name, MESHIO_FORMAT_AUTO, &back, NULL) == MESHIO_OK);
+    CHECK(back.num_triangles == 6 && same_bits(back.xyz, m.xyz, 18));
+    CHECK(memcmp(back.triangles, m.triangles, sizeof sample_triangles) == 0);
+    meshio_free(&back);
+    remove(name);
+    name = file_name("obj");
+    CHECK(meshio_write(name, &m, NULL, NULL) == MESHIO_OK);
+    CHECK(meshio_read(name, MESHIO_FORMAT_AUTO, &back, NULL) == MESHIO_OK);
+    CHECK(back.num_triangles == 6 && same_bits(back.xyz, m.xyz, 18));
+    CHECK(memcmp(back.triangles, m.triangles, sizeof sample_triangles) == 0);
+    meshio_free(&back);
+    remove(name);
+    name = file_name("stl");
+    options.ascii = 1; /* text keeps doubles; corners are welded in order of first appearance */
+    CHECK(meshio_write(name, &m, &options, NULL) == MESHIO_OK);
+    CHECK(meshio_read(name, MESHIO_FORMAT_AUTO, &back, NULL) == MESHIO_OK);
+    CHECK(back.num_triangles == 6 && back.num_vertices == 6 && back.num_corners == 18);
+    CHECK(back.triangles[0] == 0 && back.triangles[1] == 1 && back.triangles[2] == 2);
+    CHECK(same_bits(back.xyz + 3, m.xyz + 6, 3) && strcmp(back.name, "sample") == 0);
+    meshio_free(&back);
+    m.num_triangles = 4; /* what floats can hold */
+    CHECK(meshio_write(name, &m, NULL, NULL) == MESHIO_OK);
+    CHECK(meshio_read(name, MESHIO_FORMAT_AUTO, &back, NULL) == MESHIO_OK);
+    CHECK(back.num_triangles == 4 && back.xyz[3] == (double)0.1f);
+    meshio_free(&back);
+    remove(name);
+}
+
+static void points_are_read_raw_and_as_text(void)
+{
+    meshio_mesh m;
+    const char *name = file_name("bin");
+    FILE *f = fopen(name, "wb");
+    double d[6] = {1, 2, 3, 0.1, -0.0, 1e300};
+    int swap = !meshio__little_endian();
+    CHECK(f != NULL);
+    if (!f || swap) return;
+    fwrite(d, 1, sizeof d, f);
+    fclose(f);
+    CHECK(meshio_read(name, MESHIO_FORMAT_AUTO, &m, NULL) == MESHIO_OK);
+    CHECK(m.num_vertices == 2 && same_bits(m.xyz, d, 6));
+    meshio_free(&m);
+    remove(name);
+    CHECK(meshio_read_memory(d, 25, MESHIO_FORMAT_BIN, &m, NULL) == MESHIO_ERROR_TRUNCATED);
+    CHECK(read_text(MESHIO_FORMAT_XYZ, "# c\n1 2 3\n\n 4\t5 6 255 0 0\r\n7 8 9", &m, NULL) == MESHIO_OK);
+    CHECK(m.num_vertices == 3 && m.xyz[5] == 6 && m.xyz[8] == 9);
+    meshio_free(&m);
+    CHECK(read_text(MESHIO_FORMAT_XYZ, "2\n1 2 3\n4 5 6\n", &m, NULL) == MESHIO_OK);
+    CHECK(m.num_vertices == 2);
+    meshio_free(&m);
+    CHECK(read_text(MESHIO_FORMAT_XYZ, "", &m, NULL) == MESHIO_OK && m.num_vertices == 0);
+    CHECK(read_text(MESHIO_FORMAT_XYZ, "2\n1 2 3\n", &m, NULL) == MESHIO_ERROR_COUNT);
+    CHECK(read_text(MESHIO_FORMAT_XYZ, "1 2\n", &m, NULL) == MESHIO_ERROR_SYNTAX);
+    CHECK(read_text(MESHIO_FORMAT_XYZ, "1 2 3\nfoo", &m, NULL) == MESHIO_ERROR_SYNTAX);
+}
+
+/* ---- odd but right files ---- */
+
+static void check_tetrahedron(meshio_format format, const char *text)
+{
+    meshio_mesh m;
+    meshio_report report;
+    CHECK(read_text(format, text, &m, &report) == MESHIO_OK);
+    if (report.message[0]) printf("%s\nin\n%s\n", report.message, text);
+    CHECK(m.num_vertices == 4 && m.num_triangles == 4);
+    if (m.num_vertices == 4 && m.num_triangles == 4) {
+        CHECK(m.xyz[11] == 1 && m.xyz[3] == 1 && m.xyz[7] == 1);
+        CHECK(m.triangles[0] == 0 && m.triangles[1] == 2 && m.triangles[2] == 1);
+        CHECK(m.triangles[9] == 0 && m.triangles[10] == 3 && m.triangles[11] == 2);
+    }
+    meshio_free(&m);
+}
+
+static void off_comes_in_many_layouts(void)
+{
+    meshio_mesh m;
+    check_tetrahedron(MESHIO_FORMAT_OFF, "OFF\n4 4 6\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 1 2 3\n3 0 3 2\n");
+    check_tetrahedron(MESHIO_FORMAT_OFF, "\xEF\xBB\xBFOFF\r\n4 4 6\r\n0 0 0\r\n1 0 0\r\n0 1 0\r\n0 0 1\r\n3 0 2 1\r\n3 0 1 3\r\n3 1 2 3\r\n3 0 3 2");
+    check_tetrahedron(MESHIO_FORMAT_OFF, "OFF 4 4 6 0 0 0 1 0 0 0 1 0 0 0 1 3 0 2 1 3 0 1 3 3 1 2 3 3 0 3 2");
+    check_tetrahedron(MESHIO_FORMAT_OFF, "# a\nOFF # b\n\n4\t4 6\n# c\n0 0 0#d\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1 255 0 0\n3 0 1 3 0.5\n3 1 2 3\n\n3 0 3 2 # end");
+    check_tetrahedron(MESHIO_FORMAT_OFF, "COFF 4 4 6\n0 0 0 1 1 1 1\n1 0 0 1 1 1 1\n0 1 0 1 1 1 1\n0 0 1 1 1 1 1\n3 0 2 1\n3 0 1 3\n3 1 2 3\n3 0 3 2\n");
+    CHECK(read_text(MESHIO_FORMAT_OFF, "OFF\n5 1 0\n0 0 0\n1 0 0\n1 1 0\n.5 2 0\n0 1 0\n5 0 1 2 3 4\n", &m, NULL) == MESHIO_OK);
+    CHECK(m.num_triangles == 3 && m.triangles[6] == 0 && m.triangles[7] == 3 && m.triangles[8] == 4);
+    meshio_free(&m);
+    CHECK(read_text(MESHIO_FORMAT_OFF, "OFF 0 0 0", &m, NULL) == MESHIO_OK && m.num_vertices == 0);
+}
+
+static void obj_indices_come_in_many_forms(void)
+{
+    meshio_mesh m;
+    check_tetrahedron(MESHIO_FORMAT_OBJ, "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n");
+    check_tetrahedron(MESHIO_FORMAT_OBJ, "o part\nv 0 0 0 1\nvn 0 0 1\nvt 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\ng a\nusemtl x\ns off\n"
+                                         "f 1/1/1 3//1 -3\nf 1/1 2 4\nf 2 \\\n3 4\nf -4//-1 -1 -2 # c");
+    check_tetrahedron(MESHIO_FORMAT_OBJ, "f 1 3 2\nv 0 0 0\r\nv 1 0 0\r\nv 0 1 0\r\nv 0 0 1\r\nf 1 2 4\nf 2 3 4\nf 1 4 3");
+    CHECK(read_text(MESHIO_FORMAT_OBJ, "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\ng a\nf 1 2 3\ng b\nf 1 2 4\nl 1 2\n", &m, NULL) == MESHIO_OK);
+    CHECK(m.num_triangles == 2 && m.triangle_tags[0] == 1 && m.triangle_tags[1] == 2 && m.num_other == 1);
+    meshio_free(&m);
+}
+
+static void ply_elements_come_in_any_order(void)
+{
+    meshio_mesh m;
+    check_tetrahedron(MESHIO_FORMAT_PLY, "ply\nformat ascii 1.0\ncomment x\nelement vertex 4\nproperty uchar red\nproperty float z\n"
+                                         "property float y\nproperty float x\nelement face 4\nproperty list uchar uchar junk\n"
+                                         "property list uchar int vertex_index\nend_header\n9 0 0 0\n9 0 0 1\n9 0 1 0\n9 1 0 0\n"
+                                         "0 3 0 2 1\n1 5 3 0 1 3\n0 3 1 2 3\n2 1 1 3 0 3 2\n");
+    CHECK(read_text(MESHIO_FORMAT_PLY, "ply\r\nformat ascii 1.0\r\nelement vertex 0\r\nproperty float x\r\nproperty float y\r\n"
+                                       "property float z\r\nend_header\r\n", &m, NULL) == MESHIO_OK);
+    meshio_free(&m);
+}
+
+static void medit_keywords_come_in_any_order(void)
+{
+    meshio_mesh m;
+    check_tetrahedron(MESHIO_FORMAT_MEDIT, "MeshVersionFormatted 1\n# c\nDimension\n3\nVertices 4\n0 0 0 1\n1 0 0 2\n0 1 0 3\n0 0 1 4\nRidges 1\n1\n"
+                                           "Normals\n1\n0 0.5 -1e3\nTriangles\n4\n1 3 2 5\n1 2 4 5\n2 3 4 5\n1 4 3 5\nEnd\n");
+    CHECK(read_text(MESHIO_FORMAT_MEDIT, "MeshVersionFormatted 2 Dimension 3 Vertices 8 0 0 0 0 1 0 0 0 1 1 0 0 0 1 0 0 0 0 1 0 1 0 1 0 1 1 1 0 0 1 1 0 "
+                                         "Quadrilaterals 1 1 2 3 4 9 Hexahedra 1 1 2 3 4 5 6 7 8 0 Edges 1 1 2 6", &m, NULL) == MESHIO_OK);
+    CHECK(m.num_triangles == 2 && m.triangle_tags[1] == 9 && m.num_other == 1 && m.num_edges == 1 && m.edge_tags[0] == 6);
+    meshio_free(&m);
+}
+
+static void msh_ids_may_be_sparse(void)
+{
+    meshio_mesh m;
+    check_tetrahedron(MESHIO_FORMAT_MSH, "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n1\n2 1 \"a\"\n$EndPhysicalNames\n$Nodes\n4\n"
+                                         "40 0 0 0\n10 1 0 0\n30 0 1 0\n1000000000000 0 0 1\n$EndNodes\n$Elements\n5\n1 2 2 7 1 40 30 10\n"
+                                         "2 2 2 7 1 40 10 1000000000000\n3 2 0 10 30 1000000000000\n9 15 2 0 1 40\n4 2 2 0 8 40 1000000000000 30\n$EndElements\n");
+    CHECK(read_text(MESHIO_FORMAT_MSH, "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$Entities\n0 0 1 0\n5 0 0 0 1 1 1 1 77 0\n$EndEntities\n$Nodes\n2 3 1 9\n"
+                                       "0 1 0 1\n9\n0 0 0\n2 5 1 2\n2\n1\n1 0 0 .5 .5\n0 1 0 .5 .5\n$EndNodes\n$Elements\n2 2 1 2\n2 5 2 1\n1 9 2 1\n"
+                                       "2 6 2 1\n2 9 1 2\n$EndElements\n$Junk\nx y z\n$EndJunk\n", &m, NULL) == MESHIO_OK);
+    CHECK(m.num_vertices == 3 && m.num_triangles == 2);
+    if (m.num_triangles == 2) {
+        CHECK(m.triangle_tags[0] == 77 && m.triangle_tags[1] == 6 && m.triangles[1] == 1 && m.triangles[4] == 2);
+    }
+    meshio_free(&m);
+}
+
+static void vtk_cells_and_strips(void)
+{
+    meshio_mesh m;
+    check_tetrahedron(MESHIO_FORMAT_VTK, "# vtk DataFile Version 2.0\nt\nASCII\nDATASET POLYDATA\nPOINTS 4 float\n0 0 0 1 0 0 0 1 0 0 0 1\nPOLYGONS 4 16\n"
+                                         "3 0 2 1 3 0 1 3 3 1 2 3 3 0 3 2\nPOINT_DATA 4\nSCALARS a float\nLOOKUP_TABLE default\n1 2 3 4\n");
+    check_tetrahedron(MESHIO_FORMAT_VTK, "# vtk DataFile Version 5.1\nt\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 4 double\n0 0 0 1 0 0 0 1 0 0 0 1\nCELLS 5 12\n"
+                                         "OFFSETS vtktypeint64\n0 3 6 9 12\nCONNECTIVITY vtktypeint64\n0 2 1 0 1 3 1 2 3 0 3 2\nCELL_TYPES 4\n5 5 5 5\n");
+    CHECK(read_text(MESHIO_FORMAT_VTK, "# vtk DataFile Version 2.0\nt\nASCII\nDATASET POLYDATA\nPOINTS 4 float\n0 0 0 1 0 0 0 1 0 1 1 0\nTRIANGLE_STRIPS 1 5\n"
+                                       "4 0 1 2 3\nCELL_DATA 1\nSCALARS region int 1\nLOOKUP_TABLE default\n42\n", &m, NULL) == MESHIO_OK);
+    CHECK(m.num_triangles == 2 && m.triangles[3] == 1 && m.triangles[4] == 3 && m.triangles[5] == 2 && m.triangle_tags[1] == 42);
+    meshio_free(&m);
+}
+
+static void stl_text_may_hold_several_solids(void)
+{
+    meshio_mesh m;
+    CHECK(read_text(MESHIO_FORMAT_STL, "solid a b\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid a b\n"
+                                       "SOLID\nFACET NORMAL 0 0 1\nOUTER LOOP\nVERTEX -0 0 0\nVERTEX 1 0 0\nVERTEX 0 0 1\nENDLOOP\nENDFACET\nENDSOLID", &m, NULL) == MESHIO_OK);
+    CHECK(m.num_triangles == 2 && m.num_vertices == 4 && m.triangle_tags[0] == 1 && m.triangle_tags[1] == 2);
+    CHECK(strcmp(m.name, "a b") == 0);
+    meshio_free(&m);
+}
+
+static void stl_binary_is_known_by_its_size(void)
+{
+    unsigned char bytes[84 + 50 + 7];
+    meshio_mesh m;
+    float x[9] = {0, 0, 0, 1, 0, 0, 0, 1, 0};
+    memset(bytes, 0, sizeof bytes);
+    memcpy(bytes, "solid and yet binary", 20);
+    bytes[80] = 1;
+    if (!meshio__little_endian()) return;
+    memcpy(bytes + 84 + 12, x, sizeof x);
+    CHECK(meshio_read_memory(bytes, 84 + 50, MESHIO_FORMAT_STL, &m, NULL) == MESHIO_OK);
+    CHECK(m.num_triangles == 1 && m.num_vertices == 3 && m.xyz[3] == 1);
+    meshio_free(&m);
+    CHECK(meshio_read_memory(bytes, sizeof bytes, MESHIO_FORMAT_STL, &m, NULL) == MESHIO_OK);
+    CHECK(m.num_triangles == 1);
+    meshio_free(&m);
+    bytes[80] = 2;
+    CHECK(meshio_read_memory(bytes, sizeof bytes, MESHIO_FORMAT_STL, &m, NULL) == MESHIO_ERROR_COUNT);
+    bytes[83] = 255;
+    CHECK(meshio_read_memory(bytes, sizeof bytes, MESHIO_FORMAT_STL, &m, NULL) == MESHIO_ERROR_COUNT);
+    CHECK(m.xyz == NULL && m.num_vertices == 0);
+}
+
+/* ---- facets of .poly files ---- */
+
+static double triangle_area_z(const meshio_mesh *m, size_t t)
+{
+    const double *a = m->xyz + 3 * (size_t)m->triangles[3 * t];
+    const double *b = m->xyz + 3 * (size_t)m->triangles[3 * t + 1];
+    const double *c = m->xyz + 3 * (size_t)m->triangles[3 * t + 2];
+    return ((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])) / 2;
+}
+
+/* Reads a flat .poly and checks the number of triangles, that all turn one way, and the area. */
+static void check_flat_poly(const char *text, size_t triangles, double area)
+{
+    meshio_mesh m;
+    meshio_report report;
+    size_t t;
+    double sum = 0;
+    CHECK(read_text(MESHIO_FORMAT_POLY, text, &m, &report) == MESHIO_OK);
+    if (report.message[0]) printf("%s\n", report.message);
+    CHECK(m.num_triangles == triangles);
+    for (t = 0; t < m.num_triangles; t++) {
+        double a = triangle_area_z(&m, t);
+        CHECK(a * area > 0);
+        sum += a;
+    }
+    CHECK(fabs(sum - area) < 1e-12);
+    meshio_free(&m);
+}
+
+static void facets_may_be_concave_and_have_holes(void)
+{
+    check_flat_poly("6 3 0 0\n0 0 0 0\n1 2 0 0\n2 2 1 0\n3 1 1 0\n4 1 2 0\n5 0 2 0\n1 0\n1\n6 0 1 2 3 4 5\n0\n0\n", 4, 3);
+    check_flat_poly("6 3 0 0\n1 0 0 0\n2 2 0 0\n3 2 1 0\n4 1 1 0\n5 1 2 0\n6 0 2 0\n1 0\n1\n6 6 5 4 3 2 1\n0\n0\n", 4, -3);
+    check_flat_poly("8 3 0 0\n0 0 0 0\n1 3 0 0\n2 3 3 0\n3 0 3 0\n4 1 1 0\n5 2 1 0\n6 2 2 0\n7 1 2 0\n1 1\n2 1 7\n4 0 1 2 3\n4 4 5 6 7\n1 1.5 1.5 0\n0\n0\n", 8, 8);
+    check_flat_poly("8 3 0 0\n0 0 0 0\n1 3 0 0\n2 3 3 0\n3 0 3 0\n4 1 1 0\n5 2 1 0\n6 2 2 0\n7 1 2 0\n1 1\n2 0 7\n4 0 1 2 3\n4 4 5 6 7\n0\n0\n", 10, 9);
+    check_flat_poly("6 3 0 0\n0 0 0 0\n1 4 0 0\n2 4 4 0\n3 0 4 0\n4 1 2 0\n5 3 2 0\n1 1\n3 0 7\n4 0 1 2 3\n2 4 5\n1 4\n0\n0\n", 6, 16);
+    check_flat_poly("6 3 0 0\n0 0 0 0\n1 4 0 0\n2 4 4 0\n3 2 4 0\n4 1 4 0\n5 0 4 0\n1 1\n1 0 7\n6 0 1 2 3 4 5\n0\n0\n", 4, 16);
+    check_flat_poly("5 3 0 0\n0 0 0 0\n1 4 0 0\n2 4 4 0\n3 0 4 0\n4 2 0 0\n1 1\n2\n4 0 1 2 3\n1 4\n0\n0\n", 3, 16);
+}
+
+/* A star of n arms, its centre cut out: long recoveries with many crossed sides. */
+static void large_facets_are_recovered(void)
+{
+    enum { N = 400 };
+    char *text = (char *)malloc(N * 200), *p = text;
+    int i;
+    double area = 0, *x = (double *)malloc(4 * N * sizeof(double));
+    meshio_mesh m;
+    meshio_report report;
+    size_t t;
+    for (i = 0; i < 2 * N; i++) {
+        double r = i < N ? 3 + (i % 2 ? 2.9 * random_double() : -0.5) : 1 + (i % 2 ? 0.9 : 0);
+        double angle = 6.283185307179586 * (i % N) / N;
+        x[2 * i] = r * cos(angle);
+        x[2 * i + 1] = r * sin(angle);
+    }
+    p += sprintf(p, "%d 3 0 0\n", 2 * N);
+    for (i = 0; i < 2 * N; i++) p += sprintf(p, "%d %.17g %.17g 0\n", i, x[2 * i], x[2 * i + 1]);
+    p += sprintf(p, "1 0\n2 1\n%d", N);
+    for (i = 0; i < N; i++) p += sprintf(p, " %d", i);
+    p += sprintf(p, "\n%d", N);
+    for (i = 0; i < N; i++) p += sprintf(p, " %d", N + i);
+    sprintf(p, "\n1 0 0 0\n0\n0\n");
+    for (i = 0; i < N; i++) {
+        int j = (i + 1) % N;
+        area += (x[2 * i] * x[2 * j + 1] - x[2 * j] * x[2 * i + 1]) / 2;
+        area -= (x[2 * N + 2 * i] * x[2 * N + 2 * j + 1] - x[2 * N + 2 * j] * x[2 * N + 2 * i + 1]) / 2;
+    }
+    CHECK(read_text(MESHIO_FORMAT_POLY, text, &m, &report) == MESHIO_OK);
+    CHECK(m.num_triangles == 2 * N);
+    for (t = 0; t < m.num_triangles; t++) area -= triangle_area_z(&m, t);
+    CHECK(fabs(area) < 1e-9);
+    meshio_free(&m);
+    free(text);
+    free(x);
+}
+
+static void poly_keeps_seeds_and_markers(void)
+{
+    meshio_mesh m;
+    CHECK(read_text(MESHIO_FORMAT_POLY, "# c\n4 3 1 1\n0 0 0 0 9 5\n1 1 0 0 9 6\n2 0 1 0 9 7\n3 0 0 1 9 8\n4 1 # facets\n1 0 11\n3 0 2 1\n1 0 12\n3 0 1 3\n1\n3 1 2 3\n1 0 -1\n3 0 3 2\n"
+                                        "1\n1 .1 .1 .1\n2\n1 .2 .2 .2 5 0.25\n2 .3 .3 .3 6\n", &m, NULL) == MESHIO_OK);
+    CHECK(m.num_vertices == 4 && m.vertex_tags[3] == 8 && m.num_triangles == 4 && m.triangle_tags[0] == 11 && m.triangle_tags[3] == -1);
+    CHECK(m.num_holes == 1 && m.holes[2] == .1 && m.num_regions == 2 && m.regions[3] == 5 && m.regions[4] == .25 && m.regions[9] == -1);
+    meshio_free(&m);
+    CHECK(read_text(MESHIO_FORMAT_SMESH, "3 3 0 0\n1 0 0 0\n2 1 0 0\n3 0 1 0\n1 1\n3 1 2 3 44\n0\n", &m, NULL) == MESHIO_OK);
+    CHECK(m.num_triangles == 1 && m.triangle_tags[0] == 44);
+    meshio_free(&m);
+}
+
+static void poly_finds_the_nodes_beside_it(void)
+{
+    meshio_mesh m;
+    meshio_report report;
+    FILE *f = fopen(file_name("node"), "wb");
+    fputs("3 3 0 0\n0 0 0 0\n1 1 0 0\n2 0 1 0\n", f);
+    fclose(f);
+    f = fopen(file_name("poly"), "wb");
+    fputs("0 3 0 0\n1 0\n1\n3 0 1 2\n0\n0\n", f);
+    fclose(f);
+    CHECK(meshio_read(file_name("poly"), MESHIO_FORMAT_AUTO, &m, &report) == MESHIO_OK);
+    CHECK(m.num_vertices == 3 && m.num_triangles == 1);
+    meshio_free(&m);
+    remove(file_name("node"));
+    CHECK(meshio_read(file_name("poly"), MESHIO_FORMAT_AUTO, &m, &report) == MESHIO_ERROR_OPEN);
+    remove(file_name("poly"));
+}
+
+/* ---- damaged files ---- */
+
+static void damaged_texts_get_a_status_and_a_line(void)
+{
+#define MSH "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n"
+#define VTK "# vtk DataFile Version 3.0\nt\nASCII\nDATASET POLYDATA\n"
+#define PLY "ply\nformat ascii 1.0\nelement vertex "
+#define XYZ "\nproperty float x\nproperty float y\nproperty float z\n"
+    static const struct {
+        meshio_format format;
+        const char *text;
+        meshio_result result;
+        uint64_t line;
+    } bad[] = {
+        {MESHIO_FORMAT_OFF, "", MESHIO_ERROR_TRUNCATED, 1},
+        {MESHIO_FORMAT_OFF, "PNG", MESHIO_ERROR_FORMAT, 1},
+        {MESHIO_FORMAT_OFF, "OFF BINARY\n", MESHIO_ERROR_UNSUPPORTED, 1},
+        {MESHIO_FORMAT_OFF, "OFF\n3 1", MESHIO_ERROR_TRUNCATED, 2},
+        {MESHIO_FORMAT_OFF, "OFF\n-3 1 0\n", MESHIO_ERROR_COUNT, 3},
+        {MESHIO_FORMAT_OFF, "OFF\n4000000000 1 0\n0 0 0\n", MESHIO_ERROR_COUNT, 3},
+        {MESHIO_FORMAT_OFF, "OFF\n99999999999999999999 1 0\n0 0 0\n", MESHIO_ERROR_SYNTAX, 2},
+        {MESHIO_FORMAT_OFF, "OFF\n1 2147483647 0\n0 0 0\n3 0 0 0\n", MESHIO_ERROR_COUNT, 3},
+        {MESHIO_FORMAT_OFF, "OFF\n1 1 0\n0 0 0\n1000000000 0 0 0\n", MESHIO_ERROR_COUNT, 4},
+        {MESHIO_FORMAT_OFF, "OFF\n1 1 0\n0 0 0\n-1 0\n", MESHIO_ERROR_COUNT, 4},
+        {MESHIO_FORMAT_OFF, "OFF\n1 1 0\n0 0 0\n3 0 0 1\n", MESHIO_ERROR_INDEX, 4},
+        {MESHIO_FORMAT_OFF, "OFF\n1 1 0\n0 0 0\n3 0 0 -1\n", MESHIO_ERROR_INDEX, 4},
+        {MESHIO_FORMAT_OFF, "OFF\n1 1 0\n0 0 0\n3 0 0 4294967296\n", MESHIO_ERROR_INDEX, 4},
+        {MESHIO_FORMAT_OFF, "OFF\n1 1 0\n0,5 0 0 0\n", MESHIO_ERROR_SYNTAX, 3},
+        {MESHIO_FORMAT_OFF, "OFF\n1 1 0\n0x1p3 0 0 0\n", MESHIO_ERROR_SYNTAX, 3},
+        {MESHIO_FORMAT_OFF, "OFF\n1 1 0\n0 0 0\n3 0 0 1X\n", MESHIO_ERROR_SYNTAX, 4},
+        {MESHIO_FORMAT_OFF, "OFF\n2 0 0\n0.125 0 0\n0 0", MESHIO_ERROR_TRUNCATED, 4},
+        {MESHIO_FORMAT_STL, "", MESHIO_ERROR_TRUNCATED, 0},
+        {MESHIO_FORMAT_STL, "<html>404</html>", MESHIO_ERROR_FORMAT, 0},
+        {MESHIO_FORMAT_STL, "solid a\nfacet normal 0 0 0\nouter loop\nvertx 0 0 0\n", MESHIO_ERROR_SYNTAX, 4},
+        {MESHIO_FORMAT_STL, "solid a\nfacet normal 0 0 0\n", MESHIO_ERROR_TRUNCATED, 3},
+        {MESHIO_FORMAT_STL, "solid a\n", MESHIO_ERROR_TRUNCATED, 2},
+        {MESHIO_FORMAT_STL, "solid a\nfacet normal 0 0 0\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nendloop\n", MESHIO_ERROR_SYNTAX, 6},
+        {MESHIO_FORMAT_OBJ, "hello", MESHIO_ERROR_FORMAT, 1},
+        {MESHIO_FORMAT_OBJ, "v 0 0\n", MESHIO_ERROR_SYNTAX, 1},
+        {MESHIO_FORMAT_OBJ, "v 0 0 XX1\n", MESHIO_ERROR_SYNTAX, 1},
+        {MESHIO_FORMAT_OBJ, "v 0 0 0\nf 0 1 1\n", MESHIO_ERROR_INDEX, 2},
+        {MESHIO_FORMAT_OBJ, "v 0 0 0\nf 1 1 -2\n", MESHIO_ERROR_INDEX, 2},
+        {MESHIO_FORMAT_OBJ, "v 0 0 0\nf 1 1 2\n", MESHIO_ERROR_INDEX, 2},
+        {MESHIO_FORMAT_OBJ, "v 0 0 0\nf 1 1 99999999999999999999\n", MESHIO_ERROR_INDEX, 2},
+        {MESHIO_FORMAT_OBJ, "v 0 0 0\nf 1 1 x\n", MESHIO_ERROR_SYNTAX, 2},
+        {MESHIO_FORMAT_OBJ, "v 0 0 0\nf\n", MESHIO_ERROR_SYNTAX, 2},
+        {MESHIO_FORMAT_PLY, "", MESHIO_ERROR_TRUNCATED, 1},
+        {MESHIO_FORMAT_PLY, "plx\n", MESHIO_ERROR_SYNTAX, 1},
+        {MESHIO_FORMAT_PLY, "ply\nformat binary_middle_endian 1.0\n", MESHIO_ERROR_UNSUPPORTED, 2},
+        {MESHIO_FORMAT_PLY, PLY "1\nproperty float q\nend_header\n0\n", MESHIO_ERROR_SYNTAX, 3},
+        {MESHIO_FORMAT_PLY, PLY "2147483647" XYZ "end_header\n0 0 0\n", MESHIO_ERROR_COUNT, 8},
+        {MESHIO_FORMAT_PLY, PLY "-1" XYZ "end_header\n0 0 0\n", MESHIO_ERROR_COUNT, 8},
+        {MESHIO_FORMAT_PLY, PLY "1" XYZ "0 0 0\n", MESHIO_ERROR_SYNTAX, 7},
+        {MESHIO_FORMAT_PLY, PLY "1" XYZ "element face 1\nproperty list double int vertex_indices\nend_header\n", MESHIO_ERROR_SYNTAX, 8},
+        {MESHIO_FORMAT_PLY, PLY "1" XYZ "element face 1\nproperty list uchar float vertex_indices\nend_header\n", MESHIO_ERROR_SYNTAX, 8},
+        {MESHIO_FORMAT_PLY, PLY "1" XYZ "element face 1\nproperty list int int vertex_indices\nend_header\n0 0 0\n2000000 0 0\n", MESHIO_ERROR_COUNT, 11},
+        {MESHIO_FORMAT_PLY, PLY "1" XYZ "element face 1\nproperty list int int vertex_indices\nend_header\n0 0 0\n3 0 0 7\n", MESHIO_ERROR_INDEX, 11},
+        {MESHIO_FORMAT_PLY, PLY "1" XYZ "element junk 1000000000000000000\nend_header\n0 0 0\n", MESHIO_ERROR_COUNT, 9},
+        {MESHIO_FORMAT_PLY, "ply\nformat ascii 1.0\nproperty float x\n", MESHIO_ERROR_SYNTAX, 3},
+        {MESHIO_FORMAT_MEDIT, "", MESHIO_ERROR_TRUNCATED, 1},
+        {MESHIO_FORMAT_MEDIT, "\x01\x02\x03", MESHIO_ERROR_FORMAT, 1},
+        {MESHIO_FORMAT_MEDIT, "MeshVersionFormatted 2\nDimension 2\n", MESHIO_ERROR_UNSUPPORTED, 2},
+        {MESHIO_FORMAT_MEDIT, "MeshVersionFormatted 2\nVertices 1\n", MESHIO_ERROR_SYNTAX, 2},
+        {MESHIO_FORMAT_MEDIT, "MeshVersionFormatted 2\nDimension 3\nVertices\n1000000000000\n0 0 0 0\n", MESHIO_ERROR_COUNT, 4},
+        {MESHIO_FORMAT_MEDIT, "MeshVersionFormatted 2\nDimension 3\nVertices 1\n0 0 0 0\nTriangles 1\n0 1 1 0\n", MESHIO_ERROR_INDEX, 6},
+        {MESHIO_FORMAT_MEDIT, "MeshVersionFormatted 2\nDimension 3\nVertices 1\n0 0 0 0\nTetrahedra 1\n1 1 1 2 0\n", MESHIO_ERROR_INDEX, 6},
+        {MESHIO_FORMAT_MEDIT, "MeshVersionFormatted 2\nDimension 3\nVertices 1\n0 0 0 0\n?\n", MESHIO_ERROR_SYNTAX, 5},
+        {MESHIO_FORMAT_MSH, "", MESHIO_ERROR_TRUNCATED, 1},
+        {MESHIO_FORMAT_MSH, "x", MESHIO_ERROR_FORMAT, 1},
+        {MESHIO_FORMAT_MSH, "$MeshFormat\n99.9 0 8\n$EndMeshFormat\n", MESHIO_ERROR_UNSUPPORTED, 2},
+        {MESHIO_FORMAT_MSH, "$MeshFormat\n2.2 0 4\n$EndMeshFormat\n", MESHIO_ERROR_UNSUPPORTED, 2},
+        {MESHIO_FORMAT_MSH, "$MeshFormat\n2.2 7 8\n$EndMeshFormat\n", MESHIO_ERROR_SYNTAX, 2},
+        {MESHIO_FORMAT_MSH, MSH, MESHIO_ERROR_TRUNCATED, 4},
+        {MESHIO_FORMAT_MSH, MSH "$Nodes\n1000000000000000000\n1 0 0 0\n", MESHIO_ERROR_COUNT, 5},
+        {MESHIO_FORMAT_MSH, MSH "$Nodes\n2\n1 0 0 0\n1 0 0 0\n$EndNodes\n", MESHIO_ERROR_INDEX, 7},
+        {MESHIO_FORMAT_MSH, MSH "$Nodes\n1\n1 0 0 0\n$Elements\n", MESHIO_ERROR_SYNTAX, 7},
+        {MESHIO_FORMAT_MSH, MSH "$Nodes\n1\n1 0 0 0\n$EndNodes\n$Elements\n1\n1 999 0 1\n", MESHIO_ERROR_SYNTAX, 10},
+        {MESHIO_FORMAT_MSH, MSH "$Nodes\n1\n1 0 0 0\n$EndNodes\n$Elements\n1\n1 2 0 1 1 2\n$EndElements\n", MESHIO_ERROR_INDEX, 10},
+        {MESHIO_FORMAT_MSH, MSH "$Nodes\n1\n1 0 0 0\n$EndNodes\n$Elements\n1\n1 2 99999 1 1 2\n$EndElements\n", MESHIO_ERROR_COUNT, 10},
+        {MESHIO_FORMAT_MSH, MSH "$Junk\n", MESHIO_ERROR_TRUNCATED, 4},
+        {MESHIO_FORMAT_MSH, "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$Nodes\n1 1 1 1\n2 1 0 2\n1\n2\n0 0 0\n0 0 0\n", MESHIO_ERROR_COUNT, 6},
+        {MESHIO_FORMAT_MSH, "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$Nodes\n1 2 1 1\n2 1 0 1\n1\n0 0 0\n$EndNodes\n", MESHIO_ERROR_COUNT, 8},
+        {MESHIO_FORMAT_VTK, "", MESHIO_ERROR_TRUNCATED, 1},
+        {MESHIO_FORMAT_VTK, "vtk\n", MESHIO_ERROR_FORMAT, 1},
+        {MESHIO_FORMAT_VTK, "# vtk DataFile Version 3.0\nt\nASCII\nDATASET STRUCTURED_GRID\n", MESHIO_ERROR_UNSUPPORTED, 4},
+        {MESHIO_FORMAT_VTK, VTK "POINTS 99999999999 float\n0 0 0\n", MESHIO_ERROR_COUNT, 5},
+        {MESHIO_FORMAT_VTK, VTK "POINTS 1 float\n0 0 0\nPOLYGONS 1 3\n3 0 0 0\n", MESHIO_ERROR_COUNT, 7},
+        {MESHIO_FORMAT_VTK, VTK "POINTS 1 float\n0 0 0\nPOLYGONS 1 4\n3 0 0 1\n", MESHIO_ERROR_INDEX, 8},
+        {MESHIO_FORMAT_VTK, VTK "POINTS 1 float\n0 0 0\nCELLS 1 4\n3 0 0 0\n", MESHIO_ERROR_TRUNCATED, 9},
+        {MESHIO_FORMAT_VTU, "", MESHIO_ERROR_TRUNCATED, 1},
+        {MESHIO_FORMAT_VTU, "<html></html>", MESHIO_ERROR_FORMAT, 1},
+        {MESHIO_FORMAT_VTU, "<VTKFile type=\"PolyData\">", MESHIO_ERROR_UNSUPPORTED, 1},
+        {MESHIO_FORMAT_VTU, "<VTKFile type=\"UnstructuredGrid\" compressor=\"z\">", MESHIO_ERROR_UNSUPPORTED, 1},
+        {MESHIO_FORMAT_VTU, "<VTKFile type=\"UnstructuredGrid\">\n<Piece NumberOfPoints=\"-1\">", MESHIO_ERROR_SYNTAX, 2},
+        {MESHIO_FORMAT_VTU, "<VTKFile type=\"UnstructuredGrid\">\n<Piece NumberOfPoints=\"99999999\" NumberOfCells=\"0\">", MESHIO_ERROR_COUNT, 2},
+        {MESHIO_FORMAT_NODE, "", MESHIO_ERROR_TRUNCATED, 1},
+        {MESHIO_FORMAT_NODE, "2 3 0 0\n1 0 0 0\n3 0 0 0\n", MESHIO_ERROR_INDEX, 3},
+        {MESHIO_FORMAT_NODE, "1 2 0 0\n1 0 0\n", MESHIO_ERROR_UNSUPPORTED, 1},
+        {MESHIO_FORMAT_NODE, "1000000000 3 0 0\n1 0 0 0\n", MESHIO_ERROR_COUNT, 1},
+        {MESHIO_FORMAT_POLY, "1 3 0 0\n1 0 0 0\n2 0\n1\n3 1 1 1\n", MESHIO_ERROR_TRUNCATED, 6},
+        {MESHIO_FORMAT_POLY, "1 3 0 0\n1 0 0 0\n1 0\n1\n-3 1 1 1\n", MESHIO_ERROR_COUNT, 5},
+        {MESHIO_FORMAT_POLY, "1 3 0 0\n1 0 0 0\n1 0\n1\n3 1 1 2\n", MESHIO_ERROR_INDEX, 5},
+        {MESHIO_FORMAT_POLY, "0 3 0 0\n", MESHIO_ERROR_COUNT, 1},
+        {MESHIO_FORMAT_POLY, "6 3 0 0\n0 0 0 0\n1 2 0 0\n2 2 2 0\n3 0 2 0\n4 1 -1 0\n5 1 3 0\n1 0\n2\n4 0 1 2 3\n2 4 5\n0\n", MESHIO_ERROR_SYNTAX, 9},
+        {MESHIO_FORMAT_ELE, "1 4 0\n1 1 2 3 4\n", MESHIO_ERROR_INDEX, 2},
+        {MESHIO_FORMAT_ELE, "1 5 0\n1 1 2 3 4 5\n", MESHIO_ERROR_UNSUPPORTED, 1},
+        {MESHIO_FORMAT_AUTO, "x", MESHIO_ERROR_INVALID_ARGUMENT, 0},
+    };
+    size_t i;
+    for (i = 0; i < sizeof bad / sizeof bad[0]; i++) {
+        meshio_mesh m;
+        meshio_report report;
+        meshio_result result = read_text(bad[i].format, bad[i].text, &m, &report);
+        int right = result == bad[i].result && report.result == result && report.line == bad[i].line &&
+                    report.message[0] != 0 && m.xyz == NULL && m.num_vertices == 0 && m.num_triangles == 0;
+        if (!right)
+            printf("case %d: status %d (expected %d), line %d (%d): %s\n", (int)i, (int)result, (int)bad[i].result, (int)report.line,
+                   (int)bad[i].line, report.message);
+        CHECK(right);
+        meshio_free(&m);
+    }
+    CHECK(live_blocks == 0);
+}
+
+static void put32(unsigned char *p, uint32_t v) { memcpy(p, &v, 4); }
+
+static void lying_binary_files_are_refused(void)
+{
+    unsigned char b[256];
+    meshio_mesh m;
+    meshio_report report;
+    memset(b, 0, sizeof b);
+    put32(b, 1), put32(b + 4, 2), put32(b + 8, 3), put32(b + 12, 20), put32(b + 16, 3);
+    put32(b + 20, 4), put32(b + 24, 256), put32(b + 28, 0x7FFFFFFF);
+    CHECK(meshio_read_memory(b, 256, MESHIO_FORMAT_MEDIT_BINARY, &m, &report) == MESHIO_ERROR_COUNT && report.offset > 0);
+    put32(b + 24, 8); /* the next keyword is said to be before this one */
+    CHECK(meshio_read_memory(b, 256, MESHIO_FORMAT_MEDIT_BINARY, &m, &report) == MESHIO_ERROR_COUNT);
+    put32(b + 24, 0xFFFFFFFF);
+    CHECK(meshio_read_memory(b, 256, MESHIO_FORMAT_MEDIT_BINARY, &m, &report) == MESHIO_ERROR_COUNT);
+    put32(b + 24, 256), put32(b + 28, 0xFFFFFFFF);
+    CHECK(meshio_read_memory(b, 256, MESHIO_FORMAT_MEDIT_BINARY, &m, &report) == MESHIO_ERROR_COUNT);
+    put32(b + 28, 8); /* 8 * 28 bytes fill the file: right */
+    CHECK(meshio_read_memory(b, 256, MESHIO_FORMAT_MEDIT_BINARY, &m, &report) == MESHIO_OK && m.num_vertices == 8);
+    meshio_free(&m);
+    put32(b + 28, 7);
+    CHECK(meshio_read_memory(b, 256, MESHIO_FORMAT_MEDIT_BINARY, &m, &report) == MESHIO_ERROR_COUNT);
+    put32(b, 7);
+    CHECK(meshio_read_memory(b, 256, MESHIO_FORMAT_MEDIT_BINARY, &m, &report) == MESHIO_ERROR_FORMAT);
+    CHECK(meshio_read_memory(b, 3, MESHIO_FORMAT_MEDIT_BINARY, &m, &report) == MESHIO_ERROR_TRUNCATED);
+    put32(b, 1), put32(b + 4, 9);
+    CHECK(meshio_read_memory(b, 256, MESHIO_FORMAT_MEDIT_BINARY, &m, &report) == MESHIO_ERROR_UNSUPPORTED);
+    CHECK(live_blocks == 0);
+}
+
+/* Cuts and random bytes in files of every format: any status, but no crash, hang or leak. */
+static void torn_files_never_crash(void)
+{
+    static const struct {
+        const char *extension;
+        int binary;
+    } kinds[] = {{"mesh", 0}, {"meshb", 0}, {"msh", 0}, {"msh", 1}, {"msh4", 0}, {"msh4", 1}, {"vtu", 0},
+                 {"vtk", 0},  {"vtk", 1},   {"off", 0}, {"obj", 0}, {"stl", 0},  {"node", 0}};
+    size_t k, size, cut;
+    for (k = 0; k < sizeof kinds / sizeof kinds[0]; k++) {
+        meshio_mesh m = sample(), back;
+        meshio_write_options options;
+        char *bytes, *torn;
+        const char *name = file_name(kinds[k].extension);
+        meshio_format format = meshio_format_of(name);
+        int i, refused = 0;
+        memset(&options, 0, sizeof options);
+        options.binary = kinds[k].binary;
+        CHECK(meshio_write(name, &m, &options, NULL) == MESHIO_OK);
+        bytes = load(name, &size);
+        remove(name);
+        CHECK(bytes != NULL && size > 0);
+        if (!bytes) continue;
+        torn = (char *)malloc(size);
+        for (cut = 0; cut < size; cut++) {
+            refused += meshio_read_memory(bytes, cut, format, &back, NULL) != MESHIO_OK;
+            meshio_free(&back);
+        }
+        CHECK(refused > (int)(size / 2));
+        for (i = 0; i < 3000; i++) {
+            int j, changes = 1 + (int)(random_u64() % 3);
+            memcpy(torn, bytes, size);
+            for (j = 0; j < changes; j++) {
+                static const char likely[] = "0129-. \n#e$\377";
+                char byte = i % 2 ? likely[random_u64() % (sizeof likely - 1)] : (char)random_u64();
+                torn[random_u64() % size] = byte;
+            }
+            meshio_read_memory(torn, size, format, &back, NULL);
+            meshio_free(&back);
+        }
+        free(torn);
+        free(bytes);
+        CHECK(live_blocks == 0);
+    }
+}
+
+/* ---- memory and the file system ---- */
+
+static void every_failing_allocation_is_reported(void)
+{
+    static const struct {
+        meshio_format format;
+        const char *text;
+    } files[] = {
+        {MESHIO_FORMAT_OFF, "OFF\n4 1 0\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n4 0 1 2 3\n"},
+        {MESHIO_FORMAT_STL, "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid\n"},
+        {MESHIO_FORMAT_OBJ, "v 0 0 0\nf 1 1 1\n"},
+        {MESHIO_FORMAT_MSH, "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$Entities\n0 0 1 0\n5 0 0 0 1 1 1 1 77 0\n$EndEntities\n$Nodes\n1 2 1 9\n0 1 0 2\n9\n3\n0 0 0\n1 1 1\n"
+                            "$EndNodes\n$Elements\n1 1 1 1\n3 5 4 1\n1 9 9 3 3\n$EndElements\n"},
+        {MESHIO_FORMAT_VTK, "# vtk DataFile Version 3.0\nt\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 1 float\n0 0 0\nCELLS 1 3\n2 0 0\nCELL_TYPES 1\n3\nCELL_DATA 1\n"
+                            "SCALARS region int 1\nLOOKUP_TABLE default\n42\n"},
+        {MESHIO_FORMAT_POLY, "8 3 0 0\n0 0 0 0\n1 3 0 0\n2 3 3 0\n3 0 3 0\n4 1 1 0\n5 2 1 0\n6 2 2 0\n7 1 2 0\n1 1\n2 1 7\n4 0 1 2 3\n4 4 5 6 7\n1 1.5 1.5 0\n1\n1 0 0 0\n1\n1 0 0 0 1 1\n"}};
+    size_t k;
+    for (k = 0; k < sizeof files / sizeof files[0]; k++) {
+        long tries;
+        meshio_result result = MESHIO_ERROR_OUT_OF_MEMORY;
+        for (tries = 0; tries < 200 && result != MESHIO_OK; tries++) {
+            meshio_mesh m;
+            allocations = 0;
+            fail_at = tries;
+            result = read_text(files[k].format, files[k].text, &m, NULL);
+            CHECK(result == MESHIO_OK || result == MESHIO_ERROR_OUT_OF_MEMORY ||
+                  (files[k].format == MESHIO_FORMAT_POLY && result == MESHIO_ERROR_SYNTAX));
+            meshio_free(&m);
+            CHECK(live_blocks == 0);
+        }
+        fail_at = -1;
+        CHECK(result == MESHIO_OK && tries > 3);
+    }
+}
+
+static void write_errors_are_reported(void)
+{
+    meshio_mesh m = sample();
+    meshio_report report;
+    size_t size;
+    char *bytes;
+    FILE *f;
+    CHECK(meshio_write("no such folder/a.mesh", &m, NULL, &report) == MESHIO_ERROR_WRITE);
+    CHECK(strstr(report.message, "no such folder") != NULL);
+    CHECK(meshio_write(file_name("xyzw"), &m, NULL, &report) == MESHIO_ERROR_FORMAT);
+    CHECK(meshio_write(NULL, &m, NULL, &report) == MESHIO_ERROR_INVALID_ARGUMENT);
+    if (exists("/dev/full")) {
+        CHECK(meshio_write("/dev/full", &m, NULL, &report) == MESHIO_ERROR_FORMAT);
+        {
+            meshio_write_options options;
+            memset(&options, 0, sizeof options);
+            options.format = MESHIO_FORMAT_MEDIT;
+            CHECK(meshio_write("/dev/full", &m, &options, &report) == MESHIO_ERROR_WRITE);
+            CHECK(exists("/dev/full"));
+        }
+    }
+    /* out of memory while writing: the older file stays, nothing is left beside it */
+    f = fopen(file_name("msh4"), "wb");
+    fputs("older", f);
+    fclose(f);
+    allocations = 0;
+    fail_at = 2;
+    CHECK(meshio_write(file_name("msh4"), &m, NULL, &report) == MESHIO_ERROR_WRITE);
+    fail_at = -1;
+    bytes = load(file_name("msh4"), &size);
+    CHECK(bytes && size == 5 && memcmp(bytes, "older", 5) == 0);
+    free(bytes);
+    CHECK(!exists(file_name("msh4.part")));
+    remove(file_name("msh4"));
+    CHECK(live_blocks == 0);
+}
+
+static void read_errors_are_reported(void)
+{
+    meshio_mesh m;
+    meshio_report report;
+    CHECK(meshio_read("no such file.off", MESHIO_FORMAT_AUTO, &m, &report) == MESHIO_ERROR_OPEN);
+    CHECK(strstr(report.message, "no such file.off") != NULL);
+    CHECK(meshio_read("a.xyzw", MESHIO_FORMAT_AUTO, &m, &report) == MESHIO_ERROR_FORMAT);
+    CHECK(meshio_read("noextension", MESHIO_FORMAT_AUTO, &m, &report) == MESHIO_ERROR_FORMAT);
+    CHECK(meshio_read(NULL, MESHIO_FORMAT_OFF, &m, &report) == MESHIO_ERROR_INVALID_ARGUMENT);
+    CHECK(meshio_read("tests", MESHIO_FORMAT_OFF, &m, &report) != MESHIO_OK);
+    CHECK(meshio_read_memory(NULL, 0, MESHIO_FORMAT_OFF, &m, &report) == MESHIO_ERROR_TRUNCATED);
+    CHECK(meshio_read_memory(NULL, 1, MESHIO_FORMAT_OFF, &m, &report) == MESHIO_ERROR_INVALID_ARGUMENT);
+}
+
+static void every_status_has_words(void)
+{
+    int i;
+    for (i = MESHIO_ERROR_WRITE; i <= 0; i++)
+        if (i == 0 || i == -1 || i == -2 || i == -4 || i <= -96)
+            CHECK(strcmp(meshio_result_string((meshio_result)i), "unknown status") != 0);
+    CHECK(meshio_format_of("a/b.STL") == MESHIO_FORMAT_STL && meshio_format_of("mesh") == MESHIO_FORMAT_AUTO);
+}
+
+int main(void)
+{
+    doubles_are_correctly_rounded();
+    halfway_cases_are_rounded_to_even();
+    words_are_not_numbers();
+    volume_formats_keep_every_bit();
+    surface_formats_keep_the_triangles();
+    points_are_read_raw_and_as_text();
+    off_comes_in_many_layouts();
+    obj_indices_come_in_many_forms();
+    ply_elements_come_in_any_order();
+    medit_keywords_come_in_any_order();
+    msh_ids_may_be_sparse();
+    vtk_cells_and_strips();
+    stl_text_may_hold_several_solids();
+    stl_binary_is_known_by_its_size();
+    facets_may_be_concave_and_have_holes();
+    large_facets_are_recovered();
+    poly_keeps_seeds_and_markers();
+    poly_finds_the_nodes_beside_it();
+    damaged_texts_get_a_status_and_a_line();
+    lying_binary_files_are_refused();
+    torn_files_never_crash();
+    every_failing_allocation_is_reported();
+    write_errors_are_reported();
+    read_errors_are_reported();
+    every_status_has_words();
+    return check_report();
+}
