@@ -134,7 +134,8 @@ typedef enum mesher_kind {
     MESHER_NUM_KINDS
 } mesher_kind;
 
-/* One finding: what, which of the caller's triangles and vertices, where. Unused ids: DELAUNAY_NO_ID. */
+/* One finding: what, which of the caller's triangles and vertices, where. Unused ids: DELAUNAY_NO_ID.
+ * A line of the caller's counts as triangle num_triangles + line, here and in edge_source. */
 typedef struct mesher_finding {
     mesher_kind kind;
     uint32_t    triangles[2];
@@ -169,6 +170,13 @@ typedef struct mesher_region {
     double   volume;
 } mesher_region;
 
+/* What an input vertex is for. */
+enum {
+    MESHER_VERTEX_ABSENT,   /* a duplicate of another, or isolated and exactly on a facet or line */
+    MESHER_VERTEX_SURFACE,  /* in a facet or line */
+    MESHER_VERTEX_ISOLATED  /* in neither: an embedded point of the mesh */
+};
+
 /* A domain: the mesh with its constraints, passed from stage to stage. Zero-initialise. Read freely. */
 typedef struct mesher_domain {
     mesher_surface  surface;      /* the caller's; must stay alive */
@@ -181,13 +189,14 @@ typedef struct mesher_domain {
     uint32_t       *edge_source;  /* a triangle that has it, or num_triangles + line */
     uint32_t        num_edges;
     uint32_t       *survivor;     /* input vertex -> first input vertex with the same coordinates */
-    uint8_t        *vertex_used;  /* input vertex is in a facet or line */
+    uint8_t        *vertex_used;  /* input vertex -> MESHER_VERTEX_..; what is not 0 goes into the triangulation */
     double         *size;         /* wanted edge length at each mesh vertex; NULL before mesher_size */
     uint32_t        cap_size;
     mesher_region  *regions;      /* every bounded cell */
     uint32_t        num_regions;
     uint32_t        first_corner; /* input id of box corner 0: the number of input vertices */
     int             stage;
+    delaunay_memory memory;       /* account of the arrays above; the mesh has its own */
 } mesher_domain;
 
 /* Plain arrays for the caller: all input vertices first, in input order (duplicates and unused ones stay as
