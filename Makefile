@@ -1,0 +1,76 @@
+# Needs a C compiler and make. Everything is built into build/.
+#
+#   make                          the tools: mesh, delaunay, improve, sort_points
+#   make demo                     mesh a part that the program makes itself, write demo.vtu
+#   make test                     all tests, below two minutes
+#   make sanitize                 the same under the address and undefined-behaviour sanitizers
+#   make test-models MODELS=DIR   the tools over a folder of models with an INDEX.tsv
+#   make league MODELS=DIR        times and qualities over the same folder, beside rivals if installed
+#   make bench-NAME               build and run bench/NAME.c
+#   make include-test             every way to include the headers
+#   make dist                     standalone headers in dist/
+#   make clean
+#
+# CC, CFLAGS, LDLIBS can be set; OpenMP is used when the compiler knows it (OPENMP= turns it off).
+
+CFLAGS ?= -O3
+TESTFLAGS ?= -O2 -Wall -Wextra
+LDLIBS ?= -lm
+BUILD ?= build
+OPENMP ?= $(shell printf 'int main(void){return 0;}' | \
+            $(CC) -fopenmp -x c - -o /dev/null 2>/dev/null && echo -fopenmp)
+OPENMP := $(OPENMP)
+
+HEADERS := $(wildcard *.h examples/*.h tests/*.h bench/*.h)
+TOOLS := $(patsubst examples/%.c,$(BUILD)/%,$(wildcard examples/*.c))
+TESTS := $(patsubst tests/%.c,$(BUILD)/%,$(wildcard tests/test_*.c))
+SCRIPTS := $(wildcard tests/test_*.sh)
+BENCHES := $(patsubst bench/%.c,$(BUILD)/bench_%,$(wildcard bench/*.c))
+
+.PHONY: all demo test sanitize test-models league include-test dist clean benches
+.SECONDARY:
+
+all: $(TOOLS)
+
+benches: $(BENCHES)
+
+$(BUILD):
+	mkdir -p $@
+
+$(BUILD)/test_%: tests/test_%.c $(HEADERS) | $(BUILD)
+	$(CC) $(TESTFLAGS) $(OPENMP) -I. -Iexamples -Itests $< -o $@ $(LDLIBS)
+
+$(BUILD)/bench_%: bench/%.c $(HEADERS) | $(BUILD)
+	$(CC) $(CFLAGS) $(OPENMP) -I. -Iexamples $< -o $@ $(LDLIBS)
+
+$(BUILD)/%: examples/%.c $(HEADERS) | $(BUILD)
+	$(CC) $(CFLAGS) $(OPENMP) $< -o $@ $(LDLIBS)
+
+demo: $(BUILD)/mesh
+	$(BUILD)/mesh --demo -o demo.vtu
+
+test: $(TESTS) $(TOOLS)
+	@BUILD=$(BUILD) sh tests/run_tests.sh $(TESTS) $(SCRIPTS)
+
+sanitize:
+	@$(MAKE) --no-print-directory test BUILD=build/sanitize OPENMP= \
+	  TESTFLAGS='-O1 -g -fsanitize=address,undefined -fno-sanitize-recover=undefined' \
+	  CFLAGS='-O1 -g -fsanitize=address,undefined -fno-sanitize-recover=undefined'
+
+test-models: all
+	@BUILD=$(BUILD) sh tests/models.sh '$(MODELS)'
+
+league: all
+	@BUILD=$(BUILD) sh bench/league.sh '$(MODELS)'
+
+bench-%: $(BUILD)/bench_%
+	$< $(ARGS)
+
+include-test: dist
+	@sh tests/include_test.sh
+
+dist:
+	sh tests/amalgamate.sh
+
+clean:
+	rm -rf build dist demo.vtu
