@@ -433,8 +433,18 @@ typedef enum delaunay_objective {
     DELAUNAY_FEWER_EDGES      /* fewer interior edges that pierce the triangle target[0..2] than bound */
 } delaunay_objective;
 
+/* Heuristics that a search can do without, to measure what each is worth; the result stays as good. */
+enum {
+    DELAUNAY_SEARCH_ANY_FACET = 1, /* the newest triangle of the front, not the one with fewest candidates */
+    DELAUNAY_SEARCH_ANY_ORDER = 2, /* candidates in order of their number, not of their score */
+    DELAUNAY_SEARCH_NO_MEMORY = 4, /* a quality is computed whenever it is asked for */
+    DELAUNAY_SEARCH_FORGET    = 8  /* nothing is reused from the worker's last search: the quality function changed */
+};
+
+/* Zero what is not set. */
 typedef struct delaunay_search {
     delaunay_objective objective;
+    uint32_t flags;       /* DELAUNAY_SEARCH_*; 0: the fast way */
     /* BEST_QUALITY: larger is better, any order of the four points gives the same bits; 0 or less: unacceptable */
     double (*quality)(void *user, const double *a, const double *b, const double *c, const double *d);
     void    *user;
@@ -970,8 +980,1381 @@ DELAUNAY_API uint64_t delaunay_count_tets(const delaunay_mesh *mesh)
 /* ---- >>partitions ---------------------------------------------------------------------- */
 
 /* ---- >>editing ------------------------------------------------------------------------- */
+/* A worker's scratch. Sets and tables forget by a stamp, never by clearing. */
+
+/* A tetrahedron of a set; present if stamp is that of the set. */
+typedef struct delaunay__member {
+    delaunay_handle t;
+    uint32_t        stamp;
+} delaunay__member;
+
+/* What delaunay_replace knows about a triple of vertices (or, with v[2] = UINT32_MAX, a pair). */
+typedef struct delaunay__face {
+    uint32_t        v[3]; /* ascending */
+    uint32_t        stamp;
+    delaunay_handle at;   /* handle outside, or number 4*i+k of a new facet */
+    uint8_t         state, odd, constrained;
+} delaunay__face;
+
+/* States of a delaunay__face: not met yet among the new ones; wall of the cavity that waits for a new
+ * tetrahedron; new facet that waits for its other side; both sides known. */
+enum { DELAUNAY__FACE_OLD, DELAUNAY__FACE_WALL, DELAUNAY__FACE_HALF, DELAUNAY__FACE_DONE };
+
+typedef struct delaunay__search_tables delaunay__search_tables;
+
+struct delaunay_worker {
+    delaunay_memory  *memory;
+    delaunay__member *set;         /* 1 << set_bits entries, at most half of them in use */
+    int               set_bits;
+    size_t            set_count;
+    uint32_t          set_stamp;
+    delaunay_list     queue;
+    delaunay__face   *faces;       /* 1 << face_bits entries */
+    int               face_bits;
+    uint32_t          face_stamp;
+    delaunay_handle  *link;        /* 4 a new tetrahedron: its neighbour, outside or (4*i+k) among the new */
+    uint8_t          *link_inside; /* 4 a new tetrahedron: which of the two */
+    uint16_t         *link_flags;  /* 1 a new tetrahedron: constraint bits that persist */
+    size_t            cap_link;
+    uint32_t         *commit;      /* vertices of new tetrahedra, for delaunay_window_apply */
+    delaunay__search_tables *tables;
+};
+
+static delaunay__search_tables *delaunay__tables_new(delaunay_memory *memory);
+
+static size_t delaunay__hash(uint64_t key, int bits) { return (size_t)((key * 0x9E3779B97F4A7C15u) >> (64 - bits)); }
+
+static void delaunay__set_clear(delaunay_worker *w)
+{
+    w->set_count = 0;
+    if (++w->set_stamp == 0) {
+        memset(w->set, 0, sizeof *w->set << w->set_bits);
+        w->set_stamp = 1;
+    }
+}
+
+static delaunay__member *delaunay__set_find(const delaunay_worker *w, delaunay_handle t)
+{
+    size_t mask = ((size_t)1 << w->set_bits) - 1, i = delaunay__hash(t, w->set_bits);
+    while (w->set[i].stamp == w->set_stamp && w->set[i].t != t) i = (i + 1) & mask;
+    return &w->set[i];
+}
+
+static int delaunay__set_has(const delaunay_worker *w, delaunay_handle t)
+{
+    return delaunay__set_find(w, t)->stamp == w->set_stamp;
+}
+
+static delaunay_result delaunay__set_grow(delaunay_worker *w)
+{
+    delaunay__member *old = w->set;
+    size_t i, n = (size_t)1 << w->set_bits;
+    w->set = (delaunay__member *)delaunay_alloc(w->memory, 2 * n, sizeof *w->set);
+    if (!w->set) {
+        w->set = old;
+        return DELAUNAY_ERROR_OUT_OF_MEMORY;
+    }
+    memset(w->set, 0, 2 * n * sizeof *w->set);
+    w->set_bits++;
+    for (i = 0; i < n; i++)
+        if (old[i].stamp == w->set_stamp) *delaunay__set_find(w, old[i].t) = old[i];
+    delaunay_release(w->memory, old);
+    return DELAUNAY_OK;
+}
+
+/* *added: 1 if t was not in the set. */
+static delaunay_result delaunay__set_add(delaunay_worker *w, delaunay_handle t, int *added)
+{
+    delaunay__member *m = delaunay__set_find(w, t);
+    *added = m->stamp != w->set_stamp;
+    if (!*added) return DELAUNAY_OK;
+    if (2 * (w->set_count + 1) > (size_t)1 << w->set_bits) {
+        delaunay_result result = delaunay__set_grow(w);
+        if (result != DELAUNAY_OK) return result;
+        m = delaunay__set_find(w, t);
+    }
+    w->set_count++;
+    m->t = t;
+    m->stamp = w->set_stamp;
+    return DELAUNAY_OK;
+}
+
+DELAUNAY_API delaunay_worker *delaunay_worker_new(delaunay_memory *memory)
+{
+    delaunay_worker *w = (delaunay_worker *)delaunay_alloc(memory, 1, sizeof *w);
+    if (!w) return NULL;
+    memset(w, 0, sizeof *w);
+    w->memory = w->queue.memory = memory;
+    w->set_bits = 11;
+    w->face_bits = 9;
+    w->set = (delaunay__member *)delaunay_alloc(memory, (size_t)1 << w->set_bits, sizeof *w->set);
+    w->faces = (delaunay__face *)delaunay_alloc(memory, (size_t)1 << w->face_bits, sizeof *w->faces);
+    w->commit = (uint32_t *)delaunay_alloc(memory, 4 * DELAUNAY_WINDOW_TETS, sizeof *w->commit);
+    w->tables = delaunay__tables_new(memory);
+    if (!w->set || !w->faces || !w->commit || !w->tables) {
+        delaunay_worker_free(w);
+        return NULL;
+    }
+    memset(w->set, 0, sizeof *w->set << w->set_bits);
+    memset(w->faces, 0, sizeof *w->faces << w->face_bits);
+    return w;
+}
+
+DELAUNAY_API void delaunay_worker_free(delaunay_worker *worker)
+{
+    delaunay_memory *m;
+    if (!worker) return;
+    m = worker->memory;
+    delaunay_list_free(&worker->queue);
+    delaunay_release(m, worker->set);
+    delaunay_release(m, worker->faces);
+    delaunay_release(m, worker->link);
+    delaunay_release(m, worker->link_inside);
+    delaunay_release(m, worker->link_flags);
+    delaunay_release(m, worker->commit);
+    delaunay_release(m, worker->tables);
+    delaunay_release(m, worker);
+}
+
+/* Star of a, breadth first, into out; stops at a tetrahedron that contains b and c (0: any vertex), given in *found. */
+static delaunay_result delaunay__star(const delaunay_mesh *mesh, delaunay_worker *worker, uint32_t a, uint32_t b,
+                                      uint32_t c, delaunay_list *out, delaunay_handle *found)
+{
+    delaunay_handle t = mesh->vertex_tet ? mesh->vertex_tet[a] : 0;
+    size_t head;
+    int i, added;
+    out->count = 0;
+    *found = 0;
+    if (t == 0) return DELAUNAY_OK;
+    delaunay__set_clear(worker);
+    if (delaunay__set_add(worker, t, &added) != DELAUNAY_OK || delaunay_list_push(out, t) != DELAUNAY_OK)
+        return DELAUNAY_ERROR_OUT_OF_MEMORY;
+    for (head = 0; head < out->count; head++) {
+        const delaunay_tet *tet = &mesh->tets[out->items[head]];
+        if (b && delaunay_local_index(tet, b) >= 0 && (!c || delaunay_local_index(tet, c) >= 0)) {
+            *found = out->items[head];
+            return DELAUNAY_OK;
+        }
+        for (i = 0; i < 4; i++) {
+            t = tet->n[i] / 4;
+            if (tet->v[i] == a || t == 0) continue;
+            if (delaunay__set_add(worker, t, &added) != DELAUNAY_OK) return DELAUNAY_ERROR_OUT_OF_MEMORY;
+            if (added && delaunay_list_push(out, t) != DELAUNAY_OK) return DELAUNAY_ERROR_OUT_OF_MEMORY;
+        }
+    }
+    return DELAUNAY_OK;
+}
+
+DELAUNAY_API delaunay_result delaunay_vertex_star(const delaunay_mesh *mesh, delaunay_worker *worker, uint32_t v,
+                                                  delaunay_list *out)
+{
+    delaunay_handle found;
+    if (!out->memory) out->memory = worker->memory;
+    return delaunay__star(mesh, worker, v, 0, 0, out, &found);
+}
+
+/* Turns around an edge: from tetrahedron *t across the facet opposite *out, the vertex *keep staying. */
+static void delaunay__turn(const delaunay_mesh *mesh, delaunay_handle *t, uint32_t *out, uint32_t *keep)
+{
+    const delaunay_tet *tet = &mesh->tets[*t];
+    delaunay_handle h = tet->n[delaunay_local_index(tet, *out)];
+    *t = h / 4;
+    *out = *keep;
+    *keep = mesh->tets[h / 4].v[h & 3];
+}
+
+DELAUNAY_API delaunay_result delaunay_edge_star(const delaunay_mesh *mesh, delaunay_worker *worker, delaunay_handle t,
+                                                uint32_t a, uint32_t b, delaunay_list *out)
+{
+    const delaunay_tet *tet = &mesh->tets[t];
+    int i = delaunay_local_index(tet, a), j = delaunay_local_index(tet, b), k, l;
+    uint32_t leave, keep;
+    delaunay_handle u = t;
+    size_t n, m;
+    if (!out->memory) out->memory = worker->memory;
+    out->count = 0;
+    if (i < 0 || j < 0 || i == j) return DELAUNAY_ERROR_INVALID_ARGUMENT;
+    for (k = 0; k == i || k == j; k++) {}
+    l = 6 - i - j - k;
+    leave = tet->v[k];
+    keep = tet->v[l];
+    do {
+        if (delaunay_list_push(out, u) != DELAUNAY_OK) return DELAUNAY_ERROR_OUT_OF_MEMORY;
+        delaunay__turn(mesh, &u, &leave, &keep);
+    } while (u != t && u != 0);
+    if (u == t) return DELAUNAY_OK;
+    /* open: what was found is one arm; reverse it, so that t is last, then the other arm from t */
+    for (n = 0, m = out->count; n + 1 < m; n++, m--) {
+        delaunay_handle swap = out->items[n];
+        out->items[n] = out->items[m - 1];
+        out->items[m - 1] = swap;
+    }
+    u = t;
+    leave = tet->v[l];
+    keep = tet->v[k];
+    for (delaunay__turn(mesh, &u, &leave, &keep); u != 0; delaunay__turn(mesh, &u, &leave, &keep))
+        if (delaunay_list_push(out, u) != DELAUNAY_OK) return DELAUNAY_ERROR_OUT_OF_MEMORY;
+    return DELAUNAY_OK;
+}
+
+DELAUNAY_API delaunay_handle delaunay_find_edge(const delaunay_mesh *mesh, delaunay_worker *worker, uint32_t a,
+                                                uint32_t b)
+{
+    delaunay_handle found;
+    if (a == 0) {
+        a = b;
+        b = 0;
+    }
+    if (b == 0) return 0;
+    return delaunay__star(mesh, worker, a, b, 0, &worker->queue, &found) == DELAUNAY_OK ? found : 0;
+}
+
+DELAUNAY_API delaunay_handle delaunay_find_facet(const delaunay_mesh *mesh, delaunay_worker *worker, uint32_t a,
+                                                 uint32_t b, uint32_t c)
+{
+    delaunay_handle found;
+    const delaunay_tet *tet;
+    int i;
+    if (delaunay__star(mesh, worker, a, b, c, &worker->queue, &found) != DELAUNAY_OK || found == 0) return 0;
+    tet = &mesh->tets[found];
+    for (i = 0; tet->v[i] == a || tet->v[i] == b || tet->v[i] == c; i++) {}
+    return 4 * found + (delaunay_handle)i;
+}
+
+/* Position of a point against facet i of a real tetrahedron: 1 strictly beyond, 0 in its plane, -1 inside. */
+static int delaunay__beyond(const delaunay_mesh *mesh, const delaunay_tet *tet, int i, const double *xyz)
+{
+    const uint8_t *f = delaunay_facet_order(i);
+    const delaunay_vertex *v = mesh->vertices;
+    return delaunay_orient3d(v[tet->v[f[0]]].x, v[tet->v[f[1]]].x, v[tet->v[f[2]]].x, xyz);
+}
+
+/* A ghost sees the points strictly beyond its facet 3, which is turned the other way than its neighbour's. */
+static int delaunay__sees(const delaunay_mesh *mesh, const delaunay_tet *ghost, const double *xyz)
+{
+    const delaunay_vertex *v = mesh->vertices;
+    return delaunay_orient3d(v[ghost->v[0]].x, v[ghost->v[1]].x, v[ghost->v[2]].x, xyz) > 0;
+}
+
+static delaunay_handle delaunay__locate_by_scan(const delaunay_mesh *mesh, const double *xyz)
+{
+    delaunay_handle t, ghost = 0;
+    int i;
+    for (t = 1; t < mesh->num_tets; t++) {
+        const delaunay_tet *tet = &mesh->tets[t];
+        if (delaunay_is_deleted(mesh, t)) continue;
+        if (delaunay_is_ghost(mesh, t)) {
+            if (!ghost && delaunay__sees(mesh, tet, xyz)) ghost = t;
+            continue;
+        }
+        for (i = 0; i < 4 && delaunay__beyond(mesh, tet, i, xyz) <= 0; i++) {}
+        if (i == 4) return t;
+    }
+    return ghost;
+}
+
+/* The walk enters a neighbour through a facet that separates strictly. In meshes that are not Delaunay it may
+ * go round in circles: the facet to begin with is drawn by a hash of the step, and the number of steps bounded.
+ * Where it ends at a border without neighbour, the mesh need not be convex: only the scan can tell. */
+DELAUNAY_API delaunay_handle delaunay_locate(const delaunay_mesh *mesh, delaunay_worker *worker, const double *xyz,
+                                             delaunay_handle hint)
+{
+    delaunay_handle t = hint, from = 0, steps, limit = mesh->num_tets + 1000;
+    uint32_t random = 2463534242u;
+    (void)worker;
+    if (t == 0 || t >= mesh->num_tets || delaunay_is_deleted(mesh, t))
+        for (t = mesh->num_tets ? mesh->num_tets - 1 : 0; t > 0 && delaunay_is_deleted(mesh, t); t--) {}
+    if (t == 0) return 0;
+    if (delaunay_is_ghost(mesh, t)) {
+        if (delaunay__sees(mesh, &mesh->tets[t], xyz)) return t;
+        t = mesh->tets[t].n[3] / 4;
+    }
+    for (steps = 0; t != 0 && steps < limit; steps++) {
+        const delaunay_tet *tet = &mesh->tets[t];
+        int k, i = 0, wall = 0;
+        random ^= random << 13;
+        random ^= random >> 17;
+        random ^= random << 5;
+        for (k = 0; k < 4; k++) {
+            i = (int)((random + (uint32_t)k) & 3u);
+            if (tet->n[i] == from && from != 0) continue;
+            if (delaunay__beyond(mesh, tet, i, xyz) <= 0) continue;
+            if (tet->n[i] != 0) break;
+            wall = 1;
+        }
+        if (k == 4 && wall) break;
+        if (k == 4) return t;
+        from = 4 * t + (delaunay_handle)i;
+        t = tet->n[i] / 4;
+        if (delaunay_is_ghost(mesh, t)) return t;
+    }
+    return delaunay__locate_by_scan(mesh, xyz);
+}
+
+/* -- delaunay_replace: first the links of the new tetrahedra, in the worker, nothing written; then the writing. */
+
+static void delaunay__faces_clear(delaunay_worker *w)
+{
+    if (++w->face_stamp == 0) {
+        memset(w->faces, 0, sizeof *w->faces << w->face_bits);
+        w->face_stamp = 1;
+    }
+}
+
+/* Scratch for so many new tetrahedra and faces; clears the table. */
+static delaunay_result delaunay__replace_scratch(delaunay_worker *w, size_t num_new, size_t num_faces)
+{
+    if (num_new > w->cap_link) {
+        size_t cap = num_new + num_new / 2 + 64;
+        delaunay_release(w->memory, w->link);
+        delaunay_release(w->memory, w->link_inside);
+        delaunay_release(w->memory, w->link_flags);
+        w->cap_link = 0;
+        w->link = (delaunay_handle *)delaunay_alloc(w->memory, cap, 4 * sizeof *w->link);
+        w->link_inside = (uint8_t *)delaunay_alloc(w->memory, cap, 4 * sizeof *w->link_inside);
+        w->link_flags = (uint16_t *)delaunay_alloc(w->memory, cap, sizeof *w->link_flags);
+        if (!w->link || !w->link_inside || !w->link_flags) return DELAUNAY_ERROR_OUT_OF_MEMORY;
+        w->cap_link = cap;
+    }
+    if (2 * num_faces > (size_t)1 << w->face_bits) {
+        int bits = w->face_bits;
+        void *table;
+        while (2 * num_faces > (size_t)1 << bits) bits++;
+        table = delaunay_alloc(w->memory, (size_t)1 << bits, sizeof *w->faces);
+        if (!table) return DELAUNAY_ERROR_OUT_OF_MEMORY;
+        delaunay_release(w->memory, w->faces);
+        w->faces = (delaunay__face *)table;
+        w->face_bits = bits;
+        memset(w->faces, 0, sizeof *w->faces << bits);
+    }
+    delaunay__faces_clear(w);
+    return DELAUNAY_OK;
+}
+
+/* The entry of a triple in any order; a new one is in state OLD, unconstrained. */
+static delaunay__face *delaunay__face_entry(delaunay_worker *w, uint32_t a, uint32_t b, uint32_t c)
+{
+    uint32_t lo = a < b ? a : b, hi = a < b ? b : a, mid;
+    uint32_t low = lo < c ? lo : c, high = hi > c ? hi : c;
+    size_t mask = ((size_t)1 << w->face_bits) - 1, i;
+    delaunay__face *f;
+    mid = a ^ b ^ c ^ low ^ high;
+    i = delaunay__hash(((uint64_t)low << 32 | mid) ^ (uint64_t)high * 0xD6E8FEB86659FD93u, w->face_bits);
+    for (f = &w->faces[i]; f->stamp == w->face_stamp; f = &w->faces[i]) {
+        if (f->v[0] == low && f->v[1] == mid && f->v[2] == high) return f;
+        i = (i + 1) & mask;
+    }
+    f->v[0] = low;
+    f->v[1] = mid;
+    f->v[2] = high;
+    f->stamp = w->face_stamp;
+    f->state = DELAUNAY__FACE_OLD;
+    f->at = 0;
+    f->odd = f->constrained = 0;
+    return f;
+}
+
+/* Edges share the table of the facets: no vertex has this number. */
+static delaunay__face *delaunay__edge_entry(delaunay_worker *w, uint32_t a, uint32_t b)
+{
+    return delaunay__face_entry(w, a, b, UINT32_MAX);
+}
+
+static uint8_t delaunay__odd(uint32_t a, uint32_t b, uint32_t c) { return (uint8_t)((a > b) ^ (a > c) ^ (b > c)); }
+
+/* Walls and constrained inner facets and edges of the old tetrahedra. Returns the number of walls. */
+static size_t delaunay__replace_enter_old(const delaunay_mesh *mesh, delaunay_worker *w, const delaunay_handle *old,
+                                          size_t num_old, int marked)
+{
+    size_t i, walls = 0;
+    int k;
+    for (i = 0; i < num_old; i++) {
+        const delaunay_tet *t = &mesh->tets[old[i]];
+        unsigned flags = marked ? mesh->flags[old[i]] : 0;
+        for (k = 0; k < 4; k++) {
+            const uint8_t *o = delaunay_facet_order(k);
+            uint32_t a = t->v[o[0]], b = t->v[o[1]], c = t->v[o[2]];
+            int wall = t->n[k] == 0 || !delaunay__set_has(w, t->n[k] / 4);
+            delaunay__face *f;
+            if (!wall && !(flags & DELAUNAY_FACET_BIT(k))) continue;
+            f = delaunay__face_entry(w, a, b, c);
+            if (flags & DELAUNAY_FACET_BIT(k)) f->constrained = 1;
+            if (!wall) continue;
+            f->state = DELAUNAY__FACE_WALL;
+            f->odd = delaunay__odd(a, b, c);
+            f->at = t->n[k];
+            walls++;
+        }
+        for (k = 0; k < 6 && (flags & DELAUNAY_EDGE_BITS); k++)
+            if (flags & DELAUNAY_EDGE_BIT(k)) {
+                const uint8_t *o = delaunay_edge_order(k);
+                delaunay__edge_entry(w, t->v[o[0]], t->v[o[1]])->constrained = 1;
+            }
+    }
+    return walls;
+}
+
+/* Facet k of new tetrahedron i meets its other side, or waits for it. Returns the change of the number of those
+ * that wait, or 2 where a facet would have a third side or the wrong orientation. */
+static int delaunay__replace_enter_facet(delaunay_worker *w, const uint32_t *v, size_t i, int k)
+{
+    const uint8_t *o = delaunay_facet_order(k);
+    delaunay__face *f = delaunay__face_entry(w, v[o[0]], v[o[1]], v[o[2]]);
+    uint8_t odd = delaunay__odd(v[o[0]], v[o[1]], v[o[2]]);
+    size_t here = 4 * i + (size_t)k;
+    if (f->constrained) w->link_flags[i] = (uint16_t)(w->link_flags[i] | DELAUNAY_FACET_BIT(k));
+    switch (f->state) {
+    case DELAUNAY__FACE_OLD:
+        f->state = DELAUNAY__FACE_HALF;
+        f->odd = odd;
+        f->at = (delaunay_handle)here;
+        return 1;
+    case DELAUNAY__FACE_WALL:
+        if (f->odd != odd) return 2;
+        w->link[here] = f->at;
+        w->link_inside[here] = 0;
+        break;
+    case DELAUNAY__FACE_HALF:
+        if (f->odd == odd) return 2;
+        w->link[here] = f->at;
+        w->link[f->at] = (delaunay_handle)here;
+        w->link_inside[here] = w->link_inside[f->at] = 1;
+        break;
+    default: return 2;
+    }
+    f->state = DELAUNAY__FACE_DONE;
+    return -1;
+}
+
+/* Fills the worker's links and flags of the new tetrahedra, or says why it cannot be. Reads the old tetrahedra
+ * only, writes the worker only. */
+static delaunay_result delaunay__replace_links(const delaunay_mesh *mesh, delaunay_worker *w,
+                                               const delaunay_handle *old, size_t num_old, const uint32_t *vertices,
+                                               size_t num_new)
+{
+    size_t i, waiting, num_edges = 0;
+    unsigned any = 0;
+    int k, added, change;
+    delaunay_result result;
+    delaunay__set_clear(w);
+    for (i = 0; i < num_old; i++) {
+        if (old[i] == 0 || old[i] >= mesh->num_tets || delaunay_is_deleted(mesh, old[i]))
+            return DELAUNAY_ERROR_INVALID_ARGUMENT;
+        result = delaunay__set_add(w, old[i], &added);
+        if (result != DELAUNAY_OK) return result;
+        if (!added) return DELAUNAY_ERROR_INVALID_ARGUMENT;
+        if (mesh->flags) any |= mesh->flags[old[i]];
+    }
+    any &= DELAUNAY_FACET_BITS | DELAUNAY_EDGE_BITS;
+    if (any & DELAUNAY_EDGE_BITS) num_edges = 6 * (num_old + num_new);
+    result = delaunay__replace_scratch(w, num_new, 4 * (num_old + num_new) + num_edges);
+    if (result != DELAUNAY_OK) return result;
+    waiting = delaunay__replace_enter_old(mesh, w, old, num_old, any != 0);
+    for (i = 0; i < num_new; i++) {
+        const uint32_t *v = vertices + 4 * i;
+        w->link_flags[i] = 0;
+        for (k = 0; k < 4; k++) {
+            change = delaunay__replace_enter_facet(w, v, i, k);
+            if (change == 2) return DELAUNAY_ERROR_INTERNAL;
+            waiting += (size_t)change;
+        }
+        if (!num_edges) continue;
+        for (k = 0; k < 6; k++) {
+            const uint8_t *o = delaunay_edge_order(k);
+            if (delaunay__edge_entry(w, v[o[0]], v[o[1]])->constrained)
+                w->link_flags[i] = (uint16_t)(w->link_flags[i] | DELAUNAY_EDGE_BIT(k));
+        }
+    }
+    return waiting ? DELAUNAY_ERROR_INTERNAL : DELAUNAY_OK;
+}
+
+/* Writes the new tetrahedra, by the worker's links, to slots (room is there), and the handles of what surrounds
+ * them. Touches nothing else: vertex_tet is the caller's. */
+static void delaunay__replace_write(delaunay_mesh *mesh, const delaunay_worker *w, uint32_t color,
+                                    const uint32_t *vertices, size_t num_new, const delaunay_handle *slots)
+{
+    size_t i;
+    int k;
+    for (i = 0; i < num_new; i++) {
+        delaunay_handle t = slots[i], link;
+        delaunay_tet *tet = &mesh->tets[t];
+        memcpy(tet->v, vertices + 4 * i, sizeof tet->v);
+        for (k = 0; k < 4; k++) {
+            link = w->link[4 * i + (size_t)k];
+            if (w->link_inside[4 * i + (size_t)k]) {
+                tet->n[k] = 4 * slots[link / 4] + link % 4;
+            } else {
+                tet->n[k] = link;
+                if (link) mesh->tets[link / 4].n[link % 4] = 4 * t + (delaunay_handle)k;
+            }
+        }
+        mesh->mark[t] = 0;
+        if (mesh->flags) mesh->flags[t] = w->link_flags[i];
+        if (mesh->color) mesh->color[t] = color;
+    }
+}
+
+static void delaunay__delete_tet(delaunay_mesh *mesh, delaunay_handle t)
+{
+    memset(&mesh->tets[t], 0, sizeof mesh->tets[t]);
+    mesh->mark[t] = 0;
+    if (mesh->flags) mesh->flags[t] = 0;
+    if (mesh->color) mesh->color[t] = 0;
+}
+
+/* Room for so many free slots. */
+static delaunay_result delaunay__reserve_free(delaunay_mesh *mesh, size_t count)
+{
+    size_t cap = count + count / 2 + 256;
+    if (count <= mesh->cap_free) return DELAUNAY_OK;
+    DELAUNAY__GROW(delaunay_handle, free_tets, mesh->num_free, cap);
+    mesh->cap_free = (delaunay_handle)cap;
+    return DELAUNAY_OK;
+}
+
+/* Room for surplus new slots beyond the free ones, or for the slots that become free. */
+static delaunay_result delaunay__replace_reserve(delaunay_mesh *mesh, size_t num_old, size_t num_new)
+{
+    size_t total;
+    if (num_new <= num_old) return delaunay__reserve_free(mesh, mesh->num_free + (num_old - num_new));
+    total = num_new - num_old;
+    if (total <= mesh->num_free) return DELAUNAY_OK;
+    total = mesh->num_tets + (total - mesh->num_free);
+    return total <= mesh->cap_tets ? DELAUNAY_OK : delaunay__reserve_tets(mesh, total + total / 2 + 64);
+}
+
+DELAUNAY_API delaunay_result delaunay_replace(delaunay_mesh *mesh, delaunay_worker *worker,
+                                              const delaunay_handle *old_tets, size_t num_old,
+                                              const uint32_t *vertices, size_t num_new, delaunay_handle *slots)
+{
+    delaunay_result result = delaunay__replace_links(mesh, worker, old_tets, num_old, vertices, num_new);
+    uint32_t color = mesh->color && num_old ? mesh->color[old_tets[0]] : 0;
+    size_t i;
+    int k;
+    if (result == DELAUNAY_OK) result = delaunay__replace_reserve(mesh, num_old, num_new);
+    worker->queue.count = 0;
+    for (i = 0; result == DELAUNAY_OK && i < num_new; i++) result = delaunay_list_push(&worker->queue, 0);
+    if (result != DELAUNAY_OK) return result;
+    for (i = 0; i < num_old; i++) {
+        if (mesh->vertex_tet)
+            for (k = 0; k < 4; k++) {
+                uint32_t v = mesh->tets[old_tets[i]].v[k];
+                if (mesh->vertex_tet[v] == old_tets[i]) mesh->vertex_tet[v] = 0;
+            }
+        if (i < num_new) continue;
+        delaunay__delete_tet(mesh, old_tets[i]);
+        mesh->free_tets[mesh->num_free++] = old_tets[i];
+    }
+    for (i = 0; i < num_new; i++)
+        worker->queue.items[i] = i < num_old     ? old_tets[i]
+                                 : mesh->num_free ? mesh->free_tets[--mesh->num_free]
+                                                  : mesh->num_tets++;
+    delaunay__replace_write(mesh, worker, color, vertices, num_new, worker->queue.items);
+    for (i = 0; mesh->vertex_tet && i < 4 * num_new; i++) mesh->vertex_tet[vertices[i]] = worker->queue.items[i / 4];
+    if (slots && num_new) memcpy(slots, worker->queue.items, num_new * sizeof *slots);
+    return DELAUNAY_OK;
+}
+
+DELAUNAY_API void delaunay_mark_facet(delaunay_mesh *mesh, delaunay_handle f, int constrained)
+{
+    delaunay_handle side[2];
+    int i;
+    side[0] = f;
+    side[1] = mesh->tets[f / 4].n[f % 4];
+    for (i = 0; i < 2; i++) {
+        uint16_t *flags = &mesh->flags[side[i] / 4];
+        unsigned bit = DELAUNAY_FACET_BIT(side[i] % 4);
+        if (side[i]) *flags = (uint16_t)(constrained ? *flags | bit : *flags & ~bit);
+    }
+}
+
+DELAUNAY_API delaunay_result delaunay_mark_edge(delaunay_mesh *mesh, delaunay_worker *worker, delaunay_handle t,
+                                                uint32_t a, uint32_t b, int constrained)
+{
+    delaunay_result result = delaunay_edge_star(mesh, worker, t, a, b, &worker->queue);
+    size_t i;
+    if (result != DELAUNAY_OK) return result;
+    for (i = 0; i < worker->queue.count; i++) {
+        const delaunay_tet *tet = &mesh->tets[worker->queue.items[i]];
+        uint16_t *flags = &mesh->flags[worker->queue.items[i]];
+        unsigned bit = DELAUNAY_EDGE_BIT(delaunay_edge_between(delaunay_local_index(tet, a), delaunay_local_index(tet, b)));
+        *flags = (uint16_t)(constrained ? *flags | bit : *flags & ~bit);
+    }
+    return DELAUNAY_OK;
+}
 
 /* ---- >>reconnect ----------------------------------------------------------------------- */
+/* Closure search: the front is the set of oriented triangles that still wait for a tetrahedron on their inner
+ * side; at first the boundary of the window, at last empty. A step takes a triangle abc of the front and one
+ * of the window's vertices p with orient3d(a,b,c,p) > 0; abc leaves the front, and each of abp, bcp, cap either
+ * cancels its opposite there or joins it.
+ *
+ * Why no intersection test is needed. Let t_1 .. t_n be positive tetrahedra whose oriented boundaries add up to
+ * that of the polyhedron P, as chains: triangles cancel in opposite pairs, and what is left is exactly the
+ * boundary of P. The sum of the indicator functions of the t_i minus that of P is then constant across every triangle and
+ * zero far away: zero almost everywhere. So the t_i cover P, each point once. Neighbours share whole
+ * triangles, because what cancels are triples of vertices. The same argument in the sphere of directions around
+ * a vertex v that is used, or that lies on the boundary, says that the tetrahedra at v fill the neighbourhood of
+ * v in P; so v lies in no other tetrahedron. What remains to be checked at the end: that every interior vertex
+ * is used (else a tetrahedron may have swallowed it, and all volumes would still match), and every kept edge.
+ * A kept facet joins the front at the beginning, once on each side: the two cancel in the sum, so the
+ * argument holds, and each side must be met by a tetrahedron.
+ * Preconditions: exact signs; the window's tetrahedra are disjoint and not ghosts.
+ *
+ * Everything else only prunes: fewest candidates first, a triangle without candidates ends a branch, triangles
+ * crossed by a kept edge and edges through a kept facet are never made, tetrahedra that contain an interior vertex
+ * neither. Candidates of a triangle are one word; signs and qualities are computed when first asked for, and are
+ * kept while the next windows begin with the same vertices, as those of a growing cavity do.
+ *
+ * A triangle i < j < k has the number C(k,3) + C(j,2) + i: those of the first m vertices are the first C(m,3), and
+ * small windows touch little memory. An oriented triangle is twice that, plus 1 if it turns the other way. */
+enum {
+    DELAUNAY__MAX_POINTS = DELAUNAY_WINDOW_VERTICES,
+    DELAUNAY__NUM_PAIRS = 496,    /* C(32,2) */
+    DELAUNAY__NUM_TRIPLES = 4960, /* C(32,3) */
+    DELAUNAY__NUM_QUADS = 35960,  /* C(32,4) */
+    DELAUNAY__MAX_FRONT = 2048,
+    DELAUNAY__DEFAULT_NODES = 100000
+};
+
+/* Of a triangle: sides of the other vertices, and of which its tetrahedra (as the three lowest) quality is known. */
+typedef struct delaunay__sides {
+    uint32_t known, positive, negative, measured;
+} delaunay__sides;
+
+/* Of an oriented triangle: candidates, valid for the search and bound with this stamp; the best of them. */
+typedef struct delaunay__choice {
+    uint32_t stamp, mask;
+    double   top;
+} delaunay__choice;
+
+struct delaunay__search_tables {
+    /* constant */
+    uint8_t  triangle[DELAUNAY__NUM_TRIPLES][4];
+    uint32_t choose2[DELAUNAY__MAX_POINTS + 1], choose3[DELAUNAY__MAX_POINTS + 1], choose4[DELAUNAY__MAX_POINTS + 1];
+    /* kept from search to search while the points are the same */
+    double         x[DELAUNAY__MAX_POINTS][3];
+    uint32_t       num_known;
+    double       (*known_quality)(void *, const double *, const double *, const double *, const double *);
+    void          *known_user;
+    delaunay__sides  rows[DELAUNAY__NUM_TRIPLES];
+    double         quality[DELAUNAY__NUM_QUADS];
+    /* of one search; stamped, or empty between searches */
+    delaunay__choice choice[2 * DELAUNAY__NUM_TRIPLES];
+    uint32_t stamp;                                   /* of choices: one a search and bound */
+    uint32_t search;                                  /* number of the search, for the stamps below */
+    uint32_t triple_kept[DELAUNAY__NUM_TRIPLES];      /* 2*search + crossed by a kept edge */
+    uint32_t triple_cost[DELAUNAY__NUM_TRIPLES];      /* 2*search + crossed by the target segment */
+    uint32_t pair_kept[DELAUNAY__NUM_PAIRS];          /* 2*search + pierces a kept facet */
+    uint32_t pair_cost[DELAUNAY__NUM_PAIRS];          /* 2*search + pierces the target facet */
+    uint32_t pair_used[DELAUNAY__NUM_PAIRS];          /* cleared for the window's pairs: uses by tetrahedra */
+    uint16_t place[2 * DELAUNAY__NUM_TRIPLES];        /* 1 + position in the front; 0: not there */
+    uint16_t front[DELAUNAY__MAX_FRONT];
+    uint16_t valence[DELAUNAY__MAX_POINTS];           /* triangles of the front at a vertex */
+    uint32_t num_front, on_front;                     /* on_front: vertices with valence > 0 */
+    uint32_t points, interior, used;                  /* masks: candidates at all, must be used, are used */
+    uint32_t boundary_pairs[DELAUNAY__MAX_POINTS];    /* row a, bit b: edge ab is on the boundary */
+    uint32_t depth;
+    uint8_t  stack[DELAUNAY_WINDOW_TETS][4];
+    const delaunay_mesh   *mesh;
+    const delaunay_window *window;
+    delaunay_search       *out;
+    delaunay_objective     objective;
+    double   best;                                    /* worst quality to be exceeded */
+    uint32_t cost_bound, flags;
+    int      found;
+};
+
+static delaunay__search_tables *delaunay__tables_new(delaunay_memory *memory)
+{
+    delaunay__search_tables *s = (delaunay__search_tables *)delaunay_alloc(memory, 1, sizeof *s);
+    uint32_t i, j, k, r = 0;
+    if (!s) return NULL;
+    memset(s, 0, sizeof *s);
+    for (i = 0; i <= DELAUNAY__MAX_POINTS; i++) {
+        s->choose2[i] = i * (i - (i > 0)) / 2;
+        s->choose3[i] = i < 3 ? 0 : i * (i - 1) * (i - 2) / 6;
+        s->choose4[i] = i < 4 ? 0 : i * (i - 1) * (i - 2) / 6 * (i - 3) / 4;
+    }
+    for (k = 0; k < DELAUNAY__MAX_POINTS; k++)
+        for (j = 0; j < k; j++)
+            for (i = 0; i < j; i++, r++) {
+                s->triangle[r][0] = (uint8_t)i;
+                s->triangle[r][1] = (uint8_t)j;
+                s->triangle[r][2] = (uint8_t)k;
+            }
+    return s;
+}
+
+/* Number of an oriented triangle; the sorting is without branches. */
+static uint32_t delaunay__oriented(const delaunay__search_tables *s, uint32_t a, uint32_t b, uint32_t c)
+{
+    uint32_t lo = a < b ? a : b, hi = a < b ? b : a, low = lo < c ? lo : c, high = hi > c ? hi : c;
+    uint32_t mid = a + b + c - low - high;
+    return 2 * (s->choose3[high] + s->choose2[mid] + low) + ((uint32_t)(a > b) ^ (uint32_t)(a > c) ^ (uint32_t)(b > c));
+}
+
+static void delaunay__oriented_vertices(const delaunay__search_tables *s, uint32_t id, uint32_t *v)
+{
+    const uint8_t *t = s->triangle[id / 2];
+    v[0] = t[0];
+    v[1] = t[1 + (id & 1)];
+    v[2] = t[2 - (id & 1)];
+}
+
+static uint32_t delaunay__pair(const delaunay__search_tables *s, uint32_t a, uint32_t b)
+{
+    return a < b ? s->choose2[b] + a : s->choose2[a] + b;
+}
+
+static uint32_t delaunay__popcount(uint32_t x)
+{
+    x = x - ((x >> 1) & 0x55555555u);
+    x = (x & 0x33333333u) + ((x >> 2) & 0x33333333u);
+    return (((x + (x >> 4)) & 0x0f0f0f0fu) * 0x01010101u) >> 24;
+}
+
+static uint32_t delaunay__lowest(uint32_t x)
+{
+#if defined(__GNUC__)
+    return (uint32_t)__builtin_ctz(x);
+#else
+    return delaunay__popcount((x & (0u - x)) - 1);
+#endif
+}
+
+/* One sign serves the four triangles of its tetrahedron: p is swapped into place one, two or three times. */
+static void delaunay__store_sign(delaunay__sides *row, uint32_t p, int sign)
+{
+    uint32_t bit = 1u << p;
+    row->known |= bit;
+    if (sign > 0) row->positive |= bit;
+    if (sign < 0) row->negative |= bit;
+}
+
+static void delaunay__compute_sign(delaunay__search_tables *s, uint32_t triple, uint32_t p)
+{
+    const uint8_t *t = s->triangle[triple];
+    uint32_t v[4], i;
+    int sign;
+    for (i = 0; i < 3 && t[i] < p; i++) v[i] = t[i];
+    v[i] = p;
+    for (; i < 3; i++) v[i + 1] = t[i];
+    sign = delaunay_orient3d(s->x[v[0]], s->x[v[1]], s->x[v[2]], s->x[v[3]]);
+    delaunay__store_sign(&s->rows[s->choose3[v[2]] + s->choose2[v[1]] + v[0]], v[3], sign);
+    delaunay__store_sign(&s->rows[s->choose3[v[3]] + s->choose2[v[1]] + v[0]], v[2], -sign);
+    delaunay__store_sign(&s->rows[s->choose3[v[3]] + s->choose2[v[2]] + v[0]], v[1], sign);
+    delaunay__store_sign(&s->rows[s->choose3[v[3]] + s->choose2[v[2]] + v[1]], v[0], -sign);
+}
+
+/* The row of a triangle with the signs of at least these vertices. */
+static const delaunay__sides *delaunay__sides_with(delaunay__search_tables *s, uint32_t triple, uint32_t wanted)
+{
+    const uint8_t *t = s->triangle[triple];
+    uint32_t missing = wanted & ~s->rows[triple].known & ~(1u << t[0] | 1u << t[1] | 1u << t[2]);
+    for (; missing; missing &= missing - 1) delaunay__compute_sign(s, triple, delaunay__lowest(missing));
+    return &s->rows[triple];
+}
+
+static int delaunay__local_sign(delaunay__search_tables *s, uint32_t a, uint32_t b, uint32_t c, uint32_t d)
+{
+    uint32_t id = delaunay__oriented(s, a, b, c);
+    const delaunay__sides *row = delaunay__sides_with(s, id / 2, 1u << d);
+    int sign = (int)(row->positive >> d & 1u) - (int)(row->negative >> d & 1u);
+    return id & 1 ? -sign : sign;
+}
+
+/* delaunay_segment_crosses for vertices of the window, by the table of signs. */
+static int delaunay__local_crosses(delaunay__search_tables *s, uint32_t a, uint32_t b, uint32_t p, uint32_t q, uint32_t r)
+{
+    int side, x, y, z;
+    if (a == p || a == q || a == r || b == p || b == q || b == r) return 0;
+    side = delaunay__local_sign(s, p, q, r, a);
+    if (side == 0 || side * delaunay__local_sign(s, p, q, r, b) >= 0) return 0;
+    x = delaunay__local_sign(s, p, q, a, b);
+    y = delaunay__local_sign(s, q, r, a, b);
+    if (x * y < 0) return 0;
+    z = delaunay__local_sign(s, r, p, a, b);
+    return x * z >= 0 && y * z >= 0;
+}
+
+/* A triangle crossed by a kept edge, an edge through a kept facet: cannot be in a result. */
+static int delaunay__triple_forbidden(delaunay__search_tables *s, uint32_t triple)
+{
+    const delaunay_window *w = s->window;
+    const uint8_t *t = s->triangle[triple];
+    uint32_t i, hit = 0;
+    if (s->triple_kept[triple] >> 1 == s->search) return s->triple_kept[triple] & 1;
+    for (i = 0; i < w->num_kept_edges && !hit; i++)
+        hit = (uint32_t)delaunay__local_crosses(s, w->kept_edges[i][0], w->kept_edges[i][1], t[0], t[1], t[2]);
+    s->triple_kept[triple] = 2 * s->search + hit;
+    return (int)hit;
+}
+
+static int delaunay__pair_forbidden(delaunay__search_tables *s, uint32_t a, uint32_t b)
+{
+    const delaunay_window *w = s->window;
+    uint32_t i, hit = 0, pair = delaunay__pair(s, a, b);
+    if (s->pair_kept[pair] >> 1 == s->search) return s->pair_kept[pair] & 1;
+    for (i = 0; i < w->num_kept_facets && !hit; i++)
+        hit = (uint32_t)delaunay__local_crosses(s, a, b, w->kept_facets[i][0], w->kept_facets[i][1], w->kept_facets[i][2]);
+    s->pair_kept[pair] = 2 * s->search + hit;
+    return (int)hit;
+}
+
+static uint32_t delaunay__triple_crossed(delaunay__search_tables *s, uint32_t triple)
+{
+    const uint8_t *t = s->triangle[triple];
+    const uint32_t *v = s->window->vertices, *o = s->out->target;
+    if (s->triple_cost[triple] >> 1 != s->search)
+        s->triple_cost[triple] =
+            2 * s->search + (uint32_t)delaunay_segment_crosses(s->mesh, o[0], o[1], v[t[0]], v[t[1]], v[t[2]], NULL);
+    return s->triple_cost[triple] & 1;
+}
+
+static uint32_t delaunay__pair_crossed(delaunay__search_tables *s, uint32_t a, uint32_t b)
+{
+    const uint32_t *v = s->window->vertices, *o = s->out->target;
+    uint32_t pair = delaunay__pair(s, a, b);
+    if (s->pair_cost[pair] >> 1 != s->search)
+        s->pair_cost[pair] =
+            2 * s->search + (uint32_t)delaunay_segment_crosses(s->mesh, v[a], v[b], o[0], o[1], o[2], NULL);
+    return s->pair_cost[pair] & 1;
+}
+
+/* Quality of a positive tetrahedron, once for its four triangles. Evaluated in ascending order of the vertices, an
+ * even permutation of the positive order. */
+static double delaunay__local_quality(delaunay__search_tables *s, uint32_t triple, uint32_t p)
+{
+    const uint8_t *t = s->triangle[triple];
+    uint32_t v[4], i, quad;
+    delaunay__sides *row;
+    const double *x[4];
+    for (i = 0; i < 3 && t[i] < p; i++) v[i] = t[i];
+    v[i] = p;
+    for (; i < 3; i++) v[i + 1] = t[i];
+    row = &s->rows[s->choose3[v[2]] + s->choose2[v[1]] + v[0]];
+    quad = s->choose4[v[3]] + s->choose3[v[2]] + s->choose2[v[1]] + v[0];
+    if ((row->measured >> v[3] & 1) && !(s->flags & DELAUNAY_SEARCH_NO_MEMORY)) return s->quality[quad];
+    for (i = 0; i < 4; i++) x[i] = s->x[v[i]];
+    if (row->negative >> v[3] & 1) {
+        x[0] = s->x[v[1]];
+        x[1] = s->x[v[0]];
+    }
+    row->measured |= 1u << v[3];
+    return s->quality[quad] = s->out->quality(s->out->user, x[0], x[1], x[2], x[3]);
+}
+
+/* Interior vertices that lie in the closed tetrahedron abcp. */
+static uint32_t delaunay__swallowed(delaunay__search_tables *s, const uint32_t *v, uint32_t p)
+{
+    uint32_t left = s->interior & ~(1u << v[0] | 1u << v[1] | 1u << v[2] | 1u << p), i, id;
+    const delaunay__sides *row;
+    for (i = 0; i < 4 && left; i++) {
+        id = i == 3 ? delaunay__oriented(s, v[0], v[2], v[1]) : delaunay__oriented(s, v[i], v[(i + 1) % 3], p);
+        row = delaunay__sides_with(s, id / 2, left);
+        left &= ~(id & 1 ? row->negative : row->positive);
+    }
+    return left;
+}
+
+static int delaunay__candidate_allowed(delaunay__search_tables *s, uint32_t id, const uint32_t *v, uint32_t p, double *top)
+{
+    uint32_t k;
+    if (s->objective == DELAUNAY_BEST_QUALITY) {
+        double q = delaunay__local_quality(s, id / 2, p);
+        if (!(q > s->best)) return 0;
+        if (q > *top) *top = q;
+    }
+    if (s->interior && delaunay__swallowed(s, v, p)) return 0;
+    if (s->window->num_kept_edges)
+        for (k = 0; k < 3; k++)
+            if (delaunay__triple_forbidden(s, delaunay__oriented(s, v[k], v[(k + 1) % 3], p) / 2)) return 0;
+    if (s->window->num_kept_facets)
+        for (k = 0; k < 3; k++)
+            if (delaunay__pair_forbidden(s, v[k], p)) return 0;
+    return 1;
+}
+
+/* All vertices that could close an oriented triangle under the present bound, wherever the front is. */
+static DELAUNAY__NOINLINE void delaunay__choose(delaunay__search_tables *s, uint32_t id)
+{
+    const delaunay__sides *row = delaunay__sides_with(s, id / 2, s->points);
+    uint32_t left = s->points & (id & 1 ? row->negative : row->positive), p, v[3];
+    delaunay__choice *choice = &s->choice[id];
+    delaunay__oriented_vertices(s, id, v);
+    choice->stamp = s->stamp;
+    choice->mask = 0;
+    choice->top = 0;
+    for (; left; left &= left - 1) {
+        p = delaunay__lowest(left);
+        if (delaunay__candidate_allowed(s, id, v, p, &choice->top)) choice->mask |= 1u << p;
+    }
+}
+
+/* One more use of an edge; returns 1 if it is new, inside, and pierces the target facet. */
+static uint32_t delaunay__use_pair(delaunay__search_tables *s, uint32_t a, uint32_t b)
+{
+    return s->pair_used[delaunay__pair(s, a, b)]++ == 0 && s->objective == DELAUNAY_FEWER_EDGES &&
+           !(s->boundary_pairs[a] >> b & 1) && delaunay__pair_crossed(s, a, b);
+}
+
+static void delaunay__front_add(delaunay__search_tables *s, uint32_t id)
+{
+    const uint8_t *t = s->triangle[id / 2];
+    int k;
+    s->front[s->num_front++] = (uint16_t)id;
+    s->place[id] = (uint16_t)s->num_front;
+    for (k = 0; k < 3; k++)
+        if (s->valence[t[k]]++ == 0) s->on_front |= 1u << t[k];
+}
+
+static void delaunay__front_remove(delaunay__search_tables *s, uint32_t id)
+{
+    const uint8_t *t = s->triangle[id / 2];
+    uint32_t at = s->place[id], last = s->front[--s->num_front];
+    int k;
+    s->front[at - 1] = (uint16_t)last;
+    s->place[last] = (uint16_t)at;
+    s->place[id] = 0;
+    for (k = 0; k < 3; k++)
+        if (--s->valence[t[k]] == 0) s->on_front &= ~(1u << t[k]);
+}
+
+/* The triangle of the front with fewest candidates, the newest among equals; *mask: those. 0 candidates: dead end.
+ * *minimax: no completion has a better worst quality. */
+static uint32_t delaunay__choose_facet(delaunay__search_tables *s, uint32_t *mask, double *minimax)
+{
+    uint32_t i, m, count, chosen = 0, fewest = 99, open = s->on_front | (s->interior & ~s->used);
+    *minimax = HUGE_VAL;
+    *mask = 0;
+    for (i = s->num_front; i-- > 0;) {
+        uint32_t id = s->front[i];
+        const delaunay__choice *choice = &s->choice[id];
+        if (choice->stamp != s->stamp) delaunay__choose(s, id);
+        m = choice->mask & open;
+        if (choice->top < *minimax) *minimax = choice->top;
+        count = m == 0 ? 0 : (m & (m - 1)) == 0 ? 1 : delaunay__popcount(m);
+        if (count >= fewest) continue;
+        fewest = count;
+        chosen = id;
+        *mask = m;
+        if (count == 0 || (s->flags & DELAUNAY_SEARCH_ANY_FACET)) break;
+    }
+    return chosen;
+}
+
+/* Candidates in the order to be tried: high scores first [Marot 2020, 6.2.4]. Returns their number. */
+static uint32_t delaunay__order_candidates(delaunay__search_tables *s, uint32_t id, const uint32_t *v, uint32_t mask,
+                                           double worst, double minimax, uint8_t *order)
+{
+    int score[DELAUNAY__MAX_POINTS], points;
+    uint32_t n = 0, p, i, k;
+    for (; mask; mask &= mask - 1) {
+        p = delaunay__lowest(mask);
+        points = 0;
+        if (!(s->flags & DELAUNAY_SEARCH_ANY_ORDER)) {
+            if ((s->interior & ~s->used) >> p & 1) points += 4;
+            for (k = 0; k < 3; k++) {
+                uint32_t side = delaunay__oriented(s, v[k], v[(k + 1) % 3], p);
+                if (s->place[side ^ 1]) points += 2;
+                else if (s->objective == DELAUNAY_FEWER_FACES) points -= 4 * (int)delaunay__triple_crossed(s, side / 2);
+            }
+            if (s->objective == DELAUNAY_FEWER_EDGES)
+                for (k = 0; k < 3; k++) points -= 4 * (int)delaunay__pair_crossed(s, v[k], p);
+            if (s->objective == DELAUNAY_BEST_QUALITY) {
+                double q = delaunay__local_quality(s, id / 2, p);
+                points += 2 * (q > worst) + 2 * (q > minimax);
+            }
+        }
+        for (i = n++; i > 0 && score[i - 1] < points; i--) {
+            score[i] = score[i - 1];
+            order[i] = order[i - 1];
+        }
+        score[i] = points;
+        order[i] = (uint8_t)p;
+    }
+    return n;
+}
+
+/* The front is empty: the tetrahedra on the stack fill the window. */
+static int delaunay__accept(delaunay__search_tables *s, double worst, uint32_t cost)
+{
+    const delaunay_window *w = s->window;
+    uint32_t i;
+    if (s->interior & ~s->used) return 0;
+    for (i = 0; i < w->num_kept_edges; i++)
+        if (!s->pair_used[delaunay__pair(s, w->kept_edges[i][0], w->kept_edges[i][1])]) return 0;
+    s->found = 1;
+    s->out->num_tets = s->depth;
+    memcpy(s->out->tets, s->stack, 4 * (size_t)s->depth);
+    s->out->value = s->objective == DELAUNAY_BEST_QUALITY ? worst : (double)cost;
+    if (s->objective != DELAUNAY_BEST_QUALITY) return 1;
+    s->best = worst;
+    s->stamp++;
+    return 0;
+}
+
+static int delaunay__search_front(delaunay__search_tables *s, double worst, uint32_t cost);
+
+/* One step and all that follows from it; the front is as before on return. 1: done, -1: a limit was met. */
+static int delaunay__try_candidate(delaunay__search_tables *s, uint32_t id, const uint32_t *v, uint32_t p, double worst,
+                                   uint32_t cost)
+{
+    uint32_t side[3], k, joined = 0, used = s->used;
+    int result = 0;
+    if (s->depth == DELAUNAY_WINDOW_TETS || s->num_front + 3 > DELAUNAY__MAX_FRONT) return -1;
+    for (k = 0; k < 3; k++) {
+        side[k] = delaunay__oriented(s, v[k], v[(k + 1) % 3], p);
+        if (s->place[side[k] ^ 1]) continue;
+        if (s->place[side[k]]) return 0; /* a third tetrahedron at this triangle */
+        joined |= 1u << k;
+        if (s->objective == DELAUNAY_FEWER_FACES) cost += delaunay__triple_crossed(s, side[k] / 2);
+    }
+    for (k = 0; k < 3; k++) cost += delaunay__use_pair(s, v[k], p);
+    if (cost < s->cost_bound) {
+        delaunay__front_remove(s, id);
+        for (k = 0; k < 3; k++)
+            if (joined >> k & 1) delaunay__front_add(s, side[k]);
+            else delaunay__front_remove(s, side[k] ^ 1);
+        s->used |= 1u << p;
+        for (k = 0; k < 3; k++) s->stack[s->depth][k] = (uint8_t)v[k];
+        s->stack[s->depth++][3] = (uint8_t)p;
+        result = delaunay__search_front(s, worst, cost);
+        s->depth--;
+        s->used = used;
+        for (k = 3; k-- > 0;)
+            if (joined >> k & 1) delaunay__front_remove(s, side[k]);
+            else delaunay__front_add(s, side[k] ^ 1);
+        delaunay__front_add(s, id);
+    }
+    for (k = 0; k < 3; k++) s->pair_used[delaunay__pair(s, v[k], p)]--;
+    return result;
+}
+
+static int delaunay__search_front(delaunay__search_tables *s, double worst, uint32_t cost)
+{
+    uint32_t id, mask, v[3], n, i;
+    uint8_t order[DELAUNAY__MAX_POINTS];
+    double minimax;
+    if (s->out->nodes == s->out->max_nodes) return -1;
+    s->out->nodes++;
+    if (s->num_front == 0) return delaunay__accept(s, worst, cost);
+    id = delaunay__choose_facet(s, &mask, &minimax);
+    if (!mask) return 0;
+    delaunay__oriented_vertices(s, id, v);
+    n = delaunay__order_candidates(s, id, v, mask, worst, minimax, order);
+    for (i = 0; i < n; i++) {
+        double q = worst;
+        int result;
+        if (s->objective == DELAUNAY_BEST_QUALITY) {
+            q = delaunay__local_quality(s, id / 2, order[i]);
+            if (!(q > s->best)) continue;
+            if (worst < q) q = worst;
+        }
+        result = delaunay__try_candidate(s, id, v, order[i], q, cost);
+        if (result) return result;
+        if (!(worst > s->best)) return 0;
+    }
+    return 0;
+}
+
+/* Signs and qualities of the leading vertices that are the same as in the last search stay. */
+static void delaunay__tables_points(delaunay__search_tables *s, const delaunay_search *search)
+{
+    const delaunay_window *w = s->window;
+    uint32_t same = 0, i, n = w->num_vertices, low;
+    const delaunay_vertex *vertices = s->mesh->vertices;
+    while (same < n && same < s->num_known && !memcmp(s->x[same], vertices[w->vertices[same]].x, sizeof s->x[0])) same++;
+    low = same < 32 ? (1u << same) - 1 : ~0u;
+    if (same < s->num_known)
+        for (i = 0; i < s->choose3[same]; i++) {
+            s->rows[i].known &= low;
+            s->rows[i].positive &= low;
+            s->rows[i].negative &= low;
+            s->rows[i].measured &= low;
+        }
+    for (i = same; i < n; i++) memcpy(s->x[i], vertices[w->vertices[i]].x, sizeof s->x[0]);
+    memset(&s->rows[s->choose3[same]], 0, (s->choose3[n] - s->choose3[same]) * sizeof *s->rows);
+    s->num_known = n;
+    if (search->objective != DELAUNAY_BEST_QUALITY) return;
+    if (s->known_quality != search->quality || s->known_user != search->user || (s->flags & DELAUNAY_SEARCH_FORGET))
+        for (i = 0; i < s->choose3[n]; i++) s->rows[i].measured = 0;
+    s->known_quality = search->quality;
+    s->known_user = search->user;
+}
+
+static void delaunay__tables_stamp(delaunay__search_tables *s)
+{
+    if (s->stamp > UINT32_MAX - 2 * DELAUNAY__NUM_QUADS) { /* a bound rises at most once a quality */
+        memset(s->choice, 0, sizeof s->choice);
+        s->stamp = 0;
+    }
+    s->stamp++;
+    if (s->search == UINT32_MAX / 2) {
+        memset(s->triple_kept, 0, sizeof s->triple_kept);
+        memset(s->triple_cost, 0, sizeof s->triple_cost);
+        memset(s->pair_kept, 0, sizeof s->pair_kept);
+        memset(s->pair_cost, 0, sizeof s->pair_cost);
+        s->search = 0;
+    }
+    s->search++;
+}
+
+/* The boundary and both sides of kept facets: a triangle of the front sees the inside. Returns what kept facets cost. */
+static uint32_t delaunay__tables_front(delaunay__search_tables *s)
+{
+    const delaunay_window *w = s->window;
+    uint32_t i, k, id, cost = 0;
+    memset(s->boundary_pairs, 0, w->num_vertices * sizeof *s->boundary_pairs);
+    memset(s->pair_used, 0, s->choose2[w->num_vertices] * sizeof *s->pair_used);
+    for (i = 0; i < w->num_facets; i++) {
+        const uint8_t *f = w->facets[i];
+        delaunay__front_add(s, delaunay__oriented(s, f[0], f[2], f[1]));
+        for (k = 0; k < 3; k++) {
+            s->boundary_pairs[f[k]] |= 1u << f[(k + 1) % 3];
+            s->boundary_pairs[f[(k + 1) % 3]] |= 1u << f[k];
+        }
+    }
+    for (i = 0; i < w->num_kept_facets; i++) {
+        const uint8_t *f = w->kept_facets[i];
+        id = delaunay__oriented(s, f[0], f[1], f[2]);
+        if (s->place[id] || s->place[id ^ 1]) continue;
+        delaunay__front_add(s, id);
+        delaunay__front_add(s, id ^ 1);
+        if (s->objective == DELAUNAY_FEWER_FACES) cost += delaunay__triple_crossed(s, id / 2);
+        for (k = 0; k < 3; k++) cost += delaunay__use_pair(s, f[k], f[(k + 1) % 3]);
+        s->used |= 1u << f[0] | 1u << f[1] | 1u << f[2];
+    }
+    return cost;
+}
+
+DELAUNAY_API int delaunay_reconnect(const delaunay_mesh *mesh, delaunay_worker *worker, const delaunay_window *window,
+                                    delaunay_search *search)
+{
+    delaunay__search_tables *s = worker->tables;
+    uint32_t n = window->num_vertices, cost;
+    int result;
+    s->mesh = mesh;
+    s->window = window;
+    s->out = search;
+    s->objective = search->objective;
+    s->flags = search->flags;
+    s->points = (n < 32 ? (1u << n) - 1 : ~0u) & ~window->dropped;
+    s->interior = window->interior & ~window->dropped;
+    s->used = s->depth = 0;
+    s->found = 0;
+    s->best = search->bound > 0 ? search->bound : 0;
+    s->cost_bound = search->objective == DELAUNAY_FEWER_FACES || search->objective == DELAUNAY_FEWER_EDGES
+                        ? (search->bound <= 0 ? 0 : search->bound < 1e9 ? (uint32_t)ceil(search->bound) : 1000000000u)
+                        : UINT32_MAX;
+    search->nodes = search->num_tets = 0;
+    search->proven = 0;
+    search->value = 0;
+    if (search->max_nodes == 0) search->max_nodes = DELAUNAY__DEFAULT_NODES;
+    delaunay__tables_points(s, search);
+    delaunay__tables_stamp(s);
+    cost = delaunay__tables_front(s);
+    result = cost < s->cost_bound ? delaunay__search_front(s, HUGE_VAL, cost) : 0;
+    while (s->num_front) delaunay__front_remove(s, s->front[s->num_front - 1]);
+    search->proven = result == 0 || (s->found && (s->objective == DELAUNAY_ANY || (result > 0 && search->value <= 0)));
+    return s->found;
+}
+
+/* A small set of handles on the stack: is a neighbour in the window? */
+typedef struct delaunay__handles {
+    delaunay_handle slot[1024];
+    int             bits;
+} delaunay__handles;
+
+static void delaunay__handles_set(delaunay__handles *h, const delaunay_handle *t, size_t n)
+{
+    size_t i, j;
+    for (h->bits = 3; (size_t)1 << h->bits < 2 * n; h->bits++) {}
+    memset(h->slot, 0, sizeof *h->slot << h->bits);
+    for (i = 0; i < n; i++) {
+        for (j = delaunay__hash(t[i], h->bits); h->slot[j]; j = (j + 1) & (((size_t)1 << h->bits) - 1)) {}
+        h->slot[j] = t[i];
+    }
+}
+
+static int delaunay__handles_has(const delaunay__handles *h, delaunay_handle t)
+{
+    size_t j = delaunay__hash(t, h->bits);
+    if (t == 0) return 0;
+    while (h->slot[j] && h->slot[j] != t) j = (j + 1) & (((size_t)1 << h->bits) - 1);
+    return h->slot[j] == t;
+}
+
+/* Local numbers of mesh vertices while a window is set: open addressing, 0 is free (no real vertex is 0). */
+typedef struct delaunay__numbers {
+    uint32_t v[128];
+    uint8_t  local[128];
+} delaunay__numbers;
+
+/* Local number of v, a new one if need be; the window's number of vertices grows. */
+static uint32_t delaunay__number(delaunay__numbers *table, delaunay_window *w, uint32_t v)
+{
+    size_t j = delaunay__hash(v, 7);
+    while (table->v[j] && table->v[j] != v) j = (j + 1) & 127;
+    if (!table->v[j]) {
+        table->v[j] = v;
+        table->local[j] = (uint8_t)w->num_vertices;
+        w->vertices[w->num_vertices++] = v;
+    }
+    return table->local[j];
+}
+
+DELAUNAY_API int delaunay_window_set(delaunay_window *window, const delaunay_mesh *mesh, delaunay_worker *worker,
+                                     const delaunay_handle *tets, size_t num_tets, uint32_t max_vertices,
+                                     int keep_edges, int keep_facets)
+{
+    delaunay__handles inside;
+    delaunay__numbers numbers;
+    uint8_t local[DELAUNAY_WINDOW_TETS][4];
+    uint32_t pairs[DELAUNAY_WINDOW_VERTICES], boundary = 0, all, i, k;
+    (void)worker;
+    if (max_vertices > DELAUNAY_WINDOW_VERTICES) max_vertices = DELAUNAY_WINDOW_VERTICES;
+    if (!mesh->flags) keep_edges = keep_facets = 0;
+    window->num_tets = window->num_vertices = window->num_facets = 0;
+    window->num_kept_edges = window->num_kept_facets = window->interior = window->dropped = 0;
+    if (num_tets == 0 || num_tets > DELAUNAY_WINDOW_TETS) return 0;
+    memset(numbers.v, 0, sizeof numbers.v);
+    for (i = 0; i < num_tets; i++) {
+        const delaunay_tet *t = &mesh->tets[tets[i]];
+        if (t->v[3] == DELAUNAY_GHOST) return 0;
+        for (k = 0; k < 4; k++) {
+            if (window->num_vertices == max_vertices) { /* the next new one is too many */
+                size_t j = delaunay__hash(t->v[k], 7);
+                while (numbers.v[j] && numbers.v[j] != t->v[k]) j = (j + 1) & 127;
+                if (!numbers.v[j]) return 0;
+            }
+            local[i][k] = (uint8_t)delaunay__number(&numbers, window, t->v[k]);
+        }
+    }
+    delaunay__handles_set(&inside, tets, num_tets);
+    memset(pairs, 0, window->num_vertices * sizeof *pairs);
+    for (i = 0; i < num_tets; i++) {
+        const delaunay_tet *t = &mesh->tets[tets[i]];
+        for (k = 0; k < 4; k++) {
+            const uint8_t *o = delaunay_facet_order((int)k);
+            uint8_t a = local[i][o[0]], b = local[i][o[1]], c = local[i][o[2]], *f;
+            if (delaunay__handles_has(&inside, t->n[k] / 4)) {
+                if (!keep_facets || t->n[k] / 4 < tets[i] || !(mesh->flags[tets[i]] & DELAUNAY_FACET_BIT(k))) continue;
+                if (window->num_kept_facets == DELAUNAY_WINDOW_KEPT) return 0;
+                f = window->kept_facets[window->num_kept_facets++];
+            } else {
+                if (window->num_facets == DELAUNAY_WINDOW_FACETS) return 0;
+                f = window->facets[window->num_facets++];
+                boundary |= 1u << a | 1u << b | 1u << c;
+                pairs[a] |= 1u << b | 1u << c;
+                pairs[b] |= 1u << a | 1u << c;
+                pairs[c] |= 1u << a | 1u << b;
+            }
+            f[0] = a;
+            f[1] = b;
+            f[2] = c;
+        }
+    }
+    all = window->num_vertices < 32 ? (1u << window->num_vertices) - 1 : ~0u;
+    window->interior = all & ~boundary;
+    window->num_tets = (uint32_t)num_tets;
+    memcpy(window->tets, tets, num_tets * sizeof *tets);
+    if (!keep_edges) return 1;
+    for (i = 0; i < num_tets; i++) {
+        unsigned flags = mesh->flags[tets[i]];
+        for (k = 0; k < 6 && (flags & DELAUNAY_EDGE_BITS); k++) {
+            uint8_t a = local[i][delaunay_edge_order((int)k)[0]], b = local[i][delaunay_edge_order((int)k)[1]], *e;
+            if (!(flags & DELAUNAY_EDGE_BIT(k)) || (pairs[a] >> b & 1)) continue;
+            if (window->num_kept_edges == DELAUNAY_WINDOW_KEPT) return 0;
+            pairs[a] |= 1u << b; /* listed once */
+            pairs[b] |= 1u << a;
+            e = window->kept_edges[window->num_kept_edges++];
+            e[0] = a;
+            e[1] = b;
+        }
+    }
+    return 1;
+}
+
+DELAUNAY_API delaunay_result delaunay_window_apply(delaunay_mesh *mesh, delaunay_worker *worker,
+                                                   const delaunay_window *window, const delaunay_search *search,
+                                                   delaunay_handle *slots)
+{
+    uint32_t i, k;
+    for (i = 0; i < search->num_tets; i++)
+        for (k = 0; k < 4; k++) worker->commit[4 * i + k] = window->vertices[search->tets[i][k]];
+    return delaunay_replace(mesh, worker, window->tets, window->num_tets, worker->commit, search->num_tets, slots);
+}
+
+/* Interior edges that pierce a triangle: the edges of all tetrahedra, each once, less those of the boundary. */
+static uint32_t delaunay__window_edges(const delaunay_mesh *mesh, const delaunay_window *window, const uint32_t *target)
+{
+    uint32_t pairs[DELAUNAY_WINDOW_VERTICES], i, k, a, b, count = 0;
+    memset(pairs, 0, sizeof pairs);
+    for (i = 0; i < window->num_facets; i++)
+        for (k = 0; k < 3; k++) {
+            a = window->facets[i][k];
+            b = window->facets[i][(k + 1) % 3];
+            pairs[a] |= 1u << b;
+            pairs[b] |= 1u << a;
+        }
+    for (i = 0; i < window->num_tets; i++) {
+        const uint32_t *v = mesh->tets[window->tets[i]].v;
+        uint32_t local[4];
+        for (k = 0; k < 4; k++)
+            for (local[k] = 0; window->vertices[local[k]] != v[k]; local[k]++) {}
+        for (k = 0; k < 6; k++) {
+            a = local[delaunay_edge_order((int)k)[0]];
+            b = local[delaunay_edge_order((int)k)[1]];
+            if (pairs[a] >> b & 1) continue;
+            pairs[a] |= 1u << b;
+            pairs[b] |= 1u << a;
+            count += (uint32_t)delaunay_segment_crosses(mesh, window->vertices[a], window->vertices[b], target[0],
+                                                        target[1], target[2], NULL);
+        }
+    }
+    return count;
+}
+
+DELAUNAY_API uint32_t delaunay_window_crossings(const delaunay_mesh *mesh, const delaunay_window *window,
+                                                delaunay_objective objective, const uint32_t *target)
+{
+    delaunay__handles inside;
+    uint32_t i, count = 0;
+    int k;
+    if (objective == DELAUNAY_FEWER_EDGES) return delaunay__window_edges(mesh, window, target);
+    if (objective != DELAUNAY_FEWER_FACES) return 0;
+    delaunay__handles_set(&inside, window->tets, window->num_tets);
+    for (i = 0; i < window->num_tets; i++) {
+        const delaunay_tet *t = &mesh->tets[window->tets[i]];
+        for (k = 0; k < 4; k++) {
+            const uint8_t *o = delaunay_facet_order(k);
+            if (t->n[k] / 4 < window->tets[i] || !delaunay__handles_has(&inside, t->n[k] / 4)) continue;
+            count += (uint32_t)delaunay_segment_crosses(mesh, target[0], target[1], t->v[o[0]], t->v[o[1]], t->v[o[2]],
+                                                        NULL);
+        }
+    }
+    return count;
+}
+
+DELAUNAY_API int delaunay_segment_crosses(const delaunay_mesh *mesh, uint32_t a, uint32_t b, uint32_t p, uint32_t q,
+                                          uint32_t r, int *zeros)
+{
+    const delaunay_vertex *v = mesh->vertices;
+    int side, x, y, z;
+    if (zeros) *zeros = 0;
+    if (a == p || a == q || a == r || b == p || b == q || b == r) return 0;
+    side = delaunay_orient3d(v[p].x, v[q].x, v[r].x, v[a].x);
+    if (side == 0 || side * delaunay_orient3d(v[p].x, v[q].x, v[r].x, v[b].x) >= 0) return 0;
+    x = delaunay_orient3d(v[p].x, v[q].x, v[a].x, v[b].x);
+    y = delaunay_orient3d(v[q].x, v[r].x, v[a].x, v[b].x);
+    if (x * y < 0) return 0;
+    z = delaunay_orient3d(v[r].x, v[p].x, v[a].x, v[b].x);
+    if (x * z < 0 || y * z < 0) return 0;
+    if (zeros) *zeros = (x == 0) | (y == 0) << 1 | (z == 0) << 2;
+    return 1;
+}
 
 /* ---- >>speculate ----------------------------------------------------------------------- */
 
