@@ -148,6 +148,7 @@ typedef struct mesher_report {
     mesher_finding *findings;
     size_t          cap_findings;
     /* out */
+    uint64_t input_vertices, input_triangles; /* of the surface */
     size_t   num_findings;                   /* written to findings */
     uint64_t counts[MESHER_NUM_KINDS];       /* of each kind, all of them */
     uint64_t num_vertices, num_tets, num_regions, num_boundary_edges;
@@ -260,7 +261,637 @@ MESHER_API void mesher_report_add(mesher_report *report, mesher_kind kind, uint3
 
 /* ---- >>surface ---------------------------------------------------------------------------- */
 
+/* Differences of coordinates stay exact in the predicates, and their fifth powers finite, below this. */
+#define MESHER__LARGEST_COORDINATE 1e60
+#define MESHER__SMALLEST_EXTENT    1e-60
+
+static const double *mesher__point(const mesher_surface *surface, uint32_t v)
+{
+    return surface->xyz + 3 * (size_t)v;
+}
+
+static void *mesher__sort_alloc(void *user, size_t size)
+{
+    return delaunay_alloc((delaunay_memory *)user, size, 1);
+}
+static void mesher__sort_release(void *user, void *block)
+{
+    delaunay_release((delaunay_memory *)user, block);
+}
+
+/* Stable, by key. */
+static mesher_result mesher__sort(mesher_domain *domain, hxtsort_pair *pairs, size_t count)
+{
+    hxtsort_options options;
+    memset(&options, 0, sizeof options);
+    options.num_threads = domain->options.host.num_threads;
+    options.allocator.alloc = mesher__sort_alloc;
+    options.allocator.release = mesher__sort_release;
+    options.allocator.user = &domain->memory;
+    return (mesher_result)hxtsort_pairs(pairs, count, &options);
+}
+
+static int mesher__progress(const mesher_options *options, const char *phase, double fraction)
+{
+    const delaunay_host *host = &options->host;
+    return host->progress && host->progress(host->user, phase, fraction);
+}
+
+static uint64_t mesher__count_defects(const mesher_report *report)
+{
+    uint64_t n = 0;
+    int k;
+    for (k = MESHER_DEFECT_FIRST; k < MESHER_NUM_KINDS; k++) n += report->counts[k];
+    return n;
+}
+
+/* Everything but the caller's room for findings. */
+static void mesher__report_reset(mesher_report *report, const mesher_surface *surface)
+{
+    mesher_finding *findings = report->findings;
+    size_t cap = report->cap_findings;
+    memset(report, 0, sizeof *report);
+    report->findings = findings;
+    report->cap_findings = findings ? cap : 0;
+    report->input_vertices = surface->num_vertices;
+    report->input_triangles = surface->num_triangles;
+}
+
+/* "triangle 12" or "line 3" */
+static void mesher__name(char name[32], const mesher_report *report, uint32_t id)
+{
+    if (id == DELAUNAY_NO_ID) name[0] = 0;
+    else if (id < report->input_triangles) snprintf(name, 32, "triangle %lu", (unsigned long)id);
+    else snprintf(name, 32, "line %lu", (unsigned long)(id - report->input_triangles));
+}
+
+/* One finding as a sentence. */
+static void mesher__sentence(char *text, size_t size, const mesher_report *report, const mesher_finding *f)
+{
+    char a[32], b[32], at[96];
+    unsigned long u = f->vertices[0], v = f->vertices[1], w = f->vertices[2];
+    int has_edge = f->vertices[1] != DELAUNAY_NO_ID && f->vertices[2] != DELAUNAY_NO_ID;
+    mesher__name(a, report, f->triangles[0]);
+    mesher__name(b, report, f->triangles[1]);
+    snprintf(at, sizeof at, "at (%.9g, %.9g, %.9g)", f->xyz[0], f->xyz[1], f->xyz[2]);
+    switch (f->kind) {
+    case MESHER_NOTE_DUPLICATE_VERTEX:
+        snprintf(text, size, "vertex %lu has the coordinates of vertex %lu %s", u, v, at);
+        break;
+    case MESHER_NOTE_UNUSED_VERTEX:
+        if (a[0]) snprintf(text, size, "isolated vertex %lu lies exactly on %s %s and is left out", u, a, at);
+        else snprintf(text, size, "vertex %lu %s is in no triangle or line", u, at);
+        break;
+    case MESHER_NOTE_REPEATED_INDEX:
+        snprintf(text, size, "%s has vertex %lu twice, %s", a, u, at);
+        break;
+    case MESHER_NOTE_DUPLICATE_TRIANGLE:
+        snprintf(text, size, "%s is there again as %s", a, b);
+        break;
+    case MESHER_NOTE_OPPOSITE_TRIANGLE:
+        snprintf(text, size, "%s is there again as %s, turned over", a, b);
+        break;
+    case MESHER_NOTE_FLIPPED_TRIANGLE:
+        snprintf(text, size, "%s and %s are oriented against each other at their edge %lu-%lu", a, b, u, v);
+        break;
+    case MESHER_NOTE_OPEN_EDGE:
+        snprintf(text, size, "edge %lu-%lu of %s is in no other triangle, %s", u, v, a, at);
+        break;
+    case MESHER_NOTE_NON_MANIFOLD_EDGE:
+        snprintf(text, size, "edge %lu-%lu of %s is in more than two triangles, %s", u, v, a, at);
+        break;
+    case MESHER_NOTE_SHEET:
+        snprintf(text, size, "%s has the same cell on both sides, %s", a, at);
+        break;
+    case MESHER_NOTE_SHELL_FILLED:
+        snprintf(text, size, "the shell of %s lies inside another one, and is filled", a);
+        break;
+    case MESHER_NOTE_SURFACE_STEINER:
+        snprintf(text, size, "a point was added to %s %s", a, at);
+        break;
+    case MESHER_DEFECT_NOT_FINITE:
+        snprintf(text, size, "vertex %lu has a coordinate that is not a finite number", u);
+        break;
+    case MESHER_DEFECT_RANGE:
+        if (f->vertices[0] == DELAUNAY_NO_ID)
+            snprintf(text, size, "the whole surface is smaller than %g", MESHER__SMALLEST_EXTENT);
+        else snprintf(text, size, "vertex %lu has a coordinate beyond %g", u, MESHER__LARGEST_COORDINATE);
+        break;
+    case MESHER_DEFECT_INDEX:
+        snprintf(text, size, "%s has vertex %lu, but there are only %lu", a, u,
+                 (unsigned long)report->input_vertices);
+        break;
+    case MESHER_DEFECT_COLLINEAR:
+        snprintf(text, size, "%s has its vertices %lu, %lu and %lu on one line, %s", a, u, v, w, at);
+        break;
+    case MESHER_DEFECT_T_JUNCTION:
+        if (has_edge)
+            snprintf(text, size, "vertex %lu of %s lies on the edge %lu-%lu of %s, %s", u, a, v, w, b, at);
+        else snprintf(text, size, "vertex %lu of %s lies on %s, %s", u, a, b, at);
+        break;
+    case MESHER_DEFECT_OVERLAP:
+        snprintf(text, size, "%s and %s lie in one plane and overlap, %s", a, b, at);
+        break;
+    case MESHER_DEFECT_INTERSECTION:
+        snprintf(text, size, "%s and %s intersect, %s", a, b, at);
+        break;
+    case MESHER_DEFECT_FLAT:
+        snprintf(text, size, "all vertices of the surface lie in one plane, %s", at);
+        break;
+    case MESHER_DEFECT_NO_CELL:
+        if (a[0] && has_edge == 0 && f->vertices[0] != DELAUNAY_NO_ID)
+            snprintf(text, size, "the surface encloses no volume: it is open, at edge %lu-%lu of %s, %s", u, v, a, at);
+        else snprintf(text, size, "the surface encloses no volume");
+        break;
+    case MESHER_DEFECT_OUTSIDE_FACET:
+        snprintf(text, size, "%s lies outside every cell, %s", a, at);
+        break;
+    case MESHER_DEFECT_RECOVERY:
+        if (f->vertices[2] != DELAUNAY_NO_ID)
+            snprintf(text, size, "facet %lu-%lu-%lu of %s could not be recovered, %s", u, v, w, a, at);
+        else snprintf(text, size, "edge %lu-%lu of %s could not be recovered, %s", u, v, a, at);
+        break;
+    case MESHER_NUM_KINDS: break;
+    }
+}
+
+static void mesher__message_defect(mesher_report *report, const mesher_finding *finding)
+{
+    if (!report->message[0]) mesher__sentence(report->message, sizeof report->message, report, finding);
+}
+
+/* "...; and 41 defects more" */
+static void mesher__message_finish(mesher_report *report)
+{
+    uint64_t n = mesher__count_defects(report);
+    size_t length = strlen(report->message);
+    if (n > 1 && length < sizeof report->message - 48)
+        snprintf(report->message + length, sizeof report->message - length, "; and %lu defect%s more",
+                 (unsigned long)(n - 1), n > 2 ? "s" : "");
+}
+
+/* Kept findings: defects first, as many as there is room for; notes in what room is left. */
+MESHER_API void mesher_report_add(mesher_report *report, mesher_kind kind, uint32_t triangle0, uint32_t triangle1,
+                                  uint32_t vertex0, uint32_t vertex1, uint32_t vertex2, const double *xyz)
+{
+    mesher_finding f;
+    uint64_t defects;
+    if (!report) return;
+    memset(&f, 0, sizeof f);
+    f.kind = kind;
+    f.triangles[0] = triangle0;
+    f.triangles[1] = triangle1;
+    f.vertices[0] = vertex0;
+    f.vertices[1] = vertex1;
+    f.vertices[2] = vertex2;
+    if (xyz) memcpy(f.xyz, xyz, sizeof f.xyz);
+    defects = mesher__count_defects(report);
+    report->counts[kind]++;
+    if (mesher_is_defect(kind)) {
+        mesher__message_defect(report, &f);
+        if (defects >= report->cap_findings) return;
+        if (report->num_findings < report->cap_findings)
+            report->findings[report->num_findings++] = report->findings[defects];
+        report->findings[defects] = f;
+    } else if (report->num_findings < report->cap_findings) {
+        report->findings[report->num_findings++] = f;
+    }
+}
+
+static void mesher__add_vertex_finding(mesher_report *report, mesher_kind kind, const mesher_surface *surface,
+                                       uint32_t v, uint32_t other)
+{
+    mesher_report_add(report, kind, DELAUNAY_NO_ID, DELAUNAY_NO_ID, v, other, DELAUNAY_NO_ID,
+                      mesher__point(surface, v));
+}
+
+static void mesher__centroid(const mesher_surface *surface, const uint32_t *v, int n, double *xyz)
+{
+    int i, j;
+    for (i = 0; i < 3; i++) {
+        xyz[i] = 0;
+        for (j = 0; j < n; j++) xyz[i] += mesher__point(surface, v[j])[i] / n;
+    }
+}
+
+static void mesher__add_edge_finding(mesher_report *report, mesher_kind kind, const mesher_surface *surface,
+                                     uint32_t triangle0, uint32_t triangle1, const uint32_t *edge)
+{
+    double middle[3];
+    mesher__centroid(surface, edge, 2, middle);
+    mesher_report_add(report, kind, triangle0, triangle1, edge[0], edge[1], DELAUNAY_NO_ID, middle);
+}
+
+static void mesher__add_triangle_finding(mesher_report *report, mesher_kind kind, const mesher_surface *surface,
+                                         uint32_t triangle0, uint32_t triangle1, const uint32_t *v)
+{
+    double middle[3];
+    mesher__centroid(surface, v, 3, middle);
+    mesher_report_add(report, kind, triangle0, triangle1, v[0], v[1], v[2], middle);
+}
+
+/* Vertices of triangle t or, from num_triangles on, of a line; their number. */
+static int mesher__element(const mesher_surface *surface, uint32_t id, const uint32_t **v)
+{
+    if (id < surface->num_triangles) {
+        *v = surface->triangles + 3 * (size_t)id;
+        return 3;
+    }
+    *v = surface->edges + 2 * (id - surface->num_triangles);
+    return 2;
+}
+
+/* What makes every further look meaningless: indices, NaN, range. Returns the number of offences. */
+static uint64_t mesher__check_numbers(const mesher_surface *surface, mesher_report *report)
+{
+    uint64_t before = mesher__count_defects(report);
+    size_t elements = surface->num_triangles + surface->num_edges, i;
+    double lo[3] = {DBL_MAX, DBL_MAX, DBL_MAX}, hi[3] = {-DBL_MAX, -DBL_MAX, -DBL_MAX};
+    int j, n;
+    for (i = 0; i < elements; i++) {
+        const uint32_t *v;
+        n = mesher__element(surface, (uint32_t)i, &v);
+        for (j = 0; j < n; j++)
+            if (v[j] >= surface->num_vertices) {
+                mesher_report_add(report, MESHER_DEFECT_INDEX, (uint32_t)i, DELAUNAY_NO_ID, v[j], DELAUNAY_NO_ID,
+                                  DELAUNAY_NO_ID, NULL);
+                break;
+            }
+    }
+    for (i = 0; i < surface->num_vertices; i++) {
+        const double *x = mesher__point(surface, (uint32_t)i);
+        int finite = 1, far = 0;
+        for (j = 0; j < 3; j++) {
+            if (!(fabs(x[j]) <= DBL_MAX)) finite = 0;
+            else if (fabs(x[j]) > MESHER__LARGEST_COORDINATE) far = 1;
+            if (x[j] < lo[j]) lo[j] = x[j];
+            if (x[j] > hi[j]) hi[j] = x[j];
+        }
+        if (!finite || far)
+            mesher__add_vertex_finding(report, finite ? MESHER_DEFECT_RANGE : MESHER_DEFECT_NOT_FINITE, surface,
+                                       (uint32_t)i, DELAUNAY_NO_ID);
+    }
+    if (surface->num_vertices && mesher__count_defects(report) == before) {
+        double extent = 0;
+        for (j = 0; j < 3; j++)
+            if (hi[j] - lo[j] > extent) extent = hi[j] - lo[j];
+        if (extent > 0 && extent < MESHER__SMALLEST_EXTENT)
+            mesher_report_add(report, MESHER_DEFECT_RANGE, DELAUNAY_NO_ID, DELAUNAY_NO_ID, DELAUNAY_NO_ID,
+                              DELAUNAY_NO_ID, DELAUNAY_NO_ID, mesher__point(surface, 0));
+    }
+    return mesher__count_defects(report) - before;
+}
+
+static uint64_t mesher__hash_point(const double *x)
+{
+    uint64_t h = 0, bits;
+    int i;
+    for (i = 0; i < 3; i++) {
+        double c = x[i] + 0.0; /* -0.0 becomes 0.0 */
+        memcpy(&bits, &c, sizeof bits);
+        h = (h ^ bits) * UINT64_C(0x9E3779B97F4A7C15);
+        h ^= h >> 29;
+    }
+    return h * UINT64_C(0xBF58476D1CE4E5B9);
+}
+
+/* Exact duplicates get the first vertex with their coordinates as survivor. */
+static mesher_result mesher__weld(mesher_domain *domain)
+{
+    const mesher_surface *surface = &domain->surface;
+    size_t n = surface->num_vertices, v;
+    uint32_t *table;
+    int bits = 4;
+    while (((size_t)1 << bits) < 2 * n) bits++;
+    table = (uint32_t *)delaunay_alloc(&domain->memory, (size_t)1 << bits, sizeof *table);
+    if (!table) return MESHER_ERROR_OUT_OF_MEMORY;
+    memset(table, 0xff, ((size_t)1 << bits) * sizeof *table);
+    for (v = 0; v < n; v++) {
+        const double *x = mesher__point(surface, (uint32_t)v), *y;
+        size_t slot = (size_t)(mesher__hash_point(x) >> (64 - bits));
+        domain->survivor[v] = (uint32_t)v;
+        for (; table[slot] != DELAUNAY_NO_ID; slot = (slot + 1) & (((size_t)1 << bits) - 1)) {
+            y = mesher__point(surface, table[slot]);
+            if (x[0] == y[0] && x[1] == y[1] && x[2] == y[2]) {
+                domain->survivor[v] = table[slot];
+                break;
+            }
+        }
+        if (table[slot] == DELAUNAY_NO_ID) table[slot] = (uint32_t)v;
+    }
+    delaunay_release(&domain->memory, table);
+    return MESHER_OK;
+}
+
+/* Survivors of a triangle's vertices in ascending order; returns 1 if that is an odd permutation. */
+static int mesher__sorted_triangle(const mesher_domain *domain, size_t triangle, uint32_t v[3])
+{
+    const uint32_t *t = domain->surface.triangles + 3 * triangle;
+    uint32_t s;
+    int i, j, odd = 0;
+    for (i = 0; i < 3; i++) v[i] = domain->survivor[t[i]];
+    for (i = 0; i < 2; i++)
+        for (j = 0; j < 2 - i; j++)
+            if (v[j] > v[j + 1]) {
+                s = v[j];
+                v[j] = v[j + 1];
+                v[j + 1] = s;
+                odd ^= 1;
+            }
+    return odd;
+}
+
+static int mesher__collinear(const mesher_surface *surface, const uint32_t *v)
+{
+    return delaunay_collinear(mesher__point(surface, v[0]), mesher__point(surface, v[1]),
+                              mesher__point(surface, v[2]));
+}
+
+/* Triangles with three distinct vertices that are not on a line, ordered by their ascending vertices and,
+ * among the same, by themselves: pairs[].value. Their number in *count. */
+static mesher_result mesher__order_triangles(mesher_domain *domain, hxtsort_pair *pairs, size_t *count,
+                                             mesher_report *report)
+{
+    const mesher_surface *surface = &domain->surface;
+    mesher_result result;
+    size_t n = 0, i;
+    uint32_t v[3];
+    for (i = 0; i < surface->num_triangles; i++) {
+        mesher__sorted_triangle(domain, i, v);
+        if (v[0] == v[1] || v[1] == v[2]) {
+            mesher_report_add(report, MESHER_NOTE_REPEATED_INDEX, (uint32_t)i, DELAUNAY_NO_ID, v[1], DELAUNAY_NO_ID,
+                              DELAUNAY_NO_ID, mesher__point(surface, v[1]));
+        } else if (mesher__collinear(surface, v)) {
+            mesher__add_triangle_finding(report, MESHER_DEFECT_COLLINEAR, surface, (uint32_t)i, DELAUNAY_NO_ID,
+                                         surface->triangles + 3 * i);
+        } else {
+            pairs[n].key = (uint64_t)v[1] << 32 | v[2];
+            pairs[n++].value = i;
+        }
+    }
+    *count = n;
+    result = mesher__sort(domain, pairs, n);
+    if (result != MESHER_OK) return result;
+    for (i = 0; i < n; i++) {
+        mesher__sorted_triangle(domain, (size_t)pairs[i].value, v);
+        pairs[i].key = v[0];
+    }
+    return mesher__sort(domain, pairs, n);
+}
+
+/* Distinct facets; the same triangle again is a note. */
+static mesher_result mesher__find_facets(mesher_domain *domain, mesher_report *report)
+{
+    const mesher_surface *surface = &domain->surface;
+    delaunay_memory *memory = &domain->memory;
+    hxtsort_pair *pairs = (hxtsort_pair *)delaunay_alloc(memory, surface->num_triangles, sizeof *pairs);
+    mesher_result result = MESHER_ERROR_OUT_OF_MEMORY;
+    size_t n = 0, m = 0, i;
+    uint32_t v[3];
+    int odd = 0, first_odd = 0;
+    if (!pairs) return result;
+    result = mesher__order_triangles(domain, pairs, &n, report);
+    if (result != MESHER_OK) goto done;
+    result = MESHER_ERROR_OUT_OF_MEMORY;
+    domain->facets = (uint32_t *)delaunay_alloc(memory, n, 3 * sizeof *domain->facets);
+    if (!domain->facets) goto done;
+    domain->facet_source = (uint32_t *)delaunay_alloc(memory, n, sizeof *domain->facet_source);
+    if (!domain->facet_source) goto done;
+    for (i = 0; i < n; i++) {
+        odd = mesher__sorted_triangle(domain, (size_t)pairs[i].value, v);
+        if (m && memcmp(v, domain->facets + 3 * (m - 1), sizeof v) == 0) {
+            mesher__add_triangle_finding(
+                report, odd == first_odd ? MESHER_NOTE_DUPLICATE_TRIANGLE : MESHER_NOTE_OPPOSITE_TRIANGLE, surface,
+                domain->facet_source[m - 1], (uint32_t)pairs[i].value, v);
+            continue;
+        }
+        memcpy(domain->facets + 3 * m, v, sizeof v);
+        domain->facet_source[m++] = (uint32_t)pairs[i].value;
+        first_odd = odd;
+    }
+    domain->num_facets = (uint32_t)m;
+    result = MESHER_OK;
+done:
+    delaunay_release(memory, pairs);
+    return result;
+}
+
+/* Edges of the facets and lines by their vertices: key min<<32|max, value source<<1|direction. */
+static mesher_result mesher__order_edges(mesher_domain *domain, hxtsort_pair *pairs, size_t *count,
+                                         mesher_report *report)
+{
+    const mesher_surface *surface = &domain->surface;
+    size_t n = 0, i;
+    int j;
+    for (i = 0; i < domain->num_facets; i++) {
+        const uint32_t *f = domain->facets + 3 * i;
+        uint32_t v[3];
+        uint64_t source = domain->facet_source[i];
+        uint64_t odd = (uint64_t)mesher__sorted_triangle(domain, (size_t)source, v);
+        for (j = 0; j < 3; j++) { /* the ascending order goes 0 1, 1 2, 2 0 */
+            uint32_t a = f[j == 2 ? 0 : j], b = f[j == 2 ? 2 : j + 1];
+            pairs[n].key = (uint64_t)a << 32 | b;
+            pairs[n++].value = source << 1 | (odd ^ (uint64_t)(j == 2));
+        }
+    }
+    for (i = 0; i < surface->num_edges; i++) {
+        uint32_t a = domain->survivor[surface->edges[2 * i]], b = domain->survivor[surface->edges[2 * i + 1]];
+        uint32_t id = (uint32_t)(surface->num_triangles + i);
+        if (a == b) {
+            mesher_report_add(report, MESHER_NOTE_REPEATED_INDEX, id, DELAUNAY_NO_ID, a, DELAUNAY_NO_ID,
+                              DELAUNAY_NO_ID, mesher__point(surface, a));
+            continue;
+        }
+        pairs[n].key = a < b ? (uint64_t)a << 32 | b : (uint64_t)b << 32 | a;
+        pairs[n++].value = (uint64_t)id << 1;
+    }
+    *count = n;
+    return mesher__sort(domain, pairs, n);
+}
+
+/* Notes on one edge: its occurrences are pairs[0..n). */
+static void mesher__note_edge(const mesher_domain *domain, const hxtsort_pair *pairs, size_t n,
+                              const uint32_t *edge, mesher_report *report)
+{
+    const mesher_surface *surface = &domain->surface;
+    uint32_t source[2] = {DELAUNAY_NO_ID, DELAUNAY_NO_ID};
+    size_t facets = 0, i;
+    for (i = 0; i < n && pairs[i].value >> 1 < surface->num_triangles; i++, facets++)
+        if (i < 2) source[i] = (uint32_t)(pairs[i].value >> 1);
+    if (facets == 1)
+        mesher__add_edge_finding(report, MESHER_NOTE_OPEN_EDGE, surface, source[0], DELAUNAY_NO_ID, edge);
+    else if (facets > 2)
+        mesher__add_edge_finding(report, MESHER_NOTE_NON_MANIFOLD_EDGE, surface, source[0], source[1], edge);
+    else if (facets == 2 && ((pairs[0].value ^ pairs[1].value) & 1) == 0)
+        mesher__add_edge_finding(report, MESHER_NOTE_FLIPPED_TRIANGLE, surface, source[0], source[1], edge);
+}
+
+/* Distinct edges of facets and lines, with notes on open, non-manifold and badly oriented ones. */
+static mesher_result mesher__find_edges(mesher_domain *domain, mesher_report *report)
+{
+    delaunay_memory *memory = &domain->memory;
+    size_t cap = 3 * (size_t)domain->num_facets + domain->surface.num_edges, n = 0, m = 0, i, j, k;
+    hxtsort_pair *pairs = (hxtsort_pair *)delaunay_alloc(memory, cap, sizeof *pairs);
+    mesher_result result = MESHER_ERROR_OUT_OF_MEMORY;
+    if (!pairs) return result;
+    result = mesher__order_edges(domain, pairs, &n, report);
+    if (result != MESHER_OK) goto done;
+    for (i = 0; i < n; i++) m += i == 0 || pairs[i].key != pairs[i - 1].key;
+    result = m >= UINT32_MAX ? MESHER_ERROR_TOO_LARGE : MESHER_ERROR_OUT_OF_MEMORY;
+    if (result == MESHER_ERROR_TOO_LARGE) goto done;
+    domain->edges = (uint32_t *)delaunay_alloc(memory, m, 2 * sizeof *domain->edges);
+    if (!domain->edges) goto done;
+    domain->edge_source = (uint32_t *)delaunay_alloc(memory, m, sizeof *domain->edge_source);
+    if (!domain->edge_source) goto done;
+    for (i = 0, m = 0; i < n; i = j, m++) {
+        uint32_t *edge = domain->edges + 2 * m;
+        uint64_t source = pairs[i].value >> 1;
+        for (j = i + 1; j < n && pairs[j].key == pairs[i].key; j++) {}
+        edge[0] = (uint32_t)(pairs[i].key >> 32);
+        edge[1] = (uint32_t)pairs[i].key;
+        for (k = i + 1; k < j; k++)
+            if (pairs[k].value >> 1 < source) source = pairs[k].value >> 1;
+        domain->edge_source[m] = (uint32_t)source;
+        mesher__note_edge(domain, pairs + i, j - i, edge, report);
+    }
+    domain->num_edges = (uint32_t)m;
+    result = MESHER_OK;
+done:
+    delaunay_release(memory, pairs);
+    return result;
+}
+
+/* Index of the distinct edge a b, or NO_ID: the edges are sorted. */
+static uint32_t mesher__edge_find(const mesher_domain *domain, uint32_t a, uint32_t b)
+{
+    uint64_t key = a < b ? (uint64_t)a << 32 | b : (uint64_t)b << 32 | a, k;
+    uint32_t lo = 0, hi = domain->num_edges, mid;
+    while (lo < hi) {
+        mid = lo + (hi - lo) / 2;
+        k = (uint64_t)domain->edges[2 * (size_t)mid] << 32 | domain->edges[2 * (size_t)mid + 1];
+        if (k == key) return mid;
+        if (k < key) lo = mid + 1;
+        else hi = mid;
+    }
+    return DELAUNAY_NO_ID;
+}
+
+/* A facet with an open edge has one cell on both sides: taking it away changes no cell. What is left when
+ * none has such an edge is in *left (num_facets bytes, may be NULL); their number in *count. */
+static mesher_result mesher__peel(mesher_domain *domain, uint8_t *left, uint32_t *count, uint32_t *open_edge)
+{
+    delaunay_memory *memory = &domain->memory;
+    uint32_t nf = domain->num_facets, ne = domain->num_edges, f, e, top = 0;
+    uint32_t *facets_of = NULL, *sum = NULL, *edges_of = NULL, *stack = NULL;
+    mesher_result result = MESHER_ERROR_OUT_OF_MEMORY;
+    int j;
+    *count = nf;
+    *open_edge = DELAUNAY_NO_ID;
+    if (left) memset(left, 1, nf);
+    facets_of = (uint32_t *)delaunay_alloc(memory, ne, sizeof *facets_of);
+    if (!facets_of) goto done;
+    sum = (uint32_t *)delaunay_alloc(memory, ne, sizeof *sum);
+    if (!sum) goto done;
+    edges_of = (uint32_t *)delaunay_alloc(memory, nf, 3 * sizeof *edges_of);
+    if (!edges_of) goto done;
+    stack = (uint32_t *)delaunay_alloc(memory, ne, sizeof *stack);
+    if (!stack) goto done;
+    memset(facets_of, 0, ne * sizeof *facets_of);
+    memset(sum, 0, ne * sizeof *sum);
+    for (f = 0; f < nf; f++)
+        for (j = 0; j < 3; j++) {
+            const uint32_t *v = domain->facets + 3 * (size_t)f;
+            e = mesher__edge_find(domain, v[j], v[(j + 1) % 3]);
+            edges_of[3 * (size_t)f + (size_t)j] = e;
+            facets_of[e]++;
+            sum[e] ^= f;
+        }
+    for (e = ne; e-- > 0;)
+        if (facets_of[e] == 1) stack[top++] = *open_edge = e;
+    while (top) {
+        e = stack[--top];
+        if (facets_of[e] != 1) continue;
+        f = sum[e]; /* the only one left: the others have cancelled themselves */
+        if (left) left[f] = 0;
+        --*count;
+        for (j = 0; j < 3; j++) {
+            e = edges_of[3 * (size_t)f + (size_t)j];
+            sum[e] ^= f;
+            if (--facets_of[e] == 1) stack[top++] = e;
+        }
+    }
+    result = MESHER_OK;
+done:
+    delaunay_release(memory, stack);
+    delaunay_release(memory, edges_of);
+    delaunay_release(memory, sum);
+    delaunay_release(memory, facets_of);
+    return result;
+}
+
+/* Marks vertices of facets and lines; notes duplicates and isolated ones. */
+static void mesher__find_uses(mesher_domain *domain, mesher_report *report)
+{
+    const mesher_surface *surface = &domain->surface;
+    size_t i;
+    memset(domain->vertex_used, MESHER_VERTEX_ABSENT, surface->num_vertices);
+    for (i = 0; i < 2 * (size_t)domain->num_edges; i++)
+        domain->vertex_used[domain->edges[i]] = MESHER_VERTEX_SURFACE;
+    for (i = 0; i < surface->num_vertices; i++) {
+        uint32_t v = (uint32_t)i, s = domain->survivor[i];
+        if (s != v) {
+            mesher__add_vertex_finding(report, MESHER_NOTE_DUPLICATE_VERTEX, surface, v, s);
+        } else if (domain->vertex_used[i] == MESHER_VERTEX_ABSENT) {
+            domain->vertex_used[i] = MESHER_VERTEX_ISOLATED;
+            mesher__add_vertex_finding(report, MESHER_NOTE_UNUSED_VERTEX, surface, v, DELAUNAY_NO_ID);
+        }
+    }
+}
+
+/* True if no four vertices of the surface span a volume. */
+static int mesher__flat(const mesher_domain *domain)
+{
+    const mesher_surface *surface = &domain->surface;
+    const uint32_t *f = domain->facets;
+    size_t i;
+    for (i = 3; i < 3 * (size_t)domain->num_facets; i++)
+        if (delaunay_orient3d(mesher__point(surface, f[0]), mesher__point(surface, f[1]),
+                              mesher__point(surface, f[2]), mesher__point(surface, f[i])))
+            return 0;
+    return 1;
+}
+
+/* Defects that show without any search in space: nothing can be enclosed. */
+static mesher_result mesher__check_cells(mesher_domain *domain, mesher_report *report)
+{
+    const mesher_surface *surface = &domain->surface;
+    mesher_result result;
+    uint32_t left = 0, e = 0;
+    if (domain->num_facets && mesher__flat(domain)) {
+        mesher__add_triangle_finding(report, MESHER_DEFECT_FLAT, surface, domain->facet_source[0], DELAUNAY_NO_ID,
+                                     domain->facets);
+        return MESHER_OK;
+    }
+    if (report->counts[MESHER_NOTE_OPEN_EDGE] == 0 && domain->num_facets) return MESHER_OK;
+    result = mesher__peel(domain, NULL, &left, &e);
+    if (result != MESHER_OK || left) return result;
+    if (e != DELAUNAY_NO_ID)
+        mesher__add_edge_finding(report, MESHER_DEFECT_NO_CELL, surface, domain->edge_source[e], DELAUNAY_NO_ID,
+                                 domain->edges + 2 * (size_t)e);
+    else
+        mesher_report_add(report, MESHER_DEFECT_NO_CELL, DELAUNAY_NO_ID, DELAUNAY_NO_ID, DELAUNAY_NO_ID,
+                          DELAUNAY_NO_ID, DELAUNAY_NO_ID, NULL);
+    return MESHER_OK;
+}
+
 /* ---- >>check ------------------------------------------------------------------------------ */
+
+/* Every pair of facets, lines and isolated points that meet where they must not. */
+static mesher_result mesher__check_space(mesher_domain *domain, mesher_report *report)
+{
+    (void)domain;
+    return mesher__count_defects(report) ? MESHER_ERROR_SURFACE : MESHER_OK;
+}
 
 /* ---- >>empty ------------------------------------------------------------------------------ */
 
@@ -268,11 +899,814 @@ MESHER_API void mesher_report_add(mesher_report *report, mesher_kind kind, uint3
 
 /* ---- >>regions ---------------------------------------------------------------------------- */
 
+enum { MESHER__STAGE_NONE, MESHER__STAGE_INIT, MESHER__STAGE_EMPTY, MESHER__STAGE_RECOVERED, MESHER__STAGE_COLORED };
+
+/* A cell: a set of tetrahedra joined through facets that are not constrained. Cell 0 is the outside. */
+typedef struct mesher__cell {
+    uint64_t key;      /* 2*source + side of its first facet: the order of cells */
+    uint32_t facet;    /* that facet */
+    uint32_t depth;
+    int      winding;
+    uint64_t num_tets;
+    double   volume;
+} mesher__cell;
+
+/* Scratch of mesher_color. */
+typedef struct mesher__coloring {
+    uint32_t        *first;       /* facets whose smallest vertex is v: [first[v], first[v+1]) */
+    uint32_t        *sides;       /* 2*num_facets: cell behind and in front of the source triangle */
+    int32_t         *net;         /* num_facets: triangles like the source minus those turned over */
+    delaunay_handle *stack;
+    mesher__cell    *cells;
+    uint32_t         num_cells, cap_cells;
+    uint32_t        *number;      /* cell -> place in domain->regions + 1; 0: outside */
+} mesher__coloring;
+
+/* Index of the facet with these input vertices, or NO_ID. */
+static uint32_t mesher__facet_find(const mesher_domain *domain, const uint32_t *first, const uint32_t *vertices)
+{
+    uint32_t v[3], s, f;
+    memcpy(v, vertices, sizeof v);
+    if (v[0] > v[1]) { s = v[0]; v[0] = v[1]; v[1] = s; }
+    if (v[1] > v[2]) { s = v[1]; v[1] = v[2]; v[2] = s; }
+    if (v[0] > v[1]) { s = v[0]; v[0] = v[1]; v[1] = s; }
+    if (v[2] >= domain->first_corner) return DELAUNAY_NO_ID;
+    for (f = first[v[0]]; f < first[v[0] + 1]; f++)
+        if (memcmp(domain->facets + 3 * (size_t)f, v, sizeof v) == 0) return f;
+    return DELAUNAY_NO_ID;
+}
+
+static void mesher__index_facets(const mesher_domain *domain, uint32_t *first)
+{
+    uint32_t f = 0, v;
+    for (v = 0; v <= domain->first_corner; v++) {
+        while (f < domain->num_facets && domain->facets[3 * (size_t)f] < v) f++;
+        first[v] = f;
+    }
+}
+
+/* Orientation of each facet's triangles, duplicates summed, relative to the source. */
+static void mesher__net_orientation(const mesher_domain *domain, const uint32_t *first, int32_t *net)
+{
+    size_t i;
+    uint32_t v[3], w[3], f;
+    memset(net, 0, domain->num_facets * sizeof *net);
+    for (i = 0; i < domain->surface.num_triangles; i++) {
+        int odd = mesher__sorted_triangle(domain, i, v);
+        f = mesher__facet_find(domain, first, v);
+        if (f == DELAUNAY_NO_ID) continue;
+        net[f] += odd == mesher__sorted_triangle(domain, domain->facet_source[f], w) ? 1 : -1;
+    }
+}
+
+/* The input facet of facet i of tetrahedron t, and whether its source triangle looks out of t. */
+static uint32_t mesher__facet_of(const mesher_domain *domain, const uint32_t *first, delaunay_handle t, int i,
+                                 int *outward)
+{
+    const delaunay_mesh *mesh = &domain->mesh;
+    const uint8_t *order = delaunay_facet_order(i);
+    const uint32_t *source;
+    uint32_t v[3], f;
+    int j;
+    for (j = 0; j < 3; j++) {
+        v[j] = mesh->vertex_id[mesh->tets[t].v[order[j]]];
+        if (v[j] >= domain->first_corner) return DELAUNAY_NO_ID;
+        v[j] = domain->survivor[v[j]];
+    }
+    f = mesher__facet_find(domain, first, v);
+    if (f == DELAUNAY_NO_ID) return f;
+    source = domain->surface.triangles + 3 * (size_t)domain->facet_source[f];
+    for (j = 0; j < 3 && domain->survivor[source[0]] != v[j]; j++) {}
+    *outward = j < 3 && domain->survivor[source[1]] == v[(j + 1) % 3];
+    return f;
+}
+
+static int mesher__is_corner(const mesher_domain *domain, uint32_t vertex)
+{
+    uint32_t id = domain->mesh.vertex_id[vertex];
+    return vertex == DELAUNAY_GHOST || (id >= domain->first_corner && id < domain->first_corner + 8);
+}
+
+static int mesher__touches_box(const mesher_domain *domain, delaunay_handle t)
+{
+    const uint32_t *v = domain->mesh.tets[t].v;
+    return mesher__is_corner(domain, v[0]) || mesher__is_corner(domain, v[1]) || mesher__is_corner(domain, v[2]) ||
+           mesher__is_corner(domain, v[3]);
+}
+
+/* color[t] = c for all that can be reached from t without crossing a constrained facet. */
+static void mesher__flood(delaunay_mesh *mesh, delaunay_handle *stack, delaunay_handle t, uint32_t c)
+{
+    size_t top = 0;
+    int i;
+    mesh->color[t] = c;
+    stack[top++] = t;
+    while (top) {
+        t = stack[--top];
+        for (i = 0; i < 4; i++) {
+            delaunay_handle n = mesh->tets[t].n[i] / 4;
+            if (n == DELAUNAY_NONE || mesh->color[n] != DELAUNAY_NO_ID || mesh->flags[t] & DELAUNAY_FACET_BIT(i))
+                continue;
+            mesh->color[n] = c;
+            stack[top++] = n;
+        }
+    }
+}
+
+static double mesher__tet_volume(const delaunay_mesh *mesh, delaunay_handle t)
+{
+    const uint32_t *v = mesh->tets[t].v;
+    const double *a = mesh->vertices[v[0]].x;
+    double r[3][3];
+    int i, j;
+    for (i = 0; i < 3; i++)
+        for (j = 0; j < 3; j++) r[i][j] = mesh->vertices[v[i + 1]].x[j] - a[j];
+    return (r[0][0] * (r[1][1] * r[2][2] - r[1][2] * r[2][1]) + r[0][1] * (r[1][2] * r[2][0] - r[1][0] * r[2][2]) +
+            r[0][2] * (r[1][0] * r[2][1] - r[1][1] * r[2][0])) / 6;
+}
+
+/* Colours every tetrahedron with its cell, in order of the slots; outside is 0. */
+static mesher_result mesher__find_cells(mesher_domain *domain, mesher__coloring *work)
+{
+    delaunay_mesh *mesh = &domain->mesh;
+    delaunay_handle t;
+    work->num_cells = 1;
+    for (t = 0; t < mesh->num_tets; t++) mesh->color[t] = DELAUNAY_NO_ID;
+    for (t = 1; t < mesh->num_tets; t++)
+        if (!delaunay_is_deleted(mesh, t) && mesh->color[t] == DELAUNAY_NO_ID && mesher__touches_box(domain, t))
+            mesher__flood(mesh, work->stack, t, 0);
+    for (t = 1; t < mesh->num_tets; t++) {
+        if (delaunay_is_deleted(mesh, t)) {
+            mesh->color[t] = DELAUNAY_OUTSIDE;
+        } else if (mesh->color[t] == DELAUNAY_NO_ID) {
+            if (work->num_cells == DELAUNAY_NO_ID - 1) return MESHER_ERROR_TOO_LARGE;
+            mesher__flood(mesh, work->stack, t, work->num_cells++);
+        }
+    }
+    mesh->color[0] = DELAUNAY_OUTSIDE;
+    work->cells = (mesher__cell *)delaunay_alloc(&domain->memory, work->num_cells, sizeof *work->cells);
+    if (!work->cells) return MESHER_ERROR_OUT_OF_MEMORY;
+    memset(work->cells, 0, work->num_cells * sizeof *work->cells);
+    return MESHER_OK;
+}
+
+/* What lies on both sides of each facet; volumes. */
+static void mesher__measure_cells(mesher_domain *domain, mesher__coloring *work)
+{
+    const delaunay_mesh *mesh = &domain->mesh;
+    delaunay_handle t;
+    uint32_t c, f;
+    int i, outward = 0;
+    for (c = 0; c < work->num_cells; c++) {
+        work->cells[c].key = UINT64_MAX;
+        work->cells[c].facet = DELAUNAY_NO_ID;
+    }
+    for (f = 0; f < domain->num_facets; f++) work->sides[2 * (size_t)f] = work->sides[2 * (size_t)f + 1] = DELAUNAY_NO_ID;
+    for (t = 1; t < mesh->num_tets; t++) {
+        mesher__cell *cell = work->cells + mesh->color[t];
+        if (delaunay_is_deleted(mesh, t) || delaunay_is_ghost(mesh, t)) continue;
+        cell->num_tets++;
+        cell->volume += mesher__tet_volume(mesh, t);
+        for (i = 0; i < 4; i++) {
+            uint64_t key;
+            if (!(mesh->flags[t] & DELAUNAY_FACET_BIT(i))) continue;
+            f = mesher__facet_of(domain, work->first, t, i, &outward);
+            if (f == DELAUNAY_NO_ID) continue;
+            work->sides[2 * (size_t)f + (outward ? 0 : 1)] = mesh->color[t];
+            key = 2 * (uint64_t)domain->facet_source[f] + (outward ? 0 : 1);
+            if (key < cell->key) {
+                cell->key = key;
+                cell->facet = f;
+            }
+        }
+    }
+}
+
+/* Regions in the order of their first facets. */
+static mesher_result mesher__sort_cells(mesher_domain *domain, mesher__coloring *work)
+{
+    delaunay_memory *memory = &domain->memory;
+    uint32_t n = work->num_cells - 1, i;
+    mesher_result result;
+    hxtsort_pair *pairs = (hxtsort_pair *)delaunay_alloc(memory, n, sizeof *pairs);
+    if (!pairs) return MESHER_ERROR_OUT_OF_MEMORY;
+    for (i = 0; i < n; i++) {
+        pairs[i].key = work->cells[i + 1].key;
+        pairs[i].value = i + 1;
+    }
+    result = mesher__sort(domain, pairs, n);
+    if (result != MESHER_OK) goto done;
+    result = MESHER_ERROR_OUT_OF_MEMORY;
+    work->number = (uint32_t *)delaunay_alloc(memory, work->num_cells, sizeof *work->number);
+    if (!work->number) goto done;
+    delaunay_release(memory, domain->regions);
+    domain->num_regions = 0;
+    domain->regions = (mesher_region *)delaunay_alloc(memory, n, sizeof *domain->regions);
+    if (!domain->regions) goto done;
+    memset(domain->regions, 0, n * sizeof *domain->regions);
+    work->number[0] = 0;
+    for (i = 0; i < n; i++) {
+        const mesher__cell *cell = work->cells + pairs[i].value;
+        mesher_region *region = domain->regions + i;
+        work->number[pairs[i].value] = i + 1;
+        region->first_facet = cell->facet == DELAUNAY_NO_ID ? cell->facet : domain->facet_source[cell->facet];
+        region->num_tets = cell->num_tets;
+        region->volume = cell->volume;
+        region->depth = UINT32_MAX;
+    }
+    domain->num_regions = n;
+    result = MESHER_OK;
+done:
+    delaunay_release(memory, pairs);
+    return result;
+}
+
+/* Depth and winding number of every region: breadth first from the outside, through the facets. */
+static mesher_result mesher__nest_cells(mesher_domain *domain, mesher__coloring *work)
+{
+    delaunay_memory *memory = &domain->memory;
+    uint32_t n = work->num_cells, f, i, head = 0, tail = 0, a, b;
+    uint32_t *start = NULL, *links = NULL, *queue = NULL;
+    mesher_result result = MESHER_ERROR_OUT_OF_MEMORY;
+    int s;
+    start = (uint32_t *)delaunay_alloc(memory, (size_t)n + 2, sizeof *start);
+    if (!start) goto done;
+    links = (uint32_t *)delaunay_alloc(memory, domain->num_facets, 2 * sizeof *links);
+    if (!links) goto done;
+    queue = (uint32_t *)delaunay_alloc(memory, n, sizeof *queue);
+    if (!queue) goto done;
+    memset(start, 0, ((size_t)n + 2) * sizeof *start);
+    for (f = 0; f < 2 * domain->num_facets; f++) /* counting sort of the sides by region */
+        if (work->sides[f] != DELAUNAY_NO_ID) start[work->number[work->sides[f]] + 2]++;
+    for (i = 0; i < n; i++) start[i + 2] += start[i + 1];
+    for (f = 0; f < 2 * domain->num_facets; f++)
+        if (work->sides[f] != DELAUNAY_NO_ID) links[start[work->number[work->sides[f]] + 1]++] = f;
+    queue[tail++] = 0;
+    while (head < tail) {
+        a = queue[head++];
+        for (i = start[a]; i < start[a + 1]; i++) {
+            f = links[i] / 2;
+            s = (int)(links[i] & 1);
+            if (work->sides[links[i] ^ 1] == DELAUNAY_NO_ID) continue;
+            b = work->number[work->sides[links[i] ^ 1]];
+            if (b == 0 || domain->regions[b - 1].depth != UINT32_MAX) continue;
+            domain->regions[b - 1].depth = a ? domain->regions[a - 1].depth + 1 : 1;
+            domain->regions[b - 1].winding = (a ? domain->regions[a - 1].winding : 0) +
+                                             (s == 1 ? work->net[f] : -work->net[f]); /* behind a facet is inside it */
+            queue[tail++] = b;
+        }
+    }
+    result = MESHER_OK;
+done:
+    delaunay_release(memory, queue);
+    delaunay_release(memory, links);
+    delaunay_release(memory, start);
+    return result;
+}
+
+/* Regions that hold a seed: keeps and numbers them. *any: a seed asked for a region to be kept. */
+static mesher_result mesher__apply_seeds(mesher_domain *domain, const mesher__coloring *work, uint8_t *seeded, int *any)
+{
+    const mesher_surface *surface = &domain->surface;
+    delaunay_mesh *mesh = &domain->mesh;
+    delaunay_worker *worker = delaunay_worker_new(&mesh->memory);
+    size_t i;
+    *any = 0;
+    if (!worker) return MESHER_ERROR_OUT_OF_MEMORY;
+    for (i = 0; i < surface->num_seeds; i++) {
+        int32_t tag = surface->seed_tags ? surface->seed_tags[i] : (int32_t)(i + 1);
+        delaunay_handle t = delaunay_locate(mesh, worker, surface->seeds + 3 * i, 0);
+        uint32_t r = t ? work->number[mesh->color[t]] : 0;
+        if (tag > 0) *any = 1;
+        if (r == 0 || seeded[r - 1]) continue;
+        seeded[r - 1] = 1;
+        domain->regions[r - 1].number = tag > 0 ? (uint32_t)tag : 0;
+    }
+    delaunay_worker_free(worker);
+    return MESHER_OK;
+}
+
+/* Which regions the policy keeps, and their numbers. */
+static mesher_result mesher__keep_cells(mesher_domain *domain, const mesher__coloring *work)
+{
+    mesher_regions policy = domain->options.regions;
+    mesher_result result = MESHER_OK;
+    uint32_t i, next = 0;
+    uint8_t *seeded = (uint8_t *)delaunay_alloc(&domain->memory, domain->num_regions, 1);
+    int any = 0;
+    if (!seeded) return MESHER_ERROR_OUT_OF_MEMORY;
+    memset(seeded, 0, domain->num_regions);
+    if (policy == MESHER_REGIONS_SEEDS) result = mesher__apply_seeds(domain, work, seeded, &any);
+    for (i = 0; i < domain->num_regions; i++) {
+        mesher_region *region = domain->regions + i;
+        switch (policy) {
+        case MESHER_REGIONS_ALL: region->kept = 1; break;
+        case MESHER_REGIONS_PARITY: region->kept = (int)(region->depth & 1); break;
+        case MESHER_REGIONS_WINDING: region->kept = region->winding != 0; break;
+        case MESHER_REGIONS_SEEDS: region->kept = any ? region->number > 0 : !seeded[i]; break;
+        }
+        if (!region->kept) region->number = 0;
+        else if (!any) region->number = ++next;
+    }
+    delaunay_release(&domain->memory, seeded);
+    return result;
+}
+
+static uint32_t mesher__root(uint32_t *parent, uint32_t v)
+{
+    while (parent[v] != v) v = parent[v] = parent[parent[v]];
+    return v;
+}
+
+/* A note for each kept region at an even depth whose piece of the surface does not touch the outside:
+ * another program may take it for a void. */
+static mesher_result mesher__note_filled(mesher_domain *domain, const mesher__coloring *work, mesher_report *report)
+{
+    const mesher_surface *surface = &domain->surface;
+    delaunay_memory *memory = &domain->memory;
+    uint32_t n = domain->first_corner, v, f, i;
+    uint32_t *parent = (uint32_t *)delaunay_alloc(memory, n, sizeof *parent);
+    uint8_t *outer = (uint8_t *)delaunay_alloc(memory, n, 1);
+    if (parent && outer) {
+        memset(outer, 0, n);
+        for (v = 0; v < n; v++) parent[v] = v;
+        for (f = 0; f < domain->num_facets; f++) {
+            const uint32_t *p = domain->facets + 3 * (size_t)f;
+            for (i = 1; i < 3; i++) {
+                uint32_t a = mesher__root(parent, p[0]), b = mesher__root(parent, p[i]);
+                if (a < b) parent[b] = a;
+                else parent[a] = b;
+            }
+        }
+        for (f = 0; f < domain->num_facets; f++)
+            if (work->sides[2 * (size_t)f] == 0 || work->sides[2 * (size_t)f + 1] == 0)
+                outer[mesher__root(parent, domain->facets[3 * (size_t)f])] = 1;
+        for (i = 0; i < domain->num_regions; i++) {
+            const mesher_region *region = domain->regions + i;
+            const uint32_t *t;
+            if (!region->kept || region->depth & 1 || region->first_facet == DELAUNAY_NO_ID) continue;
+            t = surface->triangles + 3 * (size_t)region->first_facet;
+            if (outer[mesher__root(parent, domain->survivor[t[0]])]) continue;
+            mesher__add_triangle_finding(report, MESHER_NOTE_SHELL_FILLED, surface, region->first_facet,
+                                         DELAUNAY_NO_ID, t);
+        }
+    }
+    delaunay_release(memory, outer);
+    delaunay_release(memory, parent);
+    return parent && outer ? MESHER_OK : MESHER_ERROR_OUT_OF_MEMORY;
+}
+
+/* Sheets within cells are notes, facets outside every cell are defects. */
+static void mesher__note_sheets(const mesher_domain *domain, const mesher__coloring *work, mesher_report *report)
+{
+    uint32_t f;
+    for (f = 0; f < domain->num_facets; f++) {
+        uint32_t a = work->sides[2 * (size_t)f], b = work->sides[2 * (size_t)f + 1];
+        if (a != b || a == DELAUNAY_NO_ID) continue;
+        mesher__add_triangle_finding(report, a ? MESHER_NOTE_SHEET : MESHER_DEFECT_OUTSIDE_FACET, &domain->surface,
+                                     domain->facet_source[f], DELAUNAY_NO_ID, domain->facets + 3 * (size_t)f);
+    }
+}
+
+static void mesher__paint(mesher_domain *domain, const mesher__coloring *work)
+{
+    delaunay_mesh *mesh = &domain->mesh;
+    delaunay_handle t;
+    for (t = 1; t < mesh->num_tets; t++) {
+        uint32_t r = work->number[mesh->color[t]];
+        mesh->color[t] = r ? domain->regions[r - 1].number : DELAUNAY_OUTSIDE;
+    }
+}
+
+static mesher_result mesher__color_alloc(mesher_domain *domain, mesher__coloring *work)
+{
+    delaunay_memory *memory = &domain->memory;
+    work->first = (uint32_t *)delaunay_alloc(memory, (size_t)domain->first_corner + 1, sizeof *work->first);
+    if (!work->first) return MESHER_ERROR_OUT_OF_MEMORY;
+    work->sides = (uint32_t *)delaunay_alloc(memory, domain->num_facets, 2 * sizeof *work->sides);
+    if (!work->sides) return MESHER_ERROR_OUT_OF_MEMORY;
+    work->net = (int32_t *)delaunay_alloc(memory, domain->num_facets, sizeof *work->net);
+    if (!work->net) return MESHER_ERROR_OUT_OF_MEMORY;
+    work->stack = (delaunay_handle *)delaunay_alloc(memory, domain->mesh.num_tets, sizeof *work->stack);
+    return work->stack ? MESHER_OK : MESHER_ERROR_OUT_OF_MEMORY;
+}
+
+static mesher_result mesher__color_with(mesher_domain *domain, mesher__coloring *work, mesher_report *report)
+{
+    uint32_t i;
+    uint64_t defects = mesher__count_defects(report);
+    mesher_result result = mesher__color_alloc(domain, work);
+    if (result != MESHER_OK) return result;
+    mesher__index_facets(domain, work->first);
+    mesher__net_orientation(domain, work->first, work->net);
+    result = mesher__find_cells(domain, work);
+    if (result != MESHER_OK) return result;
+    mesher__measure_cells(domain, work);
+    result = mesher__sort_cells(domain, work);
+    if (result != MESHER_OK) return result;
+    result = mesher__nest_cells(domain, work);
+    if (result != MESHER_OK) return result;
+    result = mesher__keep_cells(domain, work);
+    if (result != MESHER_OK) return result;
+    mesher__note_sheets(domain, work, report);
+    result = mesher__note_filled(domain, work, report);
+    if (result != MESHER_OK) return result;
+    mesher__paint(domain, work);
+    for (i = 0, report->num_regions = 0; i < domain->num_regions; i++)
+        report->num_regions += domain->regions[i].kept != 0;
+    if (domain->num_regions == 0)
+        mesher_report_add(report, MESHER_DEFECT_NO_CELL, DELAUNAY_NO_ID, DELAUNAY_NO_ID, DELAUNAY_NO_ID,
+                          DELAUNAY_NO_ID, DELAUNAY_NO_ID, NULL);
+    return mesher__count_defects(report) > defects ? MESHER_ERROR_SURFACE : MESHER_OK;
+}
+
+MESHER_API mesher_result mesher_color(mesher_domain *domain, mesher_report *report)
+{
+    delaunay_memory *memory;
+    mesher__coloring work;
+    mesher_report local;
+    mesher_result result;
+    if (!domain || domain->stage < MESHER__STAGE_INIT || !domain->mesh.tets) return MESHER_ERROR_INVALID_ARGUMENT;
+    memset(&work, 0, sizeof work);
+    memset(&local, 0, sizeof local);
+    memory = &domain->memory;
+    result = (mesher_result)delaunay_enable_marks(&domain->mesh);
+    if (result == MESHER_OK) result = mesher__color_with(domain, &work, report ? report : &local);
+    if (result == MESHER_OK) domain->stage = MESHER__STAGE_COLORED;
+    delaunay_release(memory, work.number);
+    delaunay_release(memory, work.cells);
+    delaunay_release(memory, work.stack);
+    delaunay_release(memory, work.net);
+    delaunay_release(memory, work.sides);
+    delaunay_release(memory, work.first);
+    return result;
+}
+
 /* ---- >>size ------------------------------------------------------------------------------- */
 
 /* ---- >>refine ----------------------------------------------------------------------------- */
 
 /* ---- >>public ----------------------------------------------------------------------------- */
+
+MESHER_API const char *mesher_result_string(mesher_result result)
+{
+    switch (result) {
+    case MESHER_OK: return "success";
+    case MESHER_STOPPED_BY_BUDGET: return "stopped by a budget; the mesh is valid";
+    case MESHER_GOAL_NOT_MET: return "a goal was not met; the mesh is valid";
+    case MESHER_ERROR_INVALID_ARGUMENT: return "invalid argument";
+    case MESHER_ERROR_OUT_OF_MEMORY: return "out of memory";
+    case MESHER_CANCELLED: return "cancelled by the caller";
+    case MESHER_ERROR_TOO_LARGE: return "too many vertices, triangles or tetrahedra for the index type";
+    case MESHER_ERROR_INTERNAL: return "internal error";
+    case MESHER_ERROR_SURFACE: return "the surface is invalid";
+    case MESHER_ERROR_RECOVERY: return "an edge or facet of the surface could not be recovered";
+    case MESHER_ERROR_TIME: return "out of time before there was a valid mesh";
+    }
+    return "unknown mesher_result";
+}
+
+MESHER_API const char *mesher_kind_string(mesher_kind kind)
+{
+    switch (kind) {
+    case MESHER_NOTE_DUPLICATE_VERTEX: return "duplicate vertex";
+    case MESHER_NOTE_UNUSED_VERTEX: return "unused vertex";
+    case MESHER_NOTE_REPEATED_INDEX: return "repeated vertex in a triangle";
+    case MESHER_NOTE_DUPLICATE_TRIANGLE: return "duplicate triangle";
+    case MESHER_NOTE_OPPOSITE_TRIANGLE: return "opposite triangle";
+    case MESHER_NOTE_FLIPPED_TRIANGLE: return "inconsistent orientation";
+    case MESHER_NOTE_OPEN_EDGE: return "open edge";
+    case MESHER_NOTE_NON_MANIFOLD_EDGE: return "non-manifold edge";
+    case MESHER_NOTE_SHEET: return "sheet inside a cell";
+    case MESHER_NOTE_SHELL_FILLED: return "nested shell filled";
+    case MESHER_NOTE_SURFACE_STEINER: return "point added to the surface";
+    case MESHER_DEFECT_NOT_FINITE: return "coordinate not finite";
+    case MESHER_DEFECT_RANGE: return "coordinate out of range";
+    case MESHER_DEFECT_INDEX: return "vertex index out of range";
+    case MESHER_DEFECT_COLLINEAR: return "collinear triangle";
+    case MESHER_DEFECT_T_JUNCTION: return "T-junction";
+    case MESHER_DEFECT_OVERLAP: return "overlap";
+    case MESHER_DEFECT_INTERSECTION: return "intersection";
+    case MESHER_DEFECT_FLAT: return "flat surface";
+    case MESHER_DEFECT_NO_CELL: return "no bounded cell";
+    case MESHER_DEFECT_OUTSIDE_FACET: return "facet outside every cell";
+    case MESHER_DEFECT_RECOVERY: return "not recovered";
+    case MESHER_NUM_KINDS: break;
+    }
+    return "unknown mesher_kind";
+}
+
+/* A length or ratio that an option may have: finite and not negative. */
+static int mesher__sane(double x) { return x >= 0 && x <= DBL_MAX; }
+
+MESHER_API mesher_result mesher_options_resolve(mesher_options *out, const mesher_options *in)
+{
+    mesher_options o;
+    if (!out) return MESHER_ERROR_INVALID_ARGUMENT;
+    if (in) o = *in;
+    else memset(&o, 0, sizeof o);
+    if (!o.host.allocator.alloc != !o.host.allocator.release || o.host.num_threads < 0)
+        return MESHER_ERROR_INVALID_ARGUMENT;
+    if ((int)o.regions < 0 || o.regions > MESHER_REGIONS_SEEDS) return MESHER_ERROR_INVALID_ARGUMENT;
+    if (!mesher__sane(o.size) || !mesher__sane(o.min_size) || !mesher__sane(o.max_size) ||
+        !mesher__sane(o.gradation) || !mesher__sane(o.growth) || !mesher__sane(o.max_seconds))
+        return MESHER_ERROR_INVALID_ARGUMENT;
+    if (o.max_size > 0 && o.min_size > o.max_size) return MESHER_ERROR_INVALID_ARGUMENT;
+    if (o.gradation == 0) o.gradation = 1.4;
+    if (o.gradation < 1 || (o.growth != 0 && o.growth <= 1)) return MESHER_ERROR_INVALID_ARGUMENT;
+    *out = o;
+    return MESHER_OK;
+}
+
+static mesher_result mesher__check_arguments(const mesher_surface *s)
+{
+    size_t most = UINT32_MAX - 16, i;
+    if ((s->num_vertices && !s->xyz) || (s->num_triangles && !s->triangles) || (s->num_edges && !s->edges) ||
+        (s->num_seeds && !s->seeds))
+        return MESHER_ERROR_INVALID_ARGUMENT;
+    if (s->num_vertices > most - 8 || s->num_triangles > most / 3 || s->num_edges > most / 3 - s->num_triangles / 3)
+        return MESHER_ERROR_TOO_LARGE;
+    for (i = 0; i < 3 * s->num_seeds; i++)
+        if (!(fabs(s->seeds[i]) <= MESHER__LARGEST_COORDINATE)) return MESHER_ERROR_INVALID_ARGUMENT;
+    return MESHER_OK;
+}
+
+/* As mesher_domain_init; with *usable, a defect leaves a domain that the intersection test can work on. */
+static mesher_result mesher__domain_init(mesher_domain *domain, const mesher_surface *surface,
+                                         const mesher_options *options, mesher_report *report, int *usable)
+{
+    delaunay_memory *memory = &domain->memory;
+    mesher_result result;
+    size_t n = surface->num_vertices;
+    *usable = 0;
+    result = mesher_options_resolve(&domain->options, options);
+    if (result != MESHER_OK) return result;
+    result = (mesher_result)delaunay_memory_init(memory, &domain->options.host);
+    if (result == MESHER_OK) result = mesher__check_arguments(surface);
+    if (result != MESHER_OK) return result;
+    if (mesher__progress(&domain->options, "surface", 0)) return MESHER_CANCELLED;
+    domain->surface = *surface;
+    domain->first_corner = (uint32_t)n;
+    if (mesher__check_numbers(surface, report)) return MESHER_ERROR_SURFACE;
+    domain->survivor = (uint32_t *)delaunay_alloc(memory, n, sizeof *domain->survivor);
+    if (!domain->survivor) return MESHER_ERROR_OUT_OF_MEMORY;
+    domain->vertex_used = (uint8_t *)delaunay_alloc(memory, n, 1);
+    if (!domain->vertex_used) return MESHER_ERROR_OUT_OF_MEMORY;
+    result = mesher__weld(domain);
+    if (result == MESHER_OK) result = mesher__find_facets(domain, report);
+    if (result == MESHER_OK) result = mesher__find_edges(domain, report);
+    if (result != MESHER_OK) return result;
+    report->num_boundary_edges = report->counts[MESHER_NOTE_OPEN_EDGE];
+    mesher__find_uses(domain, report);
+    result = mesher__check_cells(domain, report);
+    if (result != MESHER_OK) return result;
+    *usable = 1;
+    domain->stage = MESHER__STAGE_INIT;
+    return mesher__count_defects(report) ? MESHER_ERROR_SURFACE : MESHER_OK;
+}
+
+MESHER_API mesher_result mesher_domain_init(mesher_domain *domain, const mesher_surface *surface,
+                                            const mesher_options *options, mesher_report *report)
+{
+    mesher_report local;
+    mesher_result result;
+    int usable;
+    if (!domain || !surface) return MESHER_ERROR_INVALID_ARGUMENT;
+    memset(&local, 0, sizeof local);
+    memset(domain, 0, sizeof *domain);
+    if (!report) report = &local;
+    mesher__report_reset(report, surface);
+    result = mesher__domain_init(domain, surface, options, report, &usable);
+    if (result == MESHER_ERROR_SURFACE) mesher__message_finish(report);
+    if (result != MESHER_OK) mesher_domain_free(domain);
+    return result;
+}
+
+MESHER_API void mesher_domain_free(mesher_domain *domain)
+{
+    delaunay_memory *memory;
+    if (!domain) return;
+    memory = &domain->memory;
+    if (memory->allocator.release) {
+        delaunay_release(memory, domain->facets);
+        delaunay_release(memory, domain->facet_source);
+        delaunay_release(memory, domain->edges);
+        delaunay_release(memory, domain->edge_source);
+        delaunay_release(memory, domain->survivor);
+        delaunay_release(memory, domain->vertex_used);
+        delaunay_release(memory, domain->size);
+        delaunay_release(memory, domain->regions);
+    }
+    delaunay_mesh_free(&domain->mesh);
+    memset(domain, 0, sizeof *domain);
+}
+
+MESHER_API mesher_result mesher_check(const mesher_surface *surface, const mesher_options *options,
+                                      mesher_report *report)
+{
+    mesher_domain domain;
+    mesher_report local;
+    mesher_result result;
+    double start;
+    int usable = 0;
+    if (!surface) return MESHER_ERROR_INVALID_ARGUMENT;
+    memset(&domain, 0, sizeof domain);
+    memset(&local, 0, sizeof local);
+    if (!report) report = &local;
+    start = delaunay_seconds(options ? &options->host : NULL);
+    mesher__report_reset(report, surface);
+    result = mesher__domain_init(&domain, surface, options, report, &usable);
+    if (usable && !domain.options.no_intersection_test) result = mesher__check_space(&domain, report);
+    mesher__message_finish(report);
+    report->seconds_check = delaunay_seconds(options ? &options->host : NULL) - start;
+    report->peak_bytes = domain.memory.peak_bytes;
+    mesher_domain_free(&domain);
+    return result;
+}
+
+/* Takes the defects out of a report; notes stay. */
+static void mesher__report_drop_defects(mesher_report *report)
+{
+    size_t i, n = 0;
+    int k;
+    for (i = 0; i < report->num_findings; i++)
+        if (!mesher_is_defect(report->findings[i].kind)) report->findings[n++] = report->findings[i];
+    report->num_findings = n;
+    for (k = MESHER_DEFECT_FIRST; k < MESHER_NUM_KINDS; k++) report->counts[k] = 0;
+    report->message[0] = 0;
+}
+
+/* The intersection test after a failed recovery. Its defects replace those of the recovery; if there are
+ * none, the surface is valid and the failure is ours. */
+static mesher_result mesher__explain_failure(mesher_domain *domain, mesher_report *report, mesher_result failure)
+{
+    delaunay_memory *memory = &domain->memory;
+    double start = delaunay_seconds(&domain->options.host);
+    mesher_report found;
+    mesher_result result;
+    size_t i;
+    int k;
+    memset(&found, 0, sizeof found);
+    found.findings = (mesher_finding *)delaunay_alloc(memory, report->cap_findings, sizeof *found.findings);
+    if (!found.findings) return failure;
+    found.cap_findings = report->cap_findings;
+    mesher__report_reset(&found, &domain->surface);
+    result = mesher__check_space(domain, &found);
+    report->seconds_check += delaunay_seconds(&domain->options.host) - start;
+    if (result == MESHER_ERROR_SURFACE) {
+        mesher__report_drop_defects(report);
+        for (i = 0; i < found.num_findings; i++) {
+            const mesher_finding *f = found.findings + i;
+            mesher_report_add(report, f->kind, f->triangles[0], f->triangles[1], f->vertices[0], f->vertices[1],
+                              f->vertices[2], f->xyz);
+        }
+        for (k = 0; k < MESHER_NUM_KINDS; k++) /* those that there was no room for */
+            if (mesher_is_defect((mesher_kind)k)) report->counts[k] = found.counts[k];
+        memcpy(report->message, found.message, sizeof report->message);
+        mesher__message_finish(report);
+        failure = result;
+    } else if (result == MESHER_CANCELLED) {
+        failure = result;
+    }
+    delaunay_release(memory, found.findings);
+    return failure;
+}
+
+/* The stages that make a mesh valid. */
+static mesher_result mesher__mesh_surface(mesher_domain *domain, mesher_report *report)
+{
+    const delaunay_host *host = &domain->options.host;
+    double t0 = delaunay_seconds(host), t1;
+    mesher_result result = mesher_empty_mesh(domain, report);
+    t1 = delaunay_seconds(host);
+    report->seconds_empty = t1 - t0;
+    if (result < 0) return result;
+    result = mesher_recover(domain, report);
+    t0 = delaunay_seconds(host);
+    report->seconds_recover = t0 - t1;
+    if (result == MESHER_ERROR_RECOVERY || result == MESHER_ERROR_SURFACE)
+        return mesher__explain_failure(domain, report, result);
+    if (result < 0) return result;
+    result = mesher_color(domain, report);
+    report->seconds_regions = delaunay_seconds(host) - t0;
+    if (result == MESHER_ERROR_SURFACE) mesher__message_finish(report);
+    return result;
+}
+
+/* The stages that give it the wanted size. */
+static mesher_result mesher__mesh_size(mesher_domain *domain, mesher_report *report)
+{
+    const delaunay_host *host = &domain->options.host;
+    double t0 = delaunay_seconds(host), t1;
+    mesher_result result = mesher_size(domain, report);
+    t1 = delaunay_seconds(host);
+    report->seconds_size = t1 - t0;
+    if (result < 0) return result;
+    result = mesher_refine(domain, report);
+    report->seconds_refine = delaunay_seconds(host) - t1;
+    return result;
+}
+
+/* vertices[].key of every vertex in a kept tetrahedron becomes its output number: input vertices keep theirs,
+ * new ones follow in the order of the array. NO_ID for the others. Returns the number of output vertices, and
+ * of tetrahedra in *num_tets. */
+static uint32_t mesher__number_output(mesher_domain *domain, uint64_t *num_tets)
+{
+    delaunay_mesh *mesh = &domain->mesh;
+    uint32_t next = domain->first_corner, v;
+    delaunay_handle t;
+    int i;
+    *num_tets = 0;
+    for (v = 0; v < mesh->num_vertices; v++) mesh->vertices[v].key = DELAUNAY_NO_ID;
+    for (t = 1; t < mesh->num_tets; t++) {
+        if (delaunay_is_deleted(mesh, t) || delaunay_is_ghost(mesh, t) || mesh->color[t] == DELAUNAY_OUTSIDE) continue;
+        ++*num_tets;
+        for (i = 0; i < 4; i++) mesh->vertices[mesh->tets[t].v[i]].key = 0;
+    }
+    for (v = 1; v < mesh->num_vertices; v++)
+        if (mesh->vertices[v].key == 0)
+            mesh->vertices[v].key = mesh->vertex_id[v] == DELAUNAY_NO_ID ? next++ : domain->survivor[mesh->vertex_id[v]];
+    return next;
+}
+
+MESHER_API mesher_result mesher_mesh(mesher_domain *domain, const mesher_surface *surface,
+                                     const mesher_options *options, mesher_report *report)
+{
+    mesher_report local;
+    mesher_result result;
+    double start;
+    int usable;
+    if (!domain || !surface) return MESHER_ERROR_INVALID_ARGUMENT;
+    memset(&local, 0, sizeof local);
+    memset(domain, 0, sizeof *domain);
+    if (!report) report = &local;
+    start = delaunay_seconds(options ? &options->host : NULL);
+    mesher__report_reset(report, surface);
+    result = mesher__domain_init(domain, surface, options, report, &usable);
+    report->seconds_check = delaunay_seconds(options ? &options->host : NULL) - start;
+    if (result == MESHER_ERROR_SURFACE) mesher__message_finish(report);
+    if (result >= 0) result = mesher__mesh_surface(domain, report);
+    if (result >= 0 && !domain->options.no_refine) result = mesher__mesh_size(domain, report);
+    report->peak_bytes = domain->memory.peak_bytes + domain->mesh.memory.peak_bytes;
+    if (result < 0) {
+        mesher_domain_free(domain);
+        if (!report->message[0])
+            snprintf(report->message, sizeof report->message, "%s", mesher_result_string(result));
+        return result;
+    }
+    report->message[0] = 0;
+    report->num_vertices = mesher__number_output(domain, &report->num_tets);
+    return result;
+}
+
+MESHER_API mesher_result mesher_export(mesher_domain *domain, mesher_output *out)
+{
+    delaunay_mesh *mesh;
+    delaunay_memory *memory;
+    mesher_result result = MESHER_ERROR_OUT_OF_MEMORY;
+    delaunay_handle t;
+    uint64_t n = 0;
+    uint32_t v;
+    int i;
+    if (!domain || !out || domain->stage < MESHER__STAGE_COLORED) return MESHER_ERROR_INVALID_ARGUMENT;
+    memset(out, 0, sizeof *out);
+    mesh = &domain->mesh;
+    memory = &domain->memory;
+    result = (mesher_result)delaunay_canonicalize(mesh, &domain->options.host);
+    if (result != MESHER_OK) return result;
+    result = MESHER_ERROR_OUT_OF_MEMORY;
+    out->num_vertices = mesher__number_output(domain, &out->num_tets);
+    out->xyz = (double *)delaunay_alloc(memory, (size_t)out->num_vertices, 3 * sizeof *out->xyz);
+    if (!out->xyz) goto done;
+    out->tets = (uint32_t *)delaunay_alloc(memory, (size_t)out->num_tets, 4 * sizeof *out->tets);
+    if (!out->tets) goto done;
+    out->regions = (uint32_t *)delaunay_alloc(memory, (size_t)out->num_tets, sizeof *out->regions);
+    if (!out->regions) goto done;
+    memcpy(out->xyz, domain->surface.xyz, 3 * (size_t)domain->first_corner * sizeof *out->xyz);
+    for (v = 1; v < mesh->num_vertices; v++)
+        if (mesh->vertex_id[v] == DELAUNAY_NO_ID && mesh->vertices[v].key != DELAUNAY_NO_ID)
+            memcpy(out->xyz + 3 * (size_t)mesh->vertices[v].key, mesh->vertices[v].x, 3 * sizeof(double));
+    for (t = 1; t < mesh->num_tets; t++) {
+        if (delaunay_is_deleted(mesh, t) || delaunay_is_ghost(mesh, t) || mesh->color[t] == DELAUNAY_OUTSIDE) continue;
+        for (i = 0; i < 4; i++) out->tets[4 * n + (uint64_t)i] = mesh->vertices[mesh->tets[t].v[i]].key;
+        out->regions[n++] = mesh->color[t];
+    }
+    result = MESHER_OK;
+done:
+    if (result != MESHER_OK) mesher_output_free(domain, out);
+    return result;
+}
+
+MESHER_API void mesher_output_free(mesher_domain *domain, mesher_output *out)
+{
+    if (!domain || !out) return;
+    if (domain->memory.allocator.release) {
+        delaunay_release(&domain->memory, out->xyz);
+        delaunay_release(&domain->memory, out->tets);
+        delaunay_release(&domain->memory, out->regions);
+    }
+    memset(out, 0, sizeof *out);
+}
 
 #endif /* MESHER_IMPLEMENTATION */
 
