@@ -155,6 +155,7 @@ typedef struct mesher_report {
     uint64_t missing_edges, missing_facets;  /* of the input in the empty mesh */
     uint64_t interior_steiner, surface_steiner;
     uint64_t refined_vertices, refinement_sweeps;
+    uint64_t size_ignored;                   /* answers of the size function that were no size: NaN, 0, negative */
     double   seconds_check, seconds_empty, seconds_recover, seconds_regions, seconds_size, seconds_refine;
     double   size_p10, size_p50, size_p90, size_in_band; /* edge length / wanted; share within [0.7, 1.4] */
     size_t   peak_bytes;
@@ -1343,8 +1344,1184 @@ MESHER_API mesher_result mesher_color(mesher_domain *domain, mesher_report *repo
 }
 
 /* ---- >>size ------------------------------------------------------------------------------- */
+/* The wanted edge length h. On the surface: the mean length of the constrained edges at a vertex
+ * [Marot 2020, 7]. Inside: interpolated in the mesh as it was before refinement, which is kept as a background,
+ * so h(x) does not depend on the order in which points are inserted. The gradation limits the interpolation by
+ * h(x) <= h(v) + slope*|x - v| at the corners v of the background's tetrahedron around x. */
+
+static double mesher__distance(const double *a, const double *b)
+{
+    double x = a[0] - b[0], y = a[1] - b[1], z = a[2] - b[2];
+    return sqrt(x * x + y * y + z * z);
+}
+
+/* Smallest size that coordinates of this magnitude can tell apart with some margin. */
+static double mesher__size_floor(const delaunay_mesh *mesh)
+{
+    double lo[3] = {0, 0, 0}, hi[3] = {0, 0, 0}, most = 0;
+    uint32_t v;
+    int i;
+    for (v = 1; v < mesh->num_vertices; v++)
+        for (i = 0; i < 3; i++) {
+            double x = mesh->vertices[v].x[i];
+            if (v == 1 || x < lo[i]) lo[i] = x;
+            if (v == 1 || x > hi[i]) hi[i] = x;
+        }
+    for (i = 0; i < 3; i++) {
+        most = most > fabs(lo[i]) ? most : fabs(lo[i]);
+        most = most > fabs(hi[i]) ? most : fabs(hi[i]);
+    }
+    return most * 1e-10;
+}
+
+static double mesher__clamp_size(const mesher_options *o, double h)
+{
+    if (o->size > 0 && h > o->size) h = o->size;
+    if (o->max_size > 0 && h > o->max_size) h = o->max_size;
+    if (o->min_size > 0 && h < o->min_size) h = o->min_size;
+    return h;
+}
+
+/* Mean length of the edges of the surface at each vertex; 0 where there are none. */
+static mesher_result mesher__edge_sizes(mesher_domain *domain)
+{
+    delaunay_mesh *mesh = &domain->mesh;
+    double *size = domain->size;
+    uint32_t e, v, *count = (uint32_t *)delaunay_alloc(&mesh->memory, mesh->num_vertices, sizeof *count);
+    if (!count) return MESHER_ERROR_OUT_OF_MEMORY;
+    memset(count, 0, mesh->num_vertices * sizeof *count);
+    memset(size, 0, mesh->num_vertices * sizeof *size);
+    for (e = 0; e < domain->num_edges; e++) {
+        uint32_t a = mesh->vertex_of[domain->edges[2 * e]], b = mesh->vertex_of[domain->edges[2 * e + 1]];
+        double l = mesher__distance(mesh->vertices[a].x, mesh->vertices[b].x);
+        if (a == 0 || b == 0) continue;
+        size[a] += l;
+        size[b] += l;
+        count[a]++;
+        count[b]++;
+    }
+    for (v = 1; v < mesh->num_vertices; v++)
+        if (count[v]) size[v] /= count[v];
+    delaunay_release(&mesh->memory, count);
+    return MESHER_OK;
+}
+
+static int mesher__is_inside(const delaunay_mesh *mesh, delaunay_handle t)
+{
+    return !delaunay_is_deleted(mesh, t) && !delaunay_is_ghost(mesh, t) && mesh->color[t] != DELAUNAY_OUTSIDE;
+}
+
+/* Vertices without an edge of the surface (Steiner points of recovery, embedded points) get the mean of
+ * their neighbours' sizes, nearer ones counting more; in passes, each from the state before it. */
+static mesher_result mesher__spread_sizes(mesher_domain *domain)
+{
+    delaunay_mesh *mesh = &domain->mesh;
+    double *size = domain->size, *sum = NULL;
+    delaunay_handle t;
+    uint32_t v, found = 1;
+    for (v = 1; v < mesh->num_vertices && size[v] > 0; v++) {}
+    if (v == mesh->num_vertices) return MESHER_OK;
+    sum = (double *)delaunay_alloc(&mesh->memory, mesh->num_vertices, 2 * sizeof *sum);
+    if (!sum) return MESHER_ERROR_OUT_OF_MEMORY;
+    while (found) {
+        memset(sum, 0, mesh->num_vertices * 2 * sizeof *sum);
+        for (t = 1; t < mesh->num_tets; t++) {
+            int i, j;
+            if (!mesher__is_inside(mesh, t)) continue;
+            for (i = 0; i < 4; i++)
+                for (j = 0; j < 4; j++) {
+                    uint32_t a = mesh->tets[t].v[i], b = mesh->tets[t].v[j];
+                    double w;
+                    if (size[a] > 0 || !(size[b] > 0)) continue;
+                    w = 1 / mesher__distance(mesh->vertices[a].x, mesh->vertices[b].x);
+                    sum[2 * a] += w * size[b];
+                    sum[2 * a + 1] += w;
+                }
+        }
+        for (found = 0, v = 1; v < mesh->num_vertices; v++)
+            if (!(size[v] > 0) && sum[2 * v + 1] > 0) {
+                size[v] = sum[2 * v] / sum[2 * v + 1];
+                found++;
+            }
+    }
+    delaunay_release(&mesh->memory, sum);
+    return MESHER_OK;
+}
+
+enum { MESHER__BATCH = 1024 };
+
+/* The caller's size function on a batch, and the caller's bounds. Counts the answers that are no size. */
+static uint64_t mesher__wishes(const mesher_options *o, size_t count, const double *xyz, const uint32_t *region,
+                               double *h)
+{
+    double wish[MESHER__BATCH];
+    uint64_t ignored = 0;
+    size_t first, i, n;
+    for (first = 0; o->size_function && first < count; first += n) {
+        n = count - first;
+        if (n > MESHER__BATCH) n = MESHER__BATCH;
+        for (i = 0; i < n; i++) wish[i] = 0;
+        o->size_function(o->size_user, n, xyz + 3 * first, region + first, wish);
+        for (i = 0; i < n; i++)
+            if (!(wish[i] > 0)) ignored++;
+            else if (wish[i] < h[first + i]) h[first + i] = wish[i];
+    }
+    for (i = 0; i < count; i++) h[i] = mesher__clamp_size(o, h[i]);
+    return ignored;
+}
+
+/* Asks for the vertices inside, in batches of vertices in their order. */
+static mesher_result mesher__wish_at_vertices(mesher_domain *domain, uint64_t *ignored)
+{
+    delaunay_mesh *mesh = &domain->mesh;
+    double xyz[3 * MESHER__BATCH], h[MESHER__BATCH];
+    uint32_t batch[MESHER__BATCH], region[MESHER__BATCH], v, n = 0, i, *of;
+    delaunay_handle t;
+    of = (uint32_t *)delaunay_alloc(&mesh->memory, mesh->num_vertices, sizeof *of);
+    if (!of) return MESHER_ERROR_OUT_OF_MEMORY;
+    memset(of, 0, mesh->num_vertices * sizeof *of);
+    for (t = 1; t < mesh->num_tets; t++)
+        for (i = 0; i < 4 && mesher__is_inside(mesh, t); i++) {
+            uint32_t *color = of + mesh->tets[t].v[i];
+            if (*color == 0 || mesh->color[t] < *color) *color = mesh->color[t];
+        }
+    for (v = 1; v <= mesh->num_vertices; v++) {
+        if (n == MESHER__BATCH || (v == mesh->num_vertices && n)) {
+            *ignored += mesher__wishes(&domain->options, n, xyz, region, h);
+            for (i = 0; i < n; i++) domain->size[batch[i]] = h[i];
+            n = 0;
+        }
+        if (v == mesh->num_vertices || !of[v] || !(domain->size[v] > 0)) continue;
+        memcpy(xyz + 3 * n, mesh->vertices[v].x, 3 * sizeof *xyz);
+        region[n] = of[v];
+        h[n] = domain->size[v];
+        batch[n++] = v;
+    }
+    delaunay_release(&mesh->memory, of);
+    return MESHER_OK;
+}
+
+static double mesher__slope(const mesher_options *o) { return (o->gradation > 1 ? o->gradation : 1.4) - 1; }
+
+MESHER_API mesher_result mesher_size(mesher_domain *domain, mesher_report *report)
+{
+    delaunay_mesh *mesh = &domain->mesh;
+    double start = delaunay_seconds(&domain->options.host), least;
+    mesher_result result = MESHER_OK;
+    uint64_t ignored = 0;
+    uint32_t v;
+    if (!mesh->color || mesh->num_vertices < 2) return MESHER_ERROR_INVALID_ARGUMENT;
+    if (domain->cap_size < mesh->cap_vertices) {
+        double *size = (double *)delaunay_alloc(&domain->memory, mesh->cap_vertices, sizeof *size);
+        if (!size) return MESHER_ERROR_OUT_OF_MEMORY;
+        delaunay_release(&domain->memory, domain->size);
+        domain->size = size;
+        domain->cap_size = mesh->cap_vertices;
+    }
+    result = mesher__edge_sizes(domain);
+    if (result == MESHER_OK) result = mesher__spread_sizes(domain);
+    if (result == MESHER_OK) result = mesher__wish_at_vertices(domain, &ignored);
+    if (result != MESHER_OK) return result;
+    least = mesher__size_floor(mesh);
+    for (v = 1; v < mesh->num_vertices; v++)
+        if (domain->size[v] > 0 && domain->size[v] < least) domain->size[v] = least;
+    if (report) {
+        report->size_ignored = ignored;
+        report->seconds_size = delaunay_seconds(&domain->options.host) - start;
+    }
+    return MESHER_OK;
+}
+
+/* The field while points are inserted. */
+typedef struct mesher__field {
+    const mesher_options  *options;
+    const delaunay_vertex *vertices;     /* those of the mesh; they may move: set again after growth */
+    const double          *size;         /* likewise */
+    delaunay_tet          *tets;         /* the background */
+    delaunay_handle        num_tets;
+    double                 slope, least;
+} mesher__field;
+
+/* Six times the volumes that x makes with the facets of tetrahedron v, by corner. */
+static void mesher__weights(const delaunay_vertex *vertices, const uint32_t *v, const double *x, double *w)
+{
+    double d[4][3];
+    int i, j;
+    for (i = 0; i < 4; i++)
+        for (j = 0; j < 3; j++) d[i][j] = vertices[v[i]].x[j] - x[j];
+    for (i = 0; i < 4; i++) {
+        const uint8_t *f = delaunay_facet_order(i);
+        const double *a = d[f[0]], *b = d[f[1]], *c = d[f[2]];
+        w[i] = a[0] * (b[1] * c[2] - b[2] * c[1]) + a[1] * (b[2] * c[0] - b[0] * c[2]) +
+               a[2] * (b[0] * c[1] - b[1] * c[0]);
+    }
+}
+
+/* The background's tetrahedron that contains x, from a nearby one; weights of its corners, not negative.
+ * Rounding may stop it in a neighbour: the field is continuous, and so is the answer. */
+static delaunay_handle mesher__find_home(const mesher__field *field, const double *x, delaunay_handle t, double *w)
+{
+    double sum = 0;
+    int step, i;
+    for (step = 0; step < 1000; step++) {
+        const delaunay_tet *tet = field->tets + t;
+        int k = 0;
+        mesher__weights(field->vertices, tet->v, x, w);
+        for (i = 1; i < 4; i++)
+            if (w[i] < w[k]) k = i;
+        if (w[k] >= 0 || !tet->n[k] || field->tets[tet->n[k] >> 2].v[3] == DELAUNAY_GHOST) break;
+        t = tet->n[k] >> 2;
+    }
+    for (i = 0; i < 4; i++) {
+        if (!(w[i] > 0)) w[i] = 0;
+        sum += w[i];
+    }
+    for (i = 0; i < 4; i++) w[i] = sum > 0 ? w[i] / sum : 0.25;
+    return t;
+}
+
+/* h(x) without the size function. home: in, a tetrahedron of the background near x; out, the one around it. */
+static double mesher__field_at(const mesher__field *field, const double *x, delaunay_handle *home)
+{
+    double w[4], h = 0, most = 1e300, weight = 0, growth = field->options->growth;
+    int i;
+    *home = mesher__find_home(field, x, *home, w);
+    for (i = 0; i < 4; i++) {
+        uint32_t v = field->tets[*home].v[i];
+        double s = field->size[v], d;
+        if (!(s > 0)) continue;
+        d = mesher__distance(field->vertices[v].x, x);
+        h += w[i] * s;
+        weight += w[i];
+        s += (growth > 1 ? growth - 1 : field->slope) * d;
+        if (s < most) most = s;
+    }
+    if (!(weight > 0) || growth > 1 || most < h / weight) h = most;
+    else h /= weight;
+    return h > field->least ? h : field->least;
+}
 
 /* ---- >>refine ----------------------------------------------------------------------------- */
+/* Sweeps: every tetrahedron that is new and too large proposes a point; proposals too near each other or an
+ * existing vertex are dropped; the rest is inserted by Bowyer and Watson with a cavity that stops at
+ * constrained facets and is cut until the point sees all of its boundary [Marot 2020, 5].
+ *
+ * Why a star-shaped cavity is enough: its tetrahedra do not overlap, and the cones from p over its boundary have the
+ * same boundary; so if each cone is positive they tile the same set. Then the boundary is a sphere, and
+ * what may be lost is only a vertex or a constrained edge that is not on it: both are tested. */
+
+enum {
+    MESHER__SEEN       = 0x400,  /* stage bit: this tetrahedron has proposed its point, or is small enough */
+    MESHER__LOST       = 0x800,  /* one stage bit up to .. */
+    MESHER__LOST_MASK  = 0x1800, /* .. three times its point lost against another; then it is not asked again */
+    MESHER__WALK_STEPS = 2000,   /* then the walk is in a cycle, and the point is given up */
+    MESHER__LOCAL      = 32      /* vertices of a cavity whose edges fit in a matrix */
+};
+
+/* Nearest distance between two vertices, relative to the mean of their sizes. */
+#define MESHER__NEAR 0.8
+/* Least height of a point over a constrained facet, relative to the mean of the sizes of the facet. */
+#define MESHER__LOW 0.35
+
+typedef struct mesher__proposal {
+    double          x[3], h;
+    delaunay_handle source; /* the tetrahedron that proposed it */
+    delaunay_handle tet;    /* one that contained it then */
+    delaunay_handle home;   /* that of the background */
+    uint32_t        region;
+} mesher__proposal;
+
+/* Facet of a cavity's boundary: outward order, seen from the tetrahedron in the cavity that has it. */
+typedef struct mesher__facet {
+    uint32_t        v[3];
+    uint8_t         local[4];
+    delaunay_handle outer;  /* the facet on the other side, or 0 */
+    uint16_t        flags;  /* of the new tetrahedron (p, v[0], v[1], v[2]) */
+} mesher__facet;
+
+/* Scratch of one thread for insertions. */
+typedef struct mesher__cavity {
+    delaunay_memory *memory;
+    delaunay_handle *tets;      /* in the cavity, the one with the point first */
+    uint32_t         num_tets, cap_tets;
+    delaunay_handle *outside;   /* tested and not in it; then the slots of the new tetrahedra */
+    uint32_t         num_outside, cap_outside;
+    mesher__facet   *facets;
+    uint32_t         num_facets, cap_facets;
+    uint32_t        *vertices;  /* of the boundary */
+    uint32_t         num_vertices, cap_vertices;
+    uint64_t        *hash_key;  /* directed edges of a large boundary */
+    uint32_t        *hash_value;
+    uint32_t         cap_hash, hash_mask;
+    uint32_t         matrix[MESHER__LOCAL][MESHER__LOCAL]; /* the same of a small one: 4*facet + its opposite corner */
+} mesher__cavity;
+
+typedef struct mesher__refiner {
+    mesher_domain   *domain;
+    delaunay_mesh   *mesh;
+    delaunay_memory *memory;
+    const mesher_options *options;
+    mesher__field    field;
+    delaunay_handle *home;       /* of each vertex: a tetrahedron of the background */
+    size_t           cap_home;
+    mesher__proposal   *points;     /* of this sweep */
+    size_t           num_points, cap_points;
+    uint32_t        *grid;       /* hash table of accepted points: 1 + index of the first */
+    uint32_t        *chain;
+    size_t           cap_grid, cap_chain, grid_mask;
+    int              grid_low, grid_high;
+    mesher__cavity   cavity;
+    uint64_t         inserted, num_tets, ignored;
+    double           start, origin[3];
+    int              stop;       /* why the sweeps end early: a mesher_result, or 0 */
+} mesher__refiner;
+
+/* Makes room for need elements of an array of the refiner or a cavity, keeping the first keep. */
+static int mesher__room(delaunay_memory *memory, void *array, size_t *cap, size_t keep, size_t need, size_t size)
+{
+    void *old, *block;
+    size_t want;
+    if (need <= *cap) return 1;
+    want = need + need / 2 + 64;
+    memcpy(&old, array, sizeof old);
+    block = delaunay_grow(memory, old, keep, want, size);
+    if (!block) return 0;
+    memcpy(array, &block, sizeof block);
+    *cap = want;
+    return 1;
+}
+
+/* -- proposals */
+
+/* Centre of the sphere through the four corners, relative to the first; the squared radius, or -1. */
+static double mesher__circumcentre(const double *a, const double *b, const double *c, const double *d, double *x)
+{
+    double u[3], v[3], w[3], vw[3], uu, vv, ww, det;
+    int i;
+    for (i = 0; i < 3; i++) {
+        u[i] = b[i] - a[i];
+        v[i] = c[i] - a[i];
+        w[i] = d[i] - a[i];
+    }
+    vw[0] = v[1] * w[2] - v[2] * w[1];
+    vw[1] = v[2] * w[0] - v[0] * w[2];
+    vw[2] = v[0] * w[1] - v[1] * w[0];
+    uu = u[0] * u[0] + u[1] * u[1] + u[2] * u[2];
+    vv = v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
+    ww = w[0] * w[0] + w[1] * w[1] + w[2] * w[2];
+    det = 2 * (u[0] * vw[0] + u[1] * vw[1] + u[2] * vw[2]);
+    if (!(det > 0)) return -1;
+    for (i = 0; i < 3; i++) {
+        int j = (i + 1) % 3, k = (i + 2) % 3;
+        x[i] = (uu * vw[i] + vv * (w[j] * u[k] - w[k] * u[j]) + ww * (u[j] * v[k] - u[k] * v[j])) / det;
+    }
+    uu = x[0] * x[0] + x[1] * x[1] + x[2] * x[2];
+    for (i = 0; i < 3; i++) x[i] += a[i];
+    return uu;
+}
+
+/* Walks from tetrahedron t to the one that contains x. Returns 0 where a constrained facet, the end
+ * of the mesh or a cycle stops it; *facet is then the facet that was met. */
+static delaunay_handle mesher__see(const delaunay_mesh *mesh, const double *x, delaunay_handle t,
+                                   delaunay_handle *facet)
+{
+    double w[4];
+    int step, i;
+    *facet = 0;
+    for (step = 0; step < 100; step++) {
+        int k = 0;
+        mesher__weights(mesh->vertices, mesh->tets[t].v, x, w);
+        for (i = 1; i < 4; i++)
+            if (w[i] < w[k]) k = i;
+        if (w[k] >= 0) return t;
+        if ((mesh->flags[t] & DELAUNAY_FACET_BIT(k)) || !mesh->tets[t].n[k]) {
+            *facet = 4 * t + (delaunay_handle)k;
+            return 0;
+        }
+        t = mesh->tets[t].n[k] >> 2;
+        if (delaunay_is_ghost(mesh, t)) return 0;
+    }
+    return 0;
+}
+
+/* No corner of tetrahedron t is too near. */
+static int mesher__is_clear(const mesher__refiner *r, const mesher__proposal *p, delaunay_handle t)
+{
+    int i;
+    for (i = 0; i < 4; i++) {
+        uint32_t v = r->mesh->tets[t].v[i];
+        double d = mesher__distance(r->mesh->vertices[v].x, p->x);
+        if (d < MESHER__NEAR / 2 * (p->h + r->domain->size[v])) return 0;
+    }
+    return 1;
+}
+
+/* The wanted apex over facet i of tetrahedron t, on its inner side: at the distance of the size from its corners. */
+static int mesher__apex(const mesher__refiner *r, delaunay_handle t, int i, double *x)
+{
+    const delaunay_mesh *mesh = r->mesh;
+    const uint8_t *f = delaunay_facet_order(i);
+    const double *p[3];
+    double n[3], c[3], u[3], v[3], h = 0, uu, vv, uv, nn, s, q, rr, height;
+    int k;
+    for (k = 0; k < 3; k++) {
+        uint32_t corner = mesh->tets[t].v[f[k]];
+        p[k] = mesh->vertices[corner].x;
+        h += r->domain->size[corner] / 3;
+    }
+    for (k = 0; k < 3; k++) {
+        u[k] = p[1][k] - p[0][k];
+        v[k] = p[2][k] - p[0][k];
+    }
+    n[0] = u[1] * v[2] - u[2] * v[1];
+    n[1] = u[2] * v[0] - u[0] * v[2];
+    n[2] = u[0] * v[1] - u[1] * v[0];
+    uu = u[0] * u[0] + u[1] * u[1] + u[2] * u[2];
+    vv = v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
+    uv = u[0] * v[0] + u[1] * v[1] + u[2] * v[2];
+    nn = n[0] * n[0] + n[1] * n[1] + n[2] * n[2];
+    if (!(nn > 0)) return 0;
+    s = vv * (uu - uv) / (2 * nn);
+    q = uu * (vv - uv) / (2 * nn);
+    if (s < 0.1 || q < 0.1 || s + q > 0.9) s = q = 1 / 3.0; /* obtuse: over the middle */
+    rr = 0;
+    for (k = 0; k < 3; k++) {
+        double d = s * u[k] + q * v[k];
+        c[k] = p[0][k] + d;
+        rr += d * d;
+    }
+    height = h * h > 1.5625 * rr ? sqrt(h * h - rr) : 0.6 * h;
+    height /= -sqrt(nn);
+    for (k = 0; k < 3; k++) x[k] = c[k] + height * n[k];
+    return 1;
+}
+
+static int mesher__settle(const mesher__refiner *r, mesher__proposal *p, delaunay_handle t, delaunay_handle *met)
+{
+    p->tet = mesher__see(r->mesh, p->x, t, met);
+    if (!p->tet) return 0;
+    p->h = mesher__field_at(&r->field, p->x, &p->home);
+    return 1;
+}
+
+/* The point that tetrahedron t asks for, if it is too large. */
+static int mesher__propose(const mesher__refiner *r, delaunay_handle t, mesher__proposal *p)
+{
+    const delaunay_mesh *mesh = r->mesh;
+    const uint32_t *v = mesh->tets[t].v;
+    const double *x[4], *size = r->domain->size;
+    double rr, bound = MESHER__NEAR / (1 + 0.5 * MESHER__NEAR * r->field.slope), most = 0;
+    delaunay_handle met;
+    int i;
+    for (i = 0; i < 4; i++) {
+        x[i] = mesh->vertices[v[i]].x;
+        if (size[v[i]] > most) most = size[v[i]];
+    }
+    rr = mesher__circumcentre(x[0], x[1], x[2], x[3], p->x);
+    if (rr >= 0 && rr < bound * bound * most * most) return 0;
+    p->source = t;
+    p->region = mesh->color[t];
+    p->home = r->home[v[0]];
+    if (rr >= 0 && mesher__settle(r, p, t, &met)) return mesher__is_clear(r, p, t) && mesher__is_clear(r, p, p->tet);
+    if (rr >= 0 && met && mesher__apex(r, met >> 2, (int)(met & 3), p->x) && mesher__settle(r, p, met >> 2, &met))
+        return mesher__is_clear(r, p, t) && mesher__is_clear(r, p, p->tet);
+    for (i = 0; i < 3; i++) p->x[i] = (x[0][i] + x[1][i] + x[2][i] + x[3][i]) / 4;
+    return mesher__settle(r, p, t, &met) && mesher__is_clear(r, p, t);
+}
+
+static int mesher__push_point(mesher__refiner *r, const mesher__proposal *p)
+{
+    if (!mesher__room(r->memory, &r->points, &r->cap_points, r->num_points, r->num_points + 1, sizeof *p)) return 0;
+    r->points[r->num_points++] = *p;
+    return 1;
+}
+
+/* The size function for all proposals of the sweep. */
+static void mesher__wish_at_points(mesher__refiner *r)
+{
+    double xyz[3 * MESHER__BATCH], h[MESHER__BATCH];
+    uint32_t region[MESHER__BATCH];
+    size_t first, n, i;
+    for (first = 0; first < r->num_points; first += n) {
+        n = r->num_points - first;
+        if (n > MESHER__BATCH) n = MESHER__BATCH;
+        for (i = 0; i < n; i++) {
+            memcpy(xyz + 3 * i, r->points[first + i].x, 3 * sizeof *xyz);
+            region[i] = r->points[first + i].region;
+            h[i] = r->points[first + i].h;
+        }
+        r->ignored += mesher__wishes(r->options, n, xyz, region, h);
+        for (i = 0; i < n; i++) r->points[first + i].h = h[i] > r->field.least ? h[i] : r->field.least;
+    }
+}
+
+/* Points of all tetrahedra that have not been asked yet. */
+static int mesher__gather(mesher__refiner *r)
+{
+    delaunay_mesh *mesh = r->mesh;
+    delaunay_handle t;
+    mesher__proposal p;
+    r->num_points = 0;
+    for (t = 1; t < mesh->num_tets; t++) {
+        if (mesh->flags[t] & MESHER__SEEN) continue;
+        if (mesher__is_inside(mesh, t) && mesher__propose(r, t, &p)) {
+            if (!mesher__push_point(r, &p)) return 0;
+        } else {
+            mesh->flags[t] |= MESHER__SEEN;
+        }
+    }
+    mesher__wish_at_points(r);
+    return 1;
+}
+
+/* -- filter: no two points of a sweep too near each other. A hash of cells, one edge length per power of two; a
+ * point lies in the level whose cells are at least twice as wide as its own distance. */
+
+static int mesher__level(double h)
+{
+    int e;
+    frexp(2 * MESHER__NEAR * h, &e);
+    return e;
+}
+
+static size_t mesher__grid_cell(const mesher__refiner *r, int level, const int64_t *c)
+{
+    uint64_t k = (uint64_t)c[0] * 0x9e3779b97f4a7c15u + (uint64_t)c[1] * 0xc2b2ae3d27d4eb4fu +
+                 (uint64_t)c[2] * 0x165667b19e3779f9u + (uint64_t)(int64_t)level * 0xd6e8feb86659fd93u;
+    k ^= k >> 29;
+    k *= 0xbf58476d1ce4e5b9u;
+    return (size_t)(k >> 20) & r->grid_mask;
+}
+
+static int mesher__is_alone(const mesher__refiner *r, const mesher__proposal *p)
+{
+    int level = mesher__level(p->h), l, i;
+    for (l = level - 1; l <= level + 1; l++) {
+        double width = ldexp(1, l), reach = MESHER__NEAR / 2 * p->h + width / 4;
+        int64_t lo[3], hi[3], c[3];
+        if (l < r->grid_low || l > r->grid_high) continue;
+        for (i = 0; i < 3; i++) {
+            lo[i] = (int64_t)floor((p->x[i] - r->origin[i] - reach) / width);
+            hi[i] = (int64_t)floor((p->x[i] - r->origin[i] + reach) / width);
+        }
+        for (c[0] = lo[0]; c[0] <= hi[0]; c[0]++)
+            for (c[1] = lo[1]; c[1] <= hi[1]; c[1]++)
+                for (c[2] = lo[2]; c[2] <= hi[2]; c[2]++) {
+                    uint32_t k = r->grid[mesher__grid_cell(r, l, c)];
+                    for (; k; k = r->chain[k - 1]) {
+                        const mesher__proposal *q = r->points + k - 1;
+                        if (mesher__distance(p->x, q->x) < MESHER__NEAR / 2 * (p->h + q->h)) return 0;
+                    }
+                }
+    }
+    return 1;
+}
+
+static void mesher__put_in_grid(mesher__refiner *r, uint32_t k)
+{
+    const mesher__proposal *p = r->points + k;
+    int level = mesher__level(p->h), i;
+    double width = ldexp(1, level);
+    int64_t c[3];
+    size_t cell;
+    for (i = 0; i < 3; i++) c[i] = (int64_t)floor((p->x[i] - r->origin[i]) / width);
+    cell = mesher__grid_cell(r, level, c);
+    r->chain[k] = r->grid[cell];
+    r->grid[cell] = k + 1;
+    if (level < r->grid_low) r->grid_low = level;
+    if (level > r->grid_high) r->grid_high = level;
+}
+
+static void mesher__lose(delaunay_mesh *mesh, delaunay_handle t)
+{
+    unsigned flags = mesh->flags[t];
+    if ((flags & MESHER__LOST_MASK) == MESHER__LOST_MASK) flags |= MESHER__SEEN;
+    else flags += MESHER__LOST;
+    mesh->flags[t] = (uint16_t)flags;
+}
+
+/* Keeps a maximal set of points that are far enough from each other; the others are asked again later. */
+static int mesher__filter(mesher__refiner *r)
+{
+    size_t n = r->num_points, cells = 64, k, kept = 0;
+    while (cells < 2 * n) cells *= 2;
+    if (!mesher__room(r->memory, &r->grid, &r->cap_grid, 0, cells, sizeof *r->grid)) return 0;
+    if (!mesher__room(r->memory, &r->chain, &r->cap_chain, 0, n, sizeof *r->chain)) return 0;
+    memset(r->grid, 0, cells * sizeof *r->grid);
+    r->grid_mask = cells - 1;
+    r->grid_low = 5000;
+    r->grid_high = -5000;
+    for (k = 0; k < n; k++) {
+        if (!mesher__is_clear(r, r->points + k, r->points[k].tet)) {
+            r->mesh->flags[r->points[k].source] |= MESHER__SEEN;
+        } else if (mesher__is_alone(r, r->points + k)) {
+            r->points[kept] = r->points[k];
+            mesher__put_in_grid(r, (uint32_t)kept++);
+        } else {
+            mesher__lose(r->mesh, r->points[k].source);
+        }
+    }
+    r->num_points = kept;
+    return 1;
+}
+
+/* -- insertion */
+
+/* Exact walk to a tetrahedron that contains x, closed; 0 if it leaves the mesh or cycles. */
+static delaunay_handle mesher__walk(const delaunay_mesh *mesh, const double *x, delaunay_handle t)
+{
+    delaunay_handle from = 0;
+    uint32_t turn = 0;
+    int step, i, k;
+    for (step = 0; step < MESHER__WALK_STEPS; step++) {
+        const delaunay_tet *tet = mesh->tets + t;
+        if (tet->v[3] == DELAUNAY_GHOST) return 0;
+        turn = turn * 1664525u + 1013904223u;
+        for (k = 0; k < 4; k++) {
+            const uint8_t *f;
+            i = (int)((turn >> 30) + (uint32_t)k) & 3;
+            f = delaunay_facet_order(i);
+            if (tet->n[i] && tet->n[i] >> 2 == from) continue;
+            if (delaunay_orient3d(mesh->vertices[tet->v[f[0]]].x, mesh->vertices[tet->v[f[1]]].x,
+                                  mesh->vertices[tet->v[f[2]]].x, x) > 0) break;
+        }
+        if (k == 4) return t;
+        if (!tet->n[i]) return 0;
+        from = t;
+        t = tet->n[i] >> 2;
+    }
+    return 0;
+}
+
+static int mesher__in_sphere(const delaunay_mesh *mesh, const uint32_t *v, const double *p)
+{
+    return delaunay_insphere_perturbed(mesh->vertices[v[0]].x, mesh->vertices[v[1]].x, mesh->vertices[v[2]].x,
+                                       mesh->vertices[v[3]].x, p) > 0;
+}
+
+enum { MESHER__IN = 1, MESHER__OUT = 2 }; /* delaunay_mesh.mark while a cavity is dug */
+
+static int mesher__cavity_room(mesher__cavity *c, uint32_t tets, uint32_t outside)
+{
+    size_t cap = c->cap_tets;
+    if (!mesher__room(c->memory, &c->tets, &cap, c->num_tets, tets, sizeof *c->tets)) return 0;
+    c->cap_tets = (uint32_t)cap;
+    cap = c->cap_outside;
+    if (!mesher__room(c->memory, &c->outside, &cap, c->num_outside, outside, sizeof *c->outside)) return 0;
+    c->cap_outside = (uint32_t)cap;
+    return 1;
+}
+
+/* All tetrahedra whose spheres contain p, reached from t without crossing a constrained facet. */
+static int mesher__dig(mesher__cavity *c, delaunay_mesh *mesh, const double *p, delaunay_handle t)
+{
+    uint32_t k;
+    int i;
+    c->num_tets = c->num_outside = 0;
+    if (!mesher__cavity_room(c, 1, 0)) return 0;
+    c->tets[c->num_tets++] = t;
+    mesh->mark[t] = MESHER__IN;
+    for (k = 0; k < c->num_tets; k++) {
+        if (!mesher__cavity_room(c, c->num_tets + 4, c->num_outside + 4)) return 0;
+        t = c->tets[k];
+        for (i = 0; i < 4; i++) {
+            delaunay_handle u = mesh->tets[t].n[i] >> 2;
+            if (!u || mesh->mark[u] || (mesh->flags[t] & DELAUNAY_FACET_BIT(i))) continue;
+            if (!delaunay_is_ghost(mesh, u) && mesher__in_sphere(mesh, mesh->tets[u].v, p)) {
+                mesh->mark[u] = MESHER__IN;
+                c->tets[c->num_tets++] = u;
+            } else {
+                mesh->mark[u] = MESHER__OUT;
+                c->outside[c->num_outside++] = u;
+            }
+        }
+    }
+    return 1;
+}
+
+static void mesher__clear_marks(mesher__cavity *c, delaunay_mesh *mesh)
+{
+    uint32_t k;
+    for (k = 0; k < c->num_tets; k++) mesh->mark[c->tets[k]] = 0;
+    for (k = 0; k < c->num_outside; k++) mesh->mark[c->outside[k]] = 0;
+}
+
+/* Flags of the new tetrahedron on facet i of t: its facet 0, and the edges 3, 4, 5 among its corners 1, 2, 3. */
+static uint16_t mesher__inherited(uint16_t flags, int i)
+{
+    const uint8_t *f = delaunay_facet_order(i);
+    unsigned out = flags & DELAUNAY_FACET_BIT(i) ? DELAUNAY_FACET_BIT(0) : 0;
+    if (!(flags & DELAUNAY_EDGE_BITS)) return (uint16_t)out;
+    if (flags & DELAUNAY_EDGE_BIT(delaunay_edge_between(f[0], f[1]))) out |= DELAUNAY_EDGE_BIT(3);
+    if (flags & DELAUNAY_EDGE_BIT(delaunay_edge_between(f[0], f[2]))) out |= DELAUNAY_EDGE_BIT(4);
+    if (flags & DELAUNAY_EDGE_BIT(delaunay_edge_between(f[1], f[2]))) out |= DELAUNAY_EDGE_BIT(5);
+    return (uint16_t)out;
+}
+
+/* Takes tetrahedron k of the list out of the cavity; the one with the point, the first, cannot go. */
+static int mesher__cut(mesher__cavity *c, delaunay_mesh *mesh, uint32_t k)
+{
+    if (k == 0 || c->num_outside == c->cap_outside) return 0;
+    mesh->mark[c->tets[k]] = MESHER__OUT;
+    c->outside[c->num_outside++] = c->tets[k];
+    c->tets[k] = c->tets[--c->num_tets];
+    return 1;
+}
+
+/* The facets of tetrahedron t on the cavity's boundary, appended; 0 if p does not see one of them. */
+static int mesher__border(mesher__cavity *c, const delaunay_mesh *mesh, const double *p, delaunay_handle t)
+{
+    const delaunay_tet *tet = mesh->tets + t;
+    int i, k;
+    for (i = 0; i < 4; i++) {
+        const uint8_t *f = delaunay_facet_order(i);
+        mesher__facet *facet = c->facets + c->num_facets;
+        if (tet->n[i] && mesh->mark[tet->n[i] >> 2] == MESHER__IN && !(mesh->flags[t] & DELAUNAY_FACET_BIT(i)))
+            continue;
+        for (k = 0; k < 3; k++) facet->v[k] = tet->v[f[k]];
+        if (delaunay_orient3d(p, mesh->vertices[facet->v[0]].x, mesh->vertices[facet->v[1]].x,
+                              mesh->vertices[facet->v[2]].x) <= 0) return 0;
+        facet->outer = tet->n[i];
+        facet->flags = mesher__inherited(mesh->flags[t], i);
+        c->num_facets++;
+    }
+    return 1;
+}
+
+/* Cuts tetrahedra off until the point sees the whole boundary, strictly. 0: it never does; -1: no memory. */
+static int mesher__make_star(mesher__cavity *c, delaunay_mesh *mesh, const double *p)
+{
+    uint32_t k;
+    size_t cap = c->cap_facets;
+    int again;
+    if (!mesher__cavity_room(c, c->num_tets, c->num_outside + c->num_tets)) return -1;
+    if (!mesher__room(c->memory, &c->facets, &cap, 0, 2 * (size_t)c->num_tets + 8, sizeof *c->facets)) return -1;
+    c->cap_facets = (uint32_t)cap;
+    do {
+        again = 0;
+        c->num_facets = 0;
+        for (k = 0; k < c->num_tets; k++) {
+            if (c->num_facets + 4 > c->cap_facets) {
+                cap = c->cap_facets;
+                if (!mesher__room(c->memory, &c->facets, &cap, c->num_facets, cap + 4, sizeof *c->facets)) return -1;
+                c->cap_facets = (uint32_t)cap;
+            }
+            if (mesher__border(c, mesh, p, c->tets[k])) continue;
+            if (!mesher__cut(c, mesh, k)) return 0;
+            k--;
+            again = 1;
+        }
+    } while (again);
+    return 1;
+}
+
+/* Local number of vertex v of the cavity's boundary, given if it has none yet (vertices[v].local need not be
+ * initialised: a number counts only if the list confirms it). */
+static uint32_t mesher__local(mesher__cavity *c, delaunay_vertex *vertices, uint32_t v)
+{
+    uint32_t l = vertices[v].local;
+    if (l < c->num_vertices && c->vertices[l] == v) return l;
+    c->vertices[c->num_vertices] = v;
+    vertices[v].local = c->num_vertices;
+    return c->num_vertices++;
+}
+
+/* Where the boundary's directed edge a-b (local numbers) is, or would be entered. */
+static uint32_t *mesher__edge_slot(mesher__cavity *c, uint32_t a, uint32_t b)
+{
+    uint64_t key = ((uint64_t)(a + 1) << 32) | b;
+    uint32_t k;
+    if (c->num_vertices <= MESHER__LOCAL) return &c->matrix[a][b];
+    k = (uint32_t)((key * 0x9e3779b97f4a7c15u) >> 40) & c->hash_mask;
+    while (c->hash_key[k] && c->hash_key[k] != key) k = (k + 1) & c->hash_mask;
+    if (!c->hash_key[k]) c->hash_value[k] = 0;
+    return c->hash_value + k;
+}
+
+static void mesher__enter_edge(mesher__cavity *c, uint32_t a, uint32_t b, uint32_t value)
+{
+    uint32_t *slot = mesher__edge_slot(c, a, b);
+    *slot = value;
+    if (c->num_vertices > MESHER__LOCAL) c->hash_key[slot - c->hash_value] = ((uint64_t)(a + 1) << 32) | b;
+}
+
+static int mesher__hash_room(mesher__cavity *c)
+{
+    uint32_t cells = 256;
+    while (cells < 8 * c->num_facets) cells *= 2;
+    if (cells > c->cap_hash) {
+        delaunay_release(c->memory, c->hash_key);
+        delaunay_release(c->memory, c->hash_value);
+        c->hash_key = (uint64_t *)delaunay_alloc(c->memory, cells, sizeof *c->hash_key);
+        c->hash_value = (uint32_t *)delaunay_alloc(c->memory, cells, sizeof *c->hash_value);
+        c->cap_hash = c->hash_key && c->hash_value ? cells : 0;
+        if (!c->cap_hash) return 0;
+    }
+    c->hash_mask = cells - 1;
+    memset(c->hash_key, 0, cells * sizeof *c->hash_key);
+    return 1;
+}
+
+/* Numbers the vertices of the boundary and enters its directed edges. */
+static int mesher__number(mesher__cavity *c, delaunay_mesh *mesh)
+{
+    uint32_t k, need = 3 * c->num_facets, local[3];
+    int i;
+    if (need > c->cap_vertices) {
+        size_t cap = c->cap_vertices;
+        if (!mesher__room(c->memory, &c->vertices, &cap, 0, need, sizeof *c->vertices)) return 0;
+        c->cap_vertices = (uint32_t)cap;
+    }
+    c->num_vertices = 0;
+    for (k = 0; k < c->num_facets; k++)
+        for (i = 0; i < 3; i++) mesher__local(c, mesh->vertices, c->facets[k].v[i]);
+    if (c->num_vertices > MESHER__LOCAL && !mesher__hash_room(c)) return 0;
+    for (k = 0; k < c->num_facets; k++) {
+        const uint32_t *v = c->facets[k].v;
+        for (i = 0; i < 3; i++) local[i] = mesh->vertices[v[i]].local;
+        for (i = 0; i < 3; i++)
+            mesher__enter_edge(c, local[(i + 1) % 3], local[(i + 2) % 3], 4 * k + (uint32_t)i + 1);
+    }
+    return 1;
+}
+
+/* True if the boundary has the edge a-b. */
+static int mesher__has_edge(mesher__cavity *c, delaunay_mesh *mesh, uint32_t a, uint32_t b)
+{
+    uint32_t s = *mesher__edge_slot(c, mesh->vertices[a].local, mesh->vertices[b].local), i = s & 3;
+    const uint32_t *v;
+    if (i == 0 || s >> 2 >= c->num_facets) return 0;
+    v = c->facets[s >> 2].v;
+    return v[i % 3] == a && v[(i + 1) % 3] == b;
+}
+
+/* Nothing inside the cavity must survive: its vertices and constrained edges are all on the boundary. Where an
+ * edge is not, returns the index + 1 of a tetrahedron around it; for a vertex, -1. */
+static int mesher__swallows(mesher__cavity *c, delaunay_mesh *mesh)
+{
+    uint32_t k;
+    int i, e;
+    for (k = 0; k < c->num_tets; k++) {
+        delaunay_handle t = c->tets[k];
+        for (i = 0; i < 4; i++) {
+            uint32_t v = mesh->tets[t].v[i], l = mesh->vertices[v].local;
+            if (l >= c->num_vertices || c->vertices[l] != v) return -1;
+        }
+        for (e = 0; (mesh->flags[t] & DELAUNAY_EDGE_BITS) && e < 6; e++) {
+            uint32_t a = mesh->tets[t].v[delaunay_edge_order(e)[0]];
+            uint32_t b = mesh->tets[t].v[delaunay_edge_order(e)[1]];
+            if ((mesh->flags[t] & DELAUNAY_EDGE_BIT(e)) && !mesher__has_edge(c, mesh, a, b)) return (int)k + 1;
+        }
+    }
+    return 0;
+}
+
+/* The new vertex keeps its distance from the vertices and the constrained facets around it. */
+static int mesher__keeps_distance(const mesher__refiner *r, const mesher__cavity *c, const mesher__proposal *p)
+{
+    const delaunay_vertex *vertices = r->mesh->vertices;
+    const double *size = r->domain->size;
+    uint32_t k;
+    int i;
+    for (k = 0; k < c->num_vertices; k++) {
+        double near = MESHER__NEAR / 2 * (p->h + size[c->vertices[k]]);
+        if (mesher__distance(vertices[c->vertices[k]].x, p->x) < near) return 0;
+    }
+    for (k = 0; k < c->num_facets; k++) {
+        const uint32_t *v = c->facets[k].v;
+        double a[3], b[3], d[3], n[3], low, height;
+        if (!(c->facets[k].flags & DELAUNAY_FACET_BIT(0))) continue;
+        for (i = 0; i < 3; i++) {
+            a[i] = vertices[v[1]].x[i] - vertices[v[0]].x[i];
+            b[i] = vertices[v[2]].x[i] - vertices[v[0]].x[i];
+            d[i] = vertices[v[0]].x[i] - p->x[i];
+        }
+        n[0] = a[1] * b[2] - a[2] * b[1];
+        n[1] = a[2] * b[0] - a[0] * b[2];
+        n[2] = a[0] * b[1] - a[1] * b[0];
+        height = n[0] * d[0] + n[1] * d[1] + n[2] * d[2];
+        low = MESHER__LOW / 3 * (size[v[0]] + size[v[1]] + size[v[2]]);
+        if (height * height < low * low * (n[0] * n[0] + n[1] * n[1] + n[2] * n[2])) return 0;
+    }
+    return 1;
+}
+
+/* A slot for new tetrahedron k of the ball: those of the cavity first. Room has been made. */
+static delaunay_handle mesher__slot(mesher__cavity *c, delaunay_mesh *mesh, uint32_t k)
+{
+    if (k < c->num_tets) return c->tets[k];
+    if (mesh->num_free) return mesh->free_tets[--mesh->num_free];
+    return mesh->num_tets++;
+}
+
+/* Room in the mesh for one vertex and the ball on the cavity's boundary. */
+static int mesher__ball_room(mesher__refiner *r)
+{
+    delaunay_mesh *mesh = r->mesh;
+    mesher__cavity *c = &r->cavity;
+    size_t tets = (size_t)mesh->num_tets + c->num_facets, vertices = (size_t)mesh->num_vertices + 1, cap;
+    if (tets > mesh->cap_tets && delaunay_reserve(mesh, 0, tets + tets / 4) != DELAUNAY_OK) return 0;
+    if (vertices > mesh->cap_vertices && delaunay_reserve(mesh, vertices + vertices / 4, 0) != DELAUNAY_OK) return 0;
+    r->field.vertices = mesh->vertices;
+    if (mesh->cap_vertices > r->domain->cap_size) {
+        cap = r->domain->cap_size;
+        if (!mesher__room(&r->domain->memory, &r->domain->size, &cap, mesh->num_vertices, mesh->cap_vertices, sizeof(double)))
+            return 0;
+        r->domain->cap_size = (uint32_t)cap;
+        r->field.size = r->domain->size;
+    }
+    if (!mesher__room(r->memory, &r->home, &r->cap_home, mesh->num_vertices, mesh->cap_vertices, sizeof *r->home))
+        return 0;
+    if (c->num_tets > c->num_facets && mesh->cap_free - mesh->num_free < c->num_tets - c->num_facets) {
+        cap = mesh->cap_free;
+        if (!mesher__room(r->memory, &mesh->free_tets, &cap, mesh->num_free, mesh->num_free + (size_t)c->num_tets,
+                          sizeof *mesh->free_tets)) return 0;
+        mesh->cap_free = (delaunay_handle)cap;
+    }
+    return 1;
+}
+
+/* Fills the cavity with the tetrahedra of vertex p and the facets of the boundary. */
+static void mesher__fill(mesher__cavity *c, delaunay_mesh *mesh, uint32_t p)
+{
+    uint32_t k, color = mesh->color[c->tets[0]];
+    uint16_t flags;
+    int i;
+    mesher__clear_marks(c, mesh);
+    for (k = 0; k < c->num_facets; k++) {
+        mesher__facet *f = c->facets + k;
+        delaunay_handle t = mesher__slot(c, mesh, k);
+        delaunay_tet *tet = mesh->tets + t;
+        c->outside[k] = t;
+        flags = f->flags;
+        tet->v[0] = p;
+        tet->n[0] = f->outer;
+        for (i = 0; i < 3; i++) {
+            tet->v[i + 1] = f->v[i];
+            if (mesh->vertex_tet) mesh->vertex_tet[f->v[i]] = t;
+        }
+        mesh->flags[t] = flags;
+        mesh->color[t] = color;
+        if (f->outer) mesh->tets[f->outer >> 2].n[f->outer & 3] = 4 * t;
+    }
+    if (mesh->vertex_tet) mesh->vertex_tet[p] = c->outside[0];
+    for (k = 0; k < c->num_facets; k++) {
+        uint32_t local[3], s;
+        for (i = 0; i < 3; i++) local[i] = mesh->vertices[c->facets[k].v[i]].local;
+        for (i = 0; i < 3; i++) {
+            s = *mesher__edge_slot(c, local[(i + 2) % 3], local[(i + 1) % 3]) - 1;
+            mesh->tets[c->outside[k]].n[i + 1] = 4 * c->outside[s >> 2] + (s & 3) + 1;
+        }
+    }
+    for (k = c->num_facets; k < c->num_tets; k++) {
+        memset(mesh->tets + c->tets[k], 0, sizeof *mesh->tets);
+        mesh->flags[c->tets[k]] = MESHER__SEEN;
+        mesh->free_tets[mesh->num_free++] = c->tets[k];
+    }
+}
+
+/* Makes the cavity of p star-shaped and free of anything that must stay. 1, 0: not possible, -1: no memory. */
+static int mesher__shape(mesher__refiner *r, const mesher__proposal *p)
+{
+    int state, swallowed;
+    for (;;) {
+        state = mesher__make_star(&r->cavity, r->mesh, p->x);
+        if (state <= 0) return state;
+        if (!mesher__number(&r->cavity, r->mesh)) return -1;
+        swallowed = mesher__swallows(&r->cavity, r->mesh);
+        if (swallowed == 0) return 1;
+        if (swallowed < 0 || !mesher__cut(&r->cavity, r->mesh, swallowed == 1 ? r->cavity.num_tets - 1 : (uint32_t)swallowed - 1))
+            return 0;
+    }
+}
+
+/* Inserts one point: 1; 0: it is given up, the mesh untouched; -1: no memory, the mesh untouched. */
+static int mesher__insert(mesher__refiner *r, const mesher__proposal *p)
+{
+    delaunay_mesh *mesh = r->mesh;
+    mesher__cavity *c = &r->cavity;
+    delaunay_handle t = p->tet;
+    uint32_t v;
+    int state;
+    if (delaunay_is_deleted(mesh, t)) t = mesh->vertex_tet[mesh->num_vertices - 1];
+    t = mesher__walk(mesh, p->x, t);
+    if (!t || mesh->color[t] != p->region || !mesher__is_clear(r, p, t)) return 0;
+    c->num_facets = 0;
+    state = mesher__dig(c, mesh, p->x, t) ? mesher__shape(r, p) : -1;
+    if (state == 1 && !mesher__keeps_distance(r, c, p)) state = 0;
+    if (state == 1 && (!mesher__ball_room(r) || !mesher__cavity_room(c, 0, c->num_facets))) state = -1;
+    if (state != 1) {
+        mesher__clear_marks(c, mesh);
+        return state;
+    }
+    v = delaunay_add_vertex(mesh, p->x, DELAUNAY_NO_ID);
+    r->domain->size[v] = p->h;
+    r->home[v] = p->home;
+    r->num_tets += c->num_facets;
+    r->num_tets -= c->num_tets;
+    mesher__fill(c, mesh, v);
+    r->inserted++;
+    return 1;
+}
+
+/* -- the sweeps */
+
+static mesher_result mesher__over_budget(const mesher__refiner *r)
+{
+    const mesher_options *o = r->options;
+    if (o->max_vertices && (uint64_t)r->mesh->num_vertices - 1 >= o->max_vertices) return MESHER_STOPPED_BY_BUDGET;
+    if (o->max_tets && r->num_tets + 32 > o->max_tets) return MESHER_STOPPED_BY_BUDGET;
+    if (r->mesh->num_vertices >= UINT32_MAX - 16) return MESHER_STOPPED_BY_BUDGET;
+    if ((size_t)r->mesh->num_tets >= ((delaunay_handle)-1) / 4 - 4096) return MESHER_STOPPED_BY_BUDGET;
+    if ((r->inserted & 255) == 0 && o->max_seconds > 0 && delaunay_seconds(&o->host) - r->start > o->max_seconds)
+        return MESHER_STOPPED_BY_BUDGET;
+    return MESHER_OK;
+}
+
+/* What running out of memory means: the caller's limit is a budget, and the mesh is valid. */
+static mesher_result mesher__no_memory(const mesher__refiner *r)
+{
+    return r->memory->limit_bytes ? MESHER_STOPPED_BY_BUDGET : MESHER_ERROR_OUT_OF_MEMORY;
+}
+
+/* Inserts the points of the sweep; those that cannot be are not asked for again. */
+static mesher_result mesher__insert_all(mesher__refiner *r)
+{
+    const delaunay_host *host = &r->options->host;
+    size_t k;
+    for (k = 0; k < r->num_points; k++) {
+        mesher_result result = mesher__over_budget(r);
+        int state;
+        if (result != MESHER_OK) return result;
+        if ((k & 4095) == 0 && host->progress && host->progress(host->user, "refine", -1)) return MESHER_CANCELLED;
+        state = mesher__insert(r, r->points + k);
+        if (state < 0) return mesher__no_memory(r);
+        if (state == 0) r->mesh->flags[r->points[k].source] |= MESHER__SEEN;
+    }
+    return MESHER_OK;
+}
+
+static mesher_result mesher__refiner_init(mesher__refiner *r, mesher_domain *domain)
+{
+    delaunay_mesh *mesh = &domain->mesh;
+    delaunay_handle t;
+    int i;
+    memset(r, 0, sizeof *r);
+    r->domain = domain;
+    r->mesh = mesh;
+    r->memory = r->cavity.memory = &mesh->memory;
+    r->options = &domain->options;
+    r->start = delaunay_seconds(&r->options->host);
+    if (!mesh->vertex_tet && delaunay_link_vertices(mesh) != DELAUNAY_OK) return mesher__no_memory(r);
+    for (i = 0; i < 3; i++) r->origin[i] = mesh->vertices[1].x[i];
+    r->field.options = r->options;
+    r->field.vertices = mesh->vertices;
+    r->field.size = domain->size;
+    r->field.slope = mesher__slope(r->options);
+    r->field.least = mesher__size_floor(mesh);
+    r->field.num_tets = mesh->num_tets;
+    r->field.tets = (delaunay_tet *)delaunay_alloc(r->memory, mesh->num_tets, sizeof *mesh->tets);
+    if (!r->field.tets) return mesher__no_memory(r);
+    memcpy(r->field.tets, mesh->tets, (size_t)mesh->num_tets * sizeof *mesh->tets);
+    if (!mesher__room(r->memory, &r->home, &r->cap_home, 0, mesh->num_vertices, sizeof *r->home))
+        return mesher__no_memory(r);
+    memset(r->home, 0, mesh->num_vertices * sizeof *r->home);
+    for (t = 1; t < mesh->num_tets; t++) {
+        if (!mesher__is_inside(mesh, t)) continue;
+        r->num_tets++;
+        for (i = 0; i < 4; i++)
+            if (!r->home[mesh->tets[t].v[i]]) r->home[mesh->tets[t].v[i]] = t;
+    }
+    return MESHER_OK;
+}
+
+static void mesher__refiner_free(mesher__refiner *r)
+{
+    delaunay_handle t;
+    mesher__cavity *c = &r->cavity;
+    for (t = 1; t < r->mesh->num_tets; t++) r->mesh->flags[t] &= (uint16_t)~DELAUNAY_STAGE_BITS;
+    delaunay_release(r->memory, r->field.tets);
+    delaunay_release(r->memory, r->home);
+    delaunay_release(r->memory, r->points);
+    delaunay_release(r->memory, r->grid);
+    delaunay_release(r->memory, r->chain);
+    delaunay_release(r->memory, c->tets);
+    delaunay_release(r->memory, c->outside);
+    delaunay_release(r->memory, c->facets);
+    delaunay_release(r->memory, c->vertices);
+    delaunay_release(r->memory, c->hash_key);
+    delaunay_release(r->memory, c->hash_value);
+}
+
+/* Edge length / wanted length, over edges with an end that refinement added: percentiles by a histogram. */
+static void mesher__report_sizes(const mesher_domain *domain, mesher_report *report, uint32_t first_new)
+{
+    enum { BINS = 400 };
+    const delaunay_mesh *mesh = &domain->mesh;
+    uint64_t histogram[BINS], total = 0, band = 0, sum = 0;
+    double *out[3];
+    delaunay_handle t;
+    int e, k, q = 0;
+    memset(histogram, 0, sizeof histogram);
+    out[0] = &report->size_p10;
+    out[1] = &report->size_p50;
+    out[2] = &report->size_p90;
+    for (t = 1; t < mesh->num_tets; t++) {
+        if (!mesher__is_inside(mesh, t)) continue;
+        for (e = 0; e < 6; e++) {
+            uint32_t a = mesh->tets[t].v[delaunay_edge_order(e)[0]], b = mesh->tets[t].v[delaunay_edge_order(e)[1]];
+            double l = mesher__distance(mesh->vertices[a].x, mesh->vertices[b].x);
+            double ratio = 2 * l / (domain->size[a] + domain->size[b]);
+            if (a < first_new && b < first_new) continue;
+            k = ratio < 4 ? (int)(ratio * 100) : BINS - 1;
+            histogram[k]++;
+            total++;
+            band += ratio >= 0.7 && ratio <= 1.4;
+        }
+    }
+    *out[0] = *out[1] = *out[2] = 0;
+    report->size_in_band = total ? (double)band / (double)total : 1;
+    for (k = 0; k < BINS && q < 3 && total; k++) {
+        static const double part[3] = {0.1, 0.5, 0.9};
+        sum += histogram[k];
+        while (q < 3 && (double)sum >= part[q] * (double)total) *out[q++] = (k + 0.5) / 100;
+    }
+}
+
+static void mesher__say(mesher_report *report, const char *text)
+{
+    if (report) snprintf(report->message, sizeof report->message, "%s", text);
+}
+
+MESHER_API mesher_result mesher_refine(mesher_domain *domain, mesher_report *report)
+{
+    mesher__refiner r;
+    mesher_result result = MESHER_OK;
+    uint32_t first_new = domain->mesh.num_vertices;
+    uint64_t sweeps = 0;
+    if (!domain->mesh.color || !domain->mesh.flags) return MESHER_ERROR_INVALID_ARGUMENT;
+    if (!domain->size) result = mesher_size(domain, report);
+    if (result != MESHER_OK) return result;
+    result = mesher__refiner_init(&r, domain);
+    while (result == MESHER_OK) {
+        if (!mesher__gather(&r) || !mesher__filter(&r)) result = mesher__no_memory(&r);
+        if (result == MESHER_OK && r.num_points == 0) break;
+        if (result == MESHER_OK) result = mesher__insert_all(&r);
+        sweeps++;
+    }
+    mesher__refiner_free(&r);
+    if (report) {
+        report->refined_vertices = r.inserted;
+        report->refinement_sweeps = sweeps;
+        report->size_ignored += r.ignored;
+        report->num_tets = r.num_tets;
+        mesher__report_sizes(domain, report, first_new);
+        report->seconds_refine = delaunay_seconds(&r.options->host) - r.start;
+        if (domain->mesh.memory.peak_bytes > report->peak_bytes) report->peak_bytes = domain->mesh.memory.peak_bytes;
+        if (result == MESHER_STOPPED_BY_BUDGET) mesher__say(report, "refinement was stopped by a budget");
+    }
+    return result;
+}
 
 /* ---- >>public ----------------------------------------------------------------------------- */
 

@@ -1,0 +1,469 @@
+/* Sizes and refinement: conformity to the wanted size, distances kept, surface and lines intact, budgets,
+ * size functions of every kind, the same bytes for any number of threads. */
+#define MESHER_STATIC
+#define MESHER_IMPLEMENTATION
+#include "mesher.h"
+#include "check.h"
+#include "small_mesh.h"
+
+/* A box of n[0] x n[1] x n[2] cubes of the given edge, each of six tetrahedra; its faces are the surface. */
+static int box_domain(mesher_domain *domain, const int *n, double edge, const mesher_options *options)
+{
+    static const int path[6][3] = {{0, 1, 2}, {0, 2, 1}, {1, 0, 2}, {1, 2, 0}, {2, 0, 1}, {2, 1, 0}};
+    uint32_t np = (uint32_t)((n[0] + 1) * (n[1] + 1) * (n[2] + 1)), nt = 0, i;
+    double *xyz = (double *)malloc(np * 3 * sizeof *xyz);
+    uint32_t *tets = (uint32_t *)malloc((size_t)(n[0] * n[1] * n[2]) * 24 * sizeof *tets);
+    int c[3], p, k, ok;
+    for (i = 0; i < np; i++) {
+        xyz[3 * i] = edge * (int)(i % (uint32_t)(n[0] + 1));
+        xyz[3 * i + 1] = edge * (int)(i / (uint32_t)(n[0] + 1) % (uint32_t)(n[1] + 1));
+        xyz[3 * i + 2] = edge * (int)(i / (uint32_t)((n[0] + 1) * (n[1] + 1)));
+    }
+    for (c[2] = 0; c[2] < n[2]; c[2]++)
+        for (c[1] = 0; c[1] < n[1]; c[1]++)
+            for (c[0] = 0; c[0] < n[0]; c[0]++)
+                for (p = 0; p < 6; p++) {
+                    int at[3];
+                    memcpy(at, c, sizeof at);
+                    for (k = 0; k < 4; k++) {
+                        tets[4 * nt + (uint32_t)k] = (uint32_t)(at[0] + (n[0] + 1) * (at[1] + (n[1] + 1) * at[2]));
+                        if (k < 3) at[path[p][k]]++;
+                    }
+                    nt++;
+                }
+    memset(domain, 0, sizeof *domain);
+    ok = mesher_options_resolve(&domain->options, options) == MESHER_OK &&
+         delaunay_memory_init(&domain->memory, &domain->options.host) == DELAUNAY_OK &&
+         small_mesh(&domain->mesh, &domain->options.host, xyz, np, tets, nt, 0);
+    free(xyz);
+    free(tets);
+    return ok;
+}
+
+/* Marks all facets on one tetrahedron or between two colours, and their edges. */
+static int constrain(mesher_domain *domain)
+{
+    delaunay_mesh *m = &domain->mesh;
+    delaunay_worker *w = delaunay_worker_new(&m->memory);
+    delaunay_handle t;
+    uint32_t i, n = 0;
+    int k;
+    if (!w) return 0;
+    domain->edges = (uint32_t *)delaunay_alloc(&domain->memory, (size_t)m->num_tets * 24, sizeof *domain->edges);
+    m->vertex_of = (uint32_t *)delaunay_alloc(&m->memory, m->num_vertices, sizeof *m->vertex_of);
+    if (!domain->edges || !m->vertex_of) return 0;
+    m->num_points = m->num_vertices - 1;
+    for (i = 0; i < m->num_points; i++) m->vertex_of[i] = i + 1;
+    for (t = 1; t < m->num_tets; t++)
+        for (k = 0; k < 4; k++) {
+            delaunay_handle u = m->tets[t].n[k] >> 2;
+            const uint8_t *f = delaunay_facet_order(k);
+            if (u && m->color[u] == m->color[t]) continue;
+            delaunay_mark_facet(m, 4 * t + (delaunay_handle)k, 1);
+            for (i = 0; i < 3; i++)
+                if (delaunay_mark_edge(m, w, t, m->tets[t].v[f[i]], m->tets[t].v[f[(i + 1) % 3]], 1) != DELAUNAY_OK)
+                    return 0;
+        }
+    for (t = 1; t < m->num_tets; t++)
+        for (k = 0; k < 6; k++) {
+            uint32_t a = m->tets[t].v[delaunay_edge_order(k)[0]], b = m->tets[t].v[delaunay_edge_order(k)[1]];
+            if (!(m->flags[t] & DELAUNAY_EDGE_BIT(k))) continue;
+            if (a > b) { i = a; a = b; b = i; }
+            for (i = 0; i < n && (domain->edges[2 * i] != a - 1 || domain->edges[2 * i + 1] != b - 1); i++) {}
+            if (i < n) continue;
+            domain->edges[2 * n] = a - 1;
+            domain->edges[2 * n++ + 1] = b - 1;
+        }
+    domain->num_edges = n;
+    delaunay_worker_free(w);
+    return 1;
+}
+
+static void paint(mesher_domain *domain, double split_x)
+{
+    delaunay_handle t;
+    for (t = 1; t < domain->mesh.num_tets; t++) {
+        double x = 0;
+        int i;
+        for (i = 0; i < 4; i++) x += domain->mesh.vertices[domain->mesh.tets[t].v[i]].x[0] / 4;
+        domain->mesh.color[t] = x < split_x ? 1 : 2;
+    }
+}
+
+static int box(mesher_domain *domain, int nx, int ny, int nz, double edge, double split, const mesher_options *options)
+{
+    int n[3];
+    n[0] = nx;
+    n[1] = ny;
+    n[2] = nz;
+    if (!box_domain(domain, n, edge, options)) return 0;
+    paint(domain, split);
+    return constrain(domain);
+}
+
+/* A number for the constrained facets with their colours, whatever their slots. */
+static uint64_t surface_hash(const mesher_domain *domain)
+{
+    const delaunay_mesh *m = &domain->mesh;
+    uint64_t sum = 0, h;
+    delaunay_handle t;
+    uint32_t v[3];
+    int i;
+    for (t = 1; t < m->num_tets; t++)
+        for (i = 0; i < 4 && !delaunay_is_deleted(m, t); i++) {
+            if (!(m->flags[t] & DELAUNAY_FACET_BIT(i))) continue;
+            small_facet(m, 4 * t + (delaunay_handle)i, v);
+            h = (uint64_t)small_sort3(v) + 7919 * m->color[t];
+            h = h * 1000003 + v[0];
+            h = h * 1000003 + v[1];
+            h = h * 1000003 + v[2];
+            sum += (h ^ (h >> 31)) * 0x9e3779b97f4a7c15u;
+        }
+    return sum;
+}
+
+static uint64_t mesh_hash(const mesher_domain *domain)
+{
+    const delaunay_mesh *m = &domain->mesh;
+    const unsigned char *p = (const unsigned char *)m->tets;
+    uint64_t h = 14695981039346656037u;
+    size_t i;
+    for (i = 0; i < m->num_tets * sizeof *m->tets; i++) h = (h ^ p[i]) * 1099511628211u;
+    for (i = 0; i < m->num_vertices; i++) {
+        uint64_t bits[3];
+        memcpy(bits, m->vertices[i].x, sizeof bits);
+        h = (h ^ bits[0] ^ (bits[1] * 3) ^ (bits[2] * 5)) * 1099511628211u;
+    }
+    return h;
+}
+
+/* Smallest distance of two vertices joined by an edge, one of them new, relative to the mean of their sizes. */
+static double nearest(const mesher_domain *domain, uint32_t first_new)
+{
+    const delaunay_mesh *m = &domain->mesh;
+    delaunay_handle t;
+    double least = 1e300;
+    int e;
+    for (t = 1; t < m->num_tets; t++)
+        for (e = 0; e < 6 && !delaunay_is_deleted(m, t); e++) {
+            uint32_t a = m->tets[t].v[delaunay_edge_order(e)[0]], b = m->tets[t].v[delaunay_edge_order(e)[1]];
+            double x = m->vertices[a].x[0] - m->vertices[b].x[0], y = m->vertices[a].x[1] - m->vertices[b].x[1];
+            double z = m->vertices[a].x[2] - m->vertices[b].x[2];
+            double ratio = 2 * sqrt(x * x + y * y + z * z) / (domain->size[a] + domain->size[b]);
+            if ((a >= first_new || b >= first_new) && ratio < least) least = ratio;
+        }
+    return least;
+}
+
+static int stage_bits_clear(const mesher_domain *domain)
+{
+    delaunay_handle t;
+    for (t = 1; t < domain->mesh.num_tets; t++)
+        if ((domain->mesh.flags[t] & DELAUNAY_STAGE_BITS) || domain->mesh.mark[t]) return 0;
+    return 1;
+}
+
+/* Sizes, refines, and checks all that must hold whatever the options. */
+static mesher_result refine_and_check(mesher_domain *domain, mesher_report *report)
+{
+    uint64_t surface = surface_hash(domain);
+    uint32_t first_new = domain->mesh.num_vertices;
+    double volume = small_total(&domain->mesh);
+    mesher_result result;
+    memset(report, 0, sizeof *report);
+    result = mesher_size(domain, report);
+    CHECK(result == MESHER_OK);
+    if (result == MESHER_OK) result = mesher_refine(domain, report);
+    CHECK(small_valid(&domain->mesh));
+    CHECK(surface_hash(domain) == surface);
+    CHECK(fabs(small_total(&domain->mesh) - volume) <= 1e-12 * volume);
+    CHECK(stage_bits_clear(domain));
+    CHECK(domain->mesh.num_vertices - first_new == report->refined_vertices);
+    CHECK(delaunay_count_tets(&domain->mesh) == report->num_tets);
+    if (report->refined_vertices) {
+        CHECK(nearest(domain, first_new) > 0.69);
+        CHECK(domain->mesh.vertex_id[first_new] == DELAUNAY_NO_ID);
+    }
+    return result;
+}
+
+static void one_cube_gets_the_wanted_size(void)
+{
+    mesher_domain d;
+    mesher_report r;
+    mesher_options o;
+    memset(&o, 0, sizeof o);
+    o.size = 0.08;
+    CHECK(box(&d, 1, 1, 1, 1, 9, &o));
+    CHECK(refine_and_check(&d, &r) == MESHER_OK);
+    CHECK(r.refined_vertices > 500 && r.refined_vertices < 6000);
+    CHECK(r.size_p50 > 0.8 && r.size_p50 < 1.25);
+    mesher_domain_free(&d);
+    o.size = 0;
+    CHECK(box(&d, 5, 5, 5, 0.2, 9, &o));
+    CHECK(refine_and_check(&d, &r) == MESHER_OK);
+    CHECK(r.refined_vertices < 60); /* the lattice has the size that its surface asks for */
+    mesher_domain_free(&d);
+}
+
+static void a_fine_surface_is_honoured(void)
+{
+    mesher_domain d;
+    mesher_report r;
+    mesher_options o;
+    memset(&o, 0, sizeof o);
+    o.size = 0.05;
+    CHECK(box(&d, 6, 6, 6, 0.1, 9, &o));
+    CHECK(refine_and_check(&d, &r) == MESHER_OK);
+    CHECK(r.size_in_band > 0.85);
+    mesher_domain_free(&d);
+}
+
+static void a_plate_of_one_layer_gets_no_points(void)
+{
+    mesher_domain d;
+    mesher_report r;
+    CHECK(box(&d, 12, 12, 1, 1, 99, NULL));
+    CHECK(refine_and_check(&d, &r) == MESHER_OK);
+    CHECK(r.refined_vertices == 0);
+    mesher_domain_free(&d);
+}
+
+static void an_interface_and_its_colours_stay(void)
+{
+    mesher_domain d;
+    mesher_report r;
+    mesher_options o;
+    delaunay_handle t;
+    memset(&o, 0, sizeof o);
+    o.size = 0.25;
+    CHECK(box(&d, 4, 3, 3, 1, 2, &o));
+    CHECK(refine_and_check(&d, &r) == MESHER_OK);
+    CHECK(r.refined_vertices > 200);
+    for (t = 1; t < d.mesh.num_tets; t++) {
+        double x = 0;
+        int i;
+        if (delaunay_is_deleted(&d.mesh, t)) continue;
+        for (i = 0; i < 4; i++) x += d.mesh.vertices[d.mesh.tets[t].v[i]].x[0] / 4;
+        CHECK(d.mesh.color[t] == (x < 2 ? 1u : 2u));
+    }
+    mesher_domain_free(&d);
+}
+
+static void outside_is_never_refined(void)
+{
+    mesher_domain d;
+    mesher_report r;
+    mesher_options o;
+    delaunay_handle t;
+    uint32_t v;
+    memset(&o, 0, sizeof o);
+    o.size = 0.3;
+    CHECK(box(&d, 4, 2, 2, 1, 2, &o));
+    for (t = 1; t < d.mesh.num_tets; t++)
+        if (d.mesh.color[t] == 2) d.mesh.color[t] = DELAUNAY_OUTSIDE;
+    memset(&r, 0, sizeof r);
+    CHECK(mesher_size(&d, &r) == MESHER_OK && mesher_refine(&d, &r) == MESHER_OK);
+    CHECK(small_valid(&d.mesh) && r.refined_vertices > 20);
+    for (v = d.mesh.num_points + 1; v < d.mesh.num_vertices; v++) CHECK(d.mesh.vertices[v].x[0] < 2);
+    mesher_domain_free(&d);
+}
+
+/* A line inside, marked on edges of the lattice. */
+static void an_embedded_line_stays(void)
+{
+    mesher_domain d;
+    mesher_report r;
+    mesher_options o;
+    delaunay_worker *w;
+    uint32_t i;
+    memset(&o, 0, sizeof o);
+    o.size = 0.3;
+    CHECK(box(&d, 4, 4, 4, 1, 9, &o));
+    w = delaunay_worker_new(&d.mesh.memory);
+    CHECK(w != NULL);
+    for (i = 0; i < 2; i++) {
+        uint32_t a = 1 + 2 + 5 * (2 + 5 * (1 + i)), b = a + 25;
+        delaunay_handle t = delaunay_find_edge(&d.mesh, w, a, b);
+        CHECK(t && delaunay_mark_edge(&d.mesh, w, t, a, b, 1) == DELAUNAY_OK);
+    }
+    CHECK(refine_and_check(&d, &r) == MESHER_OK);
+    for (i = 0; i < 2; i++) {
+        uint32_t a = 1 + 2 + 5 * (2 + 5 * (1 + i)), b = a + 25;
+        delaunay_handle t = delaunay_find_edge(&d.mesh, w, a, b);
+        CHECK(t != 0);
+        if (t)
+            CHECK(d.mesh.flags[t] & DELAUNAY_EDGE_BIT(delaunay_edge_between(
+                                        delaunay_local_index(d.mesh.tets + t, a), delaunay_local_index(d.mesh.tets + t, b))));
+    }
+    CHECK(r.refined_vertices > 500);
+    delaunay_worker_free(w);
+    mesher_domain_free(&d);
+}
+
+enum { NAN_WISH, ZERO_WISH, NEGATIVE_WISH, JUMP_WISH, BALL_WISH, TINY_WISH };
+static void wish(void *user, size_t count, const double *xyz, const uint32_t *region, double *out)
+{
+    size_t i;
+    double zero = 0;
+    (void)region;
+    for (i = 0; i < count; i++) {
+        double x = xyz[3 * i] - 1.5, y = xyz[3 * i + 1] - 1.5, z = xyz[3 * i + 2] - 1.5;
+        double d = sqrt(x * x + y * y + z * z);
+        switch (*(int *)user) {
+        case NAN_WISH: out[i] = zero / zero; break;
+        case ZERO_WISH: out[i] = 0; break;
+        case NEGATIVE_WISH: out[i] = -1; break;
+        case JUMP_WISH: out[i] = x < 0 ? 0.15 : 0.6; break;
+        case BALL_WISH: out[i] = 0.05 + 0.25 * d; break;
+        default: out[i] = 1e-30; break;
+        }
+    }
+}
+
+static void size_functions_of_every_kind(void)
+{
+    int kind;
+    uint64_t plain = 0;
+    for (kind = NAN_WISH; kind <= TINY_WISH; kind++) {
+        mesher_domain d;
+        mesher_report r;
+        mesher_options o;
+        memset(&o, 0, sizeof o);
+        o.size = 0.6;
+        o.size_function = wish;
+        o.size_user = &kind;
+        o.max_vertices = 6000;
+        CHECK(box(&d, 3, 3, 3, 1, 9, &o));
+        CHECK(refine_and_check(&d, &r) == (kind == TINY_WISH ? MESHER_STOPPED_BY_BUDGET : MESHER_OK));
+        CHECK((r.size_ignored > 0) == (kind <= NEGATIVE_WISH));
+        if (kind == NAN_WISH) plain = mesh_hash(&d);
+        if (kind == ZERO_WISH || kind == NEGATIVE_WISH) CHECK(mesh_hash(&d) == plain);
+        if (kind == BALL_WISH || kind == JUMP_WISH) CHECK(r.refined_vertices > 200 && r.size_in_band > 0.65);
+        mesher_domain_free(&d);
+    }
+}
+
+static void bounds_and_gradation(void)
+{
+    mesher_domain d;
+    mesher_report r;
+    mesher_options o;
+    uint64_t coarse, fine;
+    memset(&o, 0, sizeof o);
+    o.size = 0.1;
+    o.min_size = 0.5;
+    CHECK(box(&d, 2, 2, 2, 1, 9, &o));
+    CHECK(refine_and_check(&d, &r) == MESHER_OK);
+    coarse = r.refined_vertices;
+    mesher_domain_free(&d);
+    o.min_size = 0;
+    o.size = 0;
+    o.max_size = 0.25;
+    CHECK(box(&d, 2, 2, 2, 1, 9, &o));
+    CHECK(refine_and_check(&d, &r) == MESHER_OK);
+    fine = r.refined_vertices;
+    CHECK(fine > 3 * coarse);
+    mesher_domain_free(&d);
+}
+
+static void budgets_leave_a_valid_mesh(void)
+{
+    mesher_domain d;
+    mesher_report r;
+    mesher_options o;
+    small_allocator a;
+    int k;
+    memset(&o, 0, sizeof o);
+    o.size = 0.1;
+    for (k = 0; k < 4; k++) {
+        mesher_options p = o;
+        if (k == 0) p.max_vertices = 500;
+        if (k == 1) p.max_tets = 2000;
+        if (k == 2) p.max_seconds = 1e-9;
+        if (k == 3) p.host.memory_limit_bytes = 1500000;
+        CHECK(box(&d, 2, 2, 2, 1, 9, &p));
+        CHECK(refine_and_check(&d, &r) == MESHER_STOPPED_BY_BUDGET);
+        if (k == 0) CHECK(d.mesh.num_vertices - 1 == 500);
+        if (k == 1) CHECK(r.num_tets <= 2000 && r.num_tets > 1800);
+        mesher_domain_free(&d);
+    }
+    for (k = 30; k < 400; k += 7) { /* allocations that fail leave it valid as well */
+        mesher_options p = o;
+        mesher_result result;
+        memset(&a, 0, sizeof a);
+        a.countdown = -1;
+        p.size = 0.3;
+        p.host.allocator.alloc = small_alloc;
+        p.host.allocator.release = small_release;
+        p.host.allocator.user = &a;
+        if (!box(&d, 2, 2, 2, 1, 9, &p)) continue;
+        a.countdown = k - 30;
+        memset(&r, 0, sizeof r);
+        result = mesher_size(&d, &r);
+        if (result == MESHER_OK) result = mesher_refine(&d, &r);
+        a.countdown = -1;
+        CHECK(result == MESHER_OK || result == MESHER_ERROR_OUT_OF_MEMORY);
+        CHECK(small_valid(&d.mesh));
+        mesher_domain_free(&d);
+        CHECK(a.outstanding == 0);
+    }
+}
+
+static int cancel(void *user, const char *phase, double fraction)
+{
+    (void)phase;
+    (void)fraction;
+    return ++*(int *)user > 1;
+}
+
+static void a_cancelled_mesh_is_valid(void)
+{
+    mesher_domain d;
+    mesher_report r;
+    mesher_options o;
+    int calls = 0;
+    memset(&o, 0, sizeof o);
+    o.size = 0.1;
+    o.host.progress = cancel;
+    o.host.user = &calls;
+    CHECK(box(&d, 2, 2, 2, 1, 9, &o));
+    CHECK(refine_and_check(&d, &r) == MESHER_CANCELLED);
+    mesher_domain_free(&d);
+}
+
+static void threads_give_the_same_bytes(void)
+{
+    static const int threads[4] = {1, 2, 3, 8};
+    uint64_t hash = 0;
+    int k;
+    for (k = 0; k < 4; k++) {
+        mesher_domain d;
+        mesher_report r;
+        mesher_options o;
+        memset(&o, 0, sizeof o);
+        o.size = 0.11;
+        o.host.num_threads = threads[k];
+        CHECK(box(&d, 3, 3, 3, 1, 9, &o));
+        CHECK(refine_and_check(&d, &r) == MESHER_OK);
+        if (k == 0) hash = mesh_hash(&d);
+        CHECK(mesh_hash(&d) == hash);
+        mesher_domain_free(&d);
+    }
+}
+
+int main(void)
+{
+    one_cube_gets_the_wanted_size();
+    a_fine_surface_is_honoured();
+    a_plate_of_one_layer_gets_no_points();
+    an_interface_and_its_colours_stay();
+    outside_is_never_refined();
+    an_embedded_line_stays();
+    size_functions_of_every_kind();
+    bounds_and_gradation();
+    budgets_leave_a_valid_mesh();
+    a_cancelled_mesh_is_valid();
+    threads_give_the_same_bytes();
+    return check_report();
+}
