@@ -297,6 +297,9 @@ DELAUNAY_API int delaunay_insphere_perturbed(const double *a, const double *b, c
                                              const double *d, const double *e);
 /* The test behind orient3d's filter: always exact, slower. */
 DELAUNAY_API int delaunay_orient3d_exact(const double *a, const double *b, const double *c, const double *d);
+/* Sign of component axis of the cross product (b-a) x (c-a): the turn of a, b, c in the coordinate plane with
+ * that normal. */
+DELAUNAY_API int delaunay_orient2d(const double *a, const double *b, const double *c, int axis);
 /* True if a, b, c lie on one line, exactly. */
 DELAUNAY_API int delaunay_collinear(const double *a, const double *b, const double *c);
 /* DELAUNAY_OK, or DELAUNAY_ERROR_BROKEN_ARITHMETIC under flags or FPU modes that break exactness. */
@@ -845,18 +848,22 @@ DELAUNAY_API int delaunay_insphere_perturbed(const double *a, const double *b, c
     return s ? s : delaunay__insphere_tie(a, b, c, d, e);
 }
 
+/* Filter: four roundings, each by at most half an ulp of a product or of the result. */
+DELAUNAY_API int delaunay_orient2d(const double *a, const double *b, const double *c, int axis)
+{
+    int i = (axis + 1) % 3, j = (axis + 2) % 3;
+    double l = (b[i] - a[i]) * (c[j] - a[j]), r = (b[j] - a[j]) * (c[i] - a[i]), det = l - r;
+    delaunay__expansion2 u[3], v[3];
+    double h[16];
+    if (fabs(det) > 5e-16 * (fabs(l) + fabs(r)) + 1e-290) return det > 0 ? 1 : -1;
+    delaunay__row(u, b, a);
+    delaunay__row(v, c, a);
+    return delaunay__expansion_sign(h, delaunay__expansion_minor(u, v, i, j, h));
+}
+
 DELAUNAY_API int delaunay_collinear(const double *a, const double *b, const double *c)
 {
-    int i, j;
-    for (i = 0; i < 3; i++) {
-        delaunay__expansion2 u[3], v[3];
-        double h[16];
-        j = (i + 1) % 3;
-        delaunay__row(u, b, a);
-        delaunay__row(v, c, a);
-        if (delaunay__expansion_minor(u, v, i, j, h) != 0) return 0;
-    }
-    return 1;
+    return !delaunay_orient2d(a, b, c, 0) && !delaunay_orient2d(a, b, c, 1) && !delaunay_orient2d(a, b, c, 2);
 }
 
 /* ---- >>mesh ------------------------------------------------------------------------------- */
