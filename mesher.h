@@ -830,7 +830,7 @@ done:
     return result;
 }
 
-/* Marks vertices of facets and lines; notes duplicates and isolated ones. */
+/* Marks vertices of facets and lines, and isolated ones; notes duplicates. */
 static void mesher__find_uses(mesher_domain *domain, mesher_report *report)
 {
     const mesher_surface *surface = &domain->surface;
@@ -844,7 +844,6 @@ static void mesher__find_uses(mesher_domain *domain, mesher_report *report)
             mesher__add_vertex_finding(report, MESHER_NOTE_DUPLICATE_VERTEX, surface, v, s);
         } else if (domain->vertex_used[i] == MESHER_VERTEX_ABSENT) {
             domain->vertex_used[i] = MESHER_VERTEX_ISOLATED;
-            mesher__add_vertex_finding(report, MESHER_NOTE_UNUSED_VERTEX, surface, v, DELAUNAY_NO_ID);
         }
     }
 }
@@ -886,12 +885,864 @@ static mesher_result mesher__check_cells(mesher_domain *domain, mesher_report *r
 }
 
 /* ---- >>check ------------------------------------------------------------------------------ */
+/* Facets and lines in order of the Hilbert curve under a complete binary tree of boxes: leaf l holds items
+ * 4*l .. 4*l+3, node k has children 2*k and 2*k+1. Boxes are floats; the map from coordinates to them is
+ * monotone, so boxes of things that meet overlap. */
 
-/* Every pair of facets, lines and isolated points that meet where they must not. */
+enum {
+    MESHER__LEAF_ITEMS = 4,
+    MESHER__BLOCK_LEAVES = 32,    /* a task of one thread */
+    MESHER__ROUND_BLOCKS = 512,   /* between two looks at cancellation */
+    MESHER__BLOCK_FINDINGS = 32,  /* more are found in a second pass over the block */
+    MESHER__KEPT_FINDINGS = 1 << 20
+};
+/* Beyond so many findings the test stops, and counts are lower bounds. */
+#define MESHER__MOST_FINDINGS UINT64_C(10000000)
+
+typedef struct mesher__box {
+    float lo[3], hi[3];
+} mesher__box;
+
+/* A facet (n = 3) or line (n = 2). */
+typedef struct mesher__item {
+    uint32_t v[3], n, id;
+} mesher__item;
+
+typedef struct mesher__space {
+    const mesher_surface *surface;
+    mesher__item *items;
+    mesher__box  *boxes;   /* of items */
+    mesher__box  *nodes;   /* 2*num_leaf_nodes; [0] unused */
+    size_t        num_items, num_leaves, num_leaf_nodes;
+    double        origin[3], scale;
+} mesher__space;
+
+static int mesher__boxes_meet(const mesher__box *a, const mesher__box *b)
+{
+    return a->lo[0] <= b->hi[0] && b->lo[0] <= a->hi[0] && a->lo[1] <= b->hi[1] && b->lo[1] <= a->hi[1] &&
+           a->lo[2] <= b->hi[2] && b->lo[2] <= a->hi[2];
+}
+
+static void mesher__box_clear(mesher__box *box)
+{
+    int i;
+    for (i = 0; i < 3; i++) {
+        box->lo[i] = FLT_MAX;
+        box->hi[i] = -FLT_MAX;
+    }
+}
+
+static void mesher__box_join(mesher__box *a, const mesher__box *b)
+{
+    int i;
+    for (i = 0; i < 3; i++) {
+        if (b->lo[i] < a->lo[i]) a->lo[i] = b->lo[i];
+        if (b->hi[i] > a->hi[i]) a->hi[i] = b->hi[i];
+    }
+}
+
+static mesher__box mesher__box_of(const mesher__space *space, const uint32_t *v, uint32_t n)
+{
+    mesher__box box;
+    uint32_t i;
+    int j;
+    mesher__box_clear(&box);
+    for (i = 0; i < n; i++)
+        for (j = 0; j < 3; j++) {
+            float x = (float)((mesher__point(space->surface, v[i])[j] - space->origin[j]) * space->scale);
+            if (x < box.lo[j]) box.lo[j] = x;
+            if (x > box.hi[j]) box.hi[j] = x;
+        }
+    return box;
+}
+
+static void mesher__space_free(delaunay_memory *memory, mesher__space *space)
+{
+    delaunay_release(memory, space->items);
+    delaunay_release(memory, space->boxes);
+    delaunay_release(memory, space->nodes);
+    memset(space, 0, sizeof *space);
+}
+
+static size_t mesher__gather_items(const mesher_domain *domain, mesher__item *items)
+{
+    size_t n = 0, i;
+    for (i = 0; i < domain->num_facets; i++, n++) {
+        memcpy(items[n].v, domain->facets + 3 * i, sizeof items[n].v);
+        items[n].n = 3;
+        items[n].id = domain->facet_source[i];
+    }
+    for (i = 0; i < domain->num_edges; i++) {
+        if (domain->edge_source[i] < domain->surface.num_triangles) continue;
+        items[n].v[0] = domain->edges[2 * i];
+        items[n].v[1] = domain->edges[2 * i + 1];
+        items[n].v[2] = DELAUNAY_NO_ID;
+        items[n].n = 2;
+        items[n++].id = domain->edge_source[i];
+    }
+    return n;
+}
+
+static size_t mesher__count_items(const mesher_domain *domain)
+{
+    size_t n = domain->num_facets, i;
+    for (i = 0; i < domain->num_edges; i++) n += domain->edge_source[i] >= domain->surface.num_triangles;
+    return n;
+}
+
+/* Puts the items into the order of the curve through their middles. */
+static mesher_result mesher__order_items(mesher_domain *domain, const mesher__item *items, size_t n, mesher__item *sorted)
+{
+    delaunay_memory *memory = &domain->memory;
+    mesher_result result = MESHER_ERROR_OUT_OF_MEMORY;
+    double *middles = NULL;
+    uint64_t *keys = NULL;
+    hxtsort_pair *pairs = NULL;
+    size_t i;
+    middles = (double *)delaunay_alloc(memory, n, 3 * sizeof *middles);
+    if (!middles) goto done;
+    keys = (uint64_t *)delaunay_alloc(memory, n, sizeof *keys);
+    if (!keys) goto done;
+    pairs = (hxtsort_pair *)delaunay_alloc(memory, n, sizeof *pairs);
+    if (!pairs) goto done;
+    for (i = 0; i < n; i++) mesher__centroid(&domain->surface, items[i].v, (int)items[i].n, middles + 3 * i);
+    result = MESHER_ERROR_INTERNAL;
+    if (hilbert_keys3(keys, middles, 0, n, NULL, domain->options.host.num_threads) != HILBERT_OK) goto done;
+    for (i = 0; i < n; i++) {
+        pairs[i].key = keys[i];
+        pairs[i].value = i;
+    }
+    result = mesher__sort(domain, pairs, n);
+    if (result != MESHER_OK) goto done;
+    for (i = 0; i < n; i++) sorted[i] = items[pairs[i].value];
+done:
+    delaunay_release(memory, pairs);
+    delaunay_release(memory, keys);
+    delaunay_release(memory, middles);
+    return result;
+}
+
+static void mesher__space_frame(const mesher_domain *domain, mesher__space *space)
+{
+    const mesher_surface *surface = &domain->surface;
+    double hi[3] = {0, 0, 0}, extent = 0;
+    size_t i;
+    int j;
+    for (i = 0; i < surface->num_vertices; i++)
+        for (j = 0; j < 3; j++) {
+            double x = mesher__point(surface, (uint32_t)i)[j];
+            if (i == 0 || x < space->origin[j]) space->origin[j] = x;
+            if (i == 0 || x > hi[j]) hi[j] = x;
+        }
+    for (j = 0; j < 3; j++)
+        if (hi[j] - space->origin[j] > extent) extent = hi[j] - space->origin[j];
+    space->scale = extent > 0 ? 1 / extent : 1;
+}
+
+static void mesher__build_tree(mesher__space *space)
+{
+    size_t i;
+    for (i = 0; i < 2 * space->num_leaf_nodes; i++) mesher__box_clear(space->nodes + i);
+    for (i = 0; i < space->num_items; i++) {
+        space->boxes[i] = mesher__box_of(space, space->items[i].v, space->items[i].n);
+        mesher__box_join(space->nodes + space->num_leaf_nodes + i / MESHER__LEAF_ITEMS, space->boxes + i);
+    }
+    for (i = space->num_leaf_nodes; i-- > 1;) {
+        space->nodes[i] = space->nodes[2 * i];
+        mesher__box_join(space->nodes + i, space->nodes + 2 * i + 1);
+    }
+}
+
+static mesher_result mesher__space_init(mesher_domain *domain, mesher__space *space)
+{
+    delaunay_memory *memory = &domain->memory;
+    mesher_result result = MESHER_ERROR_OUT_OF_MEMORY;
+    size_t n = mesher__count_items(domain);
+    mesher__item *items = (mesher__item *)delaunay_alloc(memory, n, sizeof *items);
+    memset(space, 0, sizeof *space);
+    space->surface = &domain->surface;
+    space->num_items = n;
+    space->num_leaves = (n + MESHER__LEAF_ITEMS - 1) / MESHER__LEAF_ITEMS;
+    for (space->num_leaf_nodes = 1; space->num_leaf_nodes < space->num_leaves;) space->num_leaf_nodes *= 2;
+    if (!items) goto done;
+    space->items = (mesher__item *)delaunay_alloc(memory, n, sizeof *space->items);
+    if (!space->items) goto done;
+    space->boxes = (mesher__box *)delaunay_alloc(memory, n, sizeof *space->boxes);
+    if (!space->boxes) goto done;
+    space->nodes = (mesher__box *)delaunay_alloc(memory, 2 * space->num_leaf_nodes, sizeof *space->nodes);
+    if (!space->nodes) goto done;
+    mesher__gather_items(domain, items);
+    result = n ? mesher__order_items(domain, items, n, space->items) : MESHER_OK;
+    if (result != MESHER_OK) goto done;
+    mesher__space_frame(domain, space);
+    mesher__build_tree(space);
+done:
+    delaunay_release(memory, items);
+    if (result != MESHER_OK) mesher__space_free(memory, space);
+    return result;
+}
+
+/* -- Two things meet where? All signs below are exact; only reported places are rounded. */
+
+typedef struct mesher__hit {
+    mesher_kind kind;
+    int         owner; /* T-junction: the vertex belongs to the first (0) or second (1) of the pair */
+    uint32_t    vertices[3];
+    double      xyz[3];
+} mesher__hit;
+
+typedef struct mesher__shape {
+    const double *p[3];
+    uint32_t      v[3];
+} mesher__shape;
+
+static void mesher__shape_set(mesher__shape *shape, const mesher_surface *surface, const uint32_t *v, uint32_t n)
+{
+    uint32_t i;
+    for (i = 0; i < n; i++) {
+        shape->v[i] = v[i];
+        shape->p[i] = mesher__point(surface, v[i]);
+    }
+}
+
+/* orient3d, with a look first at what CAD parts are full of: four points in a plane x, y or z = constant. */
+static int mesher__orient(const double *a, const double *b, const double *c, const double *d)
+{
+    int i;
+    for (i = 0; i < 3; i++)
+        if (a[i] == b[i] && a[i] == c[i] && a[i] == d[i]) return 0;
+    return delaunay_orient3d(a, b, c, d);
+}
+
+static int mesher__side(const mesher__shape *t, const double *x) { return mesher__orient(t->p[0], t->p[1], t->p[2], x); }
+
+/* A coordinate plane, named by its normal, in which the triangle is not degenerate. */
+static int mesher__plane_of(const mesher__shape *t)
+{
+    int axis;
+    for (axis = 0; axis < 2; axis++)
+        if (delaunay_orient2d(t->p[0], t->p[1], t->p[2], axis) != 0) return axis;
+    return 2;
+}
+
+/* Collinear, distinct p, q, x: x between the others. */
+static int mesher__between(const double *p, const double *q, const double *x)
+{
+    int i;
+    for (i = 0; i < 3; i++)
+        if (p[i] != q[i]) return p[i] < q[i] ? p[i] < x[i] && x[i] < q[i] : q[i] < x[i] && x[i] < p[i];
+    return 0;
+}
+
+/* x is in the plane of t. 0: outside; 1: interior; 2: on the edge from vertex *edge; 3: at a vertex. */
+static int mesher__in_triangle(const mesher__shape *t, const double *x, int axis, int *edge)
+{
+    int turn = delaunay_orient2d(t->p[0], t->p[1], t->p[2], axis), zeros = 0, i, o;
+    for (i = 0; i < 3; i++) {
+        o = turn * delaunay_orient2d(t->p[i], t->p[(i + 1) % 3], x, axis);
+        if (o < 0) return 0;
+        if (o == 0) {
+            zeros++;
+            *edge = i;
+        }
+    }
+    return 1 + zeros;
+}
+
+/* The point of pq at |hp| : |hq|. */
+static void mesher__hit_at(mesher__hit *hit, const double *p, const double *q, double hp, double hq)
+{
+    double sum = fabs(hp) + fabs(hq), t = sum > 0 && sum <= DBL_MAX ? fabs(hp) / sum : 0.5;
+    int i;
+    for (i = 0; i < 3; i++) hit->xyz[i] = p[i] + t * (q[i] - p[i]);
+}
+
+static int mesher__hit_cross(mesher__hit *hit, uint32_t v0, uint32_t v1)
+{
+    hit->kind = MESHER_DEFECT_INTERSECTION;
+    hit->owner = 0;
+    hit->vertices[0] = v0;
+    hit->vertices[1] = v1;
+    hit->vertices[2] = DELAUNAY_NO_ID;
+    return 1;
+}
+
+/* Vertex v of one lies on the edge v1 v2 of the other, or, if these are NO_ID, within its facet. */
+static int mesher__hit_touch(mesher__hit *hit, int owner, uint32_t v, const double *x, uint32_t v1, uint32_t v2)
+{
+    hit->kind = MESHER_DEFECT_T_JUNCTION;
+    hit->owner = owner;
+    hit->vertices[0] = v;
+    hit->vertices[1] = v1;
+    hit->vertices[2] = v2;
+    memcpy(hit->xyz, x, sizeof hit->xyz);
+    return 1;
+}
+
+/* A vertex x of the first that is in the plane of t: does it touch t? */
+static int mesher__touch(const mesher__shape *t, uint32_t v, const double *x, int axis, mesher__hit *hit)
+{
+    int edge = 0, where = mesher__in_triangle(t, x, axis, &edge);
+    if (where == 0) return 0;
+    if (where == 2) return mesher__hit_touch(hit, 0, v, x, t->v[edge], t->v[(edge + 1) % 3]);
+    return mesher__hit_touch(hit, 0, v, x, DELAUNAY_NO_ID, DELAUNAY_NO_ID);
+}
+
+/* Twice the area of a, b, c in the coordinate plane, rounded: for places only. */
+static double mesher__area(const double *a, const double *b, const double *c, int axis)
+{
+    int i = (axis + 1) % 3, j = (axis + 2) % 3;
+    return (b[i] - a[i]) * (c[j] - a[j]) - (b[j] - a[j]) * (c[i] - a[i]);
+}
+
+/* Segments pq and rs in one plane, no vertex shared: they cross, or an end of rs lies within pq. */
+static int mesher__segments_2d(const mesher__shape *pq, const mesher__shape *rs, int axis, mesher__hit *hit)
+{
+    const double *p = pq->p[0], *q = pq->p[1], *r = rs->p[0], *s = rs->p[1];
+    int or_ = delaunay_orient2d(p, q, r, axis), os = delaunay_orient2d(p, q, s, axis);
+    if (or_ == 0 && mesher__between(p, q, r)) return mesher__hit_touch(hit, 1, rs->v[0], r, pq->v[0], pq->v[1]);
+    if (os == 0 && mesher__between(p, q, s)) return mesher__hit_touch(hit, 1, rs->v[1], s, pq->v[0], pq->v[1]);
+    if (or_ * os >= 0) return 0;
+    if (delaunay_orient2d(r, s, p, axis) * delaunay_orient2d(r, s, q, axis) >= 0) return 0;
+    mesher__hit_at(hit, p, q, mesher__area(r, s, p, axis), mesher__area(r, s, q, axis));
+    return mesher__hit_cross(hit, pq->v[0], pq->v[1]);
+}
+
+static void mesher__shape_edge(mesher__shape *edge, const mesher__shape *t, int i)
+{
+    int j = (i + 1) % 3;
+    edge->p[0] = t->p[i];
+    edge->p[1] = t->p[j];
+    edge->v[0] = t->v[i];
+    edge->v[1] = t->v[j];
+}
+
+/* Segment in the plane of t, no vertex shared. If neither end is in t, it crosses an edge or meets a vertex. */
+static int mesher__segment_in_plane(const mesher__shape *pq, const mesher__shape *t, mesher__hit *hit)
+{
+    int axis = mesher__plane_of(t), i;
+    mesher__shape edge;
+    for (i = 0; i < 2; i++)
+        if (mesher__touch(t, pq->v[i], pq->p[i], axis, hit)) return 1;
+    for (i = 0; i < 3; i++) {
+        mesher__shape_edge(&edge, t, i);
+        if (mesher__segments_2d(pq, &edge, axis, hit)) return 1;
+    }
+    return 0;
+}
+
+/* Segment with ends strictly on both sides of t, which is crossed, or met in an edge or a vertex, or missed. */
+static int mesher__segment_through(const mesher__shape *pq, const mesher__shape *t, mesher__hit *hit)
+{
+    const double *p = pq->p[0], *q = pq->p[1];
+    int o[3], i, zeros = 0, plus = 0, minus = 0;
+    double hp = 0, hq = 0, area;
+    for (i = 0; i < 3; i++) {
+        o[i] = mesher__orient(p, q, t->p[i], t->p[(i + 1) % 3]);
+        plus += o[i] > 0;
+        minus += o[i] < 0;
+        zeros += o[i] == 0;
+    }
+    if (plus && minus) return 0;
+    for (i = 0; i < 3; i++) /* two edges met at once: their common vertex */
+        if (zeros == 2 && o[i] == 0 && o[(i + 2) % 3] == 0)
+            return mesher__hit_touch(hit, 1, t->v[i], t->p[i], pq->v[0], pq->v[1]);
+    for (i = 0; i < 3; i++) { /* heights over the plane of t */
+        area = mesher__area(t->p[0], t->p[1], t->p[2], i);
+        hp += (p[i] - t->p[0][i]) * area;
+        hq += (q[i] - t->p[0][i]) * area;
+    }
+    mesher__hit_at(hit, p, q, hp, hq);
+    return mesher__hit_cross(hit, pq->v[0], pq->v[1]);
+}
+
+/* Closed segment against closed triangle, no vertex shared; sp, sq: sides of its ends. */
+static int mesher__segment_hits(const mesher__shape *pq, int sp, int sq, const mesher__shape *t, mesher__hit *hit)
+{
+    if (sp * sq > 0) return 0;
+    if (sp == 0 && sq == 0) return mesher__segment_in_plane(pq, t, hit);
+    if (sp == 0) return mesher__touch(t, pq->v[0], pq->p[0], mesher__plane_of(t), hit);
+    if (sq == 0) return mesher__touch(t, pq->v[1], pq->p[1], mesher__plane_of(t), hit);
+    return mesher__segment_through(pq, t, hit);
+}
+
+/* Interiors of two triangles in one plane are disjoint if and only if a line along an edge separates them. */
+static int mesher__separated(const mesher__shape *a, const mesher__shape *b, int axis)
+{
+    int turn = delaunay_orient2d(a->p[0], a->p[1], a->p[2], axis), i, j;
+    for (i = 0; i < 3; i++) {
+        for (j = 0; j < 3; j++)
+            if (turn * delaunay_orient2d(a->p[i], a->p[(i + 1) % 3], b->p[j], axis) > 0) break;
+        if (j == 3) return 1;
+    }
+    return 0;
+}
+
+/* Middle of the corners of a's part within b, rounded. */
+static void mesher__overlap_place(const mesher__shape *a, const mesher__shape *b, int axis, double *xyz)
+{
+    double polygon[8][3], next[8][3], side[8], turn = mesher__area(b->p[0], b->p[1], b->p[2], axis) < 0 ? -1 : 1;
+    int n = 3, m, i, j, k;
+    for (i = 0; i < 3; i++) memcpy(polygon[i], a->p[i], sizeof polygon[i]);
+    for (k = 0; k < 3; k++) {
+        for (i = 0; i < n; i++) side[i] = turn * mesher__area(b->p[k], b->p[(k + 1) % 3], polygon[i], axis);
+        for (i = 0, m = 0; i < n && m < 7; i++) {
+            int after = (i + 1) % n;
+            if (side[i] >= 0) memcpy(next[m++], polygon[i], sizeof next[0]);
+            if ((side[i] < 0) != (side[after] < 0)) {
+                double t = side[i] / (side[i] - side[after]);
+                for (j = 0; j < 3; j++) next[m][j] = polygon[i][j] + t * (polygon[after][j] - polygon[i][j]);
+                m++;
+            }
+        }
+        if (m == 0) break; /* rounding: a sliver of an overlap */
+        n = m;
+        memcpy(polygon, next, sizeof polygon);
+    }
+    for (j = 0; j < 3; j++)
+        for (xyz[j] = 0, i = 0; i < n; i++) xyz[j] += polygon[i][j] / n;
+}
+
+static int mesher__hit_overlap(const mesher__shape *a, const mesher__shape *b, int axis, mesher__hit *hit)
+{
+    hit->kind = MESHER_DEFECT_OVERLAP;
+    hit->owner = 0;
+    hit->vertices[0] = hit->vertices[1] = hit->vertices[2] = DELAUNAY_NO_ID;
+    mesher__overlap_place(a, b, axis, hit->xyz);
+    return 1;
+}
+
+static int mesher__has_vertex(const mesher__shape *t, uint32_t v) { return t->v[0] == v || t->v[1] == v || t->v[2] == v; }
+
+/* Triangles in one plane with at most one common vertex. If their interiors are disjoint they touch, if at
+ * all, in a segment or point whose ends are vertices: one that is not common lies on an edge of the other. */
+static int mesher__coplanar_hit(const mesher__shape *a, const mesher__shape *b, mesher__hit *hit)
+{
+    int axis = mesher__plane_of(a), i;
+    if (!mesher__separated(a, b, axis) && !mesher__separated(b, a, axis)) return mesher__hit_overlap(a, b, axis, hit);
+    for (i = 0; i < 3; i++)
+        if (!mesher__has_vertex(b, a->v[i]) && mesher__touch(b, a->v[i], a->p[i], axis, hit)) return 1;
+    for (i = 0; i < 3; i++)
+        if (!mesher__has_vertex(a, b->v[i]) && mesher__touch(a, b->v[i], b->p[i], axis, hit)) {
+            hit->owner = 1;
+            return 1;
+        }
+    return 0;
+}
+
+/* A common edge: they meet elsewhere only if they are folded onto each other. */
+static int mesher__folded_hit(const mesher__shape *a, const mesher__shape *b, mesher__hit *hit)
+{
+    int i, j, k, axis;
+    for (i = 0; i < 2 && mesher__has_vertex(b, a->v[i]); i++) {}
+    for (j = 0; j < 2 && mesher__has_vertex(a, b->v[j]); j++) {}
+    if (mesher__side(a, b->p[j]) != 0) return 0;
+    axis = mesher__plane_of(a);
+    k = (i + 1) % 3;
+    if (delaunay_orient2d(a->p[k], a->p[(k + 1) % 3], a->p[i], axis) !=
+        delaunay_orient2d(a->p[k], a->p[(k + 1) % 3], b->p[j], axis))
+        return 0;
+    return mesher__hit_overlap(a, b, axis, hit);
+}
+
+/* The boxes of edge pq and of triangle t are apart. */
+static int mesher__edge_far(const double *p, const double *q, const mesher__shape *t)
+{
+    int i;
+    for (i = 0; i < 3; i++) {
+        double a = t->p[0][i], b = t->p[1][i], c = t->p[2][i];
+        double lo = a < b ? a : b, hi = a < b ? b : a;
+        lo = c < lo ? c : lo;
+        hi = c > hi ? c : hi;
+        if ((p[i] < lo && q[i] < lo) || (p[i] > hi && q[i] > hi)) return 1;
+    }
+    return 0;
+}
+
+/* One common vertex, A = (v, a1, a2), B = (v, b1, b2), not in one plane. If they share another point, the ray
+ * from v through it leaves one of them through its edge opposite v, at a point of the other. So two tests
+ * of these edges are enough, and most pairs, in fans too, end with a look at these edges' boxes. */
+static int mesher__corner_hit(const mesher__shape *a, const mesher__shape *b, mesher__hit *hit)
+{
+    int sa[3], sb[3], i, j;
+    mesher__shape edge;
+    for (i = 0; i < 2 && !mesher__has_vertex(b, a->v[i]); i++) {}
+    for (j = 0; j < 2 && b->v[j] != a->v[i]; j++) {}
+    if (mesher__edge_far(a->p[(i + 1) % 3], a->p[(i + 2) % 3], b) &&
+        mesher__edge_far(b->p[(j + 1) % 3], b->p[(j + 2) % 3], a))
+        return 0;
+    sa[1] = mesher__side(b, a->p[(i + 1) % 3]);
+    sa[2] = mesher__side(b, a->p[(i + 2) % 3]);
+    if (sa[1] * sa[2] > 0) return 0;
+    if (sa[1] == 0 && sa[2] == 0) return mesher__coplanar_hit(a, b, hit);
+    sb[1] = mesher__side(a, b->p[(j + 1) % 3]);
+    sb[2] = mesher__side(a, b->p[(j + 2) % 3]);
+    if (sb[1] * sb[2] > 0) return 0;
+    mesher__shape_edge(&edge, a, (i + 1) % 3);
+    if (mesher__segment_hits(&edge, sa[1], sa[2], b, hit)) return 1;
+    mesher__shape_edge(&edge, b, (j + 1) % 3);
+    if (!mesher__segment_hits(&edge, sb[1], sb[2], a, hit)) return 0;
+    hit->owner ^= 1;
+    return 1;
+}
+
+/* No common vertex: an edge of one meets the other. Crossings go before touching vertices. */
+static int mesher__apart_hit(const mesher__shape *a, const mesher__shape *b, mesher__hit *hit)
+{
+    int s[2][3], i, k, found = 0;
+    for (i = 0; i < 3; i++) s[0][i] = mesher__side(b, a->p[i]);
+    if (s[0][0] == s[0][1] && s[0][0] == s[0][2])
+        return s[0][0] == 0 ? mesher__coplanar_hit(a, b, hit) : 0;
+    for (i = 0; i < 3; i++) s[1][i] = mesher__side(a, b->p[i]);
+    if (s[1][0] == s[1][1] && s[1][0] == s[1][2]) return 0;
+    for (k = 0; k < 2; k++)
+        for (i = 0; i < 3; i++) {
+            mesher__shape edge;
+            mesher__hit one;
+            mesher__shape_edge(&edge, k ? b : a, i);
+            if (!mesher__segment_hits(&edge, s[k][i], s[k][(i + 1) % 3], k ? a : b, &one)) continue;
+            one.owner ^= k;
+            if (!found || one.kind == MESHER_DEFECT_INTERSECTION) *hit = one;
+            found = 1;
+            if (one.kind == MESHER_DEFECT_INTERSECTION) return 1;
+        }
+    return found;
+}
+
+/* A line against a triangle. */
+static int mesher__line_hit(const mesher__shape *pq, const mesher__shape *t, mesher__hit *hit)
+{
+    mesher__shape edge, turned;
+    int k, axis;
+    if (mesher__has_vertex(t, pq->v[0]) && mesher__has_vertex(t, pq->v[1])) return 0;
+    if (!mesher__has_vertex(t, pq->v[0]) && !mesher__has_vertex(t, pq->v[1]))
+        return mesher__segment_hits(pq, mesher__side(t, pq->p[0]), mesher__side(t, pq->p[1]), t, hit);
+    turned = *pq; /* common vertex first */
+    if (!mesher__has_vertex(t, pq->v[0])) {
+        turned.p[0] = pq->p[1]; turned.v[0] = pq->v[1];
+        turned.p[1] = pq->p[0]; turned.v[1] = pq->v[0];
+    }
+    if (mesher__side(t, turned.p[1]) != 0) return 0;
+    axis = mesher__plane_of(t);
+    if (mesher__touch(t, turned.v[1], turned.p[1], axis, hit)) return 1;
+    for (k = 0; t->v[k] != turned.v[0]; k++) {}
+    mesher__shape_edge(&edge, t, (k + 1) % 3);
+    return mesher__segments_2d(&turned, &edge, axis, hit);
+}
+
+/* Two lines. */
+static int mesher__lines_hit(const mesher__shape *a, const mesher__shape *b, mesher__hit *hit)
+{
+    mesher__shape t;
+    int i, j;
+    for (i = 0; i < 2; i++)
+        for (j = 0; j < 2; j++)
+            if (a->v[i] == b->v[j]) {
+                const double *c = a->p[i], *p = a->p[1 - i], *q = b->p[1 - j];
+                if (!delaunay_collinear(c, p, q)) return 0;
+                if (mesher__between(c, p, q)) return mesher__hit_touch(hit, 1, b->v[1 - j], q, a->v[0], a->v[1]);
+                if (mesher__between(c, q, p)) return mesher__hit_touch(hit, 0, a->v[1 - i], p, b->v[0], b->v[1]);
+                return 0;
+            }
+    if (mesher__orient(a->p[0], a->p[1], b->p[0], b->p[1]) != 0) return 0;
+    t.p[0] = a->p[0];
+    t.p[1] = a->p[1];
+    for (j = 0; j < 2; j++) {
+        t.p[2] = b->p[j];
+        if (!delaunay_collinear(t.p[0], t.p[1], t.p[2])) break;
+    }
+    if (j == 2) { /* all on one line */
+        for (i = 0; i < 2; i++) {
+            if (mesher__between(a->p[0], a->p[1], b->p[i]))
+                return mesher__hit_touch(hit, 1, b->v[i], b->p[i], a->v[0], a->v[1]);
+            if (mesher__between(b->p[0], b->p[1], a->p[i]))
+                return mesher__hit_touch(hit, 0, a->v[i], a->p[i], b->v[0], b->v[1]);
+        }
+        return 0;
+    }
+    i = mesher__plane_of(&t);
+    if (mesher__segments_2d(a, b, i, hit)) return 1;
+    if (!mesher__segments_2d(b, a, i, hit)) return 0;
+    hit->owner ^= 1;
+    return 1;
+}
+
+/* Any two items. */
+static int mesher__items_hit(const mesher__space *space, const mesher__item *a, const mesher__item *b, mesher__hit *hit)
+{
+    mesher__shape s, t;
+    int shared = 0, i;
+    mesher__shape_set(&s, space->surface, a->v, a->n);
+    mesher__shape_set(&t, space->surface, b->v, b->n);
+    if (a->n == 2 && b->n == 2) return mesher__lines_hit(&s, &t, hit);
+    if (a->n == 2) return mesher__line_hit(&s, &t, hit);
+    if (b->n == 2) {
+        if (!mesher__line_hit(&t, &s, hit)) return 0;
+        hit->owner ^= 1;
+        return 1;
+    }
+    for (i = 0; i < 3; i++) shared += mesher__has_vertex(&t, s.v[i]);
+    return shared == 0 ? mesher__apart_hit(&s, &t, hit)
+         : shared == 1 ? mesher__corner_hit(&s, &t, hit) : mesher__folded_hit(&s, &t, hit);
+}
+
+/* -- The search for pairs. */
+
+typedef struct mesher__sweep {
+    const mesher__space *space;
+    mesher_finding      *out;
+    size_t               cap, count; /* counted beyond cap */
+} mesher__sweep;
+
+static void mesher__test_pair(mesher__sweep *sweep, size_t i, size_t j)
+{
+    const mesher__item *a = sweep->space->items + i, *b = sweep->space->items + j;
+    mesher_finding *f;
+    mesher__hit hit;
+    int swap;
+    if (a->id > b->id) {
+        const mesher__item *c = a;
+        a = b;
+        b = c;
+    }
+    if (!mesher__items_hit(sweep->space, a, b, &hit)) return;
+    if (sweep->count++ >= sweep->cap) return;
+    f = sweep->out + sweep->count - 1;
+    swap = hit.kind == MESHER_DEFECT_T_JUNCTION && hit.owner;
+    f->kind = hit.kind;
+    f->triangles[0] = swap ? b->id : a->id;
+    f->triangles[1] = swap ? a->id : b->id;
+    memcpy(f->vertices, hit.vertices, sizeof f->vertices);
+    memcpy(f->xyz, hit.xyz, sizeof f->xyz);
+}
+
+static void mesher__test_leaves(mesher__sweep *sweep, size_t l, size_t m)
+{
+    const mesher__space *space = sweep->space;
+    size_t n = space->num_items, end = (l + 1) * MESHER__LEAF_ITEMS, last = (m + 1) * MESHER__LEAF_ITEMS, i, j;
+    for (i = l * MESHER__LEAF_ITEMS; i < end && i < n; i++) {
+        if (!mesher__boxes_meet(space->boxes + i, space->nodes + space->num_leaf_nodes + m)) continue;
+        for (j = l == m ? i + 1 : m * MESHER__LEAF_ITEMS; j < last && j < n; j++)
+            if (mesher__boxes_meet(space->boxes + i, space->boxes + j)) mesher__test_pair(sweep, i, j);
+    }
+}
+
+/* Leaf l against itself and the leaves behind it: those under a right sibling of one of its ancestors. */
+static void mesher__sweep_leaf(mesher__sweep *sweep, size_t l)
+{
+    const mesher__space *space = sweep->space;
+    const mesher__box *box = space->nodes + space->num_leaf_nodes + l;
+    size_t stack[66], k;
+    int top = 0;
+    mesher__test_leaves(sweep, l, l);
+    for (k = space->num_leaf_nodes + l; k > 1; k /= 2) {
+        if (k & 1) continue;
+        stack[top++] = k + 1;
+        while (top) {
+            size_t node = stack[--top];
+            if (!mesher__boxes_meet(box, space->nodes + node)) continue;
+            if (node >= space->num_leaf_nodes) {
+                mesher__test_leaves(sweep, l, node - space->num_leaf_nodes);
+            } else {
+                stack[top++] = 2 * node + 1;
+                stack[top++] = 2 * node;
+            }
+        }
+    }
+}
+
+/* Findings of one block of leaves, in an order that depends on nothing else. */
+static size_t mesher__sweep_block(const mesher__space *space, size_t block, mesher_finding *out, size_t cap)
+{
+    mesher__sweep sweep;
+    size_t l = block * MESHER__BLOCK_LEAVES, end = l + MESHER__BLOCK_LEAVES;
+    sweep.space = space;
+    sweep.out = out;
+    sweep.cap = cap;
+    sweep.count = 0;
+    for (; l < end && l < space->num_leaves; l++) mesher__sweep_leaf(&sweep, l);
+    return sweep.count;
+}
+
+/* What the search has found so far. */
+typedef struct mesher__found {
+    mesher_finding *kept;
+    size_t          num_kept, cap_kept;
+    uint64_t        counts[MESHER_NUM_KINDS];
+    uint64_t        total;
+} mesher__found;
+
+static mesher_result mesher__found_add(delaunay_memory *memory, mesher__found *found, const mesher_finding *f, size_t n)
+{
+    size_t room = MESHER__KEPT_FINDINGS - found->num_kept, keep = n < room ? n : room, i;
+    for (i = 0; i < n; i++) found->counts[f[i].kind]++;
+    found->total += n;
+    if (found->num_kept + keep > found->cap_kept) {
+        size_t cap = 2 * found->cap_kept > found->num_kept + keep ? 2 * found->cap_kept : found->num_kept + keep;
+        void *kept = delaunay_grow(memory, found->kept, found->num_kept, cap, sizeof *found->kept);
+        if (!kept) return MESHER_ERROR_OUT_OF_MEMORY;
+        found->kept = (mesher_finding *)kept;
+        found->cap_kept = cap;
+    }
+    if (keep) memcpy(found->kept + found->num_kept, f, keep * sizeof *f);
+    found->num_kept += keep;
+    return MESHER_OK;
+}
+
+/* One round: blocks [first, first+num). Each thread writes only the slice and the count of its block; the
+ * blocks with more findings than a slice holds are swept again, now that their number is known. */
+static mesher_result mesher__sweep_round(mesher_domain *domain, const mesher__space *space, size_t first, size_t num,
+                                         mesher_finding *slices, mesher__found *found)
+{
+    delaunay_memory *memory = &domain->memory;
+    size_t counts[MESHER__ROUND_BLOCKS], start[MESHER__ROUND_BLOCKS], more = 0, i;
+    mesher_finding *large = NULL;
+    mesher_result result = MESHER_OK;
+    long b, n = (long)num;
+    int threads = delaunay_threads(&domain->options.host);
+    (void)threads;
+#ifdef _OPENMP
+#pragma omp parallel for schedule(dynamic, 1) num_threads(threads)
+#endif
+    for (b = 0; b < n; b++)
+        counts[b] = mesher__sweep_block(space, first + (size_t)b, slices + (size_t)b * MESHER__BLOCK_FINDINGS,
+                                        MESHER__BLOCK_FINDINGS);
+    for (i = 0; i < num; i++) {
+        start[i] = more;
+        if (counts[i] > MESHER__BLOCK_FINDINGS) more += counts[i];
+    }
+    if (more) {
+        large = (mesher_finding *)delaunay_alloc(memory, more, sizeof *large);
+        if (!large) return MESHER_ERROR_OUT_OF_MEMORY;
+#ifdef _OPENMP
+#pragma omp parallel for schedule(dynamic, 1) num_threads(threads)
+#endif
+        for (b = 0; b < n; b++)
+            if (counts[b] > MESHER__BLOCK_FINDINGS)
+                mesher__sweep_block(space, first + (size_t)b, large + start[b], counts[b]);
+    }
+    for (i = 0; i < num && result == MESHER_OK; i++)
+        result = mesher__found_add(memory, found, counts[i] > MESHER__BLOCK_FINDINGS ? large + start[i]
+                                                  : slices + i * MESHER__BLOCK_FINDINGS, counts[i]);
+    delaunay_release(memory, large);
+    return result;
+}
+
+static mesher_result mesher__sweep_all(mesher_domain *domain, const mesher__space *space, mesher__found *found)
+{
+    size_t blocks = (space->num_leaves + MESHER__BLOCK_LEAVES - 1) / MESHER__BLOCK_LEAVES, first, num;
+    size_t most = blocks < (size_t)MESHER__ROUND_BLOCKS ? blocks : (size_t)MESHER__ROUND_BLOCKS;
+    mesher_result result = MESHER_OK;
+    mesher_finding *slices = (mesher_finding *)delaunay_alloc(&domain->memory, most * MESHER__BLOCK_FINDINGS,
+                                                              sizeof *slices);
+    if (!slices) return MESHER_ERROR_OUT_OF_MEMORY;
+    for (first = 0; first < blocks && result == MESHER_OK && found->total < MESHER__MOST_FINDINGS; first += num) {
+        num = blocks - first < most ? blocks - first : most;
+        if (mesher__progress(&domain->options, "intersections", (double)first / (double)blocks)) result = MESHER_CANCELLED;
+        else result = mesher__sweep_round(domain, space, first, num, slices, found);
+    }
+    delaunay_release(&domain->memory, slices);
+    return result;
+}
+
+/* Findings go to the report in the order of their triangles. */
+static mesher_result mesher__report_found(mesher_domain *domain, const mesher__found *found, mesher_report *report)
+{
+    hxtsort_pair *pairs = (hxtsort_pair *)delaunay_alloc(&domain->memory, found->num_kept, sizeof *pairs);
+    uint64_t before[MESHER_NUM_KINDS];
+    mesher_result result;
+    size_t i;
+    if (!pairs) return MESHER_ERROR_OUT_OF_MEMORY;
+    for (i = 0; i < found->num_kept; i++) {
+        pairs[i].key = (uint64_t)found->kept[i].triangles[0] << 32 | found->kept[i].triangles[1];
+        pairs[i].value = i;
+    }
+    result = mesher__sort(domain, pairs, found->num_kept);
+    memcpy(before, report->counts, sizeof before);
+    for (i = 0; i < found->num_kept && result == MESHER_OK; i++) {
+        const mesher_finding *f = found->kept + pairs[i].value;
+        mesher_report_add(report, f->kind, f->triangles[0], f->triangles[1], f->vertices[0], f->vertices[1],
+                          f->vertices[2], f->xyz);
+    }
+    for (i = 0; i < MESHER_NUM_KINDS; i++) report->counts[i] = before[i] + found->counts[i];
+    delaunay_release(&domain->memory, pairs);
+    return result;
+}
+
+/* Every pair of facets and lines that meet where they must not. */
 static mesher_result mesher__check_space(mesher_domain *domain, mesher_report *report)
 {
-    (void)domain;
+    delaunay_memory *memory = &domain->memory;
+    mesher__space space;
+    mesher__found found;
+    mesher_result result = mesher__space_init(domain, &space);
+    if (result != MESHER_OK) return result;
+    memset(&found, 0, sizeof found);
+    result = mesher__sweep_all(domain, &space, &found);
+    if (result == MESHER_OK) result = mesher__report_found(domain, &found, report);
+    delaunay_release(memory, found.kept);
+    mesher__space_free(memory, &space);
+    if (result != MESHER_OK) return result;
     return mesher__count_defects(report) ? MESHER_ERROR_SURFACE : MESHER_OK;
+}
+
+/* True if the point lies on the item, exactly. */
+static int mesher__point_on(const mesher__space *space, const mesher__item *item, const double *x)
+{
+    mesher__shape t;
+    int edge = 0;
+    mesher__shape_set(&t, space->surface, item->v, item->n);
+    if (item->n == 2) return delaunay_collinear(t.p[0], t.p[1], x) && mesher__between(t.p[0], t.p[1], x);
+    return mesher__side(&t, x) == 0 && mesher__in_triangle(&t, x, mesher__plane_of(&t), &edge) != 0;
+}
+
+/* Smallest id of an item that vertex v lies on, or NO_ID. */
+static uint32_t mesher__item_under(const mesher__space *space, uint32_t v)
+{
+    const double *x = mesher__point(space->surface, v);
+    mesher__box box = mesher__box_of(space, &v, 1);
+    uint32_t best = DELAUNAY_NO_ID;
+    size_t stack[66], i;
+    int top = 0;
+    stack[top++] = 1;
+    while (top) {
+        size_t node = stack[--top];
+        if (!mesher__boxes_meet(&box, space->nodes + node)) continue;
+        if (node < space->num_leaf_nodes) {
+            stack[top++] = 2 * node + 1;
+            stack[top++] = 2 * node;
+            continue;
+        }
+        i = (node - space->num_leaf_nodes) * MESHER__LEAF_ITEMS;
+        for (node = i + MESHER__LEAF_ITEMS; i < node && i < space->num_items; i++)
+            if (space->items[i].id < best && mesher__boxes_meet(&box, space->boxes + i) &&
+                mesher__point_on(space, space->items + i, x))
+                best = space->items[i].id;
+    }
+    return best;
+}
+
+/* Isolated vertices are points of the mesh, but one exactly on a facet or line would split it: left out. */
+static mesher_result mesher__place_isolated(mesher_domain *domain, mesher_report *report)
+{
+    const mesher_surface *surface = &domain->surface;
+    mesher__space space;
+    mesher_result result;
+    uint32_t v, n = domain->first_corner;
+    for (v = 0; v < n && domain->vertex_used[v] != MESHER_VERTEX_ISOLATED; v++) {}
+    if (v == n) return MESHER_OK;
+    result = mesher__space_init(domain, &space);
+    if (result != MESHER_OK) return result;
+    for (; v < n; v++) {
+        uint32_t under;
+        if (domain->vertex_used[v] != MESHER_VERTEX_ISOLATED) continue;
+        under = mesher__item_under(&space, v);
+        if (under != DELAUNAY_NO_ID) domain->vertex_used[v] = MESHER_VERTEX_ABSENT;
+        mesher_report_add(report, MESHER_NOTE_UNUSED_VERTEX, under, DELAUNAY_NO_ID, v, DELAUNAY_NO_ID, DELAUNAY_NO_ID,
+                          mesher__point(surface, v));
+    }
+    mesher__space_free(&domain->memory, &space);
+    return MESHER_OK;
 }
 
 /* ---- >>empty ------------------------------------------------------------------------------ */
@@ -2635,7 +3486,8 @@ static mesher_result mesher__domain_init(mesher_domain *domain, const mesher_sur
     if (result != MESHER_OK) return result;
     report->num_boundary_edges = report->counts[MESHER_NOTE_OPEN_EDGE];
     mesher__find_uses(domain, report);
-    result = mesher__check_cells(domain, report);
+    result = mesher__place_isolated(domain, report);
+    if (result == MESHER_OK) result = mesher__check_cells(domain, report);
     if (result != MESHER_OK) return result;
     *usable = 1;
     domain->stage = MESHER__STAGE_INIT;
