@@ -479,6 +479,124 @@ DELAUNAY_API uint32_t delaunay_window_crossings(const delaunay_mesh *mesh, const
 DELAUNAY_API int delaunay_segment_crosses(const delaunay_mesh *mesh, uint32_t a, uint32_t b, uint32_t p,
                                           uint32_t q, uint32_t r, int *zeros);
 
+/* -- engine (b): many small edits, the same bytes for any number of threads. Each round plans the next items of a
+ * list in parallel on the frozen mesh; plans that would meet are sorted out by their order in the list; those that
+ * win are written in parallel, the others are tried again in the next round, and planned again only if something
+ * they read has changed. The first one always wins. No locks, nothing is ever undone.
+ *
+ *     // each vertex to the mean of its neighbours, where that leaves all tetrahedra positive
+ *     static int plan(void *user, const delaunay_mesh *m, delaunay_worker *worker, size_t item, delaunay_plan *p)
+ *     {
+ *         uint32_t v = 1 + (uint32_t)item;
+ *         double x[3] = {0, 0, 0};
+ *         delaunay_result result = delaunay_vertex_star(m, worker, v, &p->star);
+ *         if (result != DELAUNAY_OK) return result;
+ *         for (size_t i = 0; i < p->star.count; i++) {
+ *             const delaunay_tet *t = &m->tets[p->star.items[i]];
+ *             if (t->v[3] == DELAUNAY_GHOST) return DELAUNAY_PLAN_NOTHING;
+ *             for (int k = 0; k < 3; k++)
+ *                 for (int j = 0; j < 4; j++)
+ *                     if (t->v[j] != v) x[k] += m->vertices[t->v[j]].x[k] / (3.0 * (double)p->star.count);
+ *         }
+ *         for (size_t i = 0; i < p->star.count; i++) {
+ *             const uint32_t *q = m->tets[p->star.items[i]].v;
+ *             const double *c[4];
+ *             for (int k = 0; k < 4; k++) c[k] = q[k] == v ? x : m->vertices[q[k]].x;
+ *             if (delaunay_orient3d(c[0], c[1], c[2], c[3]) <= 0) return DELAUNAY_PLAN_NOTHING;
+ *         }
+ *         return delaunay_plan_move(p, v, x, p->star.items, p->star.count);
+ *     }
+ *     ...
+ *     delaunay_engine *engine = delaunay_engine_new(&mesh, NULL);   // NULL: out of memory
+ *     delaunay_speculation job = {0};
+ *     job.num_items = mesh.num_vertices - 1;
+ *     job.plan = plan;
+ *     job.scatter = 1;
+ *     delaunay_result result = delaunay_speculate(engine, &job);
+ *     delaunay_engine_free(engine);
+ */
+
+/* What one item wants to do. A plan function fills it by the functions below; done() reads it. */
+typedef struct delaunay_plan {
+    delaunay_list star, scratch;    /* lent to the plan function; free to use */
+    uint64_t      data[8];          /* for the client, from plan to done; 0 before plan */
+    /* filled by delaunay_plan_*: */
+    delaunay_list read, written, old_tets;
+    uint32_t     *tets;             /* 4 a new tetrahedron */
+    size_t        num_tets, cap_tets;
+    uint32_t      num_new, num_moved;
+    double        new_xyz[8][3], moved_xyz[8][3];
+    uint32_t      moved[8];
+    /* for done(): */
+    int           committed;        /* 0: there was nothing to do */
+    uint32_t      first_vertex;     /* of the new vertices */
+    delaunay_list slots;            /* of the new tetrahedra */
+    /* the engine's: */
+    size_t           item, surplus, freed;
+    delaunay_handle *link;
+    uint8_t         *link_inside;
+    uint16_t        *link_flags;
+    size_t           cap_link;
+    uint32_t         round, color;
+    int              state;
+    delaunay_memory *memory;
+} delaunay_plan;
+
+/* Answers of a plan function; a negative delaunay_result ends the call, the mesh valid. */
+enum { DELAUNAY_PLAN_NOTHING = 0, DELAUNAY_PLAN_COMMIT = 1 };
+
+enum { DELAUNAY_PLAN_VERTICES = 8 }; /* new, and moved, vertices of one plan at most */
+/* Stands for the k-th new vertex of a plan in its new tetrahedra. */
+#define DELAUNAY_PLAN_VERTEX(k) (UINT32_MAX - 1u - (uint32_t)(k))
+
+/* All return DELAUNAY_PLAN_COMMIT or a negative delaunay_result, to be returned in turn. */
+
+/* The plan depends on this tetrahedron (its vertices' positions, neighbours, marks). Those below are implied. */
+DELAUNAY_API int delaunay_plan_read(delaunay_plan *plan, delaunay_handle t);
+/* Tetrahedra to be replaced, and those that replace them: the rules of delaunay_replace. */
+DELAUNAY_API int delaunay_plan_remove(delaunay_plan *plan, delaunay_handle t);
+DELAUNAY_API int delaunay_plan_add(delaunay_plan *plan, uint32_t a, uint32_t b, uint32_t c, uint32_t d);
+/* A new vertex, with id DELAUNAY_NO_ID; at most 8. Write DELAUNAY_PLAN_VERTEX(0), (1), .. for them. */
+DELAUNAY_API int delaunay_plan_vertex(delaunay_plan *plan, const double *xyz);
+/* A vertex moves; star: all tetrahedra that contain it. At most 8. */
+DELAUNAY_API int delaunay_plan_move(delaunay_plan *plan, uint32_t v, const double *xyz, const delaunay_handle *star,
+                                    size_t num_star);
+/* The result of a search in place of its window. */
+DELAUNAY_API int delaunay_plan_window(delaunay_plan *plan, const delaunay_window *window, const delaunay_search *search);
+
+typedef struct delaunay_speculation {
+    size_t num_items;   /* items are 0 .. num_items-1, first ones first; done() may raise it (not with scatter) */
+    /* Decides what to do about an item: reads the mesh, writes the plan. Called by several threads at once; the answer
+     * may depend on nothing but the item and the tetrahedra that the plan lists. */
+    int  (*plan)(void *user, const delaunay_mesh *mesh, delaunay_worker *worker, size_t item, delaunay_plan *plan);
+    /* May be NULL. After each round, by the calling thread, for each item that is finished, in order. May write
+     * marks and colours of tetrahedra that it then touches (delaunay_engine_touch). Nonzero: stop after this
+     * round (DELAUNAY_STOPPED_BY_BUDGET). */
+    int  (*done)(void *user, delaunay_mesh *mesh, delaunay_worker *worker, size_t item, const delaunay_plan *plan);
+    void  *user;
+    uint32_t    batch;   /* items in flight at most; part of what determines the result; 0: 1024 */
+    int         scatter; /* nonzero: items in a scattered order, where neighbours in the list are neighbours in space */
+    const char *phase;   /* for the host's progress callback */
+    uint64_t rounds, plans, commits, conflicts; /* out: conflicts: times that an item had to wait for another */
+} delaunay_speculation;
+
+/* Workers, plans, and a version of each tetrahedron, for the calls of a stage. The mesh must outlive it. */
+typedef struct delaunay_engine delaunay_engine;
+DELAUNAY_API delaunay_engine *delaunay_engine_new(delaunay_mesh *mesh, const delaunay_host *host);
+DELAUNAY_API void delaunay_engine_free(delaunay_engine *engine);
+/* Returns DELAUNAY_OK; _STOPPED_BY_BUDGET: done() said so; _CANCELLED: the host did; _OUT_OF_MEMORY; an error of a
+ * plan function; _INTERNAL: a plan that does not close. The mesh is valid in every case.
+ * Repeats  same bytes for any number of threads */
+DELAUNAY_API delaunay_result delaunay_speculate(delaunay_engine *engine, delaunay_speculation *job);
+/* The round in which a tetrahedron was last written, 0: never by this engine. Rounds count on from call to call:
+ * an item whose tetrahedra are all older than its last failure need not be tried again. */
+DELAUNAY_API uint32_t delaunay_engine_version(const delaunay_engine *engine, delaunay_handle t);
+DELAUNAY_API uint32_t delaunay_engine_round(const delaunay_engine *engine);
+/* The mesh was edited otherwise: plans that read t are made again. Between calls, or in done(). */
+DELAUNAY_API delaunay_result delaunay_engine_touch(delaunay_engine *engine, delaunay_handle t);
+/* A worker for the calling thread, between calls of delaunay_speculate. */
+DELAUNAY_API delaunay_worker *delaunay_engine_worker(delaunay_engine *engine);
+
 #ifdef __cplusplus
 }
 #endif
@@ -1475,9 +1593,16 @@ static delaunay_result delaunay__replace_links(const delaunay_mesh *mesh, delaun
     return waiting ? DELAUNAY_ERROR_INTERNAL : DELAUNAY_OK;
 }
 
-/* Writes the new tetrahedra, by the worker's links, to slots (room is there), and the handles of what surrounds
- * them. Touches nothing else: vertex_tet is the caller's. */
-static void delaunay__replace_write(delaunay_mesh *mesh, const delaunay_worker *w, uint32_t color,
+/* Links of new tetrahedra, a worker's or kept in a plan. */
+typedef struct delaunay__links {
+    const delaunay_handle *link;
+    const uint8_t         *inside;
+    const uint16_t        *flags;
+} delaunay__links;
+
+/* Writes the new tetrahedra, by their links, to slots (room is there), and the handles of what surrounds them.
+ * Touches nothing else: vertex_tet is the caller's. */
+static void delaunay__replace_write(delaunay_mesh *mesh, const delaunay__links *links, uint32_t color,
                                     const uint32_t *vertices, size_t num_new, const delaunay_handle *slots)
 {
     size_t i;
@@ -1487,8 +1612,8 @@ static void delaunay__replace_write(delaunay_mesh *mesh, const delaunay_worker *
         delaunay_tet *tet = &mesh->tets[t];
         memcpy(tet->v, vertices + 4 * i, sizeof tet->v);
         for (k = 0; k < 4; k++) {
-            link = w->link[4 * i + (size_t)k];
-            if (w->link_inside[4 * i + (size_t)k]) {
+            link = links->link[4 * i + (size_t)k];
+            if (links->inside[4 * i + (size_t)k]) {
                 tet->n[k] = 4 * slots[link / 4] + link % 4;
             } else {
                 tet->n[k] = link;
@@ -1496,7 +1621,7 @@ static void delaunay__replace_write(delaunay_mesh *mesh, const delaunay_worker *
             }
         }
         mesh->mark[t] = 0;
-        if (mesh->flags) mesh->flags[t] = w->link_flags[i];
+        if (mesh->flags) mesh->flags[t] = links->flags[i];
         if (mesh->color) mesh->color[t] = color;
     }
 }
@@ -1536,6 +1661,7 @@ DELAUNAY_API delaunay_result delaunay_replace(delaunay_mesh *mesh, delaunay_work
 {
     delaunay_result result = delaunay__replace_links(mesh, worker, old_tets, num_old, vertices, num_new);
     uint32_t color = mesh->color && num_old ? mesh->color[old_tets[0]] : 0;
+    delaunay__links links;
     size_t i;
     int k;
     if (result == DELAUNAY_OK) result = delaunay__replace_reserve(mesh, num_old, num_new);
@@ -1556,7 +1682,10 @@ DELAUNAY_API delaunay_result delaunay_replace(delaunay_mesh *mesh, delaunay_work
         worker->queue.items[i] = i < num_old     ? old_tets[i]
                                  : mesh->num_free ? mesh->free_tets[--mesh->num_free]
                                                   : mesh->num_tets++;
-    delaunay__replace_write(mesh, worker, color, vertices, num_new, worker->queue.items);
+    links.link = worker->link;
+    links.inside = worker->link_inside;
+    links.flags = worker->link_flags;
+    delaunay__replace_write(mesh, &links, color, vertices, num_new, worker->queue.items);
     for (i = 0; mesh->vertex_tet && i < 4 * num_new; i++) mesh->vertex_tet[vertices[i]] = worker->queue.items[i / 4];
     if (slots && num_new) memcpy(slots, worker->queue.items, num_new * sizeof *slots);
     return DELAUNAY_OK;
@@ -2364,6 +2493,609 @@ DELAUNAY_API int delaunay_segment_crosses(const delaunay_mesh *mesh, uint32_t a,
 }
 
 /* ---- >>speculate ----------------------------------------------------------------------- */
+/* A plan writes W: the tetrahedra it replaces, their neighbours (whose handles change) and the stars of vertices
+ * that it moves; it reads R besides. Every planned item of a round puts its position in the list, its
+ * priority, into the owner of each tetrahedron of W, the smallest staying. An item wins if it owns all of its W
+ * and no tetrahedron of R has an owner before it. So no two winners write the same tetrahedron; and what a
+ * winner read is written only by winners after it, whose effects it need not see: the round is as good
+ * as its winners one after another, in order. Who wins depends on the plans alone, not on threads; the slots
+ * of the winners come from sums in order; hence the same bytes.
+ * What two winners can share is a vertex: its entry of vertex_tet is zeroed first and then gets the largest slot. */
+
+#if defined(_OPENMP) && defined(__GNUC__)
+#  define DELAUNAY__OMP(directive) _Pragma(#directive)
+#  define DELAUNAY__HAS_ATOMICS 1
+#else
+#  define DELAUNAY__OMP(directive)
+#  define DELAUNAY__HAS_ATOMICS 0
+#endif
+
+static int delaunay__thread_number(void)
+{
+#if DELAUNAY__HAS_ATOMICS
+    return omp_get_thread_num();
+#else
+    return 0;
+#endif
+}
+
+static void delaunay__atomic_min(uint32_t *p, uint32_t value)
+{
+#if DELAUNAY__HAS_ATOMICS
+    uint32_t old = __atomic_load_n(p, __ATOMIC_RELAXED);
+    while (value < old && !__atomic_compare_exchange_n(p, &old, value, 1, __ATOMIC_RELAXED, __ATOMIC_RELAXED)) {}
+#else
+    if (value < *p) *p = value;
+#endif
+}
+
+static void delaunay__atomic_max(delaunay_handle *p, delaunay_handle value)
+{
+#if DELAUNAY__HAS_ATOMICS
+    delaunay_handle old = __atomic_load_n(p, __ATOMIC_RELAXED);
+    while (value > old && !__atomic_compare_exchange_n(p, &old, value, 1, __ATOMIC_RELAXED, __ATOMIC_RELAXED)) {}
+#else
+    if (value > *p) *p = value;
+#endif
+}
+
+static void delaunay__atomic_set(delaunay_handle *p, delaunay_handle value)
+{
+#if DELAUNAY__HAS_ATOMICS
+    __atomic_store_n(p, value, __ATOMIC_RELAXED);
+#else
+    *p = value;
+#endif
+}
+
+static void delaunay__atomic_set32(uint32_t *p, uint32_t value)
+{
+#if DELAUNAY__HAS_ATOMICS
+    __atomic_store_n(p, value, __ATOMIC_RELAXED);
+#else
+    *p = value;
+#endif
+}
+
+/* The caller's allocator is called by one thread at a time: the workers of an engine allocate through this gate. */
+typedef struct delaunay__gate {
+    delaunay_memory *memory;
+    char             locked;
+} delaunay__gate;
+
+static void delaunay__gate_lock(delaunay__gate *gate)
+{
+#if DELAUNAY__HAS_ATOMICS
+    while (__atomic_test_and_set(&gate->locked, __ATOMIC_ACQUIRE)) {}
+#else
+    gate->locked = 1;
+#endif
+}
+
+static void delaunay__gate_unlock(delaunay__gate *gate)
+{
+#if DELAUNAY__HAS_ATOMICS
+    __atomic_clear(&gate->locked, __ATOMIC_RELEASE);
+#else
+    gate->locked = 0;
+#endif
+}
+
+static void *delaunay__gate_alloc(void *user, size_t size)
+{
+    delaunay__gate *gate = (delaunay__gate *)user;
+    void *block;
+    delaunay__gate_lock(gate);
+    block = delaunay_alloc(gate->memory, size, 1);
+    delaunay__gate_unlock(gate);
+    return block;
+}
+
+static void delaunay__gate_release(void *user, void *block)
+{
+    delaunay__gate *gate = (delaunay__gate *)user;
+    delaunay__gate_lock(gate);
+    delaunay_release(gate->memory, block);
+    delaunay__gate_unlock(gate);
+}
+
+/* States of a plan within a batch. */
+enum { DELAUNAY__PLAN_NEW, DELAUNAY__PLAN_WAITS, DELAUNAY__PLAN_WINS, DELAUNAY__PLAN_IDLE, DELAUNAY__PLAN_FAILED };
+
+enum { DELAUNAY__DEFAULT_BATCH = 1024, DELAUNAY__LEAST_BATCH = 32 };
+
+struct delaunay_engine {
+    delaunay_mesh    *mesh;
+    delaunay_host     host;
+    delaunay__gate    gate;
+    int               num_threads;
+    delaunay_memory  *memories; /* one a thread, all behind the gate */
+    delaunay_worker **workers;
+    delaunay_plan   **plans;    /* those in flight first, in order */
+    size_t            cap_plans;
+    uint32_t         *owner;    /* one a slot: priority of the first plan that would write it; UINT32_MAX: none */
+    uint32_t         *version;  /* one a slot: round of the last write */
+    size_t            cap_slots;
+    uint32_t          round;
+};
+
+/* -- filling a plan */
+
+static int delaunay__plan_push(delaunay_plan *plan, delaunay_list *list, delaunay_handle t)
+{
+    list->memory = plan->memory;
+    return delaunay_list_push(list, t) == DELAUNAY_OK ? DELAUNAY_PLAN_COMMIT : DELAUNAY_ERROR_OUT_OF_MEMORY;
+}
+
+DELAUNAY_API int delaunay_plan_read(delaunay_plan *plan, delaunay_handle t)
+{
+    return delaunay__plan_push(plan, &plan->read, t);
+}
+
+DELAUNAY_API int delaunay_plan_remove(delaunay_plan *plan, delaunay_handle t)
+{
+    return delaunay__plan_push(plan, &plan->old_tets, t);
+}
+
+DELAUNAY_API int delaunay_plan_add(delaunay_plan *plan, uint32_t a, uint32_t b, uint32_t c, uint32_t d)
+{
+    uint32_t *v;
+    if (plan->num_tets == plan->cap_tets) {
+        size_t cap = 2 * plan->cap_tets + 32;
+        void *tets = delaunay_grow(plan->memory, plan->tets, 4 * plan->num_tets, 4 * cap, sizeof *plan->tets);
+        if (!tets) return DELAUNAY_ERROR_OUT_OF_MEMORY;
+        plan->tets = (uint32_t *)tets;
+        plan->cap_tets = cap;
+    }
+    v = plan->tets + 4 * plan->num_tets++;
+    v[0] = a;
+    v[1] = b;
+    v[2] = c;
+    v[3] = d;
+    return DELAUNAY_PLAN_COMMIT;
+}
+
+DELAUNAY_API int delaunay_plan_vertex(delaunay_plan *plan, const double *xyz)
+{
+    if (plan->num_new == DELAUNAY_PLAN_VERTICES) return DELAUNAY_ERROR_INVALID_ARGUMENT;
+    memcpy(plan->new_xyz[plan->num_new++], xyz, sizeof plan->new_xyz[0]);
+    return DELAUNAY_PLAN_COMMIT;
+}
+
+DELAUNAY_API int delaunay_plan_move(delaunay_plan *plan, uint32_t v, const double *xyz, const delaunay_handle *star,
+                                    size_t num_star)
+{
+    size_t i;
+    int answer = DELAUNAY_PLAN_COMMIT;
+    if (plan->num_moved == DELAUNAY_PLAN_VERTICES) return DELAUNAY_ERROR_INVALID_ARGUMENT;
+    plan->moved[plan->num_moved] = v;
+    memcpy(plan->moved_xyz[plan->num_moved++], xyz, sizeof plan->moved_xyz[0]);
+    for (i = 0; i < num_star && answer > 0; i++) answer = delaunay__plan_push(plan, &plan->written, star[i]);
+    return answer;
+}
+
+DELAUNAY_API int delaunay_plan_window(delaunay_plan *plan, const delaunay_window *window, const delaunay_search *search)
+{
+    uint32_t i;
+    int answer = DELAUNAY_PLAN_COMMIT;
+    for (i = 0; i < window->num_tets && answer > 0; i++) answer = delaunay_plan_remove(plan, window->tets[i]);
+    for (i = 0; i < search->num_tets && answer > 0; i++) {
+        const uint8_t *v = search->tets[i];
+        answer = delaunay_plan_add(plan, window->vertices[v[0]], window->vertices[v[1]], window->vertices[v[2]],
+                                   window->vertices[v[3]]);
+    }
+    return answer;
+}
+
+static void delaunay__plan_clear(delaunay_plan *plan, delaunay_memory *memory)
+{
+    plan->memory = plan->star.memory = plan->scratch.memory = plan->slots.memory = memory;
+    plan->read.count = plan->written.count = plan->old_tets.count = plan->star.count = plan->scratch.count = 0;
+    plan->slots.count = plan->num_tets = 0;
+    plan->num_new = plan->num_moved = 0;
+    plan->committed = 0;
+    memset(plan->data, 0, sizeof plan->data);
+}
+
+static void delaunay__plan_free(delaunay_plan *plan, delaunay_memory *memory)
+{
+    if (!plan) return;
+    plan->star.memory = plan->scratch.memory = plan->read.memory = plan->written.memory = memory;
+    plan->old_tets.memory = plan->slots.memory = memory;
+    delaunay_list_free(&plan->star);
+    delaunay_list_free(&plan->scratch);
+    delaunay_list_free(&plan->read);
+    delaunay_list_free(&plan->written);
+    delaunay_list_free(&plan->old_tets);
+    delaunay_list_free(&plan->slots);
+    delaunay_release(memory, plan->tets);
+    delaunay_release(memory, plan->link);
+    delaunay_release(memory, plan->link_inside);
+    delaunay_release(memory, plan->link_flags);
+    delaunay_release(memory, plan);
+}
+
+/* -- the engine */
+
+DELAUNAY_API delaunay_engine *delaunay_engine_new(delaunay_mesh *mesh, const delaunay_host *host)
+{
+    delaunay_engine *e = (delaunay_engine *)delaunay_alloc(&mesh->memory, 1, sizeof *e);
+    int i;
+    if (!e) return NULL;
+    memset(e, 0, sizeof *e);
+    e->mesh = mesh;
+    if (host) e->host = *host;
+    e->gate.memory = &mesh->memory;
+    e->num_threads = DELAUNAY__HAS_ATOMICS ? delaunay_threads(host) : 1;
+    e->memories = (delaunay_memory *)delaunay_alloc(&mesh->memory, (size_t)e->num_threads, sizeof *e->memories);
+    e->workers = (delaunay_worker **)delaunay_alloc(&mesh->memory, (size_t)e->num_threads, sizeof *e->workers);
+    if (e->workers) memset(e->workers, 0, (size_t)e->num_threads * sizeof *e->workers);
+    for (i = 0; e->memories && e->workers && i < e->num_threads; i++) {
+        memset(&e->memories[i], 0, sizeof e->memories[i]);
+        e->memories[i].allocator.alloc = delaunay__gate_alloc;
+        e->memories[i].allocator.release = delaunay__gate_release;
+        e->memories[i].allocator.user = &e->gate;
+        e->workers[i] = delaunay_worker_new(&e->memories[i]);
+        if (!e->workers[i]) break;
+    }
+    if (i == e->num_threads) return e;
+    delaunay_engine_free(e);
+    return NULL;
+}
+
+DELAUNAY_API void delaunay_engine_free(delaunay_engine *engine)
+{
+    delaunay_memory *m;
+    size_t i;
+    if (!engine) return;
+    m = engine->gate.memory;
+    for (i = 0; i < engine->cap_plans; i++) delaunay__plan_free(engine->plans[i], &engine->memories[0]);
+    for (i = 0; engine->workers && i < (size_t)engine->num_threads; i++) delaunay_worker_free(engine->workers[i]);
+    delaunay_release(m, engine->plans);
+    delaunay_release(m, engine->owner);
+    delaunay_release(m, engine->version);
+    delaunay_release(m, engine->workers);
+    delaunay_release(m, engine->memories);
+    delaunay_release(m, engine);
+}
+
+DELAUNAY_API uint32_t delaunay_engine_version(const delaunay_engine *engine, delaunay_handle t)
+{
+    return t < engine->cap_slots ? engine->version[t] : 0;
+}
+
+DELAUNAY_API uint32_t delaunay_engine_round(const delaunay_engine *engine) { return engine->round; }
+
+DELAUNAY_API delaunay_worker *delaunay_engine_worker(delaunay_engine *engine) { return engine->workers[0]; }
+
+/* Owners and versions for all slots that the mesh has room for. */
+static delaunay_result delaunay__engine_slots(delaunay_engine *e)
+{
+    size_t cap = e->mesh->cap_tets, old = e->cap_slots;
+    uint32_t *owner, *version;
+    if (cap <= old) return DELAUNAY_OK;
+    owner = (uint32_t *)delaunay_grow(e->gate.memory, e->owner, old, cap, sizeof *owner);
+    if (!owner) return DELAUNAY_ERROR_OUT_OF_MEMORY;
+    e->owner = owner;
+    version = (uint32_t *)delaunay_grow(e->gate.memory, e->version, old, cap, sizeof *version);
+    if (!version) return DELAUNAY_ERROR_OUT_OF_MEMORY;
+    e->version = version;
+    memset(owner + old, 0xff, (cap - old) * sizeof *owner);
+    memset(version + old, 0, (cap - old) * sizeof *version);
+    e->cap_slots = cap;
+    return DELAUNAY_OK;
+}
+
+DELAUNAY_API delaunay_result delaunay_engine_touch(delaunay_engine *engine, delaunay_handle t)
+{
+    delaunay_result result = delaunay__engine_slots(engine);
+    if (result == DELAUNAY_OK) engine->version[t] = engine->round;
+    return result;
+}
+
+static delaunay_result delaunay__engine_plans(delaunay_engine *e, size_t batch)
+{
+    delaunay_plan **plans;
+    if (batch <= e->cap_plans) return DELAUNAY_OK;
+    plans = (delaunay_plan **)delaunay_grow(e->gate.memory, (void *)e->plans, e->cap_plans, batch, sizeof *plans);
+    if (!plans) return DELAUNAY_ERROR_OUT_OF_MEMORY;
+    for (e->plans = plans; e->cap_plans < batch; e->cap_plans++) {
+        plans[e->cap_plans] = (delaunay_plan *)delaunay_alloc(&e->memories[0], 1, sizeof **plans);
+        if (!plans[e->cap_plans]) return DELAUNAY_ERROR_OUT_OF_MEMORY;
+        memset(plans[e->cap_plans], 0, sizeof **plans);
+    }
+    return DELAUNAY_OK;
+}
+
+/* -- one round */
+
+/* Nothing that a waiting plan reads was written since it was made. */
+static int delaunay__plan_is_fresh(const delaunay_engine *e, const delaunay_plan *plan)
+{
+    size_t i;
+    for (i = 0; i < plan->written.count; i++)
+        if (e->version[plan->written.items[i]] >= plan->round) return 0;
+    for (i = 0; i < plan->read.count; i++)
+        if (e->version[plan->read.items[i]] >= plan->round) return 0;
+    return 1;
+}
+
+/* Links of the new tetrahedra, kept in the plan: the commit needs no scratch, and so cannot fail. */
+static delaunay_result delaunay__plan_link(const delaunay_engine *e, delaunay_worker *w, delaunay_plan *plan)
+{
+    size_t n = plan->num_tets;
+    delaunay_result result;
+    if (n == 0 && plan->old_tets.count == 0) return DELAUNAY_OK;
+    result = delaunay__replace_links(e->mesh, w, plan->old_tets.items, plan->old_tets.count, plan->tets, n);
+    if (result != DELAUNAY_OK) return result;
+    if (n > plan->cap_link) {
+        size_t cap = n + n / 2 + 16;
+        delaunay_release(plan->memory, plan->link);
+        delaunay_release(plan->memory, plan->link_inside);
+        delaunay_release(plan->memory, plan->link_flags);
+        plan->cap_link = 0;
+        plan->link = (delaunay_handle *)delaunay_alloc(plan->memory, cap, 4 * sizeof *plan->link);
+        plan->link_inside = (uint8_t *)delaunay_alloc(plan->memory, cap, 4);
+        plan->link_flags = (uint16_t *)delaunay_alloc(plan->memory, cap, sizeof *plan->link_flags);
+        if (!plan->link || !plan->link_inside || !plan->link_flags) return DELAUNAY_ERROR_OUT_OF_MEMORY;
+        plan->cap_link = cap;
+    }
+    if (n) {
+        memcpy(plan->link, w->link, 4 * n * sizeof *plan->link);
+        memcpy(plan->link_inside, w->link_inside, 4 * n);
+        memcpy(plan->link_flags, w->link_flags, n * sizeof *plan->link_flags);
+    }
+    plan->color = e->mesh->color && plan->old_tets.count ? e->mesh->color[plan->old_tets.items[0]] : 0;
+    return DELAUNAY_OK;
+}
+
+/* W in full, and room for the slots. */
+static int delaunay__plan_finish(const delaunay_engine *e, delaunay_worker *w, delaunay_plan *plan)
+{
+    delaunay_result result = delaunay__plan_link(e, w, plan);
+    int answer = result == DELAUNAY_OK ? DELAUNAY_PLAN_COMMIT : (int)result, k;
+    size_t i;
+    for (i = 0; i < plan->old_tets.count && answer > 0; i++) {
+        delaunay_handle t = plan->old_tets.items[i];
+        answer = delaunay__plan_push(plan, &plan->written, t);
+        for (k = 0; k < 4 && answer > 0; k++)
+            if (e->mesh->tets[t].n[k]) answer = delaunay__plan_push(plan, &plan->written, e->mesh->tets[t].n[k] / 4);
+    }
+    for (i = 0; i < plan->num_tets && answer > 0; i++) answer = delaunay__plan_push(plan, &plan->slots, 0);
+    return answer;
+}
+
+static void delaunay__plan_make(delaunay_engine *e, const delaunay_speculation *job, delaunay_plan *plan, int thread)
+{
+    delaunay_worker *w = e->workers[thread];
+    int answer;
+    if (plan->state == DELAUNAY__PLAN_WAITS && delaunay__plan_is_fresh(e, plan)) return;
+    delaunay__plan_clear(plan, &e->memories[thread]);
+    plan->round = e->round;
+    answer = job->plan(job->user, e->mesh, w, plan->item, plan);
+    if (answer == DELAUNAY_PLAN_COMMIT) answer = delaunay__plan_finish(e, w, plan);
+    plan->state = answer == DELAUNAY_PLAN_COMMIT    ? DELAUNAY__PLAN_WAITS
+                  : answer == DELAUNAY_PLAN_NOTHING ? DELAUNAY__PLAN_IDLE
+                                                    : DELAUNAY__PLAN_FAILED;
+    plan->committed = answer;
+}
+
+static void delaunay__plan_reserve(delaunay_engine *e, const delaunay_plan *plan, uint32_t priority)
+{
+    size_t i;
+    if (plan->state != DELAUNAY__PLAN_WAITS) return;
+    for (i = 0; i < plan->written.count; i++) delaunay__atomic_min(&e->owner[plan->written.items[i]], priority);
+}
+
+static void delaunay__plan_decide(const delaunay_engine *e, delaunay_plan *plan, uint32_t priority)
+{
+    size_t i;
+    if (plan->state != DELAUNAY__PLAN_WAITS) return;
+    for (i = 0; i < plan->written.count; i++)
+        if (e->owner[plan->written.items[i]] != priority) return;
+    for (i = 0; i < plan->read.count; i++)
+        if (e->owner[plan->read.items[i]] < priority) return;
+    plan->state = DELAUNAY__PLAN_WINS;
+}
+
+static void delaunay__plan_release_owners(delaunay_engine *e, const delaunay_plan *plan)
+{
+    size_t i;
+    if (plan->state != DELAUNAY__PLAN_WAITS && plan->state != DELAUNAY__PLAN_WINS) return;
+    for (i = 0; i < plan->written.count; i++) delaunay__atomic_set32(&e->owner[plan->written.items[i]], UINT32_MAX);
+}
+
+/* Numbers of the winners' new vertices and slots, by sums in order, and room for all of them. A winner keeps its own
+ * slots; more come from the free list, last in first out, then from the end. */
+static delaunay_result delaunay__round_assign(delaunay_engine *e, size_t num)
+{
+    delaunay_mesh *m = e->mesh;
+    size_t i, j, surplus = 0, freed = 0, vertices = m->num_vertices, fresh;
+    delaunay_handle free_left;
+    delaunay_result result = DELAUNAY_OK;
+    for (i = 0; i < num; i++) {
+        delaunay_plan *p = e->plans[i];
+        size_t own = p->old_tets.count;
+        if (p->state != DELAUNAY__PLAN_WINS) continue;
+        p->first_vertex = (uint32_t)vertices;
+        vertices += p->num_new;
+        p->surplus = surplus;
+        p->freed = freed;
+        if (p->num_tets > own) surplus += p->num_tets - own;
+        else freed += own - p->num_tets;
+    }
+    fresh = surplus > m->num_free ? surplus - m->num_free : 0;
+    free_left = m->num_free - (delaunay_handle)(surplus - fresh);
+    if (vertices > m->cap_vertices) result = delaunay__reserve_vertices(m, vertices + vertices / 2);
+    if (result == DELAUNAY_OK && m->num_tets + fresh > m->cap_tets)
+        result = delaunay__reserve_tets(m, (m->num_tets + fresh) / 2 * 3 + 64);
+    if (result == DELAUNAY_OK) result = delaunay__reserve_free(m, free_left + freed);
+    if (result == DELAUNAY_OK) result = delaunay__engine_slots(e);
+    if (result != DELAUNAY_OK) return result;
+    for (i = 0; i < num; i++) {
+        delaunay_plan *p = e->plans[i];
+        size_t own = p->old_tets.count, next = p->surplus;
+        if (p->state != DELAUNAY__PLAN_WINS) continue;
+        for (j = 0; j < p->num_tets; j++)
+            p->slots.items[j] = j < own             ? p->old_tets.items[j]
+                                : next < m->num_free ? m->free_tets[m->num_free - 1 - next++]
+                                                     : (delaunay_handle)(m->num_tets + (next++ - m->num_free));
+        p->freed += free_left;
+    }
+    m->num_tets += (delaunay_handle)fresh;
+    m->num_free = free_left + (delaunay_handle)freed;
+    m->num_vertices = (uint32_t)vertices;
+    return DELAUNAY_OK;
+}
+
+/* First the vertices: those of the old tetrahedra lose their star, new ones begin without, moved ones move. */
+static void delaunay__commit_vertices(delaunay_engine *e, delaunay_plan *p)
+{
+    delaunay_mesh *m = e->mesh;
+    size_t i, k;
+    if (p->state != DELAUNAY__PLAN_WINS) return;
+    for (i = 0; i < p->old_tets.count && m->vertex_tet; i++)
+        for (k = 0; k < 4; k++) delaunay__atomic_set(&m->vertex_tet[m->tets[p->old_tets.items[i]].v[k]], 0);
+    for (i = 0; i < p->num_new; i++) {
+        delaunay_vertex *v = &m->vertices[p->first_vertex + i];
+        memset(v, 0, sizeof *v);
+        memcpy(v->x, p->new_xyz[i], sizeof v->x);
+        m->vertex_id[p->first_vertex + i] = DELAUNAY_NO_ID;
+        if (m->vertex_tet) m->vertex_tet[p->first_vertex + i] = 0;
+    }
+    for (i = 0; i < p->num_moved; i++) memcpy(m->vertices[p->moved[i]].x, p->moved_xyz[i], sizeof p->moved_xyz[i]);
+    for (i = 0; i < 4 * p->num_tets; i++)
+        if (p->tets[i] >= DELAUNAY_PLAN_VERTEX(DELAUNAY_PLAN_VERTICES - 1))
+            p->tets[i] = p->first_vertex + (DELAUNAY_PLAN_VERTEX(0) - p->tets[i]);
+}
+
+static void delaunay__commit_tets(delaunay_engine *e, delaunay_plan *p)
+{
+    delaunay_mesh *m = e->mesh;
+    delaunay__links links;
+    size_t i;
+    if (p->state != DELAUNAY__PLAN_WINS) return;
+    for (i = p->num_tets; i < p->old_tets.count; i++) {
+        delaunay__delete_tet(m, p->old_tets.items[i]);
+        m->free_tets[p->freed + (i - p->num_tets)] = p->old_tets.items[i];
+    }
+    links.link = p->link;
+    links.inside = p->link_inside;
+    links.flags = p->link_flags;
+    delaunay__replace_write(m, &links, p->color, p->tets, p->num_tets, p->slots.items);
+    for (i = 0; i < p->written.count; i++) e->version[p->written.items[i]] = e->round;
+    for (i = 0; i < p->num_tets; i++) e->version[p->slots.items[i]] = e->round;
+    for (i = 0; i < 4 * p->num_tets && m->vertex_tet; i++)
+        delaunay__atomic_max(&m->vertex_tet[p->tets[i]], p->slots.items[i / 4]);
+}
+
+/* Plans, reservations, decisions. Shared: the mesh and the versions, read; owners, by atomic minimum between two
+ * barriers, then read. Each plan belongs to the thread that has its iteration. */
+static void delaunay__round_plan(delaunay_engine *e, const delaunay_speculation *job, size_t num)
+{
+    int64_t i, n = (int64_t)num;
+    DELAUNAY__OMP(omp parallel num_threads(e->num_threads) if(n > 1))
+    {
+        int thread = delaunay__thread_number();
+        DELAUNAY__OMP(omp for schedule(dynamic, 4))
+        for (i = 0; i < n; i++) delaunay__plan_make(e, job, e->plans[i], thread);
+        DELAUNAY__OMP(omp for schedule(static))
+        for (i = 0; i < n; i++) delaunay__plan_reserve(e, e->plans[i], (uint32_t)i);
+        DELAUNAY__OMP(omp for schedule(static))
+        for (i = 0; i < n; i++) delaunay__plan_decide(e, e->plans[i], (uint32_t)i);
+    }
+}
+
+/* The winners' writes: disjoint, but for vertex_tet (atomic), and after a barrier that separates the reading of old
+ * tetrahedra from the writing of new ones. Owners are given back. */
+static void delaunay__round_commit(delaunay_engine *e, size_t num)
+{
+    int64_t i, n = (int64_t)num;
+    DELAUNAY__OMP(omp parallel num_threads(e->num_threads) if(n > 1))
+    {
+        DELAUNAY__OMP(omp for schedule(static))
+        for (i = 0; i < n; i++) delaunay__commit_vertices(e, e->plans[i]);
+        DELAUNAY__OMP(omp for schedule(static))
+        for (i = 0; i < n; i++) {
+            delaunay__commit_tets(e, e->plans[i]);
+            delaunay__plan_release_owners(e, e->plans[i]);
+        }
+    }
+}
+
+/* The k-th item in scattered order: steps of about the golden section, prime to the number of items. */
+static size_t delaunay__scatter_step(size_t n)
+{
+    size_t step = (size_t)((double)n * 0.6180339887498949), a, b, r;
+    for (step = step < 1 ? 1 : step;; step++) {
+        for (a = n, b = step; b; a = b, b = r) r = a % b;
+        if (a == 1) return step;
+    }
+}
+
+/* Tells the client what is finished, and moves what is not to the front. Returns the number that is left. */
+static size_t delaunay__round_finish(delaunay_engine *e, delaunay_speculation *job, size_t num, int *stop)
+{
+    size_t i, left = 0;
+    for (i = 0; i < num; i++) {
+        delaunay_plan *p = e->plans[i];
+        if (p->state == DELAUNAY__PLAN_WAITS) {
+            e->plans[i] = e->plans[left];
+            e->plans[left++] = p;
+            job->conflicts++;
+            continue;
+        }
+        p->committed = p->state == DELAUNAY__PLAN_WINS;
+        job->commits += (uint64_t)p->committed;
+        if (job->done && job->done(job->user, e->mesh, e->workers[0], p->item, p)) *stop = 1;
+    }
+    return left;
+}
+
+DELAUNAY_API delaunay_result delaunay_speculate(delaunay_engine *engine, delaunay_speculation *job)
+{
+    delaunay_engine *e = engine;
+    size_t batch = job->batch ? job->batch : DELAUNAY__DEFAULT_BATCH, flight = batch, next = 0, num = 0, i, position = 0;
+    size_t step = job->scatter && job->num_items > 1 ? delaunay__scatter_step(job->num_items) : 1;
+    delaunay_result result = delaunay__engine_plans(e, batch);
+    int stop = 0;
+    job->rounds = job->plans = job->commits = job->conflicts = 0;
+    while (result == DELAUNAY_OK && !stop && (num > 0 || next < job->num_items)) {
+        size_t left;
+        e->round++;
+        for (; num < flight && next < job->num_items; next++) {
+            e->plans[num]->item = job->scatter ? position : next;
+            e->plans[num++]->state = DELAUNAY__PLAN_NEW;
+            if (job->scatter) position = position >= job->num_items - step ? position - (job->num_items - step) : position + step;
+        }
+        result = delaunay__engine_slots(e);
+        if (result != DELAUNAY_OK) break;
+        delaunay__round_plan(e, job, num);
+        job->rounds++;
+        for (i = 0; i < num && result == DELAUNAY_OK; i++) {
+            job->plans += e->plans[i]->round == e->round;
+            if (e->plans[i]->state == DELAUNAY__PLAN_FAILED) result = (delaunay_result)e->plans[i]->committed;
+        }
+        if (result == DELAUNAY_OK) result = delaunay__round_assign(e, num);
+        if (result != DELAUNAY_OK) {
+            for (i = 0; i < num; i++) delaunay__plan_release_owners(e, e->plans[i]);
+            break;
+        }
+        delaunay__round_commit(e, num);
+        left = delaunay__round_finish(e, job, num, &stop);
+        /* fewer in flight while most of them only wait for each other */
+        if (2 * left > num) flight = num / 2 > DELAUNAY__LEAST_BATCH ? num / 2 : DELAUNAY__LEAST_BATCH;
+        else if (4 * left < num) flight *= 2;
+        if (flight > batch) flight = batch;
+        if (flight < left) flight = left;
+        num = left;
+        if (e->host.progress && e->host.progress(e->host.user, job->phase ? job->phase : "edit",
+                                                 (double)(next - num) / (double)(job->num_items ? job->num_items : 1)))
+            result = DELAUNAY_CANCELLED;
+    }
+    if (result == DELAUNAY_OK && stop) result = DELAUNAY_STOPPED_BY_BUDGET;
+    return result;
+}
 
 /* ---- >>validate ------------------------------------------------------------------------ */
 

@@ -1,0 +1,367 @@
+/* Engine (b): moves, reconnections, new and removed vertices; the same bytes for any number of threads. */
+#define DELAUNAY_IMPLEMENTATION
+#include "../delaunay.h"
+#include "check.h"
+#include "small_mesh.h"
+
+static double compactness(void *user, const double *a, const double *b, const double *c, const double *d)
+{
+    const double *p[4];
+    double u[3][3], det, sum = 0;
+    int i, j, k;
+    (void)user;
+    p[0] = a;
+    p[1] = b;
+    p[2] = c;
+    p[3] = d;
+    for (i = 0; i < 3; i++)
+        for (k = 0; k < 3; k++) u[i][k] = p[i + 1][k] - a[k];
+    det = u[0][0] * (u[1][1] * u[2][2] - u[1][2] * u[2][1]) + u[0][1] * (u[1][2] * u[2][0] - u[1][0] * u[2][2]) +
+          u[0][2] * (u[1][0] * u[2][1] - u[1][1] * u[2][0]);
+    for (i = 0; i < 4; i++)
+        for (j = 0; j < i; j++)
+            for (k = 0; k < 3; k++) sum += (p[i][k] - p[j][k]) * (p[i][k] - p[j][k]);
+    return det / sum;
+}
+
+static double quality_of(const delaunay_mesh *m, delaunay_handle t)
+{
+    const uint32_t *v = m->tets[t].v;
+    return compactness(NULL, m->vertices[v[0]].x, m->vertices[v[1]].x, m->vertices[v[2]].x, m->vertices[v[3]].x);
+}
+
+/* A vertex to the rounded mean of its neighbours. Data: how many tetrahedra it has. */
+static int plan_smoothing(void *user, const delaunay_mesh *m, delaunay_worker *worker, size_t item, delaunay_plan *p)
+{
+    uint32_t v = 5 + (uint32_t)item;
+    double x[3] = {0, 0, 0};
+    delaunay_result result = delaunay_vertex_star(m, worker, v, &p->star);
+    size_t i;
+    int j, k;
+    (void)user;
+    if (result != DELAUNAY_OK) return result;
+    if (p->star.count == 0) return DELAUNAY_PLAN_NOTHING; /* removed */
+    for (i = 0; i < p->star.count; i++)
+        for (j = 0; j < 4; j++)
+            for (k = 0; k < 3; k++)
+                if (m->tets[p->star.items[i]].v[j] != v)
+                    x[k] += m->vertices[m->tets[p->star.items[i]].v[j]].x[k];
+    for (k = 0; k < 3; k++) x[k] = floor(x[k] / (3.0 * (double)p->star.count));
+    for (i = 0; i < p->star.count; i++) {
+        const uint32_t *q = m->tets[p->star.items[i]].v;
+        const double *c[4];
+        for (k = 0; k < 4; k++) c[k] = q[k] == v ? x : m->vertices[q[k]].x;
+        if (delaunay_orient3d(c[0], c[1], c[2], c[3]) <= 0) return DELAUNAY_PLAN_NOTHING;
+    }
+    p->data[0] = p->star.count;
+    return delaunay_plan_move(p, v, x, p->star.items, p->star.count);
+}
+
+/* A tetrahedron and its neighbours: the best worst quality. The item is a slot, which may have changed hands. */
+static int plan_reconnection(void *user, const delaunay_mesh *m, delaunay_worker *worker, size_t item, delaunay_plan *p)
+{
+    delaunay_window window;
+    delaunay_search search;
+    delaunay_handle tets[5], t = 1 + (delaunay_handle)item;
+    size_t n = 0, i;
+    (void)user;
+    if (delaunay_is_deleted(m, t)) return delaunay_plan_read(p, t) > 0 ? DELAUNAY_PLAN_NOTHING : DELAUNAY_ERROR_OUT_OF_MEMORY;
+    tets[n++] = t;
+    for (i = 0; i < 4; i++)
+        if (m->tets[t].n[i]) tets[n++] = m->tets[t].n[i] / 4;
+    if (!delaunay_window_set(&window, m, worker, tets, n, 8, 1, 1)) return DELAUNAY_PLAN_NOTHING;
+    memset(&search, 0, sizeof search);
+    search.objective = DELAUNAY_BEST_QUALITY;
+    search.quality = compactness;
+    search.bound = 1e300;
+    for (i = 0; i < n; i++)
+        if (quality_of(m, tets[i]) < search.bound) search.bound = quality_of(m, tets[i]);
+    if (!delaunay_reconnect(m, worker, &window, &search)) return DELAUNAY_PLAN_NOTHING;
+    return delaunay_plan_window(p, &window, &search);
+}
+
+/* A tetrahedron is split at a lattice point inside it, if its mean is one. */
+static int plan_split(void *user, const delaunay_mesh *m, delaunay_worker *worker, size_t item, delaunay_plan *p)
+{
+    delaunay_handle t = 1 + (delaunay_handle)item;
+    const uint32_t *v = m->tets[t].v;
+    double x[3];
+    int i, k, answer;
+    (void)user;
+    (void)worker;
+    if (v[0] == 0) return DELAUNAY_PLAN_NOTHING;
+    for (k = 0; k < 3; k++) {
+        x[k] = 0;
+        for (i = 0; i < 4; i++) x[k] += m->vertices[v[i]].x[k];
+        x[k] = floor(x[k] / 4);
+    }
+    answer = delaunay_plan_remove(p, t);
+    if (answer > 0) answer = delaunay_plan_vertex(p, x);
+    for (i = 0; i < 4 && answer > 0; i++) {
+        const uint8_t *f = delaunay_facet_order(i);
+        if (delaunay_orient3d(m->vertices[v[f[0]]].x, m->vertices[v[f[1]]].x, m->vertices[v[f[2]]].x, x) >= 0)
+            return DELAUNAY_PLAN_NOTHING;
+        answer = delaunay_plan_add(p, v[f[0]], v[f[2]], v[f[1]], DELAUNAY_PLAN_VERTEX(0));
+    }
+    return answer;
+}
+
+/* A vertex is removed, if its star can be filled without it. */
+static int plan_removal(void *user, const delaunay_mesh *m, delaunay_worker *worker, size_t item, delaunay_plan *p)
+{
+    delaunay_window window;
+    delaunay_search search;
+    uint32_t v = 5 + (uint32_t)item, i;
+    delaunay_result result = delaunay_vertex_star(m, worker, v, &p->star);
+    (void)user;
+    if (result != DELAUNAY_OK) return result;
+    if (!delaunay_window_set(&window, m, worker, p->star.items, p->star.count, 20, 1, 1)) return DELAUNAY_PLAN_NOTHING;
+    for (i = 0; window.vertices[i] != v; i++) {}
+    window.dropped = 1u << i;
+    memset(&search, 0, sizeof search);
+    search.objective = DELAUNAY_ANY;
+    search.max_nodes = 300;
+    if (!delaunay_reconnect(m, worker, &window, &search)) return DELAUNAY_PLAN_NOTHING;
+    return delaunay_plan_window(p, &window, &search);
+}
+
+typedef struct client {
+    size_t   calls, last, stop_after, touched;
+    uint64_t sum;
+    delaunay_engine *engine;
+} client;
+
+static int done(void *user, delaunay_mesh *m, delaunay_worker *worker, size_t item, const delaunay_plan *p)
+{
+    client *c = (client *)user;
+    size_t i;
+    (void)worker;
+    c->calls++;
+    c->sum = c->sum * 31 + item * 2 + (uint64_t)p->committed;
+    for (i = 0; p->committed && i < p->num_tets; i++)
+        CHECK(!memcmp(m->tets[p->slots.items[i]].v, p->tets + 4 * i, 16) &&
+              delaunay_engine_version(c->engine, p->slots.items[i]) == delaunay_engine_round(c->engine));
+    if (p->committed && p->num_moved) CHECK(p->data[0] > 3);
+    if (p->committed && p->num_tets && c->touched < 5) { /* a mark, as recovery makes them */
+        delaunay_handle t = p->slots.items[0];
+        delaunay_mark_facet(m, 4 * t, 1);
+        CHECK(delaunay_engine_touch(c->engine, t) == DELAUNAY_OK);
+        if (m->tets[t].n[0]) CHECK(delaunay_engine_touch(c->engine, m->tets[t].n[0] / 4) == DELAUNAY_OK);
+        c->touched++;
+    }
+    return c->stop_after && c->calls >= c->stop_after;
+}
+
+static uint64_t hash_bytes(uint64_t h, const void *data, size_t n)
+{
+    const unsigned char *p = (const unsigned char *)data;
+    while (n--) h = (h ^ *p++) * 1099511628211u;
+    return h;
+}
+
+static uint64_t hash_mesh(const delaunay_mesh *m)
+{
+    uint64_t h = 14695981039346656037u;
+    h = hash_bytes(h, m->tets + 1, (m->num_tets - 1) * sizeof *m->tets);
+    h = hash_bytes(h, m->flags + 1, (m->num_tets - 1) * sizeof *m->flags);
+    h = hash_bytes(h, m->free_tets, m->num_free * sizeof *m->free_tets);
+    h = hash_bytes(h, m->vertex_tet, m->num_vertices * sizeof *m->vertex_tet);
+    h = hash_bytes(h, m->vertices, m->num_vertices * sizeof *m->vertices);
+    return h;
+}
+
+/* All kinds of edits in turn; returns a hash of the mesh and of what done() saw; 0: the code of a failure. */
+static uint64_t edit(delaunay_mesh *m, int threads, const delaunay_host *base, uint32_t batch, delaunay_result *result,
+                     uint64_t *conflicts)
+{
+    delaunay_host host;
+    delaunay_engine *engine;
+    delaunay_speculation job;
+    client c;
+    int step;
+    double total = small_total(m);
+    memset(&host, 0, sizeof host);
+    if (base) host = *base;
+    host.num_threads = threads;
+    memset(&c, 0, sizeof c);
+    *result = DELAUNAY_ERROR_OUT_OF_MEMORY;
+    engine = c.engine = delaunay_engine_new(m, &host);
+    if (!engine) return 0;
+    for (step = 0; step < 8; step++) {
+        memset(&job, 0, sizeof job);
+        job.user = &c;
+        job.done = done;
+        job.batch = batch;
+        job.scatter = step & 1;
+        job.plan = step % 4 == 0 ? plan_smoothing : step % 4 == 1 ? plan_reconnection : step % 4 == 2 ? plan_split : plan_removal;
+        job.num_items = step % 4 == 0 || step % 4 == 3 ? m->num_vertices - 5 : m->num_tets - 1;
+        if (step == 7) job.num_items = 100;
+        *result = delaunay_speculate(engine, &job);
+        if (*result != DELAUNAY_OK) break;
+        if (base == NULL) CHECK((job.commits > 0 || step == 7) && small_valid(m) && small_total(m) == total);
+        *conflicts += job.conflicts;
+    }
+    delaunay_engine_free(engine);
+    return *result == DELAUNAY_OK ? hash_mesh(m) ^ c.sum : 0;
+}
+
+static void threads_do_not_matter(void)
+{
+    static const int threads[] = {1, 2, 3, 7};
+    uint32_t batches[] = {0, 1, 50};
+    int i, b;
+    for (b = 0; b < 3; b++) {
+        uint64_t first = 0;
+        for (i = 0; i < (b == 1 ? 2 : 4); i++) {
+            delaunay_mesh m;
+            delaunay_worker *w = NULL;
+            delaunay_result result;
+            uint64_t hash, conflicts = 0;
+            small_state = 777;
+            CHECK(small_delaunay(&m, &w, NULL, 300));
+            hash = edit(&m, threads[i], NULL, batches[b], &result, &conflicts);
+            CHECK(result == DELAUNAY_OK && hash != 0);
+            CHECK(b == 1 ? conflicts == 0 : conflicts > 100);
+            if (i == 0) first = hash;
+            CHECK(hash == first);
+            delaunay_worker_free(w);
+            delaunay_mesh_free(&m);
+        }
+    }
+}
+
+/* What each plan saw was still so when it was committed: the worst quality of a window never falls. Its own items
+ * are the only writers, so a fall would be a conflict that was not seen. */
+static void stale_plans_are_made_again(void)
+{
+    delaunay_mesh m;
+    delaunay_worker *w = NULL;
+    delaunay_engine *engine;
+    delaunay_speculation job;
+    delaunay_handle t;
+    double before = 1e300, after = 1e300;
+    small_state = 4321;
+    CHECK(small_delaunay(&m, &w, NULL, 300));
+    for (t = 1; t < m.num_tets; t++)
+        if (!delaunay_is_deleted(&m, t) && quality_of(&m, t) < before) before = quality_of(&m, t);
+    engine = delaunay_engine_new(&m, NULL);
+    memset(&job, 0, sizeof job);
+    job.plan = plan_reconnection;
+    job.num_items = m.num_tets - 1;
+    CHECK(delaunay_speculate(engine, &job) == DELAUNAY_OK);
+    CHECK(job.plans > job.num_items && job.rounds > 1);           /* some had to be made again ... */
+    CHECK(job.plans < job.num_items + job.conflicts);             /* ... and some were kept */
+    for (t = 1; t < m.num_tets; t++)
+        if (!delaunay_is_deleted(&m, t) && quality_of(&m, t) < after) after = quality_of(&m, t);
+    CHECK(after >= before && small_valid(&m));
+    delaunay_engine_free(engine);
+    delaunay_worker_free(w);
+    delaunay_mesh_free(&m);
+}
+
+static int plan_broken(void *user, const delaunay_mesh *m, delaunay_worker *worker, size_t item, delaunay_plan *p)
+{
+    (void)user;
+    (void)worker;
+    if (item < 10 || delaunay_is_deleted(m, 1 + (delaunay_handle)item)) return DELAUNAY_PLAN_NOTHING;
+    return delaunay_plan_remove(p, 1 + (delaunay_handle)item); /* and nothing in its place */
+}
+
+static int plan_error(void *user, const delaunay_mesh *m, delaunay_worker *worker, size_t item, delaunay_plan *p)
+{
+    if (item == 37) return DELAUNAY_ERROR_RANGE;
+    if (item == 38) return DELAUNAY_ERROR_TOO_LARGE;
+    return plan_smoothing(user, m, worker, item, p);
+}
+
+static int cancel(void *user, const char *phase, double fraction)
+{
+    (void)user;
+    CHECK(!strcmp(phase, "test") && fraction > 0 && fraction <= 1);
+    return fraction > 0.3;
+}
+
+static void failures_leave_a_valid_mesh(void)
+{
+    delaunay_mesh m;
+    delaunay_worker *w = NULL;
+    delaunay_engine *engine;
+    delaunay_host host;
+    delaunay_speculation job;
+    client c;
+    double total;
+    uint64_t hash;
+    memset(&host, 0, sizeof host);
+    memset(&job, 0, sizeof job);
+    memset(&c, 0, sizeof c);
+    CHECK(small_delaunay(&m, &w, NULL, 100));
+    total = small_total(&m);
+    hash = hash_mesh(&m);
+    engine = c.engine = delaunay_engine_new(&m, &host);
+    job.plan = plan_broken;
+    job.num_items = m.num_tets - 1;
+    CHECK(delaunay_speculate(engine, &job) == DELAUNAY_ERROR_INTERNAL && hash_mesh(&m) == hash);
+    job.plan = plan_error;
+    job.num_items = m.num_vertices - 5;
+    CHECK(delaunay_speculate(engine, &job) == DELAUNAY_ERROR_RANGE && hash_mesh(&m) == hash);
+    job.num_items = 0;
+    CHECK(delaunay_speculate(engine, &job) == DELAUNAY_OK && hash_mesh(&m) == hash);
+    job.plan = plan_smoothing;
+    job.num_items = m.num_vertices - 5;
+    job.user = &c;
+    job.done = done;
+    c.stop_after = 20;
+    job.batch = 10;
+    CHECK(delaunay_speculate(engine, &job) == DELAUNAY_STOPPED_BY_BUDGET && c.calls >= 20 && c.calls < 40);
+    CHECK(small_valid(&m) && small_total(&m) == total);
+    delaunay_engine_free(engine);
+    host.progress = cancel;
+    engine = c.engine = delaunay_engine_new(&m, &host);
+    c.stop_after = 0;
+    job.phase = "test";
+    CHECK(delaunay_speculate(engine, &job) == DELAUNAY_CANCELLED);
+    CHECK(small_valid(&m) && small_total(&m) == total);
+    delaunay_engine_free(engine);
+    delaunay_worker_free(w);
+    delaunay_mesh_free(&m);
+}
+
+static void out_of_memory_is_reported(void)
+{
+    small_allocator a;
+    delaunay_host host;
+    long k, ended = 0;
+    delaunay_result result = DELAUNAY_ERROR_OUT_OF_MEMORY;
+    memset(&host, 0, sizeof host);
+    host.allocator.alloc = small_alloc;
+    host.allocator.release = small_release;
+    host.allocator.user = &a;
+    a.outstanding = 0;
+    for (k = 0; result != DELAUNAY_OK && k < 100000; k += 1 + k / 20) {
+        delaunay_mesh m;
+        delaunay_worker *w = NULL;
+        uint64_t conflicts = 0;
+        a.countdown = -1;
+        small_state = 99;
+        CHECK(small_delaunay(&m, &w, &host, 60));
+        a.countdown = k;
+        edit(&m, 1, &host, 40, &result, &conflicts);
+        a.countdown = -1;
+        CHECK(result == DELAUNAY_OK || result == DELAUNAY_ERROR_OUT_OF_MEMORY);
+        CHECK(small_valid(&m) && small_total(&m) == 8e9);
+        ended += result != DELAUNAY_OK;
+        delaunay_worker_free(w);
+        delaunay_mesh_free(&m);
+        CHECK(a.outstanding == 0);
+    }
+    CHECK(result == DELAUNAY_OK && ended > 30);
+}
+
+int main(void)
+{
+    threads_do_not_matter();
+    stale_plans_are_made_again();
+    failures_leave_a_valid_mesh();
+    out_of_memory_is_reported();
+    return check_report();
+}
