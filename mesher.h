@@ -1091,12 +1091,12 @@ typedef struct mesher__hit {
     double      xyz[3];
 } mesher__hit;
 
-typedef struct mesher__shape {
+typedef struct mesher__simplex {
     const double *p[3];
     uint32_t      v[3];
-} mesher__shape;
+} mesher__simplex;
 
-static void mesher__shape_set(mesher__shape *shape, const mesher_surface *surface, const uint32_t *v, uint32_t n)
+static void mesher__simplex_set(mesher__simplex *shape, const mesher_surface *surface, const uint32_t *v, uint32_t n)
 {
     uint32_t i;
     for (i = 0; i < n; i++) {
@@ -1114,10 +1114,10 @@ static int mesher__orient(const double *a, const double *b, const double *c, con
     return delaunay_orient3d(a, b, c, d);
 }
 
-static int mesher__side(const mesher__shape *t, const double *x) { return mesher__orient(t->p[0], t->p[1], t->p[2], x); }
+static int mesher__side(const mesher__simplex *t, const double *x) { return mesher__orient(t->p[0], t->p[1], t->p[2], x); }
 
 /* A coordinate plane, named by its normal, in which the triangle is not degenerate. */
-static int mesher__plane_of(const mesher__shape *t)
+static int mesher__plane_of(const mesher__simplex *t)
 {
     int axis;
     for (axis = 0; axis < 2; axis++)
@@ -1135,7 +1135,7 @@ static int mesher__between(const double *p, const double *q, const double *x)
 }
 
 /* x is in the plane of t. 0: outside; 1: interior; 2: on the edge from vertex *edge; 3: at a vertex. */
-static int mesher__in_triangle(const mesher__shape *t, const double *x, int axis, int *edge)
+static int mesher__in_triangle(const mesher__simplex *t, const double *x, int axis, int *edge)
 {
     int turn = delaunay_orient2d(t->p[0], t->p[1], t->p[2], axis), zeros = 0, i, o;
     for (i = 0; i < 3; i++) {
@@ -1180,7 +1180,7 @@ static int mesher__hit_touch(mesher__hit *hit, int owner, uint32_t v, const doub
 }
 
 /* A vertex x of the first that is in the plane of t: does it touch t? */
-static int mesher__touch(const mesher__shape *t, uint32_t v, const double *x, int axis, mesher__hit *hit)
+static int mesher__touch(const mesher__simplex *t, uint32_t v, const double *x, int axis, mesher__hit *hit)
 {
     int edge = 0, where = mesher__in_triangle(t, x, axis, &edge);
     if (where == 0) return 0;
@@ -1196,7 +1196,7 @@ static double mesher__area(const double *a, const double *b, const double *c, in
 }
 
 /* Segments pq and rs in one plane, no vertex shared: they cross, or an end of rs lies within pq. */
-static int mesher__segments_2d(const mesher__shape *pq, const mesher__shape *rs, int axis, mesher__hit *hit)
+static int mesher__segments_2d(const mesher__simplex *pq, const mesher__simplex *rs, int axis, mesher__hit *hit)
 {
     const double *p = pq->p[0], *q = pq->p[1], *r = rs->p[0], *s = rs->p[1];
     int or_ = delaunay_orient2d(p, q, r, axis), os = delaunay_orient2d(p, q, s, axis);
@@ -1208,7 +1208,7 @@ static int mesher__segments_2d(const mesher__shape *pq, const mesher__shape *rs,
     return mesher__hit_cross(hit, pq->v[0], pq->v[1]);
 }
 
-static void mesher__shape_edge(mesher__shape *edge, const mesher__shape *t, int i)
+static void mesher__simplex_edge(mesher__simplex *edge, const mesher__simplex *t, int i)
 {
     int j = (i + 1) % 3;
     edge->p[0] = t->p[i];
@@ -1218,21 +1218,21 @@ static void mesher__shape_edge(mesher__shape *edge, const mesher__shape *t, int 
 }
 
 /* Segment in the plane of t, no vertex shared. If neither end is in t, it crosses an edge or meets a vertex. */
-static int mesher__segment_in_plane(const mesher__shape *pq, const mesher__shape *t, mesher__hit *hit)
+static int mesher__segment_in_plane(const mesher__simplex *pq, const mesher__simplex *t, mesher__hit *hit)
 {
     int axis = mesher__plane_of(t), i;
-    mesher__shape edge;
+    mesher__simplex edge;
     for (i = 0; i < 2; i++)
         if (mesher__touch(t, pq->v[i], pq->p[i], axis, hit)) return 1;
     for (i = 0; i < 3; i++) {
-        mesher__shape_edge(&edge, t, i);
+        mesher__simplex_edge(&edge, t, i);
         if (mesher__segments_2d(pq, &edge, axis, hit)) return 1;
     }
     return 0;
 }
 
 /* Segment with ends strictly on both sides of t, which is crossed, or met in an edge or a vertex, or missed. */
-static int mesher__segment_through(const mesher__shape *pq, const mesher__shape *t, mesher__hit *hit)
+static int mesher__segment_through(const mesher__simplex *pq, const mesher__simplex *t, mesher__hit *hit)
 {
     const double *p = pq->p[0], *q = pq->p[1];
     int o[3], i, zeros = 0, plus = 0, minus = 0;
@@ -1257,7 +1257,7 @@ static int mesher__segment_through(const mesher__shape *pq, const mesher__shape 
 }
 
 /* Closed segment against closed triangle, no vertex shared; sp, sq: sides of its ends. */
-static int mesher__segment_hits(const mesher__shape *pq, int sp, int sq, const mesher__shape *t, mesher__hit *hit)
+static int mesher__segment_hits(const mesher__simplex *pq, int sp, int sq, const mesher__simplex *t, mesher__hit *hit)
 {
     if (sp * sq > 0) return 0;
     if (sp == 0 && sq == 0) return mesher__segment_in_plane(pq, t, hit);
@@ -1267,7 +1267,7 @@ static int mesher__segment_hits(const mesher__shape *pq, int sp, int sq, const m
 }
 
 /* Interiors of two triangles in one plane are disjoint if and only if a line along an edge separates them. */
-static int mesher__separated(const mesher__shape *a, const mesher__shape *b, int axis)
+static int mesher__separated(const mesher__simplex *a, const mesher__simplex *b, int axis)
 {
     int turn = delaunay_orient2d(a->p[0], a->p[1], a->p[2], axis), i, j;
     for (i = 0; i < 3; i++) {
@@ -1279,7 +1279,7 @@ static int mesher__separated(const mesher__shape *a, const mesher__shape *b, int
 }
 
 /* Middle of the corners of a's part within b, rounded. */
-static void mesher__overlap_place(const mesher__shape *a, const mesher__shape *b, int axis, double *xyz)
+static void mesher__overlap_place(const mesher__simplex *a, const mesher__simplex *b, int axis, double *xyz)
 {
     double polygon[8][3], next[8][3], side[8], turn = mesher__area(b->p[0], b->p[1], b->p[2], axis) < 0 ? -1 : 1;
     int n = 3, m, i, j, k;
@@ -1303,7 +1303,7 @@ static void mesher__overlap_place(const mesher__shape *a, const mesher__shape *b
         for (xyz[j] = 0, i = 0; i < n; i++) xyz[j] += polygon[i][j] / n;
 }
 
-static int mesher__hit_overlap(const mesher__shape *a, const mesher__shape *b, int axis, mesher__hit *hit)
+static int mesher__hit_overlap(const mesher__simplex *a, const mesher__simplex *b, int axis, mesher__hit *hit)
 {
     hit->kind = MESHER_DEFECT_OVERLAP;
     hit->owner = 0;
@@ -1312,11 +1312,11 @@ static int mesher__hit_overlap(const mesher__shape *a, const mesher__shape *b, i
     return 1;
 }
 
-static int mesher__has_vertex(const mesher__shape *t, uint32_t v) { return t->v[0] == v || t->v[1] == v || t->v[2] == v; }
+static int mesher__has_vertex(const mesher__simplex *t, uint32_t v) { return t->v[0] == v || t->v[1] == v || t->v[2] == v; }
 
 /* Triangles in one plane with at most one common vertex. If their interiors are disjoint they touch, if at
  * all, in a segment or point whose ends are vertices: one that is not common lies on an edge of the other. */
-static int mesher__coplanar_hit(const mesher__shape *a, const mesher__shape *b, mesher__hit *hit)
+static int mesher__coplanar_hit(const mesher__simplex *a, const mesher__simplex *b, mesher__hit *hit)
 {
     int axis = mesher__plane_of(a), i;
     if (!mesher__separated(a, b, axis) && !mesher__separated(b, a, axis)) return mesher__hit_overlap(a, b, axis, hit);
@@ -1331,7 +1331,7 @@ static int mesher__coplanar_hit(const mesher__shape *a, const mesher__shape *b, 
 }
 
 /* A common edge: they meet elsewhere only if they are folded onto each other. */
-static int mesher__folded_hit(const mesher__shape *a, const mesher__shape *b, mesher__hit *hit)
+static int mesher__folded_hit(const mesher__simplex *a, const mesher__simplex *b, mesher__hit *hit)
 {
     int i, j, k, axis;
     for (i = 0; i < 2 && mesher__has_vertex(b, a->v[i]); i++) {}
@@ -1346,7 +1346,7 @@ static int mesher__folded_hit(const mesher__shape *a, const mesher__shape *b, me
 }
 
 /* The boxes of edge pq and of triangle t are apart. */
-static int mesher__edge_far(const double *p, const double *q, const mesher__shape *t)
+static int mesher__edge_far(const double *p, const double *q, const mesher__simplex *t)
 {
     int i;
     for (i = 0; i < 3; i++) {
@@ -1362,10 +1362,10 @@ static int mesher__edge_far(const double *p, const double *q, const mesher__shap
 /* One common vertex, A = (v, a1, a2), B = (v, b1, b2), not in one plane. If they share another point, the ray
  * from v through it leaves one of them through its edge opposite v, at a point of the other. So two tests
  * of these edges are enough, and most pairs, in fans too, end with a look at these edges' boxes. */
-static int mesher__corner_hit(const mesher__shape *a, const mesher__shape *b, mesher__hit *hit)
+static int mesher__corner_hit(const mesher__simplex *a, const mesher__simplex *b, mesher__hit *hit)
 {
     int sa[3], sb[3], i, j;
-    mesher__shape edge;
+    mesher__simplex edge;
     for (i = 0; i < 2 && !mesher__has_vertex(b, a->v[i]); i++) {}
     for (j = 0; j < 2 && b->v[j] != a->v[i]; j++) {}
     if (mesher__edge_far(a->p[(i + 1) % 3], a->p[(i + 2) % 3], b) &&
@@ -1378,16 +1378,16 @@ static int mesher__corner_hit(const mesher__shape *a, const mesher__shape *b, me
     sb[1] = mesher__side(a, b->p[(j + 1) % 3]);
     sb[2] = mesher__side(a, b->p[(j + 2) % 3]);
     if (sb[1] * sb[2] > 0) return 0;
-    mesher__shape_edge(&edge, a, (i + 1) % 3);
+    mesher__simplex_edge(&edge, a, (i + 1) % 3);
     if (mesher__segment_hits(&edge, sa[1], sa[2], b, hit)) return 1;
-    mesher__shape_edge(&edge, b, (j + 1) % 3);
+    mesher__simplex_edge(&edge, b, (j + 1) % 3);
     if (!mesher__segment_hits(&edge, sb[1], sb[2], a, hit)) return 0;
     hit->owner ^= 1;
     return 1;
 }
 
 /* No common vertex: an edge of one meets the other. Crossings go before touching vertices. */
-static int mesher__apart_hit(const mesher__shape *a, const mesher__shape *b, mesher__hit *hit)
+static int mesher__apart_hit(const mesher__simplex *a, const mesher__simplex *b, mesher__hit *hit)
 {
     int s[2][3], i, k, found = 0;
     for (i = 0; i < 3; i++) s[0][i] = mesher__side(b, a->p[i]);
@@ -1397,9 +1397,9 @@ static int mesher__apart_hit(const mesher__shape *a, const mesher__shape *b, mes
     if (s[1][0] == s[1][1] && s[1][0] == s[1][2]) return 0;
     for (k = 0; k < 2; k++)
         for (i = 0; i < 3; i++) {
-            mesher__shape edge;
+            mesher__simplex edge;
             mesher__hit one;
-            mesher__shape_edge(&edge, k ? b : a, i);
+            mesher__simplex_edge(&edge, k ? b : a, i);
             if (!mesher__segment_hits(&edge, s[k][i], s[k][(i + 1) % 3], k ? a : b, &one)) continue;
             one.owner ^= k;
             if (!found || one.kind == MESHER_DEFECT_INTERSECTION) *hit = one;
@@ -1410,9 +1410,9 @@ static int mesher__apart_hit(const mesher__shape *a, const mesher__shape *b, mes
 }
 
 /* A line against a triangle. */
-static int mesher__line_hit(const mesher__shape *pq, const mesher__shape *t, mesher__hit *hit)
+static int mesher__line_hit(const mesher__simplex *pq, const mesher__simplex *t, mesher__hit *hit)
 {
-    mesher__shape edge, turned;
+    mesher__simplex edge, turned;
     int k, axis;
     if (mesher__has_vertex(t, pq->v[0]) && mesher__has_vertex(t, pq->v[1])) return 0;
     if (!mesher__has_vertex(t, pq->v[0]) && !mesher__has_vertex(t, pq->v[1]))
@@ -1426,14 +1426,14 @@ static int mesher__line_hit(const mesher__shape *pq, const mesher__shape *t, mes
     axis = mesher__plane_of(t);
     if (mesher__touch(t, turned.v[1], turned.p[1], axis, hit)) return 1;
     for (k = 0; t->v[k] != turned.v[0]; k++) {}
-    mesher__shape_edge(&edge, t, (k + 1) % 3);
+    mesher__simplex_edge(&edge, t, (k + 1) % 3);
     return mesher__segments_2d(&turned, &edge, axis, hit);
 }
 
 /* Two lines. */
-static int mesher__lines_hit(const mesher__shape *a, const mesher__shape *b, mesher__hit *hit)
+static int mesher__lines_hit(const mesher__simplex *a, const mesher__simplex *b, mesher__hit *hit)
 {
-    mesher__shape t;
+    mesher__simplex t;
     int i, j;
     for (i = 0; i < 2; i++)
         for (j = 0; j < 2; j++)
@@ -1470,10 +1470,10 @@ static int mesher__lines_hit(const mesher__shape *a, const mesher__shape *b, mes
 /* Any two items. */
 static int mesher__items_hit(const mesher__space *space, const mesher__item *a, const mesher__item *b, mesher__hit *hit)
 {
-    mesher__shape s, t;
+    mesher__simplex s, t;
     int shared = 0, i;
-    mesher__shape_set(&s, space->surface, a->v, a->n);
-    mesher__shape_set(&t, space->surface, b->v, b->n);
+    mesher__simplex_set(&s, space->surface, a->v, a->n);
+    mesher__simplex_set(&t, space->surface, b->v, b->n);
     if (a->n == 2 && b->n == 2) return mesher__lines_hit(&s, &t, hit);
     if (a->n == 2) return mesher__line_hit(&s, &t, hit);
     if (b->n == 2) {
@@ -1689,9 +1689,9 @@ static mesher_result mesher__check_space(mesher_domain *domain, mesher_report *r
 /* True if the point lies on the item, exactly. */
 static int mesher__point_on(const mesher__space *space, const mesher__item *item, const double *x)
 {
-    mesher__shape t;
+    mesher__simplex t;
     int edge = 0;
-    mesher__shape_set(&t, space->surface, item->v, item->n);
+    mesher__simplex_set(&t, space->surface, item->v, item->n);
     if (item->n == 2) return delaunay_collinear(t.p[0], t.p[1], x) && mesher__between(t.p[0], t.p[1], x);
     return mesher__side(&t, x) == 0 && mesher__in_triangle(&t, x, mesher__plane_of(&t), &edge) != 0;
 }
