@@ -899,9 +899,9 @@ enum {
 /* Beyond so many findings the test stops, and counts are lower bounds. */
 #define MESHER__MOST_FINDINGS UINT64_C(10000000)
 
-typedef struct mesher__box {
+typedef struct mesher__bounds {
     float lo[3], hi[3];
-} mesher__box;
+} mesher__bounds;
 
 /* A facet (n = 3) or line (n = 2). */
 typedef struct mesher__item {
@@ -911,19 +911,19 @@ typedef struct mesher__item {
 typedef struct mesher__space {
     const mesher_surface *surface;
     mesher__item *items;
-    mesher__box  *boxes;   /* of items */
-    mesher__box  *nodes;   /* 2*num_leaf_nodes; [0] unused */
+    mesher__bounds  *boxes;   /* of items */
+    mesher__bounds  *nodes;   /* 2*num_leaf_nodes; [0] unused */
     size_t        num_items, num_leaves, num_leaf_nodes;
     double        origin[3], scale;
 } mesher__space;
 
-static int mesher__boxes_meet(const mesher__box *a, const mesher__box *b)
+static int mesher__boxes_meet(const mesher__bounds *a, const mesher__bounds *b)
 {
     return a->lo[0] <= b->hi[0] && b->lo[0] <= a->hi[0] && a->lo[1] <= b->hi[1] && b->lo[1] <= a->hi[1] &&
            a->lo[2] <= b->hi[2] && b->lo[2] <= a->hi[2];
 }
 
-static void mesher__box_clear(mesher__box *box)
+static void mesher__box_clear(mesher__bounds *box)
 {
     int i;
     for (i = 0; i < 3; i++) {
@@ -932,7 +932,7 @@ static void mesher__box_clear(mesher__box *box)
     }
 }
 
-static void mesher__box_join(mesher__box *a, const mesher__box *b)
+static void mesher__box_join(mesher__bounds *a, const mesher__bounds *b)
 {
     int i;
     for (i = 0; i < 3; i++) {
@@ -941,9 +941,9 @@ static void mesher__box_join(mesher__box *a, const mesher__box *b)
     }
 }
 
-static mesher__box mesher__box_of(const mesher__space *space, const uint32_t *v, uint32_t n)
+static mesher__bounds mesher__box_of(const mesher__space *space, const uint32_t *v, uint32_t n)
 {
-    mesher__box box;
+    mesher__bounds box;
     uint32_t i;
     int j;
     mesher__box_clear(&box);
@@ -1067,9 +1067,9 @@ static mesher_result mesher__space_init(mesher_domain *domain, mesher__space *sp
     if (!items) goto done;
     space->items = (mesher__item *)delaunay_alloc(memory, n, sizeof *space->items);
     if (!space->items) goto done;
-    space->boxes = (mesher__box *)delaunay_alloc(memory, n, sizeof *space->boxes);
+    space->boxes = (mesher__bounds *)delaunay_alloc(memory, n, sizeof *space->boxes);
     if (!space->boxes) goto done;
-    space->nodes = (mesher__box *)delaunay_alloc(memory, 2 * space->num_leaf_nodes, sizeof *space->nodes);
+    space->nodes = (mesher__bounds *)delaunay_alloc(memory, 2 * space->num_leaf_nodes, sizeof *space->nodes);
     if (!space->nodes) goto done;
     mesher__gather_items(domain, items);
     result = n ? mesher__order_items(domain, items, n, space->items) : MESHER_OK;
@@ -1531,7 +1531,7 @@ static void mesher__test_leaves(mesher__sweep *sweep, size_t l, size_t m)
 static void mesher__sweep_leaf(mesher__sweep *sweep, size_t l)
 {
     const mesher__space *space = sweep->space;
-    const mesher__box *box = space->nodes + space->num_leaf_nodes + l;
+    const mesher__bounds *box = space->nodes + space->num_leaf_nodes + l;
     size_t stack[66], k;
     int top = 0;
     mesher__test_leaves(sweep, l, l);
@@ -1700,7 +1700,7 @@ static int mesher__point_on(const mesher__space *space, const mesher__item *item
 static uint32_t mesher__item_under(const mesher__space *space, uint32_t v)
 {
     const double *x = mesher__point(space->surface, v);
-    mesher__box box = mesher__box_of(space, &v, 1);
+    mesher__bounds box = mesher__box_of(space, &v, 1);
     uint32_t best = DELAUNAY_NO_ID;
     size_t stack[66], i;
     int top = 0;
