@@ -214,6 +214,9 @@ typedef struct mesher_output {
 DELAUNAY_INLINE int mesher_is_defect(mesher_kind kind) { return kind >= MESHER_DEFECT_FIRST; }
 MESHER_API const char *mesher_result_string(mesher_result result);
 MESHER_API const char *mesher_kind_string(mesher_kind kind);
+/* One finding of a report as a sentence with ids and coordinates, cut to size. */
+MESHER_API void mesher_finding_string(char *text, size_t size, const mesher_report *report,
+                                      const mesher_finding *finding);
 
 /* All defects and notes of a surface, with ids and coordinates, exact. MESHER_OK if there is no defect. */
 MESHER_API mesher_result mesher_check(const mesher_surface *surface, const mesher_options *options,
@@ -3392,6 +3395,12 @@ MESHER_API const char *mesher_result_string(mesher_result result)
     case MESHER_ERROR_TIME: return "out of time before there was a valid mesh";
     }
     return "unknown mesher_result";
+}
+
+MESHER_API void mesher_finding_string(char *text, size_t size, const mesher_report *report,
+                                      const mesher_finding *finding)
+{
+    if (text && size && report && finding) mesher__sentence(text, size, report, finding);
 }
 
 MESHER_API const char *mesher_kind_string(mesher_kind kind)
