@@ -49,7 +49,8 @@ $(BUILD)/%: examples/%.c $(HEADERS) | $(BUILD)
 demo: $(BUILD)/mesh
 	$(BUILD)/mesh --demo -o demo.vtu
 
-test: $(TESTS) $(TOOLS)
+test: $(TESTS)
+	@$(MAKE) -k --no-print-directory all > /dev/null 2>&1 || true
 	@BUILD=$(BUILD) sh tests/run_tests.sh $(TESTS) $(SCRIPTS)
 
 sanitize:

@@ -1,0 +1,205 @@
+/* delaunay.c - the Delaunay triangulation of a file of points
+ *
+ *   cc -O3 -fopenmp examples/delaunay.c -o delaunay -lm
+ *   delaunay points.xyz -o tets.mesh
+ */
+#define DELAUNAY_IMPLEMENTATION
+#include "../delaunay.h"
+#define MESHIO_IMPLEMENTATION
+#include "meshio.h"
+#include "tool.h"
+
+static const char help[] =
+    "usage: delaunay POINTS [-o OUTPUT] [options]\n"
+    "\n"
+    "Triangulates the points of a file: .xyz (text, three numbers a line), .bin (raw little-endian\n"
+    "doubles), TetGen .node, or the vertices of any mesh file. OUTPUT (.mesh .meshb .msh .vtu .vtk\n"
+    ".ele) holds all points in input order, duplicates too, and the tetrahedra in an order that does\n"
+    "not depend on the number of threads. Without -o only the statistics are printed.\n"
+    "\n"
+    "  -o, --output FILE   where the tetrahedra go\n"
+    "  --threads N         default: what OpenMP chooses\n"
+    "  --any-order         leave the tetrahedra in the order in which they were made (faster)\n"
+    "  --validate          prove that the result is Delaunay\n"
+    "  -q, --quiet         print nothing but errors\n"
+    "  --help, --version\n"
+    "\n"
+    "exit codes: 0 ok, 2 usage, 3 cannot read, 4 cannot write, 5 fewer than four points that span\n"
+    "the space (all equal, on a line or in a plane), or coordinates that are not finite or out of\n"
+    "range, 7 memory, 8 interrupted, 70 internal error\n";
+
+typedef struct arguments {
+    const char *input, *output;
+    int threads, any_order, validate, quiet;
+} arguments;
+
+/* 0: go on; 1: done (help); 2: wrong usage. */
+static int parse(int argc, char **argv, arguments *args)
+{
+    int i;
+    double value;
+    for (i = 1; i < argc; i++) {
+        const char *a = argv[i];
+        if (strcmp(a, "--help") == 0 || strcmp(a, "-h") == 0) {
+            fputs(help, stdout);
+            return 1;
+        } else if (strcmp(a, "--version") == 0) {
+            printf("delaunay %d.%d.%d\n", DELAUNAY_VERSION / 10000, DELAUNAY_VERSION / 100 % 100,
+                   DELAUNAY_VERSION % 100);
+            return 1;
+        } else if ((strcmp(a, "-o") == 0 || strcmp(a, "--output") == 0) && i + 1 < argc) {
+            args->output = argv[++i];
+        } else if (strcmp(a, "--threads") == 0 && tool_number(argv[i + 1], 1, 4096, &value)) {
+            args->threads = (int)value;
+            i++;
+        } else if (strcmp(a, "--any-order") == 0) {
+            args->any_order = 1;
+        } else if (strcmp(a, "--validate") == 0) {
+            args->validate = 1;
+        } else if (strcmp(a, "-q") == 0 || strcmp(a, "--quiet") == 0) {
+            args->quiet = 1;
+        } else if (a[0] == '-' || args->input) {
+            fprintf(stderr, "delaunay: cannot make sense of '%s'; try --help\n", a);
+            return 2;
+        } else {
+            args->input = a;
+        }
+    }
+    if (!args->input) {
+        fprintf(stderr, "delaunay: no file of points; try --help\n");
+        return 2;
+    }
+    return 0;
+}
+
+static int progress(void *user, const char *phase, double fraction)
+{
+    (void)user, (void)phase, (void)fraction;
+    return tool_interrupted;
+}
+
+static int exit_code(delaunay_result result)
+{
+    switch (result) {
+    case DELAUNAY_OK: return TOOL_OK;
+    case DELAUNAY_ERROR_DIMENSION:
+    case DELAUNAY_ERROR_NOT_FINITE:
+    case DELAUNAY_ERROR_RANGE: return TOOL_BAD_SURFACE;
+    case DELAUNAY_ERROR_OUT_OF_MEMORY:
+    case DELAUNAY_ERROR_TOO_LARGE: return TOOL_NO_MEMORY;
+    case DELAUNAY_CANCELLED: return TOOL_STOPPED;
+    default: return TOOL_INTERNAL;
+    }
+}
+
+static void print_statistics(const delaunay_report *report, uint64_t num_tets, double seconds_read,
+                             double seconds)
+{
+    printf("points      %llu (%llu duplicates)\n", (unsigned long long)report->num_points,
+           (unsigned long long)report->num_duplicates);
+    printf("tetrahedra  %llu\n", (unsigned long long)num_tets);
+    printf("read        %9.3f s\n", seconds_read);
+    printf("sort        %9.3f s\n", report->seconds_sort);
+    printf("insert      %9.3f s\n", report->seconds_insert);
+    printf("finish      %9.3f s\n", report->seconds_finish);
+    printf("total       %9.3f s, %.3f million tetrahedra/s\n", seconds,
+           seconds > 0 ? 1e-6 * (double)num_tets / seconds : 0);
+    if (tool_peak_bytes() > 0) printf("peak memory %9.1f MB\n", 1e-6 * tool_peak_bytes());
+}
+
+/* The tetrahedra into the mesh that holds the points; frees nothing. */
+static int export_tets(const delaunay_mesh *mesh, meshio_mesh *points)
+{
+    uint64_t num = delaunay_export_tets(mesh, NULL, 0), i;
+    points->num_tets = 0;
+    points->tets = (uint32_t *)malloc((size_t)num * 4 * sizeof(uint32_t) + 1);
+    points->tet_tags = (int32_t *)malloc((size_t)num * sizeof(int32_t) + 1);
+    if (!points->tets || !points->tet_tags) return 0;
+    points->num_tets = (size_t)delaunay_export_tets(mesh, points->tets, num);
+    for (i = 0; i < num; i++) points->tet_tags[i] = 1;
+    return 1;
+}
+
+static void drop_elements(meshio_mesh *m)
+{
+    free(m->edges);
+    free(m->edge_tags);
+    free(m->triangles);
+    free(m->triangle_tags);
+    free(m->tets);
+    free(m->tet_tags);
+    m->edges = m->triangles = m->tets = NULL;
+    m->edge_tags = m->triangle_tags = m->tet_tags = NULL;
+    m->num_edges = m->num_triangles = m->num_tets = 0;
+}
+
+static int triangulate(const arguments *args, meshio_mesh *points, double seconds_read)
+{
+    delaunay_mesh mesh;
+    delaunay_options options;
+    delaunay_report report;
+    delaunay_result result;
+    meshio_report io;
+    double start;
+    int code;
+    memset(&mesh, 0, sizeof mesh);
+    memset(&options, 0, sizeof options);
+    memset(&report, 0, sizeof report);
+    options.any_order = args->any_order;
+    options.host.num_threads = args->threads;
+    options.host.progress = progress;
+    start = tool_seconds();
+    result = delaunay_tetrahedralize(&mesh, points->xyz, points->num_vertices, &options, &report);
+    code = exit_code(result);
+    if (code != TOOL_OK) {
+        fprintf(stderr, "delaunay: %s: %s\n", args->input,
+                report.message[0] ? report.message : delaunay_result_string(result));
+        return code;
+    }
+    start = tool_seconds() - start;
+    if (args->validate) {
+        delaunay_report proof;
+        memset(&proof, 0, sizeof proof);
+        if (delaunay_validate(&mesh, DELAUNAY_VALIDATE_DELAUNAY, &proof) != DELAUNAY_OK) {
+            fprintf(stderr, "delaunay: internal error: %s\n", proof.message);
+            delaunay_mesh_free(&mesh);
+            return TOOL_INTERNAL;
+        }
+    }
+    drop_elements(points);
+    if (!export_tets(&mesh, points)) {
+        fprintf(stderr, "delaunay: out of memory\n");
+        delaunay_mesh_free(&mesh);
+        return TOOL_NO_MEMORY;
+    }
+    delaunay_mesh_free(&mesh);
+    if (args->output && meshio_write(args->output, points, NULL, &io) != MESHIO_OK) {
+        fprintf(stderr, "delaunay: %s\n", io.message);
+        return TOOL_CANNOT_WRITE;
+    }
+    if (!args->quiet) print_statistics(&report, points->num_tets, seconds_read, start);
+    return TOOL_OK;
+}
+
+int main(int argc, char **argv)
+{
+    arguments args;
+    meshio_mesh points;
+    meshio_report report;
+    meshio_result result;
+    double start;
+    int code;
+    memset(&args, 0, sizeof args);
+    code = parse(argc, argv, &args);
+    if (code) return code == 1 ? TOOL_OK : TOOL_USAGE;
+    signal(SIGINT, tool_on_interrupt);
+    start = tool_seconds();
+    result = meshio_read(args.input, MESHIO_FORMAT_AUTO, &points, &report);
+    if (result != MESHIO_OK) {
+        fprintf(stderr, "delaunay: %s: %s\n", args.input, report.message);
+        return result == MESHIO_ERROR_OUT_OF_MEMORY ? TOOL_NO_MEMORY : TOOL_CANNOT_READ;
+    }
+    code = triangulate(&args, &points, tool_seconds() - start);
+    meshio_free(&points);
+    return code;
+}

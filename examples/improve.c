@@ -1,0 +1,208 @@
+/* improve.c - improve the worst tetrahedra of anybody's mesh; its surface and interfaces stay
+ *
+ *   cc -O3 -fopenmp examples/improve.c -o improve -lm
+ *   improve in.msh -o out.vtu
+ */
+#define SPR_IMPLEMENTATION
+#include "../spr.h"
+#define MESHIO_IMPLEMENTATION
+#include "meshio.h"
+#include "tool.h"
+
+static const char help[] =
+    "usage: improve INPUT [-o OUTPUT] [options]\n"
+    "\n"
+    "Improves a tetrahedral mesh (.mesh .meshb .msh .vtk .vtu .ele) by smoothing, edge removal and\n"
+    "reconnection of small polyhedra. Facets on the boundary or between regions stay as they are, the\n"
+    "worst quality never falls, no tetrahedron is ever inverted. Without -o only the statistics are\n"
+    "printed.\n"
+    "\n"
+    "  -o, --output FILE    .mesh .meshb .msh .msh4 .vtu .vtk .ele\n"
+    "  --measure M          gamma (default), sicn, dihedral\n"
+    "  --target Q           tetrahedra below are bad; default 0.35; exit 1 if any is left\n"
+    "  --keep-vertices      no vertex is added or taken away\n"
+    "  --no-smoothing       vertices stay where they are\n"
+    "  --max-seconds S\n"
+    "  --threads N          default: what OpenMP chooses\n"
+    "  -q, --quiet          print nothing but errors\n"
+    "  --help, --version\n"
+    "\n"
+    "exit codes: 0 ok, 1 target or budget not met, 2 usage, 3 cannot read, 4 cannot write,\n"
+    "5 not a valid mesh, 7 memory, 8 interrupted, 70 internal error\n";
+
+typedef struct arguments {
+    const char *input, *output;
+    spr_options options;
+    int quiet;
+} arguments;
+
+static int progress(void *user, const char *phase, double fraction)
+{
+    (void)user, (void)phase, (void)fraction;
+    return tool_interrupted;
+}
+
+static int parse_measure(const char *name, spr_measure *measure)
+{
+    if (!name) return 0;
+    if (strcmp(name, "gamma") == 0) *measure = SPR_GAMMA;
+    else if (strcmp(name, "sicn") == 0) *measure = SPR_SICN;
+    else if (strcmp(name, "dihedral") == 0) *measure = SPR_MIN_DIHEDRAL;
+    else return 0;
+    return 1;
+}
+
+/* 0: go on; 1: done (help); 2: wrong usage. */
+static int parse(int argc, char **argv, arguments *args)
+{
+    int i;
+    double value;
+    for (i = 1; i < argc; i++) {
+        const char *a = argv[i];
+        if (strcmp(a, "--help") == 0 || strcmp(a, "-h") == 0) {
+            fputs(help, stdout);
+            return 1;
+        } else if (strcmp(a, "--version") == 0) {
+            printf("improve %d.%d.%d\n", SPR_VERSION / 10000, SPR_VERSION / 100 % 100, SPR_VERSION % 100);
+            return 1;
+        } else if ((strcmp(a, "-o") == 0 || strcmp(a, "--output") == 0) && i + 1 < argc) {
+            args->output = argv[++i];
+        } else if (strcmp(a, "--measure") == 0 && parse_measure(argv[i + 1], &args->options.measure)) {
+            i++;
+        } else if (strcmp(a, "--target") == 0 && tool_number(argv[i + 1], 1e-9, 1, &value)) {
+            args->options.target = value;
+            args->options.require_target = 1;
+            i++;
+        } else if (strcmp(a, "--max-seconds") == 0 && tool_number(argv[i + 1], 0.001, 1e9, &value)) {
+            args->options.max_seconds = value;
+            i++;
+        } else if (strcmp(a, "--threads") == 0 && tool_number(argv[i + 1], 1, 4096, &value)) {
+            args->options.host.num_threads = (int)value;
+            i++;
+        } else if (strcmp(a, "--keep-vertices") == 0) {
+            args->options.keep_vertices = 1;
+        } else if (strcmp(a, "--no-smoothing") == 0) {
+            args->options.no_smoothing = 1;
+        } else if (strcmp(a, "-q") == 0 || strcmp(a, "--quiet") == 0) {
+            args->quiet = 1;
+        } else if (a[0] == '-' || args->input) {
+            fprintf(stderr, "improve: cannot make sense of '%s'; try --help\n", a);
+            return 2;
+        } else {
+            args->input = a;
+        }
+    }
+    if (!args->input) {
+        fprintf(stderr, "improve: no mesh; try --help\n");
+        return 2;
+    }
+    return 0;
+}
+
+static int exit_code(spr_result result)
+{
+    switch (result) {
+    case SPR_OK: return TOOL_OK;
+    case SPR_STOPPED_BY_BUDGET:
+    case SPR_GOAL_NOT_MET:
+    case SPR_CANCELLED: return TOOL_GOAL_NOT_MET;
+    case SPR_ERROR_OUT_OF_MEMORY:
+    case SPR_ERROR_TOO_LARGE: return TOOL_NO_MEMORY;
+    case SPR_ERROR_INVALID_MESH: return TOOL_BAD_SURFACE;
+    case SPR_ERROR_INVALID_ARGUMENT: return TOOL_USAGE;
+    default: return TOOL_INTERNAL;
+    }
+}
+
+static void print_row(const char *name, const spr_statistics *s)
+{
+    printf("%-8s %12llu %9.4f %9.4f %9.4f %9.4f %10llu %8.2f %8.2f\n", name,
+           (unsigned long long)s->num_tets, s->min, s->p001, s->p01, s->mean,
+           (unsigned long long)s->num_below, s->dihedral_min_degrees, s->dihedral_max_degrees);
+}
+
+static void print_statistics(const spr_report *report)
+{
+    printf("%-8s %12s %9s %9s %9s %9s %10s %8s %8s\n", "", "tetrahedra", "min", "0.1 %", "1 %", "mean",
+           "bad", "angle >=", "angle <=");
+    print_row("before", &report->before);
+    print_row("after", &report->after);
+    printf("smoothed %llu, edges removed %llu, reconnected %llu, vertices -%llu +%llu\n",
+           (unsigned long long)report->smoothed, (unsigned long long)report->edges_removed,
+           (unsigned long long)report->reconnected, (unsigned long long)report->vertices_removed,
+           (unsigned long long)report->vertices_inserted);
+    printf("seconds %.3f: smoothing %.3f, edge removal %.3f, reconnection %.3f\n", report->seconds,
+           report->seconds_smoothing, report->seconds_edge_removal, report->seconds_reconnection);
+}
+
+/* Room in the arrays for what the improvement may add. */
+static int make_room(meshio_mesh *m, size_t cap_vertices, size_t cap_tets)
+{
+    void *xyz = realloc(m->xyz, cap_vertices * 3 * sizeof(double));
+    void *tags, *tets, *colors;
+    if (xyz) m->xyz = (double *)xyz;
+    tags = realloc(m->vertex_tags, cap_vertices * sizeof(int32_t));
+    if (tags) m->vertex_tags = (int32_t *)tags;
+    tets = realloc(m->tets, cap_tets * 4 * sizeof(uint32_t));
+    if (tets) m->tets = (uint32_t *)tets;
+    colors = realloc(m->tet_tags, cap_tets * sizeof(int32_t));
+    if (colors) m->tet_tags = (int32_t *)colors;
+    return xyz && tags && tets && colors;
+}
+
+static int improve(const arguments *args, meshio_mesh *m)
+{
+    spr_report report;
+    spr_result result;
+    meshio_report io;
+    size_t cap_vertices = m->num_vertices + m->num_vertices / 4 + 1000, before = m->num_vertices;
+    size_t cap_tets = 2 * m->num_tets + 10000;
+    int code;
+    memset(&report, 0, sizeof report);
+    if (!make_room(m, cap_vertices, cap_tets)) {
+        fprintf(stderr, "improve: out of memory\n");
+        return TOOL_NO_MEMORY;
+    }
+    /* a region number is any 32 bits; the sign does not matter to spr.h */
+    result = spr_improve_arrays(m->xyz, &m->num_vertices, cap_vertices, m->tets, (uint32_t *)m->tet_tags,
+                                &m->num_tets, cap_tets, NULL, &args->options, &report);
+    code = exit_code(result);
+    if (code != TOOL_OK)
+        fprintf(stderr, "improve: %s: %s\n", args->input,
+                report.message[0] ? report.message : spr_result_string(result));
+    if (code != TOOL_OK && code != TOOL_GOAL_NOT_MET) return code;
+    for (; before < m->num_vertices; before++) m->vertex_tags[before] = 0;
+    if (args->output && meshio_write(args->output, m, NULL, &io) != MESHIO_OK) {
+        fprintf(stderr, "improve: %s\n", io.message);
+        return TOOL_CANNOT_WRITE;
+    }
+    if (!args->quiet) print_statistics(&report);
+    return code;
+}
+
+int main(int argc, char **argv)
+{
+    arguments args;
+    meshio_mesh mesh;
+    meshio_report report;
+    meshio_result result;
+    int code;
+    memset(&args, 0, sizeof args);
+    code = parse(argc, argv, &args);
+    if (code) return code == 1 ? TOOL_OK : TOOL_USAGE;
+    signal(SIGINT, tool_on_interrupt);
+    args.options.host.progress = progress;
+    result = meshio_read(args.input, MESHIO_FORMAT_AUTO, &mesh, &report);
+    if (result != MESHIO_OK) {
+        fprintf(stderr, "improve: %s: %s\n", args.input, report.message);
+        return result == MESHIO_ERROR_OUT_OF_MEMORY ? TOOL_NO_MEMORY : TOOL_CANNOT_READ;
+    }
+    if (mesh.num_tets == 0) {
+        fprintf(stderr, "improve: %s: no tetrahedra in this file\n", args.input);
+        code = TOOL_BAD_SURFACE;
+    } else {
+        code = improve(&args, &mesh);
+    }
+    meshio_free(&mesh);
+    return code;
+}

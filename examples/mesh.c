@@ -1,0 +1,927 @@
+/* mesh.c - from a surface file to a tetrahedral mesh, with a sentence when that cannot be
+ *
+ *   cc -O3 -fopenmp examples/mesh.c -o mesh -lm
+ *   mesh part.stl -o part.vtu
+ *
+ * The only program in which all five headers meet: read (meshio.h), mesh (mesher.h), improve
+ * (spr.h), prove (delaunay.h, and the surface here), write.
+ */
+#define MESHER_IMPLEMENTATION
+#include "../mesher.h"
+#define SPR_IMPLEMENTATION
+#include "../spr.h"
+#define MESHIO_IMPLEMENTATION
+#include "meshio.h"
+#include "demo_part.h"
+#include "tool.h"
+
+static const char help_usage[] =
+    "usage: mesh INPUT [-o OUTPUT] [options]\n"
+    "       mesh --demo [-o OUTPUT] [options]\n"
+    "\n"
+    "Fills a triangulated surface with good tetrahedra. Every vertex and triangle of the surface comes\n"
+    "back unchanged; vertices of the input come first in the output, in their order.\n"
+    "\n"
+    "  INPUT                .stl .off .obj .ply .mesh .meshb .msh .vtk .vtu .poly .smesh\n"
+    "  -o, --output FILE    .mesh .meshb .msh (2.2) .msh4 (4.1) .vtu .vtk .ele (+ .node .face);\n"
+    "                       without it nothing is written: statistics only\n"
+    "  --format F           that extension instead of FILE's own\n"
+    "  --ascii, --binary    the other form of a format that has both\n"
+    "  --demo [N]           a part that the program makes itself instead of INPUT; fineness N, 1 .. 12\n"
+    "\n"
+    "sizes (default: those of the surface, interpolated inwards)\n"
+    "  --size H             edges inside no longer than H\n"
+    "  --min-size H, --max-size H\n"
+    "  --gradation R        largest ratio of sizes one edge apart; default 1.4\n"
+    "  --growth R           > 1: sizes grow inwards by this ratio\n"
+    "\n";
+static const char help_options[] =
+    "stages\n"
+    "  --check              look for defects of the surface, and stop\n"
+    "  --no-refine          the surface recovered, and no points inside but where they are needed\n"
+    "  --no-improve         the mesh as refinement leaves it\n"
+    "  --regions R          all: every bounded cell (default); parity: what an odd number of facets\n"
+    "                       encloses; winding: what the facets' orientation encloses; seeds: by the\n"
+    "                       points of a .poly file (its default if it has any)\n"
+    "  --allow-surface-steiner   at the very last, points on the surface where it cannot be recovered\n"
+    "\n"
+    "goals and budgets (exit 1 if one is not met; the mesh is valid all the same)\n"
+    "  --target Q           gamma of the worst tetrahedron; default 0.35, as good as can be\n"
+    "  --max-seconds S, --max-tets N, --max-vertices N, --max-memory MB\n"
+    "\n"
+    "  --threads N          default: what OpenMP chooses; the result does not depend on it\n"
+    "  --json FILE          the statistics for programs\n"
+    "  -v, --verbose        what is done\n"
+    "  -q, --quiet          print nothing but errors\n"
+    "  --help, --version\n"
+    "\n"
+    "exit codes: 0 ok, 1 valid mesh but a goal or budget not met, 2 usage, 3 cannot read, 4 cannot\n"
+    "write, 5 the surface is invalid, 6 a facet could not be recovered, 7 memory, 8 interrupted or out\n"
+    "of time, 70 internal error. With 5 and 6 the findings are in OUTPUT's name, ending .defects.vtu\n";
+
+/* ---- settings ---- */
+
+typedef struct settings {
+    const char *input, *output, *json, *format;
+    mesher_options mesher;
+    spr_options spr;
+    double max_seconds;
+    int demo, check, no_improve, regions_given, ascii, binary, verbose, quiet, progress;
+} settings;
+
+static int parse_regions(const char *name, mesher_regions *regions)
+{
+    if (!name) return 0;
+    if (strcmp(name, "all") == 0) *regions = MESHER_REGIONS_ALL;
+    else if (strcmp(name, "parity") == 0) *regions = MESHER_REGIONS_PARITY;
+    else if (strcmp(name, "winding") == 0) *regions = MESHER_REGIONS_WINDING;
+    else if (strcmp(name, "seeds") == 0) *regions = MESHER_REGIONS_SEEDS;
+    else return 0;
+    return 1;
+}
+
+/* An option without a value; 0 if there is none of that name. */
+static int parse_flag(const char *a, settings *s)
+{
+    if (strcmp(a, "--check") == 0) s->check = 1;
+    else if (strcmp(a, "--no-refine") == 0) s->mesher.no_refine = 1;
+    else if (strcmp(a, "--no-improve") == 0) s->no_improve = 1;
+    else if (strcmp(a, "--allow-surface-steiner") == 0) s->mesher.allow_surface_steiner = 1;
+    else if (strcmp(a, "--ascii") == 0) s->ascii = 1;
+    else if (strcmp(a, "--binary") == 0) s->binary = 1;
+    else if (strcmp(a, "-v") == 0 || strcmp(a, "--verbose") == 0) s->verbose = 1;
+    else if (strcmp(a, "-q") == 0 || strcmp(a, "--quiet") == 0) s->quiet = 1;
+    else return 0;
+    return 1;
+}
+
+/* An option with a number; 0 if there is none of that name, or no such number. */
+static int parse_number(const char *a, const char *text, settings *s)
+{
+    double v;
+    if (strcmp(a, "--size") == 0 && tool_number(text, 1e-300, 1e300, &v)) s->mesher.size = v;
+    else if (strcmp(a, "--min-size") == 0 && tool_number(text, 1e-300, 1e300, &v)) s->mesher.min_size = v;
+    else if (strcmp(a, "--max-size") == 0 && tool_number(text, 1e-300, 1e300, &v)) s->mesher.max_size = v;
+    else if (strcmp(a, "--gradation") == 0 && tool_number(text, 1.0001, 100, &v)) s->mesher.gradation = v;
+    else if (strcmp(a, "--growth") == 0 && tool_number(text, 1.0001, 100, &v)) s->mesher.growth = v;
+    else if (strcmp(a, "--target") == 0 && tool_number(text, 1e-9, 1, &v)) {
+        s->spr.target = v;
+        s->spr.require_target = 1;
+    } else if (strcmp(a, "--max-seconds") == 0 && tool_number(text, 1e-6, 1e9, &v)) s->max_seconds = v;
+    else if (strcmp(a, "--max-tets") == 0 && tool_number(text, 1, 1e18, &v)) s->mesher.max_tets = (uint64_t)v;
+    else if (strcmp(a, "--max-vertices") == 0 && tool_number(text, 1, 1e18, &v))
+        s->mesher.max_vertices = (uint64_t)v;
+    else if (strcmp(a, "--max-memory") == 0 && tool_number(text, 1, 1e9, &v))
+        s->mesher.host.memory_limit_bytes = (size_t)(v * 1e6);
+    else if (strcmp(a, "--threads") == 0 && tool_number(text, 1, 4096, &v))
+        s->mesher.host.num_threads = (int)v;
+    else return 0;
+    return 1;
+}
+
+/* An option with a word. */
+static int parse_word(const char *a, const char *text, settings *s)
+{
+    if (!text) return 0;
+    if (strcmp(a, "-o") == 0 || strcmp(a, "--output") == 0) s->output = text;
+    else if (strcmp(a, "--json") == 0) s->json = text;
+    else if (strcmp(a, "--format") == 0) s->format = text;
+    else if (strcmp(a, "--regions") == 0 && parse_regions(text, &s->mesher.regions)) s->regions_given = 1;
+    else return 0;
+    return 1;
+}
+
+static meshio_format output_format(const settings *s)
+{
+    char name[40];
+    if (!s->format) return meshio_format_of(s->output);
+    snprintf(name, sizeof name, ".%.30s", s->format[0] == '.' ? s->format + 1 : s->format);
+    return meshio_format_of(name);
+}
+
+static int holds_tetrahedra(meshio_format format)
+{
+    return format == MESHIO_FORMAT_MEDIT || format == MESHIO_FORMAT_MEDIT_BINARY ||
+           format == MESHIO_FORMAT_MSH || format == MESHIO_FORMAT_MSH4 || format == MESHIO_FORMAT_VTU ||
+           format == MESHIO_FORMAT_VTK || format == MESHIO_FORMAT_ELE;
+}
+
+/* 0: go on; 1: done (help); 2: wrong usage. */
+static int parse(int argc, char **argv, settings *s)
+{
+    int i;
+    double level;
+    for (i = 1; i < argc; i++) {
+        const char *a = argv[i], *next = argv[i + 1];
+        if (strcmp(a, "--help") == 0 || strcmp(a, "-h") == 0) {
+            fputs(help_usage, stdout);
+            fputs(help_options, stdout);
+            return 1;
+        }
+        if (strcmp(a, "--version") == 0) {
+            printf("mesh %d.%d.%d\n", MESHER_VERSION / 10000, MESHER_VERSION / 100 % 100,
+                   MESHER_VERSION % 100);
+            return 1;
+        }
+        if (strcmp(a, "--demo") == 0) {
+            s->demo = 1;
+            if (tool_number(next, 1, 12, &level)) {
+                s->demo = (int)level;
+                i++;
+            }
+        } else if (parse_number(a, next, s) || parse_word(a, next, s)) {
+            i++;
+        } else if (parse_flag(a, s)) {
+            continue;
+        } else if (a[0] != '-' && !s->input) {
+            s->input = a;
+        } else {
+            fprintf(stderr, "mesh: cannot make sense of '%s'%s%s; try --help\n", a, next ? " before " : "",
+                    next ? next : "");
+            return 2;
+        }
+    }
+    if (!s->input == !s->demo) {
+        fprintf(stderr, "mesh: %s; try --help\n", s->demo ? "a file and --demo" : "no surface to mesh");
+        return 2;
+    }
+    if (s->output && !holds_tetrahedra(output_format(s))) {
+        fprintf(stderr, "mesh: no tetrahedra can be written to '%s'; try .mesh, .msh or .vtu\n", s->output);
+        return 2;
+    }
+    return 0;
+}
+
+/* ---- what the run knows ---- */
+
+enum { PHASE_READ, PHASE_CHECK, PHASE_EMPTY, PHASE_RECOVER, PHASE_REGIONS, PHASE_SIZE, PHASE_REFINE,
+       PHASE_IMPROVE, PHASE_PROVE, PHASE_WRITE, NUM_PHASES };
+static const char *const phase_names[NUM_PHASES] = {"read", "check", "empty mesh", "recover", "regions",
+                                                    "size", "refine", "improve", "prove", "write"};
+enum { MAX_FINDINGS = 100000, SHOWN_FINDINGS = 10 };
+
+typedef struct job {
+    settings set;
+    const char *name; /* of the input, for messages */
+    meshio_mesh in;
+    int32_t *seed_tags;
+    double *seeds;
+    mesher_surface surface;
+    mesher_domain domain;
+    mesher_report report;
+    spr_report spr;
+    spr_statistics quality;
+    mesher_output out;
+    double seconds[NUM_PHASES], start;
+    int code; /* exit code so far */
+} job;
+
+static void complain(const job *j, const char *text)
+{
+    fprintf(stderr, "mesh: %s: %s\n", j->name, text);
+}
+
+static int on_progress(void *user, const char *phase, double fraction)
+{
+    const job *j = (const job *)user;
+    if (j->set.progress) fprintf(stderr, "\r%-24.24s %3.0f %%", phase, 100 * fraction);
+    return tool_interrupted;
+}
+
+static void on_log(void *user, int level, const char *text)
+{
+    const job *j = (const job *)user;
+    if (level <= DELAUNAY_LOG_WARNING || j->set.verbose) fprintf(stderr, "mesh: %s\n", text);
+}
+
+static void clear_progress(const job *j)
+{
+    if (j->set.progress) fprintf(stderr, "\r%-32s\r", "");
+}
+
+/* ---- reading ---- */
+
+static int read_input(job *j)
+{
+    meshio_report io;
+    meshio_result result;
+    double start = tool_seconds();
+    if (j->set.demo) {
+        j->name = "demo";
+        if (!demo_part_make(&j->in, j->set.demo)) {
+            complain(j, "out of memory");
+            return TOOL_NO_MEMORY;
+        }
+    } else {
+        j->name = j->set.input;
+        result = meshio_read(j->set.input, MESHIO_FORMAT_AUTO, &j->in, &io);
+        if (result != MESHIO_OK) {
+            complain(j, io.message);
+            return result == MESHIO_ERROR_OUT_OF_MEMORY ? TOOL_NO_MEMORY : TOOL_CANNOT_READ;
+        }
+    }
+    j->seconds[PHASE_READ] = tool_seconds() - start;
+    if (j->in.num_triangles == 0) {
+        complain(j, "the file has no triangles, so it bounds no volume");
+        return TOOL_BAD_SURFACE;
+    }
+    return TOOL_OK;
+}
+
+/* Holes and regions of a .poly file as the mesher's seeds. */
+static int take_seeds(job *j)
+{
+    size_t n = j->in.num_holes + j->in.num_regions, i;
+    if (n == 0) return 1;
+    j->seeds = (double *)malloc(3 * n * sizeof(double));
+    j->seed_tags = (int32_t *)malloc(n * sizeof(int32_t));
+    if (!j->seeds || !j->seed_tags) return 0;
+    for (i = 0; i < n; i++) {
+        const double *xyz = i < j->in.num_holes ? j->in.holes + 3 * i
+                                                : j->in.regions + 5 * (i - j->in.num_holes);
+        memcpy(j->seeds + 3 * i, xyz, 3 * sizeof(double));
+        j->seed_tags[i] = 0;
+        if (i >= j->in.num_holes)
+            j->seed_tags[i] = xyz[3] >= 1 && xyz[3] < 2e9 ? (int32_t)xyz[3]
+                                                          : (int32_t)(i - j->in.num_holes + 1);
+    }
+    j->surface.seeds = j->seeds;
+    j->surface.seed_tags = j->seed_tags;
+    j->surface.num_seeds = n;
+    if (!j->set.regions_given) j->set.mesher.regions = MESHER_REGIONS_SEEDS;
+    return 1;
+}
+
+static int set_surface(job *j)
+{
+    size_t i;
+    int tagged = 0;
+    for (i = 0; i < j->in.num_triangles && !tagged; i++) tagged = j->in.triangle_tags[i] != 0;
+    for (i = 0; i < j->in.num_triangles && !tagged; i++) j->in.triangle_tags[i] = 1;
+    j->surface.xyz = j->in.xyz;
+    j->surface.num_vertices = j->in.num_vertices;
+    j->surface.triangles = j->in.triangles;
+    j->surface.triangle_tags = j->in.triangle_tags;
+    j->surface.num_triangles = j->in.num_triangles;
+    j->surface.edges = j->in.edges;
+    j->surface.edge_tags = j->in.edge_tags;
+    j->surface.num_edges = j->in.num_edges;
+    j->report.findings = (mesher_finding *)malloc(MAX_FINDINGS * sizeof(mesher_finding));
+    j->report.cap_findings = MAX_FINDINGS;
+    return j->report.findings && take_seeds(j);
+}
+
+/* ---- findings ---- */
+
+/* OUTPUT's name, else the input's without its folder, with another ending. */
+static void defects_name(const job *j, char *name, size_t size)
+{
+    const char *base = j->set.output ? j->set.output : j->name, *dot, *slash;
+    size_t stem;
+    slash = strrchr(base, '/');
+    if (!j->set.output && slash) base = slash + 1;
+    slash = strrchr(base, '/');
+    dot = strrchr(base, '.');
+    stem = dot && (!slash || dot > slash) ? (size_t)(dot - base) : strlen(base);
+    snprintf(name, size, "%.*s.defects.vtu", (int)(stem < 900 ? stem : 900), base);
+}
+
+/* The triangles of all findings, one cell for each, with the finding's kind and the triangle's number. */
+static void write_defects(const job *j)
+{
+    meshio_mesh m;
+    meshio_report io;
+    meshio_write_options options;
+    meshio_field fields[2];
+    char name[1024];
+    size_t n = j->report.num_findings, i, k = 0;
+    uint32_t *triangles = (uint32_t *)malloc((6 * n + 1) * sizeof(uint32_t));
+    double *kinds = (double *)malloc((2 * n + 1) * sizeof(double));
+    double *numbers = (double *)malloc((2 * n + 1) * sizeof(double));
+    int side;
+    memset(&m, 0, sizeof m);
+    memset(&options, 0, sizeof options);
+    memset(fields, 0, sizeof fields);
+    for (i = 0; triangles && kinds && numbers && i < n; i++)
+        for (side = 0; side < 2; side++) {
+            const mesher_finding *f = &j->report.findings[i];
+            uint32_t t = f->triangles[side];
+            const uint32_t *v;
+            if (t >= j->in.num_triangles) continue;
+            v = j->in.triangles + 3 * (size_t)t;
+            if (v[0] >= j->in.num_vertices || v[1] >= j->in.num_vertices || v[2] >= j->in.num_vertices) continue;
+            memcpy(triangles + 3 * k, v, 3 * sizeof *v);
+            kinds[k] = f->kind;
+            numbers[k++] = t;
+        }
+    if (k > 0) {
+        m.xyz = j->in.xyz;
+        m.num_vertices = j->in.num_vertices;
+        m.triangles = triangles;
+        m.num_triangles = k;
+        fields[0].name = "kind";
+        fields[0].triangles = kinds;
+        fields[1].name = "triangle";
+        fields[1].triangles = numbers;
+        options.fields = fields;
+        options.num_fields = 2;
+        options.format = MESHIO_FORMAT_VTU;
+        defects_name(j, name, sizeof name);
+        if (meshio_write(name, &m, &options, &io) != MESHIO_OK) fprintf(stderr, "mesh: %s\n", io.message);
+        else if (!j->set.quiet) printf("findings    %s\n", name);
+    }
+    free(triangles);
+    free(kinds);
+    free(numbers);
+}
+
+static void print_findings(const job *j, int defects)
+{
+    size_t i, shown = 0;
+    char text[512];
+    for (i = 0; i < j->report.num_findings && shown < SHOWN_FINDINGS; i++) {
+        const mesher_finding *f = &j->report.findings[i];
+        if (mesher_is_defect(f->kind) != defects) continue;
+        mesher_finding_string(text, sizeof text, &j->report, f);
+        printf("            %s\n", text);
+        shown++;
+    }
+}
+
+static void print_counts(const job *j, const char *title, int defects)
+{
+    int k, any = 0;
+    for (k = 0; k < MESHER_NUM_KINDS; k++) {
+        if (mesher_is_defect((mesher_kind)k) != defects || j->report.counts[k] == 0) continue;
+        printf("%-11s %llu x %s\n", any++ ? "" : title, (unsigned long long)j->report.counts[k],
+               mesher_kind_string((mesher_kind)k));
+    }
+    if (any && (defects || j->set.verbose || j->set.check)) print_findings(j, defects);
+}
+
+static int code_of(mesher_result result)
+{
+    switch (result) {
+    case MESHER_OK: return TOOL_OK;
+    case MESHER_STOPPED_BY_BUDGET:
+    case MESHER_GOAL_NOT_MET: return TOOL_GOAL_NOT_MET;
+    case MESHER_ERROR_INVALID_ARGUMENT: return TOOL_USAGE;
+    case MESHER_ERROR_SURFACE: return TOOL_BAD_SURFACE;
+    case MESHER_ERROR_RECOVERY: return TOOL_NOT_RECOVERED;
+    case MESHER_ERROR_OUT_OF_MEMORY:
+    case MESHER_ERROR_TOO_LARGE: return TOOL_NO_MEMORY;
+    case MESHER_CANCELLED:
+    case MESHER_ERROR_TIME: return TOOL_STOPPED;
+    default: return TOOL_INTERNAL;
+    }
+}
+
+/* Reports a failure of the mesher: after a failed recovery the surface is searched for the reason. */
+static int fail(job *j, mesher_result result)
+{
+    int code = code_of(result);
+    char message[sizeof j->report.message];
+    if (result == MESHER_ERROR_RECOVERY) {
+        mesher_report found = j->report;
+        memcpy(message, j->report.message, sizeof message);
+        if (mesher_check(&j->surface, &j->set.mesher, &found) == MESHER_ERROR_SURFACE) {
+            j->report = found;
+            code = TOOL_BAD_SURFACE;
+        } else {
+            memcpy(j->report.message, message, sizeof message);
+        }
+    }
+    clear_progress(j);
+    if (code == TOOL_BAD_SURFACE || code == TOOL_NOT_RECOVERED) {
+        if (!j->set.quiet) {
+            print_counts(j, "defects", 1);
+            print_counts(j, "notes", 0);
+        }
+        write_defects(j);
+    }
+    complain(j, j->report.message[0] ? j->report.message : mesher_result_string(result));
+    return code;
+}
+
+static int check_surface(job *j)
+{
+    mesher_result result;
+    double start = tool_seconds();
+    result = mesher_check(&j->surface, &j->set.mesher, &j->report);
+    j->seconds[PHASE_CHECK] = tool_seconds() - start;
+    if (result < 0) return fail(j, result);
+    clear_progress(j);
+    if (!j->set.quiet) {
+        printf("input       %s: %llu vertices, %llu triangles\n", j->name,
+               (unsigned long long)j->in.num_vertices, (unsigned long long)j->in.num_triangles);
+        print_counts(j, "notes", 0);
+        printf("defects     none (%.3f s)\n", j->seconds[PHASE_CHECK]);
+    }
+    return TOOL_OK;
+}
+
+/* ---- proof that the surface came back ---- */
+
+/* Distinct facets of the surface, found by their three vertices. */
+typedef struct facet_set {
+    const mesher_domain *domain;
+    uint32_t *table; /* open addressing, DELAUNAY_NO_ID: empty */
+    size_t mask;
+    unsigned char *seen;
+} facet_set;
+
+static size_t facet_slot(const facet_set *set, const uint32_t v[3])
+{
+    uint64_t h = v[0];
+    size_t slot;
+    h = (h ^ h >> 29) * UINT64_C(0x9E3779B97F4A7C15) + v[1];
+    h = (h ^ h >> 29) * UINT64_C(0xBF58476D1CE4E5B9) + v[2];
+    h = (h ^ h >> 32) * UINT64_C(0x94D049BB133111EB);
+    for (slot = (size_t)(h >> 20) & set->mask;; slot = (slot + 1) & set->mask) {
+        uint32_t f = set->table[slot];
+        if (f == DELAUNAY_NO_ID || memcmp(set->domain->facets + 3 * (size_t)f, v, 3 * sizeof *v) == 0)
+            return slot;
+    }
+}
+
+static int facet_set_init(facet_set *set, const mesher_domain *domain)
+{
+    size_t size = 1024;
+    uint32_t f;
+    while (size < 2 * (size_t)domain->num_facets) size *= 2;
+    set->domain = domain;
+    set->mask = size - 1;
+    set->table = (uint32_t *)malloc(size * sizeof(uint32_t));
+    set->seen = (unsigned char *)calloc((size_t)domain->num_facets + 1, 1);
+    if (!set->table || !set->seen) return 0;
+    memset(set->table, 255, size * sizeof(uint32_t));
+    for (f = 0; f < domain->num_facets; f++)
+        set->table[facet_slot(set, domain->facets + 3 * (size_t)f)] = f;
+    return 1;
+}
+
+/* Input ids of the corners of facet i, ascending. */
+static void facet_ids(const delaunay_mesh *mesh, delaunay_handle t, int i, uint32_t id[3])
+{
+    int k, n = 0;
+    for (k = 0; k < 4; k++)
+        if (k != i) id[n++] = mesh->vertex_id[mesh->tets[t].v[k]];
+    for (k = 0; k < 2; k++)
+        for (n = 0; n < 2 - k; n++)
+            if (id[n] > id[n + 1]) {
+                uint32_t swap = id[n];
+                id[n] = id[n + 1];
+                id[n + 1] = swap;
+            }
+}
+
+/* Every facet of the surface is a facet of the mesh, and regions end at facets of the surface only.
+ * 1: so it is; 0: not; -1: out of memory. */
+static int surface_came_back(const mesher_domain *domain)
+{
+    const delaunay_mesh *mesh = &domain->mesh;
+    facet_set set;
+    delaunay_handle t;
+    uint32_t f, seen = 0;
+    int i, whole = 1;
+    memset(&set, 0, sizeof set);
+    if (!facet_set_init(&set, domain)) whole = -1;
+    for (t = 1; whole == 1 && t < mesh->num_tets; t++) {
+        if (delaunay_is_deleted(mesh, t) || delaunay_is_ghost(mesh, t)) continue;
+        for (i = 0; i < 4; i++) {
+            delaunay_handle n = mesh->tets[t].n[i] / 4;
+            uint32_t id[3];
+            int border = mesh->color[t] != DELAUNAY_OUTSIDE && (n == 0 || mesh->color[n] != mesh->color[t]);
+            if (!border && !(mesh->flags[t] & DELAUNAY_FACET_BIT(i))) continue;
+            facet_ids(mesh, t, i, id);
+            f = set.table[facet_slot(&set, id)];
+            if (f != DELAUNAY_NO_ID) set.seen[f] = 1;
+            else if (border) whole = 0;
+        }
+    }
+    for (f = 0; whole == 1 && f < domain->num_facets; f++) seen += set.seen[f];
+    if (whole == 1 && seen != domain->num_facets) whole = 0;
+    free(set.table);
+    free(set.seen);
+    return whole;
+}
+
+static int prove(job *j)
+{
+    delaunay_report proof;
+    double start = tool_seconds();
+    int whole;
+    memset(&proof, 0, sizeof proof);
+    if (delaunay_validate(&j->domain.mesh, DELAUNAY_VALIDATE_GEOMETRY, &proof) != DELAUNAY_OK) {
+        fprintf(stderr, "mesh: %s: internal error: %s\n", j->name, proof.message);
+        return TOOL_INTERNAL;
+    }
+    whole = j->report.surface_steiner ? 1 : surface_came_back(&j->domain);
+    j->seconds[PHASE_PROVE] = tool_seconds() - start;
+    if (whole == 1) return TOOL_OK;
+    complain(j, whole ? "out of memory" : "internal error: the mesh does not hold the whole surface");
+    return whole ? TOOL_NO_MEMORY : TOOL_INTERNAL;
+}
+
+/* ---- meshing ---- */
+
+static void improve(job *j)
+{
+    double start = tool_seconds(), left = j->set.max_seconds - (start - j->start);
+    spr_result result;
+    if (j->set.no_improve) {
+        spr_measure_mesh(&j->domain.mesh, &j->set.spr, &j->quality);
+        return;
+    }
+    j->set.spr.max_seconds = j->set.max_seconds > 0 ? (left > 1e-3 ? left : 1e-3) : 0;
+    result = spr_improve(&j->domain.mesh, &j->set.spr, &j->spr);
+    j->quality = j->spr.after;
+    j->seconds[PHASE_IMPROVE] = tool_seconds() - start;
+    if (result == SPR_OK) return;
+    clear_progress(j);
+    complain(j, j->spr.message[0] ? j->spr.message : spr_result_string(result));
+    if (result == SPR_ERROR_INTERNAL || result == SPR_ERROR_INVALID_MESH ||
+        result == SPR_ERROR_INVALID_ARGUMENT) j->code = TOOL_INTERNAL;
+    else j->code = TOOL_GOAL_NOT_MET; /* the mesh is valid, if not as good as it could be */
+    if (result < 0) spr_measure_mesh(&j->domain.mesh, &j->set.spr, &j->quality);
+}
+
+static int mesh_surface(job *j)
+{
+    mesher_result result;
+    j->set.mesher.max_seconds = j->set.max_seconds;
+    result = mesher_mesh(&j->domain, &j->surface, &j->set.mesher, &j->report);
+    if (result < 0) return fail(j, result);
+    if (result > 0) {
+        clear_progress(j);
+        complain(j, j->report.message[0] ? j->report.message : mesher_result_string(result));
+    }
+    j->code = code_of(result);
+    j->seconds[PHASE_CHECK] = j->report.seconds_check;
+    j->seconds[PHASE_EMPTY] = j->report.seconds_empty;
+    j->seconds[PHASE_RECOVER] = j->report.seconds_recover;
+    j->seconds[PHASE_REGIONS] = j->report.seconds_regions;
+    j->seconds[PHASE_SIZE] = j->report.seconds_size;
+    j->seconds[PHASE_REFINE] = j->report.seconds_refine;
+    improve(j);
+    clear_progress(j);
+    if (j->code == TOOL_INTERNAL) return j->code;
+    return prove(j);
+}
+
+/* ---- output ---- */
+
+/* The distinct facets and lines of the input, corners and tags as there; equal vertices are one. */
+static int output_surface(const job *j, meshio_mesh *m)
+{
+    const mesher_domain *d = &j->domain;
+    uint32_t f;
+    size_t i;
+    int k;
+    if (j->report.surface_steiner) return 1; /* some facets are in pieces */
+    m->triangles = (uint32_t *)malloc((3 * (size_t)d->num_facets + 1) * sizeof(uint32_t));
+    m->triangle_tags = (int32_t *)malloc(((size_t)d->num_facets + 1) * sizeof(int32_t));
+    m->edges = (uint32_t *)malloc((2 * j->in.num_edges + 1) * sizeof(uint32_t));
+    m->edge_tags = (int32_t *)malloc((j->in.num_edges + 1) * sizeof(int32_t));
+    if (!m->triangles || !m->triangle_tags || !m->edges || !m->edge_tags) return 0;
+    for (f = 0; f < d->num_facets; f++) {
+        size_t t = d->facet_source[f];
+        for (k = 0; k < 3; k++)
+            m->triangles[3 * (size_t)f + (size_t)k] = d->survivor[j->in.triangles[3 * t + (size_t)k]];
+        m->triangle_tags[f] = j->in.triangle_tags[t];
+    }
+    m->num_triangles = d->num_facets;
+    for (i = 0; i < j->in.num_edges; i++) {
+        m->edges[2 * i] = d->survivor[j->in.edges[2 * i]];
+        m->edges[2 * i + 1] = d->survivor[j->in.edges[2 * i + 1]];
+        m->edge_tags[i] = j->in.edge_tags[i];
+    }
+    m->num_edges = j->in.num_edges;
+    return 1;
+}
+
+static double *output_quality(const job *j)
+{
+    uint64_t t;
+    double *gamma = (double *)malloc(((size_t)j->out.num_tets + 1) * sizeof(double));
+    for (t = 0; gamma && t < j->out.num_tets; t++) {
+        const uint32_t *v = j->out.tets + 4 * t;
+        const double *x = j->out.xyz;
+        gamma[t] = spr_gamma(x + 3 * (size_t)v[0], x + 3 * (size_t)v[1], x + 3 * (size_t)v[2],
+                             x + 3 * (size_t)v[3]);
+    }
+    return gamma;
+}
+
+/* Viewers get the tetrahedra and their quality; the other formats the surface too. */
+static int write_output(job *j)
+{
+    meshio_format format = output_format(&j->set);
+    int viewer = format == MESHIO_FORMAT_VTU || format == MESHIO_FORMAT_VTK, code = TOOL_OK;
+    meshio_mesh m;
+    meshio_report io;
+    meshio_write_options options;
+    meshio_field field;
+    double *gamma = NULL, start = tool_seconds();
+    memset(&m, 0, sizeof m);
+    memset(&options, 0, sizeof options);
+    memset(&field, 0, sizeof field);
+    m.xyz = j->out.xyz;
+    m.num_vertices = (size_t)j->out.num_vertices;
+    m.tets = j->out.tets;
+    m.tet_tags = (int32_t *)j->out.regions; /* region numbers are below 2^31 */
+    m.num_tets = (size_t)j->out.num_tets;
+    options.format = format;
+    options.ascii = j->set.ascii;
+    options.binary = j->set.binary;
+    if (viewer) gamma = output_quality(j);
+    if (viewer ? gamma == NULL : !output_surface(j, &m)) {
+        complain(j, "out of memory");
+        code = TOOL_NO_MEMORY;
+    } else {
+        field.name = "gamma";
+        field.tets = gamma;
+        options.fields = &field;
+        options.num_fields = viewer ? 1 : 0;
+        if (meshio_write(j->set.output, &m, &options, &io) != MESHIO_OK) {
+            fprintf(stderr, "mesh: %s\n", io.message);
+            code = TOOL_CANNOT_WRITE;
+        }
+    }
+    free(gamma);
+    free(m.triangles);
+    free(m.triangle_tags);
+    free(m.edges);
+    free(m.edge_tags);
+    j->seconds[PHASE_WRITE] = tool_seconds() - start;
+    return code;
+}
+
+/* Better now than after the work: can a file of that name be made? */
+static int can_write(const job *j)
+{
+    char part[1100];
+    FILE *f;
+    if (!j->set.output || strncmp(j->set.output, "/dev/", 5) == 0) return 1;
+    snprintf(part, sizeof part, "%.1024s.part", j->set.output);
+    f = fopen(part, "wb");
+    if (!f) {
+        fprintf(stderr, "mesh: cannot create '%s': %s\n", part, strerror(errno));
+        return 0;
+    }
+    fclose(f);
+    remove(part);
+    return 1;
+}
+
+/* ---- statistics ---- */
+
+static uint64_t below(const spr_statistics *q, int twentieths)
+{
+    uint64_t sum = 0;
+    int i;
+    for (i = 0; i < twentieths; i++) sum += q->histogram[i];
+    return sum;
+}
+
+static double total_seconds(const job *j, int with_files)
+{
+    double sum = 0;
+    int k;
+    for (k = 0; k < NUM_PHASES; k++)
+        if (with_files || (k != PHASE_READ && k != PHASE_WRITE)) sum += j->seconds[k];
+    return sum;
+}
+
+static void print_bars(const char *title, const uint64_t *counts, int n, double step)
+{
+    uint64_t sum = 0, most = 1;
+    int i, k;
+    for (i = 0; i < n; i++) {
+        sum += counts[i];
+        if (counts[i] > most) most = counts[i];
+    }
+    if (sum == 0) return;
+    printf("%s\n", title);
+    for (i = 0; i < n; i++) {
+        int length = (int)(40.0 * (double)counts[i] / (double)most + 0.5);
+        printf("  %7.4g - %-7.4g %12llu %6.2f %% ", step * i, step * (i + 1),
+               (unsigned long long)counts[i], 100.0 * (double)counts[i] / (double)sum);
+        for (k = 0; k < length; k++) putchar('#');
+        putchar('\n');
+    }
+}
+
+static void print_regions(const job *j)
+{
+    uint32_t i, shown = 0;
+    if (j->report.num_regions < 2 && !j->set.verbose) return;
+    for (i = 0; i < j->domain.num_regions && shown < 20; i++) {
+        const mesher_region *r = &j->domain.regions[i];
+        if (!r->kept) continue;
+        printf("%-11s %lu: volume %.9g\n", shown++ ? "" : "regions", (unsigned long)r->number, r->volume);
+    }
+}
+
+static void print_phases(const job *j)
+{
+    double all = total_seconds(j, 1), work = total_seconds(j, 0);
+    int k;
+    for (k = 0; k < NUM_PHASES; k++)
+        printf("%-11s %9.3f s %5.1f %%\n", phase_names[k], j->seconds[k],
+               all > 0 ? 100 * j->seconds[k] / all : 0);
+    printf("total       %9.3f s, %d threads, %.0f tetrahedra/s without reading and writing\n", all,
+           delaunay_threads(&j->set.mesher.host), work > 0 ? (double)j->out.num_tets / work : 0);
+    if (tool_peak_bytes() > 0) printf("peak memory %9.1f MB\n", 1e-6 * tool_peak_bytes());
+}
+
+static void print_quality(const job *j)
+{
+    const spr_statistics *q = &j->quality;
+    printf("gamma       min %.4f, 0.1 %% %.4f, 1 %% %.4f, mean %.4f; %llu below 0.35", q->min, q->p001,
+           q->p01, q->mean, (unsigned long long)below(q, 7));
+    if (!j->set.no_improve) printf(", %llu of them held there by the surface", (unsigned long long)j->spr.bounded);
+    printf("\nSICN        min %.4f\ndihedral    %.2f .. %.2f degrees\n", q->sicn_min,
+           q->dihedral_min_degrees, q->dihedral_max_degrees);
+    print_bars("gamma", q->histogram, 20, 0.05);
+    print_bars("dihedral angles", q->dihedral_histogram, 18, 10);
+}
+
+static void print_statistics(const job *j)
+{
+    uint64_t n = j->out.num_vertices, added = n - j->in.num_vertices;
+    printf("input       %s: %llu vertices, %llu triangles\n", j->name,
+           (unsigned long long)j->in.num_vertices, (unsigned long long)j->in.num_triangles);
+    print_counts(j, "notes", 0);
+    if (j->set.output) printf("output      %s\n", j->set.output);
+    printf("vertices    %llu, %llu new, of them %llu on the surface\n", (unsigned long long)n,
+           (unsigned long long)added, (unsigned long long)j->report.surface_steiner);
+    printf("tetrahedra  %llu in %llu region%s\n", (unsigned long long)j->out.num_tets,
+           (unsigned long long)j->report.num_regions, j->report.num_regions == 1 ? "" : "s");
+    print_regions(j);
+    print_phases(j);
+    print_quality(j);
+}
+
+/* A JSON string's inside. */
+static void json_text(FILE *f, const char *text)
+{
+    for (; *text; text++) {
+        unsigned char c = (unsigned char)*text;
+        if (c == '"' || c == '\\') fprintf(f, "\\%c", c);
+        else if (c < 32) fprintf(f, "\\u%04x", c);
+        else fputc(c, f);
+    }
+}
+
+static void json_quality(FILE *f, const spr_statistics *q)
+{
+    int k;
+    fprintf(f, "  \"gamma_min\": %.9g, \"gamma_p001\": %.9g, \"gamma_p01\": %.9g, \"gamma_mean\": %.9g,\n",
+            q->min, q->p001, q->p01, q->mean);
+    fprintf(f, "  \"low\": %llu, \"low30\": %llu, \"sicn_min\": %.9g, \"dih_min\": %.9g, \"dih_max\": %.9g,\n",
+            (unsigned long long)below(q, 7), (unsigned long long)below(q, 6), q->sicn_min,
+            q->dihedral_min_degrees, q->dihedral_max_degrees);
+    fprintf(f, "  \"gamma_histogram\": [");
+    for (k = 0; k < 20; k++) fprintf(f, "%s%llu", k ? ", " : "", (unsigned long long)q->histogram[k]);
+    fprintf(f, "],\n  \"dihedral_histogram\": [");
+    for (k = 0; k < 18; k++) fprintf(f, "%s%llu", k ? ", " : "", (unsigned long long)q->dihedral_histogram[k]);
+    fprintf(f, "],\n");
+}
+
+static void json_body(FILE *f, const job *j, int code)
+{
+    int k, any = 0;
+    fprintf(f, "{\n  \"input\": \"");
+    json_text(f, j->name);
+    fprintf(f, "\", \"exit_code\": %d, \"message\": \"", code);
+    json_text(f, j->report.message);
+    fprintf(f, "\",\n  \"input_vertices\": %llu, \"input_triangles\": %llu,\n  \"findings\": {",
+            (unsigned long long)j->in.num_vertices, (unsigned long long)j->in.num_triangles);
+    for (k = 0; k < MESHER_NUM_KINDS; k++) {
+        if (!j->report.counts[k]) continue;
+        fprintf(f, "%s\"", any++ ? ", " : "");
+        json_text(f, mesher_kind_string((mesher_kind)k));
+        fprintf(f, "\": %llu", (unsigned long long)j->report.counts[k]);
+    }
+    fprintf(f, "},\n  \"vertices\": %llu, \"tets\": %llu, \"cells\": %llu,\n",
+            (unsigned long long)j->out.num_vertices, (unsigned long long)j->out.num_tets,
+            (unsigned long long)j->report.num_regions);
+    fprintf(f, "  \"interior_steiner\": %llu, \"surface_steiner\": %llu, \"missing_edges\": %llu, "
+               "\"missing_facets\": %llu,\n",
+            (unsigned long long)j->report.interior_steiner, (unsigned long long)j->report.surface_steiner,
+            (unsigned long long)j->report.missing_edges, (unsigned long long)j->report.missing_facets);
+    if (j->out.num_tets) json_quality(f, &j->quality);
+    fprintf(f, "  \"threads\": %d, \"peak_bytes\": %.0f,\n  \"seconds\": {",
+            delaunay_threads(&j->set.mesher.host), tool_peak_bytes());
+    for (k = 0; k < NUM_PHASES; k++) fprintf(f, "\"%s\": %.6f, ", phase_names[k], j->seconds[k]);
+    fprintf(f, "\"total\": %.6f}\n}\n", total_seconds(j, 1));
+}
+
+/* Written even after a failure: then it says which. */
+static int write_json(const job *j, int code)
+{
+    FILE *f = fopen(j->set.json, "w");
+    int failed;
+    if (!f) {
+        fprintf(stderr, "mesh: cannot create '%s': %s\n", j->set.json, strerror(errno));
+        return TOOL_CANNOT_WRITE;
+    }
+    json_body(f, j, code);
+    failed = ferror(f);
+    if (fclose(f) != 0) failed = 1;
+    if (!failed) return code;
+    fprintf(stderr, "mesh: cannot write '%s': %s\n", j->set.json, strerror(errno));
+    return TOOL_CANNOT_WRITE;
+}
+
+/* ---- the whole run ---- */
+
+static int run(job *j)
+{
+    int code = read_input(j);
+    if (code != TOOL_OK) return code;
+    if (!set_surface(j)) {
+        complain(j, "out of memory");
+        return TOOL_NO_MEMORY;
+    }
+    if (j->set.check) return check_surface(j);
+    if (!can_write(j)) return TOOL_CANNOT_WRITE;
+    code = mesh_surface(j);
+    if (code != TOOL_OK) return code;
+    if (mesher_export(&j->domain, &j->out) != MESHER_OK) {
+        complain(j, "out of memory");
+        return TOOL_NO_MEMORY;
+    }
+    if (j->set.output) {
+        code = write_output(j);
+        if (code != TOOL_OK) return code;
+    }
+    if (!j->set.quiet) print_statistics(j);
+    return j->code;
+}
+
+int main(int argc, char **argv)
+{
+    static job the_job;
+    job *j = &the_job;
+    int code = parse(argc, argv, &j->set);
+    if (code) return code == 1 ? TOOL_OK : TOOL_USAGE;
+    signal(SIGINT, tool_on_interrupt);
+    j->name = "";
+    j->start = tool_seconds();
+    j->set.progress = !j->set.quiet && tool_is_terminal(stderr);
+    j->set.mesher.host.progress = on_progress;
+    j->set.mesher.host.log = on_log;
+    j->set.mesher.host.user = j;
+    j->set.spr.host = j->set.mesher.host;
+    code = run(j);
+    if (j->set.json) code = write_json(j, code);
+    mesher_output_free(&j->domain, &j->out);
+    mesher_domain_free(&j->domain);
+    free(j->report.findings);
+    free(j->seeds);
+    free(j->seed_tags);
+    meshio_free(&j->in);
+    return code;
+}

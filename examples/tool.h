@@ -1,0 +1,90 @@
+/* tool.h - include after delaunay.h: what the command line tools of this folder share: exit codes, arguments, clock, memory */
+#ifndef TOOL_H
+#define TOOL_H
+
+#include <errno.h>
+#include <signal.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#if (defined(__unix__) || defined(__APPLE__)) && !defined(__STRICT_ANSI__)
+#  include <sys/resource.h>
+#  include <sys/time.h>
+#  include <unistd.h>
+#  define TOOL_POSIX 1
+#endif
+
+/* The README has this table. */
+enum {
+    TOOL_OK = 0,
+    TOOL_GOAL_NOT_MET = 1, /* a valid result, but a goal or budget that the user asked for was not met */
+    TOOL_USAGE = 2,
+    TOOL_CANNOT_READ = 3,
+    TOOL_CANNOT_WRITE = 4,
+    TOOL_BAD_SURFACE = 5, /* delaunay: points of fewer than three dimensions, or not finite */
+    TOOL_NOT_RECOVERED = 6,
+    TOOL_NO_MEMORY = 7,
+    TOOL_STOPPED = 8, /* cancelled or out of time before there was a valid result */
+    TOOL_INTERNAL = 70
+};
+
+/* Set by the first interrupt; the second one ends the program as usual. */
+static volatile sig_atomic_t tool_interrupted;
+
+DELAUNAY_INLINE void tool_on_interrupt(int number)
+{
+    tool_interrupted = 1;
+    signal(number, SIG_DFL);
+}
+
+/* A decimal number that fills the whole argument and lies in [low, high]; 0 if it does not. */
+DELAUNAY_INLINE int tool_number(const char *text, double low, double high, double *value)
+{
+    char *end;
+    if (!text || !((*text >= '0' && *text <= '9') || *text == '.')) return 0;
+    errno = 0;
+    *value = strtod(text, &end);
+    return *end == 0 && end != text && *value >= low && *value <= high;
+}
+
+/* Seconds on a wall clock where there is one; differences count. */
+DELAUNAY_INLINE double tool_seconds(void)
+{
+#ifdef TOOL_POSIX
+    struct timeval now;
+    gettimeofday(&now, NULL);
+    return (double)now.tv_sec + 1e-6 * (double)now.tv_usec;
+#else
+    delaunay_host host;
+    memset(&host, 0, sizeof host);
+    return delaunay_seconds(&host);
+#endif
+}
+
+/* Largest memory of the process so far in bytes, 0 if unknown. */
+DELAUNAY_INLINE double tool_peak_bytes(void)
+{
+#ifdef TOOL_POSIX
+    struct rusage usage;
+    if (getrusage(RUSAGE_SELF, &usage) != 0) return 0;
+#  ifdef __APPLE__
+    return (double)usage.ru_maxrss;
+#  else
+    return 1024.0 * (double)usage.ru_maxrss;
+#  endif
+#else
+    return 0;
+#endif
+}
+
+DELAUNAY_INLINE int tool_is_terminal(FILE *file)
+{
+#ifdef TOOL_POSIX
+    return isatty(fileno(file));
+#else
+    (void)file;
+    return 0;
+#endif
+}
+
+#endif /* TOOL_H */

@@ -1,0 +1,186 @@
+#!/bin/sh
+# Behaviour of the command line tools: exit codes, what is written and what is not, same bytes for
+# any number of threads. BUILD names the folder with the programs.
+cd "$(dirname "$0")/.." || exit 1
+BUILD=${BUILD:-build}
+T=$BUILD/test_tool.tmp
+rm -rf "$T"
+mkdir -p "$T"
+trap 'rm -rf "$T"' EXIT
+passed=0
+failed=0
+mesh=$BUILD/mesh
+delaunay=$BUILD/delaunay
+improve=$BUILD/improve
+for tool in $mesh $delaunay $improve; do
+    if [ ! -x $tool ]; then
+        echo "$tool is not built"
+        echo "0 passed, 0 failed"
+        exit 0
+    fi
+done
+
+ok() { # NAME COMMAND...: the command must succeed
+    name=$1
+    shift
+    if "$@" > "$T/log" 2>&1; then
+        passed=$((passed + 1))
+    else
+        failed=$((failed + 1))
+        echo "failed: $name: $*"
+        head -n 5 "$T/log"
+    fi
+}
+
+code() { # EXPECTED COMMAND...: the command must exit with this status; its output is in $T/out, $T/err
+    expected=$1
+    shift
+    "$@" > "$T/out" 2> "$T/err"
+    got=$?
+    if [ "$got" -eq "$expected" ]; then
+        passed=$((passed + 1))
+    else
+        failed=$((failed + 1))
+        echo "failed: exit $got, not $expected: $*"
+        head -n 5 "$T/err"
+    fi
+}
+says() { ok "message has '$1'" grep -q "$1" "$T/err"; }
+prints() { ok "output has '$1'" grep -q "$1" "$T/out"; }
+absent() { for f; do ok "$f is not there" test ! -e "$f"; done; }
+
+# ---- models ----
+cube() { # X0 Y0 Z0 SIZE FIRST: vertices and triangles of a cube as OFF lines, kept apart by v and f
+    awk -v x="$1" -v y="$2" -v z="$3" -v s="$4" -v o="$5" 'BEGIN {
+        for (i = 0; i < 8; i++) print "v", x + s * (i % 2), y + s * (int(i / 2) % 2), z + s * int(i / 4)
+        n = split("0 2 3 0 3 1 4 5 7 4 7 6 0 1 5 0 5 4 2 6 7 2 7 3 0 4 6 0 6 2 1 3 7 1 7 5", a, " ")
+        for (i = 1; i <= n; i += 3) print "f", 3, a[i] + o, a[i + 1] + o, a[i + 2] + o
+    }'
+}
+off() { # reads v and f lines, writes OFF
+    awk '$1 == "v" { v[nv++] = $2 " " $3 " " $4 } $1 == "f" { f[nf++] = $2 " " $3 " " $4 " " $5 }
+         END { print "OFF"; print nv, nf, 0; for (i = 0; i < nv; i++) print v[i]; for (i = 0; i < nf; i++) print f[i] }'
+}
+cube 0 0 0 1 0 | off > "$T/cube.off"
+cube 0 0 0 1 0 | sed '$d' | off > "$T/open.off"
+{ cube 0 0 0 1 0; cube 0.5 0.25 0.125 1 8; } | off > "$T/overlap.off"
+{ cube 0 0 0 3 0; cube 1 1 1 1 8; } | off > "$T/nested.off"
+{ cube 0 0 0 1 0; echo 'f 3 0 2 3'; } | off > "$T/twice.off"
+sed '3s/.*/nan 0 0/' "$T/cube.off" > "$T/nan.off"
+printf 'OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 7\n' > "$T/index.off"
+printf 'OFF\n4000000000 1 0\n0 0 0\n' > "$T/huge.off"
+printf 'OFF\n0 0 0\n' > "$T/none.off"
+: > "$T/empty.stl"
+awk 'BEGIN { for (i = 0; i < 216; i++) print i % 6, int(i / 6) % 6, int(i / 36) }' > "$T/grid.xyz"
+awk 'BEGIN { for (i = 0; i < 36; i++) print i % 6, int(i / 6), 1 }' > "$T/flat.xyz"
+awk 'BEGIN { for (i = 0; i < 9; i++) print i, 2 * i, -i }' > "$T/line.xyz"
+printf '1 2 3\n1 2 3\n' > "$T/same.xyz"
+printf '0 0 0\n1 0 0\n0 1 0\n0 0 1\n0 0 0\n1 0 0\n' > "$T/double.xyz"
+
+# ---- usage ----
+code 0 $mesh --help
+prints 'exit codes'
+code 0 $mesh --version
+code 2 $mesh
+says 'try --help'
+code 2 $mesh "$T/cube.off" --bogus
+says 'bogus'
+code 2 $mesh "$T/cube.off" --size
+code 2 $mesh "$T/cube.off" --size -1
+code 2 $mesh "$T/cube.off" --size 0x10
+code 2 $mesh "$T/cube.off" --threads 0
+code 2 $mesh "$T/cube.off" --regions some
+code 2 $mesh "$T/cube.off" other.off
+code 2 $mesh "$T/cube.off" -o "$T/a.off"
+code 2 $mesh "$T/cube.off" -o "$T/a"
+code 2 $mesh --demo "$T/cube.off"
+absent "$T/a.off" "$T/a"
+
+# ---- files that cannot be read ----
+code 3 $mesh "$T/missing.off" -o "$T/a.mesh"
+says 'missing.off'
+code 3 $mesh "$T/grid.pdf" -o "$T/a.mesh"
+code 3 $mesh "$T/index.off" -o "$T/a.mesh"
+says 'line 6'
+code 3 $mesh "$T/huge.off" -o "$T/a.mesh"
+code 3 $mesh "$T/empty.stl" -o "$T/a.mesh"
+absent "$T/a.mesh" "$T/a.mesh.part"
+
+# ---- output that cannot be written ----
+code 4 $mesh "$T/cube.off" -o "$T/no/such/folder/a.mesh"
+says 'no/such/folder'
+code 4 $mesh "$T/cube.off" --json "$T/no/such/folder/a.json"
+[ -w /dev/full ] && code 4 $mesh "$T/cube.off" -o /dev/full --format mesh
+
+# ---- surfaces that bound nothing, or meet themselves ----
+for bad in open overlap nan none; do
+    code 5 $mesh "$T/$bad.off" -o "$T/$bad.mesh"
+    ok "$bad: a sentence" test -s "$T/err"
+    absent "$T/$bad.mesh" "$T/$bad.mesh.part"
+done
+ok "findings of the overlap" test -s "$T/overlap.defects.vtu"
+code 5 $mesh --check "$T/overlap.off" -o "$T/c.mesh"
+ok "findings are in a file of their own" test -s "$T/c.defects.vtu"
+absent "$T/c.mesh"
+code 0 $mesh --check "$T/cube.off"
+prints 'none'
+code 0 $mesh --check "$T/twice.off"
+
+# ---- meshes ----
+code 0 $mesh "$T/cube.off" -o "$T/cube.mesh"
+prints 'tetrahedra'
+prints 'gamma'
+ok "the cube's first vertex" test "$(sed -n 5p "$T/cube.mesh")" = "0 0 0 0"
+ok "complete" grep -q '^End$' "$T/cube.mesh"
+absent "$T/cube.mesh.part"
+code 0 $mesh "$T/cube.off" -q -o "$T/cube.vtu"
+ok "-q is quiet" test ! -s "$T/out"
+for format in meshb msh msh4 vtk vtu ele; do
+    code 0 $mesh "$T/cube.off" --size 0.5 -q -o "$T/c.$format"
+    ok "$format is there" test -s "$T/c.$format"
+    [ $format = vtk ] || [ $format = vtu ] || code 0 $improve "$T/c.$format" -q -o "$T/i.mesh"
+done
+code 0 $mesh "$T/twice.off" -q -o "$T/twice.mesh"
+code 0 $mesh "$T/nested.off" --json "$T/nested.json"
+prints 'in 2 regions'
+ok "JSON" grep -q '"cells": 2' "$T/nested.json"
+code 0 $mesh "$T/nested.off" --regions parity --json "$T/nested.json"
+ok "JSON" grep -q '"cells": 1' "$T/nested.json"
+code 5 $mesh "$T/open.off" -q --json "$T/open.json"
+ok "JSON after a failure" grep -q '"exit_code": 5' "$T/open.json"
+code 0 $mesh "$T/cube.off" --no-refine --no-improve --json "$T/small.json"
+ok "no new vertices in a cube" grep -q '"vertices": 8' "$T/small.json"
+code 0 $mesh "$T/cube.off" --size 0.15 -q -o "$T/t1.mesh" --threads 1
+code 0 $mesh "$T/cube.off" --size 0.15 -q -o "$T/t3.mesh" --threads 3
+ok "same bytes for any number of threads" cmp "$T/t1.mesh" "$T/t3.mesh"
+code 1 $mesh "$T/cube.off" --size 0.05 --max-vertices 100 -q -o "$T/budget.mesh"
+ok "a budget leaves a mesh" grep -q '^End$' "$T/budget.mesh"
+
+# ---- points ----
+code 0 $delaunay --help
+code 2 $delaunay
+code 3 $delaunay "$T/missing.xyz"
+code 5 $delaunay "$T/flat.xyz" -o "$T/flat.mesh"
+says 'flat.xyz'
+code 5 $delaunay "$T/line.xyz" -o "$T/flat.mesh"
+code 5 $delaunay "$T/same.xyz" -o "$T/flat.mesh"
+: > "$T/none.xyz"
+code 5 $delaunay "$T/none.xyz" -o "$T/flat.mesh"
+absent "$T/flat.mesh"
+code 0 $delaunay "$T/double.xyz" -o "$T/double.mesh"
+ok "duplicates stay as vertices" test "$(sed -n 4p "$T/double.mesh")" = 6
+code 0 $delaunay "$T/grid.xyz" --validate -o "$T/g1.mesh" --threads 1
+code 0 $delaunay "$T/grid.xyz" -q -o "$T/g3.mesh" --threads 3
+ok "same bytes for any number of threads" cmp "$T/g1.mesh" "$T/g3.mesh"
+
+# ---- improve ----
+code 0 $improve --help
+code 2 $improve "$T/cube.mesh" --target 7
+code 3 $improve "$T/missing.mesh"
+code 5 $improve "$T/cube.off"
+code 1 $improve "$T/t1.mesh" --target 0.99 -o "$T/best.mesh"
+prints 'after'
+ok "a goal that is not met leaves a mesh" grep -q '^End$' "$T/best.mesh"
+
+echo "$passed passed, $failed failed"
+[ "$failed" -eq 0 ]
