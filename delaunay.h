@@ -543,7 +543,8 @@ typedef struct delaunay_plan {
 } delaunay_plan;
 
 /* Answers of a plan function; a negative delaunay_result ends the call, the mesh valid. */
-enum { DELAUNAY_PLAN_NOTHING = 0, DELAUNAY_PLAN_COMMIT = 1 };
+#define DELAUNAY_PLAN_NOTHING 0
+#define DELAUNAY_PLAN_COMMIT  1
 
 enum { DELAUNAY_PLAN_VERTICES = 8 }; /* new, and moved, vertices of one plan at most */
 /* Stands for the k-th new vertex of a plan in its new tetrahedra. */
@@ -2624,7 +2625,7 @@ struct delaunay_engine {
 static int delaunay__plan_push(delaunay_plan *plan, delaunay_list *list, delaunay_handle t)
 {
     list->memory = plan->memory;
-    return delaunay_list_push(list, t) == DELAUNAY_OK ? DELAUNAY_PLAN_COMMIT : DELAUNAY_ERROR_OUT_OF_MEMORY;
+    return delaunay_list_push(list, t) == DELAUNAY_OK ? DELAUNAY_PLAN_COMMIT : (int)DELAUNAY_ERROR_OUT_OF_MEMORY;
 }
 
 DELAUNAY_API int delaunay_plan_read(delaunay_plan *plan, delaunay_handle t)
@@ -3055,7 +3056,7 @@ static size_t delaunay__round_finish(delaunay_engine *e, delaunay_speculation *j
 DELAUNAY_API delaunay_result delaunay_speculate(delaunay_engine *engine, delaunay_speculation *job)
 {
     delaunay_engine *e = engine;
-    size_t batch = job->batch ? job->batch : DELAUNAY__DEFAULT_BATCH, flight = batch, next = 0, num = 0, i, position = 0;
+    size_t batch = job->batch ? job->batch : (size_t)DELAUNAY__DEFAULT_BATCH, flight = batch, next = 0, num = 0, i, position = 0;
     size_t step = job->scatter && job->num_items > 1 ? delaunay__scatter_step(job->num_items) : 1;
     delaunay_result result = delaunay__engine_plans(e, batch);
     int stop = 0;
@@ -3084,7 +3085,7 @@ DELAUNAY_API delaunay_result delaunay_speculate(delaunay_engine *engine, delauna
         delaunay__round_commit(e, num);
         left = delaunay__round_finish(e, job, num, &stop);
         /* fewer in flight while most of them only wait for each other */
-        if (2 * left > num) flight = num / 2 > DELAUNAY__LEAST_BATCH ? num / 2 : DELAUNAY__LEAST_BATCH;
+        if (2 * left > num) flight = num / 2 > (size_t)DELAUNAY__LEAST_BATCH ? num / 2 : (size_t)DELAUNAY__LEAST_BATCH;
         else if (4 * left < num) flight *= 2;
         if (flight > batch) flight = batch;
         if (flight < left) flight = left;

@@ -7,12 +7,12 @@
 
 static uint64_t small_state = 88172645463325252u;
 /* 0 .. n-1 */
-DELAUNAY_INLINE uint32_t small_random(uint32_t n)
+DELAUNAY_INLINE uint32_t small_random(uint64_t n)
 {
     small_state ^= small_state << 13;
     small_state ^= small_state >> 7;
     small_state ^= small_state << 17;
-    return (uint32_t)(small_state >> 33) % n;
+    return (uint32_t)((small_state >> 33) % n);
 }
 
 /* An allocator whose k-th allocation fails (k counts down; negative: never), and that counts what is out. */

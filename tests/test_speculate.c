@@ -65,7 +65,7 @@ static int plan_reconnection(void *user, const delaunay_mesh *m, delaunay_worker
     delaunay_handle tets[5], t = 1 + (delaunay_handle)item;
     size_t n = 0, i;
     (void)user;
-    if (delaunay_is_deleted(m, t)) return delaunay_plan_read(p, t) > 0 ? DELAUNAY_PLAN_NOTHING : DELAUNAY_ERROR_OUT_OF_MEMORY;
+    if (delaunay_is_deleted(m, t)) return DELAUNAY_PLAN_NOTHING;
     tets[n++] = t;
     for (i = 0; i < 4; i++)
         if (m->tets[t].n[i]) tets[n++] = m->tets[t].n[i] / 4;
