@@ -1101,7 +1101,247 @@ DELAUNAY_API uint64_t delaunay_count_tets(const delaunay_mesh *mesh)
 
 /* ---- >>insertion ----------------------------------------------------------------------- */
 
+/* The state of one insertion sequence. All lists are of handles 4*t+f, f the facet by which the search came. */
+typedef struct delaunay__insertion {
+    delaunay_mesh  *mesh;
+    delaunay_list   cavity;   /* tetrahedra in conflict */
+    delaunay_list   boundary; /* facets of outside tetrahedra that bound the cavity */
+    delaunay_list   slots;    /* where the ball goes */
+    uint64_t       *edges;    /* hash: directed edge of the ball -> facet handle */
+    delaunay_handle *edge_facets;
+    size_t          cap_edges;
+    delaunay_handle hint;
+} delaunay__insertion;
+
+static const double *delaunay__x(const delaunay_mesh *mesh, uint32_t v) { return mesh->vertices[v].x; }
+
+/* Is the point in conflict with t: inside its circumsphere, or beyond its hull facet. */
+static int delaunay__conflict(const delaunay_mesh *mesh, delaunay_handle t, const double *p)
+{
+    const uint32_t *v = mesh->tets[t].v;
+    int s;
+    if (v[3] != DELAUNAY_GHOST)
+        return delaunay_insphere_perturbed(delaunay__x(mesh, v[0]), delaunay__x(mesh, v[1]),
+                                           delaunay__x(mesh, v[2]), delaunay__x(mesh, v[3]), p) > 0;
+    s = delaunay_orient3d(delaunay__x(mesh, v[0]), delaunay__x(mesh, v[1]), delaunay__x(mesh, v[2]), p);
+    if (s != 0) return s > 0;
+    return delaunay__conflict(mesh, mesh->tets[t].n[3] >> 2, p); /* in the plane of the hull facet */
+}
+
+/* Visibility walk to a tetrahedron that contains p or a ghost that sees it [Marot 2020, 3.4]. */
+static delaunay_handle delaunay__walk(const delaunay_mesh *mesh, delaunay_handle t, const double *p)
+{
+    uint32_t random = 1;
+    int i, k;
+    if (delaunay_is_ghost(mesh, t)) t = mesh->tets[t].n[3] >> 2;
+    for (;;) {
+        const uint32_t *v = mesh->tets[t].v;
+        if (v[3] == DELAUNAY_GHOST) return t;
+        random = random * 1664525u + 1013904223u;
+        for (i = 0; i < 4; i++) {
+            const uint8_t *f;
+            k = (i + (int)(random >> 30)) & 3;
+            f = delaunay_facet_vertices[k];
+            if (delaunay_orient3d(delaunay__x(mesh, v[f[0]]), delaunay__x(mesh, v[f[1]]),
+                                  delaunay__x(mesh, v[f[2]]), p) > 0)
+                break;
+        }
+        if (i == 4) return t;
+        t = mesh->tets[t].n[k] >> 2;
+    }
+}
+
+/* Breadth-first search of the tetrahedra in conflict [3.5]; mark: 1 outside, 3 in the cavity. */
+static delaunay_result delaunay__dig(delaunay__insertion *s, delaunay_handle seed, const double *p)
+{
+    delaunay_mesh *mesh = s->mesh;
+    size_t i;
+    int k;
+    s->cavity.count = s->boundary.count = 0;
+    if (delaunay_list_push(&s->cavity, 4 * seed) != DELAUNAY_OK) return DELAUNAY_ERROR_OUT_OF_MEMORY;
+    mesh->mark[seed] = 3;
+    for (i = 0; i < s->cavity.count; i++) {
+        delaunay_handle t = s->cavity.items[i] >> 2;
+        for (k = 0; k < 4; k++) {
+            delaunay_handle f = mesh->tets[t].n[k], u = f >> 2;
+            if (mesh->mark[u] == 3) continue;
+            if (mesh->mark[u] == 0 && delaunay__conflict(mesh, u, p)) {
+                mesh->mark[u] = 3;
+                if (delaunay_list_push(&s->cavity, f) != DELAUNAY_OK) return DELAUNAY_ERROR_OUT_OF_MEMORY;
+            } else {
+                mesh->mark[u] = 1;
+                if (delaunay_list_push(&s->boundary, f) != DELAUNAY_OK) return DELAUNAY_ERROR_OUT_OF_MEMORY;
+            }
+        }
+    }
+    return DELAUNAY_OK;
+}
+
+static delaunay_handle *delaunay__edge_slot(delaunay__insertion *s, uint32_t a, uint32_t b)
+{
+    uint64_t key = ((uint64_t)a << 32 | b) + 1;
+    size_t mask = s->cap_edges - 1, h = (size_t)((key * 0x9e3779b97f4a7c15u) >> 20) & mask;
+    while (s->edges[h] != 0 && s->edges[h] != key) h = (h + 1) & mask;
+    s->edges[h] = key;
+    return &s->edge_facets[h];
+}
+
+static delaunay_result delaunay__edge_table(delaunay__insertion *s)
+{
+    size_t need = 64;
+    while (need < 8 * s->boundary.count) need *= 2;
+    if (need > s->cap_edges) {
+        delaunay_release(&s->mesh->memory, s->edges);
+        delaunay_release(&s->mesh->memory, s->edge_facets);
+        s->cap_edges = 0;
+        s->edges = (uint64_t *)delaunay_alloc(&s->mesh->memory, need, sizeof *s->edges);
+        s->edge_facets = (delaunay_handle *)delaunay_alloc(&s->mesh->memory, need, sizeof *s->edge_facets);
+        if (!s->edges || !s->edge_facets) return DELAUNAY_ERROR_OUT_OF_MEMORY;
+        s->cap_edges = need;
+    }
+    memset(s->edges, 0, s->cap_edges * sizeof *s->edges);
+    return DELAUNAY_OK;
+}
+
+/* Slots of the cavity first, then fresh ones; the rest of the cavity becomes deleted. */
+static delaunay_result delaunay__take_slots(delaunay__insertion *s)
+{
+    delaunay_mesh *mesh = s->mesh;
+    size_t i;
+    s->slots.count = 0;
+    for (i = 0; i < s->boundary.count; i++) {
+        delaunay_handle t;
+        if (i < s->cavity.count) t = s->cavity.items[i] >> 2;
+        else if (mesh->num_free) t = mesh->free_tets[--mesh->num_free];
+        else {
+            if (mesh->num_tets == mesh->cap_tets &&
+                delaunay_reserve(mesh, mesh->cap_vertices, (size_t)mesh->cap_tets + mesh->cap_tets / 2 + 64) !=
+                    DELAUNAY_OK)
+                return DELAUNAY_ERROR_OUT_OF_MEMORY;
+            t = mesh->num_tets++;
+        }
+        if (delaunay_list_push(&s->slots, t) != DELAUNAY_OK) return DELAUNAY_ERROR_OUT_OF_MEMORY;
+    }
+    for (i = s->boundary.count; i < s->cavity.count; i++) {
+        if (mesh->num_free == mesh->cap_free) {
+            size_t cap = 2 * (size_t)mesh->cap_free + 64;
+            void *grown = delaunay_grow(&mesh->memory, mesh->free_tets, mesh->num_free, cap, sizeof *mesh->free_tets);
+            if (!grown) return DELAUNAY_ERROR_OUT_OF_MEMORY;
+            mesh->free_tets = (delaunay_handle *)grown;
+            mesh->cap_free = (delaunay_handle)cap;
+        }
+        mesh->free_tets[mesh->num_free++] = s->cavity.items[i] >> 2;
+    }
+    return DELAUNAY_OK;
+}
+
+/* Stars the boundary of the cavity with vertex p [3.6]. */
+static delaunay_result delaunay__ball(delaunay__insertion *s, uint32_t p)
+{
+    delaunay_mesh *mesh = s->mesh;
+    size_t i;
+    int k;
+    delaunay_result result = delaunay__edge_table(s);
+    if (result == DELAUNAY_OK) result = delaunay__take_slots(s);
+    if (result != DELAUNAY_OK) return result;
+    for (i = 0; i < s->cavity.count; i++) {
+        mesh->mark[s->cavity.items[i] >> 2] = 0;
+        if (i >= s->boundary.count) mesh->tets[s->cavity.items[i] >> 2].v[0] = 0;
+    }
+    for (i = 0; i < s->boundary.count; i++) {
+        delaunay_handle f = s->boundary.items[i], t = s->slots.items[i];
+        delaunay_tet *o = &mesh->tets[f >> 2], *n = &mesh->tets[t];
+        const uint8_t *order = delaunay_facet_vertices[f & 3];
+        uint32_t a = o->v[order[0]], b = o->v[order[2]], c = o->v[order[1]];
+        mesh->mark[f >> 2] = 0;
+        if (a == DELAUNAY_GHOST) { a = b; b = c; c = DELAUNAY_GHOST; }
+        else if (b == DELAUNAY_GHOST) { b = a; a = c; c = DELAUNAY_GHOST; }
+        n->v[0] = p; n->v[1] = a; n->v[2] = b; n->v[3] = c;
+        n->n[0] = f;
+        o->n[f & 3] = 4 * t;
+        *delaunay__edge_slot(s, b, c) = 4 * t + 1;
+        *delaunay__edge_slot(s, c, a) = 4 * t + 2;
+        *delaunay__edge_slot(s, a, b) = 4 * t + 3;
+    }
+    for (i = 0; i < s->boundary.count; i++) {
+        delaunay_handle t = s->slots.items[i];
+        delaunay_tet *n = &mesh->tets[t];
+        for (k = 1; k < 4; k++)
+            n->n[k] = *delaunay__edge_slot(s, n->v[(k + 1) % 3 + 1], n->v[k % 3 + 1]);
+    }
+    s->hint = s->slots.items[0];
+    return DELAUNAY_OK;
+}
+
+static delaunay_result delaunay__insert(delaunay__insertion *s, uint32_t v)
+{
+    const double *p = delaunay__x(s->mesh, v);
+    delaunay_handle t = delaunay__walk(s->mesh, s->hint, p);
+    delaunay_result result = delaunay__dig(s, t, p);
+    return result == DELAUNAY_OK ? delaunay__ball(s, v) : result;
+}
+
+
 /* ---- >>build --------------------------------------------------------------------------- */
+
+/* Four vertices that span space become the first tetrahedron; returns the affine dimension, 3 on success. */
+static int delaunay__first_four(const delaunay_mesh *mesh, uint32_t *v)
+{
+    uint32_t n = mesh->num_vertices, i;
+    if (n < 2) return -1;
+    v[0] = 1;
+    if (n < 3) return 0;
+    v[1] = 2;
+    for (i = 3; i < n; i++)
+        if (!delaunay_collinear(delaunay__x(mesh, 1), delaunay__x(mesh, 2), delaunay__x(mesh, i))) break;
+    if (i >= n) return 1;
+    v[2] = i;
+    for (i = 3; i < n; i++)
+        if (delaunay_orient3d(delaunay__x(mesh, v[0]), delaunay__x(mesh, v[1]), delaunay__x(mesh, v[2]),
+                              delaunay__x(mesh, i)) != 0)
+            break;
+    if (i >= n) return 2;
+    v[3] = i;
+    if (delaunay_orient3d(delaunay__x(mesh, v[0]), delaunay__x(mesh, v[1]), delaunay__x(mesh, v[2]),
+                          delaunay__x(mesh, v[3])) < 0) {
+        v[3] = v[2];
+        v[2] = i;
+    }
+    return 3;
+}
+
+/* One tetrahedron and its four ghosts. */
+static void delaunay__start(delaunay_mesh *mesh, const uint32_t *v)
+{
+    int i, j, k;
+    memcpy(mesh->tets[1].v, v, 4 * sizeof *v);
+    for (i = 0; i < 4; i++) {
+        const uint8_t *f = delaunay_facet_vertices[i];
+        delaunay_tet *g = &mesh->tets[2 + i];
+        g->v[0] = v[f[0]]; g->v[1] = v[f[1]]; g->v[2] = v[f[2]]; g->v[3] = DELAUNAY_GHOST;
+        g->n[3] = (delaunay_handle)(4 + i);
+        mesh->tets[1].n[i] = (delaunay_handle)(4 * (2 + i) + 3);
+    }
+    for (i = 0; i < 4; i++)
+        for (j = 0; j < 4; j++)
+            for (k = 0; k < 3; k++)
+                if (i != j && mesh->tets[2 + i].v[k] == v[j]) { /* opposite v[j]: shared with ghost j, opposite v[i] */
+                    int l = delaunay_local_index(&mesh->tets[2 + j], v[i]);
+                    mesh->tets[2 + i].n[k] = (delaunay_handle)(4 * (2 + j) + l);
+                }
+    mesh->num_tets = 6;
+}
+
+/* Round of a point in the biased random order: each round is an eighth of what follows. */
+static int delaunay__round(uint32_t v, int rounds)
+{
+    uint64_t h = (uint64_t)v * 0x9e3779b97f4a7c15u;
+    int r = 0;
+    h ^= h >> 32;
+    h *= 0xd6e8feb86659fd93u;
+    while (r < rounds - 1 && ((h >> (40 - 3 * (r % 13))) & 7) == 0) r++;
+    return rounds - 1 - r;
+}
 
 /* ---- >>partitions ---------------------------------------------------------------------- */
 
@@ -3101,6 +3341,120 @@ DELAUNAY_API delaunay_result delaunay_speculate(delaunay_engine *engine, delauna
 /* ---- >>validate ------------------------------------------------------------------------ */
 
 /* ---- >>public ----------------------------------------------------------------------------- */
+
+/* Points into vertices, in curve order, duplicates merged. */
+static delaunay_result delaunay__load(delaunay_mesh *mesh, const double *xyz, size_t count, delaunay_report *report)
+{
+    size_t i, j, k, l;
+    hilbert_box box;
+    delaunay_result result = DELAUNAY_ERROR_OUT_OF_MEMORY;
+    uint64_t *keys = (uint64_t *)delaunay_alloc(&mesh->memory, count + 1, sizeof *keys);
+    uint32_t *order = (uint32_t *)delaunay_alloc(&mesh->memory, count + 1, sizeof *order);
+    mesh->vertex_of = (uint32_t *)delaunay_alloc(&mesh->memory, count + 1, sizeof *mesh->vertex_of);
+    if (!keys || !order || !mesh->vertex_of) goto done;
+    mesh->num_points = (uint32_t)count;
+    memset(&box, 0, sizeof box);
+    if (hilbert_box_fit3(&box, xyz, 3 * sizeof *xyz, count, 1) != 0 ||
+        hilbert_keys3(keys, xyz, 3 * sizeof *xyz, count, &box, 1) != 0)
+        goto done;
+    for (i = 0; i < count; i++) order[i] = (uint32_t)i;
+    if (hxtsort_u64_u32(keys, order, count, NULL) != 0) goto done;
+    result = delaunay_reserve(mesh, count + 1, 7 * count + 64);
+    if (result != DELAUNAY_OK) goto done;
+    for (i = 0; i < count; i = j) {
+        for (j = i + 1; j < count && keys[j] == keys[i];) j++;
+        for (k = i + 1; k < j; k++) { /* equal keys: lexicographic, then by index */
+            uint32_t o = order[k];
+            for (l = k; l > i; l--) {
+                const double *a = xyz + 3 * (size_t)o, *b = xyz + 3 * (size_t)order[l - 1];
+                if (!(delaunay__lexicographic_less(a, b) ||
+                      (!delaunay__lexicographic_less(b, a) && o < order[l - 1])))
+                    break;
+                order[l] = order[l - 1];
+            }
+            order[l] = o;
+        }
+        for (k = i; k < j; k++) {
+            const double *a = xyz + 3 * (size_t)order[k];
+            uint32_t v = mesh->num_vertices;
+            if (k > i && !delaunay__lexicographic_less(delaunay__x(mesh, v - 1), a)) {
+                v--;
+                report->num_duplicates++;
+            } else {
+                memcpy(mesh->vertices[v].x, a, 3 * sizeof *a);
+                mesh->vertex_id[v] = order[k];
+                mesh->num_vertices++;
+            }
+            mesh->vertex_of[order[k]] = v;
+        }
+    }
+done:
+    delaunay_release(&mesh->memory, keys);
+    delaunay_release(&mesh->memory, order);
+    return result;
+}
+
+DELAUNAY_API delaunay_result delaunay_tetrahedralize(delaunay_mesh *mesh, const double *xyz, size_t count,
+                                                     const delaunay_options *options, delaunay_report *report)
+{
+    delaunay__insertion s;
+    delaunay_report local;
+    delaunay_result result;
+    uint32_t first[4], v;
+    size_t i;
+    int rounds = 1, r;
+    if (!report) report = &local;
+    memset(report, 0, sizeof *report);
+    if (!mesh || (count && !xyz)) return DELAUNAY_ERROR_INVALID_ARGUMENT;
+    delaunay_mesh_free(mesh);
+    result = delaunay_memory_init(&mesh->memory, options ? &options->host : NULL);
+    if (result != DELAUNAY_OK) return result;
+    report->num_points = count;
+    report->dimension = -1;
+    for (i = 0; i < 3 * count; i++)
+        if (!(xyz[i] - xyz[i] == 0)) {
+            report->ids[0] = (uint32_t)(i / 3);
+            report->num_ids = 1;
+            snprintf(report->message, sizeof report->message, "point %lu has a coordinate that is not finite",
+                     (unsigned long)(i / 3));
+            return DELAUNAY_ERROR_NOT_FINITE;
+        }
+    memset(&s, 0, sizeof s);
+    s.mesh = mesh;
+    s.cavity.memory = s.boundary.memory = s.slots.memory = &mesh->memory;
+    result = delaunay_reserve(mesh, 1, 64);
+    if (result == DELAUNAY_OK && count) result = delaunay__load(mesh, xyz, count, report);
+    if (result != DELAUNAY_OK) goto done;
+    report->dimension = delaunay__first_four(mesh, first);
+    if (report->dimension < 3) {
+        snprintf(report->message, sizeof report->message, "the %lu points span only %d dimensions",
+                 (unsigned long)count, report->dimension);
+        result = DELAUNAY_ERROR_DIMENSION;
+        goto done;
+    }
+    delaunay__start(mesh, first);
+    s.hint = 1;
+    for (v = mesh->num_vertices; v > 2000; v /= 8) rounds++;
+    for (r = 0; r < rounds; r++)
+        for (v = 1; v < mesh->num_vertices; v++)
+            if (delaunay__round(v, rounds) == r && v != first[0] && v != first[1] && v != first[2] && v != first[3]) {
+                result = delaunay__insert(&s, v);
+                if (result != DELAUNAY_OK) goto done;
+            }
+    report->num_vertices = mesh->num_vertices - 1;
+    report->num_tets = delaunay_count_tets(mesh);
+done:
+    delaunay_list_free(&s.cavity);
+    delaunay_list_free(&s.boundary);
+    delaunay_list_free(&s.slots);
+    if (mesh->memory.allocator.release) {
+        delaunay_release(&mesh->memory, s.edges);
+        delaunay_release(&mesh->memory, s.edge_facets);
+    }
+    report->peak_bytes = mesh->memory.peak_bytes;
+    if (result != DELAUNAY_OK) delaunay_mesh_free(mesh);
+    return result;
+}
 
 DELAUNAY_API const char *delaunay_result_string(delaunay_result result)
 {
