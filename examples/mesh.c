@@ -213,11 +213,13 @@ typedef struct job {
     spr_statistics quality;
     mesher_output out;
     double seconds[NUM_PHASES], start;
-    int code; /* exit code so far */
+    int code;          /* exit code so far */
+    char message[512]; /* the last complaint */
 } job;
 
-static void complain(const job *j, const char *text)
+static void complain(job *j, const char *text)
 {
+    snprintf(j->message, sizeof j->message, "%s", text);
     fprintf(stderr, "mesh: %s: %s\n", j->name, text);
 }
 
@@ -553,7 +555,9 @@ static int prove(job *j)
     int whole;
     memset(&proof, 0, sizeof proof);
     if (delaunay_validate(&j->domain.mesh, DELAUNAY_VALIDATE_GEOMETRY, &proof) != DELAUNAY_OK) {
-        fprintf(stderr, "mesh: %s: internal error: %s\n", j->name, proof.message);
+        char text[300];
+        snprintf(text, sizeof text, "internal error: %s", proof.message);
+        complain(j, text);
         return TOOL_INTERNAL;
     }
     whole = j->report.surface_steiner ? 1 : surface_came_back(&j->domain);
@@ -684,7 +688,7 @@ static int write_output(job *j)
         options.fields = &field;
         options.num_fields = viewer ? 1 : 0;
         if (meshio_write(j->set.output, &m, &options, &io) != MESHIO_OK) {
-            fprintf(stderr, "mesh: %s\n", io.message);
+            complain(j, io.message);
             code = TOOL_CANNOT_WRITE;
         }
     }
@@ -835,7 +839,7 @@ static void json_body(FILE *f, const job *j, int code)
     fprintf(f, "{\n  \"input\": \"");
     json_text(f, j->name);
     fprintf(f, "\", \"exit_code\": %d, \"message\": \"", code);
-    json_text(f, j->report.message);
+    json_text(f, j->message);
     fprintf(f, "\",\n  \"input_vertices\": %llu, \"input_triangles\": %llu,\n  \"findings\": {",
             (unsigned long long)j->in.num_vertices, (unsigned long long)j->in.num_triangles);
     for (k = 0; k < MESHER_NUM_KINDS; k++) {
