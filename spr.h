@@ -158,6 +158,8 @@ SPR_API spr_result spr_improve_arrays(double *xyz, size_t *num_vertices, size_t 
 /* Quality of one tetrahedron; gamma and SICN are negative when inverted. */
 SPR_API double spr_gamma(const double *a, const double *b, const double *c, const double *d);
 SPR_API double spr_sicn(const double *a, const double *b, const double *c, const double *d);
+/* The smallest sine of the six dihedral angles; not positive when inverted. */
+SPR_API double spr_min_sine(const double *a, const double *b, const double *c, const double *d);
 /* Dihedral angles in degrees, in order of the edges of delaunay.h. */
 SPR_API void spr_dihedrals(const double *a, const double *b, const double *c, const double *d, double *out6);
 /* The best gamma that any tetrahedron on this triangle can have: over all apices. */
@@ -173,6 +175,1840 @@ SPR_API double spr_gamma_bound(const double *a, const double *b, const double *c
  * ============================================================================================ */
 #if defined(SPR_IMPLEMENTATION) && !defined(SPR_IMPLEMENTATION_DONE)
 #define SPR_IMPLEMENTATION_DONE
+#include <math.h>
+#include <stdio.h> /* snprintf only */
+#include <string.h>
+
+#if defined(_OPENMP) && defined(__GNUC__)
+#  define SPR__PRAGMA(x) _Pragma(#x)
+#  define SPR__OMP(x)    SPR__PRAGMA(x)
+#else
+#  define SPR__OMP(x)
+#endif
+
+/* ---- >>quality ---------------------------------------------------------------------------- */
+
+static double spr__dot(const double *a, const double *b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+static void spr__sub(const double *a, const double *b, double *out)
+{
+    out[0] = a[0] - b[0];
+    out[1] = a[1] - b[1];
+    out[2] = a[2] - b[2];
+}
+static void spr__cross(const double *a, const double *b, double *out)
+{
+    out[0] = a[1] * b[2] - a[2] * b[1];
+    out[1] = a[2] * b[0] - a[0] * b[2];
+    out[2] = a[0] * b[1] - a[1] * b[0];
+}
+static double spr__max(double a, double b) { return a > b ? a : b; }
+static double spr__min(double a, double b) { return a < b ? a : b; }
+
+#define SPR__SQRT24 4.898979485566356
+
+/* What the measures are made of: normals of the facets (twice their area long), squared edges, six times the volume. */
+typedef struct spr__shape {
+    double normal[4][3], length2[6], det;
+} spr__shape;
+
+static void spr__shape_set(spr__shape *s, const double *a, const double *b, const double *c, const double *d)
+{
+    double e[6][3];
+    int i;
+    spr__sub(b, a, e[0]);
+    spr__sub(c, a, e[1]);
+    spr__sub(d, a, e[2]);
+    spr__sub(c, b, e[3]);
+    spr__sub(d, b, e[4]);
+    spr__sub(d, c, e[5]);
+    for (i = 0; i < 6; i++) s->length2[i] = spr__dot(e[i], e[i]);
+    spr__cross(e[3], e[4], s->normal[0]); /* outward: bcd, adc, abd, acb */
+    spr__cross(e[2], e[1], s->normal[1]);
+    spr__cross(e[0], e[2], s->normal[2]);
+    spr__cross(e[1], e[0], s->normal[3]);
+    s->det = -spr__dot(s->normal[3], e[2]);
+}
+
+static double spr__shape_gamma(const spr__shape *s)
+{
+    double area = 0, longest = 0, below;
+    int i;
+    for (i = 0; i < 4; i++) area += sqrt(spr__dot(s->normal[i], s->normal[i]));
+    for (i = 0; i < 6; i++) longest = spr__max(longest, s->length2[i]);
+    below = area * sqrt(longest);
+    return below > 0 ? SPR__SQRT24 * s->det / below : 0;
+}
+
+/* 3 / (|S| |S^-1|), S from the regular tetrahedron: the norms are sums of squared edges and of squared areas. */
+static double spr__shape_sicn(const spr__shape *s)
+{
+    double area2 = 0, length2 = 0, below;
+    int i;
+    for (i = 0; i < 4; i++) area2 += spr__dot(s->normal[i], s->normal[i]);
+    for (i = 0; i < 6; i++) length2 += s->length2[i];
+    below = sqrt(area2 * length2);
+    return below > 0 ? 6 * s->det / below : 0;
+}
+
+/* Edge e lies between the facets opposite the ends of edge 5-e. */
+static double spr__shape_sine(const spr__shape *s)
+{
+    double area[4], worst = HUGE_VAL, below;
+    int i;
+    for (i = 0; i < 4; i++) area[i] = sqrt(spr__dot(s->normal[i], s->normal[i]));
+    for (i = 0; i < 6; i++) {
+        const uint8_t *f = delaunay_edge_order(5 - i);
+        below = area[f[0]] * area[f[1]];
+        worst = spr__min(worst, below > 0 ? s->det * sqrt(s->length2[i]) / below : 0);
+    }
+    return worst;
+}
+
+SPR_API double spr_gamma(const double *a, const double *b, const double *c, const double *d)
+{
+    spr__shape s;
+    spr__shape_set(&s, a, b, c, d);
+    return spr__shape_gamma(&s);
+}
+
+SPR_API double spr_sicn(const double *a, const double *b, const double *c, const double *d)
+{
+    spr__shape s;
+    spr__shape_set(&s, a, b, c, d);
+    return spr__shape_sicn(&s);
+}
+
+SPR_API double spr_min_sine(const double *a, const double *b, const double *c, const double *d)
+{
+    spr__shape s;
+    spr__shape_set(&s, a, b, c, d);
+    return spr__shape_sine(&s);
+}
+
+SPR_API void spr_dihedrals(const double *a, const double *b, const double *c, const double *d, double *out6)
+{
+    spr__shape s;
+    int i;
+    spr__shape_set(&s, a, b, c, d);
+    for (i = 0; i < 6; i++) {
+        const uint8_t *f = delaunay_edge_order(5 - i);
+        out6[i] = atan2(s.det * sqrt(s.length2[i]), -spr__dot(s.normal[f[0]], s.normal[f[1]])) * 57.29577951308232;
+    }
+}
+
+static double spr__measure_gamma(void *user, const double *a, const double *b, const double *c, const double *d)
+{
+    (void)user;
+    return spr_gamma(a, b, c, d);
+}
+static double spr__measure_sicn(void *user, const double *a, const double *b, const double *c, const double *d)
+{
+    (void)user;
+    return spr_sicn(a, b, c, d);
+}
+static double spr__measure_sine(void *user, const double *a, const double *b, const double *c, const double *d)
+{
+    (void)user;
+    return spr_min_sine(a, b, c, d);
+}
+
+typedef double (*spr__function)(void *user, const double *a, const double *b, const double *c, const double *d);
+
+/* Of the running call; shared by all threads, written between rounds only. */
+typedef struct spr__state {
+    delaunay_mesh   *mesh;
+    delaunay_engine *engine;
+    delaunay_memory *memory;
+    spr_options      options;     /* resolved */
+    spr_report      *report;      /* never NULL */
+    spr__function    quality;
+    void            *quality_user;
+    double           target;
+    double           deadline;    /* by the host's clock; 0: none */
+    double          *value;       /* a tetrahedron: its quality; large for what is not to be improved */
+    float           *goal;        /* a tetrahedron: what is worth trying for; 0: not known yet */
+    uint32_t        *tried;       /* a tetrahedron: round of the last failure */
+    uint8_t         *level;       /* a tetrahedron: next operator */
+    uint8_t         *listed;      /* a tetrahedron: is in the list */
+    uint32_t        *stamp;       /* a vertex: round of the last change around it */
+    uint8_t         *movable;     /* a vertex */
+    delaunay_handle  cap_tets;
+    uint32_t         cap_vertices, first_new, max_new; /* vertices from first_new on are new; room for max_new */
+    delaunay_list    bad, items;
+    int              sweep;       /* the level that is running */
+    int              gamma;       /* the measure is gamma: the quick way */
+    spr_result       failure;     /* in done */
+} spr__state;
+
+static const double *spr__point(const delaunay_mesh *m, uint32_t v) { return m->vertices[v].x; }
+
+static double spr__quality(const spr__state *s, const double *a, const double *b, const double *c, const double *d)
+{
+    return s->gamma ? spr_gamma(a, b, c, d) : s->quality(s->quality_user, a, b, c, d);
+}
+
+static double spr__quality_of(const spr__state *s, const uint32_t *v)
+{
+    const delaunay_mesh *m = s->mesh;
+    return spr__quality(s, spr__point(m, v[0]), spr__point(m, v[1]), spr__point(m, v[2]), spr__point(m, v[3]));
+}
+
+/* A change must gain this much: smoothing would creep otherwise. */
+static double spr__margin(const spr__state *s) { return s->sweep == 1 ? 2e-3 : 1e-6; }
+
+/* -- triangles that wait for an apex: a cone */
+
+enum {
+    SPR__MAX_STAR = 200,  /* tetrahedra of a star, facets of a cone */
+    SPR__MAX_RING = 10,   /* tetrahedra around an edge that is removed */
+    SPR__MAX_ACTIVE = 12, /* gradients of the worst facets that smoothing looks at */
+    SPR__MAX_CAVITY = 60  /* tetrahedra that a new vertex replaces */
+};
+
+/* (a,b,c,p) is to be positive */
+typedef struct spr__facet {
+    const double *a, *b, *c;
+    double normal[3], area, longest; /* twice the area; squared edge */
+} spr__facet;
+
+typedef struct spr__cone {
+    size_t     n;
+    spr__facet f[SPR__MAX_STAR];
+} spr__cone;
+
+static void spr__facet_set(spr__facet *f, const double *a, const double *b, const double *c)
+{
+    double ab[3], bc[3], ca[3];
+    spr__sub(b, a, ab);
+    spr__sub(c, b, bc);
+    spr__sub(a, c, ca);
+    f->a = a;
+    f->b = b;
+    f->c = c;
+    spr__cross(ab, bc, f->normal);
+    f->area = sqrt(spr__dot(f->normal, f->normal));
+    f->longest = spr__max(spr__dot(ab, ab), spr__max(spr__dot(bc, bc), spr__dot(ca, ca)));
+}
+
+/* Gamma with apex p, and its gradient in p if that is not NULL: of K det / (longest * areas). */
+static double spr__facet_gamma(const spr__facet *f, const double *p, double *gradient)
+{
+    double u[3][3], e[3][3], n[3][3], r[3], l2[3], det, sum = f->area, longest = f->longest, l, k;
+    int i, j, far = -1;
+    spr__sub(p, f->a, u[0]);
+    spr__sub(p, f->b, u[1]);
+    spr__sub(p, f->c, u[2]);
+    spr__sub(f->b, f->a, e[0]);
+    spr__sub(f->c, f->b, e[1]);
+    spr__sub(f->a, f->c, e[2]);
+    det = spr__dot(f->normal, u[0]);
+    for (i = 0; i < 3; i++) {
+        spr__cross(e[i], u[i], n[i]);
+        r[i] = sqrt(spr__dot(n[i], n[i]));
+        sum += r[i];
+        l2[i] = spr__dot(u[i], u[i]);
+        if (l2[i] > longest) {
+            longest = l2[i];
+            far = i;
+        }
+    }
+    l = sqrt(longest);
+    if (!(l * sum > 0)) {
+        if (gradient) gradient[0] = gradient[1] = gradient[2] = 0;
+        return 0;
+    }
+    k = SPR__SQRT24 / (l * sum);
+    if (gradient) {
+        double grow[3] = {0, 0, 0}, g[3];
+        for (i = 0; i < 3; i++)
+            if (r[i] > 0) {
+                spr__cross(n[i], e[i], g);
+                for (j = 0; j < 3; j++) grow[j] += g[j] / r[i];
+            }
+        for (j = 0; j < 3; j++)
+            gradient[j] = k * (f->normal[j] - det * (grow[j] / sum + (far >= 0 ? u[far][j] / longest : 0)));
+    }
+    return k * det;
+}
+
+static double spr__facet_value(const spr__state *s, const spr__facet *f, const double *p)
+{
+    return s->gamma ? spr__facet_gamma(f, p, NULL) : s->quality(s->quality_user, f->a, f->b, f->c, p);
+}
+
+static double spr__facet_gradient(const spr__state *s, const spr__facet *f, const double *p, double *gradient)
+{
+    double value, h = 1e-5 * sqrt(f->longest), q[3];
+    int i;
+    if (s->gamma) return spr__facet_gamma(f, p, gradient);
+    value = spr__facet_value(s, f, p);
+    for (i = 0; i < 3; i++) {
+        memcpy(q, p, sizeof q);
+        q[i] += h;
+        gradient[i] = (spr__facet_value(s, f, q) - value) / h;
+    }
+    return value;
+}
+
+/* The worst quality of a cone, or something below floor as soon as one is. */
+static double spr__cone_value(const spr__state *s, const spr__cone *cone, const double *p, double floor_)
+{
+    double worst = HUGE_VAL, q;
+    size_t i;
+    for (i = 0; i < cone->n && worst > floor_; i++) {
+        q = spr__facet_value(s, &cone->f[i], p);
+        worst = spr__min(worst, q);
+    }
+    return worst;
+}
+
+static int spr__cone_is_positive(const spr__cone *cone, const double *p)
+{
+    size_t i;
+    for (i = 0; i < cone->n; i++)
+        if (delaunay_orient3d(cone->f[i].a, cone->f[i].b, cone->f[i].c, p) <= 0) return 0;
+    return 1;
+}
+
+/* The link of v as seen from v. */
+static int spr__cone_of_star(spr__cone *cone, const delaunay_mesh *m, uint32_t v, const delaunay_list *star)
+{
+    size_t i;
+    if (star->count > SPR__MAX_STAR) return 0;
+    cone->n = star->count;
+    for (i = 0; i < star->count; i++) {
+        const delaunay_tet *t = &m->tets[star->items[i]];
+        const uint8_t *o = delaunay_facet_order(delaunay_local_index(t, v));
+        spr__facet_set(&cone->f[i], spr__point(m, t->v[o[0]]), spr__point(m, t->v[o[2]]), spr__point(m, t->v[o[1]]));
+    }
+    return 1;
+}
+
+/* -- bounds: how good a tetrahedron on a facet of the surface can be */
+
+/* Apices must lie on this side of so many planes: those of surface facets that meet the facet at less than 180 degrees. */
+typedef struct spr__wedge {
+    int    n;
+    double point[3][3], normal[3][3];
+} spr__wedge;
+
+static int spr__wedge_has(const spr__wedge *w, const double *p)
+{
+    double u[3];
+    int i;
+    for (i = 0; w && i < w->n; i++) {
+        spr__sub(p, w->point[i], u);
+        if (spr__dot(u, w->normal[i]) < 0) return 0;
+    }
+    return 1;
+}
+
+/* Pattern search from p for the best apex. */
+static double spr__best_apex(const spr__state *s, const spr__facet *f, const spr__wedge *w, double *p)
+{
+    static const signed char way[14][3] = {{1, 0, 0},  {-1, 0, 0}, {0, 1, 0},   {0, -1, 0},  {0, 0, 1},
+                                           {0, 0, -1}, {1, 1, 1},  {-1, -1, -1}, {1, -1, 1},  {-1, 1, -1},
+                                           {1, 1, -1}, {-1, -1, 1}, {-1, 1, 1},  {1, -1, -1}};
+    double step = 0.4 * sqrt(f->longest), least = 2e-3 * step, best = spr__facet_value(s, f, p), q[3], value;
+    int i, k, tries, moved;
+    for (tries = 0; step > least && tries < 100; tries++) {
+        for (moved = i = 0; i < 14; i++) {
+            for (k = 0; k < 3; k++) q[k] = p[k] + step * way[i][k];
+            if (!spr__wedge_has(w, q)) continue;
+            value = spr__facet_value(s, f, q);
+            if (value <= best) continue;
+            best = value;
+            memcpy(p, q, sizeof q);
+            moved = 1;
+        }
+        if (!moved) step *= 0.5;
+    }
+    return best;
+}
+
+/* The best quality over all apices; here: an apex that is known to be possible, or NULL. */
+static double spr__facet_bound(const spr__state *s, const spr__facet *f, const spr__wedge *w, const double *here)
+{
+    double p[3], best = 0, height = 0.6 * sqrt(f->longest);
+    int k;
+    for (k = 0; k < 3; k++)
+        p[k] = (f->a[k] + f->b[k] + f->c[k]) / 3 + (f->area > 0 ? height * f->normal[k] / f->area : 0);
+    if (spr__wedge_has(w, p)) best = spr__best_apex(s, f, w, p);
+    if (here) {
+        memcpy(p, here, sizeof p);
+        best = spr__max(best, spr__best_apex(s, f, w, p));
+    }
+    return best;
+}
+
+SPR_API double spr_gamma_bound(const double *a, const double *b, const double *c)
+{
+    spr__state s;
+    spr__facet f;
+    memset(&s, 0, sizeof s);
+    s.gamma = 1;
+    spr__facet_set(&f, a, b, c);
+    return f.area > 0 ? spr__facet_bound(&s, &f, NULL, NULL) : 0;
+}
+
+/* Facet i of t cannot be crossed: constrained, on the border, or between colours. */
+static int spr__is_wall(const delaunay_mesh *m, delaunay_handle t, int i)
+{
+    delaunay_handle n = m->tets[t].n[i] / 4;
+    return n == 0 || delaunay_is_ghost(m, n) || (m->flags && (m->flags[t] & DELAUNAY_FACET_BIT(i))) ||
+           (m->color && m->color[n] != m->color[t]);
+}
+
+/* The wall that one meets turning around edge uv of t away from its facet i: a facet handle, 0 if there is none. */
+static delaunay_handle spr__next_wall(const delaunay_mesh *m, delaunay_handle t, int i, uint32_t u, uint32_t v)
+{
+    int steps, j, k;
+    for (steps = 0; steps < 1000; steps++) {
+        for (j = 0; j < 4; j++) /* the other facet of t at the edge */
+            if (j != i && m->tets[t].v[j] != u && m->tets[t].v[j] != v) break;
+        if (spr__is_wall(m, t, j)) return 4 * t + (delaunay_handle)j;
+        k = (int)(m->tets[t].n[j] % 4);
+        t = m->tets[t].n[j] / 4;
+        i = k;
+    }
+    return 0;
+}
+
+/* Upper bound of the quality of a tetrahedron on wall i of t, by the walls that it meets. */
+static double spr__wall_bound(const spr__state *s, delaunay_handle t, int i)
+{
+    const delaunay_mesh *m = s->mesh;
+    const uint32_t *v = m->tets[t].v;
+    const uint8_t *o = delaunay_facet_order(i), *q;
+    spr__facet f, g;
+    spr__wedge w;
+    int e;
+    w.n = 0;
+    spr__facet_set(&f, spr__point(m, v[o[0]]), spr__point(m, v[o[2]]), spr__point(m, v[o[1]]));
+    for (e = 0; e < 3; e++) {
+        uint32_t a = v[o[e]], b = v[o[(e + 1) % 3]];
+        delaunay_handle h = spr__next_wall(m, t, i, a, b);
+        const uint32_t *x;
+        int k;
+        if (h == 0) continue;
+        x = m->tets[h / 4].v;
+        q = delaunay_facet_order((int)(h % 4));
+        spr__facet_set(&g, spr__point(m, x[q[0]]), spr__point(m, x[q[2]]), spr__point(m, x[q[1]]));
+        for (k = 0; k < 3; k++)
+            if (x[q[k]] != a && x[q[k]] != b) break;
+        if (k == 3 || delaunay_orient3d(f.a, f.b, f.c, spr__point(m, x[q[k]])) <= 0) continue;
+        memcpy(w.point[w.n], g.a, sizeof w.point[0]);
+        memcpy(w.normal[w.n++], g.normal, sizeof w.normal[0]);
+    }
+    return spr__facet_bound(s, &f, &w, spr__point(m, v[i]));
+}
+
+/* The best that a tetrahedron with the walls of t can reach; 1 without walls. */
+static double spr__bound(const spr__state *s, delaunay_handle t)
+{
+    double bound = 1;
+    int i;
+    for (i = 0; i < 4; i++)
+        if (spr__is_wall(s->mesh, t, i)) bound = spr__min(bound, spr__wall_bound(s, t, i));
+    return bound;
+}
+
+/* -- statistics */
+
+/* The k-th smallest of n values, which are reordered. */
+static double spr__select(double *x, size_t n, size_t k)
+{
+    size_t lo = 0, hi = n - 1;
+    while (lo < hi) {
+        double pivot = x[lo + (hi - lo) / 2], swap;
+        size_t i = lo, j = hi;
+        for (;;) {
+            while (x[i] < pivot) i++;
+            while (x[j] > pivot) j--;
+            if (i >= j) break;
+            swap = x[i];
+            x[i++] = x[j];
+            x[j--] = swap;
+        }
+        if (k <= j) hi = j;
+        else lo = j + 1;
+    }
+    return x[k];
+}
+
+/* Cosines of 10, 20, .. 170 degrees. */
+static const double spr__cosine[17] = {
+    0.984807753012208,   0.939692620785908,   0.866025403784439,  0.766044443118978,  0.642787609686539, 0.5,
+    0.342020143325669,   0.173648177666930,   0,                  -0.173648177666930, -0.342020143325669, -0.5,
+    -0.642787609686539,  -0.766044443118978,  -0.866025403784439, -0.939692620785908, -0.984807753012208};
+
+static double spr__shape_value(const spr__state *s, const spr__shape *shape, const double *const *p)
+{
+    if (s->gamma) return spr__shape_gamma(shape);
+    return s->quality(s->quality_user, p[0], p[1], p[2], p[3]);
+}
+
+/* Adds one tetrahedron; cosines of the extreme angles in range. */
+static double spr__statistics_add(const spr__state *s, spr_statistics *out, delaunay_handle t, double *range)
+{
+    const uint32_t *v = s->mesh->tets[t].v;
+    spr__shape shape;
+    const double *p[4];
+    double value, root[4];
+    int i, k;
+    for (i = 0; i < 4; i++) p[i] = spr__point(s->mesh, v[i]);
+    spr__shape_set(&shape, p[0], p[1], p[2], p[3]);
+    value = spr__shape_value(s, &shape, p);
+    out->num_tets++;
+    out->num_below += value < s->target;
+    out->min = spr__min(out->min, value);
+    out->gamma_min = spr__min(out->gamma_min, s->gamma ? value : spr__shape_gamma(&shape));
+    out->sicn_min = spr__min(out->sicn_min, spr__shape_sicn(&shape));
+    k = value > 0 ? (int)(20 * spr__min(value, 1)) : 0;
+    out->histogram[k > 19 ? 19 : k]++;
+    for (i = 0; i < 4; i++) root[i] = sqrt(spr__dot(shape.normal[i], shape.normal[i]));
+    for (i = 0; i < 6; i++) {
+        const uint8_t *f = delaunay_edge_order(i);
+        double below = root[f[0]] * root[f[1]], c = below > 0 ? -spr__dot(shape.normal[f[0]], shape.normal[f[1]]) / below : 1;
+        range[0] = spr__max(range[0], c);
+        range[1] = spr__min(range[1], c);
+        k = c > 0 ? 0 : 8;
+        while (k < 17 && c < spr__cosine[k]) k++;
+        out->dihedral_histogram[k]++;
+    }
+    return value;
+}
+
+static int spr__is_inside(const delaunay_mesh *m, delaunay_handle t)
+{
+    return !delaunay_is_deleted(m, t) && !delaunay_is_ghost(m, t) && (!m->color || m->color[t] != DELAUNAY_OUTSIDE);
+}
+
+static void spr__statistics_merge(spr_statistics *out, const spr_statistics *part)
+{
+    int i;
+    out->num_tets += part->num_tets;
+    out->num_below += part->num_below;
+    out->min = spr__min(out->min, part->min);
+    out->gamma_min = spr__min(out->gamma_min, part->gamma_min);
+    out->sicn_min = spr__min(out->sicn_min, part->sicn_min);
+    for (i = 0; i < 20; i++) out->histogram[i] += part->histogram[i];
+    for (i = 0; i < 18; i++) out->dihedral_histogram[i] += part->dihedral_histogram[i];
+}
+
+static double spr__degrees(double cosine)
+{
+    return 57.29577951308232 * acos(spr__max(-1, spr__min(1, cosine)));
+}
+
+enum { SPR__STATISTICS_BLOCKS = 256 };
+
+/* Blocks of slots, added up in order: the same sums for any number of threads. value: scratch, one a slot. */
+static spr_result spr__statistics(const spr__state *s, spr_statistics *out)
+{
+    const delaunay_mesh *m = s->mesh;
+    size_t slots = m->num_tets, n = 0, block = slots / SPR__STATISTICS_BLOCKS + 1;
+    int threads = delaunay_threads(&s->options.host), b;
+    double *value = (double *)delaunay_alloc(s->memory, slots, sizeof *value), range[2] = {-1, 1}, sum = 0;
+    spr_statistics *part = (spr_statistics *)delaunay_alloc(s->memory, SPR__STATISTICS_BLOCKS, sizeof *part);
+    double(*extra)[3] = (double(*)[3])delaunay_alloc(s->memory, SPR__STATISTICS_BLOCKS, sizeof *extra);
+    size_t *count = (size_t *)delaunay_alloc(s->memory, SPR__STATISTICS_BLOCKS, sizeof *count);
+    spr_result result = SPR_ERROR_OUT_OF_MEMORY;
+    (void)threads;
+    memset(out, 0, sizeof *out);
+    if (!value || !part || !extra || !count) goto done;
+    /* each thread writes its blocks' parts and their slots' values; the mesh is read */
+    SPR__OMP(omp parallel for schedule(dynamic, 4) num_threads(threads))
+    for (b = 0; b < SPR__STATISTICS_BLOCKS; b++) {
+        size_t t, first = (size_t)b * block, last = first + block < slots ? first + block : slots, k = first;
+        memset(&part[b], 0, sizeof part[b]);
+        part[b].min = part[b].gamma_min = part[b].sicn_min = HUGE_VAL;
+        extra[b][0] = -1;
+        extra[b][1] = 1;
+        extra[b][2] = 0;
+        for (t = first > 0 ? first : 1; t < last; t++)
+            if (spr__is_inside(m, (delaunay_handle)t)) {
+                value[k] = spr__statistics_add(s, &part[b], (delaunay_handle)t, extra[b]);
+                extra[b][2] += value[k++];
+            }
+        count[b] = k > first ? k - first : 0;
+    }
+    out->min = out->gamma_min = out->sicn_min = HUGE_VAL;
+    for (b = 0; b < SPR__STATISTICS_BLOCKS; b++) {
+        if (count[b]) memmove(value + n, value + (size_t)b * block, count[b] * sizeof *value);
+        n += count[b];
+        sum += extra[b][2];
+        range[0] = spr__max(range[0], extra[b][0]);
+        range[1] = spr__min(range[1], extra[b][1]);
+        spr__statistics_merge(out, &part[b]);
+    }
+    result = SPR_OK;
+    if (n == 0) {
+        out->min = out->gamma_min = out->sicn_min = 0;
+        goto done;
+    }
+    out->mean = sum / (double)n;
+    out->dihedral_min_degrees = spr__degrees(range[0]);
+    out->dihedral_max_degrees = spr__degrees(range[1]);
+    out->p01 = spr__select(value, n, n / 100);
+    out->p001 = spr__select(value, n, n / 1000);
+done:
+    delaunay_release(s->memory, value);
+    delaunay_release(s->memory, part);
+    delaunay_release(s->memory, extra);
+    delaunay_release(s->memory, count);
+    return result;
+}
+
+/* ---- >>smoothing -------------------------------------------------------------------------- */
+
+/* Golden section for the best worst quality on the segment from p to the mean of the facets' centroids
+ * [Marot 2020, 6.1]. p and the value returned are better than before, or unchanged. */
+static double spr__laplacian(const spr__state *s, const spr__cone *cone, double *p, double value)
+{
+    const double ratio = 0.6180339887498949;
+    double way[3] = {0, 0, 0}, lo = 0, hi = 1, x[2], y[2], q[3], best = 0, best_value = value;
+    int k, step;
+    size_t i;
+    for (i = 0; i < cone->n; i++)
+        for (k = 0; k < 3; k++)
+            way[k] += (cone->f[i].a[k] + cone->f[i].b[k] + cone->f[i].c[k]) / (3 * (double)cone->n);
+    for (k = 0; k < 3; k++) way[k] -= p[k];
+    x[0] = 1 - ratio;
+    x[1] = ratio;
+    for (step = 0; step < 2; step++) {
+        for (k = 0; k < 3; k++) q[k] = p[k] + x[step] * way[k];
+        y[step] = spr__cone_value(s, cone, q, -HUGE_VAL);
+    }
+    for (step = 0; step < 8; step++) {
+        int left = y[0] > y[1], at = left ? 0 : 1;
+        if (y[at] > best_value) {
+            best_value = y[at];
+            best = x[at];
+        }
+        if (left) hi = x[1];
+        else lo = x[0];
+        x[1 - at] = x[at];
+        y[1 - at] = y[at];
+        x[at] = left ? hi - ratio * (hi - lo) : lo + ratio * (hi - lo);
+        for (k = 0; k < 3; k++) q[k] = p[k] + x[at] * way[k];
+        y[at] = spr__cone_value(s, cone, q, -HUGE_VAL);
+    }
+    for (k = 0; k < 3; k++) p[k] += best * way[k];
+    return best_value;
+}
+
+/* The shortest vector in the convex hull of n gradients: all of them rise along it [Freitag, Jones, Plassmann 1995]. */
+static double spr__common_ascent(double (*g)[3], int n, double *x)
+{
+    double d[3], t, xx, least;
+    int i, k, step, at;
+    memcpy(x, g[0], 3 * sizeof *x);
+    for (step = 0; step < 40; step++) {
+        xx = spr__dot(x, x);
+        for (i = 0, at = 0, least = HUGE_VAL; i < n; i++) {
+            t = spr__dot(g[i], x);
+            if (t < least) {
+                least = t;
+                at = i;
+            }
+        }
+        if (xx - least <= 1e-3 * xx) break;
+        spr__sub(g[at], x, d);
+        t = -spr__dot(x, d) / spr__dot(d, d);
+        t = spr__max(0, spr__min(1, t));
+        for (k = 0; k < 3; k++) x[k] += t * d[k];
+    }
+    return spr__dot(x, x);
+}
+
+/* Maximises the worst quality of the cone: steps along the common ascent of the worst facets, up to where another
+ * one becomes the worst. p and the value returned are better than before, or unchanged. */
+static double spr__max_min(const spr__state *s, const spr__cone *cone, double *p, double value, int steps)
+{
+    double q[SPR__MAX_STAR], g[SPR__MAX_STAR][3], active[SPR__MAX_ACTIVE][3], way[3], here[3], rise, step, slope, v;
+    int k, num, halvings;
+    size_t i;
+    while (steps-- > 0) {
+        double worst = HUGE_VAL, band;
+        size_t at = 0;
+        for (i = 0; i < cone->n; i++) {
+            q[i] = spr__facet_gradient(s, &cone->f[i], p, g[i]);
+            if (q[i] < worst) {
+                worst = q[i];
+                at = i;
+            }
+        }
+        band = worst + 0.02;
+        memcpy(active[0], g[at], sizeof active[0]);
+        for (num = 1, i = 0; i < cone->n && num < SPR__MAX_ACTIVE; i++)
+            if (i != at && q[i] < band) memcpy(active[num++], g[i], sizeof active[0]);
+        rise = spr__common_ascent(active, num, way);
+        if (!(rise * cone->f[at].longest > 1e-6)) break;
+        step = 0.3 * sqrt(cone->f[at].longest / rise);
+        for (i = 0; i < cone->n; i++) {
+            slope = spr__dot(g[i], way);
+            if (q[i] >= band && slope < rise) step = spr__min(step, (q[i] - worst) / (rise - slope));
+        }
+        for (v = value, halvings = 0; halvings < 6 && v <= value; halvings++, step *= 0.5) {
+            for (k = 0; k < 3; k++) here[k] = p[k] + step * way[k];
+            v = spr__cone_value(s, cone, here, value);
+        }
+        if (!(v > value)) break;
+        memcpy(p, here, sizeof here);
+        if (v <= value + 5e-4) return v;
+        value = v;
+    }
+    return value;
+}
+
+/* What an operator would do, and what it gains. */
+typedef struct spr__offer {
+    double   before, after;
+    uint32_t vertex, ring;
+    double   xyz[3];
+} spr__offer;
+
+static double spr__worst_of(const spr__state *s, const delaunay_handle *t, size_t n)
+{
+    double worst = HUGE_VAL;
+    size_t i;
+    for (i = 0; i < n; i++) worst = spr__min(worst, s->value[t[i]]);
+    return worst;
+}
+
+/* Offers a better place for v, the star of which is left in plan->star. Returns 1, 0 for none, or an error. */
+static int spr__smooth(const spr__state *s, delaunay_worker *worker, uint32_t v, delaunay_plan *plan, spr__offer *offer)
+{
+    const delaunay_mesh *m = s->mesh;
+    spr__cone cone;
+    delaunay_result result = delaunay_vertex_star(m, worker, v, &plan->star);
+    if (result != DELAUNAY_OK) return (int)result;
+    if (!spr__cone_of_star(&cone, m, v, &plan->star)) return 0;
+    offer->vertex = v;
+    offer->before = spr__worst_of(s, plan->star.items, plan->star.count);
+    memcpy(offer->xyz, spr__point(m, v), sizeof offer->xyz);
+    offer->after = spr__laplacian(s, &cone, offer->xyz, offer->before);
+    if (offer->after < s->target) offer->after = spr__max_min(s, &cone, offer->xyz, offer->after, 8);
+    if (!(offer->after > offer->before + spr__margin(s))) return 0;
+    return spr__cone_is_positive(&cone, offer->xyz);
+}
+
+static int spr__plan_smooth(const spr__state *s, delaunay_worker *worker, delaunay_handle t, delaunay_plan *plan)
+{
+    spr__offer best, offer;
+    int i, answer;
+    delaunay_result result;
+    best.vertex = 0;
+    best.after = best.before = 0;
+    for (i = 0; i < 4; i++) {
+        uint32_t v = s->mesh->tets[t].v[i];
+        if (!s->movable[v]) continue;
+        answer = spr__smooth(s, worker, v, plan, &offer);
+        if (answer < 0) return answer;
+        if (answer == 0 || (best.vertex && offer.after - offer.before <= best.after - best.before)) continue;
+        best = offer;
+        if (best.after >= s->target) break;
+    }
+    if (!best.vertex) return DELAUNAY_PLAN_NOTHING;
+    result = delaunay_vertex_star(s->mesh, worker, best.vertex, &plan->star);
+    if (result != DELAUNAY_OK) return (int)result;
+    return delaunay_plan_move(plan, best.vertex, best.xyz, plan->star.items, plan->star.count);
+}
+
+/* ---- >>edge removal ----------------------------------------------------------------------- */
+
+/* The tetrahedra around edge (a,b), their ring of vertices, and the best triangulation of the ring. */
+typedef struct spr__ring {
+    int             n;
+    uint32_t        a, b, v[SPR__MAX_RING];  /* (a, b, v[k], v[k+1]) is positive */
+    delaunay_handle t[SPR__MAX_RING];
+    uint8_t         apex[SPR__MAX_RING][SPR__MAX_RING]; /* of the triangle on chord (i,j), in the best of polygon i..j */
+    double          before, after;
+} spr__ring;
+
+/* Turns around edge e of t. Returns 0 if it is constrained, or meets a wall, or has too many tetrahedra. */
+static int spr__ring_set(const spr__state *s, spr__ring *r, delaunay_handle t, int e)
+{
+    const delaunay_mesh *m = s->mesh;
+    int i = delaunay_edge_order(e)[0], j = delaunay_edge_order(e)[1];
+    int k = delaunay_edge_order(5 - e)[0], l = delaunay_edge_order(5 - e)[1];
+    delaunay_handle first = t;
+    if (m->flags && (m->flags[t] & DELAUNAY_EDGE_BIT(e))) return 0;
+    if (e == 1 || e == 4) { /* (0,2,1,3) and (1,3,0,2) are odd: turn the other way */
+        int swap = k;
+        k = l;
+        l = swap;
+    }
+    r->a = m->tets[t].v[i];
+    r->b = m->tets[t].v[j];
+    r->before = HUGE_VAL;
+    for (r->n = 0; r->n < SPR__MAX_RING; r->n++) {
+        const delaunay_tet *x = &m->tets[t];
+        uint32_t next = x->v[l];
+        r->t[r->n] = t;
+        r->v[r->n] = x->v[k];
+        r->before = spr__min(r->before, s->value[t]);
+        if (spr__is_wall(m, t, k)) return 0;
+        t = x->n[k] / 4;
+        if (t == first) {
+            r->n++;
+            return 1;
+        }
+        x = &m->tets[t];
+        k = delaunay_local_index(x, next);
+        i = delaunay_local_index(x, r->a);
+        j = delaunay_local_index(x, r->b);
+        l = 6 - i - j - k;
+    }
+    return 0;
+}
+
+static double spr__ring_triangle(const spr__state *s, const spr__ring *r, int i, int k, int j, double floor_)
+{
+    const delaunay_mesh *m = s->mesh;
+    const double *p = spr__point(m, r->v[i]), *q = spr__point(m, r->v[k]), *o = spr__point(m, r->v[j]);
+    double up = spr__quality(s, p, q, o, spr__point(m, r->b));
+    if (up <= floor_) return up;
+    return spr__min(up, spr__quality(s, p, o, q, spr__point(m, r->a)));
+}
+
+/* Dynamic programming over the polygon [Klincsek 1980; Shewchuk 2002]. Returns 1 if it gains. */
+static int spr__ring_solve(const spr__state *s, spr__ring *r)
+{
+    double best[SPR__MAX_RING][SPR__MAX_RING], floor_ = r->before + spr__margin(s), q;
+    int n = r->n, i, j, k, span;
+    if (n < 3) return 0;
+    for (i = 0; i + 1 < n; i++) best[i][i + 1] = HUGE_VAL;
+    for (span = 2; span < n; span++)
+        for (i = 0; i + span < n; i++) {
+            j = i + span;
+            best[i][j] = -HUGE_VAL;
+            r->apex[i][j] = 0;
+            for (k = i + 1; k < j; k++) {
+                double least = spr__max(floor_, best[i][j]);
+                q = spr__min(best[i][k], best[k][j]);
+                if (q > least) q = spr__min(q, spr__ring_triangle(s, r, i, k, j, least));
+                if (q <= least) continue;
+                best[i][j] = q;
+                r->apex[i][j] = (uint8_t)k;
+            }
+        }
+    r->after = best[0][n - 1];
+    return r->after > floor_;
+}
+
+/* The new tetrahedra of the chord (i,j) and of those below it. */
+static int spr__ring_tets(const spr__ring *r, int i, int j, uint32_t (*out)[4])
+{
+    int n = 0, k = r->apex[i][j];
+    if (j - i < 2) return 0;
+    out[0][0] = r->v[i]; out[0][1] = r->v[k]; out[0][2] = r->v[j]; out[0][3] = r->b;
+    out[1][0] = r->v[i]; out[1][1] = r->v[j]; out[1][2] = r->v[k]; out[1][3] = r->a;
+    n = 2;
+    n += spr__ring_tets(r, i, k, out + n);
+    n += spr__ring_tets(r, k, j, out + n);
+    return n;
+}
+
+static int spr__all_positive(const delaunay_mesh *m, uint32_t (*v)[4], int n)
+{
+    int i;
+    for (i = 0; i < n; i++)
+        if (delaunay_orient3d(spr__point(m, v[i][0]), spr__point(m, v[i][1]), spr__point(m, v[i][2]),
+                              spr__point(m, v[i][3])) <= 0)
+            return 0;
+    return 1;
+}
+
+static int spr__plan_edges(const spr__state *s, delaunay_handle t, delaunay_plan *plan)
+{
+    uint32_t tets[2 * SPR__MAX_RING][4];
+    spr__ring ring, best;
+    int e, i, n, answer = DELAUNAY_PLAN_COMMIT;
+    best.n = 0;
+    best.after = -HUGE_VAL;
+    for (e = 0; e < 6; e++) {
+        if (!spr__ring_set(s, &ring, t, e) || !spr__ring_solve(s, &ring) || ring.after <= best.after) continue;
+        n = spr__ring_tets(&ring, 0, ring.n - 1, tets);
+        if (!spr__all_positive(s->mesh, tets, n)) continue;
+        best = ring;
+        if (best.after >= s->target) break;
+    }
+    if (best.n == 0) return DELAUNAY_PLAN_NOTHING;
+    n = spr__ring_tets(&best, 0, best.n - 1, tets);
+    for (i = 0; i < best.n && answer > 0; i++) answer = delaunay_plan_remove(plan, best.t[i]);
+    for (i = 0; i < n && answer > 0; i++) answer = delaunay_plan_add(plan, tets[i][0], tets[i][1], tets[i][2], tets[i][3]);
+    return answer;
+}
+
+/* ---- >>reconnection ----------------------------------------------------------------------- */
+
+/* A cavity that grows by one vertex at a time [Marot 2020, 6.3]. */
+typedef struct spr__cavity {
+    delaunay_handle t[DELAUNAY_WINDOW_TETS];
+    uint32_t        v[DELAUNAY_WINDOW_VERTICES];
+    int             num_tets, num_vertices, scanned;
+    double          before;
+    /* walls of the cavity that can be crossed: the vertex behind, the tetrahedron there */
+    uint32_t        ahead[4 * DELAUNAY_WINDOW_TETS];
+    delaunay_handle behind[4 * DELAUNAY_WINDOW_TETS];
+    int             num_ahead;
+} spr__cavity;
+
+static int spr__cavity_has_tet(const spr__cavity *c, delaunay_handle t)
+{
+    int i;
+    for (i = c->num_tets; i-- > 0;)
+        if (c->t[i] == t) return 1;
+    return 0;
+}
+
+static int spr__cavity_has_vertex(const spr__cavity *c, uint32_t v)
+{
+    int i;
+    for (i = 0; i < c->num_vertices; i++)
+        if (c->v[i] == v) return 1;
+    return 0;
+}
+
+/* Looks over the facets of tetrahedra not yet scanned; those behind that have all vertices in the cavity join it. */
+static int spr__cavity_scan(const spr__state *s, spr__cavity *c)
+{
+    const delaunay_mesh *m = s->mesh;
+    int i, k;
+    for (; c->scanned < c->num_tets; c->scanned++)
+        for (i = 0; i < 4; i++) {
+            delaunay_handle t = c->t[c->scanned], n = m->tets[t].n[i];
+            uint32_t apex;
+            if (spr__is_wall(m, t, i) || spr__cavity_has_tet(c, n / 4)) continue;
+            apex = m->tets[n / 4].v[n % 4];
+            if (spr__cavity_has_vertex(c, apex)) {
+                if (c->num_tets == DELAUNAY_WINDOW_TETS) return 0;
+                c->before = spr__min(c->before, s->value[n / 4]);
+                c->t[c->num_tets++] = n / 4;
+            } else {
+                c->ahead[c->num_ahead] = apex;
+                c->behind[c->num_ahead++] = n / 4;
+            }
+        }
+    for (i = k = 0; i < c->num_ahead; i++) { /* forget what has joined */
+        if (spr__cavity_has_tet(c, c->behind[i])) continue;
+        c->ahead[k] = c->ahead[i];
+        c->behind[k++] = c->behind[i];
+    }
+    c->num_ahead = k;
+    return 1;
+}
+
+static int spr__cavity_set(const spr__state *s, spr__cavity *c, delaunay_handle t)
+{
+    c->t[0] = t;
+    memcpy(c->v, s->mesh->tets[t].v, 4 * sizeof *c->v);
+    c->num_tets = 1;
+    c->num_vertices = 4;
+    c->scanned = c->num_ahead = 0;
+    c->before = s->value[t];
+    return spr__cavity_scan(s, c);
+}
+
+/* Adds the vertex behind most facets, ties to the least sum of qualities, and all tetrahedra that are then inside. */
+static int spr__cavity_grow(const spr__state *s, spr__cavity *c)
+{
+    uint32_t best = 0;
+    int i, j, count, most = 0;
+    double sum, least = 0;
+    if (c->num_vertices == DELAUNAY_WINDOW_VERTICES) return 0;
+    for (i = 0; i < c->num_ahead; i++) {
+        for (j = 0; j < i && c->ahead[j] != c->ahead[i]; j++) {}
+        if (j < i) continue;
+        for (sum = 0, count = 0; j < c->num_ahead; j++)
+            if (c->ahead[j] == c->ahead[i]) {
+                count++;
+                sum += s->value[c->behind[j]];
+            }
+        if (count > most || (count == most && sum < least)) {
+            best = c->ahead[i];
+            most = count;
+            least = sum;
+        }
+    }
+    if (most == 0) return 0;
+    c->v[c->num_vertices++] = best;
+    for (i = 0; i < c->num_ahead; i++)
+        if (c->ahead[i] == best && !spr__cavity_has_tet(c, c->behind[i])) {
+            if (c->num_tets == DELAUNAY_WINDOW_TETS) return 0;
+            c->before = spr__min(c->before, s->value[c->behind[i]]);
+            c->t[c->num_tets++] = c->behind[i];
+        }
+    return spr__cavity_scan(s, c);
+}
+
+static double spr__search_quality(void *user, const double *a, const double *b, const double *c, const double *d)
+{
+    const spr__state *s = (const spr__state *)user;
+    return spr__quality(s, a, b, c, d);
+}
+
+/* The best triangulation of a set of tetrahedra, if it gains. drop: an inner vertex to leave out, or 0. */
+static int spr__reconnect(const spr__state *s, delaunay_worker *worker, const delaunay_handle *t, int n, uint32_t drop,
+                          double before, uint32_t max_nodes, delaunay_window *window, delaunay_search *search)
+{
+    uint32_t i;
+    if (!delaunay_window_set(window, s->mesh, worker, t, (size_t)n, DELAUNAY_WINDOW_VERTICES, 1, 1)) return 0;
+    for (i = 0; drop && i < window->num_vertices; i++)
+        if (window->vertices[i] == drop) window->dropped = 1u << i;
+    if (drop && (window->dropped & ~window->interior)) return 0;
+    memset(search, 0, offsetof(delaunay_search, tets));
+    search->objective = DELAUNAY_BEST_QUALITY;
+    search->quality = spr__search_quality;
+    search->user = (void *)(uintptr_t)s;
+    search->bound = spr__max(before, 0) + spr__margin(s);
+    search->max_nodes = max_nodes;
+    return delaunay_reconnect(s->mesh, worker, window, search) > 0;
+}
+
+/* Sizes at which a growing cavity is searched, and nodes of the search; level by level. */
+typedef struct spr__effort {
+    int      first, step, last;
+    uint32_t nodes;
+} spr__effort;
+
+static int spr__plan_grow(const spr__state *s, delaunay_worker *worker, delaunay_handle t, delaunay_plan *plan,
+                          spr__effort effort)
+{
+    spr__cavity c;
+    delaunay_window window;
+    delaunay_search search;
+    int next = effort.first, more = spr__cavity_set(s, &c, t);
+    while (more && next <= effort.last) {
+        more = spr__cavity_grow(s, &c);
+        if (c.num_vertices < next && more) continue;
+        if (c.num_vertices < effort.first) break;
+        if (spr__reconnect(s, worker, c.t, c.num_tets, 0, c.before, effort.nodes, &window, &search))
+            return delaunay_plan_window(plan, &window, &search);
+        next = c.num_vertices + effort.step;
+    }
+    return DELAUNAY_PLAN_NOTHING;
+}
+
+/* -- taking a vertex away */
+
+static double spr__distance2(const double *a, const double *b)
+{
+    double d[3];
+    spr__sub(a, b, d);
+    return spr__dot(d, d);
+}
+
+/* All facets of the link of v joined to one of its vertices. */
+static int spr__contract(const spr__state *s, uint32_t v, const delaunay_list *star, spr__offer *offer)
+{
+    const delaunay_mesh *m = s->mesh;
+    double longest = 0, floor_ = spr__max(offer->after, offer->before + spr__margin(s));
+    uint32_t seen[4 * SPR__MAX_STAR];
+    int found = 0, num = 0, i, k;
+    size_t j, at;
+    for (j = 0; j < star->count; j++) {
+        const uint32_t *x = m->tets[star->items[j]].v;
+        for (k = 0; k < 4; k++) {
+            if (x[k] == v) continue;
+            longest = spr__max(longest, spr__distance2(spr__point(m, x[k]), spr__point(m, v)));
+            longest = spr__max(longest, spr__distance2(spr__point(m, x[k]), spr__point(m, x[(k + 1) & 3])));
+            for (i = 0; i < num && seen[i] != x[k]; i++) {}
+            if (i == num) seen[num++] = x[k];
+        }
+    }
+    for (i = 0; i < num; i++) {
+        const double *p = spr__point(m, seen[i]);
+        double worst = HUGE_VAL;
+        for (at = 0; at < star->count && worst > floor_; at++) {
+            const delaunay_tet *t = &m->tets[star->items[at]];
+            const uint8_t *o;
+            double q;
+            if (delaunay_local_index(t, seen[i]) >= 0) continue;
+            o = delaunay_facet_order(delaunay_local_index(t, v));
+            q = spr__quality(s, spr__point(m, t->v[o[0]]), spr__point(m, t->v[o[2]]), spr__point(m, t->v[o[1]]), p);
+            for (k = 0; k < 3; k++)
+                if (spr__distance2(spr__point(m, t->v[o[k]]), p) > 1.6 * longest) q = -1;
+            worst = spr__min(worst, q);
+        }
+        if (worst <= floor_) continue;
+        floor_ = offer->after = worst;
+        offer->vertex = v;
+        offer->ring = seen[i];
+        found = 1;
+    }
+    return found;
+}
+
+static int spr__plan_contraction(const spr__state *s, delaunay_plan *plan, const spr__offer *offer)
+{
+    const delaunay_mesh *m = s->mesh;
+    uint32_t tets[SPR__MAX_STAR][4];
+    int n = 0, i, answer = DELAUNAY_PLAN_COMMIT;
+    size_t j;
+    for (j = 0; j < plan->star.count && answer > 0; j++) {
+        const delaunay_tet *t = &m->tets[plan->star.items[j]];
+        const uint8_t *o = delaunay_facet_order(delaunay_local_index(t, offer->vertex));
+        if (delaunay_local_index(t, offer->ring) >= 0) continue;
+        tets[n][0] = t->v[o[0]];
+        tets[n][1] = t->v[o[2]];
+        tets[n][2] = t->v[o[1]];
+        tets[n++][3] = offer->ring;
+    }
+    if (!spr__all_positive(m, tets, n)) return DELAUNAY_PLAN_NOTHING;
+    for (j = 0; j < plan->star.count && answer > 0; j++) answer = delaunay_plan_remove(plan, plan->star.items[j]);
+    for (i = 0; i < n && answer > 0; i++) answer = delaunay_plan_add(plan, tets[i][0], tets[i][1], tets[i][2], tets[i][3]);
+    return answer;
+}
+
+/* Contracts an edge at one of the vertices of t; thorough: retriangulates the whole star without it. */
+static int spr__plan_removal(const spr__state *s, delaunay_worker *worker, delaunay_handle t, delaunay_plan *plan,
+                             int thorough)
+{
+    const delaunay_mesh *m = s->mesh;
+    spr__offer best, offer;
+    delaunay_result result;
+    int i, answer;
+    memset(&best, 0, sizeof best);
+    for (i = 0; i < 4; i++) {
+        uint32_t v = m->tets[t].v[i];
+        if (s->movable[v] < 2) continue;
+        result = delaunay_vertex_star(m, worker, v, &plan->star);
+        if (result != DELAUNAY_OK) return (int)result;
+        if (plan->star.count > SPR__MAX_STAR) continue;
+        offer.before = spr__worst_of(s, plan->star.items, plan->star.count);
+        offer.after = -HUGE_VAL;
+        if (thorough) {
+            delaunay_window window;
+            delaunay_search search;
+            if (spr__reconnect(s, worker, plan->star.items, (int)plan->star.count, v, offer.before, 3000, &window, &search))
+                return delaunay_plan_window(plan, &window, &search);
+        } else if (spr__contract(s, v, &plan->star, &offer) &&
+                   (!best.vertex || offer.after - offer.before > best.after - best.before))
+            best = offer;
+    }
+    if (!best.vertex) return DELAUNAY_PLAN_NOTHING;
+    result = delaunay_vertex_star(m, worker, best.vertex, &plan->star);
+    if (result != DELAUNAY_OK) return (int)result;
+    answer = spr__plan_contraction(s, plan, &best);
+    if (answer == DELAUNAY_PLAN_COMMIT) plan->data[0] = 1;
+    return answer;
+}
+
+/* -- a new vertex */
+
+/* A cavity for a new vertex: grows over a facet while the facets behind it are better for the vertex. */
+typedef struct spr__pit {
+    int             num_tets, num_facets;
+    delaunay_handle t[SPR__MAX_CAVITY];
+    delaunay_handle facet[SPR__MAX_STAR]; /* facets of the cavity, seen from inside: 4*t+i */
+    double          value[SPR__MAX_STAR]; /* of the facet with the vertex */
+    double          xyz[3], before, after;
+} spr__pit;
+
+static int spr__pit_has(const spr__pit *c, delaunay_handle t)
+{
+    int i;
+    for (i = 0; i < c->num_tets; i++)
+        if (c->t[i] == t) return 1;
+    return 0;
+}
+
+static double spr__pit_facet(const spr__state *s, const spr__pit *c, delaunay_handle f)
+{
+    const delaunay_mesh *m = s->mesh;
+    const uint32_t *v = m->tets[f / 4].v;
+    const uint8_t *o = delaunay_facet_order((int)(f % 4));
+    return spr__quality(s, spr__point(m, v[o[0]]), spr__point(m, v[o[2]]), spr__point(m, v[o[1]]), c->xyz);
+}
+
+static int spr__pit_add(const spr__state *s, spr__pit *c, delaunay_handle t)
+{
+    const delaunay_mesh *m = s->mesh;
+    int i, j, k;
+    if (c->num_tets == SPR__MAX_CAVITY || c->num_facets + 4 > SPR__MAX_STAR) return 0;
+    for (i = j = 0; i < c->num_facets; i++) {
+        if (m->tets[c->facet[i] / 4].n[c->facet[i] % 4] / 4 == t) continue;
+        c->facet[j] = c->facet[i];
+        c->value[j++] = c->value[i];
+    }
+    c->num_facets = j;
+    for (k = 0; k < 4; k++)
+        if (!spr__pit_has(c, m->tets[t].n[k] / 4) || m->tets[t].n[k] == 0) {
+            c->facet[c->num_facets] = 4 * t + (delaunay_handle)k;
+            c->value[c->num_facets] = spr__pit_facet(s, c, c->facet[c->num_facets]);
+            c->num_facets++;
+        }
+    c->before = spr__min(c->before, s->value[t]);
+    c->t[c->num_tets++] = t;
+    return 1;
+}
+
+/* The facets that t would bring are better than what it hides. */
+static int spr__pit_wants(const spr__state *s, const spr__pit *c, delaunay_handle t, double than)
+{
+    const delaunay_mesh *m = s->mesh;
+    int k;
+    if (c->num_tets + 1 >= SPR__MAX_CAVITY || c->num_facets + 4 > SPR__MAX_STAR) return 0;
+    for (k = 0; k < 4; k++) {
+        delaunay_handle n = m->tets[t].n[k];
+        if (n != 0 && spr__pit_has(c, n / 4)) continue;
+        if (spr__pit_facet(s, c, 4 * t + (delaunay_handle)k) <= than) return 0;
+    }
+    return 1;
+}
+
+static void spr__pit_grow(const spr__state *s, spr__pit *c)
+{
+    const delaunay_mesh *m = s->mesh;
+    int i, at;
+    for (;;) {
+        double worst = s->target;
+        for (at = -1, i = 0; i < c->num_facets; i++) {
+            delaunay_handle f = c->facet[i];
+            if (c->value[i] >= worst || spr__is_wall(m, f / 4, (int)(f % 4))) continue;
+            if (!spr__pit_wants(s, c, m->tets[f / 4].n[f % 4] / 4, c->value[i])) continue;
+            worst = c->value[i];
+            at = i;
+        }
+        if (at < 0 || !spr__pit_add(s, c, m->tets[c->facet[at] / 4].n[c->facet[at] % 4] / 4)) return;
+    }
+}
+
+/* No vertex and no constrained edge is left inside. */
+static int spr__pit_is_hollow(const spr__state *s, const spr__pit *c)
+{
+    const delaunay_mesh *m = s->mesh;
+    int i, j, k;
+    for (i = 0; i < c->num_tets; i++) {
+        delaunay_handle t = c->t[i];
+        for (k = 0; k < 10; k++) {
+            uint32_t a = m->tets[t].v[k < 4 ? k : delaunay_edge_order(k - 4)[0]];
+            uint32_t b = m->tets[t].v[k < 4 ? k : delaunay_edge_order(k - 4)[1]];
+            if (k >= 4 && (!m->flags || !(m->flags[t] & DELAUNAY_EDGE_BIT(k - 4)))) continue;
+            for (j = 0; j < c->num_facets; j++) {
+                const delaunay_tet *x = &m->tets[c->facet[j] / 4];
+                int la = delaunay_local_index(x, a), lb = delaunay_local_index(x, b), o = (int)(c->facet[j] % 4);
+                if (la >= 0 && lb >= 0 && la != o && lb != o) break;
+            }
+            if (j == c->num_facets) return 0;
+        }
+    }
+    return 1;
+}
+
+static void spr__pit_cone(const spr__state *s, const spr__pit *c, spr__cone *cone)
+{
+    const delaunay_mesh *m = s->mesh;
+    int i;
+    cone->n = (size_t)c->num_facets;
+    for (i = 0; i < c->num_facets; i++) {
+        const uint32_t *v = m->tets[c->facet[i] / 4].v;
+        const uint8_t *o = delaunay_facet_order((int)(c->facet[i] % 4));
+        spr__facet_set(&cone->f[i], spr__point(m, v[o[0]]), spr__point(m, v[o[2]]), spr__point(m, v[o[1]]));
+    }
+}
+
+/* No new edge shorter than half the shortest around. */
+static int spr__pit_is_roomy(const spr__cone *cone, const double *p)
+{
+    double shortest = HUGE_VAL, nearest = HUGE_VAL;
+    size_t i;
+    for (i = 0; i < cone->n; i++) {
+        const spr__facet *f = &cone->f[i];
+        nearest = spr__min(nearest, spr__min(spr__distance2(p, f->a), spr__min(spr__distance2(p, f->b), spr__distance2(p, f->c))));
+        shortest = spr__min(shortest, spr__min(spr__distance2(f->a, f->b),
+                                               spr__min(spr__distance2(f->b, f->c), spr__distance2(f->c, f->a))));
+    }
+    return nearest > 0.25 * shortest;
+}
+
+/* Grows and moves the vertex in turn. Returns 1 if the offer gains. */
+static int spr__pit_solve(const spr__state *s, spr__pit *c)
+{
+    spr__cone cone;
+    int turn, i;
+    c->after = -HUGE_VAL;
+    for (turn = 0; turn < 3; turn++) {
+        double value;
+        spr__pit_grow(s, c);
+        spr__pit_cone(s, c, &cone);
+        value = spr__cone_value(s, &cone, c->xyz, -HUGE_VAL);
+        value = spr__max_min(s, &cone, c->xyz, value, 10);
+        for (i = 0; i < c->num_facets; i++) c->value[i] = spr__pit_facet(s, c, c->facet[i]);
+        if (value <= c->after + 1e-3) break;
+        c->after = value;
+    }
+    c->after = spr__cone_value(s, &cone, c->xyz, -HUGE_VAL);
+    return c->after > c->before + spr__margin(s) && cone.n == (size_t)c->num_facets && spr__cone_is_positive(&cone, c->xyz) &&
+           spr__pit_is_roomy(&cone, c->xyz) && spr__pit_is_hollow(s, c);
+}
+
+/* The k-th place to begin with: the middle of t, then of its edges, with all tetrahedra around. */
+static int spr__pit_set(const spr__state *s, spr__pit *c, delaunay_handle t, int k)
+{
+    const delaunay_mesh *m = s->mesh;
+    const uint32_t *v = m->tets[t].v;
+    spr__ring ring;
+    int i;
+    c->num_tets = c->num_facets = 0;
+    c->before = HUGE_VAL;
+    for (i = 0; i < 3; i++)
+        c->xyz[i] = k == 0 ? (spr__point(m, v[0])[i] + spr__point(m, v[1])[i] + spr__point(m, v[2])[i] + spr__point(m, v[3])[i]) / 4
+                           : (spr__point(m, v[delaunay_edge_order(k - 1)[0]])[i] +
+                              spr__point(m, v[delaunay_edge_order(k - 1)[1]])[i]) / 2;
+    if (k == 0) return spr__pit_add(s, c, t);
+    if (!spr__ring_set(s, &ring, t, k - 1)) return 0;
+    for (i = 0; i < ring.n; i++)
+        if (!spr__pit_add(s, c, ring.t[i])) return 0;
+    return 1;
+}
+
+static int spr__plan_insertion(const spr__state *s, delaunay_handle t, delaunay_plan *plan)
+{
+    const delaunay_mesh *m = s->mesh;
+    spr__pit best, pit;
+    int k, answer;
+    best.num_tets = 0;
+    best.after = best.before = 0;
+    if (m->num_vertices - s->first_new >= s->max_new) return DELAUNAY_PLAN_NOTHING;
+    for (k = 0; k < 7; k++) {
+        if (!spr__pit_set(s, &pit, t, k) || !spr__pit_solve(s, &pit)) continue;
+        if (best.num_tets && pit.after - pit.before <= best.after - best.before) continue;
+        best = pit;
+        if (best.after >= s->target) break;
+    }
+    if (best.num_tets == 0) return DELAUNAY_PLAN_NOTHING;
+    answer = delaunay_plan_vertex(plan, best.xyz);
+    for (k = 0; k < best.num_tets && answer > 0; k++) answer = delaunay_plan_remove(plan, best.t[k]);
+    for (k = 0; k < best.num_facets && answer > 0; k++) {
+        const uint32_t *v = m->tets[best.facet[k] / 4].v;
+        const uint8_t *o = delaunay_facet_order((int)(best.facet[k] % 4));
+        answer = delaunay_plan_add(plan, v[o[0]], v[o[2]], v[o[1]], DELAUNAY_PLAN_VERTEX(0));
+    }
+    return answer;
+}
+
+/* ---- >>schedule --------------------------------------------------------------------------- */
+
+enum {
+    SPR__EDGES, SPR__SMOOTH, SPR__SMALL, SPR__REMOVE, SPR__INSERT, SPR__MEDIUM, SPR__LARGE,
+    SPR__HOPELESS /* level of a tetrahedron for which everything was tried */
+};
+
+static void spr__set_goal(delaunay_plan *plan, double goal) { memcpy(&plan->data[1], &goal, sizeof goal); }
+
+/* What is worth trying for: the target, or nearly what the surface allows. */
+static double spr__goal(const spr__state *s, delaunay_handle t)
+{
+    return s->goal[t] > 0 ? (double)s->goal[t] : spr__min(s->target, 0.97 * spr__bound(s, t));
+}
+
+static int spr__plan(void *user, const delaunay_mesh *m, delaunay_worker *worker, size_t item, delaunay_plan *plan)
+{
+    static const spr__effort small = {7, 2, 10, 300}, medium = {12, 2, 16, 1500}, large = {20, 4, 32, 6000};
+    const spr__state *s = (const spr__state *)user;
+    delaunay_handle t = s->items.items[item];
+    double goal;
+    int answer;
+    if (delaunay_is_deleted(m, t) || s->value[t] >= s->target) return DELAUNAY_PLAN_NOTHING;
+    goal = spr__goal(s, t);
+    spr__set_goal(plan, goal);
+    if (s->value[t] >= goal) return DELAUNAY_PLAN_NOTHING;
+    switch (s->sweep) {
+    case SPR__EDGES: return spr__plan_edges(s, t, plan);
+    case SPR__SMOOTH: return spr__plan_smooth(s, worker, t, plan);
+    case SPR__SMALL: return spr__plan_grow(s, worker, t, plan, small);
+    case SPR__REMOVE:
+        answer = spr__plan_removal(s, worker, t, plan, 0);
+        return answer != DELAUNAY_PLAN_NOTHING ? answer : spr__plan_removal(s, worker, t, plan, 1);
+    case SPR__INSERT: return spr__plan_insertion(s, t, plan);
+    case SPR__MEDIUM: return spr__plan_grow(s, worker, t, plan, medium);
+    default: return spr__plan_grow(s, worker, t, plan, large);
+    }
+}
+
+/* Room in the arrays for all slots and vertices of the mesh. */
+static int spr__fit(spr__state *s)
+{
+    size_t tets = s->mesh->cap_tets, vertices = s->mesh->cap_vertices, old = s->cap_tets;
+    if (tets > old) {
+        double *value = (double *)delaunay_grow(s->memory, s->value, old, tets, sizeof *value);
+        float *goal;
+        uint32_t *tried;
+        uint8_t *level, *listed;
+        if (value) s->value = value;
+        goal = (float *)delaunay_grow(s->memory, s->goal, old, tets, sizeof *goal);
+        if (goal) s->goal = goal;
+        tried = (uint32_t *)delaunay_grow(s->memory, s->tried, old, tets, sizeof *tried);
+        if (tried) s->tried = tried;
+        level = (uint8_t *)delaunay_grow(s->memory, s->level, old, tets, sizeof *level);
+        if (level) s->level = level;
+        listed = (uint8_t *)delaunay_grow(s->memory, s->listed, old, tets, sizeof *listed);
+        if (listed) s->listed = listed;
+        if (!value || !goal || !tried || !level || !listed) return 0;
+        memset(s->goal + old, 0, (tets - old) * sizeof *goal);
+        memset(s->tried + old, 0, (tets - old) * sizeof *tried);
+        memset(s->level + old, 0, tets - old);
+        memset(s->listed + old, 0, tets - old);
+        for (; old < tets; old++) s->value[old] = HUGE_VAL;
+        s->cap_tets = (delaunay_handle)tets;
+    }
+    if (vertices > s->cap_vertices) {
+        uint32_t *stamp = (uint32_t *)delaunay_grow(s->memory, s->stamp, s->cap_vertices, vertices, sizeof *stamp);
+        uint8_t *movable;
+        if (stamp) s->stamp = stamp;
+        movable = (uint8_t *)delaunay_grow(s->memory, s->movable, s->cap_vertices, vertices, sizeof *movable);
+        if (movable) s->movable = movable;
+        if (!stamp || !movable) return 0;
+        memset(s->stamp + s->cap_vertices, 0, (vertices - s->cap_vertices) * sizeof *stamp);
+        memset(s->movable + s->cap_vertices, 2, vertices - s->cap_vertices);
+        s->cap_vertices = (uint32_t)vertices;
+    }
+    return 1;
+}
+
+static int spr__list(spr__state *s, delaunay_handle t)
+{
+    if (s->listed[t]) return 1;
+    s->listed[t] = 1;
+    return delaunay_list_push(&s->bad, t) == DELAUNAY_OK;
+}
+
+/* A tetrahedron is new, or its vertices moved. */
+static int spr__renew(spr__state *s, delaunay_handle t, int is_new)
+{
+    const uint32_t *v = s->mesh->tets[t].v;
+    int k;
+    s->value[t] = spr__quality_of(s, v);
+    s->level[t] = 0;
+    if (is_new) s->goal[t] = 0;
+    for (k = 0; k < 4; k++) s->stamp[v[k]] = delaunay_engine_round(s->engine);
+    return s->value[t] >= s->target || spr__list(s, t);
+}
+
+static void spr__count(spr__state *s, const delaunay_plan *plan)
+{
+    switch (s->sweep) {
+    case SPR__EDGES: s->report->edges_removed++; break;
+    case SPR__SMOOTH: s->report->smoothed++; break;
+    case SPR__REMOVE: s->report->vertices_removed++; break;
+    case SPR__INSERT: s->report->vertices_inserted++; break;
+    default: s->report->reconnected++; break;
+    }
+    (void)plan;
+}
+
+static int spr__done(void *user, delaunay_mesh *m, delaunay_worker *worker, size_t item, const delaunay_plan *plan)
+{
+    spr__state *s = (spr__state *)user;
+    delaunay_handle t = s->items.items[item];
+    size_t i;
+    (void)worker;
+    if (!spr__fit(s)) {
+        s->failure = SPR_ERROR_OUT_OF_MEMORY;
+        return 1;
+    }
+    if (!plan->committed) {
+        double goal;
+        memcpy(&goal, &plan->data[1], sizeof goal);
+        if (delaunay_is_deleted(m, t) || s->value[t] >= s->target) return 0;
+        if (goal > 0) s->goal[t] = (float)goal;
+        if (s->level[t] == s->sweep) s->level[t]++;
+        if (goal > 0 && s->value[t] >= goal) s->level[t] = SPR__HOPELESS;
+        s->tried[t] = delaunay_engine_round(s->engine);
+    } else {
+        int ok = 1;
+        spr__count(s, plan);
+        for (i = plan->num_tets; i < plan->old_tets.count; i++) s->value[plan->old_tets.items[i]] = HUGE_VAL;
+        for (i = 0; i < plan->num_tets; i++) ok &= spr__renew(s, plan->slots.items[i], 1);
+        for (i = 0; plan->num_moved && i < plan->star.count; i++) ok &= spr__renew(s, plan->star.items[i], 0);
+        if (!ok) {
+            s->failure = SPR_ERROR_OUT_OF_MEMORY;
+            return 1;
+        }
+    }
+    return s->deadline > 0 && delaunay_seconds(&s->options.host) > s->deadline;
+}
+
+/* Drops what is good now from the list; what changed since it was last tried begins again. Returns the lowest level. */
+static int spr__refresh(spr__state *s)
+{
+    const delaunay_mesh *m = s->mesh;
+    int lowest = SPR__HOPELESS, k;
+    size_t i, n = 0;
+    for (i = 0; i < s->bad.count; i++) {
+        delaunay_handle t = s->bad.items[i];
+        const uint32_t *v = m->tets[t].v;
+        if (delaunay_is_deleted(m, t) || s->value[t] >= s->target) {
+            s->listed[t] = 0;
+            continue;
+        }
+        s->bad.items[n++] = t;
+        if (s->goal[t] > 0 && s->value[t] >= (double)s->goal[t]) continue;
+        for (k = 0; k < 4 && s->level[t] > 0; k++)
+            if (s->stamp[v[k]] > s->tried[t]) s->level[t] = 0;
+        if (s->level[t] < lowest) lowest = s->level[t];
+    }
+    s->bad.count = n;
+    return lowest;
+}
+
+static int spr__is_off(const spr__state *s, int level)
+{
+    const spr_options *o = &s->options;
+    switch (level) {
+    case SPR__EDGES: return o->no_edge_removal;
+    case SPR__SMOOTH: return o->no_smoothing;
+    case SPR__REMOVE: return o->keep_vertices;
+    case SPR__INSERT: return o->keep_vertices || s->max_new == 0;
+    default: return o->no_reconnection;
+    }
+}
+
+static spr_result spr__run(spr__state *s, int level)
+{
+    static const uint32_t batch[SPR__HOPELESS] = {1024, 512, 512, 256, 256, 128, 32};
+    delaunay_speculation job;
+    delaunay_result result;
+    size_t i;
+    s->items.count = 0;
+    for (i = 0; i < s->bad.count; i++) {
+        delaunay_handle t = s->bad.items[i];
+        if (s->level[t] != level) continue;
+        if (spr__is_off(s, level)) s->level[t]++;
+        else if (delaunay_list_push(&s->items, t) != DELAUNAY_OK) return SPR_ERROR_OUT_OF_MEMORY;
+    }
+    if (s->items.count == 0) return SPR_OK;
+    memset(&job, 0, sizeof job);
+    job.num_items = s->items.count;
+    job.plan = spr__plan;
+    job.done = spr__done;
+    job.user = s;
+    job.batch = batch[level];
+    job.scatter = 1;
+    job.phase = "improve";
+    s->sweep = level;
+    result = delaunay_speculate(s->engine, &job);
+    s->report->rounds += job.rounds;
+    s->report->plans += job.plans;
+    s->report->conflicts += job.conflicts;
+    return s->failure != SPR_OK ? s->failure : (spr_result)result;
+}
+
+static spr_result spr__schedule(spr__state *s)
+{
+    spr_result result = SPR_OK;
+    int sweeps, level;
+    for (sweeps = 0; result == SPR_OK; sweeps++) {
+        double start = delaunay_seconds(&s->options.host), took;
+        if (s->options.max_rounds > 0 && sweeps >= s->options.max_rounds) return SPR_STOPPED_BY_BUDGET;
+        level = spr__refresh(s);
+        if (level == SPR__HOPELESS) break;
+        result = spr__run(s, level);
+        took = delaunay_seconds(&s->options.host) - start;
+        if (level == SPR__EDGES) s->report->seconds_edge_removal += took;
+        else if (level == SPR__SMOOTH) s->report->seconds_smoothing += took;
+        else s->report->seconds_reconnection += took;
+    }
+    return result;
+}
+
+/* ---- >>public ----------------------------------------------------------------------------- */
+
+SPR_API const char *spr_result_string(spr_result result)
+{
+    switch (result) {
+    case SPR_OK: return "success";
+    case SPR_STOPPED_BY_BUDGET: return "stopped by a budget; the mesh is valid";
+    case SPR_GOAL_NOT_MET: return "some tetrahedra are below the target; the mesh is valid";
+    case SPR_ERROR_INVALID_ARGUMENT: return "invalid argument";
+    case SPR_ERROR_OUT_OF_MEMORY: return "out of memory";
+    case SPR_CANCELLED: return "cancelled by the caller; the mesh is valid";
+    case SPR_ERROR_TOO_LARGE: return "the result does not fit";
+    case SPR_ERROR_INTERNAL: return "internal error";
+    case SPR_ERROR_INVALID_MESH: return "the mesh is not valid";
+    }
+    return "unknown spr_result";
+}
+
+/* Options with the defaults filled in, the measure, and the memory account. */
+static spr_result spr__open(spr__state *s, const delaunay_mesh *mesh, const spr_options *options, spr_report *report,
+                            delaunay_memory *memory)
+{
+    memset(s, 0, sizeof *s);
+    if (options) s->options = *options;
+    s->report = report;
+    s->memory = memory;
+    s->mesh = (delaunay_mesh *)(uintptr_t)mesh;
+    if (!mesh || s->options.measure < SPR_GAMMA || s->options.measure > SPR_USER || !(s->options.target >= 0) ||
+        !(s->options.max_seconds >= 0) || s->options.max_rounds < 0 ||
+        (s->options.measure == SPR_USER && !s->options.quality))
+        return SPR_ERROR_INVALID_ARGUMENT;
+    s->target = s->options.target > 0 ? s->options.target : 0.35;
+    s->gamma = s->options.measure == SPR_GAMMA;
+    s->quality = s->options.measure == SPR_GAMMA  ? spr__measure_gamma
+                 : s->options.measure == SPR_SICN ? spr__measure_sicn
+                 : s->options.measure == SPR_USER ? s->options.quality
+                                                  : spr__measure_sine;
+    s->quality_user = s->options.quality_user;
+    return (spr_result)delaunay_memory_init(memory, &s->options.host);
+}
+
+SPR_API spr_result spr_measure_mesh(const delaunay_mesh *mesh, const spr_options *options, spr_statistics *out)
+{
+    spr__state s;
+    spr_report report;
+    delaunay_memory memory;
+    spr_result result = spr__open(&s, mesh, options, &report, &memory);
+    if (result != SPR_OK || !out) return result != SPR_OK ? result : SPR_ERROR_INVALID_ARGUMENT;
+    return spr__statistics(&s, out);
+}
+
+/* Which vertices may move (1) or go as well (2): those of tetrahedra of one region, on no wall and no constrained
+ * edge. stamp: scratch, the region of each vertex. */
+static void spr__find_movable(spr__state *s)
+{
+    const delaunay_mesh *m = s->mesh;
+    delaunay_handle t;
+    uint32_t v;
+    int i, k;
+    for (v = 1; v < m->num_vertices; v++)
+        s->movable[v] = (uint8_t)(m->vertex_id[v] == DELAUNAY_NO_ID || s->options.free_vertices ? 2 : 0);
+    for (v = 1; v < m->num_vertices && s->options.fixed_vertices; v++)
+        if (s->options.fixed_vertices[v]) s->movable[v] = 0;
+    s->movable[0] = 0;
+    for (t = 1; t < m->num_tets; t++) {
+        const delaunay_tet *x = &m->tets[t];
+        uint32_t color;
+        if (delaunay_is_deleted(m, t)) continue;
+        color = spr__is_inside(m, t) ? (m->color ? m->color[t] : 1) : 0;
+        for (i = 0; i < 4; i++) {
+            v = x->v[i];
+            if (color == 0 || (s->stamp[v] != 0 && s->stamp[v] != color)) s->movable[v] = 0;
+            s->stamp[v] = color;
+            if (x->n[i] != 0 && !(m->flags && (m->flags[t] & DELAUNAY_FACET_BIT(i)))) continue;
+            for (k = 0; k < 3; k++) s->movable[x->v[delaunay_facet_order(i)[k]]] = 0;
+        }
+        for (i = 0; i < 6 && m->flags && (m->flags[t] & DELAUNAY_EDGE_BITS); i++)
+            for (k = 0; k < 2 && (m->flags[t] & DELAUNAY_EDGE_BIT(i)); k++) s->movable[x->v[delaunay_edge_order(i)[k]]] = 0;
+    }
+    memset(s->stamp, 0, m->num_vertices * sizeof *s->stamp);
+}
+
+/* Qualities of all tetrahedra, and the list of bad ones. */
+static int spr__find_bad(spr__state *s)
+{
+    const delaunay_mesh *m = s->mesh;
+    int threads = delaunay_threads(&s->options.host), ok = 1;
+    int64_t i, n = (int64_t)m->num_tets;
+    (void)threads;
+    s->value[0] = HUGE_VAL;
+    /* each thread writes the values of its slots */
+    SPR__OMP(omp parallel for schedule(static) num_threads(threads))
+    for (i = 1; i < n; i++)
+        s->value[i] = spr__is_inside(m, (delaunay_handle)i) ? spr__quality_of(s, m->tets[i].v) : HUGE_VAL;
+    for (i = 1; i < n && ok; i++)
+        if (s->value[i] < s->target) ok = spr__list(s, (delaunay_handle)i);
+    return ok;
+}
+
+/* The worst that is left, and why. */
+static void spr__explain(spr__state *s)
+{
+    spr_report *r = s->report;
+    size_t i;
+    int j, k;
+    r->num_worst = 0;
+    r->bounded = 0;
+    for (i = 0; i < s->bad.count; i++) {
+        delaunay_handle t = s->bad.items[i];
+        if (delaunay_is_deleted(s->mesh, t) || s->value[t] >= s->target) continue;
+        r->bounded += s->goal[t] > 0 && (double)s->goal[t] < s->target;
+        for (j = r->num_worst; j > 0 && r->worst[j - 1].quality > s->value[t]; j--)
+            if (j < 5) r->worst[j] = r->worst[j - 1];
+        if (j == 5) continue;
+        r->worst[j].quality = s->value[t];
+        r->worst[j].tet = t;
+        if (r->num_worst < 5) r->num_worst++;
+    }
+    for (j = 0; j < r->num_worst; j++) {
+        spr_worst *w = &r->worst[j];
+        const uint32_t *v = s->mesh->tets[w->tet].v;
+        w->bound = spr__bound(s, w->tet);
+        for (k = 0; k < 3; k++)
+            w->xyz[k] = (spr__point(s->mesh, v[0])[k] + spr__point(s->mesh, v[1])[k] + spr__point(s->mesh, v[2])[k] +
+                         spr__point(s->mesh, v[3])[k]) / 4;
+        w->reason = w->bound < s->target ? SPR_BOUNDED
+                    : s->level[w->tet] < SPR__HOPELESS ? SPR_BUDGET
+                    : s->movable[v[0]] || s->movable[v[1]] || s->movable[v[2]] || s->movable[v[3]] ? SPR_STUCK
+                                                                                                   : SPR_FIXED;
+    }
+}
+
+/* Vertices without id that no tetrahedron has any more leave the arrays; the others keep their order. */
+static spr_result spr__compact(spr__state *s)
+{
+    delaunay_mesh *m = s->mesh;
+    uint32_t v, n = 1, *number = s->stamp;
+    delaunay_handle t;
+    int i;
+    number[0] = 0;
+    for (v = 1; v < m->num_vertices; v++) {
+        number[v] = n;
+        if (m->vertex_id[v] == DELAUNAY_NO_ID && m->vertex_tet[v] == 0) continue;
+        m->vertices[n] = m->vertices[v];
+        m->vertex_id[n] = m->vertex_id[v];
+        m->vertex_tet[n++] = m->vertex_tet[v];
+    }
+    if (n == m->num_vertices) return SPR_OK;
+    m->num_vertices = n;
+    for (t = 1; t < m->num_tets; t++)
+        for (i = 0; i < 4; i++) m->tets[t].v[i] = number[m->tets[t].v[i]];
+    for (v = 0; v < m->num_points && m->vertex_of; v++) m->vertex_of[v] = number[m->vertex_of[v]];
+    return SPR_OK;
+}
+
+static void spr__close(spr__state *s)
+{
+    delaunay_engine_free(s->engine);
+    delaunay_list_free(&s->bad);
+    delaunay_list_free(&s->items);
+    delaunay_release(s->memory, s->value);
+    delaunay_release(s->memory, s->goal);
+    delaunay_release(s->memory, s->tried);
+    delaunay_release(s->memory, s->level);
+    delaunay_release(s->memory, s->listed);
+    delaunay_release(s->memory, s->stamp);
+    delaunay_release(s->memory, s->movable);
+}
+
+/* Everything but opening and closing. */
+static spr_result spr__improve(spr__state *s, uint32_t max_new)
+{
+    spr_result result = SPR_ERROR_OUT_OF_MEMORY, after;
+    s->bad.memory = s->items.memory = s->memory;
+    if (!s->mesh->vertex_tet && delaunay_link_vertices(s->mesh) != DELAUNAY_OK) return result;
+    s->engine = delaunay_engine_new(s->mesh, &s->options.host);
+    if (!s->engine || !spr__fit(s)) return result;
+    result = spr__statistics(s, &s->report->before);
+    if (result != SPR_OK) return result;
+    s->first_new = s->mesh->num_vertices;
+    s->max_new = s->options.keep_vertices ? 0 : max_new;
+    spr__find_movable(s);
+    if (!spr__find_bad(s)) return SPR_ERROR_OUT_OF_MEMORY;
+    result = spr__schedule(s);
+    spr__explain(s);
+    if (!s->options.keep_vertices) spr__compact(s);
+    after = spr__statistics(s, &s->report->after);
+    if (after != SPR_OK && result >= 0) return after;
+    if (result == SPR_OK && s->options.require_target && s->report->after.num_below > 0) result = SPR_GOAL_NOT_MET;
+    return result;
+}
+
+static spr_result spr__improve_mesh(delaunay_mesh *mesh, const spr_options *options, spr_report *report, uint32_t max_new)
+{
+    spr__state s;
+    spr_report unused;
+    delaunay_memory memory;
+    spr_result result;
+    if (!report) report = &unused;
+    memset(report, 0, sizeof *report);
+    result = spr__open(&s, mesh, options, report, &memory);
+    if (result != SPR_OK) return result;
+    report->seconds = -delaunay_seconds(&s.options.host);
+    if (s.options.max_seconds > 0) s.deadline = s.options.max_seconds - report->seconds;
+    result = spr__improve(&s, max_new);
+    report->seconds += delaunay_seconds(&s.options.host);
+    spr__close(&s);
+    report->peak_bytes = memory.peak_bytes + mesh->memory.peak_bytes;
+    if (result != SPR_OK) snprintf(report->message, sizeof report->message, "%s", spr_result_string(result));
+    return result;
+}
+
+SPR_API spr_result spr_improve(delaunay_mesh *mesh, const spr_options *options, spr_report *report)
+{
+    return spr__improve_mesh(mesh, options, report, UINT32_MAX);
+}
+
+/* Writes an improved mesh over the caller's arrays. color_of: the caller's colour of each of ours, or NULL. */
+static spr_result spr__export(const delaunay_mesh *m, double *xyz, size_t *num_vertices, uint32_t *tets, uint32_t *colors,
+                              size_t *num_tets, size_t cap_tets, uint32_t *number)
+{
+    size_t n = *num_vertices, count = (size_t)delaunay_count_tets(m), k = 0;
+    delaunay_handle t;
+    uint32_t v;
+    int i;
+    if (count > cap_tets) return SPR_ERROR_TOO_LARGE;
+    for (v = 1; v < m->num_vertices; v++) {
+        number[v] = m->vertex_id[v] != DELAUNAY_NO_ID ? m->vertex_id[v] : (uint32_t)n++;
+        memcpy(xyz + 3 * (size_t)number[v], m->vertices[v].x, sizeof m->vertices[v].x);
+    }
+    for (t = 1; t < m->num_tets; t++) {
+        if (delaunay_is_deleted(m, t) || delaunay_is_ghost(m, t)) continue;
+        for (i = 0; i < 4; i++) tets[4 * k + (size_t)i] = number[m->tets[t].v[i]];
+        if (colors) colors[k] = m->color[t] - 1;
+        k++;
+    }
+    *num_vertices = n;
+    *num_tets = count;
+    return SPR_OK;
+}
+
+SPR_API spr_result spr_improve_arrays(double *xyz, size_t *num_vertices, size_t cap_vertices, uint32_t *tets,
+                                      uint32_t *colors, size_t *num_tets, size_t cap_tets, const uint8_t *fixed,
+                                      const spr_options *options, spr_report *report)
+{
+    delaunay_mesh mesh;
+    delaunay_report import;
+    delaunay_memory memory;
+    spr_options own;
+    spr_report unused;
+    uint8_t *mask = NULL;
+    uint32_t *number = NULL, v;
+    size_t i;
+    spr_result result, written;
+    delaunay_result read;
+    if (!report) report = &unused;
+    memset(report, 0, sizeof *report);
+    memset(&mesh, 0, sizeof mesh);
+    memset(&own, 0, sizeof own);
+    if (options) own = *options;
+    if (!xyz || !tets || !num_vertices || !num_tets || cap_vertices < *num_vertices || cap_tets < *num_tets)
+        return SPR_ERROR_INVALID_ARGUMENT;
+    result = (spr_result)delaunay_memory_init(&memory, &own.host);
+    if (result != SPR_OK) return result;
+    read = delaunay_import(&mesh, xyz, *num_vertices, tets, NULL, *num_tets, &own.host, &import);
+    if (read != DELAUNAY_OK) {
+        snprintf(report->message, sizeof report->message, "%.255s",
+                 read == DELAUNAY_ERROR_INVALID_MESH ? import.message : delaunay_result_string(read));
+        result = read == DELAUNAY_ERROR_INVALID_MESH ? SPR_ERROR_INVALID_MESH
+                 : read < -15                        ? SPR_ERROR_INVALID_ARGUMENT
+                                                     : (spr_result)read;
+        goto done;
+    }
+    result = SPR_ERROR_OUT_OF_MEMORY;
+    if (delaunay_enable_marks(&mesh) != DELAUNAY_OK) goto done;
+    mask = (uint8_t *)delaunay_alloc(&memory, mesh.num_vertices, 1);
+    if (!mask) goto done;
+    for (v = 1, mask[0] = 1; v < mesh.num_vertices; v++)
+        mask[v] = (uint8_t)(fixed && mesh.vertex_id[v] != DELAUNAY_NO_ID && fixed[mesh.vertex_id[v]]);
+    for (i = 0; i < *num_tets; i++) mesh.color[i + 1] = colors ? colors[i] + 1 : 1;
+    own.fixed_vertices = mask;
+    own.free_vertices = 1;
+    result = spr__improve_mesh(&mesh, &own, report, (uint32_t)(cap_vertices - *num_vertices));
+    if (result < 0 && result != SPR_CANCELLED) goto done;
+    number = (uint32_t *)delaunay_alloc(&memory, mesh.num_vertices, sizeof *number);
+    written = number ? spr__export(&mesh, xyz, num_vertices, tets, colors, num_tets, cap_tets, number) : SPR_ERROR_OUT_OF_MEMORY;
+    if (written != SPR_OK) result = written;
+done:
+    delaunay_release(&memory, mask);
+    delaunay_release(&memory, number);
+    delaunay_mesh_free(&mesh);
+    return result;
+}
 
 #endif /* SPR_IMPLEMENTATION */
 
