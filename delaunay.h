@@ -287,16 +287,33 @@ DELAUNAY_API int delaunay_threads(const delaunay_host *host);
 
 /* -- predicates. Points are three doubles. Signs are exact: -1, 0, 1. */
 
-/* Sign of det(b-a, c-a, d-a): positive for a valid tetrahedron (a,b,c,d). */
-DELAUNAY_API int delaunay_orient3d(const double *a, const double *b, const double *c, const double *d);
+/* The test behind the filters: always exact, slower; any finite doubles. */
+DELAUNAY_API int delaunay_orient3d_exact(const double *a, const double *b, const double *c, const double *d);
+DELAUNAY_API int delaunay_insphere_exact(const double *a, const double *b, const double *c, const double *d,
+                                         const double *e);
+/* Sign of det(b-a, c-a, d-a): positive for a valid tetrahedron (a,b,c,d).
+ * Filter: |det| beyond 7 eps times the permanent is certain [Shewchuk 1997]; permanent <= 1.16 |b||c||d|. The
+ * limits keep every product away from overflow and underflow. FMAs make it only more accurate. */
+DELAUNAY_INLINE int delaunay_orient3d(const double *a, const double *b, const double *c, const double *d)
+{
+    double bx = b[0] - a[0], by = b[1] - a[1], bz = b[2] - a[2];
+    double cx = c[0] - a[0], cy = c[1] - a[1], cz = c[2] - a[2];
+    double dx = d[0] - a[0], dy = d[1] - a[1], dz = d[2] - a[2];
+    double det = bx * (cy * dz - cz * dy) + by * (cz * dx - cx * dz) + bz * (cx * dy - cy * dx);
+    double lb = bx * bx + by * by + bz * bz, lc = cx * cx + cy * cy + cz * cz;
+    double ld = dx * dx + dy * dy + dz * dz;
+    double low = lb < lc ? lb : lc, high = lb < lc ? lc : lb;
+    low = low < ld ? low : ld;
+    high = high < ld ? ld : high;
+    if (det * det > 2e-30 * lb * lc * ld && low > 1e-90 && high < 1e100) return det > 0 ? 1 : -1;
+    return delaunay_orient3d_exact(a, b, c, d);
+}
 /* Positive: e inside the sphere through the positive tetrahedron (a,b,c,d). */
 DELAUNAY_API int delaunay_insphere(const double *a, const double *b, const double *c, const double *d,
                                    const double *e);
 /* The same, ties decided by the symbolic perturbation: never 0 for five distinct points. */
 DELAUNAY_API int delaunay_insphere_perturbed(const double *a, const double *b, const double *c,
                                              const double *d, const double *e);
-/* The test behind orient3d's filter: always exact, slower. */
-DELAUNAY_API int delaunay_orient3d_exact(const double *a, const double *b, const double *c, const double *d);
 /* Sign of component axis of the cross product (b-a) x (c-a): the turn of a, b, c in the coordinate plane with
  * that normal. */
 DELAUNAY_API int delaunay_orient2d(const double *a, const double *b, const double *c, int axis);
@@ -608,6 +625,7 @@ DELAUNAY_API delaunay_worker *delaunay_engine_worker(delaunay_engine *engine);
  * ============================================================================================ */
 #if defined(DELAUNAY_IMPLEMENTATION) && !defined(DELAUNAY_IMPLEMENTATION_DONE)
 #define DELAUNAY_IMPLEMENTATION_DONE
+#include <limits.h>
 #include <math.h>
 #include <stdio.h> /* snprintf only */
 #include <stdlib.h>
@@ -733,186 +751,372 @@ DELAUNAY_API void delaunay_list_free(delaunay_list *list)
 }
 
 /* ---- >>predicates ------------------------------------------------------------------------- */
-/* Expansions: sums of doubles that do not overlap, increasing magnitude, no zeros [Shewchuk 1997].
- * Nothing here depends on whether the compiler contracts products into FMAs: two_sum has no product, and the
- * product's error comes from fma() itself or from a splitting whose partial products are exact. */
-static void delaunay__two_sum(double a, double b, double *s, double *t)
-{
-    double x = a + b, bb = x - a;
-    *t = (a - (x - bb)) + (b - bb);
-    *s = x;
-}
-
-static double delaunay__product_error(double a, double b, double p)
-{
-#if defined(__FMA__) || defined(__ARM_FEATURE_FMA)
-    return fma(a, b, -p);
+/* Behind the filters the arithmetic is in integers: doubles are integers times a power of two. No flag, no
+ * rounding mode, no overflow can touch a sign. Differences that fit in 62 bits of a common unit (grids, CAD
+ * faces, most near ties) take the short way, everything else the long one. */
+#if defined(__SIZEOF_INT128__)
+__extension__ typedef __int128 delaunay__int128;
+__extension__ typedef unsigned __int128 delaunay__double_limb;
+typedef uint64_t delaunay__limb;
+enum { DELAUNAY__LIMB_BITS = 64, DELAUNAY__BIG_LIMBS = 172 }; /* 5 * 2100 bits, the whole range of doubles */
 #else
-    double ca = 134217729.0 * a, cb = 134217729.0 * b;
-    double ah = ca - (ca - a), al = a - ah, bh = cb - (cb - b), bl = b - bh;
-    double e = ah * bh - p;
-    e = e + ah * bl;
-    e = e + al * bh;
-    return e + al * bl;
+typedef uint64_t delaunay__double_limb;
+typedef uint32_t delaunay__limb;
+enum { DELAUNAY__LIMB_BITS = 32, DELAUNAY__BIG_LIMBS = 344 };
 #endif
+
+/* x = m * 2^e, m odd or zero; returns the number of bits of m. */
+static int delaunay__decompose(double x, int64_t *m, int *e)
+{
+    uint64_t bits, f;
+    int exponent, n = 0;
+    memcpy(&bits, &x, sizeof bits);
+    exponent = (int)(bits >> 52 & 0x7ff);
+    f = bits & ((UINT64_C(1) << 52) - 1);
+    if (exponent) f |= UINT64_C(1) << 52;
+    else exponent = 1;
+    *m = 0;
+    *e = 0;
+    if (f == 0) return 0;
+    exponent -= 1075;
+#if defined(__GNUC__)
+    n = __builtin_ctzll(f);
+    f >>= n;
+    exponent += n;
+    n = 64 - __builtin_clzll(f);
+#else
+    while (!(f & 1)) f >>= 1, exponent++;
+    while (f >> n) n++;
+#endif
+    *m = bits >> 63 ? -(int64_t)f : (int64_t)f;
+    *e = exponent;
+    return n;
 }
 
-/* h = e + f */
-static int delaunay__expansion_add(const double *e, int m, const double *f, int n, double *h)
+/* Coordinates as m * 2^e, and the common unit: the lowest bit of all; top: above the highest bit of all. */
+typedef struct delaunay__exact {
+    int64_t m[15];
+    int     e[15];
+    int     unit, top;
+} delaunay__exact;
+
+static void delaunay__exact_set(delaunay__exact *x, const double *const *points, int count)
 {
-    int i = 0, j = 0, k = 0;
-    double q = 0, r, g;
-    while (i < m || j < n) {
-        g = j >= n || (i < m && fabs(e[i]) < fabs(f[j])) ? e[i++] : f[j++];
-        delaunay__two_sum(q, g, &q, &r);
-        if (r != 0) h[k++] = r;
+    int i, bits;
+    x->unit = INT_MAX;
+    x->top = INT_MIN;
+    for (i = 0; i < 3 * count; i++) {
+        bits = delaunay__decompose(points[i / 3][i % 3], &x->m[i], &x->e[i]);
+        if (bits == 0) continue;
+        if (x->e[i] < x->unit) x->unit = x->e[i];
+        if (x->e[i] + bits > x->top) x->top = x->e[i] + bits;
     }
-    if (q != 0) h[k++] = q;
-    return k;
 }
 
-/* h = e * b */
-static int delaunay__expansion_scale(const double *e, int m, double b, double *h)
+/* -- the long way: signed integers of many limbs */
+typedef struct delaunay__big {
+    int            sign, n; /* sign 0: zero; n limbs, the last not zero */
+    delaunay__limb d[DELAUNAY__BIG_LIMBS];
+} delaunay__big;
+
+static void delaunay__big_trim(delaunay__big *r)
 {
-    int i, k = 0;
-    double q, r, p, t, s;
-    if (m == 0 || b == 0) return 0;
-    q = e[0] * b;
-    r = delaunay__product_error(e[0], b, q);
-    if (r != 0) h[k++] = r;
-    for (i = 1; i < m; i++) {
-        p = e[i] * b;
-        t = delaunay__product_error(e[i], b, p);
-        delaunay__two_sum(q, t, &s, &r);
-        if (r != 0) h[k++] = r;
-        delaunay__two_sum(p, s, &q, &r);
-        if (r != 0) h[k++] = r;
+    while (r->n > 0 && r->d[r->n - 1] == 0) r->n--;
+    if (r->n == 0) r->sign = 0;
+}
+
+static void delaunay__big_set(delaunay__big *r, int64_t m, int shift)
+{
+    uint64_t f = (uint64_t)(m < 0 ? -m : m);
+    int i, word = shift / DELAUNAY__LIMB_BITS, bit = shift % DELAUNAY__LIMB_BITS;
+    r->sign = m < 0 ? -1 : 1;
+    r->n = 0;
+    if (m == 0) {
+        r->sign = 0;
+        return;
     }
-    if (q != 0) h[k++] = q;
-    return k;
+    for (i = 0; i < word; i++) r->d[r->n++] = 0;
+    r->d[r->n++] = (delaunay__limb)(f << bit);
+    for (i = DELAUNAY__LIMB_BITS - bit; i < 64; i += DELAUNAY__LIMB_BITS) r->d[r->n++] = (delaunay__limb)(f >> i);
+    delaunay__big_trim(r);
 }
 
-/* h = e * f; scratch of 2*m + 2*m*n doubles */
-static int delaunay__expansion_mul(const double *e, int m, const double *f, int n, double *h, double *scratch)
+static int delaunay__big_compare(const delaunay__big *a, const delaunay__big *b) /* of magnitudes */
 {
-    int j, k = 0, c;
-    double *scaled = scratch, *sum = scratch + 2 * m;
-    for (j = 0; j < n; j++) {
-        c = delaunay__expansion_scale(e, m, f[j], scaled);
-        memcpy(sum, h, (size_t)k * sizeof *h);
-        k = delaunay__expansion_add(sum, k, scaled, c, h);
+    int i;
+    if (a->n != b->n) return a->n < b->n ? -1 : 1;
+    for (i = a->n; i-- > 0;)
+        if (a->d[i] != b->d[i]) return a->d[i] < b->d[i] ? -1 : 1;
+    return 0;
+}
+
+/* r = a + sign*b, sign 1 or -1; r may be a */
+static void delaunay__big_add(delaunay__big *r, const delaunay__big *a, const delaunay__big *b, int sign)
+{
+    const delaunay__big *x = a, *y = b;
+    int i, n, s = sign * b->sign;
+    delaunay__double_limb c = 0;
+    if (b->sign == 0) {
+        if (r != a) memcpy(r, a, offsetof(delaunay__big, d) + (size_t)a->n * sizeof *a->d);
+        return;
     }
-    return k;
+    if (a->sign == 0) {
+        memcpy(r, b, offsetof(delaunay__big, d) + (size_t)b->n * sizeof *b->d);
+        r->sign = s;
+        return;
+    }
+    if (a->sign == s) {
+        n = a->n > b->n ? a->n : b->n;
+        for (i = 0; i < n; i++) {
+            c += (delaunay__double_limb)(i < a->n ? a->d[i] : 0) + (i < b->n ? b->d[i] : 0);
+            r->d[i] = (delaunay__limb)c;
+            c >>= DELAUNAY__LIMB_BITS;
+        }
+        r->d[n] = (delaunay__limb)c;
+        r->n = n + 1;
+        r->sign = s;
+    } else {
+        if (delaunay__big_compare(a, b) < 0) {
+            x = b;
+            y = a;
+        } else {
+            s = a->sign;
+        }
+        n = x->n;
+        for (i = 0; i < n; i++) { /* c: borrow */
+            delaunay__double_limb u = (delaunay__double_limb)(i < y->n ? y->d[i] : 0) + c;
+            c = x->d[i] < u;
+            r->d[i] = (delaunay__limb)(x->d[i] - u);
+        }
+        r->n = n;
+        r->sign = s;
+    }
+    delaunay__big_trim(r);
 }
 
-typedef struct delaunay__expansion2 {
-    int    n;
-    double c[2];
-} delaunay__expansion2;
-
-static delaunay__expansion2 delaunay__difference(double a, double b)
+static void delaunay__big_mul(delaunay__big *r, const delaunay__big *a, const delaunay__big *b)
 {
-    delaunay__expansion2 r;
-    double s, t;
-    delaunay__two_sum(a, -b, &s, &t);
-    r.n = 0;
-    r.c[0] = r.c[1] = 0;
-    if (t != 0) r.c[r.n++] = t;
-    if (s != 0) r.c[r.n++] = s;
+    int i, j;
+    delaunay__double_limb c;
+    r->sign = a->sign * b->sign;
+    r->n = 0;
+    if (r->sign == 0) return;
+    r->n = a->n + b->n;
+    memset(r->d, 0, (size_t)r->n * sizeof *r->d);
+    for (i = 0; i < a->n; i++) {
+        c = 0;
+        for (j = 0; j < b->n; j++) {
+            c += (delaunay__double_limb)a->d[i] * b->d[j] + r->d[i + j];
+            r->d[i + j] = (delaunay__limb)c;
+            c >>= DELAUNAY__LIMB_BITS;
+        }
+        r->d[i + j] = (delaunay__limb)c;
+    }
+    delaunay__big_trim(r);
+}
+
+/* r = coordinate i - coordinate j */
+static void delaunay__big_difference(delaunay__big *r, const delaunay__exact *x, int i, int j)
+{
+    delaunay__big a, b;
+    delaunay__big_set(&a, x->m[i], x->e[i] - x->unit);
+    delaunay__big_set(&b, x->m[j], x->e[j] - x->unit);
+    delaunay__big_add(r, &a, &b, -1);
+}
+
+static void delaunay__big_det3(delaunay__big *r, const delaunay__big *a, const delaunay__big *b,
+                               const delaunay__big *c)
+{
+    delaunay__big p, q;
+    int i, j, l;
+    r->sign = r->n = 0;
+    for (i = 0; i < 3; i++) {
+        j = (i + 1) % 3;
+        l = (i + 2) % 3;
+        delaunay__big_mul(&p, &b[j], &c[l]);
+        delaunay__big_mul(&q, &b[l], &c[j]);
+        delaunay__big_add(&p, &p, &q, -1);
+        delaunay__big_mul(&q, &p, &a[i]);
+        delaunay__big_add(r, r, &q, 1);
+    }
+}
+
+static DELAUNAY__NOINLINE int delaunay__orient3d_long(const delaunay__exact *x)
+{
+    delaunay__big row[3][3], det;
+    int i;
+    for (i = 0; i < 9; i++) delaunay__big_difference(&row[i / 3][i % 3], x, i + 3, i % 3);
+    delaunay__big_det3(&det, row[0], row[1], row[2]);
+    return det.sign;
+}
+
+static DELAUNAY__NOINLINE int delaunay__insphere_long(const delaunay__exact *x)
+{
+    delaunay__big row[4][3], sum, lift, part, det;
+    int i, k;
+    sum.sign = sum.n = 0;
+    for (i = 0; i < 12; i++) delaunay__big_difference(&row[i / 3][i % 3], x, i, 12 + i % 3);
+    for (i = 0; i < 4; i++) {
+        lift.sign = lift.n = 0;
+        for (k = 0; k < 3; k++) {
+            delaunay__big_mul(&part, &row[i][k], &row[i][k]);
+            delaunay__big_add(&lift, &lift, &part, 1);
+        }
+        delaunay__big_det3(&det, row[(i + 1) & 3], row[(i + 2) & 3], row[(i + 3) & 3]);
+        delaunay__big_mul(&part, &det, &lift);
+        delaunay__big_add(&sum, &sum, &part, i & 1 ? -1 : 1);
+    }
+    return sum.sign;
+}
+
+/* -- the short way: differences below 2^61 in units of the lowest bit */
+#if defined(__SIZEOF_INT128__)
+enum { DELAUNAY__SHORT_BITS = 60 };
+
+static void delaunay__short_row(int64_t *r, const delaunay__exact *x, int p, int q)
+{
+    int k;
+    for (k = 0; k < 3; k++) {
+        int i = 3 * p + k, j = 3 * q + k;
+        r[k] = (x->m[i] ? x->m[i] * (INT64_C(1) << (x->e[i] - x->unit)) : 0) -
+               (x->m[j] ? x->m[j] * (INT64_C(1) << (x->e[j] - x->unit)) : 0);
+    }
+}
+
+/* low + 2^64 high, high signed */
+typedef struct delaunay__int192 {
+    uint64_t         low;
+    delaunay__int128 high;
+} delaunay__int192;
+
+static delaunay__int192 delaunay__short_det3(const int64_t *a, const int64_t *b, const int64_t *c)
+{
+    delaunay__int192 r;
+    delaunay__int128 low = 0, high = 0;
+    int i, j, l;
+    for (i = 0; i < 3; i++) {
+        delaunay__int128 m;
+        j = (i + 1) % 3;
+        l = (i + 2) % 3;
+        m = (delaunay__int128)b[j] * c[l] - (delaunay__int128)b[l] * c[j]; /* below 2^123 */
+        low += (delaunay__int128)a[i] * (uint64_t)m;                       /* each below 2^125 */
+        high += (delaunay__int128)a[i] * (int64_t)(m >> 64);
+    }
+    r.low = (uint64_t)low;
+    r.high = high + (low >> 64);
     return r;
 }
 
-static void delaunay__negate(double *h, int n)
+static int delaunay__orient3d_short(const delaunay__exact *x)
 {
+    int64_t row[3][3];
+    delaunay__int192 det;
     int i;
-    for (i = 0; i < n; i++) h[i] = -h[i];
+    for (i = 0; i < 3; i++) delaunay__short_row(row[i], x, i + 1, 0);
+    det = delaunay__short_det3(row[0], row[1], row[2]);
+    return det.high < 0 ? -1 : det.high > 0 || det.low > 0;
 }
 
-static int delaunay__expansion_sign(const double *h, int n) { return n == 0 ? 0 : h[n - 1] > 0 ? 1 : -1; }
-
-/* h (16) = the 2x2 determinant of columns j and l of two rows */
-static int delaunay__expansion_minor(const delaunay__expansion2 *b, const delaunay__expansion2 *c, int j, int l,
-                                     double *h)
+static int delaunay__insphere_short(const delaunay__exact *x)
 {
-    double p[8], q[8], scratch[16];
-    int np = delaunay__expansion_mul(b[j].c, b[j].n, c[l].c, c[l].n, p, scratch);
-    int nq = delaunay__expansion_mul(b[l].c, b[l].n, c[j].c, c[j].n, q, scratch);
-    delaunay__negate(q, nq);
-    return delaunay__expansion_add(p, np, q, nq, h);
-}
-
-/* h (192) = the determinant of three rows of differences */
-static int delaunay__expansion_det3(const delaunay__expansion2 *a, const delaunay__expansion2 *b,
-                                    const delaunay__expansion2 *c, double *h)
-{
-    double minor[16], term[64], scratch[128], sum[192];
-    int i, n, k = 0;
-    for (i = 0; i < 3; i++) {
-        n = delaunay__expansion_minor(b, c, (i + 1) % 3, (i + 2) % 3, minor);
-        n = delaunay__expansion_mul(minor, n, a[i].c, a[i].n, term, scratch);
-        memcpy(sum, h, (size_t)k * sizeof *h);
-        k = delaunay__expansion_add(sum, k, term, n, h);
+    int64_t row[4][3];
+    delaunay__int128 sum[6] = {0, 0, 0, 0, 0, 0}, carry;
+    uint64_t any = 0;
+    int i, k;
+    for (i = 0; i < 4; i++) delaunay__short_row(row[i], x, i, 4);
+    for (i = 0; i < 4; i++) {
+        delaunay__int128 lift = 0, part[6];
+        delaunay__int192 det = delaunay__short_det3(row[(i + 1) & 3], row[(i + 2) & 3], row[(i + 3) & 3]);
+        uint64_t d0 = det.low, d1 = (uint64_t)det.high, l0, l1;
+        int64_t d2 = (int64_t)(det.high >> 64);
+        for (k = 0; k < 3; k++) lift += (delaunay__int128)row[i][k] * row[i][k];
+        l0 = (uint64_t)lift;
+        l1 = (uint64_t)(lift >> 64);
+        {   /* (d0 + 2^64 d1 + 2^128 d2) * (l0 + 2^64 l1), limb by limb; l1 < 2^60, |d2| < 2^60 */
+            delaunay__double_limb p00 = (delaunay__double_limb)d0 * l0, p01 = (delaunay__double_limb)d0 * l1;
+            delaunay__double_limb p10 = (delaunay__double_limb)d1 * l0, p11 = (delaunay__double_limb)d1 * l1;
+            delaunay__int128 p20 = (delaunay__int128)d2 * l0, p21 = (delaunay__int128)d2 * (int64_t)l1;
+            part[0] = (uint64_t)p00;
+            part[1] = (delaunay__int128)(uint64_t)(p00 >> 64) + (uint64_t)p01 + (uint64_t)p10;
+            part[2] = (delaunay__int128)(uint64_t)(p01 >> 64) + (uint64_t)(p10 >> 64) + (uint64_t)p11 + (uint64_t)p20;
+            part[3] = (delaunay__int128)(uint64_t)(p11 >> 64) + (p20 >> 64) + (uint64_t)p21;
+            part[4] = p21 >> 64;
+        }
+        for (k = 0; k < 5; k++) sum[k] += i & 1 ? -part[k] : part[k];
     }
-    return k;
+    for (k = 0, carry = 0; k < 5; k++) {
+        carry += sum[k];
+        any |= (uint64_t)carry;
+        carry >>= 64;
+    }
+    return carry < 0 ? -1 : carry > 0 || any;
 }
-
-static void delaunay__row(delaunay__expansion2 *r, const double *p, const double *origin)
-{
-    int i;
-    for (i = 0; i < 3; i++) r[i] = delaunay__difference(p[i], origin[i]);
-}
+#endif
 
 DELAUNAY_API int delaunay_orient3d_exact(const double *a, const double *b, const double *c, const double *d)
 {
-    delaunay__expansion2 r[3][3];
-    double h[192];
-    delaunay__row(r[0], b, a);
-    delaunay__row(r[1], c, a);
-    delaunay__row(r[2], d, a);
-    return delaunay__expansion_sign(h, delaunay__expansion_det3(r[0], r[1], r[2], h));
+    const double *p[4];
+    delaunay__exact x;
+    p[0] = a; p[1] = b; p[2] = c; p[3] = d;
+    delaunay__exact_set(&x, p, 4);
+    if (x.top == INT_MIN) return 0; /* all zero */
+#if defined(__SIZEOF_INT128__)
+    if (x.top - x.unit <= DELAUNAY__SHORT_BITS) return delaunay__orient3d_short(&x);
+#endif
+    return delaunay__orient3d_long(&x);
 }
 
-/* Filter: |det| beyond 7 eps times the permanent is certain [Shewchuk 1997]; permanent <= 1.16 |b||c||d|. */
-DELAUNAY_API int delaunay_orient3d(const double *a, const double *b, const double *c, const double *d)
+DELAUNAY_API int delaunay_insphere_exact(const double *a, const double *b, const double *c, const double *d,
+                                         const double *e)
 {
-    double bx = b[0] - a[0], by = b[1] - a[1], bz = b[2] - a[2];
-    double cx = c[0] - a[0], cy = c[1] - a[1], cz = c[2] - a[2];
-    double dx = d[0] - a[0], dy = d[1] - a[1], dz = d[2] - a[2];
-    double det = bx * (cy * dz - cz * dy) + by * (cz * dx - cx * dz) + bz * (cx * dy - cy * dx);
-    double lb = bx * bx + by * by + bz * bz, lc = cx * cx + cy * cy + cz * cz;
-    double ld = dx * dx + dy * dy + dz * dz;
-    if (det * det > 2e-30 * lb * lc * ld + 1e-290) return det > 0 ? 1 : -1;
-    return delaunay_orient3d_exact(a, b, c, d);
+    const double *p[5];
+    delaunay__exact x;
+    p[0] = a; p[1] = b; p[2] = c; p[3] = d; p[4] = e;
+    delaunay__exact_set(&x, p, 5);
+    if (x.top == INT_MIN) return 0;
+#if defined(__SIZEOF_INT128__)
+    if (x.top - x.unit <= DELAUNAY__SHORT_BITS) return delaunay__insphere_short(&x);
+#endif
+    return delaunay__insphere_long(&x);
 }
 
-static DELAUNAY__NOINLINE int delaunay__insphere_exact(const double *a, const double *b, const double *c,
-                                                       const double *d, const double *e)
+static DELAUNAY__NOINLINE int delaunay__orient2d_exact(const double *a, const double *b, const double *c, int i, int j)
 {
-    delaunay__expansion2 r[4][3];
-    const double *q[4];
-    double total[4 * 9216], sum[3 * 9216], term[9216], scratch[9216 + 384];
-    int i, j, k = 0;
-    q[0] = a; q[1] = b; q[2] = c; q[3] = d;
-    for (i = 0; i < 4; i++) delaunay__row(r[i], q[i], e);
-    for (i = 0; i < 4; i++) {
-        double lift[24], part[24], square[8], minor[192];
-        int nl = 0, ns, nm, nt;
-        for (j = 0; j < 3; j++) {
-            ns = delaunay__expansion_mul(r[i][j].c, r[i][j].n, r[i][j].c, r[i][j].n, square, scratch);
-            memcpy(part, lift, (size_t)nl * sizeof *lift);
-            nl = delaunay__expansion_add(part, nl, square, ns, lift);
-        }
-        nm = delaunay__expansion_det3(r[(i + 1) & 3], r[(i + 2) & 3], r[(i + 3) & 3], minor);
-        if (i & 1) delaunay__negate(minor, nm);
-        nt = delaunay__expansion_mul(minor, nm, lift, nl, term, scratch);
-        memcpy(sum, total, (size_t)k * sizeof *total);
-        k = delaunay__expansion_add(sum, k, term, nt, total);
+    const double *p[3];
+    delaunay__exact x;
+    p[0] = a; p[1] = b; p[2] = c;
+    delaunay__exact_set(&x, p, 3);
+    if (x.top == INT_MIN) return 0;
+#if defined(__SIZEOF_INT128__)
+    if (x.top - x.unit <= DELAUNAY__SHORT_BITS) {
+        int64_t u[3], v[3];
+        delaunay__int128 l, r;
+        delaunay__short_row(u, &x, 1, 0);
+        delaunay__short_row(v, &x, 2, 0);
+        l = (delaunay__int128)u[i] * v[j];
+        r = (delaunay__int128)u[j] * v[i];
+        return l < r ? -1 : l > r;
     }
-    return delaunay__expansion_sign(total, k);
+#endif
+    {
+        delaunay__big u, v, l, r;
+        delaunay__big_difference(&u, &x, 3 + i, i);
+        delaunay__big_difference(&v, &x, 6 + j, j);
+        delaunay__big_mul(&l, &u, &v);
+        delaunay__big_difference(&u, &x, 3 + j, j);
+        delaunay__big_difference(&v, &x, 6 + i, i);
+        delaunay__big_mul(&r, &u, &v);
+        delaunay__big_add(&l, &l, &r, -1);
+        return l.sign;
+    }
 }
 
-DELAUNAY_API int delaunay_insphere(const double *a, const double *b, const double *c, const double *d,
-                                   const double *e)
+/* Error of the determinant: 16 eps times its permanent, which is at most 4 * 3!/3^1.5 * R^5, R^2 the greatest
+ * lift: 8.3e-15 R^5. What underflows adds at most 1e-324 R^3 < 1e-170, as R^10 does not overflow. */
+static const double delaunay__insphere_error2 = 1e-28, delaunay__insphere_least2 = 1e-290;
+
+static double delaunay__insphere_double(const double *a, const double *b, const double *c, const double *d,
+                                        const double *e, double *bound2)
 {
     double ax = a[0] - e[0], ay = a[1] - e[1], az = a[2] - e[2];
     double bx = b[0] - e[0], by = b[1] - e[1], bz = b[2] - e[2];
@@ -924,12 +1128,18 @@ DELAUNAY_API int delaunay_insphere(const double *a, const double *b, const doubl
     double cda = cz * da + dz * ac + az * cd, dab = dz * ab + az * bd + bz * da;
     double al = ax * ax + ay * ay + az * az, bl = bx * bx + by * by + bz * bz;
     double cl = cx * cx + cy * cy + cz * cz, dl = dx * dx + dy * dy + dz * dz;
-    double det = (cl * dab - dl * abc) + (al * bcd - bl * cda);
-    double l = al > bl ? al : bl;
-    l = l > cl ? l : cl;
-    l = l > dl ? l : dl;
-    if (det * det > 1e-28 * (l * l * l * l * l) + 1e-290) return det > 0 ? 1 : -1;
-    return delaunay__insphere_exact(a, b, c, d, e);
+    double l = al > bl ? al : bl, m = cl > dl ? cl : dl;
+    l = l > m ? l : m;
+    *bound2 = delaunay__insphere_error2 * (l * l * l * l * l) + delaunay__insphere_least2;
+    return (cl * dab - dl * abc) + (al * bcd - bl * cda);
+}
+
+DELAUNAY_API int delaunay_insphere(const double *a, const double *b, const double *c, const double *d,
+                                   const double *e)
+{
+    double bound2, det = delaunay__insphere_double(a, b, c, d, e, &bound2);
+    if (det * det > bound2) return det > 0 ? 1 : -1;
+    return delaunay_insphere_exact(a, b, c, d, e);
 }
 
 static int delaunay__lexicographic_less(const double *a, const double *b)
@@ -972,17 +1182,44 @@ DELAUNAY_API int delaunay_orient2d(const double *a, const double *b, const doubl
 {
     int i = (axis + 1) % 3, j = (axis + 2) % 3;
     double l = (b[i] - a[i]) * (c[j] - a[j]), r = (b[j] - a[j]) * (c[i] - a[i]), det = l - r;
-    delaunay__expansion2 u[3], v[3];
-    double h[16];
     if (fabs(det) > 5e-16 * (fabs(l) + fabs(r)) + 1e-290) return det > 0 ? 1 : -1;
-    delaunay__row(u, b, a);
-    delaunay__row(v, c, a);
-    return delaunay__expansion_sign(h, delaunay__expansion_minor(u, v, i, j, h));
+    return delaunay__orient2d_exact(a, b, c, i, j);
 }
 
 DELAUNAY_API int delaunay_collinear(const double *a, const double *b, const double *c)
 {
     return !delaunay_orient2d(a, b, c, 0) && !delaunay_orient2d(a, b, c, 1) && !delaunay_orient2d(a, b, c, 2);
+}
+
+/* Signs that are wrong if the compiler reorders sums, keeps excess precision or flushes small numbers. */
+DELAUNAY_API delaunay_result delaunay_selftest(void)
+{
+    volatile double one = 1, tiny = DBL_MIN, e = DBL_EPSILON / 2, big = 4503599627370497.0;
+    double a[3] = {0, 0, 0}, b[3] = {1, 0, 0}, c[3] = {0, 1, 0}, d[3] = {0, 0, 1}, q[3] = {1, 1, 1};
+    double s = one + e, t = s - one, far[3];
+    int i;
+    if (s != 1 || t != 0 || tiny * 0.5 == 0 || (one + 2 * e) - one == 0) return DELAUNAY_ERROR_BROKEN_ARITHMETIC;
+    if ((big + 0.25) - big != 0) return DELAUNAY_ERROR_BROKEN_ARITHMETIC;
+    if (delaunay_orient3d(a, b, c, d) != 1 || delaunay_orient3d(a, c, b, d) != -1) return DELAUNAY_ERROR_BROKEN_ARITHMETIC;
+    if (delaunay_insphere(a, b, c, d, q) != 0) return DELAUNAY_ERROR_BROKEN_ARITHMETIC;
+    for (i = 0; i < 3; i++) { /* one unit in the last place on either side of the sphere */
+        memcpy(far, q, sizeof far);
+        far[i] = one + 2 * e;
+        if (delaunay_insphere(a, b, c, d, far) != -1) return DELAUNAY_ERROR_BROKEN_ARITHMETIC;
+        far[i] = one - e;
+        if (delaunay_insphere(a, b, c, d, far) != 1) return DELAUNAY_ERROR_BROKEN_ARITHMETIC;
+    }
+    for (i = 0; i < 3; i++) { /* 0.1 + 0.2 != 0.3 */
+        a[i] = (double)i * 0.1;
+        b[i] = (double)i * 0.1 + one;
+        c[i] = (double)(i * i);
+        d[i] = 2 * b[i] - a[i];
+    }
+    if (delaunay_orient3d(a, b, c, d) != delaunay_orient3d_exact(a, b, c, d)) return DELAUNAY_ERROR_BROKEN_ARITHMETIC;
+    for (i = 0; i < 3; i++) a[i] = 0.5 + e * i, b[i] = 12.0 + e, c[i] = 24.0 - e;
+    d[0] = d[1] = 0.5; d[2] = 0.5 + 2 * e;
+    if (delaunay_orient3d(a, b, c, d) != delaunay_orient3d_exact(a, b, c, d)) return DELAUNAY_ERROR_BROKEN_ARITHMETIC;
+    return DELAUNAY_OK;
 }
 
 /* ---- >>mesh ------------------------------------------------------------------------------- */
@@ -1099,248 +1336,950 @@ DELAUNAY_API uint64_t delaunay_count_tets(const delaunay_mesh *mesh)
     return n;
 }
 
-/* ---- >>insertion ----------------------------------------------------------------------- */
+/* ---- >>insertion  walk, cavity, ball [Marot 2020, 3.3-3.7] --------------------------------- */
+/* What one thread needs to insert points. Slots freed by cavities go to freed, last in first out, and the
+ * next ball takes them from there; they keep their old content until delaunay__kernel_finish. */
+typedef struct delaunay__kernel {
+    delaunay_mesh   *mesh;
+    delaunay_memory *memory;
+    delaunay_vertex *vertices;       /* of the mesh, copied to be near */
+    delaunay_tet    *tets;
+    uint8_t         *mark;
+    delaunay_handle  hint;           /* where the last ball is */
+    int              exact_doubles;  /* in-sphere determinants are exact in doubles */
+    delaunay_handle *queue, *cavity, *border, *again; /* of the search: cap_search each, in one block */
+    size_t           cap_search, num_cavity, num_border;
+    delaunay_handle *freed;
+    size_t           num_freed, cap_freed;
+    delaunay_handle *edges;          /* matrix of a ball's edges: the facet behind each */
+    uint16_t       (*edge_keys)[4];
+    delaunay_handle *hashed;         /* the same for big balls: triples from, to, facet */
+    size_t           cap_hashed;
+} delaunay__kernel;
 
-/* The state of one insertion sequence. All lists are of handles 4*t+f, f the facet by which the search came. */
-typedef struct delaunay__insertion {
-    delaunay_mesh  *mesh;
-    delaunay_list   cavity;   /* tetrahedra in conflict */
-    delaunay_list   boundary; /* facets of outside tetrahedra that bound the cavity */
-    delaunay_list   slots;    /* where the ball goes */
-    uint64_t       *edges;    /* hash: directed edge of the ball -> facet handle */
-    delaunay_handle *edge_facets;
-    size_t          cap_edges;
-    delaunay_handle hint;
-} delaunay__insertion;
+enum {
+    DELAUNAY__MATRIX_BITS = 7,    /* at most 128 vertices in the matrix */
+    DELAUNAY__MATRIX_FACETS = 256,
+    DELAUNAY__SEARCH_SLACK = 64,
+    DELAUNAY__MARK_SEEN = 1, DELAUNAY__MARK_CAVITY = 3
+};
 
-static const double *delaunay__x(const delaunay_mesh *mesh, uint32_t v) { return mesh->vertices[v].x; }
-
-/* Is the point in conflict with t: inside its circumsphere, or beyond its hull facet. */
-static int delaunay__conflict(const delaunay_mesh *mesh, delaunay_handle t, const double *p)
+static delaunay_result delaunay__kernel_grow_search(delaunay__kernel *k)
 {
-    const uint32_t *v = mesh->tets[t].v;
-    int s;
-    if (v[3] != DELAUNAY_GHOST)
-        return delaunay_insphere_perturbed(delaunay__x(mesh, v[0]), delaunay__x(mesh, v[1]),
-                                           delaunay__x(mesh, v[2]), delaunay__x(mesh, v[3]), p) > 0;
-    s = delaunay_orient3d(delaunay__x(mesh, v[0]), delaunay__x(mesh, v[1]), delaunay__x(mesh, v[2]), p);
-    if (s != 0) return s > 0;
-    return delaunay__conflict(mesh, mesh->tets[t].n[3] >> 2, p); /* in the plane of the hull facet */
+    size_t cap = k->cap_search ? 2 * k->cap_search : 2048, i;
+    delaunay_handle *block = (delaunay_handle *)delaunay_alloc(k->memory, cap, 4 * sizeof *block);
+    delaunay_handle *old[4];
+    if (!block) return DELAUNAY_ERROR_OUT_OF_MEMORY;
+    old[0] = k->queue; old[1] = k->cavity; old[2] = k->border; old[3] = k->again;
+    for (i = 0; i < 4; i++)
+        if (k->cap_search) memcpy(block + i * cap, old[i], k->cap_search * sizeof *block);
+    delaunay_release(k->memory, k->queue);
+    k->queue = block;
+    k->cavity = block + cap;
+    k->border = block + 2 * cap;
+    k->again = block + 3 * cap;
+    k->cap_search = cap;
+    return DELAUNAY_OK;
 }
 
-/* Visibility walk to a tetrahedron that contains p or a ghost that sees it [Marot 2020, 3.4]. */
-static delaunay_handle delaunay__walk(const delaunay_mesh *mesh, delaunay_handle t, const double *p)
+static delaunay_result delaunay__kernel_reserve_freed(delaunay__kernel *k, size_t count)
 {
-    uint32_t random = 1;
-    int i, k;
-    if (delaunay_is_ghost(mesh, t)) t = mesh->tets[t].n[3] >> 2;
-    for (;;) {
-        const uint32_t *v = mesh->tets[t].v;
+    size_t cap = 2 * count + 1024;
+    void *grown;
+    if (count <= k->cap_freed) return DELAUNAY_OK;
+    grown = delaunay_grow(k->memory, k->freed, k->num_freed, cap, sizeof *k->freed);
+    if (!grown) return DELAUNAY_ERROR_OUT_OF_MEMORY;
+    k->freed = (delaunay_handle *)grown;
+    k->cap_freed = cap;
+    return DELAUNAY_OK;
+}
+
+static void delaunay__kernel_view(delaunay__kernel *k)
+{
+    k->vertices = k->mesh->vertices;
+    k->tets = k->mesh->tets;
+    k->mark = k->mesh->mark;
+}
+
+static delaunay_result delaunay__kernel_init(delaunay__kernel *k, delaunay_mesh *mesh)
+{
+    memset(k, 0, sizeof *k);
+    k->mesh = mesh;
+    k->memory = &mesh->memory;
+    delaunay__kernel_view(k);
+    k->edges = (delaunay_handle *)delaunay_alloc(k->memory, (size_t)1 << 2 * DELAUNAY__MATRIX_BITS, sizeof *k->edges);
+    k->edge_keys = (uint16_t(*)[4])delaunay_alloc(k->memory, DELAUNAY__MATRIX_FACETS, sizeof *k->edge_keys);
+    if (!k->edges || !k->edge_keys || delaunay__kernel_grow_search(k) != DELAUNAY_OK)
+        return DELAUNAY_ERROR_OUT_OF_MEMORY;
+    return DELAUNAY_OK;
+}
+
+static void delaunay__kernel_free(delaunay__kernel *k)
+{
+    if (!k->memory) return;
+    delaunay_release(k->memory, k->queue);
+    delaunay_release(k->memory, k->freed);
+    delaunay_release(k->memory, k->edges);
+    delaunay_release(k->memory, k->edge_keys);
+    delaunay_release(k->memory, k->hashed);
+    memset(k, 0, sizeof *k);
+}
+
+/* Gives the kernel's slots to the mesh, as deleted ones. */
+static delaunay_result delaunay__kernel_finish(delaunay__kernel *k)
+{
+    delaunay_mesh *mesh = k->mesh;
+    size_t i, total = (size_t)mesh->num_free + k->num_freed;
+    for (i = 0; i < k->num_freed; i++) memset(&k->tets[k->freed[i]], 0, sizeof *k->tets);
+    if (total > mesh->cap_free) {
+        void *grown = delaunay_grow(&mesh->memory, mesh->free_tets, mesh->num_free, total, sizeof *mesh->free_tets);
+        if (!grown) return DELAUNAY_ERROR_OUT_OF_MEMORY;
+        mesh->free_tets = (delaunay_handle *)grown;
+        mesh->cap_free = (delaunay_handle)total;
+    }
+    for (i = k->num_freed; i-- > 0;) mesh->free_tets[mesh->num_free++] = k->freed[i];
+    k->num_freed = 0;
+    return DELAUNAY_OK;
+}
+
+/* Whether point e destroys tetrahedron t: inside its sphere; beyond the hull facet of a ghost, or in its plane
+ * and inside the sphere of the tetrahedron behind. Exact and perturbed. */
+static int delaunay__in_conflict(const delaunay__kernel *k, delaunay_handle t, const double *e)
+{
+    const delaunay_vertex *x = k->vertices;
+    const uint32_t *v = k->tets[t].v;
+    double det, bound2;
+    int s;
+    if (v[3] == DELAUNAY_GHOST) {
+        s = delaunay_orient3d(x[v[0]].x, x[v[1]].x, x[v[2]].x, e);
+        if (s) return s > 0;
+        t = k->tets[t].n[3] >> 2;
+        if (t == DELAUNAY_NONE) return 0;
+        v = k->tets[t].v;
+    }
+    det = delaunay__insphere_double(x[v[0]].x, x[v[1]].x, x[v[2]].x, x[v[3]].x, e, &bound2);
+    if (det * det > bound2 || (k->exact_doubles && det != 0)) return det > 0;
+    s = k->exact_doubles ? 0 : delaunay_insphere_exact(x[v[0]].x, x[v[1]].x, x[v[2]].x, x[v[3]].x, e);
+    if (s == 0) s = delaunay__insphere_tie(x[v[0]].x, x[v[1]].x, x[v[2]].x, x[v[3]].x, e);
+    return s > 0;
+}
+
+/* Bit i: the tetrahedron of facet handle h[i] is in conflict with e. */
+static unsigned delaunay__in_conflict4(const delaunay__kernel *k, const delaunay_handle *h, unsigned count,
+                                       const double *e)
+{
+    unsigned i, in = 0;
+    for (i = 0; i < count; i++) in |= (unsigned)delaunay__in_conflict(k, h[i] >> 2, e) << i;
+    return in;
+}
+
+static double delaunay__orient3d_double(const double *a, const double *b, const double *c, const double *d)
+{
+    double bx = b[0] - a[0], by = b[1] - a[1], bz = b[2] - a[2];
+    double cx = c[0] - a[0], cy = c[1] - a[1], cz = c[2] - a[2];
+    double dx = d[0] - a[0], dy = d[1] - a[1], dz = d[2] - a[2];
+    return bx * (cy * dz - cz * dy) + by * (cz * dx - cx * dz) + bz * (cx * dy - cy * dx);
+}
+
+/* Walk towards e, steered by unfiltered signs: whether the result is in conflict is tested afterwards. */
+static delaunay_handle delaunay__walk(const delaunay__kernel *k, delaunay_handle t, const double *e)
+{
+    const delaunay_vertex *x = k->vertices;
+    int steps, i, from = 4;
+    if (k->tets[t].v[3] == DELAUNAY_GHOST) t = k->tets[t].n[3] >> 2;
+    for (steps = 0; steps < 1000; steps++) {
+        const uint32_t *v = k->tets[t].v;
+        delaunay_handle h;
         if (v[3] == DELAUNAY_GHOST) return t;
-        random = random * 1664525u + 1013904223u;
         for (i = 0; i < 4; i++) {
-            const uint8_t *f;
-            k = (i + (int)(random >> 30)) & 3;
-            f = delaunay_facet_vertices[k];
-            if (delaunay_orient3d(delaunay__x(mesh, v[f[0]]), delaunay__x(mesh, v[f[1]]),
-                                  delaunay__x(mesh, v[f[2]]), p) > 0)
-                break;
+            const uint8_t *f = delaunay_facet_vertices[i];
+            if (i != from && delaunay__orient3d_double(e, x[v[f[0]]].x, x[v[f[1]]].x, x[v[f[2]]].x) < 0) break;
         }
         if (i == 4) return t;
-        t = mesh->tets[t].n[k] >> 2;
+        h = k->tets[t].n[i];
+        t = h >> 2;
+        from = (int)(h & 3);
     }
+    return t;
 }
 
-/* Breadth-first search of the tetrahedra in conflict [3.5]; mark: 1 outside, 3 in the cavity. */
-static delaunay_result delaunay__dig(delaunay__insertion *s, delaunay_handle seed, const double *p)
+/* The stochastic visibility walk with exact signs: ends where e is, in a Delaunay triangulation always. */
+static delaunay_handle delaunay__walk_exact(const delaunay__kernel *k, delaunay_handle t, const double *e, uint32_t seed)
 {
-    delaunay_mesh *mesh = s->mesh;
+    const delaunay_vertex *x = k->vertices;
+    uint64_t steps = 0, most = 16 * (uint64_t)k->mesh->num_tets + 1000;
+    if (k->tets[t].v[3] == DELAUNAY_GHOST) t = k->tets[t].n[3] >> 2;
+    for (; steps < most; steps++) {
+        const uint32_t *v = k->tets[t].v;
+        unsigned i, j;
+        if (v[3] == DELAUNAY_GHOST) return t;
+        seed = seed * 1664525u + 1013904223u;
+        for (i = 0; i < 4; i++) {
+            const uint8_t *f;
+            j = (i + (seed >> 30)) & 3;
+            f = delaunay_facet_vertices[j];
+            if (delaunay_orient3d(e, x[v[f[0]]].x, x[v[f[1]]].x, x[v[f[2]]].x) < 0) break;
+        }
+        if (i == 4) return t;
+        t = k->tets[t].n[j] >> 2;
+        if (t == DELAUNAY_NONE) return t;
+    }
+    return t;
+}
+
+enum { DELAUNAY__NOT_HERE = 100 }; /* beside delaunay_result: the seed of a cavity is not in conflict */
+
+static void delaunay__cavity_undo(delaunay__kernel *k, size_t num_queue, size_t num_again)
+{
     size_t i;
-    int k;
-    s->cavity.count = s->boundary.count = 0;
-    if (delaunay_list_push(&s->cavity, 4 * seed) != DELAUNAY_OK) return DELAUNAY_ERROR_OUT_OF_MEMORY;
-    mesh->mark[seed] = 3;
-    for (i = 0; i < s->cavity.count; i++) {
-        delaunay_handle t = s->cavity.items[i] >> 2;
-        for (k = 0; k < 4; k++) {
-            delaunay_handle f = mesh->tets[t].n[k], u = f >> 2;
-            if (mesh->mark[u] == 3) continue;
-            if (mesh->mark[u] == 0 && delaunay__conflict(mesh, u, p)) {
-                mesh->mark[u] = 3;
-                if (delaunay_list_push(&s->cavity, f) != DELAUNAY_OK) return DELAUNAY_ERROR_OUT_OF_MEMORY;
-            } else {
-                mesh->mark[u] = 1;
-                if (delaunay_list_push(&s->boundary, f) != DELAUNAY_OK) return DELAUNAY_ERROR_OUT_OF_MEMORY;
+    for (i = 0; i < num_queue; i++) k->mark[k->queue[i] >> 2] = 0;
+    for (i = 0; i < num_again; i++) k->mark[k->again[i] >> 2] = 0;
+}
+
+/* Breadth-first search of the cavity [Marot 2020, 3.5]. Everything is a handle 4*t+f, f the facet by which the
+ * search came. Candidates are tested four at a time and split without branches into cavity (in conflict) and
+ * border (outside: their facet f is on the boundary). Facets that lead to a tetrahedron seen before go to again;
+ * if their tetrahedron stayed outside they are boundary as well. The ball clears the marks. */
+static int delaunay__cavity(delaunay__kernel *k, delaunay_handle seed, const double *e)
+{
+    size_t num_queue = 5, done = 0, expanded = 1, num_cavity = 0, num_border = 0, num_again = 0, j;
+    delaunay_handle *queue = k->queue, *cavity = k->cavity, *border = k->border, *again = k->again;
+    uint8_t *mark = k->mark;
+    unsigned i;
+    queue[0] = 4 * seed;
+    mark[seed] = DELAUNAY__MARK_CAVITY;
+    for (i = 0; i < 4; i++) {
+        queue[i + 1] = k->tets[seed].n[i];
+        mark[queue[i + 1] >> 2] = DELAUNAY__MARK_SEEN;
+    }
+    do {
+        unsigned count = num_queue - done < 4 ? (unsigned)(num_queue - done) : 4;
+        unsigned in = delaunay__in_conflict4(k, queue + done, count, e);
+        if (DELAUNAY__UNLIKELY(done == 0 && !(in & 1))) {
+            delaunay__cavity_undo(k, num_queue, 0);
+            return DELAUNAY__NOT_HERE;
+        }
+        for (i = 0; i < count; i++) {
+            cavity[num_cavity] = border[num_border] = queue[done + i];
+            num_cavity += in >> i & 1;
+            num_border += ~in >> i & 1;
+        }
+        done += count;
+        while (expanded < num_cavity) {
+            delaunay_handle h = cavity[expanded++];
+            const delaunay_handle *n = k->tets[h >> 2].n;
+            mark[h >> 2] = DELAUNAY__MARK_CAVITY;
+            for (i = 1; i < 4; i++) {
+                delaunay_handle b = n[(h & 3) ^ i];
+                uint8_t seen = mark[b >> 2];
+                queue[num_queue] = again[num_again] = b;
+                num_queue += !seen;
+                num_again += !!seen;
+                mark[b >> 2] = seen | DELAUNAY__MARK_SEEN;
             }
         }
-    }
-    return DELAUNAY_OK;
-}
-
-static delaunay_handle *delaunay__edge_slot(delaunay__insertion *s, uint32_t a, uint32_t b)
-{
-    uint64_t key = ((uint64_t)a << 32 | b) + 1;
-    size_t mask = s->cap_edges - 1, h = (size_t)((key * 0x9e3779b97f4a7c15u) >> 20) & mask;
-    while (s->edges[h] != 0 && s->edges[h] != key) h = (h + 1) & mask;
-    s->edges[h] = key;
-    return &s->edge_facets[h];
-}
-
-static delaunay_result delaunay__edge_table(delaunay__insertion *s)
-{
-    size_t need = 64;
-    while (need < 8 * s->boundary.count) need *= 2;
-    if (need > s->cap_edges) {
-        delaunay_release(&s->mesh->memory, s->edges);
-        delaunay_release(&s->mesh->memory, s->edge_facets);
-        s->cap_edges = 0;
-        s->edges = (uint64_t *)delaunay_alloc(&s->mesh->memory, need, sizeof *s->edges);
-        s->edge_facets = (delaunay_handle *)delaunay_alloc(&s->mesh->memory, need, sizeof *s->edge_facets);
-        if (!s->edges || !s->edge_facets) return DELAUNAY_ERROR_OUT_OF_MEMORY;
-        s->cap_edges = need;
-    }
-    memset(s->edges, 0, s->cap_edges * sizeof *s->edges);
-    return DELAUNAY_OK;
-}
-
-/* Slots of the cavity first, then fresh ones; the rest of the cavity becomes deleted. */
-static delaunay_result delaunay__take_slots(delaunay__insertion *s)
-{
-    delaunay_mesh *mesh = s->mesh;
-    size_t i;
-    s->slots.count = 0;
-    for (i = 0; i < s->boundary.count; i++) {
-        delaunay_handle t;
-        if (i < s->cavity.count) t = s->cavity.items[i] >> 2;
-        else if (mesh->num_free) t = mesh->free_tets[--mesh->num_free];
-        else {
-            if (mesh->num_tets == mesh->cap_tets &&
-                delaunay_reserve(mesh, mesh->cap_vertices, (size_t)mesh->cap_tets + mesh->cap_tets / 2 + 64) !=
-                    DELAUNAY_OK)
+        if (DELAUNAY__UNLIKELY(num_queue + num_again + DELAUNAY__SEARCH_SLACK > k->cap_search)) {
+            if (delaunay__kernel_grow_search(k) != DELAUNAY_OK) {
+                delaunay__cavity_undo(k, num_queue, num_again);
                 return DELAUNAY_ERROR_OUT_OF_MEMORY;
-            t = mesh->num_tets++;
+            }
+            queue = k->queue; cavity = k->cavity; border = k->border; again = k->again;
         }
-        if (delaunay_list_push(&s->slots, t) != DELAUNAY_OK) return DELAUNAY_ERROR_OUT_OF_MEMORY;
+    } while (done < num_queue);
+    for (j = 0; j < num_again; j++) {
+        border[num_border] = again[j];
+        num_border += mark[again[j] >> 2] == DELAUNAY__MARK_SEEN;
     }
-    for (i = s->boundary.count; i < s->cavity.count; i++) {
-        if (mesh->num_free == mesh->cap_free) {
-            size_t cap = 2 * (size_t)mesh->cap_free + 64;
-            void *grown = delaunay_grow(&mesh->memory, mesh->free_tets, mesh->num_free, cap, sizeof *mesh->free_tets);
-            if (!grown) return DELAUNAY_ERROR_OUT_OF_MEMORY;
-            mesh->free_tets = (delaunay_handle *)grown;
-            mesh->cap_free = (delaunay_handle)cap;
-        }
-        mesh->free_tets[mesh->num_free++] = s->cavity.items[i] >> 2;
-    }
+    k->num_cavity = num_cavity;
+    k->num_border = num_border;
     return DELAUNAY_OK;
 }
 
-/* Stars the boundary of the cavity with vertex p [3.6]. */
-static delaunay_result delaunay__ball(delaunay__insertion *s, uint32_t p)
+/* Writes the new tetrahedron (p, facet behind h), ghost last, and links it to the outside. */
+static void delaunay__ball_tet(delaunay__kernel *k, delaunay_handle h, delaunay_handle s, uint32_t p)
 {
-    delaunay_mesh *mesh = s->mesh;
-    size_t i;
-    int k;
-    delaunay_result result = delaunay__edge_table(s);
-    if (result == DELAUNAY_OK) result = delaunay__take_slots(s);
+    delaunay_tet *o = &k->tets[h >> 2], *w = &k->tets[s];
+    const uint8_t *f = delaunay_facet_vertices[h & 3];
+    uint32_t a = o->v[f[0]], b = o->v[f[2]], c = o->v[f[1]], r;
+    if (DELAUNAY__UNLIKELY(a == 0)) r = a, a = b, b = c, c = r;
+    else if (DELAUNAY__UNLIKELY(b == 0)) r = b, b = a, a = c, c = r;
+    w->v[0] = p; w->v[1] = a; w->v[2] = b; w->v[3] = c;
+    w->n[0] = h;
+    o->n[h & 3] = 4 * s;
+    k->mark[h >> 2] = 0;
+}
+
+/* Adjacencies inside the ball by a matrix of 2^bits x 2^bits edges [Marot 2020, 3.6]. The numbers of the vertices
+ * are those of the tetrahedra that brought them: each brings at most its apex over the facet by which the search
+ * came, so the last number written to a vertex is its own. The ghost has number 0, always. */
+DELAUNAY_INLINE void delaunay__ball_small(delaunay__kernel *k, const delaunay_handle *slot, uint32_t p, const int bits)
+{
+    size_t j, count = k->num_border;
+    delaunay_handle *edges = k->edges;
+    for (j = 0; j < count; j++) {
+        delaunay_handle s = *(slot - j), f = 4 * s;
+        uint16_t *key = k->edge_keys[j];
+        uint32_t x, y, z;
+        delaunay__ball_tet(k, k->border[j], s, p);
+        x = k->vertices[k->tets[s].v[1]].local;
+        y = k->vertices[k->tets[s].v[2]].local;
+        z = k->vertices[k->tets[s].v[3]].local;
+        edges[y << bits | z] = f + 1;
+        edges[z << bits | x] = f + 2;
+        edges[x << bits | y] = f + 3;
+        key[1] = (uint16_t)(z << bits | y);
+        key[2] = (uint16_t)(x << bits | z);
+        key[3] = (uint16_t)(y << bits | x);
+    }
+    for (j = 0; j < count; j++) {
+        delaunay_handle *n = k->tets[*(slot - j)].n;
+        const uint16_t *key = k->edge_keys[j];
+        n[1] = edges[key[1]];
+        n[2] = edges[key[2]];
+        n[3] = edges[key[3]];
+    }
+}
+
+/* The entry of a directed edge in the table of triples. */
+static delaunay_handle *delaunay__hashed_edge(const delaunay__kernel *k, uint32_t a, uint32_t b, size_t mask)
+{
+    uint32_t h = a * 0x9e3779b1u ^ b * 0x85ebca6bu;
+    size_t i = (h ^ h >> 15) & mask;
+    while (k->hashed[3 * i + 2] && (k->hashed[3 * i] != a || k->hashed[3 * i + 1] != b)) i = (i + 1) & mask;
+    return k->hashed + 3 * i;
+}
+
+static size_t delaunay__hashed_mask(size_t num_border)
+{
+    size_t mask = 255;
+    while (mask < 6 * num_border) mask = 2 * mask + 1;
+    return mask;
+}
+
+static void delaunay__ball_big(delaunay__kernel *k, const delaunay_handle *slot, uint32_t p)
+{
+    size_t j, count = k->num_border, mask = delaunay__hashed_mask(count);
+    delaunay_handle i, *e;
+    memset(k->hashed, 0, 3 * (mask + 1) * sizeof *k->hashed);
+    for (j = 0; j < count; j++) {
+        delaunay_handle s = *(slot - j);
+        const uint32_t *v = k->tets[s].v;
+        delaunay__ball_tet(k, k->border[j], s, p);
+        for (i = 1; i < 4; i++) {
+            uint32_t a = v[i % 3 + 1], b = v[(i + 1) % 3 + 1];
+            e = delaunay__hashed_edge(k, a, b, mask);
+            e[0] = a;
+            e[1] = b;
+            e[2] = 4 * s + i;
+        }
+    }
+    for (j = 0; j < count; j++) {
+        delaunay_tet *w = &k->tets[*(slot - j)];
+        for (i = 1; i < 4; i++)
+            w->n[i] = delaunay__hashed_edge(k, w->v[(i + 1) % 3 + 1], w->v[i % 3 + 1], mask)[2];
+    }
+}
+
+/* Room for what the next ball writes; on failure nothing has changed but capacities. */
+static delaunay_result delaunay__ball_reserve(delaunay__kernel *k)
+{
+    size_t need = k->num_border, mask = delaunay__hashed_mask(need);
+    delaunay_mesh *mesh = k->mesh;
+    delaunay_result result = delaunay__kernel_reserve_freed(k, k->num_freed + k->num_cavity + need + 64);
     if (result != DELAUNAY_OK) return result;
-    for (i = 0; i < s->cavity.count; i++) {
-        mesh->mark[s->cavity.items[i] >> 2] = 0;
-        if (i >= s->boundary.count) mesh->tets[s->cavity.items[i] >> 2].v[0] = 0;
+    if ((k->num_cavity > 124 || need > DELAUNAY__MATRIX_FACETS) && 3 * (mask + 1) > k->cap_hashed) {
+        delaunay_release(k->memory, k->hashed);
+        k->cap_hashed = 0;
+        k->hashed = (delaunay_handle *)delaunay_alloc(k->memory, 6 * (mask + 1), sizeof *k->hashed);
+        if (!k->hashed) return DELAUNAY_ERROR_OUT_OF_MEMORY;
+        k->cap_hashed = 6 * (mask + 1);
     }
-    for (i = 0; i < s->boundary.count; i++) {
-        delaunay_handle f = s->boundary.items[i], t = s->slots.items[i];
-        delaunay_tet *o = &mesh->tets[f >> 2], *n = &mesh->tets[t];
-        const uint8_t *order = delaunay_facet_vertices[f & 3];
-        uint32_t a = o->v[order[0]], b = o->v[order[2]], c = o->v[order[1]];
-        mesh->mark[f >> 2] = 0;
-        if (a == DELAUNAY_GHOST) { a = b; b = c; c = DELAUNAY_GHOST; }
-        else if (b == DELAUNAY_GHOST) { b = a; a = c; c = DELAUNAY_GHOST; }
-        n->v[0] = p; n->v[1] = a; n->v[2] = b; n->v[3] = c;
-        n->n[0] = f;
-        o->n[f & 3] = 4 * t;
-        *delaunay__edge_slot(s, b, c) = 4 * t + 1;
-        *delaunay__edge_slot(s, c, a) = 4 * t + 2;
-        *delaunay__edge_slot(s, a, b) = 4 * t + 3;
+    while (k->num_freed < need + 32 && mesh->num_free) k->freed[k->num_freed++] = mesh->free_tets[--mesh->num_free];
+    if (k->num_freed >= need) return DELAUNAY_OK;
+    if ((size_t)mesh->cap_tets - mesh->num_tets < need + 32) {
+        result = delaunay__reserve_tets(mesh, (size_t)mesh->cap_tets + mesh->cap_tets / 2 + need + 1024);
+        if (result != DELAUNAY_OK) return result;
+        delaunay__kernel_view(k);
     }
-    for (i = 0; i < s->boundary.count; i++) {
-        delaunay_handle t = s->slots.items[i];
-        delaunay_tet *n = &mesh->tets[t];
-        for (k = 1; k < 4; k++)
-            n->n[k] = *delaunay__edge_slot(s, n->v[(k + 1) % 3 + 1], n->v[k % 3 + 1]);
-    }
-    s->hint = s->slots.items[0];
+    while (k->num_freed < need + 16) k->freed[k->num_freed++] = mesh->num_tets++;
     return DELAUNAY_OK;
 }
 
-static delaunay_result delaunay__insert(delaunay__insertion *s, uint32_t v)
+/* Fills the cavity with the ball of p [Marot 2020, 3.6]. */
+static void delaunay__ball(delaunay__kernel *k, uint32_t p)
 {
-    const double *p = delaunay__x(s->mesh, v);
-    delaunay_handle t = delaunay__walk(s->mesh, s->hint, p);
-    delaunay_result result = delaunay__dig(s, t, p);
-    return result == DELAUNAY_OK ? delaunay__ball(s, v) : result;
-}
-
-
-/* ---- >>build --------------------------------------------------------------------------- */
-
-/* Four vertices that span space become the first tetrahedron; returns the affine dimension, 3 on success. */
-static int delaunay__first_four(const delaunay_mesh *mesh, uint32_t *v)
-{
-    uint32_t n = mesh->num_vertices, i;
-    if (n < 2) return -1;
-    v[0] = 1;
-    if (n < 3) return 0;
-    v[1] = 2;
-    for (i = 3; i < n; i++)
-        if (!delaunay_collinear(delaunay__x(mesh, 1), delaunay__x(mesh, 2), delaunay__x(mesh, i))) break;
-    if (i >= n) return 1;
-    v[2] = i;
-    for (i = 3; i < n; i++)
-        if (delaunay_orient3d(delaunay__x(mesh, v[0]), delaunay__x(mesh, v[1]), delaunay__x(mesh, v[2]),
-                              delaunay__x(mesh, i)) != 0)
-            break;
-    if (i >= n) return 2;
-    v[3] = i;
-    if (delaunay_orient3d(delaunay__x(mesh, v[0]), delaunay__x(mesh, v[1]), delaunay__x(mesh, v[2]),
-                          delaunay__x(mesh, v[3])) < 0) {
-        v[3] = v[2];
-        v[2] = i;
+    size_t j, count = k->num_border, num_cavity = k->num_cavity;
+    delaunay_handle *freed = k->freed + k->num_freed, *slot = freed - 1;
+    const delaunay_handle *cavity = k->cavity;
+    const uint32_t *v = k->tets[cavity[0] >> 2].v;
+    for (j = 0; j < 4; j++)
+        if (v[j]) k->vertices[v[j]].local = (uint32_t)j + 1;
+    for (j = 0; j < num_cavity; j++) {
+        delaunay_handle h = cavity[j], t = h >> 2;
+        uint32_t apex = k->tets[t].v[h & 3];
+        freed[j] = t;
+        k->mark[t] = 0;
+        if (j && apex) k->vertices[apex].local = (uint32_t)j + 4;
     }
-    return 3;
+    if (num_cavity <= 28) delaunay__ball_small(k, slot, p, 5);
+    else if (num_cavity <= 60) delaunay__ball_small(k, slot, p, 6);
+    else if (num_cavity <= 124 && count <= DELAUNAY__MATRIX_FACETS) delaunay__ball_small(k, slot, p, 7);
+    else delaunay__ball_big(k, slot, p);
+    k->hint = *slot;
+    memmove(slot + 1 - count, freed, num_cavity * sizeof *freed);
+    k->num_freed = k->num_freed + num_cavity - count;
 }
 
-/* One tetrahedron and its four ghosts. */
-static void delaunay__start(delaunay_mesh *mesh, const uint32_t *v)
+/* Inserts vertex p, which no tetrahedron has yet. DELAUNAY__NOT_HERE: a vertex with its coordinates exists. */
+static int delaunay__insert(delaunay__kernel *k, uint32_t p)
 {
-    int i, j, k;
-    memcpy(mesh->tets[1].v, v, 4 * sizeof *v);
+    const double *e = k->vertices[p].x;
+    delaunay_handle t = delaunay__walk(k, k->hint, e);
+    int result = delaunay__cavity(k, t, e);
+    if (DELAUNAY__UNLIKELY(result == DELAUNAY__NOT_HERE)) {
+        t = delaunay__walk_exact(k, t, e, p);
+        if (t == DELAUNAY_NONE) return DELAUNAY_ERROR_INTERNAL;
+        result = delaunay__cavity(k, t, e);
+    }
+    if (result != DELAUNAY_OK) return result;
+    result = delaunay__ball_reserve(k);
+    if (result != DELAUNAY_OK) {
+        size_t j;
+        for (j = 0; j < k->num_cavity; j++) k->mark[k->cavity[j] >> 2] = 0;
+        for (j = 0; j < k->num_border; j++) k->mark[k->border[j] >> 2] = 0;
+        return result;
+    }
+    delaunay__ball(k, p);
+    return DELAUNAY_OK;
+}
+
+/* The tetrahedron of vertices 1 2 3 4, positive, and the four ghosts around it, in slots 1 to 5. */
+static void delaunay__first_tet(delaunay_mesh *mesh)
+{
+    delaunay_handle t, r, i, j;
+    delaunay_tet *x = mesh->tets;
+    memset((void *)x, 0, 6 * sizeof *x);
     for (i = 0; i < 4; i++) {
         const uint8_t *f = delaunay_facet_vertices[i];
-        delaunay_tet *g = &mesh->tets[2 + i];
-        g->v[0] = v[f[0]]; g->v[1] = v[f[1]]; g->v[2] = v[f[2]]; g->v[3] = DELAUNAY_GHOST;
-        g->n[3] = (delaunay_handle)(4 + i);
-        mesh->tets[1].n[i] = (delaunay_handle)(4 * (2 + i) + 3);
+        x[1].v[i] = (uint32_t)i + 1;
+        for (j = 0; j < 3; j++) x[2 + i].v[j] = f[j] + 1u;
+        x[2 + i].v[3] = DELAUNAY_GHOST;
     }
-    for (i = 0; i < 4; i++)
-        for (j = 0; j < 4; j++)
-            for (k = 0; k < 3; k++)
-                if (i != j && mesh->tets[2 + i].v[k] == v[j]) { /* opposite v[j]: shared with ghost j, opposite v[i] */
-                    int l = delaunay_local_index(&mesh->tets[2 + j], v[i]);
-                    mesh->tets[2 + i].n[k] = (delaunay_handle)(4 * (2 + j) + l);
+    for (t = 1; t < 6; t++)
+        for (r = 1; r < 6; r++)
+            for (i = 0; i < 16 && r != t; i++) {
+                uint32_t a = 0, b = 0;
+                for (j = 0; j < 4; j++) {
+                    if (j != i / 4) a |= 1u << x[t].v[j];
+                    if (j != i % 4) b |= 1u << x[r].v[j];
                 }
+                if (a == b) x[t].n[i / 4] = 4 * r + i % 4;
+            }
     mesh->num_tets = 6;
 }
 
-/* Round of a point in the biased random order: each round is an eighth of what follows. */
-static int delaunay__round(uint32_t v, int rounds)
+/* ---- >>build  order of insertion, duplicates, canonical numbering -------------------------- */
+/* Points are inserted in rounds [BRIO, Amenta 2003]: the last has most of them, each earlier one an eighth of
+ * the next; within a round they follow the curve. The round comes from a hash of the coordinates: equal points
+ * meet, and the order is a function of the set of points. */
+enum { DELAUNAY__FIRST_ROUND = 1000, DELAUNAY__MAX_ROUNDS = 15, DELAUNAY__CURVE_DEPTH = 20 };
+
+static uint64_t delaunay__mix(uint64_t x)
 {
-    uint64_t h = (uint64_t)v * 0x9e3779b97f4a7c15u;
-    int r = 0;
-    h ^= h >> 32;
-    h *= 0xd6e8feb86659fd93u;
-    while (r < rounds - 1 && ((h >> (40 - 3 * (r % 13))) & 7) == 0) r++;
-    return rounds - 1 - r;
+    x = (x ^ x >> 31) * UINT64_C(0xbf58476d1ce4e5b9);
+    x = (x ^ x >> 29) * UINT64_C(0x94d049bb133111eb);
+    return x ^ x >> 32;
+}
+
+static uint64_t delaunay__hash_point(const double *x)
+{
+    uint64_t h = 0, bits;
+    int i;
+    for (i = 0; i < 3; i++) {
+        double c = x[i] + 0.0; /* -0 and 0 are one coordinate */
+        memcpy(&bits, &c, sizeof bits);
+        h = delaunay__mix(h * 3 + bits + UINT64_C(0x9e3779b97f4a7c15));
+    }
+    return h;
+}
+
+static int delaunay__compare_points(const double *a, const double *b)
+{
+    return delaunay__lexicographic_less(a, b) ? -1 : delaunay__lexicographic_less(b, a);
+}
+
+typedef struct delaunay__order {
+    delaunay_memory *memory;
+    const double    *xyz;
+    hxtsort_pair    *items; /* key; index of the point */
+    hxtsort_options  sort;
+} delaunay__order;
+
+/* A few points of one cell: by coordinates, then by index. */
+static void delaunay__order_few(const delaunay__order *o, size_t begin, size_t end)
+{
+    size_t i, j;
+    for (i = begin + 1; i < end; i++) {
+        hxtsort_pair item = o->items[i];
+        for (j = i; j > begin; j--) {
+            int c = delaunay__compare_points(o->xyz + 3 * item.value, o->xyz + 3 * o->items[j - 1].value);
+            if (c > 0 || (c == 0 && item.value > o->items[j - 1].value)) break;
+            o->items[j] = o->items[j - 1];
+        }
+        o->items[j] = item;
+    }
+}
+
+/* Many points of one cell: along a curve through the cell's own box, and so on. All equal: by index. */
+static delaunay_result delaunay__order_run(delaunay__order *o, size_t begin, size_t end)
+{
+    size_t i, j, count = end - begin;
+    double *xyz;
+    uint64_t *keys;
+    hilbert_box box;
+    hxtsort_result sorted = HXTSORT_OK;
+    delaunay_result result = DELAUNAY_OK;
+    if (count <= 16) {
+        delaunay__order_few(o, begin, end);
+        return DELAUNAY_OK;
+    }
+    xyz = (double *)delaunay_alloc(o->memory, count, 3 * sizeof *xyz);
+    keys = (uint64_t *)delaunay_alloc(o->memory, count, sizeof *keys);
+    if (!xyz || !keys) {
+        delaunay_release(o->memory, xyz);
+        delaunay_release(o->memory, keys);
+        return DELAUNAY_ERROR_OUT_OF_MEMORY;
+    }
+    for (i = 0; i < count; i++) memcpy(xyz + 3 * i, o->xyz + 3 * o->items[begin + i].value, 3 * sizeof *xyz);
+    memset(&box, 0, sizeof box);
+    (void)hilbert_box_fit3(&box, xyz, 0, count, 1);
+    hilbert_box_cube(&box);
+    (void)hilbert_keys3(keys, xyz, 0, count, &box, 1);
+    for (i = 0; i < count; i++) o->items[begin + i].key = keys[i];
+    j = box.lo[0] == box.hi[0] && box.lo[1] == box.hi[1] && box.lo[2] == box.hi[2];
+    if (j) for (i = 0; i < count; i++) o->items[begin + i].key = o->items[begin + i].value;
+    delaunay_release(o->memory, xyz);
+    delaunay_release(o->memory, keys);
+    sorted = hxtsort_pairs(o->items + begin, count, &o->sort);
+    if (sorted != HXTSORT_OK) return (delaunay_result)sorted;
+    if (j) return DELAUNAY_OK;
+    for (i = begin; i < end && result == DELAUNAY_OK; i = j) {
+        for (j = i + 1; j < end && o->items[j].key == o->items[i].key; j++) {}
+        if (j - i == count) delaunay__order_few(o, i, j); /* a box that the curve cannot divide */
+        else if (j - i > 1) result = delaunay__order_run(o, i, j);
+    }
+    return result;
+}
+
+/* The allocators of the inner headers: every byte is counted by the object's account. */
+static void *delaunay__counted_alloc(void *user, size_t size)
+{
+    return delaunay_alloc((delaunay_memory *)user, size, 1);
+}
+
+static void delaunay__counted_release(void *user, void *block)
+{
+    delaunay_release((delaunay_memory *)user, block);
+}
+
+/* items: the points in order of insertion, equal ones side by side, the lowest index first. */
+static delaunay_result delaunay__order_points(delaunay_memory *memory, const double *xyz, size_t count, int threads,
+                                              hxtsort_pair *items)
+{
+    delaunay__order o;
+    hilbert_box box;
+    uint64_t *keys = (uint64_t *)delaunay_alloc(memory, count, sizeof *keys);
+    size_t i, j, m;
+    uint64_t rounds = 1;
+    delaunay_result result = DELAUNAY_OK;
+    if (!keys) return DELAUNAY_ERROR_OUT_OF_MEMORY;
+    memset(&o, 0, sizeof o);
+    o.memory = memory;
+    o.xyz = xyz;
+    o.items = items;
+    o.sort.num_threads = threads;
+    o.sort.allocator.alloc = delaunay__counted_alloc;
+    o.sort.allocator.release = delaunay__counted_release;
+    o.sort.allocator.user = memory;
+    memset(&box, 0, sizeof box);
+    (void)hilbert_box_fit3(&box, xyz, 0, count, threads);
+    hilbert_box_cube(&box);
+    box.depth = DELAUNAY__CURVE_DEPTH;
+    if (hilbert_keys3(keys, xyz, 0, count, &box, threads) != HILBERT_OK) memset(keys, 0, count * sizeof *keys);
+    for (m = count; m / 8 > DELAUNAY__FIRST_ROUND && rounds < DELAUNAY__MAX_ROUNDS; m /= 8) rounds++;
+    for (i = 0; i < count; i++) {
+        uint64_t h = delaunay__hash_point(xyz + 3 * i), r = rounds - 1;
+        for (; r > 0 && (h & 7) == 0; h >>= 3) r--;
+        items[i].key = r << 3 * DELAUNAY__CURVE_DEPTH | keys[i];
+        items[i].value = i;
+    }
+    delaunay_release(memory, keys);
+    result = (delaunay_result)hxtsort_pairs(items, count, &o.sort);
+    for (i = 0; i < count && result == DELAUNAY_OK; i = j) {
+        for (j = i + 1; j < count && items[j].key == items[i].key; j++) {}
+        if (j - i > 1) result = delaunay__order_run(&o, i, j);
+    }
+    return result;
+}
+
+/* Vertices from ordered points: one for each distinct point, with the lowest index. */
+static void delaunay__place_vertices(delaunay_mesh *mesh, const double *xyz, const hxtsort_pair *items, size_t count)
+{
+    size_t i;
+    uint32_t v = 0;
+    for (i = 0; i < count; i++) {
+        const double *x = xyz + 3 * items[i].value;
+        if (v == 0 || delaunay__compare_points(mesh->vertices[v].x, x) != 0) {
+            v++;
+            memcpy(mesh->vertices[v].x, x, 3 * sizeof *x);
+            mesh->vertices[v].key = mesh->vertices[v].local = 0;
+            mesh->vertex_id[v] = (uint32_t)items[i].value;
+        }
+        mesh->vertex_of[items[i].value] = v;
+    }
+    mesh->num_vertices = v + 1;
+}
+
+static void delaunay__swap_vertices(delaunay_mesh *mesh, uint32_t a, uint32_t b)
+{
+    delaunay_vertex x = mesh->vertices[a];
+    uint32_t id = mesh->vertex_id[a];
+    mesh->vertices[a] = mesh->vertices[b];
+    mesh->vertices[b] = x;
+    mesh->vertex_id[a] = mesh->vertex_id[b];
+    mesh->vertex_id[b] = id;
+}
+
+/* Brings four points that span space to the front, positively oriented; returns the dimension of all. */
+static int delaunay__first_four(delaunay_mesh *mesh)
+{
+    uint32_t n = mesh->num_vertices, v;
+    const delaunay_vertex *x = mesh->vertices;
+    if (n < 2) return -1;
+    if (n < 3) return 0;
+    for (v = 3; v < n && delaunay_collinear(x[1].x, x[2].x, x[v].x); v++) {}
+    if (v >= n) return 1;
+    if (v != 3) delaunay__swap_vertices(mesh, 3, v);
+    for (v = 4; v < n && delaunay_orient3d(x[1].x, x[2].x, x[3].x, x[v].x) == 0; v++) {}
+    if (v >= n) return 2;
+    if (v != 4) delaunay__swap_vertices(mesh, 4, v);
+    if (delaunay_orient3d(x[1].x, x[2].x, x[3].x, x[4].x) < 0) delaunay__swap_vertices(mesh, 1, 2);
+    return 3;
+}
+
+/* Coordinates that are small multiples of one power of two: with differences of at most 660 units an in-sphere
+ * determinant is below 72 * 660^5 < 2^53 units^5, and exact in doubles, every intermediate result included. */
+static int delaunay__exact_in_doubles(const delaunay_mesh *mesh)
+{
+    double lo[3], hi[3], extent = 0, unit;
+    uint32_t v;
+    int i, e;
+    if (mesh->num_vertices < 2) return 0;
+    memcpy(lo, mesh->vertices[1].x, sizeof lo);
+    memcpy(hi, lo, sizeof hi);
+    for (v = 2; v < mesh->num_vertices; v++)
+        for (i = 0; i < 3; i++) {
+            double c = mesh->vertices[v].x[i];
+            lo[i] = c < lo[i] ? c : lo[i];
+            hi[i] = c > hi[i] ? c : hi[i];
+        }
+    for (i = 0; i < 3; i++) extent = hi[i] - lo[i] > extent ? hi[i] - lo[i] : extent;
+    if (!(extent > 1e-30 && extent < 1e30)) return 0;
+    (void)frexp(extent / 660, &e);
+    unit = ldexp(1, e); /* extent is between 330 and 660 units */
+    for (v = 1; v < mesh->num_vertices; v++)
+        for (i = 0; i < 3; i++) {
+            double c = (mesh->vertices[v].x[i] - lo[i]) / unit;
+            if (c != floor(c) || lo[i] + c * unit != mesh->vertices[v].x[i]) return 0;
+        }
+    return 1;
+}
+
+/* -- canonical numbering */
+
+/* The rotation of a positive tetrahedron that puts its smallest vertex first and the smallest of the others
+ * second; a ghost tetrahedron keeps the ghost last. Even permutations only. */
+static void delaunay__canonical_rotation(const uint32_t *v, uint8_t *order)
+{
+    static const uint8_t first[4][4] = {{0, 1, 2, 3}, {1, 0, 3, 2}, {2, 0, 1, 3}, {3, 0, 2, 1}};
+    const uint8_t *f;
+    int i, m = 0, s;
+    if (v[3] == DELAUNAY_GHOST) {
+        m = v[0] < v[1] ? (v[0] < v[2] ? 0 : 2) : (v[1] < v[2] ? 1 : 2);
+        for (i = 0; i < 3; i++) order[i] = (uint8_t)((m + i) % 3);
+        order[3] = 3;
+        return;
+    }
+    for (i = 1; i < 4; i++)
+        if (v[i] < v[m]) m = i;
+    f = first[m];
+    s = v[f[1]] < v[f[2]] ? (v[f[1]] < v[f[3]] ? 0 : 2) : (v[f[2]] < v[f[3]] ? 1 : 2);
+    order[0] = f[0];
+    for (i = 0; i < 3; i++) order[i + 1] = f[1 + (s + i) % 3];
+}
+
+static int delaunay__tet_less(const delaunay_tet *a, const delaunay_tet *b)
+{
+    int i;
+    for (i = 1; i < 3; i++)
+        if (a->v[i] != b->v[i]) return a->v[i] < b->v[i];
+    return a->v[3] < b->v[3];
+}
+
+/* order: the slots in canonical order, real ones by vertices, then ghosts; first: scratch of num_vertices + 1. */
+static size_t delaunay__canonical_order(const delaunay_mesh *mesh, delaunay_handle *order, delaunay_handle *first)
+{
+    size_t num = 1, ghost, begin;
+    delaunay_handle t;
+    uint32_t v;
+    for (ghost = 0; ghost < 2; ghost++) {
+        memset(first, 0, ((size_t)mesh->num_vertices + 1) * sizeof *first);
+        for (t = 1; t < mesh->num_tets; t++)
+            if (!delaunay_is_deleted(mesh, t) && delaunay_is_ghost(mesh, t) == (int)ghost) first[mesh->tets[t].v[0] + 1]++;
+        first[0] = (delaunay_handle)num;
+        for (v = 0; v < mesh->num_vertices; v++) first[v + 1] += first[v];
+        begin = num;
+        num = first[mesh->num_vertices];
+        for (t = 1; t < mesh->num_tets; t++) {
+            if (delaunay_is_deleted(mesh, t) || delaunay_is_ghost(mesh, t) != (int)ghost) continue;
+            order[first[mesh->tets[t].v[0]]++] = t;
+        }
+        for (; begin < num; begin++) { /* few of one vertex: insertion sort */
+            delaunay_handle item = order[begin];
+            const delaunay_tet *x = &mesh->tets[item];
+            size_t j = begin;
+            for (; j > 1; j--) {
+                const delaunay_tet *y = &mesh->tets[order[j - 1]];
+                if (y->v[0] != x->v[0] || (y->v[3] == 0) != (int)ghost || !delaunay__tet_less(x, y)) break;
+                order[j] = order[j - 1];
+            }
+            order[j] = item;
+        }
+    }
+    return num;
+}
+
+static uint16_t delaunay__rotate_flags(uint16_t flags, const uint8_t *order)
+{
+    unsigned out = flags & DELAUNAY_STAGE_BITS;
+    int i, j;
+    for (i = 0; i < 4; i++) {
+        if (flags & DELAUNAY_FACET_BIT(order[i])) out |= DELAUNAY_FACET_BIT(i);
+        for (j = i + 1; j < 4; j++)
+            if (flags & DELAUNAY_EDGE_BIT(delaunay_edge_between(order[i], order[j])))
+                out |= DELAUNAY_EDGE_BIT(delaunay_edge_between(i, j));
+    }
+    return (uint16_t)out;
+}
+
+DELAUNAY_API delaunay_result delaunay_canonicalize(delaunay_mesh *mesh, const delaunay_host *host)
+{
+    delaunay_memory *m = &mesh->memory;
+    size_t slots = mesh->num_tets, num, i;
+    delaunay_handle *order = NULL, *moved = NULL, *first = NULL, t;
+    delaunay_tet *tets = NULL;
+    uint16_t *flags = NULL;
+    uint32_t *color = NULL;
+    uint8_t *back = NULL;
+    delaunay_result result = DELAUNAY_ERROR_OUT_OF_MEMORY;
+    int j;
+    (void)host;
+    if (slots == 0) return DELAUNAY_OK;
+    order = (delaunay_handle *)delaunay_alloc(m, slots, sizeof *order);
+    moved = (delaunay_handle *)delaunay_alloc(m, slots, sizeof *moved);
+    first = (delaunay_handle *)delaunay_alloc(m, (size_t)mesh->num_vertices + 1, sizeof *first);
+    back = (uint8_t *)delaunay_alloc(m, slots, 4);
+    tets = (delaunay_tet *)delaunay_alloc(m, mesh->cap_tets, sizeof *tets);
+    if (mesh->flags) flags = (uint16_t *)delaunay_alloc(m, mesh->cap_tets, sizeof *flags);
+    if (mesh->color) color = (uint32_t *)delaunay_alloc(m, mesh->cap_tets, sizeof *color);
+    if (!order || !moved || !first || !back || !tets || (mesh->flags && !flags) || (mesh->color && !color)) goto done;
+    memset(moved, 0, slots * sizeof *moved);
+    if (flags) memset(flags, 0, mesh->cap_tets * sizeof *flags);
+    if (color) memset(color, 0, mesh->cap_tets * sizeof *color);
+    for (t = 1; t < slots; t++) { /* rotate in place, remember where each facet went */
+        delaunay_tet x = mesh->tets[t];
+        uint8_t rotation[4];
+        if (x.v[0] == 0) continue;
+        delaunay__canonical_rotation(x.v, rotation);
+        for (j = 0; j < 4; j++) {
+            mesh->tets[t].v[j] = x.v[rotation[j]];
+            mesh->tets[t].n[j] = x.n[rotation[j]];
+            back[4 * (size_t)t + rotation[j]] = (uint8_t)j;
+        }
+        if (flags) mesh->flags[t] = delaunay__rotate_flags(mesh->flags[t], rotation);
+    }
+    num = delaunay__canonical_order(mesh, order, first);
+    for (i = 1; i < num; i++) moved[order[i]] = (delaunay_handle)i;
+    memset((void *)tets, 0, sizeof *tets);
+    for (i = 1; i < num; i++) {
+        tets[i] = mesh->tets[order[i]];
+        for (j = 0; j < 4; j++) {
+            delaunay_handle n = tets[i].n[j];
+            if (n) tets[i].n[j] = 4 * moved[n >> 2] + back[n];
+        }
+        if (flags) flags[i] = mesh->flags[order[i]];
+        if (color) color[i] = mesh->color[order[i]];
+    }
+    if (mesh->vertex_tet) /* the lowest tetrahedron of each star */
+        for (memset(mesh->vertex_tet, 0, mesh->cap_vertices * sizeof *mesh->vertex_tet), i = num; i-- > 1;)
+            for (j = 0; j < 4; j++) mesh->vertex_tet[tets[i].v[j]] = (delaunay_handle)i;
+    delaunay_release(m, mesh->tets);
+    mesh->tets = tets;
+    tets = NULL;
+    if (flags) {
+        delaunay_release(m, mesh->flags);
+        mesh->flags = flags;
+        flags = NULL;
+    }
+    if (color) {
+        delaunay_release(m, mesh->color);
+        mesh->color = color;
+        color = NULL;
+    }
+    mesh->num_tets = (delaunay_handle)num;
+    mesh->num_free = 0;
+    result = DELAUNAY_OK;
+done:
+    delaunay_release(m, order);
+    delaunay_release(m, moved);
+    delaunay_release(m, first);
+    delaunay_release(m, back);
+    delaunay_release(m, tets);
+    delaunay_release(m, flags);
+    delaunay_release(m, color);
+    return result;
+}
+
+/* -- from arrays */
+
+static delaunay_result delaunay__say(delaunay_report *report, delaunay_result result, const char *message)
+{
+    if (report) snprintf(report->message, sizeof report->message, "%s", message);
+    return result;
+}
+
+static uint32_t delaunay__facet_hash(const uint32_t *v)
+{
+    uint32_t a = v[0], b = v[1], c = v[2];
+    return (a + b + c) * 0x9e3779b1u ^ (a ^ b ^ c) * 0x85ebca6bu;
+}
+
+static int delaunay__same_facet(const uint32_t *a, const uint32_t *b)
+{
+    int i;
+    for (i = 0; i < 3; i++)
+        if (a[0] == b[i]) return (a[1] == b[(i + 1) % 3] && a[2] == b[(i + 2) % 3]) ||
+                                 (a[2] == b[(i + 1) % 3] && a[1] == b[(i + 2) % 3]);
+    return 0;
+}
+
+static void delaunay__get_facet(const delaunay_mesh *mesh, delaunay_handle f, uint32_t *v)
+{
+    int i;
+    for (i = 0; i < 3; i++) v[i] = mesh->tets[f >> 2].v[delaunay_facet_vertices[f & 3][i]];
+}
+
+/* Links every two tetrahedra that share a facet. A third one, or two on the same side, is an error. */
+static delaunay_result delaunay__link_tets(delaunay_mesh *mesh, delaunay_report *report)
+{
+    size_t mask = 255, i;
+    delaunay_handle *table, t, f;
+    delaunay_result result = DELAUNAY_OK;
+    while (mask < 6 * (size_t)mesh->num_tets) mask = 2 * mask + 1;
+    table = (delaunay_handle *)delaunay_alloc(&mesh->memory, mask + 1, sizeof *table);
+    if (!table) return DELAUNAY_ERROR_OUT_OF_MEMORY;
+    memset(table, 0, (mask + 1) * sizeof *table);
+    for (t = 1; t < mesh->num_tets && result == DELAUNAY_OK; t++)
+        for (f = 4 * t; f < 4 * t + 4; f++) {
+            uint32_t v[3], w[3];
+            uint32_t h;
+            delaunay__get_facet(mesh, f, v);
+            h = delaunay__facet_hash(v);
+            for (i = (h ^ h >> 15) & mask; table[i]; i = (i + 1) & mask) {
+                delaunay__get_facet(mesh, table[i], w);
+                if (delaunay__same_facet(v, w)) break;
+            }
+            if (!table[i]) {
+                table[i] = f;
+            } else if (mesh->tets[table[i] >> 2].n[table[i] & 3]) {
+                result = delaunay__say(report, DELAUNAY_ERROR_INVALID_MESH, "three tetrahedra share a facet");
+            } else {
+                mesh->tets[t].n[f & 3] = table[i];
+                mesh->tets[table[i] >> 2].n[table[i] & 3] = f;
+            }
+            if (result != DELAUNAY_OK) {
+                if (report) report->ids[0] = (uint32_t)(t - 1), report->num_ids = 1;
+                break;
+            }
+        }
+    delaunay_release(&mesh->memory, table);
+    return result;
+}
+
+DELAUNAY_API delaunay_result delaunay_import(delaunay_mesh *mesh, const double *xyz, size_t num_points,
+                                             const uint32_t *tets, const uint32_t *colors, size_t num_tets,
+                                             const delaunay_host *host, delaunay_report *report)
+{
+    delaunay_report unused;
+    delaunay_result result;
+    size_t i;
+    int j, turn = 0;
+    if (!report) report = &unused;
+    memset(report, 0, sizeof *report);
+    if (!mesh || (num_points && !xyz) || (num_tets && !tets)) return DELAUNAY_ERROR_INVALID_ARGUMENT;
+    if (num_points >= UINT32_MAX - 16 || num_tets >= (size_t)((delaunay_handle)-1) / 4 - 16) return DELAUNAY_ERROR_TOO_LARGE;
+    delaunay_mesh_free(mesh);
+    result = delaunay_memory_init(&mesh->memory, host);
+    if (result == DELAUNAY_OK) result = delaunay_reserve(mesh, num_points + 1, num_tets + 1);
+    if (result != DELAUNAY_OK) goto done;
+    mesh->vertex_of = (uint32_t *)delaunay_alloc(&mesh->memory, num_points, sizeof *mesh->vertex_of);
+    if (!mesh->vertex_of) { result = DELAUNAY_ERROR_OUT_OF_MEMORY; goto done; }
+    if (colors) result = delaunay_enable_marks(mesh);
+    if (result != DELAUNAY_OK) goto done;
+    mesh->num_points = (uint32_t)num_points;
+    for (i = 0; i < num_points; i++) mesh->vertex_of[i] = delaunay_add_vertex(mesh, xyz + 3 * i, (uint32_t)i);
+    for (i = 0; i < num_tets; i++) {
+        delaunay_tet *t = &mesh->tets[i + 1];
+        int sign;
+        memset((void *)t, 0, sizeof *t);
+        for (j = 0; j < 4; j++) {
+            if (tets[4 * i + (size_t)j] >= num_points) {
+                result = delaunay__say(report, DELAUNAY_ERROR_INVALID_ARGUMENT, "a tetrahedron names a point that is not there");
+                goto offender;
+            }
+            t->v[j] = tets[4 * i + (size_t)j] + 1;
+        }
+        sign = delaunay_orient3d(mesh->vertices[t->v[0]].x, mesh->vertices[t->v[1]].x, mesh->vertices[t->v[2]].x,
+                                 mesh->vertices[t->v[3]].x);
+        if (i == 0) turn = sign < 0;
+        if (turn ? sign >= 0 : sign <= 0) {
+            result = delaunay__say(report, DELAUNAY_ERROR_INVALID_MESH,
+                                   sign ? "tetrahedra of both orientations" : "a flat tetrahedron");
+            goto offender;
+        }
+        if (turn) {
+            uint32_t v = t->v[2];
+            t->v[2] = t->v[3];
+            t->v[3] = v;
+        }
+        if (colors) mesh->color[i + 1] = colors[i];
+    }
+    mesh->num_tets = (delaunay_handle)num_tets + 1;
+    result = delaunay__link_tets(mesh, report);
+    goto done;
+offender:
+    report->ids[0] = (uint32_t)i;
+    report->num_ids = 1;
+done:
+    report->num_points = num_points;
+    report->num_vertices = mesh->num_vertices ? mesh->num_vertices - 1 : 0;
+    report->num_tets = result == DELAUNAY_OK ? num_tets : 0;
+    report->peak_bytes = mesh->memory.peak_bytes;
+    if (result != DELAUNAY_OK) {
+        if (!report->message[0]) (void)delaunay__say(report, result, delaunay_result_string(result));
+        delaunay_mesh_free(mesh);
+    }
+    return result;
 }
 
 /* ---- >>partitions ---------------------------------------------------------------------- */
@@ -3338,123 +4277,152 @@ DELAUNAY_API delaunay_result delaunay_speculate(delaunay_engine *engine, delauna
     return result;
 }
 
-/* ---- >>validate ------------------------------------------------------------------------ */
+/* ---- >>validate  a validator that trusts nothing ------------------------------------------- */
+static delaunay_result delaunay__offender(delaunay_report *report, delaunay_handle t, delaunay_handle r,
+                                          const char *message)
+{
+    if (report) {
+        report->ids[0] = (uint32_t)t;
+        report->ids[1] = (uint32_t)r;
+        report->num_ids = r ? 2 : 1;
+    }
+    return delaunay__say(report, DELAUNAY_ERROR_INVALID_MESH, message);
+}
+
+static const double *delaunay__corner(const delaunay_mesh *mesh, delaunay_handle t, int i)
+{
+    return mesh->vertices[mesh->tets[t].v[i]].x;
+}
+
+/* Facet f against its other side g: seen from both, in opposite order, with the same marks. */
+static const char *delaunay__check_facet(const delaunay_mesh *mesh, delaunay_handle f, delaunay_handle g)
+{
+    uint32_t v[3], w[3];
+    int i, j;
+    if (g >> 2 >= mesh->num_tets || delaunay_is_deleted(mesh, g >> 2)) return "a neighbour that does not exist";
+    if (g >> 2 == f >> 2) return "a tetrahedron is its own neighbour";
+    if (mesh->tets[g >> 2].n[g & 3] != f) return "neighbours that do not know each other";
+    delaunay__get_facet(mesh, f, v);
+    delaunay__get_facet(mesh, g, w);
+    for (i = 0; i < 3 && v[0] != w[i]; i++) {}
+    if (i == 3 || v[1] != w[(i + 2) % 3] || v[2] != w[(i + 1) % 3]) return "neighbours whose facets do not match";
+    if (!mesh->flags) return NULL;
+    if (!(mesh->flags[f >> 2] & DELAUNAY_FACET_BIT(f & 3)) != !(mesh->flags[g >> 2] & DELAUNAY_FACET_BIT(g & 3)))
+        return "a facet constrained on one side only";
+    for (i = 0; i < 3; i++) {
+        const delaunay_tet *t = &mesh->tets[f >> 2], *r = &mesh->tets[g >> 2];
+        uint32_t a = v[i], b = v[(i + 1) % 3];
+        unsigned x, y;
+        j = delaunay_edge_between(delaunay_local_index(t, a), delaunay_local_index(t, b));
+        x = mesh->flags[f >> 2] & DELAUNAY_EDGE_BIT(j);
+        j = delaunay_edge_between(delaunay_local_index(r, a), delaunay_local_index(r, b));
+        y = mesh->flags[g >> 2] & DELAUNAY_EDGE_BIT(j);
+        if (!x != !y) return "an edge constrained in some tetrahedra around it only";
+    }
+    return NULL;
+}
+
+static delaunay_result delaunay__check_topology(const delaunay_mesh *mesh, delaunay_report *report)
+{
+    delaunay_handle t;
+    uint32_t v;
+    int i, j;
+    for (t = 1; t < mesh->num_tets; t++) {
+        const delaunay_tet *x = &mesh->tets[t];
+        if (delaunay_is_deleted(mesh, t)) continue;
+        for (i = 0; i < 4; i++) {
+            const char *why = NULL;
+            if (x->v[i] >= mesh->num_vertices) return delaunay__offender(report, t, 0, "a vertex that does not exist");
+            if (x->v[i] == DELAUNAY_GHOST && i < 3) return delaunay__offender(report, t, 0, "the ghost is not the last vertex");
+            for (j = 0; j < i; j++)
+                if (x->v[i] == x->v[j]) return delaunay__offender(report, t, 0, "a vertex twice in a tetrahedron");
+            if (x->n[i]) why = delaunay__check_facet(mesh, 4 * t + (delaunay_handle)i, x->n[i]);
+            if (why) return delaunay__offender(report, t, x->n[i] >> 2, why);
+        }
+    }
+    for (t = 0; t < mesh->num_free; t++)
+        if (mesh->free_tets[t] == 0 || mesh->free_tets[t] >= mesh->num_tets || !delaunay_is_deleted(mesh, mesh->free_tets[t]))
+            return delaunay__offender(report, mesh->free_tets[t], 0, "a free slot that is in use");
+    for (v = 1; mesh->vertex_tet && v < mesh->num_vertices; v++) {
+        t = mesh->vertex_tet[v];
+        if (t && (t >= mesh->num_tets || delaunay_is_deleted(mesh, t) || delaunay_local_index(&mesh->tets[t], v) < 0))
+            return delaunay__offender(report, t, 0, "vertex_tet names a tetrahedron without the vertex");
+    }
+    return DELAUNAY_OK;
+}
+
+/* The vertex across facet i of t. */
+static uint32_t delaunay__across(const delaunay_mesh *mesh, delaunay_handle t, int i)
+{
+    delaunay_handle n = mesh->tets[t].n[i];
+    return mesh->tets[n >> 2].v[n & 3];
+}
+
+static delaunay_result delaunay__check_geometry(const delaunay_mesh *mesh, delaunay_report *report)
+{
+    delaunay_handle t;
+    int i;
+    for (t = 1; t < mesh->num_tets; t++) {
+        if (delaunay_is_deleted(mesh, t)) continue;
+        if (!delaunay_is_ghost(mesh, t)) {
+            if (delaunay_orient3d(delaunay__corner(mesh, t, 0), delaunay__corner(mesh, t, 1),
+                                  delaunay__corner(mesh, t, 2), delaunay__corner(mesh, t, 3)) <= 0)
+                return delaunay__offender(report, t, 0, "a tetrahedron that is flat or inside out");
+            continue;
+        }
+        for (i = 0; i < 4; i++) {
+            uint32_t q;
+            if (!mesh->tets[t].n[i]) return delaunay__offender(report, t, 0, "a ghost without a neighbour");
+            q = delaunay__across(mesh, t, i);
+            if (q == DELAUNAY_GHOST) return delaunay__offender(report, t, 0, "a ghost on both sides of a hull facet");
+            if (delaunay_orient3d(delaunay__corner(mesh, t, 0), delaunay__corner(mesh, t, 1),
+                                  delaunay__corner(mesh, t, 2), mesh->vertices[q].x) > 0)
+                return delaunay__offender(report, t, mesh->tets[t].n[i] >> 2, "the hull is not convex");
+        }
+    }
+    return DELAUNAY_OK;
+}
+
+/* Every facet locally Delaunay, the perturbation included: then the whole triangulation is. */
+static delaunay_result delaunay__check_delaunay(const delaunay_mesh *mesh, delaunay_report *report)
+{
+    delaunay_handle t, r;
+    int i;
+    for (t = 1; t < mesh->num_tets; t++) {
+        if (delaunay_is_deleted(mesh, t)) continue;
+        for (i = 0; i < 4; i++) {
+            uint32_t q;
+            if (mesh->tets[t].n[i] == 0) continue;
+            q = delaunay__across(mesh, t, i);
+            r = t;
+            if (q == DELAUNAY_GHOST) continue;
+            if (delaunay_is_ghost(mesh, t)) { /* coplanar facets of the hull: as the tetrahedron behind */
+                r = mesh->tets[t].n[3] >> 2;
+                if (i == 3 || delaunay_local_index(&mesh->tets[r], q) >= 0 ||
+                    delaunay_orient3d(delaunay__corner(mesh, t, 0), delaunay__corner(mesh, t, 1),
+                                      delaunay__corner(mesh, t, 2), mesh->vertices[q].x) != 0) continue;
+            }
+            if (delaunay_insphere_perturbed(delaunay__corner(mesh, r, 0), delaunay__corner(mesh, r, 1),
+                                            delaunay__corner(mesh, r, 2), delaunay__corner(mesh, r, 3),
+                                            mesh->vertices[q].x) > 0)
+                return delaunay__offender(report, t, mesh->tets[t].n[i] >> 2, "a sphere that is not empty");
+        }
+    }
+    return DELAUNAY_OK;
+}
+
+DELAUNAY_API delaunay_result delaunay_validate(const delaunay_mesh *mesh, int level, delaunay_report *report)
+{
+    delaunay_result result;
+    if (report) memset(report, 0, sizeof *report);
+    if (!mesh) return DELAUNAY_ERROR_INVALID_ARGUMENT;
+    result = delaunay__check_topology(mesh, report);
+    if (result == DELAUNAY_OK && level >= DELAUNAY_VALIDATE_GEOMETRY) result = delaunay__check_geometry(mesh, report);
+    if (result == DELAUNAY_OK && level >= DELAUNAY_VALIDATE_DELAUNAY) result = delaunay__check_delaunay(mesh, report);
+    return result;
+}
 
 /* ---- >>public ----------------------------------------------------------------------------- */
-
-/* Points into vertices, in curve order, duplicates merged. */
-static delaunay_result delaunay__load(delaunay_mesh *mesh, const double *xyz, size_t count, delaunay_report *report)
-{
-    size_t i, j, k, l;
-    hilbert_box box;
-    delaunay_result result = DELAUNAY_ERROR_OUT_OF_MEMORY;
-    uint64_t *keys = (uint64_t *)delaunay_alloc(&mesh->memory, count + 1, sizeof *keys);
-    uint32_t *order = (uint32_t *)delaunay_alloc(&mesh->memory, count + 1, sizeof *order);
-    mesh->vertex_of = (uint32_t *)delaunay_alloc(&mesh->memory, count + 1, sizeof *mesh->vertex_of);
-    if (!keys || !order || !mesh->vertex_of) goto done;
-    mesh->num_points = (uint32_t)count;
-    memset(&box, 0, sizeof box);
-    if (hilbert_box_fit3(&box, xyz, 3 * sizeof *xyz, count, 1) != 0 ||
-        hilbert_keys3(keys, xyz, 3 * sizeof *xyz, count, &box, 1) != 0)
-        goto done;
-    for (i = 0; i < count; i++) order[i] = (uint32_t)i;
-    if (hxtsort_u64_u32(keys, order, count, NULL) != 0) goto done;
-    result = delaunay_reserve(mesh, count + 1, 7 * count + 64);
-    if (result != DELAUNAY_OK) goto done;
-    for (i = 0; i < count; i = j) {
-        for (j = i + 1; j < count && keys[j] == keys[i];) j++;
-        for (k = i + 1; k < j; k++) { /* equal keys: lexicographic, then by index */
-            uint32_t o = order[k];
-            for (l = k; l > i; l--) {
-                const double *a = xyz + 3 * (size_t)o, *b = xyz + 3 * (size_t)order[l - 1];
-                if (!(delaunay__lexicographic_less(a, b) ||
-                      (!delaunay__lexicographic_less(b, a) && o < order[l - 1])))
-                    break;
-                order[l] = order[l - 1];
-            }
-            order[l] = o;
-        }
-        for (k = i; k < j; k++) {
-            const double *a = xyz + 3 * (size_t)order[k];
-            uint32_t v = mesh->num_vertices;
-            if (k > i && !delaunay__lexicographic_less(delaunay__x(mesh, v - 1), a)) {
-                v--;
-                report->num_duplicates++;
-            } else {
-                memcpy(mesh->vertices[v].x, a, 3 * sizeof *a);
-                mesh->vertex_id[v] = order[k];
-                mesh->num_vertices++;
-            }
-            mesh->vertex_of[order[k]] = v;
-        }
-    }
-done:
-    delaunay_release(&mesh->memory, keys);
-    delaunay_release(&mesh->memory, order);
-    return result;
-}
-
-DELAUNAY_API delaunay_result delaunay_tetrahedralize(delaunay_mesh *mesh, const double *xyz, size_t count,
-                                                     const delaunay_options *options, delaunay_report *report)
-{
-    delaunay__insertion s;
-    delaunay_report local;
-    delaunay_result result;
-    uint32_t first[4], v;
-    size_t i;
-    int rounds = 1, r;
-    if (!report) report = &local;
-    memset(report, 0, sizeof *report);
-    if (!mesh || (count && !xyz)) return DELAUNAY_ERROR_INVALID_ARGUMENT;
-    delaunay_mesh_free(mesh);
-    result = delaunay_memory_init(&mesh->memory, options ? &options->host : NULL);
-    if (result != DELAUNAY_OK) return result;
-    report->num_points = count;
-    report->dimension = -1;
-    for (i = 0; i < 3 * count; i++)
-        if (!(xyz[i] - xyz[i] == 0)) {
-            report->ids[0] = (uint32_t)(i / 3);
-            report->num_ids = 1;
-            snprintf(report->message, sizeof report->message, "point %lu has a coordinate that is not finite",
-                     (unsigned long)(i / 3));
-            return DELAUNAY_ERROR_NOT_FINITE;
-        }
-    memset(&s, 0, sizeof s);
-    s.mesh = mesh;
-    s.cavity.memory = s.boundary.memory = s.slots.memory = &mesh->memory;
-    result = delaunay_reserve(mesh, 1, 64);
-    if (result == DELAUNAY_OK && count) result = delaunay__load(mesh, xyz, count, report);
-    if (result != DELAUNAY_OK) goto done;
-    report->dimension = delaunay__first_four(mesh, first);
-    if (report->dimension < 3) {
-        snprintf(report->message, sizeof report->message, "the %lu points span only %d dimensions",
-                 (unsigned long)count, report->dimension);
-        result = DELAUNAY_ERROR_DIMENSION;
-        goto done;
-    }
-    delaunay__start(mesh, first);
-    s.hint = 1;
-    for (v = mesh->num_vertices; v > 2000; v /= 8) rounds++;
-    for (r = 0; r < rounds; r++)
-        for (v = 1; v < mesh->num_vertices; v++)
-            if (delaunay__round(v, rounds) == r && v != first[0] && v != first[1] && v != first[2] && v != first[3]) {
-                result = delaunay__insert(&s, v);
-                if (result != DELAUNAY_OK) goto done;
-            }
-    report->num_vertices = mesh->num_vertices - 1;
-    report->num_tets = delaunay_count_tets(mesh);
-done:
-    delaunay_list_free(&s.cavity);
-    delaunay_list_free(&s.boundary);
-    delaunay_list_free(&s.slots);
-    if (mesh->memory.allocator.release) {
-        delaunay_release(&mesh->memory, s.edges);
-        delaunay_release(&mesh->memory, s.edge_facets);
-    }
-    report->peak_bytes = mesh->memory.peak_bytes;
-    if (result != DELAUNAY_OK) delaunay_mesh_free(mesh);
-    return result;
-}
 
 DELAUNAY_API const char *delaunay_result_string(delaunay_result result)
 {
@@ -3474,6 +4442,140 @@ DELAUNAY_API const char *delaunay_result_string(delaunay_result result)
     case DELAUNAY_ERROR_BROKEN_ARITHMETIC: return "floating-point arithmetic does not follow IEEE 754";
     }
     return "unknown delaunay_result";
+}
+
+DELAUNAY_API uint64_t delaunay_export_tets(const delaunay_mesh *mesh, uint32_t *tets, uint64_t cap_tets)
+{
+    uint64_t n = 0;
+    uint32_t first = 1, v, w, id;
+    delaunay_handle t;
+    int i;
+    while (first < mesh->num_vertices && mesh->vertex_id[first] != DELAUNAY_NO_ID) first++;
+    for (t = 1; t < mesh->num_tets; t++) {
+        if (delaunay_is_deleted(mesh, t) || delaunay_is_ghost(mesh, t)) continue;
+        for (i = 0; tets && n < cap_tets && i < 4; i++) {
+            v = mesh->tets[t].v[i];
+            id = mesh->vertex_id[v];
+            if (id == DELAUNAY_NO_ID) /* its rank among those that we added */
+                for (id = mesh->num_points, w = first; w < v; w++) id += mesh->vertex_id[w] == DELAUNAY_NO_ID;
+            tets[4 * n + (uint64_t)i] = id;
+        }
+        n++;
+    }
+    return n;
+}
+
+/* Up to four points with a coordinate that is not finite, into the report. */
+static delaunay_result delaunay__check_finite(const double *xyz, size_t count, delaunay_report *report)
+{
+    size_t i;
+    for (i = 0; i < count && report->num_ids < 4; i++) {
+        const double *x = xyz + 3 * i;
+        if (x[0] - x[0] == 0 && x[1] - x[1] == 0 && x[2] - x[2] == 0) continue;
+        if (report->num_ids == 0) memcpy(report->xyz, x, sizeof report->xyz);
+        report->ids[report->num_ids++] = (uint32_t)i;
+    }
+    return report->num_ids ? DELAUNAY_ERROR_NOT_FINITE : DELAUNAY_OK;
+}
+
+/* Vertices in order of insertion, from the caller's points. */
+static delaunay_result delaunay__sort(delaunay_mesh *mesh, const double *xyz, size_t count, int threads)
+{
+    hxtsort_pair *items = (hxtsort_pair *)delaunay_alloc(&mesh->memory, count, sizeof *items);
+    delaunay_result result = items ? DELAUNAY_OK : DELAUNAY_ERROR_OUT_OF_MEMORY;
+    if (result == DELAUNAY_OK) result = delaunay__order_points(&mesh->memory, xyz, count, threads, items);
+    if (result == DELAUNAY_OK) result = delaunay_reserve(mesh, count + 1, 1);
+    if (result == DELAUNAY_OK) {
+        mesh->vertex_of = (uint32_t *)delaunay_alloc(&mesh->memory, count, sizeof *mesh->vertex_of);
+        mesh->num_points = (uint32_t)count;
+        if (!mesh->vertex_of) result = DELAUNAY_ERROR_OUT_OF_MEMORY;
+    }
+    if (result == DELAUNAY_OK) delaunay__place_vertices(mesh, xyz, items, count);
+    delaunay_release(&mesh->memory, items);
+    return result;
+}
+
+static delaunay_result delaunay__insert_all(delaunay_mesh *mesh, const delaunay_options *options)
+{
+    enum { BETWEEN_PROGRESS = 16384 };
+    delaunay__kernel kernel;
+    uint32_t v, n = mesh->num_vertices;
+    int result = delaunay__reserve_tets(mesh, (size_t)n + 6 * (size_t)n + 1024);
+    if (result != DELAUNAY_OK) return (delaunay_result)result;
+    delaunay__first_tet(mesh);
+    result = delaunay__kernel_init(&kernel, mesh);
+    kernel.exact_doubles = delaunay__exact_in_doubles(mesh);
+    kernel.hint = 1;
+    for (v = 5; v < n && result == DELAUNAY_OK; v++) {
+        if (v % BETWEEN_PROGRESS == 0 && options->host.progress &&
+            options->host.progress(options->host.user, "insert", (double)v / n)) {
+            result = DELAUNAY_CANCELLED;
+            break;
+        }
+        result = delaunay__insert(&kernel, v);
+    }
+    if (result == DELAUNAY__NOT_HERE) result = DELAUNAY_ERROR_INTERNAL;
+    if (result == DELAUNAY_OK) result = delaunay__kernel_finish(&kernel);
+    delaunay__kernel_free(&kernel);
+    return (delaunay_result)result;
+}
+
+/* After vertices were swapped, the map from points follows. local: the old number of v; key: the new one. */
+static void delaunay__renew_vertex_of(delaunay_mesh *mesh)
+{
+    uint32_t i, v;
+    for (v = 1; v < mesh->num_vertices; v++) mesh->vertices[v].local = mesh->vertex_of[mesh->vertex_id[v]];
+    for (v = 1; v < mesh->num_vertices; v++) mesh->vertices[mesh->vertices[v].local].key = v;
+    for (i = 0; i < mesh->num_points; i++) mesh->vertex_of[i] = mesh->vertices[mesh->vertex_of[i]].key;
+    for (v = 1; v < mesh->num_vertices; v++) mesh->vertices[v].local = mesh->vertices[v].key = 0;
+}
+
+DELAUNAY_API delaunay_result delaunay_tetrahedralize(delaunay_mesh *mesh, const double *xyz, size_t count,
+                                                     const delaunay_options *options, delaunay_report *report)
+{
+    delaunay_options defaults;
+    delaunay_report unused;
+    delaunay_result result;
+    double start, sorted, inserted;
+    delaunay_handle t;
+    if (!report) report = &unused;
+    memset(report, 0, sizeof *report);
+    memset(&defaults, 0, sizeof defaults);
+    report->dimension = -1;
+    if (!options) options = &defaults;
+    if (!mesh || (count && !xyz)) return delaunay__say(report, DELAUNAY_ERROR_INVALID_ARGUMENT, "a null pointer");
+    delaunay_mesh_free(mesh);
+    if (count >= UINT32_MAX - 16) return delaunay__say(report, DELAUNAY_ERROR_TOO_LARGE, "too many points");
+    start = sorted = inserted = delaunay_seconds(&options->host);
+    report->num_points = count;
+    result = delaunay_memory_init(&mesh->memory, &options->host);
+    if (result == DELAUNAY_OK) result = delaunay__check_finite(xyz, count, report);
+    if (result == DELAUNAY_OK) result = delaunay__sort(mesh, xyz, count, delaunay_threads(&options->host));
+    if (result == DELAUNAY_OK) {
+        report->num_vertices = mesh->num_vertices - 1;
+        report->num_duplicates = count - report->num_vertices;
+        report->dimension = delaunay__first_four(mesh);
+        if (report->dimension < 3) result = DELAUNAY_ERROR_DIMENSION;
+        else delaunay__renew_vertex_of(mesh);
+    }
+    sorted = inserted = delaunay_seconds(&options->host);
+    if (result == DELAUNAY_OK) result = delaunay__insert_all(mesh, options);
+    inserted = delaunay_seconds(&options->host);
+    if (result == DELAUNAY_OK && !options->any_order) result = delaunay_canonicalize(mesh, &options->host);
+    report->seconds_sort = sorted - start;
+    report->seconds_insert = inserted - sorted;
+    report->seconds_finish = delaunay_seconds(&options->host) - inserted;
+    report->peak_bytes = mesh->memory.peak_bytes;
+    if (result != DELAUNAY_OK) {
+        delaunay_mesh_free(mesh);
+        return delaunay__say(report, result, delaunay_result_string(result));
+    }
+    for (t = 1; t < mesh->num_tets; t++) {
+        if (delaunay_is_deleted(mesh, t)) continue;
+        if (delaunay_is_ghost(mesh, t)) report->num_ghosts++;
+        else report->num_tets++;
+    }
+    return DELAUNAY_OK;
 }
 
 #endif /* DELAUNAY_IMPLEMENTATION */

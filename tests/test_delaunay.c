@@ -1,0 +1,361 @@
+/* test_delaunay.c - delaunay.h: whole triangulations against brute force, invariants and themselves. */
+#define DELAUNAY_IMPLEMENTATION
+#include "../delaunay.h"
+#include "check.h"
+
+static uint64_t random_state = 1;
+static uint32_t random_u32(void)
+{
+    random_state = random_state * UINT64_C(6364136223846793005) + UINT64_C(1442695040888963407);
+    return (uint32_t)(random_state >> 33);
+}
+static double random_unit(void) { return (double)random_u32() / 2147483648.0; }
+
+static uint64_t hash_bytes(uint64_t h, const void *data, size_t size)
+{
+    const unsigned char *p = (const unsigned char *)data;
+    while (size--) h = (h ^ *p++) * UINT64_C(0x100000001b3);
+    return h;
+}
+
+/* Everything that a caller can read. */
+static uint64_t hash_mesh(const delaunay_mesh *m)
+{
+    uint64_t h = UINT64_C(0xcbf29ce484222325);
+    h = hash_bytes(h, m->vertices, m->num_vertices * sizeof *m->vertices);
+    h = hash_bytes(h, m->vertex_id, m->num_vertices * sizeof *m->vertex_id);
+    h = hash_bytes(h, m->tets, (size_t)m->num_tets * sizeof *m->tets);
+    return hash_bytes(h, m->vertex_of, m->num_points * sizeof *m->vertex_of);
+}
+
+/* Every real tetrahedron of a small set is found, and no other: all spheres against all points. */
+static void brute_force(const double *xyz, uint32_t n, const delaunay_mesh *mesh)
+{
+    uint32_t a, b, c, d, e, expected = 0;
+    for (a = 0; a < n; a++)
+        for (b = a + 1; b < n; b++)
+            for (c = b + 1; c < n; c++)
+                for (d = c + 1; d < n; d++) {
+                    const double *p[4];
+                    int sign, empty = 1;
+                    p[0] = xyz + 3 * a; p[1] = xyz + 3 * b; p[2] = xyz + 3 * c; p[3] = xyz + 3 * d;
+                    sign = delaunay_orient3d(p[0], p[1], p[2], p[3]);
+                    if (sign == 0) continue;
+                    if (sign < 0) p[0] = xyz + 3 * b, p[1] = xyz + 3 * a;
+                    for (e = 0; e < n && empty; e++)
+                        if (e != a && e != b && e != c && e != d)
+                            empty = delaunay_insphere_perturbed(p[0], p[1], p[2], p[3], xyz + 3 * e) < 0;
+                    expected += (uint32_t)empty;
+                }
+    CHECK(expected == delaunay_count_tets(mesh));
+}
+
+static void small_lattices(void)
+{
+    int round, valid = 0, flat = 0;
+    for (round = 0; round < 400; round++) {
+        double xyz[3 * 12], distinct[3 * 12];
+        uint32_t n = 4 + random_u32() % 9, i, j, k, m = 0;
+        delaunay_mesh mesh = {0};
+        delaunay_result result;
+        for (i = 0; i < 3 * n; i++) xyz[i] = random_u32() % 3;
+        for (i = 0; i < n; i++) {
+            for (j = 0; j < m; j++) {
+                for (k = 0; k < 3 && distinct[3 * j + k] == xyz[3 * i + k]; k++) {}
+                if (k == 3) break;
+            }
+            if (j == m) memcpy(distinct + 3 * m++, xyz + 3 * i, 3 * sizeof *xyz);
+        }
+        result = delaunay_tetrahedralize(&mesh, xyz, n, NULL, NULL);
+        if (result == DELAUNAY_ERROR_DIMENSION) {
+            flat++;
+            continue;
+        }
+        CHECK(result == DELAUNAY_OK && mesh.num_vertices == m + 1);
+        CHECK(delaunay_validate(&mesh, DELAUNAY_VALIDATE_DELAUNAY, NULL) == DELAUNAY_OK);
+        brute_force(distinct, m, &mesh);
+        delaunay_mesh_free(&mesh);
+        valid++;
+    }
+    CHECK(valid > 300 && flat > 0);
+}
+
+enum { UNIFORM, GRID, DECIMAL, SPHERE, LINES, CLUSTERS, PLANE_AND_ONE, NUM_KINDS };
+
+static double *make_points(int kind, size_t n)
+{
+    double *xyz = (double *)malloc(3 * n * sizeof *xyz);
+    size_t i, side = 1;
+    while (side * side * side < n) side++;
+    for (i = 0; i < n; i++) {
+        double *x = xyz + 3 * i, l;
+        x[0] = random_unit(), x[1] = random_unit(), x[2] = random_unit();
+        if (kind == GRID || kind == DECIMAL) x[0] = (double)(i % side), x[1] = (double)(i / side % side), x[2] = (double)(i / side / side);
+        if (kind == DECIMAL) x[0] = x[0] * 0.1 + 0.3, x[1] = x[1] * 0.1 + 0.3, x[2] = x[2] * 0.1 + 0.3;
+        if (kind == SPHERE) {
+            x[0] -= 0.5, x[1] -= 0.5, x[2] -= 0.5;
+            l = sqrt(x[0] * x[0] + x[1] * x[1] + x[2] * x[2]) + 1e-9;
+            x[0] /= l, x[1] /= l, x[2] /= l;
+        }
+        if (kind == LINES) {
+            l = x[0];
+            x[0] = i & 1 ? l : 0, x[1] = i & 1 ? 0 : l, x[2] = i & 1 ? 0 : 1;
+        }
+        if (kind == CLUSTERS) {
+            l = pow(10, -(double)(i % 9));
+            x[0] = x[0] * l + (double)(i % 5), x[1] *= l, x[2] *= l;
+        }
+        if (kind == PLANE_AND_ONE && i) x[2] = 0;
+    }
+    return xyz;
+}
+
+static void all_kinds_are_delaunay(void)
+{
+    static const size_t sizes[] = {30000, 8000, 3375, 8000, 300, 10000, 2000};
+    int kind;
+    for (kind = 0; kind < NUM_KINDS; kind++) {
+        size_t n = sizes[kind], i;
+        double *xyz = make_points(kind, n);
+        delaunay_mesh mesh = {0};
+        delaunay_report report;
+        CHECK(delaunay_tetrahedralize(&mesh, xyz, n, NULL, &report) == DELAUNAY_OK);
+        CHECK(report.dimension == 3 && report.num_points == n);
+        CHECK(report.num_tets == delaunay_count_tets(&mesh));
+        CHECK(delaunay_validate(&mesh, DELAUNAY_VALIDATE_DELAUNAY, &report) == DELAUNAY_OK);
+        for (i = 0; i < n; i++) CHECK(memcmp(mesh.vertices[mesh.vertex_of[i]].x, xyz + 3 * i, 3 * sizeof *xyz) == 0);
+        delaunay_mesh_free(&mesh);
+        free(xyz);
+    }
+}
+
+static int compare_quads(const void *a, const void *b) { return memcmp(a, b, 16); }
+
+/* The set of tetrahedra as points of the first order, sorted. */
+static uint32_t *set_of_tets(const delaunay_mesh *mesh, const uint32_t *back, uint64_t *count)
+{
+    uint64_t n = delaunay_export_tets(mesh, NULL, 0), i;
+    uint32_t *tets = (uint32_t *)malloc(16 * (size_t)n + 16), t;
+    int j, k;
+    delaunay_export_tets(mesh, tets, n);
+    for (i = 0; i < n; i++) {
+        uint32_t *v = tets + 4 * i;
+        for (j = 0; j < 4; j++) v[j] = back ? back[v[j]] : v[j];
+        for (j = 0; j < 4; j++)
+            for (k = j + 1; k < 4; k++)
+                if (v[k] < v[j]) t = v[j], v[j] = v[k], v[k] = t;
+    }
+    qsort(tets, (size_t)n, 16, compare_quads);
+    *count = n;
+    return tets;
+}
+
+static void order_of_the_input_does_not_matter(void)
+{
+    int kind;
+    for (kind = 0; kind < NUM_KINDS; kind++) {
+        size_t n = 1000, i;
+        double *xyz = make_points(kind, n), *shuffled = (double *)malloc(3 * n * sizeof *xyz);
+        uint32_t *back = (uint32_t *)malloc(n * sizeof *back), *a, *b;
+        uint64_t na, nb;
+        delaunay_mesh first = {0}, second = {0};
+        for (i = 0; i < n; i++) back[i] = (uint32_t)i;
+        for (i = n; i-- > 1;) {
+            size_t j = random_u32() % (i + 1);
+            uint32_t t = back[i];
+            back[i] = back[j];
+            back[j] = t;
+        }
+        for (i = 0; i < n; i++) memcpy(shuffled + 3 * i, xyz + 3 * back[i], 3 * sizeof *xyz);
+        CHECK(delaunay_tetrahedralize(&first, xyz, n, NULL, NULL) == DELAUNAY_OK);
+        CHECK(delaunay_tetrahedralize(&second, shuffled, n, NULL, NULL) == DELAUNAY_OK);
+        a = set_of_tets(&first, NULL, &na);
+        b = set_of_tets(&second, back, &nb);
+        CHECK(na == nb && memcmp(a, b, 16 * (size_t)na) == 0);
+        free(a);
+        free(b);
+        free(back);
+        free(shuffled);
+        free(xyz);
+        delaunay_mesh_free(&first);
+        delaunay_mesh_free(&second);
+    }
+}
+
+static void threads_do_not_matter(void)
+{
+    static const int threads[] = {1, 2, 3, 5, 8};
+    int kind, i;
+    for (kind = 0; kind < NUM_KINDS; kind++) {
+        size_t n = kind == LINES ? 400 : 20000;
+        double *xyz = make_points(kind, n);
+        uint64_t hash[5];
+        for (i = 0; i < 5; i++) {
+            delaunay_mesh mesh = {0};
+            delaunay_options options;
+            memset(&options, 0, sizeof options);
+            options.host.num_threads = threads[i];
+            CHECK(delaunay_tetrahedralize(&mesh, xyz, n, &options, NULL) == DELAUNAY_OK);
+            hash[i] = hash_mesh(&mesh);
+            CHECK(hash[i] == hash[0]);
+            delaunay_mesh_free(&mesh);
+        }
+        free(xyz);
+    }
+}
+
+static void few_and_flat_points(void)
+{
+    double xyz[3 * 6] = {0, 0, 0, 1, 1, 1, 2, 2, 2, 0, 0, 0, 1, 0, 0, 3, 3, 3}, bad[12] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1};
+    static const int dimension[7] = {-1, 0, 1, 1, 1, 2, 2};
+    delaunay_mesh mesh = {0};
+    delaunay_report report;
+    size_t n;
+    for (n = 0; n <= 6; n++) {
+        CHECK(delaunay_tetrahedralize(&mesh, xyz, n, NULL, &report) == DELAUNAY_ERROR_DIMENSION);
+        CHECK(report.dimension == dimension[n] && report.message[0]);
+        CHECK(mesh.tets == NULL && mesh.memory.bytes == 0);
+    }
+    bad[4] = NAN;
+    bad[11] = INFINITY;
+    CHECK(delaunay_tetrahedralize(&mesh, bad, 4, NULL, &report) == DELAUNAY_ERROR_NOT_FINITE);
+    CHECK(report.num_ids == 2 && report.ids[0] == 1 && report.ids[1] == 3);
+    CHECK(delaunay_tetrahedralize(&mesh, NULL, 4, NULL, &report) == DELAUNAY_ERROR_INVALID_ARGUMENT);
+}
+
+static void duplicates_map_to_the_first(void)
+{
+    size_t n = 20000, i;
+    double *xyz = make_points(UNIFORM, n);
+    delaunay_mesh mesh = {0};
+    delaunay_report report;
+    for (i = 50; i < n; i++) memcpy(xyz + 3 * i, xyz + 3 * (random_u32() % 50), 3 * sizeof *xyz);
+    CHECK(delaunay_tetrahedralize(&mesh, xyz, n, NULL, &report) == DELAUNAY_OK);
+    CHECK(report.num_vertices == 50 && report.num_duplicates == n - 50);
+    for (i = 0; i < n; i++) {
+        uint32_t id = mesh.vertex_id[mesh.vertex_of[i]];
+        CHECK(id < 50 && memcmp(xyz + 3 * id, xyz + 3 * i, 3 * sizeof *xyz) == 0);
+    }
+    delaunay_mesh_free(&mesh);
+    free(xyz);
+}
+
+/* An allocator that fails from the k-th call on and knows what is outstanding. */
+typedef struct failing {
+    long calls, fail_at, live;
+} failing;
+static void *failing_alloc(void *user, size_t size)
+{
+    failing *f = (failing *)user;
+    if (++f->calls >= f->fail_at) return NULL;
+    f->live++;
+    return malloc(size);
+}
+static void failing_release(void *user, void *block)
+{
+    ((failing *)user)->live--;
+    free(block);
+}
+
+static void any_allocation_may_fail(void)
+{
+    size_t n = 3000;
+    double *xyz = make_points(SPHERE, n);
+    long k;
+    for (k = 1;; k++) {
+        failing f = {0, 0, 0};
+        delaunay_mesh mesh = {0};
+        delaunay_options options;
+        delaunay_result result;
+        memset(&options, 0, sizeof options);
+        f.fail_at = k;
+        options.host.allocator.alloc = failing_alloc;
+        options.host.allocator.release = failing_release;
+        options.host.allocator.user = &f;
+        result = delaunay_tetrahedralize(&mesh, xyz, n, &options, NULL);
+        CHECK(result == (f.calls >= k ? DELAUNAY_ERROR_OUT_OF_MEMORY : DELAUNAY_OK));
+        if (result == DELAUNAY_OK) {
+            CHECK(delaunay_validate(&mesh, DELAUNAY_VALIDATE_TOPOLOGY, NULL) == DELAUNAY_OK);
+            delaunay_mesh_free(&mesh);
+        }
+        CHECK(f.live == 0);
+        if (result == DELAUNAY_OK) break;
+    }
+    CHECK(k > 10);
+    free(xyz);
+}
+
+static void import_and_validate(void)
+{
+    size_t n = 500, i;
+    double *xyz = make_points(UNIFORM, n);
+    delaunay_mesh mesh = {0}, copy = {0};
+    delaunay_report report;
+    uint64_t count;
+    uint32_t *tets, *colors, t;
+    CHECK(delaunay_tetrahedralize(&mesh, xyz, n, NULL, NULL) == DELAUNAY_OK);
+    count = delaunay_export_tets(&mesh, NULL, 0);
+    tets = (uint32_t *)malloc(16 * (size_t)count);
+    colors = (uint32_t *)malloc(4 * (size_t)count);
+    CHECK(delaunay_export_tets(&mesh, tets, count) == count);
+    for (i = 0; i < count; i++) colors[i] = (uint32_t)i % 3;
+    CHECK(delaunay_import(&copy, xyz, n, tets, colors, (size_t)count, NULL, &report) == DELAUNAY_OK);
+    CHECK(delaunay_count_tets(&copy) == count && copy.color[2] == 1);
+    CHECK(delaunay_link_vertices(&copy) == DELAUNAY_OK);
+    CHECK(delaunay_validate(&copy, DELAUNAY_VALIDATE_DELAUNAY, NULL) == DELAUNAY_OK);
+    CHECK(delaunay_canonicalize(&copy, NULL) == DELAUNAY_OK);
+    CHECK(delaunay_validate(&copy, DELAUNAY_VALIDATE_DELAUNAY, NULL) == DELAUNAY_OK);
+    for (i = 0; i < count; i++) t = tets[4 * i], tets[4 * i] = tets[4 * i + 1], tets[4 * i + 1] = t;
+    CHECK(delaunay_import(&copy, xyz, n, tets, NULL, (size_t)count, NULL, &report) == DELAUNAY_OK);
+    CHECK(delaunay_validate(&copy, DELAUNAY_VALIDATE_DELAUNAY, NULL) == DELAUNAY_OK);
+    t = tets[0], tets[0] = tets[1], tets[1] = t;
+    CHECK(delaunay_import(&copy, xyz, n, tets, NULL, (size_t)count, NULL, &report) == DELAUNAY_ERROR_INVALID_MESH);
+    CHECK(copy.tets == NULL && report.num_ids == 1);
+
+    mesh.tets[7].n[2] ^= 1;
+    CHECK(delaunay_validate(&mesh, DELAUNAY_VALIDATE_TOPOLOGY, &report) == DELAUNAY_ERROR_INVALID_MESH);
+    CHECK(report.num_ids > 0 && report.message[0]);
+    mesh.tets[7].n[2] ^= 1;
+    CHECK(delaunay_validate(&mesh, DELAUNAY_VALIDATE_DELAUNAY, &report) == DELAUNAY_OK);
+    mesh.vertices[20].x[0] += 10;
+    CHECK(delaunay_validate(&mesh, DELAUNAY_VALIDATE_GEOMETRY, &report) == DELAUNAY_ERROR_INVALID_MESH);
+    delaunay_mesh_free(&mesh);
+    delaunay_mesh_free(&copy);
+    free(colors);
+    free(tets);
+    free(xyz);
+}
+
+static int stop_at_once(void *user, const char *phase, double fraction)
+{
+    (void)user, (void)phase, (void)fraction;
+    return 1;
+}
+
+static void cancelled_leaves_nothing(void)
+{
+    size_t n = 50000;
+    double *xyz = make_points(UNIFORM, n);
+    delaunay_mesh mesh = {0};
+    delaunay_options options;
+    memset(&options, 0, sizeof options);
+    options.host.progress = stop_at_once;
+    CHECK(delaunay_tetrahedralize(&mesh, xyz, n, &options, NULL) == DELAUNAY_CANCELLED);
+    CHECK(mesh.tets == NULL);
+    free(xyz);
+}
+
+int main(void)
+{
+    CHECK(delaunay_selftest() == DELAUNAY_OK);
+    small_lattices();
+    all_kinds_are_delaunay();
+    order_of_the_input_does_not_matter();
+    threads_do_not_matter();
+    few_and_flat_points();
+    duplicates_map_to_the_first();
+    any_allocation_may_fail();
+    import_and_validate();
+    cancelled_leaves_nothing();
+    return check_report();
+}
