@@ -2930,6 +2930,7 @@ enum {
     DELAUNAY__NUM_TRIPLES = 4960, /* C(32,3) */
     DELAUNAY__NUM_QUADS = 35960,  /* C(32,4) */
     DELAUNAY__MAX_FRONT = 2048,
+    DELAUNAY__DEAD_BITS = 13,
     DELAUNAY__DEFAULT_NODES = 100000
 };
 
@@ -2944,8 +2945,15 @@ typedef struct delaunay__choice {
     double   top;
 } delaunay__choice;
 
+/* A front that cannot be completed: what is left of it depends on the front alone, not on how it was reached. */
+typedef struct delaunay__dead_end {
+    uint64_t front;  /* sum of the numbers of its triangles; and of what else matters */
+    uint32_t budget; /* with so many crossings left; more were not tried */
+} delaunay__dead_end;
+
 struct delaunay__search_tables {
     /* constant */
+    uint64_t random[2 * DELAUNAY__NUM_TRIPLES];       /* of each oriented triangle, to know a front again */
     uint8_t  triangle[DELAUNAY__NUM_TRIPLES][4];
     uint32_t choose2[DELAUNAY__MAX_POINTS + 1], choose3[DELAUNAY__MAX_POINTS + 1], choose4[DELAUNAY__MAX_POINTS + 1];
     /* kept from search to search while the points are the same */
@@ -2968,6 +2976,8 @@ struct delaunay__search_tables {
     uint16_t front[DELAUNAY__MAX_FRONT];
     uint16_t valence[DELAUNAY__MAX_POINTS];           /* triangles of the front at a vertex */
     uint32_t num_front, on_front;                     /* on_front: vertices with valence > 0 */
+    uint64_t front_sum;                               /* of the random numbers of the front */
+    delaunay__dead_end dead[1 << DELAUNAY__DEAD_BITS];
     uint32_t points, interior, used;                  /* masks: candidates at all, must be used, are used */
     uint32_t boundary_pairs[DELAUNAY__MAX_POINTS];    /* row a, bit b: edge ab is on the boundary */
     uint32_t depth;
@@ -2980,6 +2990,15 @@ struct delaunay__search_tables {
     uint32_t cost_bound, flags;
     int      found;
 };
+
+/* All bits of the result depend on all bits of x. */
+static uint64_t delaunay__mix(uint64_t x)
+{
+    x *= 0x9E3779B97F4A7C15u;
+    x = (x ^ x >> 30) * 0xBF58476D1CE4E5B9u;
+    x = (x ^ x >> 27) * 0x94D049BB133111EBu;
+    return x ^ x >> 31;
+}
 
 static delaunay__search_tables *delaunay__tables_new(delaunay_memory *memory)
 {
@@ -2999,6 +3018,7 @@ static delaunay__search_tables *delaunay__tables_new(delaunay_memory *memory)
                 s->triangle[r][1] = (uint8_t)j;
                 s->triangle[r][2] = (uint8_t)k;
             }
+    for (i = 0; i < 2 * DELAUNAY__NUM_TRIPLES; i++) s->random[i] = delaunay__mix(i + 1);
     return s;
 }
 
@@ -3219,6 +3239,7 @@ static void delaunay__front_add(delaunay__search_tables *s, uint32_t id)
 {
     const uint8_t *t = s->triangle[id / 2];
     int k;
+    s->front_sum += s->random[id];
     s->front[s->num_front++] = (uint16_t)id;
     s->place[id] = (uint16_t)s->num_front;
     for (k = 0; k < 3; k++)
@@ -3230,6 +3251,7 @@ static void delaunay__front_remove(delaunay__search_tables *s, uint32_t id)
     const uint8_t *t = s->triangle[id / 2];
     uint32_t at = s->place[id], last = s->front[--s->num_front];
     int k;
+    s->front_sum -= s->random[id];
     s->front[at - 1] = (uint16_t)last;
     s->place[last] = (uint16_t)at;
     s->place[id] = 0;
@@ -3250,12 +3272,17 @@ static uint32_t delaunay__choose_facet(delaunay__search_tables *s, uint32_t *mas
         if (choice->stamp != s->stamp) delaunay__choose(s, id);
         m = choice->mask & open;
         if (choice->top < *minimax) *minimax = choice->top;
-        count = m == 0 ? 0 : (m & (m - 1)) == 0 ? 1 : delaunay__popcount(m);
+        if (fewest <= 2) { /* the usual case: only one or none is better */
+            if (m & (m - 1)) continue;
+            count = m != 0;
+        } else {
+            count = delaunay__popcount(m);
+        }
         if (count >= fewest) continue;
         fewest = count;
         chosen = id;
         *mask = m;
-        if (count == 0 || (s->flags & DELAUNAY_SEARCH_ANY_FACET)) break;
+        if (count <= 1 || (s->flags & DELAUNAY_SEARCH_ANY_FACET)) break;
     }
     return chosen;
 }
@@ -3266,6 +3293,10 @@ static uint32_t delaunay__order_candidates(delaunay__search_tables *s, uint32_t 
 {
     int score[DELAUNAY__MAX_POINTS], points;
     uint32_t n = 0, p, i, k;
+    if ((mask & (mask - 1)) == 0) {
+        order[0] = (uint8_t)delaunay__lowest(mask);
+        return 1;
+    }
     for (; mask; mask &= mask - 1) {
         p = delaunay__lowest(mask);
         points = 0;
@@ -3348,14 +3379,31 @@ static int delaunay__try_candidate(delaunay__search_tables *s, uint32_t id, cons
     return result;
 }
 
+/* What decides whether the front can be completed, of this search: the front; interior vertices and kept edges that
+ * are used already. Two fronts with the same 64 bits could hide a result, never make a wrong one. */
+static uint64_t delaunay__front_key(const delaunay__search_tables *s)
+{
+    const delaunay_window *w = s->window;
+    uint64_t kept = 0;
+    uint32_t i;
+    for (i = 0; i < w->num_kept_edges; i++)
+        kept |= (uint64_t)(s->pair_used[delaunay__pair(s, w->kept_edges[i][0], w->kept_edges[i][1])] != 0) << i;
+    return s->front_sum + delaunay__mix((uint64_t)s->search << 32 | (s->interior & s->used)) + (kept ? delaunay__mix(kept) : 0);
+}
+
 static int delaunay__search_front(delaunay__search_tables *s, double worst, uint32_t cost)
 {
     uint32_t id, mask, v[3], n, i;
     uint8_t order[DELAUNAY__MAX_POINTS];
     double minimax;
+    uint64_t key;
+    delaunay__dead_end *dead;
     if (s->out->nodes == s->out->max_nodes) return -1;
     s->out->nodes++;
     if (s->num_front == 0) return delaunay__accept(s, worst, cost);
+    key = delaunay__front_key(s);
+    dead = &s->dead[key >> (64 - DELAUNAY__DEAD_BITS)];
+    if (dead->front == key && dead->budget >= s->cost_bound - cost) return 0;
     id = delaunay__choose_facet(s, &mask, &minimax);
     if (!mask) return 0;
     delaunay__oriented_vertices(s, id, v);
@@ -3370,8 +3418,10 @@ static int delaunay__search_front(delaunay__search_tables *s, double worst, uint
         }
         result = delaunay__try_candidate(s, id, v, order[i], q, cost);
         if (result) return result;
-        if (!(worst > s->best)) return 0;
+        if (!(worst > s->best)) return 0; /* the best is as good as the way here allows: the front may be better */
     }
+    dead->front = key;
+    dead->budget = s->cost_bound - cost;
     return 0;
 }
 
