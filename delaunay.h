@@ -2991,15 +2991,6 @@ struct delaunay__search_tables {
     int      found;
 };
 
-/* All bits of the result depend on all bits of x. */
-static uint64_t delaunay__mix(uint64_t x)
-{
-    x *= 0x9E3779B97F4A7C15u;
-    x = (x ^ x >> 30) * 0xBF58476D1CE4E5B9u;
-    x = (x ^ x >> 27) * 0x94D049BB133111EBu;
-    return x ^ x >> 31;
-}
-
 static delaunay__search_tables *delaunay__tables_new(delaunay_memory *memory)
 {
     delaunay__search_tables *s = (delaunay__search_tables *)delaunay_alloc(memory, 1, sizeof *s);
@@ -3018,7 +3009,7 @@ static delaunay__search_tables *delaunay__tables_new(delaunay_memory *memory)
                 s->triangle[r][1] = (uint8_t)j;
                 s->triangle[r][2] = (uint8_t)k;
             }
-    for (i = 0; i < 2 * DELAUNAY__NUM_TRIPLES; i++) s->random[i] = delaunay__mix(i + 1);
+    for (i = 0; i < 2 * DELAUNAY__NUM_TRIPLES; i++) s->random[i] = delaunay__mix((i + 1) * UINT64_C(0x9E3779B97F4A7C15));
     return s;
 }
 
