@@ -261,6 +261,7 @@ MESHER_API void mesher_report_add(mesher_report *report, mesher_kind kind, uint3
 #define MESHER_IMPLEMENTATION_DONE
 #include <math.h>
 #include <stdio.h> /* snprintf only */
+#include <stdlib.h> /* qsort only */
 #include <string.h>
 
 /* ---- >>surface ---------------------------------------------------------------------------- */
@@ -1750,7 +1751,2053 @@ static mesher_result mesher__place_isolated(mesher_domain *domain, mesher_report
 
 /* ---- >>empty ------------------------------------------------------------------------------ */
 
-/* ---- >>recover ---------------------------------------------------------------------------- */
+/* What a failure of the kernel means here; codes of its own are about the surface's coordinates. */
+static mesher_result mesher__from_delaunay(delaunay_result result)
+{
+    return result >= DELAUNAY_ERROR_INTERNAL ? (mesher_result)result : MESHER_ERROR_SURFACE;
+}
+
+/* The box around the points: half of the largest extent beyond them on every axis, rounded outwards to
+ * coordinates of few bits. */
+static void mesher__box(const mesher_domain *domain, double *lo, double *hi)
+{
+    const double *x = domain->surface.xyz;
+    double extent = 0, far = 0, unit;
+    size_t i;
+    int k, e, first = 1;
+    for (k = 0; k < 3; k++) lo[k] = hi[k] = 0;
+    for (i = 0; i < domain->surface.num_vertices; i++) {
+        if (domain->vertex_used[i] == MESHER_VERTEX_ABSENT) continue;
+        for (k = 0; k < 3; k++) {
+            if (first || x[3 * i + (size_t)k] < lo[k]) lo[k] = x[3 * i + (size_t)k];
+            if (first || x[3 * i + (size_t)k] > hi[k]) hi[k] = x[3 * i + (size_t)k];
+        }
+        first = 0;
+    }
+    for (k = 0; k < 3; k++) {
+        if (hi[k] - lo[k] > extent) extent = hi[k] - lo[k];
+        if (fabs(lo[k]) > far) far = fabs(lo[k]);
+        if (fabs(hi[k]) > far) far = fabs(hi[k]);
+    }
+    if (!(extent > 0)) extent = far > 0 ? far : 1;
+    frexp(extent, &e);
+    unit = ldexp(1.0, e - 4);
+    frexp(far, &e);
+    if (far > 0 && unit < ldexp(1.0, e - 46)) unit = ldexp(1.0, e - 46);
+    for (k = 0; k < 3; k++) {
+        lo[k] = (floor((lo[k] - extent / 2) / unit) - 1) * unit;
+        hi[k] = (ceil((hi[k] + extent / 2) / unit) + 1) * unit;
+    }
+}
+
+/* The points that go into the triangulation: absent ones at the place of another, the corners at the end. */
+static void mesher__points(const mesher_domain *domain, double *xyz)
+{
+    size_t n = domain->surface.num_vertices, i, k;
+    double box[2][3];
+    mesher__box(domain, box[0], box[1]);
+    if (n) memcpy(xyz, domain->surface.xyz, 3 * n * sizeof *xyz);
+    for (i = 0; i < 8; i++)
+        for (k = 0; k < 3; k++) xyz[3 * (n + i) + k] = box[i >> k & 1][k];
+    for (i = 0; i < n; i++)
+        if (domain->vertex_used[i] == MESHER_VERTEX_ABSENT && domain->survivor[i] == i)
+            memcpy(xyz + 3 * i, xyz + 3 * n, 3 * sizeof *xyz);
+}
+
+/* Absent points have no vertex, unless they are duplicates; a vertex has the id of the point that is not absent. */
+static void mesher__name_vertices(mesher_domain *domain)
+{
+    delaunay_mesh *mesh = &domain->mesh;
+    uint32_t n = (uint32_t)domain->surface.num_vertices, i;
+    for (i = 0; i < n + 8; i++)
+        if (i >= n || domain->vertex_used[i] != MESHER_VERTEX_ABSENT) mesh->vertex_id[mesh->vertex_of[i]] = i;
+        else if (domain->survivor[i] == i) mesh->vertex_of[i] = 0;
+}
+
+MESHER_API mesher_result mesher_empty_mesh(mesher_domain *domain, mesher_report *report)
+{
+    size_t n = domain->surface.num_vertices;
+    double *xyz = (double *)delaunay_alloc(&domain->memory, 3 * (n + 8), sizeof *xyz);
+    double start = delaunay_seconds(&domain->options.host);
+    delaunay_options options;
+    delaunay_report inner;
+    delaunay_result result;
+    if (!xyz) return MESHER_ERROR_OUT_OF_MEMORY;
+    memset(&options, 0, sizeof options);
+    options.host = domain->options.host;
+    mesher__points(domain, xyz);
+    result = delaunay_tetrahedralize(&domain->mesh, xyz, n + 8, &options, &inner);
+    delaunay_release(&domain->memory, xyz);
+    domain->first_corner = (uint32_t)n;
+    if (result == DELAUNAY_OK) result = delaunay_enable_marks(&domain->mesh);
+    if (result == DELAUNAY_OK) result = delaunay_link_vertices(&domain->mesh);
+    if (result == DELAUNAY_OK) mesher__name_vertices(domain);
+    if (report) report->seconds_empty = delaunay_seconds(&domain->options.host) - start;
+    if (result == DELAUNAY_OK) return MESHER_OK;
+    if (report) snprintf(report->message, sizeof report->message, "empty mesh: %.400s", inner.message);
+    delaunay_mesh_free(&domain->mesh);
+    return mesher__from_delaunay(result);
+}
+
+/* ---- >>recover ----------------------------------------------------------------------------
+ * Almost all edges and facets of the surface are in the Delaunay triangulation already; what is missing is mostly
+ * edges that cross one or two faces. Each missing edge is brought in by closure searches (delaunay_reconnect) over
+ * small windows around the faces that it crosses: a search that lowers the number of crossings is committed, and
+ * never loses a constrained edge that is there. Steps for one edge are a transaction: they stay if the edge comes
+ * in, or if the potential (missing edges, crossings of all missing edges) falls; else they are taken back. So
+ * the potential falls strictly, and the loop ends by itself. Facets with three edges in the mesh follow, by
+ * the same searches with the edges that pierce them as the objective, and all facets that are there are kept.
+ * What is left, such as a Schonhardt polyhedron, gets interior points: in the kernel of a window, where the most
+ * crossings vanish. Interior points are removed again, where a search of their star finds a way.
+ * After the triangulation every decision is an exact orientation of stored coordinates. A missing edge that
+ * meets a constrained facet or edge of the mesh proves that the surface intersects itself. */
+enum {
+    MESHER__PIPE = 2048,        /* crossings or tetrahedra around one edge or facet at most */
+    MESHER__MAX_WINDOWS = 4000  /* around one edge or facet */
+};
+#define MESHER__ABSENT UINT32_MAX
+#if defined(__GNUC__) && defined(_OPENMP)
+#    define MESHER__STORE_BYTE(where, value) __atomic_store_n((where), (uint8_t)(value), __ATOMIC_RELAXED)
+#else
+#    define MESHER__STORE_BYTE(where, value) (*(where) = (value))
+#endif
+
+/* A set of 64-bit keys; emptied by counting up its epoch. */
+typedef struct mesher__set {
+    uint64_t        *keys;
+    uint32_t        *stamps;
+    size_t           cap, count; /* cap: a power of two */
+    uint32_t         epoch;
+    delaunay_memory *memory;
+} mesher__set;
+
+/* Where a missing edge crosses a face of the mesh. */
+typedef struct mesher__crossing {
+    delaunay_handle tets[2];
+    int             facet; /* of tets[0] */
+    double          where; /* along the edge, about */
+} mesher__crossing;
+
+/* What lies between a missing edge or facet and its place. */
+typedef struct mesher__pipe {
+    mesher__crossing crossings[MESHER__PIPE];    /* of an edge, in order along it */
+    uint32_t         edges[MESHER__PIPE][2];     /* of the mesh, that pierce a facet, ... */
+    delaunay_handle  edge_tets[MESHER__PIPE];    /* ... and a tetrahedron of each */
+    delaunay_handle  tets[MESHER__PIPE];
+    uint32_t num_crossings, num_edges, num_tets;
+    int      too_long;
+    uint32_t vertex;                             /* exactly on the edge or facet; 0: none */
+    int      blocked;                            /* by a constraint of the mesh with so many vertices: */
+    uint32_t blocker[3];
+} mesher__pipe;
+
+typedef struct mesher__window {
+    uint64_t signature;
+    uint32_t first, num_tets, num_points;
+} mesher__window;
+
+typedef struct mesher__recovery {
+    mesher_domain   *domain;
+    delaunay_mesh   *mesh;
+    mesher_report   *report;
+    delaunay_memory *memory;
+    delaunay_worker *worker;
+    mesher_result    status;            /* the first failure; ends everything */
+    /* constraints by mesh vertices, ascending; rows by the first vertex */
+    uint32_t  num_rows;                 /* mesh vertices before any was added */
+    uint32_t *edges, *edge_row, *edge_other, *edge_index;
+    uint32_t *facets, *facet_row, *facet_index;
+    uint64_t *facet_others;
+    uint8_t  *edge_present, *facet_present;
+    uint32_t *missing_edges_at, *missing_facets_at; /* of each mesh vertex */
+    uint32_t  num_missing_edges, num_missing_facets;
+    uint32_t *todo, num_todo;           /* a list of missing edges or facets */
+    uint64_t *order;
+    /* work on one of them */
+    mesher__pipe    pipe;
+    mesher__set     seen, seen_edges, known, failed;
+    delaunay_list   queue, star, star2, pool;
+    mesher__window  windows[MESHER__MAX_WINDOWS];
+    uint64_t        window_order[MESHER__MAX_WINDOWS];
+    uint32_t        num_windows;
+    delaunay_window window;
+    delaunay_search search;
+    delaunay_handle slots[DELAUNAY_WINDOW_FACETS];
+    uint32_t        commit[4 * DELAUNAY_WINDOW_FACETS];
+    uint32_t       *journal;            /* of the running transaction: old, new vertices, their numbers */
+    size_t          num_journal, cap_journal;
+    int             in_transaction;
+    uint32_t        near_edges[4096];
+    double          lp[5][720][5];      /* of the linear program, a level each */
+    uint64_t        random;
+    uint64_t        nodes, searches, ticks;
+    uint32_t        added, removed;
+    int             absent;             /* isolated vertices found on the surface: start again */
+    int             defects;
+} mesher__recovery;
+
+/* -- sets */
+
+static int mesher__compare_u64(const void *a, const void *b)
+{
+    uint64_t x = *(const uint64_t *)a, y = *(const uint64_t *)b;
+    return x < y ? -1 : x > y;
+}
+
+static uint64_t mesher__mix(uint64_t x)
+{
+    x ^= x >> 31;
+    x *= 0x9E3779B97F4A7C15u;
+    x ^= x >> 29;
+    x *= 0xBF58476D1CE4E5B9u;
+    return x ^ (x >> 32);
+}
+
+static void mesher__set_clear(mesher__set *set)
+{
+    set->count = 0;
+    if (++set->epoch != 0) return;
+    if (set->cap) memset(set->stamps, 0, set->cap * sizeof *set->stamps);
+    set->epoch = 1;
+}
+
+static int mesher__set_grow(mesher__set *set)
+{
+    size_t cap = set->cap ? 2 * set->cap : 256, i, j;
+    uint64_t *keys = (uint64_t *)delaunay_alloc(set->memory, cap, sizeof *keys);
+    uint32_t *stamps = (uint32_t *)delaunay_alloc(set->memory, cap, sizeof *stamps);
+    if (!keys || !stamps) {
+        delaunay_release(set->memory, keys);
+        delaunay_release(set->memory, stamps);
+        return 0;
+    }
+    memset(stamps, 0, cap * sizeof *stamps);
+    if (set->epoch == 0) set->epoch = 1;
+    for (i = 0; i < set->cap; i++) {
+        if (set->stamps[i] != set->epoch) continue;
+        for (j = mesher__mix(set->keys[i]) & (cap - 1); stamps[j] == set->epoch; j = (j + 1) & (cap - 1)) {}
+        keys[j] = set->keys[i];
+        stamps[j] = set->epoch;
+    }
+    delaunay_release(set->memory, set->keys);
+    delaunay_release(set->memory, set->stamps);
+    set->keys = keys;
+    set->stamps = stamps;
+    set->cap = cap;
+    return 1;
+}
+
+/* 1: added, 0: was there, -1: out of memory. */
+static int mesher__set_add(mesher__set *set, uint64_t key)
+{
+    size_t j;
+    if (2 * (set->count + 1) > set->cap && !mesher__set_grow(set)) return -1;
+    for (j = mesher__mix(key) & (set->cap - 1); set->stamps[j] == set->epoch; j = (j + 1) & (set->cap - 1))
+        if (set->keys[j] == key) return 0;
+    set->keys[j] = key;
+    set->stamps[j] = set->epoch;
+    set->count++;
+    return 1;
+}
+
+static int mesher__set_has(const mesher__set *set, uint64_t key)
+{
+    size_t j;
+    if (!set->cap) return 0;
+    for (j = mesher__mix(key) & (set->cap - 1); set->stamps[j] == set->epoch; j = (j + 1) & (set->cap - 1))
+        if (set->keys[j] == key) return 1;
+    return 0;
+}
+
+static void mesher__set_free(mesher__set *set)
+{
+    delaunay_release(set->memory, set->keys);
+    delaunay_release(set->memory, set->stamps);
+}
+
+/* mesher__set_add for a recovery, which notes that memory is out. */
+static int mesher__add(mesher__recovery *r, mesher__set *set, uint64_t key)
+{
+    int added = mesher__set_add(set, key);
+    if (added < 0) r->status = MESHER_ERROR_OUT_OF_MEMORY;
+    return added > 0;
+}
+
+static void mesher__note_failure(mesher__recovery *r, delaunay_result result)
+{
+    if (result != DELAUNAY_OK && r->status == MESHER_OK) r->status = mesher__from_delaunay(result);
+}
+
+static void mesher__push(mesher__recovery *r, delaunay_list *list, delaunay_handle t)
+{
+    mesher__note_failure(r, delaunay_list_push(list, t));
+}
+
+/* Now and then asks the host whether to go on; says whether the recovery has to end. */
+static int mesher__stopped(mesher__recovery *r)
+{
+    const delaunay_host *host = &r->domain->options.host;
+    if (r->status != MESHER_OK) return 1;
+    if (host->progress && (r->ticks++ & 63) == 0) {
+        uint32_t all = r->domain->num_edges + r->domain->num_facets + 1;
+        double done = 1 - (double)(r->num_missing_edges + r->num_missing_facets) / all;
+        if (host->progress(host->user, "recover", done)) r->status = MESHER_CANCELLED;
+    }
+    return r->status != MESHER_OK;
+}
+
+/* Tells a host that wants to know how the recovery goes on. */
+static void mesher__tell(mesher__recovery *r, const char *stage, int detail)
+{
+    const delaunay_host *host = &r->domain->options.host;
+    char text[200];
+    if (!host->log) return;
+    snprintf(text, sizeof text, "recover: %s %d: %lu edges and %lu facets missing, %lu points, %.3g searches, %.3g nodes",
+             stage, detail, (unsigned long)r->num_missing_edges, (unsigned long)r->num_missing_facets,
+             (unsigned long)(r->added - r->removed), (double)r->searches, (double)r->nodes);
+    host->log(host->user, DELAUNAY_LOG_DEBUG, text);
+}
+
+/* -- constraints by their vertices */
+
+static uint64_t mesher__pair(uint32_t a, uint32_t b)
+{
+    return a < b ? (uint64_t)a << 32 | b : (uint64_t)b << 32 | a;
+}
+
+static void mesher__sort3(uint32_t *v)
+{
+    uint32_t t;
+    if (v[0] > v[1]) t = v[0], v[0] = v[1], v[1] = t;
+    if (v[1] > v[2]) t = v[1], v[1] = v[2], v[2] = t;
+    if (v[0] > v[1]) t = v[0], v[0] = v[1], v[1] = t;
+}
+
+/* The constrained edge between two mesh vertices, or MESHER__ABSENT. */
+static uint32_t mesher__edge_index(const mesher__recovery *r, uint32_t a, uint32_t b)
+{
+    uint32_t low, high, t;
+    if (a > b) t = a, a = b, b = t;
+    if (b >= r->num_rows) return MESHER__ABSENT;
+    low = r->edge_row[a];
+    high = r->edge_row[a + 1];
+    while (high - low > 8) {
+        uint32_t middle = low + (high - low) / 2;
+        if (r->edge_other[middle] <= b) low = middle;
+        else high = middle;
+    }
+    for (; low < high; low++)
+        if (r->edge_other[low] == b) return r->edge_index[low];
+    return MESHER__ABSENT;
+}
+
+static uint32_t mesher__facet_index(const mesher__recovery *r, uint32_t a, uint32_t b, uint32_t c)
+{
+    uint32_t v[3], low, high;
+    uint64_t others;
+    v[0] = a;
+    v[1] = b;
+    v[2] = c;
+    mesher__sort3(v);
+    if (v[2] >= r->num_rows) return MESHER__ABSENT;
+    others = (uint64_t)v[1] << 32 | v[2];
+    low = r->facet_row[v[0]];
+    high = r->facet_row[v[0] + 1];
+    while (high - low > 8) {
+        uint32_t middle = low + (high - low) / 2;
+        if (r->facet_others[middle] <= others) low = middle;
+        else high = middle;
+    }
+    for (; low < high; low++)
+        if (r->facet_others[low] == others) return r->facet_index[low];
+    return MESHER__ABSENT;
+}
+
+static void mesher__set_edge_present(mesher__recovery *r, uint32_t e, int present)
+{
+    const uint32_t *v = r->edges + 2 * (size_t)e;
+    if (r->edge_present[e] == (uint8_t)present) return;
+    r->edge_present[e] = (uint8_t)present;
+    r->num_missing_edges += present ? ~0u : 1u;
+    r->missing_edges_at[v[0]] += present ? ~0u : 1u;
+    r->missing_edges_at[v[1]] += present ? ~0u : 1u;
+}
+
+static void mesher__set_facet_present(mesher__recovery *r, uint32_t f, int present)
+{
+    const uint32_t *v = r->facets + 3 * (size_t)f;
+    int k;
+    if (r->facet_present[f] == (uint8_t)present) return;
+    r->facet_present[f] = (uint8_t)present;
+    r->num_missing_facets += present ? ~0u : 1u;
+    for (k = 0; k < 3; k++) r->missing_facets_at[v[k]] += present ? ~0u : 1u;
+}
+
+/* Stable counting sort of a list of items by one column of their vertices; rows gets the limits of each vertex. */
+static void mesher__sort_column(const uint32_t *vertices, uint32_t columns, uint32_t column, const uint32_t *in,
+                                uint32_t *out, uint32_t count, uint32_t *rows, uint32_t num_rows)
+{
+    uint32_t i;
+    memset(rows, 0, ((size_t)num_rows + 1) * sizeof *rows);
+    for (i = 0; i < count; i++) rows[vertices[(size_t)columns * in[i] + column]]++;
+    for (i = 1; i <= num_rows; i++) rows[i] += rows[i - 1];
+    for (i = count; i-- > 0;) out[--rows[vertices[(size_t)columns * in[i] + column]]] = in[i];
+}
+
+/* Rows of edges and facets by their first vertex, each in ascending order of the others. */
+static void mesher__build_rows(mesher__recovery *r)
+{
+    uint32_t num_edges = r->domain->num_edges, num_facets = r->domain->num_facets, i;
+    uint32_t *scratch = r->todo;
+    for (i = 0; i < num_edges; i++) r->edge_index[i] = i;
+    mesher__sort_column(r->edges, 2, 1, r->edge_index, scratch, num_edges, r->edge_row, r->num_rows);
+    mesher__sort_column(r->edges, 2, 0, scratch, r->edge_index, num_edges, r->edge_row, r->num_rows);
+    for (i = 0; i < num_edges; i++) r->edge_other[i] = r->edges[2 * (size_t)r->edge_index[i] + 1];
+    for (i = 0; i < num_facets; i++) r->facet_index[i] = i;
+    mesher__sort_column(r->facets, 3, 2, r->facet_index, scratch, num_facets, r->facet_row, r->num_rows);
+    mesher__sort_column(r->facets, 3, 1, scratch, r->facet_index, num_facets, r->facet_row, r->num_rows);
+    mesher__sort_column(r->facets, 3, 0, r->facet_index, scratch, num_facets, r->facet_row, r->num_rows);
+    for (i = 0; i < num_facets; i++) {
+        const uint32_t *v = r->facets + 3 * (size_t)scratch[i];
+        r->facet_index[i] = scratch[i];
+        r->facet_others[i] = (uint64_t)v[1] << 32 | v[2];
+    }
+}
+
+/* The domain's constraints as mesh vertices. */
+static void mesher__translate(mesher__recovery *r)
+{
+    const mesher_domain *d = r->domain;
+    const uint32_t *vertex_of = d->mesh.vertex_of;
+    uint32_t i, k, t;
+    for (i = 0; i < d->num_edges; i++) {
+        uint32_t *v = r->edges + 2 * (size_t)i;
+        for (k = 0; k < 2; k++) v[k] = vertex_of[d->edges[2 * (size_t)i + k]];
+        if (v[0] > v[1]) t = v[0], v[0] = v[1], v[1] = t;
+    }
+    for (i = 0; i < d->num_facets; i++) {
+        uint32_t *v = r->facets + 3 * (size_t)i;
+        for (k = 0; k < 3; k++) v[k] = vertex_of[d->facets[3 * (size_t)i + k]];
+        mesher__sort3(v);
+    }
+}
+
+/* -- what is missing */
+
+/* Marks the constrained edges and facets of one tetrahedron, and notes that they are there. */
+static void mesher__detect_in(mesher__recovery *r, delaunay_handle t)
+{
+    const uint32_t *v = r->mesh->tets[t].v;
+    unsigned flags = 0;
+    int i;
+    for (i = 0; i < 6; i++) {
+        const uint8_t *o = delaunay_edge_order(i);
+        uint32_t e = mesher__edge_index(r, v[o[0]], v[o[1]]);
+        if (e == MESHER__ABSENT) continue;
+        flags |= DELAUNAY_EDGE_BIT(i);
+        MESHER__STORE_BYTE(&r->edge_present[e], 1);
+    }
+    for (i = 0; i < 4 && flags; i++) {
+        const uint8_t *o = delaunay_facet_order(i);
+        unsigned all = DELAUNAY_EDGE_BIT(delaunay_edge_between(o[0], o[1])) |
+                       DELAUNAY_EDGE_BIT(delaunay_edge_between(o[1], o[2])) |
+                       DELAUNAY_EDGE_BIT(delaunay_edge_between(o[2], o[0]));
+        uint32_t f = (flags & all) == all ? mesher__facet_index(r, v[o[0]], v[o[1]], v[o[2]]) : MESHER__ABSENT;
+        if (f == MESHER__ABSENT) continue;
+        flags |= DELAUNAY_FACET_BIT(i);
+        MESHER__STORE_BYTE(&r->facet_present[f], 1);
+    }
+    r->mesh->flags[t] = (uint16_t)flags;
+}
+
+/* Sweeps over all tetrahedra. Shared: rows (read), presence (bytes that are only ever set to 1); flags by owner. */
+static void mesher__detect(mesher__recovery *r)
+{
+    const delaunay_mesh *mesh = r->mesh;
+    int threads = delaunay_threads(&r->domain->options.host);
+    int64_t t, n = (int64_t)mesh->num_tets;
+    uint32_t i, k;
+    (void)threads;
+#ifdef _OPENMP
+#    pragma omp parallel for schedule(static, 4096) num_threads(threads)
+#endif
+    for (t = 1; t < n; t++)
+        if (!delaunay_is_deleted(mesh, (delaunay_handle)t) && !delaunay_is_ghost(mesh, (delaunay_handle)t))
+            mesher__detect_in(r, (delaunay_handle)t);
+    for (i = 0; i < r->domain->num_edges; i++)
+        if (!r->edge_present[i]) {
+            r->num_missing_edges++;
+            for (k = 0; k < 2; k++) r->missing_edges_at[r->edges[2 * (size_t)i + k]]++;
+        }
+    for (i = 0; i < r->domain->num_facets; i++)
+        if (!r->facet_present[i]) {
+            r->num_missing_facets++;
+            for (k = 0; k < 3; k++) r->missing_facets_at[r->facets[3 * (size_t)i + k]]++;
+        }
+}
+
+/* -- commits, and how they are taken back */
+
+/* Constraints of tetrahedra that are about to go: they count as missing until they are met again. */
+static void mesher__account_old(mesher__recovery *r, const delaunay_handle *old, size_t count)
+{
+    size_t i;
+    int k;
+    for (i = 0; i < count; i++) {
+        const uint32_t *v = r->mesh->tets[old[i]].v;
+        unsigned flags = r->mesh->flags[old[i]];
+        for (k = 0; k < 6 && (flags & DELAUNAY_EDGE_BITS); k++) {
+            const uint8_t *o = delaunay_edge_order(k);
+            uint32_t e = flags & DELAUNAY_EDGE_BIT(k) ? mesher__edge_index(r, v[o[0]], v[o[1]]) : MESHER__ABSENT;
+            if (e == MESHER__ABSENT || !r->edge_present[e]) continue;
+            mesher__set_edge_present(r, e, 0);
+        }
+        for (k = 0; k < 4 && (flags & DELAUNAY_FACET_BITS); k++) {
+            const uint8_t *o = delaunay_facet_order(k);
+            uint32_t f = flags & DELAUNAY_FACET_BIT(k) ? mesher__facet_index(r, v[o[0]], v[o[1]], v[o[2]]) : MESHER__ABSENT;
+            if (f == MESHER__ABSENT || !r->facet_present[f]) continue;
+            mesher__set_facet_present(r, f, 0);
+        }
+    }
+}
+
+/* Constraints of new tetrahedra: what is marked is there; what is not, but is a constraint, came by this commit. */
+static void mesher__account_new(mesher__recovery *r, const delaunay_handle *slots, size_t count)
+{
+    delaunay_mesh *mesh = r->mesh;
+    size_t i;
+    int k;
+    for (i = 0; i < count; i++)
+        for (k = 0; k < 6; k++) {
+            const uint8_t *o = delaunay_edge_order(k);
+            uint32_t a = mesh->tets[slots[i]].v[o[0]], b = mesh->tets[slots[i]].v[o[1]], e;
+            int marked = (mesh->flags[slots[i]] & DELAUNAY_EDGE_BIT(k)) != 0;
+            if (a >= r->num_rows || b >= r->num_rows || !r->missing_edges_at[a] || !r->missing_edges_at[b]) continue;
+            e = mesher__edge_index(r, a, b);
+            if (e == MESHER__ABSENT) continue;
+            mesher__set_edge_present(r, e, 1);
+            if (!marked) mesher__note_failure(r, delaunay_mark_edge(mesh, r->worker, slots[i], a, b, 1));
+        }
+    for (i = 0; i < count; i++)
+        for (k = 0; k < 4; k++) {
+            const uint8_t *o = delaunay_facet_order(k);
+            const uint32_t *v = mesh->tets[slots[i]].v;
+            int marked = (mesh->flags[slots[i]] & DELAUNAY_FACET_BIT(k)) != 0, j;
+            uint32_t f;
+            for (j = 0; j < 3; j++)
+                if (v[o[j]] >= r->num_rows || !r->missing_facets_at[v[o[j]]]) break;
+            if (j < 3) continue;
+            f = mesher__facet_index(r, v[o[0]], v[o[1]], v[o[2]]);
+            if (f == MESHER__ABSENT) continue;
+            mesher__set_facet_present(r, f, 1);
+            if (!marked) delaunay_mark_facet(mesh, 4 * slots[i] + (delaunay_handle)k, 1);
+        }
+}
+
+static int mesher__journal_room(mesher__recovery *r, size_t more)
+{
+    size_t cap = 2 * (r->num_journal + more);
+    uint32_t *grown;
+    if (r->num_journal + more <= r->cap_journal) return 1;
+    grown = (uint32_t *)delaunay_grow(r->memory, r->journal, r->num_journal, cap, sizeof *grown);
+    if (!grown) {
+        r->status = MESHER_ERROR_OUT_OF_MEMORY;
+        return 0;
+    }
+    r->journal = grown;
+    r->cap_journal = cap;
+    return 1;
+}
+
+/* delaunay_replace with the account of constraints, and of the running transaction. Returns 1 if done. */
+static int mesher__commit(mesher__recovery *r, const delaunay_handle *old, size_t num_old, const uint32_t *vertices,
+                          size_t num_new)
+{
+    delaunay_result result;
+    uint32_t *entry;
+    size_t i, k, total = 4 * (num_old + num_new) + 2;
+    if (num_new > DELAUNAY_WINDOW_FACETS) return 0;
+    if (r->in_transaction) {
+        if (!mesher__journal_room(r, total)) return 0;
+        entry = r->journal + r->num_journal;
+        for (i = 0; i < num_old; i++)
+            for (k = 0; k < 4; k++) *entry++ = r->mesh->tets[old[i]].v[k];
+        memcpy(entry, vertices, 4 * num_new * sizeof *entry);
+        entry[4 * num_new] = (uint32_t)num_old;
+        entry[4 * num_new + 1] = (uint32_t)num_new;
+    }
+    mesher__account_old(r, old, num_old);
+    result = delaunay_replace(r->mesh, r->worker, old, num_old, vertices, num_new, r->slots);
+    if (result != DELAUNAY_OK) {
+        mesher__account_new(r, old, num_old);
+        mesher__note_failure(r, result);
+        return 0;
+    }
+    if (r->in_transaction) r->num_journal += total;
+    mesher__account_new(r, r->slots, num_new);
+    return r->status == MESHER_OK;
+}
+
+static void mesher__begin(mesher__recovery *r)
+{
+    r->in_transaction = 1;
+    r->num_journal = 0;
+}
+
+/* The tetrahedron with these vertices, or 0. */
+static delaunay_handle mesher__find_tet(mesher__recovery *r, const uint32_t *v)
+{
+    delaunay_handle f = delaunay_find_facet(r->mesh, r->worker, v[0], v[1], v[2]);
+    if (f == 0) return 0;
+    if (delaunay_local_index(&r->mesh->tets[f / 4], v[3]) >= 0) return f / 4;
+    f = r->mesh->tets[f / 4].n[f % 4];
+    return f && delaunay_local_index(&r->mesh->tets[f / 4], v[3]) >= 0 ? f / 4 : 0;
+}
+
+/* Takes back what the journal holds, last first. */
+static void mesher__roll_back(mesher__recovery *r)
+{
+    delaunay_handle old[DELAUNAY_WINDOW_FACETS];
+    r->in_transaction = 0;
+    while (r->num_journal > 0 && r->status == MESHER_OK) {
+        const uint32_t *end = r->journal + r->num_journal;
+        uint32_t num_new = end[-1], num_old = end[-2], i;
+        const uint32_t *made = end - 2 - 4 * (size_t)num_new, *was = made - 4 * (size_t)num_old;
+        for (i = 0; i < num_new; i++) {
+            old[i] = mesher__find_tet(r, made + 4 * (size_t)i);
+            if (!old[i]) {
+                r->status = MESHER_ERROR_INTERNAL;
+                return;
+            }
+        }
+        if (!mesher__commit(r, old, num_new, was, num_old)) return;
+        r->num_journal -= 4 * ((size_t)num_old + num_new) + 2;
+    }
+}
+
+/* -- the way of an edge or facet through the mesh */
+
+static const double *mesher__x(const mesher__recovery *r, uint32_t v) { return r->mesh->vertices[v].x; }
+
+/* Enters the tetrahedra around a mesh edge into the queue. */
+static void mesher__queue_star(mesher__recovery *r, delaunay_handle t, uint32_t a, uint32_t b)
+{
+    size_t i;
+    mesher__note_failure(r, delaunay_edge_star(r->mesh, r->worker, t, a, b, &r->star));
+    for (i = 0; i < r->star.count && r->status == MESHER_OK; i++)
+        if (mesher__add(r, &r->seen, r->star.items[i])) mesher__push(r, &r->queue, r->star.items[i]);
+}
+
+static void mesher__pipe_clear(mesher__recovery *r)
+{
+    mesher__pipe *p = &r->pipe;
+    p->num_crossings = p->num_edges = p->num_tets = 0;
+    p->too_long = p->blocked = 0;
+    p->vertex = 0;
+    r->queue.count = 0;
+    mesher__set_clear(&r->seen);
+    mesher__set_clear(&r->seen_edges);
+}
+
+static void mesher__pipe_block(mesher__pipe *p, int vertices, uint32_t a, uint32_t b, uint32_t c)
+{
+    p->blocked = vertices;
+    p->blocker[0] = a;
+    p->blocker[1] = b;
+    p->blocker[2] = c;
+}
+
+/* Where ab meets the plane of pqr, about: 0 at a, 1 at b. */
+static double mesher__where(const mesher__recovery *r, uint32_t a, uint32_t b, const uint32_t *face)
+{
+    const double *p = mesher__x(r, face[0]), *q = mesher__x(r, face[1]), *s = mesher__x(r, face[2]);
+    const double *x = mesher__x(r, a), *y = mesher__x(r, b);
+    double u[3], v[3], n[3], da = 0, db = 0;
+    int k;
+    for (k = 0; k < 3; k++) {
+        u[k] = q[k] - p[k];
+        v[k] = s[k] - p[k];
+    }
+    for (k = 0; k < 3; k++) n[k] = u[(k + 1) % 3] * v[(k + 2) % 3] - u[(k + 2) % 3] * v[(k + 1) % 3];
+    for (k = 0; k < 3; k++) {
+        da += n[k] * (x[k] - p[k]);
+        db += n[k] * (y[k] - p[k]);
+    }
+    return da - db != 0 ? da / (da - db) : 0.5;
+}
+
+/* Facet i of t is crossed by ab: notes the crossing; 0 if the way ends here. */
+static int mesher__cross_face(mesher__recovery *r, uint32_t a, uint32_t b, delaunay_handle t, int i, int zeros)
+{
+    mesher__pipe *p = &r->pipe;
+    const uint8_t *o = delaunay_facet_order(i);
+    const delaunay_tet *tet = &r->mesh->tets[t];
+    uint32_t w[3];
+    delaunay_handle other = tet->n[i] / 4;
+    int k;
+    for (k = 0; k < 3; k++) w[k] = tet->v[o[k]];
+    if (zeros & (zeros - 1)) {
+        p->vertex = w[zeros == 3 ? 1 : zeros == 6 ? 2 : 0];
+        return 0;
+    }
+    if (zeros) {
+        k = zeros == 1 ? 0 : zeros == 2 ? 1 : 2;
+        if (r->mesh->flags[t] & DELAUNAY_EDGE_BIT(delaunay_edge_between(o[k], o[(k + 1) % 3]))) {
+            mesher__pipe_block(p, 2, w[k], w[(k + 1) % 3], 0);
+            return 0;
+        }
+    } else if (r->mesh->flags[t] & DELAUNAY_FACET_BIT(i)) {
+        mesher__pipe_block(p, 3, w[0], w[1], w[2]);
+        return 0;
+    }
+    if (other && t < other) {
+        mesher__crossing *c;
+        double where = mesher__where(r, a, b, w);
+        uint32_t j = p->num_crossings;
+        if (j == MESHER__PIPE) {
+            p->too_long = 1;
+            return 0;
+        }
+        p->num_crossings++;
+        for (; j > 0 && p->crossings[j - 1].where > where; j--) p->crossings[j] = p->crossings[j - 1];
+        c = &p->crossings[j];
+        c->tets[0] = t;
+        c->tets[1] = other;
+        c->facet = i;
+        c->where = where;
+    }
+    if (other && mesher__add(r, &r->seen, other)) mesher__push(r, &r->queue, other);
+    if (zeros) mesher__queue_star(r, t, w[k], w[(k + 1) % 3]);
+    return 1;
+}
+
+static int mesher__pipe_tet(mesher__pipe *p, delaunay_handle t)
+{
+    if (p->num_tets == MESHER__PIPE) {
+        p->too_long = 1;
+        return 0;
+    }
+    p->tets[p->num_tets++] = t;
+    return 1;
+}
+
+/* All faces that ab crosses, from the star of a on; ends early at a vertex on ab or a constraint in its way. */
+static void mesher__walk_edge(mesher__recovery *r, uint32_t a, uint32_t b)
+{
+    size_t h;
+    int i, zeros;
+    mesher__pipe_clear(r);
+    mesher__note_failure(r, delaunay_vertex_star(r->mesh, r->worker, a, &r->queue));
+    for (h = 0; h < r->queue.count; h++) mesher__add(r, &r->seen, r->queue.items[h]);
+    for (h = 0; h < r->queue.count && r->status == MESHER_OK; h++) {
+        delaunay_handle t = r->queue.items[h];
+        const uint32_t *v = r->mesh->tets[t].v;
+        int hit = 0;
+        if (v[3] == DELAUNAY_GHOST) continue;
+        for (i = 0; i < 4; i++) {
+            const uint8_t *o = delaunay_facet_order(i);
+            if (!delaunay_segment_crosses(r->mesh, a, b, v[o[0]], v[o[1]], v[o[2]], &zeros)) continue;
+            hit = 1;
+            if (!mesher__cross_face(r, a, b, t, i, zeros)) return;
+        }
+        if (hit && !mesher__pipe_tet(&r->pipe, t)) return;
+    }
+}
+
+/* Does v lie in the open triangle f, exactly? Needs a vertex off its plane. */
+static int mesher__inside_facet(const mesher__recovery *r, const uint32_t *f, uint32_t v, uint32_t off)
+{
+    int k, s[3];
+    if (v == DELAUNAY_GHOST || v == f[0] || v == f[1] || v == f[2]) return 0;
+    if (delaunay_orient3d(mesher__x(r, f[0]), mesher__x(r, f[1]), mesher__x(r, f[2]), mesher__x(r, v))) return 0;
+    for (k = 0; k < 3; k++)
+        s[k] = delaunay_orient3d(mesher__x(r, f[k]), mesher__x(r, f[(k + 1) % 3]), mesher__x(r, v), mesher__x(r, off));
+    return s[0] && s[0] == s[1] && s[1] == s[2];
+}
+
+/* A box corner is off the plane of every facet, or another one is. */
+static uint32_t mesher__off_plane(const mesher__recovery *r, const uint32_t *f)
+{
+    uint32_t i, v = 0;
+    for (i = 0; i < 8; i++) {
+        v = r->mesh->vertex_of[r->domain->first_corner + i];
+        if (delaunay_orient3d(mesher__x(r, f[0]), mesher__x(r, f[1]), mesher__x(r, f[2]), mesher__x(r, v))) break;
+    }
+    return v;
+}
+
+/* All mesh edges that pierce a facet whose three edges are there. */
+static void mesher__walk_facet(mesher__recovery *r, const uint32_t *f)
+{
+    mesher__pipe *p = &r->pipe;
+    uint32_t off = mesher__off_plane(r, f);
+    size_t h;
+    int k, i;
+    mesher__pipe_clear(r);
+    for (k = 0; k < 3; k++) {
+        delaunay_handle t = delaunay_find_edge(r->mesh, r->worker, f[k], f[(k + 1) % 3]);
+        if (t) mesher__queue_star(r, t, f[k], f[(k + 1) % 3]);
+    }
+    for (h = 0; h < r->queue.count && r->status == MESHER_OK; h++) {
+        delaunay_handle t = r->queue.items[h];
+        const delaunay_tet *tet = &r->mesh->tets[t];
+        uint32_t w[4];
+        int hit = 0;
+        if (tet->v[3] == DELAUNAY_GHOST) continue;
+        memcpy(w, tet->v, sizeof w);
+        for (i = 0; i < 4; i++)
+            if (mesher__inside_facet(r, f, w[i], off)) {
+                p->vertex = w[i];
+                return;
+            }
+        for (i = 0; i < 6; i++) {
+            uint32_t a = w[delaunay_edge_order(i)[0]], b = w[delaunay_edge_order(i)[1]];
+            if (!delaunay_segment_crosses(r->mesh, a, b, f[0], f[1], f[2], NULL)) continue;
+            hit = 1;
+            if (!mesher__add(r, &r->seen_edges, mesher__pair(a, b))) continue;
+            if (r->mesh->flags[t] & DELAUNAY_EDGE_BIT(i)) {
+                mesher__pipe_block(p, 2, a, b, 0);
+                return;
+            }
+            if (p->num_edges == MESHER__PIPE) {
+                p->too_long = 1;
+                return;
+            }
+            p->edges[p->num_edges][0] = a;
+            p->edges[p->num_edges][1] = b;
+            p->edge_tets[p->num_edges++] = t;
+            mesher__queue_star(r, t, a, b);
+        }
+        if (hit && !mesher__pipe_tet(p, t)) return;
+    }
+}
+
+/* -- windows: small sets of tetrahedra around what is missing */
+
+/* A tetrahedron's share in the signature of a window: a function of its vertices, whatever its slot. */
+static uint64_t mesher__tet_signature(const delaunay_tet *t)
+{
+    uint64_t a = mesher__mix(t->v[0]), b = mesher__mix(t->v[1]), c = mesher__mix(t->v[2]), d = mesher__mix(t->v[3]);
+    return mesher__mix((a ^ b ^ c ^ d) + (a + b + c + d) * 3);
+}
+
+static void mesher__windows_clear(mesher__recovery *r)
+{
+    r->num_windows = 0;
+    r->pool.count = 0;
+    mesher__set_clear(&r->known);
+}
+
+/* Notes a window of at most max_points vertices, unless it is known. Returns 0 if it, and all that contain it,
+ * are too large. */
+static int mesher__window_add(mesher__recovery *r, const delaunay_handle *tets, size_t count, uint32_t max_points)
+{
+    uint32_t points[DELAUNAY_WINDOW_VERTICES], n = 0, j;
+    uint64_t signature = 0;
+    mesher__window *w;
+    size_t i;
+    int k;
+    if (count == 0 || count > DELAUNAY_WINDOW_TETS || r->num_windows == MESHER__MAX_WINDOWS) return 0;
+    for (i = 0; i < count; i++) {
+        const delaunay_tet *t = &r->mesh->tets[tets[i]];
+        for (k = 0; k < 4; k++) {
+            for (j = n; j > 0 && points[j - 1] != t->v[k]; j--) {}
+            if (j > 0) continue;
+            if (n == max_points) return 0;
+            points[n++] = t->v[k];
+        }
+        signature += mesher__tet_signature(t);
+    }
+    if (!mesher__add(r, &r->known, signature)) return 1;
+    w = &r->windows[r->num_windows++];
+    w->signature = signature;
+    w->first = (uint32_t)r->pool.count;
+    w->num_tets = (uint32_t)count;
+    w->num_points = n;
+    for (i = 0; i < count; i++) mesher__push(r, &r->pool, tets[i]);
+    return 1;
+}
+
+/* The windows in ascending order of points, then of tetrahedra, then as they came. */
+static void mesher__windows_sort(mesher__recovery *r)
+{
+    uint32_t i;
+    for (i = 0; i < r->num_windows; i++)
+        r->window_order[i] = (uint64_t)r->windows[i].num_points << 48 | (uint64_t)r->windows[i].num_tets << 32 | i;
+    if (r->num_windows > 1) qsort(r->window_order, r->num_windows, sizeof *r->window_order, mesher__compare_u64);
+}
+
+/* A set of tetrahedra under construction. */
+typedef struct mesher__patch {
+    delaunay_handle tets[DELAUNAY_WINDOW_TETS];
+    size_t          count;
+    int             full;
+} mesher__patch;
+
+static int mesher__patch_has(const mesher__patch *p, delaunay_handle t)
+{
+    size_t i;
+    for (i = 0; i < p->count; i++)
+        if (p->tets[i] == t) return 1;
+    return 0;
+}
+
+static void mesher__patch_add(mesher__patch *p, delaunay_handle t)
+{
+    if (mesher__patch_has(p, t)) return;
+    if (p->count == DELAUNAY_WINDOW_TETS) p->full = 1;
+    else p->tets[p->count++] = t;
+}
+
+static void mesher__patch_set(mesher__patch *p, const delaunay_handle *tets, size_t count)
+{
+    p->full = count > DELAUNAY_WINDOW_TETS;
+    p->count = p->full ? 0 : count;
+    memcpy(p->tets, tets, p->count * sizeof *tets);
+}
+
+static void mesher__patch_union(mesher__patch *p, const delaunay_handle *tets, size_t count)
+{
+    size_t i;
+    for (i = 0; i < count && !p->full; i++) mesher__patch_add(p, tets[i]);
+}
+
+static int mesher__patch_note(mesher__recovery *r, const mesher__patch *p, uint32_t max_points)
+{
+    return !p->full && mesher__window_add(r, p->tets, p->count, max_points);
+}
+
+/* Adds the vertex beyond the most facets of the patch, one that the patch has already before others: all
+ * neighbours that have it. Returns 0 if there is none. */
+static int mesher__patch_grow(const mesher__recovery *r, mesher__patch *p)
+{
+    enum { MAX_APICES = 256 };
+    uint32_t apex[MAX_APICES], votes[MAX_APICES], n = 0, best = 0, j;
+    size_t i, count = p->count, k;
+    if (p->full) return 0;
+    for (i = 0; i < count; i++)
+        for (k = 0; k < 4; k++) {
+            delaunay_handle f = r->mesh->tets[p->tets[i]].n[k];
+            uint32_t v;
+            if (!f || mesher__patch_has(p, f / 4)) continue;
+            v = r->mesh->tets[f / 4].v[f % 4];
+            if (v == DELAUNAY_GHOST) continue;
+            for (j = 0; j < n && apex[j] != v; j++) {}
+            if (j == n) {
+                size_t m;
+                if (n == MAX_APICES) continue;
+                apex[n] = v;
+                votes[n++] = 0;
+                for (m = 0; m < count && delaunay_local_index(&r->mesh->tets[p->tets[m]], v) < 0; m++) {}
+                if (m < count) votes[j] = 1u << 16;
+            }
+            votes[j]++;
+        }
+    if (n == 0) return 0;
+    for (j = 1; j < n; j++)
+        if (votes[j] > votes[best] || (votes[j] == votes[best] && apex[j] < apex[best])) best = j;
+    for (i = 0; i < count; i++)
+        for (k = 0; k < 4; k++) {
+            delaunay_handle f = r->mesh->tets[p->tets[i]].n[k];
+            if (f && delaunay_local_index(&r->mesh->tets[f / 4], apex[best]) >= 0) mesher__patch_add(p, f / 4);
+        }
+    return p->count > count && !p->full;
+}
+
+/* The star of a mesh edge into r->star; 0 if it is too large for a window. */
+static size_t mesher__small_star(mesher__recovery *r, delaunay_handle t, uint32_t a, uint32_t b, uint32_t max_points)
+{
+    mesher__note_failure(r, delaunay_edge_star(r->mesh, r->worker, t, a, b, &r->star));
+    return r->status == MESHER_OK && r->star.count + 2 <= max_points ? r->star.count : 0;
+}
+
+/* Notes a patch, and as it grows by so many vertices. */
+static void mesher__patch_note_grown(mesher__recovery *r, mesher__patch *p, int growth, uint32_t max_points)
+{
+    while (mesher__patch_note(r, p, max_points) && growth-- > 0 && mesher__patch_grow(r, p)) {}
+}
+
+/* The star of each edge of the tetrahedra of r->star, united with it. */
+static void mesher__double_stars(mesher__recovery *r, uint32_t max_points)
+{
+    delaunay_handle tets[24];
+    size_t count = r->star.count, q;
+    mesher__patch patch;
+    int j;
+    if (count == 0 || count > 24) return;
+    memcpy(tets, r->star.items, count * sizeof *tets);
+    for (q = 0; q < count; q++)
+        for (j = 0; j < 6; j++) {
+            const uint8_t *o = delaunay_edge_order(j);
+            const uint32_t *v = r->mesh->tets[tets[q]].v;
+            if (v[3] == DELAUNAY_GHOST || !mesher__small_star(r, tets[q], v[o[0]], v[o[1]], max_points)) continue;
+            mesher__patch_set(&patch, tets, count);
+            mesher__patch_union(&patch, r->star.items, r->star.count);
+            mesher__patch_note(r, &patch, max_points);
+        }
+}
+
+/* Windows around one edge of the mesh near the pipe: its star, alone (level 1) and with the whole pipe, with
+ * single crossings and with the stars of edges beside it. */
+static void mesher__windows_at_edge(mesher__recovery *r, delaunay_handle t, uint32_t a, uint32_t b, int crossed,
+                                    int pipe_fits, int level, uint32_t max_points)
+{
+    const mesher__pipe *p = &r->pipe;
+    mesher__patch patch;
+    uint32_t q;
+    if (!mesher__small_star(r, t, a, b, max_points)) return;
+    if (crossed) mesher__window_add(r, r->star.items, r->star.count, max_points);
+    if (pipe_fits) {
+        mesher__patch_set(&patch, r->star.items, r->star.count);
+        mesher__patch_union(&patch, p->tets, p->num_tets);
+        mesher__patch_note(r, &patch, max_points);
+    }
+    if (level < 2) return;
+    for (q = 0; q < p->num_crossings; q++) {
+        mesher__patch_set(&patch, r->star.items, r->star.count);
+        if (!mesher__patch_has(&patch, p->crossings[q].tets[0]) && !mesher__patch_has(&patch, p->crossings[q].tets[1]))
+            continue;
+        mesher__patch_union(&patch, p->crossings[q].tets, 2);
+        mesher__patch_note(r, &patch, max_points);
+    }
+    if (crossed) mesher__double_stars(r, max_points);
+}
+
+/* Runs of consecutive crossings; at level 4 also grown. */
+static void mesher__windows_of_runs(mesher__recovery *r, int level, uint32_t max_points)
+{
+    const mesher__pipe *p = &r->pipe;
+    mesher__patch patch, grown;
+    uint32_t i, j;
+    for (i = 0; i < p->num_crossings; i++) {
+        mesher__patch_set(&patch, p->crossings[i].tets, 2);
+        for (j = i; j < p->num_crossings && j < i + 14; j++) {
+            mesher__patch_union(&patch, p->crossings[j].tets, 2);
+            if (!mesher__patch_note(r, &patch, max_points)) break;
+            grown = patch;
+            if (level >= 4) mesher__patch_note_grown(r, &grown, 4, max_points);
+        }
+    }
+}
+
+/* Windows around a missing edge, from its pipe; more kinds at higher levels. */
+static void mesher__windows_of_edge(mesher__recovery *r, int level, uint32_t max_points)
+{
+    const mesher__pipe *p = &r->pipe;
+    mesher__patch patch;
+    uint32_t i;
+    int j, pipe_fits;
+    mesher__windows_clear(r);
+    for (i = 0; i < p->num_crossings; i++) mesher__window_add(r, p->crossings[i].tets, 2, max_points);
+    pipe_fits = mesher__window_add(r, p->tets, p->num_tets, max_points);
+    if (level >= 2 && p->num_crossings > 2) mesher__windows_of_runs(r, level, max_points);
+    mesher__set_clear(&r->seen_edges);
+    for (i = 0; i < p->num_crossings && r->status == MESHER_OK; i++) {
+        delaunay_handle t = p->crossings[i].tets[0];
+        const uint8_t *o = delaunay_facet_order(p->crossings[i].facet);
+        for (j = 0; j < 3; j++) {
+            uint32_t a = r->mesh->tets[t].v[o[j]], b = r->mesh->tets[t].v[o[(j + 1) % 3]];
+            if (mesher__add(r, &r->seen_edges, mesher__pair(a, b)))
+                mesher__windows_at_edge(r, t, a, b, 1, pipe_fits, level, max_points);
+        }
+    }
+    for (i = 0; level >= 2 && i < p->num_tets && r->status == MESHER_OK; i++)
+        for (j = 0; j < 6; j++) {
+            const uint8_t *o = delaunay_edge_order(j);
+            uint32_t a = r->mesh->tets[p->tets[i]].v[o[0]], b = r->mesh->tets[p->tets[i]].v[o[1]];
+            if (mesher__add(r, &r->seen_edges, mesher__pair(a, b)))
+                mesher__windows_at_edge(r, p->tets[i], a, b, 0, pipe_fits, level, max_points);
+        }
+    if (level == 3) {
+        mesher__patch_set(&patch, p->tets, p->num_tets);
+        if (pipe_fits) mesher__patch_note_grown(r, &patch, 12, max_points);
+        for (i = 0; i < p->num_crossings; i++) {
+            mesher__patch_set(&patch, p->crossings[i].tets, 2);
+            mesher__patch_note_grown(r, &patch, 10, max_points);
+        }
+    }
+    mesher__windows_sort(r);
+}
+
+/* Windows around a missing facet, from its pipe. */
+static void mesher__windows_of_facet(mesher__recovery *r, int level, uint32_t max_points)
+{
+    const mesher__pipe *p = &r->pipe;
+    mesher__patch patch;
+    uint32_t i;
+    mesher__windows_clear(r);
+    mesher__patch_set(&patch, p->tets, p->num_tets);
+    mesher__patch_note_grown(r, &patch, 6 + 6 * level, max_points);
+    for (i = 0; i < p->num_edges && r->status == MESHER_OK; i++) {
+        if (!mesher__small_star(r, p->edge_tets[i], p->edges[i][0], p->edges[i][1], max_points)) continue;
+        mesher__patch_set(&patch, r->star.items, r->star.count);
+        mesher__patch_note_grown(r, &patch, 4 + 4 * level, max_points);
+        mesher__double_stars(r, max_points);
+    }
+    mesher__windows_sort(r);
+}
+
+/* -- one search */
+
+typedef struct mesher__effort {
+    uint32_t max_points, max_nodes;
+    int      level, passes;
+} mesher__effort;
+
+/* Searches one window for fewer crossings of the target, and commits what it finds. */
+static int mesher__try_window(mesher__recovery *r, const mesher__window *w, delaunay_objective objective,
+                              const uint32_t *target, const mesher__effort *effort, int keep_facets)
+{
+    const delaunay_handle *tets = r->pool.items + w->first;
+    uint64_t kind = (uint64_t)target[2] * 64 + (uint64_t)objective * 2 + (uint64_t)keep_facets;
+    uint64_t key = w->signature + mesher__mix(((uint64_t)target[0] << 32 | target[1]) + mesher__mix(kind)) +
+                   effort->max_nodes;
+    delaunay_search *s = &r->search;
+    uint32_t i, k, crossings;
+    if (mesher__set_has(&r->failed, key)) return 0;
+    if (!delaunay_window_set(&r->window, r->mesh, r->worker, tets, w->num_tets, effort->max_points, 1, keep_facets))
+        return 0;
+    crossings = delaunay_window_crossings(r->mesh, &r->window, objective, target);
+    if (crossings == 0) return 0;
+    memset(s, 0, offsetof(delaunay_search, tets));
+    s->objective = objective;
+    s->bound = crossings;
+    memcpy(s->target, target, sizeof s->target);
+    s->max_nodes = effort->max_nodes;
+    r->searches++;
+    i = (uint32_t)delaunay_reconnect(r->mesh, r->worker, &r->window, s);
+    r->nodes += s->nodes;
+    if (!i) {
+        mesher__add(r, &r->failed, key);
+        return 0;
+    }
+    for (i = 0; i < s->num_tets; i++)
+        for (k = 0; k < 4; k++) r->commit[4 * i + k] = r->window.vertices[s->tets[i][k]];
+    return mesher__commit(r, r->window.tets, r->window.num_tets, r->commit, s->num_tets);
+}
+
+/* Tries the windows in order until one is committed. */
+static int mesher__try_windows(mesher__recovery *r, delaunay_objective objective, const uint32_t *target,
+                               const mesher__effort *effort, int keep_facets)
+{
+    uint32_t i;
+    for (i = 0; i < r->num_windows && !mesher__stopped(r); i++)
+        if (mesher__try_window(r, &r->windows[(uint32_t)r->window_order[i]], objective, target, effort, keep_facets))
+            return 1;
+    return 0;
+}
+
+/* -- defects met on the way */
+
+static uint32_t mesher__id(const mesher__recovery *r, uint32_t v) { return r->mesh->vertex_id[v]; }
+
+/* An isolated vertex on the surface is left out, and the recovery starts again; others make the surface invalid. */
+static void mesher__report_vertex(mesher__recovery *r, uint32_t v, uint32_t source, const uint32_t *edge)
+{
+    uint32_t id = mesher__id(r, v), e;
+    if (id >= r->domain->first_corner) return; /* ours: removed later */
+    if (r->domain->vertex_used[id] == MESHER_VERTEX_ISOLATED) {
+        r->domain->vertex_used[id] = MESHER_VERTEX_ABSENT;
+        r->absent = 1;
+        mesher_report_add(r->report, MESHER_NOTE_UNUSED_VERTEX, source, DELAUNAY_NO_ID, id, DELAUNAY_NO_ID,
+                          DELAUNAY_NO_ID, mesher__x(r, v));
+        return;
+    }
+    if (r->domain->vertex_used[id] == MESHER_VERTEX_ABSENT) return;
+    for (e = 0; r->edges[2 * (size_t)e] != v && r->edges[2 * (size_t)e + 1] != v; e++) {}
+    r->defects++;
+    mesher_report_add(r->report, MESHER_DEFECT_T_JUNCTION, r->domain->edge_source[e], source, id,
+                      edge ? mesher__id(r, edge[0]) : DELAUNAY_NO_ID, edge ? mesher__id(r, edge[1]) : DELAUNAY_NO_ID,
+                      mesher__x(r, v));
+}
+
+/* Where segment ab meets what blocks it, about. */
+static void mesher__blocked_at(const mesher__recovery *r, uint32_t a, uint32_t b, const uint32_t *face, double *xyz)
+{
+    double where = mesher__where(r, a, b, face);
+    int k;
+    for (k = 0; k < 3; k++) xyz[k] = mesher__x(r, a)[k] + where * (mesher__x(r, b)[k] - mesher__x(r, a)[k]);
+}
+
+/* What the pipe of a missing edge proves about the surface. Returns 1 if the edge cannot come in. */
+static int mesher__report_edge(mesher__recovery *r, uint32_t e)
+{
+    const mesher__pipe *p = &r->pipe;
+    const uint32_t *v = r->edges + 2 * (size_t)e, *w = p->blocker;
+    uint32_t source = r->domain->edge_source[e], other;
+    double xyz[3];
+    if (p->vertex) mesher__report_vertex(r, p->vertex, source, v);
+    if (p->vertex) return 1;
+    if (!p->blocked) return 0;
+    if (p->blocked == 3) {
+        other = mesher__facet_index(r, w[0], w[1], w[2]);
+        other = other == MESHER__ABSENT ? DELAUNAY_NO_ID : r->domain->facet_source[other];
+        mesher__blocked_at(r, v[0], v[1], w, xyz);
+    } else {
+        uint32_t corner[3];
+        uint32_t off = mesher__edge_index(r, w[0], w[1]);
+        other = off == MESHER__ABSENT ? DELAUNAY_NO_ID : r->domain->edge_source[off];
+        corner[0] = w[0];
+        corner[1] = w[1];
+        corner[2] = r->mesh->vertex_of[r->domain->first_corner];
+        mesher__blocked_at(r, v[0], v[1], corner, xyz);
+    }
+    r->defects++;
+    mesher_report_add(r->report, MESHER_DEFECT_INTERSECTION, source, other, mesher__id(r, v[0]), mesher__id(r, v[1]),
+                      DELAUNAY_NO_ID, xyz);
+    return 1;
+}
+
+static int mesher__report_facet(mesher__recovery *r, uint32_t f)
+{
+    const mesher__pipe *p = &r->pipe;
+    uint32_t source = r->domain->facet_source[f], other;
+    double xyz[3];
+    if (p->vertex) mesher__report_vertex(r, p->vertex, source, NULL);
+    if (p->vertex) return 1;
+    if (!p->blocked) return 0;
+    other = mesher__edge_index(r, p->blocker[0], p->blocker[1]);
+    other = other == MESHER__ABSENT ? DELAUNAY_NO_ID : r->domain->edge_source[other];
+    mesher__blocked_at(r, p->blocker[0], p->blocker[1], r->facets + 3 * (size_t)f, xyz);
+    r->defects++;
+    mesher_report_add(r->report, MESHER_DEFECT_INTERSECTION, source, other, mesher__id(r, p->blocker[0]),
+                      mesher__id(r, p->blocker[1]), DELAUNAY_NO_ID, xyz);
+    return 1;
+}
+
+/* -- edges */
+
+/* Lowers the crossings of a missing edge step by step. Returns 1 if it is there; *steps counts commits. */
+static int mesher__reduce_edge(mesher__recovery *r, uint32_t e, const mesher__effort *effort, int *steps)
+{
+    uint32_t target[3];
+    int i;
+    target[0] = r->edges[2 * (size_t)e];
+    target[1] = r->edges[2 * (size_t)e + 1];
+    target[2] = 0;
+    for (i = 0; i < 400 && !r->edge_present[e] && !mesher__stopped(r); i++) {
+        mesher__walk_edge(r, target[0], target[1]);
+        if (r->status != MESHER_OK || mesher__report_edge(r, e)) return 0;
+        if (r->pipe.too_long || r->pipe.num_crossings == 0) return 0;
+        mesher__windows_of_edge(r, effort->level, effort->max_points);
+        if (!mesher__try_windows(r, DELAUNAY_FEWER_FACES, target, effort, 0)) return 0;
+        ++*steps;
+    }
+    return r->edge_present[e];
+}
+
+/* Could segment ab meet a box? */
+static int mesher__meets_box(const mesher__recovery *r, const uint32_t *ab, const double *lo, const double *hi)
+{
+    const double *a = mesher__x(r, ab[0]), *b = mesher__x(r, ab[1]);
+    int k;
+    for (k = 0; k < 3; k++)
+        if ((a[k] < lo[k] && b[k] < lo[k]) || (a[k] > hi[k] && b[k] > hi[k])) return 0;
+    return 1;
+}
+
+static void mesher__grow_box(const mesher__recovery *r, const uint32_t *v, size_t count, double *lo, double *hi)
+{
+    size_t i;
+    int k;
+    for (i = 0; i < count; i++)
+        for (k = 0; k < 3; k++) {
+            double x = mesher__x(r, v[i])[k];
+            if (x < lo[k]) lo[k] = x;
+            if (x > hi[k]) hi[k] = x;
+        }
+}
+
+/* Missing edges of the list that may meet a box; at most as many as there is room for. */
+static uint32_t mesher__near_edges(mesher__recovery *r, const double *lo, const double *hi)
+{
+    uint32_t i, n = 0;
+    for (i = 0; i < r->num_todo && n < sizeof r->near_edges / sizeof *r->near_edges; i++)
+        if (!r->edge_present[r->todo[i]] && mesher__meets_box(r, r->edges + 2 * (size_t)r->todo[i], lo, hi))
+            r->near_edges[n++] = r->todo[i];
+    return n;
+}
+
+/* Crossings of one missing edge by all facets of tetrahedra given by their vertices. */
+static long mesher__count_crossings(const mesher__recovery *r, const uint32_t *ab, const uint32_t *tets, size_t count)
+{
+    long crossings = 0;
+    size_t i;
+    int k;
+    for (i = 0; i < count; i++)
+        for (k = 0; k < 4; k++) {
+            const uint8_t *o = delaunay_facet_order(k);
+            const uint32_t *v = tets + 4 * i;
+            crossings += delaunay_segment_crosses(r->mesh, ab[0], ab[1], v[o[0]], v[o[1]], v[o[2]], NULL);
+        }
+    return crossings;
+}
+
+/* How many crossings of the missing edges the running transaction removed, twice. The boundary of each
+ * replaced polyhedron counts on both sides, and cancels. */
+static long mesher__journal_gain(mesher__recovery *r)
+{
+    size_t end = r->num_journal;
+    long gain = 0;
+    while (end > 0) {
+        uint32_t num_new = r->journal[end - 1], num_old = r->journal[end - 2], n, i;
+        const uint32_t *made = r->journal + end - 2 - 4 * (size_t)num_new, *was = made - 4 * (size_t)num_old;
+        double lo[3] = {HUGE_VAL, HUGE_VAL, HUGE_VAL}, hi[3] = {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL};
+        mesher__grow_box(r, was, 4 * (size_t)num_old, lo, hi);
+        n = mesher__near_edges(r, lo, hi);
+        for (i = 0; i < n; i++) {
+            const uint32_t *ab = r->edges + 2 * (size_t)r->near_edges[i];
+            gain += mesher__count_crossings(r, ab, was, num_old) - mesher__count_crossings(r, ab, made, num_new);
+        }
+        end -= 4 * ((size_t)num_old + num_new) + 2;
+    }
+    return gain;
+}
+
+/* reduce_edge as a transaction. Returns 2: it is there, 1: the potential fell, 0: nothing changed. */
+static int mesher__recover_edge(mesher__recovery *r, uint32_t e, const mesher__effort *effort)
+{
+    uint32_t missing = r->num_missing_edges;
+    int steps = 0, there;
+    if (r->edge_present[e]) return 2;
+    mesher__begin(r);
+    there = mesher__reduce_edge(r, e, effort, &steps);
+    if (r->status != MESHER_OK) return 0;
+    if (!there && steps > 0 && r->num_missing_edges >= missing && mesher__journal_gain(r) <= 0) {
+        mesher__roll_back(r);
+        steps = 0;
+    }
+    r->in_transaction = 0;
+    return there ? 2 : steps > 0;
+}
+
+/* The missing edges into the list; sorted by crossings, few first, if asked for. */
+static void mesher__list_edges(mesher__recovery *r, int by_crossings)
+{
+    uint32_t e, i;
+    r->num_todo = 0;
+    for (e = 0; e < r->domain->num_edges; e++)
+        if (!r->edge_present[e]) r->todo[r->num_todo++] = e;
+    if (!by_crossings) return;
+    for (i = 0; i < r->num_todo && !mesher__stopped(r); i++) {
+        e = r->todo[i];
+        mesher__walk_edge(r, r->edges[2 * (size_t)e], r->edges[2 * (size_t)e + 1]);
+        mesher__report_edge(r, e);
+        r->order[i] = (uint64_t)r->pipe.num_crossings << 32 | e;
+    }
+    if (r->status != MESHER_OK) return;
+    mesher__tell(r, "edges listed", 0);
+    if (r->num_todo > 1) qsort(r->order, r->num_todo, sizeof *r->order, mesher__compare_u64);
+    for (i = 0; i < r->num_todo; i++) r->todo[i] = (uint32_t)r->order[i];
+}
+
+/* Missing edges by windows of growing size, over and over while that helps. */
+static void mesher__edge_levels(mesher__recovery *r)
+{
+    static const mesher__effort efforts[] = {{7, 200, 1, 4}, {10, 800, 3, 2}, {12, 3000, 2, 2}};
+    size_t l;
+    uint32_t i;
+    int pass;
+    for (l = 0; l < sizeof efforts / sizeof *efforts; l++)
+        for (pass = 0; pass < efforts[l].passes; pass++) {
+            int progress = 0;
+            if (r->num_missing_edges == 0 || r->defects || r->absent) return;
+            mesher__list_edges(r, 1);
+            if (r->defects || r->absent) return;
+            for (i = 0; i < r->num_todo && !mesher__stopped(r); i++)
+                progress |= mesher__recover_edge(r, r->todo[i], &efforts[l]);
+            mesher__tell(r, "edges at level", (int)l);
+            if (r->status != MESHER_OK) return;
+            if (!progress) break;
+        }
+}
+
+/* -- facets */
+
+static int mesher__edges_present(const mesher__recovery *r, const uint32_t *f)
+{
+    int k;
+    for (k = 0; k < 3; k++) {
+        uint32_t e = mesher__edge_index(r, f[k], f[(k + 1) % 3]);
+        if (e == MESHER__ABSENT || !r->edge_present[e]) return 0;
+    }
+    return 1;
+}
+
+static int mesher__recover_facet(mesher__recovery *r, uint32_t f, const mesher__effort *effort)
+{
+    const uint32_t *v = r->facets + 3 * (size_t)f;
+    int i;
+    for (i = 0; i < 400 && !r->facet_present[f] && !mesher__stopped(r); i++) {
+        if (!mesher__edges_present(r, v)) return 0;
+        mesher__walk_facet(r, v);
+        if (r->status != MESHER_OK || mesher__report_facet(r, f)) return 0;
+        if (r->pipe.too_long || r->pipe.num_edges == 0) return 0;
+        mesher__windows_of_facet(r, effort->level, effort->max_points);
+        if (!mesher__try_windows(r, DELAUNAY_FEWER_EDGES, v, effort, 1)) return 0;
+    }
+    return r->facet_present[f];
+}
+
+static void mesher__list_facets(mesher__recovery *r)
+{
+    uint32_t f;
+    r->num_todo = 0;
+    for (f = 0; f < r->domain->num_facets; f++)
+        if (!r->facet_present[f]) r->todo[r->num_todo++] = f;
+}
+
+static void mesher__facet_levels(mesher__recovery *r)
+{
+    static const mesher__effort efforts[] = {{9, 1000, 0, 6}, {14, 6000, 1, 6}, {20, 20000, 2, 6}};
+    size_t l;
+    uint32_t i;
+    int pass;
+    for (l = 0; l < sizeof efforts / sizeof *efforts; l++)
+        for (pass = 0; pass < efforts[l].passes; pass++) {
+            int progress = 0;
+            if (r->num_missing_facets == 0 || r->defects || r->absent) return;
+            mesher__list_facets(r);
+            for (i = 0; i < r->num_todo && !mesher__stopped(r); i++)
+                progress |= mesher__recover_facet(r, r->todo[i], &efforts[l]);
+            mesher__tell(r, "facets at level", (int)l);
+            if (r->status != MESHER_OK) return;
+            if (!progress) break;
+        }
+}
+
+/* -- interior points */
+
+static uint32_t mesher__random(mesher__recovery *r)
+{
+    r->random ^= r->random << 13;
+    r->random ^= r->random >> 7;
+    r->random ^= r->random << 17;
+    return (uint32_t)(r->random >> 32);
+}
+
+/* Seidel's linear program: the largest c.x with rows A x <= A[d] and |x| <= 4, in d variables; rows in random
+ * order. A is level d of the scratch. Returns 0 if infeasible. [Seidel 1991] */
+static int mesher__linear_program(mesher__recovery *r, int d, int rows, const double *c, double *x)
+{
+    double (*a)[5] = r->lp[d], (*b)[5] = r->lp[d - 1];
+    int i, j, k, p, q, n;
+    if (d == 1) {
+        double lo = -4, hi = 4;
+        for (i = 0; i < rows; i++) {
+            double limit = a[i][0] != 0 ? a[i][1] / a[i][0] : 0;
+            if (a[i][0] > 1e-13 && limit < hi) hi = limit;
+            if (a[i][0] < -1e-13 && limit > lo) lo = limit;
+            if (fabs(a[i][0]) <= 1e-13 && a[i][1] < -1e-11) return 0;
+        }
+        x[0] = c[0] >= 0 ? hi : lo;
+        return lo <= hi + 1e-11;
+    }
+    for (k = 0; k < d; k++) x[k] = c[k] >= 0 ? 4 : -4;
+    for (i = 0; i < rows; i++) {
+        double sum = 0, cc[4], y[4], f;
+        for (k = 0; k < d; k++) sum += a[i][k] * x[k];
+        if (sum <= a[i][d] + 1e-11) continue;
+        for (p = 0, k = 1; k < d; k++)
+            if (fabs(a[i][k]) > fabs(a[i][p])) p = k;
+        if (fabs(a[i][p]) < 1e-12) return 0;
+        for (n = 0, j = 0; j < i + 2; j++, n++) { /* earlier rows and the bounds of x[p], on the plane of row i */
+            double row[5] = {0, 0, 0, 0, 0};
+            if (j < i) memcpy(row, a[j], sizeof row);
+            else {
+                row[p] = j == i ? 1 : -1;
+                row[d] = 4;
+            }
+            f = row[p] / a[i][p];
+            for (q = 0, k = 0; k < d; k++)
+                if (k != p) b[n][q++] = row[k] - f * a[i][k];
+            b[n][q] = row[d] - f * a[i][d];
+        }
+        f = c[p] / a[i][p];
+        for (q = 0, k = 0; k < d; k++)
+            if (k != p) cc[q++] = c[k] - f * a[i][k];
+        if (!mesher__linear_program(r, d - 1, n, cc, y)) return 0;
+        sum = a[i][d];
+        for (q = 0, k = 0; k < d; k++)
+            if (k != p) {
+                x[k] = y[q];
+                sum -= a[i][k] * y[q++];
+            }
+        x[p] = sum / a[i][p];
+    }
+    return 1;
+}
+
+/* Cholesky factor of the covariance of a window's boundary corners, about their mean; 0 if they are flat. */
+static int mesher__whiten(const mesher__recovery *r, const delaunay_window *w, double *mean, double (*l)[3])
+{
+    double m[3][3] = {{0}}, n = 3.0 * w->num_facets, trace, sum;
+    uint32_t i;
+    int j, k, c;
+    for (j = 0; j < 3; j++) mean[j] = 0;
+    for (i = 0; i < w->num_facets; i++)
+        for (c = 0; c < 3; c++)
+            for (j = 0; j < 3; j++) mean[j] += mesher__x(r, w->vertices[w->facets[i][c]])[j] / n;
+    for (i = 0; i < w->num_facets; i++)
+        for (c = 0; c < 3; c++) {
+            const double *x = mesher__x(r, w->vertices[w->facets[i][c]]);
+            for (j = 0; j < 3; j++)
+                for (k = 0; k < 3; k++) m[j][k] += (x[j] - mean[j]) * (x[k] - mean[k]) / n;
+        }
+    trace = m[0][0] + m[1][1] + m[2][2];
+    for (j = 0; j < 3; j++)
+        for (k = 0; k <= j; k++) {
+            sum = m[j][k];
+            for (c = 0; c < k; c++) sum -= l[j][c] * l[k][c];
+            if (j != k) l[j][k] = sum / l[k][k];
+            else if (!(sum > 1e-28 * trace)) return 0;
+            else l[j][j] = sqrt(sum);
+        }
+    return 1;
+}
+
+/* Does the point see all facets of the window's boundary from within, exactly? */
+static int mesher__in_kernel(const mesher__recovery *r, const delaunay_window *w, const double *xyz)
+{
+    uint32_t i;
+    for (i = 0; i < w->num_facets; i++) {
+        const uint8_t *f = w->facets[i];
+        if (delaunay_orient3d(mesher__x(r, w->vertices[f[0]]), mesher__x(r, w->vertices[f[1]]),
+                              mesher__x(r, w->vertices[f[2]]), xyz) >= 0)
+            return 0;
+    }
+    return 1;
+}
+
+/* A point as deep as can be in the kernel of a window, in coordinates that make the window round. Returns its depth
+ * there, or 0. */
+static double mesher__kernel(mesher__recovery *r, const delaunay_window *w, double *out)
+{
+    double (*a)[5] = r->lp[4], mean[3], l[3][3], c[4] = {0, 0, 0, 1}, x[4];
+    int n = (int)w->num_facets, i, j, k;
+    if (!mesher__whiten(r, w, mean, l)) return 0;
+    for (i = 0; i < n; i++) {
+        double p[3][3], u[3], v[3], normal[3], length = 0;
+        for (k = 0; k < 3; k++) {
+            const double *y = mesher__x(r, w->vertices[w->facets[i][k]]);
+            p[k][0] = (y[0] - mean[0]) / l[0][0];
+            p[k][1] = (y[1] - mean[1] - l[1][0] * p[k][0]) / l[1][1];
+            p[k][2] = (y[2] - mean[2] - l[2][0] * p[k][0] - l[2][1] * p[k][1]) / l[2][2];
+        }
+        for (j = 0; j < 3; j++) {
+            u[j] = p[1][j] - p[0][j];
+            v[j] = p[2][j] - p[0][j];
+        }
+        for (j = 0; j < 3; j++) normal[j] = u[(j + 1) % 3] * v[(j + 2) % 3] - u[(j + 2) % 3] * v[(j + 1) % 3];
+        for (j = 0; j < 3; j++) length += normal[j] * normal[j];
+        length = sqrt(length);
+        if (!(length > 1e-300)) return 0;
+        a[i][3] = 1;
+        a[i][4] = 0;
+        for (j = 0; j < 3; j++) {
+            a[i][j] = normal[j] / length;
+            a[i][4] += a[i][j] * p[0][j];
+        }
+    }
+    for (i = n - 1; i > 0; i--) {
+        double row[5];
+        j = (int)(mesher__random(r) % (uint32_t)(i + 1));
+        memcpy(row, a[i], sizeof row);
+        memcpy(a[i], a[j], sizeof row);
+        memcpy(a[j], row, sizeof row);
+    }
+    if (!mesher__linear_program(r, 4, n, c, x) || !(x[3] > 1e-9)) return 0;
+    out[0] = mean[0] + l[0][0] * x[0];
+    out[1] = mean[1] + l[1][0] * x[0] + l[1][1] * x[1];
+    out[2] = mean[2] + l[2][0] * x[0] + l[2][1] * x[1] + l[2][2] * x[2];
+    return mesher__in_kernel(r, w, out) ? x[3] : 0;
+}
+
+/* Replaces the window by tetrahedra between its boundary and a new vertex. */
+static int mesher__star_window(mesher__recovery *r, const delaunay_window *w, const double *xyz)
+{
+    uint32_t v = delaunay_add_vertex(r->mesh, xyz, DELAUNAY_NO_ID), i;
+    if (!v) {
+        r->status = MESHER_ERROR_OUT_OF_MEMORY;
+        return 0;
+    }
+    for (i = 0; i < w->num_facets; i++) {
+        r->commit[4 * i] = w->vertices[w->facets[i][0]];
+        r->commit[4 * i + 1] = w->vertices[w->facets[i][2]];
+        r->commit[4 * i + 2] = w->vertices[w->facets[i][1]];
+        r->commit[4 * i + 3] = v;
+    }
+    if (!mesher__commit(r, w->tets, w->num_tets, r->commit, w->num_facets)) return 0;
+    r->added++;
+    return 1;
+}
+
+/* The best place for a new point so far. */
+typedef struct mesher__site {
+    int      window;
+    double   gain, xyz[3];
+} mesher__site;
+
+/* Crossings of near missing edges by the interior faces of a window, twice, less what the boundary counts. */
+static long mesher__window_crossings(const mesher__recovery *r, const delaunay_window *w, uint32_t num_near)
+{
+    long inside = 0, boundary = 0;
+    uint32_t i, j;
+    for (i = 0; i < num_near; i++) {
+        const uint32_t *ab = r->edges + 2 * (size_t)r->near_edges[i];
+        for (j = 0; j < w->num_tets; j++)
+            inside += mesher__count_crossings(r, ab, r->mesh->tets[w->tets[j]].v, 1);
+        for (j = 0; j < w->num_facets; j++)
+            boundary += delaunay_segment_crosses(r->mesh, ab[0], ab[1], w->vertices[w->facets[j][0]],
+                                                 w->vertices[w->facets[j][1]], w->vertices[w->facets[j][2]], NULL);
+    }
+    return (inside - boundary) / 2;
+}
+
+/* The same after starring from a point, which stands in for vertex 0 while it is tried. */
+static long mesher__star_crossings(mesher__recovery *r, const delaunay_window *w, uint32_t num_near, const double *xyz)
+{
+    double ghost[3];
+    long count = 0;
+    uint32_t i, j;
+    int k;
+    memcpy(ghost, r->mesh->vertices[0].x, sizeof ghost);
+    memcpy(r->mesh->vertices[0].x, xyz, sizeof ghost);
+    for (i = 0; i < num_near; i++) {
+        const uint32_t *ab = r->edges + 2 * (size_t)r->near_edges[i];
+        for (j = 0; j < w->num_facets; j++)
+            for (k = 0; k < 3; k++) {
+                uint32_t a = w->facets[j][k], b = w->facets[j][(k + 1) % 3];
+                if (a < b) count += delaunay_segment_crosses(r->mesh, ab[0], ab[1], w->vertices[a], w->vertices[b], 0, NULL);
+            }
+    }
+    memcpy(r->mesh->vertices[0].x, ghost, sizeof ghost);
+    return count;
+}
+
+/* Candidates: the deepest point, and points between it and its foot on the edge, a little beyond too. */
+static void mesher__try_sites(mesher__recovery *r, const uint32_t *ab, int window, const double *deep, double depth,
+                              uint32_t num_near, mesher__site *best)
+{
+    static const double along[6] = {1, .5, .1, .02, -.1, -.02};
+    const delaunay_window *w = &r->window;
+    const double *a = mesher__x(r, ab[0]), *b = mesher__x(r, ab[1]);
+    long old = mesher__window_crossings(r, w, num_near);
+    double t = 0, length = 0, x[3], gain;
+    int i, k;
+    for (k = 0; k < 3; k++) {
+        t += (deep[k] - a[k]) * (b[k] - a[k]);
+        length += (b[k] - a[k]) * (b[k] - a[k]);
+    }
+    t /= length;
+    for (i = 0; i < 6; i++) {
+        if (i > 0 && !(t > 0 && t < 1)) return;
+        for (k = 0; k < 3; k++) {
+            double foot = a[k] + t * (b[k] - a[k]);
+            x[k] = i ? foot + along[i] * (deep[k] - foot) : deep[k];
+        }
+        if (i > 0 && !mesher__in_kernel(r, w, x)) continue;
+        gain = (double)(old - mesher__star_crossings(r, w, num_near, x)) + (i ? 0 : 0.3) + 0.1 * (depth < 0.999 ? depth : 0.999);
+        if (gain <= best->gain) continue;
+        best->gain = gain;
+        best->window = window;
+        memcpy(best->xyz, x, sizeof x);
+    }
+}
+
+/* A window without constraints, or vertices, that a star would lose. */
+static int mesher__clean_window(mesher__recovery *r, const mesher__window *w, int keep_facets)
+{
+    const delaunay_window *set = &r->window;
+    return delaunay_window_set(&r->window, r->mesh, r->worker, r->pool.items + w->first, w->num_tets,
+                               DELAUNAY_WINDOW_VERTICES, 1, keep_facets) &&
+           set->num_kept_edges == 0 && set->interior == 0 && set->num_kept_facets == 0;
+}
+
+/* How much of the pipe a window holds: crossed faces, or pierced tetrahedra. */
+static uint32_t mesher__pipe_share(const mesher__recovery *r, const mesher__window *w, int of_facet)
+{
+    const mesher__pipe *p = &r->pipe;
+    const delaunay_handle *tets = r->pool.items + w->first;
+    uint32_t i, j, share = 0, n = of_facet ? p->num_tets : p->num_crossings;
+    for (i = 0; i < n; i++) {
+        delaunay_handle a = of_facet ? p->tets[i] : p->crossings[i].tets[0];
+        delaunay_handle b = of_facet ? a : p->crossings[i].tets[1];
+        int found = 0;
+        for (j = 0; j < w->num_tets; j++) found |= (tets[j] == a) | (tets[j] == b) << 1;
+        share += found == 3;
+    }
+    return share;
+}
+
+/* Windows with the largest share of the pipe first. */
+static void mesher__windows_by_share(mesher__recovery *r, int of_facet)
+{
+    uint32_t i, n = 0;
+    for (i = 0; i < r->num_windows; i++) {
+        uint32_t k = (uint32_t)r->window_order[i], share = mesher__pipe_share(r, &r->windows[k], of_facet);
+        if (share) r->window_order[n++] = (uint64_t)(MESHER__PIPE - share) << 48 | (uint64_t)i << 24 | k;
+    }
+    r->num_windows = n;
+    if (n > 1) qsort(r->window_order, n, sizeof *r->window_order, mesher__compare_u64);
+}
+
+static uint32_t mesher__window_at(const mesher__recovery *r, uint32_t i) { return (uint32_t)r->window_order[i] & 0xffffff; }
+
+/* One interior point for a missing edge whose pipe is known, where it removes most crossings of all missing
+ * edges. Returns 1, and the gain, if a point was added. */
+static int mesher__point_for_edge(mesher__recovery *r, uint32_t e, int keep_facets, double *gain)
+{
+    const uint32_t *ab = r->edges + 2 * (size_t)e;
+    mesher__site best;
+    uint32_t i, tested = 0;
+    best.window = -1;
+    best.gain = -1e9;
+    mesher__windows_of_edge(r, 4, DELAUNAY_WINDOW_VERTICES);
+    mesher__windows_by_share(r, 0);
+    for (i = 0; i < r->num_windows && tested < 250 && !mesher__stopped(r); i++) {
+        const mesher__window *w = &r->windows[mesher__window_at(r, i)];
+        double lo[3] = {HUGE_VAL, HUGE_VAL, HUGE_VAL}, hi[3] = {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL}, deep[3], depth;
+        if (!mesher__clean_window(r, w, keep_facets)) continue;
+        depth = mesher__kernel(r, &r->window, deep);
+        if (!(depth > 0)) continue;
+        tested++;
+        mesher__grow_box(r, r->window.vertices, r->window.num_vertices, lo, hi);
+        mesher__try_sites(r, ab, (int)mesher__window_at(r, i), deep, depth, mesher__near_edges(r, lo, hi), &best);
+    }
+    if (best.window < 0 || r->status != MESHER_OK) return 0;
+    *gain = floor(best.gain);
+    return mesher__clean_window(r, &r->windows[best.window], keep_facets) && mesher__star_window(r, &r->window, best.xyz);
+}
+
+/* One interior point for a missing facet whose pipe is known: the largest share of it, then the deepest point. */
+static int mesher__point_for_facet(mesher__recovery *r)
+{
+    mesher__site best;
+    uint32_t i, tested = 0;
+    best.window = -1;
+    best.gain = -1;
+    mesher__windows_of_facet(r, 1, DELAUNAY_WINDOW_VERTICES);
+    mesher__windows_by_share(r, 1);
+    for (i = 0; i < r->num_windows && tested < 250 && !mesher__stopped(r); i++) {
+        double share = (double)(MESHER__PIPE - (r->window_order[i] >> 48)), deep[3], depth;
+        if (share < best.gain - 1) break;
+        if (!mesher__clean_window(r, &r->windows[mesher__window_at(r, i)], 1)) continue;
+        depth = mesher__kernel(r, &r->window, deep);
+        if (!(depth > 0)) continue;
+        tested++;
+        share += depth < 0.999 ? depth : 0.999;
+        if (share <= best.gain) continue;
+        best.gain = share;
+        best.window = (int)mesher__window_at(r, i);
+        memcpy(best.xyz, deep, sizeof deep);
+    }
+    if (best.window < 0 || r->status != MESHER_OK) return 0;
+    return mesher__clean_window(r, &r->windows[best.window], 1) && mesher__star_window(r, &r->window, best.xyz);
+}
+
+/* Interior points for one missing edge, with searches between them, while they gain. Returns 1 if anything changed. */
+static int mesher__points_for_edge(mesher__recovery *r, uint32_t e)
+{
+    static const mesher__effort after = {10, 1000, 1, 1}, last = {12, 2000, 2, 1};
+    const uint32_t *v = r->edges + 2 * (size_t)e;
+    int i, changed = 0;
+    for (i = 0; i < 40 && !mesher__stopped(r); i++) {
+        double gain = 0;
+        if (r->edge_present[e]) return 1;
+        if (i > 0 && mesher__recover_edge(r, e, &after) == 2) return 1;
+        mesher__walk_edge(r, v[0], v[1]);
+        if (r->status != MESHER_OK || mesher__report_edge(r, e)) return changed;
+        if (r->pipe.too_long || r->pipe.num_crossings == 0) return changed;
+        if (!mesher__point_for_edge(r, e, 1, &gain)) {
+            if (r->status != MESHER_OK) return 0;
+            if (!mesher__point_for_edge(r, e, 0, &gain)) return changed;
+        }
+        changed = 1;
+        if (gain > 0) continue;
+        mesher__recover_edge(r, e, &last);
+        return 1;
+    }
+    return changed;
+}
+
+/* Rounds of interior points for all missing edges. */
+static int mesher__edge_points(mesher__recovery *r)
+{
+    int round, any = 0;
+    uint32_t i;
+    for (round = 0; round < 6 && r->num_missing_edges && !mesher__stopped(r); round++) {
+        int changed = 0;
+        mesher__list_edges(r, 0);
+        for (i = 0; i < r->num_todo && !mesher__stopped(r); i++)
+            if (!r->edge_present[r->todo[i]]) changed |= mesher__points_for_edge(r, r->todo[i]);
+        mesher__tell(r, "points for edges, round", round);
+        if (r->status != MESHER_OK || r->defects || r->absent) return any;
+        mesher__edge_levels(r);
+        any |= changed;
+        if (!changed) break;
+    }
+    return any;
+}
+
+static int mesher__facet_points(mesher__recovery *r)
+{
+    static const mesher__effort after = {14, 3000, 1, 1};
+    uint32_t i;
+    int any = 0;
+    mesher__list_facets(r);
+    for (i = 0; i < r->num_todo && !mesher__stopped(r); i++) {
+        const uint32_t *v = r->facets + 3 * (size_t)r->todo[i];
+        if (r->facet_present[r->todo[i]] || !mesher__edges_present(r, v)) continue;
+        mesher__walk_facet(r, v);
+        if (r->status != MESHER_OK || mesher__report_facet(r, r->todo[i])) return any;
+        if (r->pipe.too_long || r->pipe.num_edges == 0 || !mesher__point_for_facet(r)) continue;
+        any = 1;
+        mesher__recover_facet(r, r->todo[i], &after);
+    }
+    return any;
+}
+
+/* Takes one of our vertices out again, if its star can do without. */
+static int mesher__remove_point(mesher__recovery *r, uint32_t v, uint32_t max_points, uint32_t max_nodes)
+{
+    delaunay_window *w = &r->window;
+    delaunay_search *s = &r->search;
+    uint32_t i, k, local;
+    mesher__note_failure(r, delaunay_vertex_star(r->mesh, r->worker, v, &r->star));
+    if (r->status != MESHER_OK || r->star.count == 0) return 0;
+    if (!delaunay_window_set(w, r->mesh, r->worker, r->star.items, r->star.count, max_points, 1, 1)) return 0;
+    for (local = 0; w->vertices[local] != v; local++) {}
+    if (!(w->interior >> local & 1)) return 0;
+    w->dropped = 1u << local;
+    memset(s, 0, offsetof(delaunay_search, tets));
+    s->objective = DELAUNAY_ANY;
+    s->max_nodes = max_nodes;
+    if (!delaunay_reconnect(r->mesh, r->worker, w, s)) {
+        r->nodes += s->nodes;
+        return 0;
+    }
+    r->nodes += s->nodes;
+    for (i = 0; i < s->num_tets; i++)
+        for (k = 0; k < 4; k++) r->commit[4 * i + k] = w->vertices[s->tets[i][k]];
+    if (!mesher__commit(r, w->tets, w->num_tets, r->commit, s->num_tets)) return 0;
+    r->mesh->vertex_tet[v] = 0;
+    r->removed++;
+    return 1;
+}
+
+static void mesher__remove_points(mesher__recovery *r)
+{
+    int pass;
+    for (pass = 0; pass < 4; pass++) {
+        uint32_t before = r->removed, v;
+        for (v = r->mesh->num_vertices; v-- > r->num_rows && !mesher__stopped(r);)
+            if (r->mesh->vertex_tet[v]) mesher__remove_point(r, v, pass < 2 ? 16 : 24, pass < 2 ? 3000 : 20000);
+        if (r->removed == before && pass > 0) return;
+    }
+}
+
+/* Vertices that were taken out leave the arrays; those that stay move up, in order. */
+static void mesher__pack_points(mesher__recovery *r)
+{
+    delaunay_mesh *mesh = r->mesh;
+    uint32_t v, n = r->num_rows;
+    size_t i;
+    int k;
+    for (v = r->num_rows; v < mesh->num_vertices; v++) {
+        if (!mesh->vertex_tet[v]) continue;
+        if (n != v) {
+            r->star.count = 0;
+            mesher__note_failure(r, delaunay_vertex_star(mesh, r->worker, v, &r->star));
+            if (r->status != MESHER_OK) return;
+            for (i = 0; i < r->star.count; i++)
+                for (k = 0; k < 4; k++)
+                    if (mesh->tets[r->star.items[i]].v[k] == v) mesh->tets[r->star.items[i]].v[k] = n;
+            mesh->vertices[n] = mesh->vertices[v];
+            mesh->vertex_id[n] = mesh->vertex_id[v];
+            mesh->vertex_tet[n] = mesh->vertex_tet[v];
+        }
+        n++;
+    }
+    mesh->num_vertices = n;
+}
+
+/* -- the whole */
+
+static void mesher__recovery_free(mesher__recovery *r)
+{
+    delaunay_memory *memory = r->memory;
+    mesher__set *sets[4];
+    delaunay_list *lists[4];
+    int i;
+    sets[0] = &r->seen;
+    sets[1] = &r->seen_edges;
+    sets[2] = &r->known;
+    sets[3] = &r->failed;
+    lists[0] = &r->queue;
+    lists[1] = &r->star;
+    lists[2] = &r->star2;
+    lists[3] = &r->pool;
+    for (i = 0; i < 4; i++) {
+        mesher__set_free(sets[i]);
+        delaunay_list_free(lists[i]);
+    }
+    delaunay_release(memory, r->edges);
+    delaunay_release(memory, r->edge_row);
+    delaunay_release(memory, r->edge_other);
+    delaunay_release(memory, r->edge_index);
+    delaunay_release(memory, r->facets);
+    delaunay_release(memory, r->facet_row);
+    delaunay_release(memory, r->facet_index);
+    delaunay_release(memory, r->facet_others);
+    delaunay_release(memory, r->edge_present);
+    delaunay_release(memory, r->facet_present);
+    delaunay_release(memory, r->missing_edges_at);
+    delaunay_release(memory, r->missing_facets_at);
+    delaunay_release(memory, r->todo);
+    delaunay_release(memory, r->order);
+    delaunay_release(memory, r->journal);
+    if (r->worker) delaunay_worker_free(r->worker);
+    delaunay_release(memory, r);
+}
+
+static void *mesher__zeros(mesher__recovery *r, size_t count, size_t size)
+{
+    void *block = delaunay_alloc(r->memory, count ? count : 1, size);
+    if (block) memset(block, 0, (count ? count : 1) * size);
+    else r->status = MESHER_ERROR_OUT_OF_MEMORY;
+    return block;
+}
+
+/* All arrays, zeroed; NULL when out of memory. */
+static mesher__recovery *mesher__recovery_new(mesher_domain *domain, mesher_report *report)
+{
+    delaunay_memory *memory = &domain->memory;
+    mesher__recovery *r = (mesher__recovery *)delaunay_alloc(memory, 1, sizeof *r);
+    size_t edges = domain->num_edges, facets = domain->num_facets, rows = domain->mesh.num_vertices;
+    size_t most = edges > facets ? edges : facets;
+    if (!r) return NULL;
+    memset(r, 0, sizeof *r);
+    r->domain = domain;
+    r->mesh = &domain->mesh;
+    r->report = report;
+    r->memory = memory;
+    r->num_rows = domain->mesh.num_vertices;
+    r->random = 88172645463325252u;
+    r->seen.memory = r->seen_edges.memory = r->known.memory = r->failed.memory = memory;
+    r->queue.memory = r->star.memory = r->star2.memory = r->pool.memory = memory;
+    mesher__set_clear(&r->failed);
+    r->edges = (uint32_t *)mesher__zeros(r, 2 * edges, sizeof(uint32_t));
+    r->edge_row = (uint32_t *)mesher__zeros(r, rows + 1, sizeof(uint32_t));
+    r->edge_other = (uint32_t *)mesher__zeros(r, edges, sizeof(uint32_t));
+    r->edge_index = (uint32_t *)mesher__zeros(r, edges, sizeof(uint32_t));
+    r->facets = (uint32_t *)mesher__zeros(r, 3 * facets, sizeof(uint32_t));
+    r->facet_row = (uint32_t *)mesher__zeros(r, rows + 1, sizeof(uint32_t));
+    r->facet_index = (uint32_t *)mesher__zeros(r, facets, sizeof(uint32_t));
+    r->facet_others = (uint64_t *)mesher__zeros(r, facets, sizeof(uint64_t));
+    r->edge_present = (uint8_t *)mesher__zeros(r, edges, 1);
+    r->facet_present = (uint8_t *)mesher__zeros(r, facets, 1);
+    r->missing_edges_at = (uint32_t *)mesher__zeros(r, rows, sizeof(uint32_t));
+    r->missing_facets_at = (uint32_t *)mesher__zeros(r, rows, sizeof(uint32_t));
+    r->todo = (uint32_t *)mesher__zeros(r, most, sizeof(uint32_t));
+    r->order = (uint64_t *)mesher__zeros(r, most, sizeof(uint64_t));
+    r->worker = delaunay_worker_new(memory);
+    if (r->status != MESHER_OK || !r->worker) {
+        mesher__recovery_free(r);
+        return NULL;
+    }
+    return r;
+}
+
+/* Edges, then facets, then interior points for what is left, over and over. */
+static void mesher__recover_all(mesher__recovery *r)
+{
+    int round;
+    mesher__edge_levels(r);
+    for (round = 0; round < 12 && !mesher__stopped(r); round++) {
+        int changed = 0;
+        if (r->defects || r->absent) return;
+        if (r->num_missing_edges) changed |= mesher__edge_points(r);
+        if (r->num_missing_facets) mesher__facet_levels(r);
+        if (r->defects || r->absent || r->status != MESHER_OK) return;
+        if (r->num_missing_facets) changed |= mesher__facet_points(r);
+        mesher__tell(r, "points for facets, round", round);
+        if (!r->num_missing_edges && !r->num_missing_facets) return;
+        if (!changed) return;
+    }
+}
+
+/* One finding for each edge and facet that is still missing. */
+static void mesher__report_missing(mesher__recovery *r)
+{
+    uint32_t i;
+    for (i = 0; i < r->domain->num_edges; i++) {
+        const uint32_t *v = r->edges + 2 * (size_t)i;
+        if (r->edge_present[i]) continue;
+        mesher_report_add(r->report, MESHER_DEFECT_RECOVERY, r->domain->edge_source[i], DELAUNAY_NO_ID, mesher__id(r, v[0]),
+                          mesher__id(r, v[1]), DELAUNAY_NO_ID, mesher__x(r, v[0]));
+    }
+    for (i = 0; i < r->domain->num_facets; i++) {
+        const uint32_t *v = r->facets + 3 * (size_t)i;
+        if (r->facet_present[i] || !mesher__edges_present(r, v)) continue;
+        mesher_report_add(r->report, MESHER_DEFECT_RECOVERY, r->domain->facet_source[i], DELAUNAY_NO_ID,
+                          mesher__id(r, v[0]), mesher__id(r, v[1]), mesher__id(r, v[2]), mesher__x(r, v[0]));
+    }
+    if (r->report)
+        snprintf(r->report->message, sizeof r->report->message,
+                 "%lu edges and %lu facets of the surface could not be recovered, and no defect of it explains why",
+                 (unsigned long)r->num_missing_edges, (unsigned long)r->num_missing_facets);
+}
+
+/* One attempt on the empty mesh as it is. *again: isolated points have to be left out first. */
+static mesher_result mesher__recover_once(mesher_domain *domain, mesher_report *report, int *again)
+{
+    mesher__recovery *r = mesher__recovery_new(domain, report);
+    mesher_result result;
+    *again = 0;
+    if (!r) return MESHER_ERROR_OUT_OF_MEMORY;
+    mesher__translate(r);
+    mesher__build_rows(r);
+    mesher__detect(r);
+    if (report) {
+        report->missing_edges = r->num_missing_edges;
+        report->missing_facets = r->num_missing_facets;
+    }
+    mesher__recover_all(r);
+    if (r->status == MESHER_OK && !r->defects && !r->absent && !r->num_missing_edges && !r->num_missing_facets)
+        mesher__remove_points(r);
+    mesher__tell(r, "points removed, now", (int)(r->added - r->removed));
+    if (r->status == MESHER_OK) mesher__pack_points(r);
+    result = r->status;
+    if (result == MESHER_OK && r->defects) {
+        result = MESHER_ERROR_SURFACE;
+        if (report)
+            snprintf(report->message, sizeof report->message,
+                     "the surface intersects itself: %d of its edges or facets meet others", r->defects);
+    } else if (result == MESHER_OK && r->absent) {
+        *again = 1;
+    } else if (result == MESHER_OK && (r->num_missing_edges || r->num_missing_facets)) {
+        result = MESHER_ERROR_RECOVERY;
+        mesher__report_missing(r);
+    }
+    if (report) report->interior_steiner = r->added - r->removed;
+    mesher__recovery_free(r);
+    return result;
+}
+
+MESHER_API mesher_result mesher_recover(mesher_domain *domain, mesher_report *report)
+{
+    double start = delaunay_seconds(&domain->options.host);
+    mesher_result result;
+    int again;
+    while ((result = mesher__recover_once(domain, report, &again)) == MESHER_OK && again) {
+        delaunay_mesh_free(&domain->mesh);
+        result = mesher_empty_mesh(domain, report);
+        if (result != MESHER_OK) break;
+    }
+    if (report) report->seconds_recover += delaunay_seconds(&domain->options.host) - start;
+    return result;
+}
 
 /* ---- >>regions ---------------------------------------------------------------------------- */
 
