@@ -1,6 +1,6 @@
-/* bench_sort.cpp - hxtsort.h against std::sort, __gnu_parallel::sort, a plain LSD sort and memcpy.
+/* sort.cpp - hxtsort.h against std::sort, __gnu_parallel::sort, a plain LSD sort and memcpy.
  *
- *   g++ -O3 -fopenmp bench/bench_sort.cpp -o bench_sort && ./bench_sort
+ *   g++ -O3 -fopenmp bench/sort.cpp -o bench_sort && ./bench_sort
  *
  * One CSV row for each comparison: medians of alternating runs in this process, ratio = rival_s /
  * ours_s. Input is copied, scratch allocated and touched outside the timing, for everyone. Both

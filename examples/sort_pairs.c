@@ -1,0 +1,56 @@
+/* sort_pairs.c - sort (key, value) pairs, and records by one of their fields.
+ *
+ *   cc -O3 -fopenmp examples/sort_pairs.c -o sort_pairs -lm && ./sort_pairs [COUNT]
+ *
+ * Needs hxtsort.h only.
+ */
+#define HXTSORT_IMPLEMENTATION
+#include "../hxtsort.h"
+#include <stdio.h>
+#include <time.h>
+
+typedef struct city {
+    const char *name;
+    float       height; /* metres above the sea */
+} city;
+#define HXTSORT_NAME   sort_by_height
+#define HXTSORT_TYPE   city
+#define HXTSORT_KEY(c) ((c).height)
+#define HXTSORT_BITS   hxtsort_bits_f32
+#include "../hxtsort.h"
+
+int main(int argc, char **argv)
+{
+    city cities[4] = {{"La Paz", 3640}, {"Baku", -28}, {"Louvain", 35}, {"Quito", 2850}};
+    size_t count = argc > 1 ? (size_t)strtoull(argv[1], NULL, 10) : 10000000;
+
+    if (sort_by_height(cities, 4, NULL) != HXTSORT_OK) return 7;
+    for (int i = 0; i < 4; i++) printf("%-8s %5.0f m\n", cities[i].name, (double)cities[i].height);
+
+    if (count > SIZE_MAX / 64) {
+        fprintf(stderr, "usage: sort_pairs [COUNT]\n");
+        return 2;
+    }
+    hxtsort_pair *pairs = malloc((count ? count : 1) * sizeof *pairs);
+    if (!pairs) return 7;
+    uint64_t random = 1;
+    for (size_t i = 0; i < count; i++) {
+        random = random * 6364136223846793005u + 1442695040888963407u;
+        pairs[i].key = random ^ random >> 29;
+        pairs[i].value = i;
+    }
+    struct timespec start, end;
+    timespec_get(&start, TIME_UTC);
+    hxtsort_result result = hxtsort_pairs(pairs, count, NULL);
+    timespec_get(&end, TIME_UTC);
+    if (result != HXTSORT_OK) {
+        fprintf(stderr, "sort_pairs: %s\n", hxtsort_result_string(result));
+        return 7;
+    }
+    for (size_t i = 1; i < count; i++)
+        if (pairs[i - 1].key > pairs[i].key) return 70;
+    printf("%zu pairs in %.3f s\n", count,
+           (double)(end.tv_sec - start.tv_sec) + 1e-9 * (double)(end.tv_nsec - start.tv_nsec));
+    free(pairs);
+    return 0;
+}
