@@ -25,7 +25,8 @@ HEADERS := $(wildcard *.h examples/*.h tests/*.h bench/*.h)
 TOOLS := $(patsubst examples/%.c,$(BUILD)/%,$(wildcard examples/*.c))
 TESTS := $(patsubst tests/%.c,$(BUILD)/%,$(wildcard tests/test_*.c))
 SCRIPTS := $(wildcard tests/test_*.sh)
-BENCHES := $(patsubst bench/%.c,$(BUILD)/bench_%,$(wildcard bench/*.c))
+BENCHES := $(patsubst bench/%.c,$(BUILD)/bench_%,$(wildcard bench/*.c)) \
+           $(patsubst bench/%.cpp,$(BUILD)/bench_%,$(wildcard bench/*.cpp))
 
 .PHONY: all demo test sanitize test-models league include-test dist clean benches
 .SECONDARY:
@@ -42,6 +43,9 @@ $(BUILD)/test_%: tests/test_%.c $(HEADERS) | $(BUILD)
 
 $(BUILD)/bench_%: bench/%.c $(HEADERS) | $(BUILD)
 	$(CC) $(CFLAGS) $(OPENMP) -I. -Iexamples $< -o $@ $(LDLIBS)
+
+$(BUILD)/bench_%: bench/%.cpp $(HEADERS) | $(BUILD)
+	$(CXX) $(CFLAGS) $(OPENMP) -I. $< -o $@ $(LDLIBS)
 
 $(BUILD)/%: examples/%.c $(HEADERS) | $(BUILD)
 	$(CC) $(CFLAGS) $(OPENMP) $< -o $@ $(LDLIBS)
