@@ -701,8 +701,8 @@ typedef struct hxtsort__kernels {
     hxtsort__leaf_function *leaf;
 } hxtsort__kernels;
 
-#define HXTSORT__INSTANCE(name, bytes, key_bytes, mapped)                                          \
-    static const hxtsort__kind hxtsort__kind_##name = {bytes, key_bytes, mapped};                  \
+#define HXTSORT__INSTANCE(name, bytes_, key_bytes_, mapped_)                                         \
+    static const hxtsort__kind hxtsort__kind_##name = {bytes_, key_bytes_, mapped_};                  \
     static void hxtsort__count_##name(hxtsort__map map, const unsigned char *src, size_t from,     \
                                       size_t to, int shift, uint32_t mask, hxtsort__space *space)  \
     {                                                                                              \
@@ -731,44 +731,51 @@ typedef struct hxtsort__kernels {
         hxtsort__leaf(hxtsort__kind_##name, map, src, s1, s2, dst, n, differ, space,               \
                       hxtsort__leaf_##name);                                                       \
     }                                                                                              \
-    static const hxtsort__kernels hxtsort__kernels_##name = {                                      \
-        bytes, hxtsort__count_##name, hxtsort__split_##name, hxtsort__guess_##name,                \
-        hxtsort__part_##name, hxtsort__leaf_##name}
+    static void hxtsort__use_##name(hxtsort__kernels *k)                                           \
+    {                                                                                              \
+        k->bytes = bytes_;                                                                         \
+        k->count = hxtsort__count_##name;                                                          \
+        k->split = hxtsort__split_##name;                                                          \
+        k->guess = hxtsort__guess_##name;                                                          \
+        k->part = hxtsort__part_##name;                                                            \
+        k->leaf = hxtsort__leaf_##name;                                                            \
+    }
 
-HXTSORT__INSTANCE(u4, 4, 4, 0);   /* unsigned keys: alone, ... */
-HXTSORT__INSTANCE(u8, 8, 8, 0);
-HXTSORT__INSTANCE(u4_4, 8, 4, 0); /* ... and with values */
-HXTSORT__INSTANCE(u8_4, 12, 8, 0);
-HXTSORT__INSTANCE(u8_8, 16, 8, 0);
-HXTSORT__INSTANCE(m4, 4, 4, 1);   /* the same for keys that go through a map */
-HXTSORT__INSTANCE(m8, 8, 8, 1);
-HXTSORT__INSTANCE(m4_4, 8, 4, 1);
-HXTSORT__INSTANCE(m8_4, 12, 8, 1);
-HXTSORT__INSTANCE(m8_8, 16, 8, 1);
+HXTSORT__INSTANCE(u4, 4, 4, 0)   /* unsigned keys: alone, ... */
+HXTSORT__INSTANCE(u8, 8, 8, 0)
+HXTSORT__INSTANCE(u4_4, 8, 4, 0) /* ... and with values */
+HXTSORT__INSTANCE(u8_4, 12, 8, 0)
+HXTSORT__INSTANCE(u8_8, 16, 8, 0)
+HXTSORT__INSTANCE(m4, 4, 4, 1)   /* the same for keys that go through a map */
+HXTSORT__INSTANCE(m8, 8, 8, 1)
+HXTSORT__INSTANCE(m4_4, 8, 4, 1)
+HXTSORT__INSTANCE(m8_4, 12, 8, 1)
+HXTSORT__INSTANCE(m8_8, 16, 8, 1)
 #undef HXTSORT__INSTANCE
 
-/* For 4-byte keys values have 0 or 4 bytes, for 8-byte keys 0, 4 or 8. */
-static const hxtsort__kernels *hxtsort__choose(size_t key_bytes, size_t value_bytes,
-                                               hxtsort__map map)
+/* The kernels for records of these sizes: values have 0 or 4 bytes after keys of 4, 0, 4 or 8 after
+ * keys of 8. Filled in at every call, as tables of functions are writable data in some programs. */
+static hxtsort__kernels hxtsort__choose(size_t key_bytes, size_t value_bytes, hxtsort__map map)
 {
     int mapped = map.always != 0 || map.when_negative != 0;
+    hxtsort__kernels k;
 
-    if (key_bytes == 4 && value_bytes == 0)
-        return mapped ? &hxtsort__kernels_m4 : &hxtsort__kernels_u4;
-    if (key_bytes == 4) return mapped ? &hxtsort__kernels_m4_4 : &hxtsort__kernels_u4_4;
-    if (value_bytes == 0) return mapped ? &hxtsort__kernels_m8 : &hxtsort__kernels_u8;
-    if (value_bytes == 4) return mapped ? &hxtsort__kernels_m8_4 : &hxtsort__kernels_u8_4;
-    return mapped ? &hxtsort__kernels_m8_8 : &hxtsort__kernels_u8_8;
+    if (key_bytes == 4 && value_bytes == 0) (mapped ? hxtsort__use_m4 : hxtsort__use_u4)(&k);
+    else if (key_bytes == 4) (mapped ? hxtsort__use_m4_4 : hxtsort__use_u4_4)(&k);
+    else if (value_bytes == 0) (mapped ? hxtsort__use_m8 : hxtsort__use_u8)(&k);
+    else if (value_bytes == 4) (mapped ? hxtsort__use_m8_4 : hxtsort__use_u8_4)(&k);
+    else (mapped ? hxtsort__use_m8_8 : hxtsort__use_u8_8)(&k);
+    return k;
 }
 
 /* ---- >>driver  splits, hands out buckets -- */
 typedef struct hxtsort__job {
-    const hxtsort__kernels *k;
-    hxtsort__map            map;
-    int                     num_threads;
-    size_t                  cap;         /* records that a thread's buffers have room for */
-    unsigned char          *spaces;      /* num_threads times space_bytes */
-    size_t                  space_bytes; /* a hxtsort__space and its buffers */
+    hxtsort__kernels k;
+    hxtsort__map     map;
+    int              num_threads;
+    size_t           cap;         /* records that a thread's buffers have room for */
+    unsigned char   *spaces;      /* num_threads times space_bytes */
+    size_t           space_bytes; /* a hxtsort__space and its buffers */
 } hxtsort__job;
 
 static hxtsort__space *hxtsort__space_of(const hxtsort__job *job, int thread)
@@ -789,13 +796,13 @@ static void hxtsort__sort_leaf(const hxtsort__job *job, const unsigned char *src
     hxtsort__space *space = hxtsort__space_of(job, HXTSORT__THREAD());
     unsigned char *s1 = (unsigned char *)(space + 1);
 
-    job->k->leaf(job->map, src, s1, s1 + job->cap * job->k->bytes, dst, n, differ, space);
+    job->k.leaf(job->map, src, s1, s1 + job->cap * job->k.bytes, dst, n, differ, space);
 }
 
 static void hxtsort__reverse(const hxtsort__job *job, const unsigned char *src, unsigned char *dst,
                              size_t n)
 {
-    const size_t bytes = job->k->bytes;
+    const size_t bytes = job->k.bytes;
     size_t i;
 
     if (src != dst) {
@@ -833,7 +840,7 @@ static uint64_t hxtsort__count_all(const hxtsort__job *job, const unsigned char 
         int s = *shift;
         HXTSORT__PARALLEL_FOR(threads, static)
         for (t = 0; t < threads; t++)
-            job->k->count(job->map, src, hxtsort__share(n, t, threads),
+            job->k.count(job->map, src, hxtsort__share(n, t, threads),
                           hxtsort__share(n, t + 1, threads), s, mask, hxtsort__space_of(job, t));
         differ = 0;
         *sorted = *reversed = 1;
@@ -857,11 +864,11 @@ static void hxtsort__sort_dominated(const hxtsort__job *job, unsigned char *src,
                                     unsigned char *other, unsigned char *dst, size_t n,
                                     uint64_t key)
 {
-    const size_t bytes = job->k->bytes;
+    const size_t bytes = job->k.bytes;
     unsigned char *to = dst == src ? other : dst, *rest = to == src ? other : src;
     size_t end[2], at;
 
-    job->k->part(job->map, src, to, n, key, end);
+    job->k.part(job->map, src, to, n, key, end);
     at = end[1] * bytes;
     if (end[0] != 0) hxtsort__sort(job, to, rest, dst, end[0], 0);
     if (end[1] != n) hxtsort__sort(job, to + at, rest + at, dst + at, n - end[1], 0);
@@ -895,7 +902,7 @@ static void hxtsort__place(const hxtsort__job *job, size_t *start, int num_bucke
 static void hxtsort__sort(const hxtsort__job *job, unsigned char *src, unsigned char *other,
                           unsigned char *dst, size_t n, uint64_t promised)
 {
-    const size_t bytes = job->k->bytes;
+    const size_t bytes = job->k.bytes;
     const int threads = job->num_threads;
     size_t start[(1 << HXTSORT__SPLIT_BITS) + 1];
     int bits = HXTSORT__SPLIT_BITS_LEAST, shift, sorted, reversed, dominates, t, b, num_buckets;
@@ -905,7 +912,7 @@ static void hxtsort__sort(const hxtsort__job *job, unsigned char *src, unsigned 
         hxtsort__sort_leaf(job, src, dst, n, HXTSORT__UNKNOWN);
         return;
     }
-    differ = job->k->guess(job->map, src, n, &frequent, &dominates);
+    differ = job->k.guess(job->map, src, n, &frequent, &dominates);
     if (dominates && differ != 0) {
         hxtsort__sort_dominated(job, src, other, dst, n, frequent);
         return;
@@ -922,7 +929,7 @@ static void hxtsort__sort(const hxtsort__job *job, unsigned char *src, unsigned 
     /* every thread writes to its own places in each bucket */
     HXTSORT__PARALLEL_FOR(threads, static)
     for (t = 0; t < threads; t++)
-        job->k->split(job->map, src, other, hxtsort__share(n, t, threads),
+        job->k.split(job->map, src, other, hxtsort__share(n, t, threads),
                       hxtsort__share(n, t + 1, threads), shift, (uint32_t)num_buckets - 1,
                       hxtsort__space_of(job, t));
     differ &= hxtsort__low_bits(shift);
@@ -970,7 +977,7 @@ static hxtsort__plan hxtsort__make_plan(size_t bytes, size_t n, int num_threads)
 }
 
 /* Sorts n records where they are. opt is resolved. */
-static hxtsort_result hxtsort__run(const hxtsort__kernels *k, hxtsort__map map, void *records,
+static hxtsort_result hxtsort__run(hxtsort__kernels k, hxtsort__map map, void *records,
                                    size_t n, const hxtsort_options *opt)
 {
     hxtsort__plan plan;
@@ -980,10 +987,10 @@ static hxtsort_result hxtsort__run(const hxtsort__kernels *k, hxtsort__map map, 
     hxtsort_result result;
 
     if (n <= HXTSORT__FEW) {
-        if (n > 1) k->leaf(map, a, NULL, NULL, a, n, HXTSORT__UNKNOWN, NULL);
+        if (n > 1) k.leaf(map, a, NULL, NULL, a, n, HXTSORT__UNKNOWN, NULL);
         return HXTSORT_OK;
     }
-    plan = hxtsort__make_plan(k->bytes, n, opt->num_threads);
+    plan = hxtsort__make_plan(k.bytes, n, opt->num_threads);
     if (plan.total == 0) return HXTSORT_ERROR_TOO_LARGE;
     result = hxtsort__get_scratch(&scratch, opt, plan.total);
     if (result != HXTSORT_OK) return result;
@@ -1036,7 +1043,7 @@ static hxtsort_result hxtsort__sort_columns(hxtsort_type type, void *keys, void 
 {
     hxtsort__map map = hxtsort__make_map(type, opt->descending);
     size_t key_bytes = hxtsort__key_bytes(type), bytes = key_bytes + value_bytes, used;
-    const hxtsort__kernels *k = hxtsort__choose(key_bytes, value_bytes, map);
+    hxtsort__kernels k = hxtsort__choose(key_bytes, value_bytes, map);
     int threads = hxtsort__make_plan(bytes, n, opt->num_threads).num_threads;
     void *scratch = NULL;
     unsigned char *records;
