@@ -638,9 +638,16 @@ DELAUNAY_API delaunay_worker *delaunay_engine_worker(delaunay_engine *engine);
 #if defined(__GNUC__)
 #  define DELAUNAY__UNLIKELY(x) __builtin_expect(!!(x), 0)
 #  define DELAUNAY__NOINLINE __attribute__((noinline))
+#  define DELAUNAY__PREFETCH(p) __builtin_prefetch(p)
 #else
 #  define DELAUNAY__UNLIKELY(x) (x)
 #  define DELAUNAY__NOINLINE
+#  define DELAUNAY__PREFETCH(p) ((void)(p))
+#endif
+#if defined(__GNUC__) && defined(__x86_64__) && !defined(DELAUNAY_NO_SIMD)
+#  include <immintrin.h>
+#  define DELAUNAY__AVX2 __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma")
+#  define DELAUNAY__TARGET __attribute__((target("avx2,fma")))
 #endif
 
 /* ---- >>memory ----------------------------------------------------------------------------- */
@@ -1347,6 +1354,7 @@ typedef struct delaunay__kernel {
     uint8_t         *mark;
     delaunay_handle  hint;           /* where the last ball is */
     int              exact_doubles;  /* in-sphere determinants are exact in doubles */
+    int              simd;
     delaunay_handle *queue, *cavity, *border, *again; /* of the search: cap_search each, in one block */
     size_t           cap_search, num_cavity, num_border;
     delaunay_handle *freed;
@@ -1407,6 +1415,9 @@ static delaunay_result delaunay__kernel_init(delaunay__kernel *k, delaunay_mesh 
     k->mesh = mesh;
     k->memory = &mesh->memory;
     delaunay__kernel_view(k);
+#if defined(DELAUNAY__AVX2)
+    k->simd = DELAUNAY__AVX2;
+#endif
     k->edges = (delaunay_handle *)delaunay_alloc(k->memory, (size_t)1 << 2 * DELAUNAY__MATRIX_BITS, sizeof *k->edges);
     k->edge_keys = (uint16_t(*)[4])delaunay_alloc(k->memory, DELAUNAY__MATRIX_FACETS, sizeof *k->edge_keys);
     if (!k->edges || !k->edge_keys || delaunay__kernel_grow_search(k) != DELAUNAY_OK)
@@ -1444,7 +1455,7 @@ static delaunay_result delaunay__kernel_finish(delaunay__kernel *k)
 
 /* Whether point e destroys tetrahedron t: inside its sphere; beyond the hull facet of a ghost, or in its plane
  * and inside the sphere of the tetrahedron behind. Exact and perturbed. */
-static int delaunay__in_conflict(const delaunay__kernel *k, delaunay_handle t, const double *e)
+static DELAUNAY__NOINLINE int delaunay__in_conflict_exact(const delaunay__kernel *k, delaunay_handle t, const double *e)
 {
     const delaunay_vertex *x = k->vertices;
     const uint32_t *v = k->tets[t].v;
@@ -1457,11 +1468,25 @@ static int delaunay__in_conflict(const delaunay__kernel *k, delaunay_handle t, c
         if (t == DELAUNAY_NONE) return 0;
         v = k->tets[t].v;
     }
-    det = delaunay__insphere_double(x[v[0]].x, x[v[1]].x, x[v[2]].x, x[v[3]].x, e, &bound2);
-    if (det * det > bound2 || (k->exact_doubles && det != 0)) return det > 0;
-    s = k->exact_doubles ? 0 : delaunay_insphere_exact(x[v[0]].x, x[v[1]].x, x[v[2]].x, x[v[3]].x, e);
+    if (k->exact_doubles) {
+        det = delaunay__insphere_double(x[v[0]].x, x[v[1]].x, x[v[2]].x, x[v[3]].x, e, &bound2);
+        s = det > 0 ? 1 : det < 0 ? -1 : 0;
+    } else {
+        s = delaunay_insphere_exact(x[v[0]].x, x[v[1]].x, x[v[2]].x, x[v[3]].x, e);
+    }
     if (s == 0) s = delaunay__insphere_tie(x[v[0]].x, x[v[1]].x, x[v[2]].x, x[v[3]].x, e);
     return s > 0;
+}
+
+static int delaunay__in_conflict(const delaunay__kernel *k, delaunay_handle t, const double *e)
+{
+    const delaunay_vertex *x = k->vertices;
+    const uint32_t *v = k->tets[t].v;
+    if (v[3] != DELAUNAY_GHOST) {
+        double bound2, det = delaunay__insphere_double(x[v[0]].x, x[v[1]].x, x[v[2]].x, x[v[3]].x, e, &bound2);
+        if (det * det > bound2) return det > 0;
+    }
+    return delaunay__in_conflict_exact(k, t, e);
 }
 
 /* Bit i: the tetrahedron of facet handle h[i] is in conflict with e. */
@@ -1527,7 +1552,232 @@ static delaunay_handle delaunay__walk_exact(const delaunay__kernel *k, delaunay_
     return t;
 }
 
+/* -- the same on four tetrahedra at once, where the processor can */
+#if defined(DELAUNAY__AVX2)
+/* Coordinates of vertices p q r s: one lane each. */
+#define DELAUNAY__TRANSPOSE(p, q, r, s, X, Y, Z)                                                   \
+    do {                                                                                           \
+        __m256d p_ = _mm256_loadu_pd(x[p].x), q_ = _mm256_loadu_pd(x[q].x);                        \
+        __m256d r_ = _mm256_loadu_pd(x[r].x), s_ = _mm256_loadu_pd(x[s].x);                        \
+        __m256d a_ = _mm256_unpacklo_pd(p_, q_), b_ = _mm256_unpackhi_pd(p_, q_);                  \
+        __m256d c_ = _mm256_unpacklo_pd(r_, s_), d_ = _mm256_unpackhi_pd(r_, s_);                  \
+        X = _mm256_permute2f128_pd(a_, c_, 0x20);                                                  \
+        Y = _mm256_permute2f128_pd(b_, d_, 0x20);                                                  \
+        Z = _mm256_permute2f128_pd(a_, c_, 0x31);                                                  \
+    } while (0)
+#define DELAUNAY__MADD(a, b, c) _mm256_fmadd_pd(a, b, c)  /* ab + c */
+#define DELAUNAY__MSUB(a, b, c) _mm256_fmsub_pd(a, b, c)  /* ab - c */
+#define DELAUNAY__NMADD(a, b, c) _mm256_fnmadd_pd(a, b, c) /* c - ab */
+
+/* Double-double numbers, four of them [Dekker 1971]: sums and products err by less than 2^-100. */
+typedef struct delaunay__dd4 {
+    __m256d h, l;
+} delaunay__dd4;
+
+DELAUNAY__TARGET DELAUNAY_INLINE delaunay__dd4 delaunay__dd_renormal(__m256d s, __m256d e)
+{
+    delaunay__dd4 r;
+    r.h = _mm256_add_pd(s, e);
+    r.l = _mm256_sub_pd(e, _mm256_sub_pd(r.h, s));
+    return r;
+}
+
+DELAUNAY__TARGET DELAUNAY_INLINE delaunay__dd4 delaunay__dd_difference(__m256d a, __m256d b)
+{
+    delaunay__dd4 r;
+    __m256d t;
+    r.h = _mm256_sub_pd(a, b);
+    t = _mm256_sub_pd(r.h, a);
+    r.l = _mm256_sub_pd(_mm256_sub_pd(a, _mm256_sub_pd(r.h, t)), _mm256_add_pd(b, t));
+    return r;
+}
+
+DELAUNAY__TARGET DELAUNAY_INLINE delaunay__dd4 delaunay__dd_mul(delaunay__dd4 a, delaunay__dd4 b)
+{
+    __m256d p = _mm256_mul_pd(a.h, b.h), e = DELAUNAY__MSUB(a.h, b.h, p);
+    e = DELAUNAY__MADD(a.h, b.l, e);
+    e = DELAUNAY__MADD(a.l, b.h, e);
+    return delaunay__dd_renormal(p, e);
+}
+
+DELAUNAY__TARGET DELAUNAY_INLINE delaunay__dd4 delaunay__dd_add(delaunay__dd4 a, delaunay__dd4 b)
+{
+    __m256d s = _mm256_add_pd(a.h, b.h), t = _mm256_sub_pd(s, a.h);
+    __m256d e = _mm256_add_pd(_mm256_sub_pd(a.h, _mm256_sub_pd(s, t)), _mm256_sub_pd(b.h, t));
+    return delaunay__dd_renormal(s, _mm256_add_pd(e, _mm256_add_pd(a.l, b.l)));
+}
+
+DELAUNAY__TARGET DELAUNAY_INLINE delaunay__dd4 delaunay__dd_sub(delaunay__dd4 a, delaunay__dd4 b)
+{
+    const __m256d sign = _mm256_set1_pd(-0.0);
+    b.h = _mm256_xor_pd(b.h, sign);
+    b.l = _mm256_xor_pd(b.l, sign);
+    return delaunay__dd_add(a, b);
+}
+
+DELAUNAY__TARGET DELAUNAY_INLINE delaunay__dd4 delaunay__dd_minor(const delaunay__dd4 *a, const delaunay__dd4 *b)
+{
+    return delaunay__dd_sub(delaunay__dd_mul(a[0], b[1]), delaunay__dd_mul(b[0], a[1]));
+}
+
+DELAUNAY__TARGET DELAUNAY_INLINE delaunay__dd4 delaunay__dd_lift(const delaunay__dd4 *a)
+{
+    return delaunay__dd_add(delaunay__dd_add(delaunay__dd_mul(a[0], a[0]), delaunay__dd_mul(a[1], a[1])),
+                            delaunay__dd_mul(a[2], a[2]));
+}
+
+/* The determinants of delaunay__in_conflict4_avx2 again: only sums of products of at most five differences, so the
+ * error is far below 1e-28 R^5. xyz[i][k]: coordinate k of the four tetrahedra's vertices i. */
+static DELAUNAY__TARGET DELAUNAY__NOINLINE void delaunay__insphere4_dd(__m256d xyz[4][3], const double *e, __m256d ghost,
+                                                                     __m256d ghost_lift, __m256d *det)
+{
+    delaunay__dd4 a[4][3], ab, bc, cd, da, ac, bd, abc, bcd, cda, dab, lift[4];
+    int i, k;
+    for (i = 0; i < 4; i++) {
+        for (k = 0; k < 3; k++) {
+            a[i][k] = delaunay__dd_difference(xyz[i][k], _mm256_set1_pd(e[k]));
+            if (i < 3) continue;
+            a[i][k].h = _mm256_andnot_pd(ghost, a[i][k].h);
+            a[i][k].l = _mm256_andnot_pd(ghost, a[i][k].l);
+        }
+        lift[i] = delaunay__dd_lift(a[i]);
+    }
+    lift[3].h = _mm256_blendv_pd(lift[3].h, ghost_lift, ghost);
+    ab = delaunay__dd_minor(a[0], a[1]);
+    bc = delaunay__dd_minor(a[1], a[2]);
+    cd = delaunay__dd_minor(a[2], a[3]);
+    da = delaunay__dd_minor(a[3], a[0]);
+    ac = delaunay__dd_minor(a[0], a[2]);
+    bd = delaunay__dd_minor(a[1], a[3]);
+    abc = delaunay__dd_add(delaunay__dd_sub(delaunay__dd_mul(a[0][2], bc), delaunay__dd_mul(a[1][2], ac)), delaunay__dd_mul(a[2][2], ab));
+    bcd = delaunay__dd_add(delaunay__dd_sub(delaunay__dd_mul(a[1][2], cd), delaunay__dd_mul(a[2][2], bd)), delaunay__dd_mul(a[3][2], bc));
+    cda = delaunay__dd_add(delaunay__dd_add(delaunay__dd_mul(a[2][2], da), delaunay__dd_mul(a[3][2], ac)), delaunay__dd_mul(a[0][2], cd));
+    dab = delaunay__dd_add(delaunay__dd_add(delaunay__dd_mul(a[3][2], ab), delaunay__dd_mul(a[0][2], bd)), delaunay__dd_mul(a[1][2], da));
+    *det = delaunay__dd_add(delaunay__dd_sub(delaunay__dd_mul(lift[2], dab), delaunay__dd_mul(lift[3], abc)),
+                            delaunay__dd_sub(delaunay__dd_mul(lift[0], bcd), delaunay__dd_mul(lift[1], cda))).h;
+}
+
+/* A ghost is the row (0, 0, 0, l) of the determinant: l times the orientation of its hull facet, l the greatest
+ * lift of the others, so that the bound on the error is that of a sphere. */
+static DELAUNAY__TARGET unsigned delaunay__in_conflict4_avx2(const delaunay__kernel *k, const delaunay_handle *h, unsigned count,
+                                                             const double *e)
+{
+    const delaunay_vertex *x = k->vertices;
+    const uint32_t *t0 = k->tets[h[0] >> 2].v, *t1 = k->tets[h[1] >> 2].v;
+    const uint32_t *t2 = k->tets[h[2] >> 2].v, *t3 = k->tets[h[3] >> 2].v;
+    const __m256d ex = _mm256_set1_pd(e[0]), ey = _mm256_set1_pd(e[1]), ez = _mm256_set1_pd(e[2]);
+    const __m256d zero = _mm256_setzero_pd();
+    const unsigned pad = 15u << count & 15;
+    __m256d xyz[4][3], ghost, ax, ay, az, bx, by, bz, cx, cy, cz, dx, dy, dz;
+    __m256d ab, bc, cd, da, ac, bd, abc, bcd, cda, dab, al, bl, cl, dl, l, l5, det;
+    unsigned in, sure, rest;
+    DELAUNAY__TRANSPOSE(t0[0], t1[0], t2[0], t3[0], xyz[0][0], xyz[0][1], xyz[0][2]);
+    DELAUNAY__TRANSPOSE(t0[1], t1[1], t2[1], t3[1], xyz[1][0], xyz[1][1], xyz[1][2]);
+    DELAUNAY__TRANSPOSE(t0[2], t1[2], t2[2], t3[2], xyz[2][0], xyz[2][1], xyz[2][2]);
+    DELAUNAY__TRANSPOSE(t0[3], t1[3], t2[3], t3[3], xyz[3][0], xyz[3][1], xyz[3][2]);
+    ghost = _mm256_castsi256_pd(_mm256_cvtepi32_epi64(_mm_cmpeq_epi32(
+        _mm_setr_epi32((int)t0[3], (int)t1[3], (int)t2[3], (int)t3[3]), _mm_setzero_si128())));
+    ax = _mm256_sub_pd(xyz[0][0], ex), ay = _mm256_sub_pd(xyz[0][1], ey), az = _mm256_sub_pd(xyz[0][2], ez);
+    bx = _mm256_sub_pd(xyz[1][0], ex), by = _mm256_sub_pd(xyz[1][1], ey), bz = _mm256_sub_pd(xyz[1][2], ez);
+    cx = _mm256_sub_pd(xyz[2][0], ex), cy = _mm256_sub_pd(xyz[2][1], ey), cz = _mm256_sub_pd(xyz[2][2], ez);
+    dx = _mm256_andnot_pd(ghost, _mm256_sub_pd(xyz[3][0], ex));
+    dy = _mm256_andnot_pd(ghost, _mm256_sub_pd(xyz[3][1], ey));
+    dz = _mm256_andnot_pd(ghost, _mm256_sub_pd(xyz[3][2], ez));
+    ab = DELAUNAY__MSUB(ax, by, _mm256_mul_pd(bx, ay)), bc = DELAUNAY__MSUB(bx, cy, _mm256_mul_pd(cx, by));
+    cd = DELAUNAY__MSUB(cx, dy, _mm256_mul_pd(dx, cy)), da = DELAUNAY__MSUB(dx, ay, _mm256_mul_pd(ax, dy));
+    ac = DELAUNAY__MSUB(ax, cy, _mm256_mul_pd(cx, ay)), bd = DELAUNAY__MSUB(bx, dy, _mm256_mul_pd(dx, by));
+    abc = DELAUNAY__MADD(az, bc, DELAUNAY__NMADD(bz, ac, _mm256_mul_pd(cz, ab)));
+    bcd = DELAUNAY__MADD(bz, cd, DELAUNAY__NMADD(cz, bd, _mm256_mul_pd(dz, bc)));
+    cda = DELAUNAY__MADD(cz, da, DELAUNAY__MADD(dz, ac, _mm256_mul_pd(az, cd)));
+    dab = DELAUNAY__MADD(dz, ab, DELAUNAY__MADD(az, bd, _mm256_mul_pd(bz, da)));
+    al = DELAUNAY__MADD(ax, ax, DELAUNAY__MADD(ay, ay, _mm256_mul_pd(az, az)));
+    bl = DELAUNAY__MADD(bx, bx, DELAUNAY__MADD(by, by, _mm256_mul_pd(bz, bz)));
+    cl = DELAUNAY__MADD(cx, cx, DELAUNAY__MADD(cy, cy, _mm256_mul_pd(cz, cz)));
+    dl = DELAUNAY__MADD(dx, dx, DELAUNAY__MADD(dy, dy, _mm256_mul_pd(dz, dz)));
+    l = _mm256_max_pd(_mm256_max_pd(al, bl), _mm256_max_pd(cl, dl));
+    dl = _mm256_blendv_pd(dl, l, ghost);
+    det = _mm256_add_pd(DELAUNAY__MSUB(cl, dab, _mm256_mul_pd(dl, abc)), DELAUNAY__MSUB(al, bcd, _mm256_mul_pd(bl, cda)));
+    l5 = _mm256_mul_pd(l, l);
+    l5 = _mm256_mul_pd(_mm256_mul_pd(l5, l5), l);
+    in = (unsigned)_mm256_movemask_pd(_mm256_cmp_pd(det, zero, _CMP_GT_OQ));
+    sure = (unsigned)_mm256_movemask_pd(_mm256_cmp_pd(_mm256_mul_pd(det, det),
+        DELAUNAY__MADD(_mm256_set1_pd(delaunay__insphere_error2), l5, _mm256_set1_pd(delaunay__insphere_least2)), _CMP_GT_OQ));
+    sure |= pad;
+    if (DELAUNAY__UNLIKELY(sure != 15)) {
+        unsigned i;
+        if (k->exact_doubles) {
+            sure |= (unsigned)_mm256_movemask_pd(_mm256_cmp_pd(det, zero, _CMP_NEQ_OQ));
+        } else {
+            delaunay__insphere4_dd(xyz, e, ghost, l, &det);
+            rest = ~sure;
+            in = (in & sure) | ((unsigned)_mm256_movemask_pd(_mm256_cmp_pd(det, zero, _CMP_GT_OQ)) & rest);
+            sure |= (unsigned)_mm256_movemask_pd(_mm256_cmp_pd(_mm256_mul_pd(det, det),
+                DELAUNAY__MADD(_mm256_set1_pd(1e-56), l5, _mm256_set1_pd(delaunay__insphere_least2)), _CMP_GT_OQ));
+        }
+        for (i = 0; i < 4; i++) {
+            if (sure >> i & 1) continue;
+            in &= ~(1u << i);
+            in |= (unsigned)delaunay__in_conflict_exact(k, h[i] >> 2, e) << i;
+        }
+    }
+    return in & ~pad;
+}
+
+static DELAUNAY__TARGET delaunay_handle delaunay__walk_avx2(const delaunay__kernel *k, delaunay_handle t, const double *e)
+{
+    const delaunay_vertex *x = k->vertices;
+    const __m256d ex = _mm256_set1_pd(e[0]), ey = _mm256_set1_pd(e[1]), ez = _mm256_set1_pd(e[2]);
+    unsigned open = 15;
+    int steps;
+    if (k->tets[t].v[3] == DELAUNAY_GHOST) t = k->tets[t].n[3] >> 2;
+    for (steps = 0; steps < 1000; steps++) {
+        const uint32_t *v = k->tets[t].v;
+        __m256d X, Y, Z, x1, y1, z1, x2, y2, z2, x3, y3, z3, det;
+        delaunay_handle h;
+        unsigned out;
+        if (v[3] == DELAUNAY_GHOST) return t;
+        DELAUNAY__TRANSPOSE(v[0], v[1], v[2], v[3], X, Y, Z);
+        X = _mm256_sub_pd(X, ex);
+        Y = _mm256_sub_pd(Y, ey);
+        Z = _mm256_sub_pd(Z, ez);
+        /* lane i: facet i, rows 1 0 0 0, 2 3 1 2, 3 2 3 1 */
+        x1 = _mm256_permute4x64_pd(X, 0x01), y1 = _mm256_permute4x64_pd(Y, 0x01), z1 = _mm256_permute4x64_pd(Z, 0x01);
+        x2 = _mm256_permute4x64_pd(X, 0x9e), y2 = _mm256_permute4x64_pd(Y, 0x9e), z2 = _mm256_permute4x64_pd(Z, 0x9e);
+        x3 = _mm256_permute4x64_pd(X, 0x7b), y3 = _mm256_permute4x64_pd(Y, 0x7b), z3 = _mm256_permute4x64_pd(Z, 0x7b);
+        det = DELAUNAY__MADD(x1, DELAUNAY__MSUB(y2, z3, _mm256_mul_pd(z2, y3)),
+              DELAUNAY__MADD(y1, DELAUNAY__MSUB(z2, x3, _mm256_mul_pd(x2, z3)),
+                             _mm256_mul_pd(z1, DELAUNAY__MSUB(x2, y3, _mm256_mul_pd(y2, x3)))));
+        out = (unsigned)_mm256_movemask_pd(_mm256_cmp_pd(det, _mm256_setzero_pd(), _CMP_LT_OQ)) & open;
+        if (!out) return t;
+        h = k->tets[t].n[__builtin_ctz(out)];
+        t = h >> 2;
+        open = ~(1u << (h & 3));
+    }
+    return t;
+}
+#undef DELAUNAY__TRANSPOSE
+#undef DELAUNAY__MADD
+#undef DELAUNAY__MSUB
+#undef DELAUNAY__NMADD
+#endif
+
 enum { DELAUNAY__NOT_HERE = 100 }; /* beside delaunay_result: the seed of a cavity is not in conflict */
+
+static unsigned delaunay__in_conflict_few(const delaunay__kernel *k, const delaunay_handle *h, unsigned count, const double *e)
+{
+#if defined(DELAUNAY__AVX2)
+    if (k->simd) return delaunay__in_conflict4_avx2(k, h, count, e);
+#endif
+    return delaunay__in_conflict4(k, h, count, e);
+}
+
+static delaunay_handle delaunay__walk_fast(const delaunay__kernel *k, delaunay_handle t, const double *e)
+{
+#if defined(DELAUNAY__AVX2)
+    if (k->simd) return delaunay__walk_avx2(k, t, e);
+#endif
+    return delaunay__walk(k, t, e);
+}
 
 static void delaunay__cavity_undo(delaunay__kernel *k, size_t num_queue, size_t num_again)
 {
@@ -1554,7 +1804,8 @@ static int delaunay__cavity(delaunay__kernel *k, delaunay_handle seed, const dou
     }
     do {
         unsigned count = num_queue - done < 4 ? (unsigned)(num_queue - done) : 4;
-        unsigned in = delaunay__in_conflict4(k, queue + done, count, e);
+        for (i = 0; i < 3; i++) queue[num_queue + i] = 0; /* batches are padded with the dummy */
+        unsigned in = delaunay__in_conflict_few(k, queue + done, count, e);
         if (DELAUNAY__UNLIKELY(done == 0 && !(in & 1))) {
             delaunay__cavity_undo(k, num_queue, 0);
             return DELAUNAY__NOT_HERE;
@@ -1576,6 +1827,7 @@ static int delaunay__cavity(delaunay__kernel *k, delaunay_handle seed, const dou
                 num_queue += !seen;
                 num_again += !!seen;
                 mark[b >> 2] = seen | DELAUNAY__MARK_SEEN;
+                DELAUNAY__PREFETCH(&k->tets[b >> 2]);
             }
         }
         if (DELAUNAY__UNLIKELY(num_queue + num_again + DELAUNAY__SEARCH_SLACK > k->cap_search)) {
@@ -1734,7 +1986,7 @@ static void delaunay__ball(delaunay__kernel *k, uint32_t p)
 static int delaunay__insert(delaunay__kernel *k, uint32_t p)
 {
     const double *e = k->vertices[p].x;
-    delaunay_handle t = delaunay__walk(k, k->hint, e);
+    delaunay_handle t = delaunay__walk_fast(k, k->hint, e);
     int result = delaunay__cavity(k, t, e);
     if (DELAUNAY__UNLIKELY(result == DELAUNAY__NOT_HERE)) {
         t = delaunay__walk_exact(k, t, e, p);
