@@ -5586,6 +5586,19 @@ MESHER_API void mesher_domain_free(mesher_domain *domain)
     memset(domain, 0, sizeof *domain);
 }
 
+/* A valid surface with open edges: only its cells say which sheets lie outside all of them. */
+static mesher_result mesher__check_sheets(mesher_domain *domain, mesher_report *report)
+{
+    mesher_report scratch;
+    mesher_result result;
+    memset(&scratch, 0, sizeof scratch);
+    mesher__report_reset(&scratch, &domain->surface);
+    result = mesher_empty_mesh(domain, &scratch);
+    if (result >= 0) result = mesher_recover(domain, &scratch);
+    if (result >= 0) return mesher_color(domain, report);
+    return result == MESHER_ERROR_OUT_OF_MEMORY || result == MESHER_CANCELLED ? result : MESHER_OK;
+}
+
 MESHER_API mesher_result mesher_check(const mesher_surface *surface, const mesher_options *options,
                                       mesher_report *report)
 {
@@ -5602,9 +5615,11 @@ MESHER_API mesher_result mesher_check(const mesher_surface *surface, const meshe
     mesher__report_reset(report, surface);
     result = mesher__domain_init(&domain, surface, options, report, &usable);
     if (usable && !domain.options.no_intersection_test) result = mesher__check_space(&domain, report);
+    if (result == MESHER_OK && !domain.options.no_intersection_test && report->counts[MESHER_NOTE_OPEN_EDGE])
+        result = mesher__check_sheets(&domain, report);
     mesher__message_finish(report);
     report->seconds_check = delaunay_seconds(options ? &options->host : NULL) - start;
-    report->peak_bytes = domain.memory.peak_bytes;
+    report->peak_bytes = domain.memory.peak_bytes + domain.mesh.memory.peak_bytes;
     mesher_domain_free(&domain);
     return result;
 }
@@ -5662,16 +5677,20 @@ static mesher_result mesher__mesh_surface(mesher_domain *domain, mesher_report *
 {
     const delaunay_host *host = &domain->options.host;
     double t0 = delaunay_seconds(host), t1;
-    mesher_result result = mesher_empty_mesh(domain, report);
+    mesher_result result;
+    if (mesher__progress(&domain->options, "empty mesh", 0)) return MESHER_CANCELLED;
+    result = mesher_empty_mesh(domain, report);
     t1 = delaunay_seconds(host);
     report->seconds_empty = t1 - t0;
     if (result < 0) return result;
+    if (mesher__progress(&domain->options, "recover", 0)) return MESHER_CANCELLED;
     result = mesher_recover(domain, report);
     t0 = delaunay_seconds(host);
     report->seconds_recover = t0 - t1;
     if (result == MESHER_ERROR_RECOVERY || result == MESHER_ERROR_SURFACE)
         return mesher__explain_failure(domain, report, result);
     if (result < 0) return result;
+    if (mesher__progress(&domain->options, "regions", 0)) return MESHER_CANCELLED;
     result = mesher_color(domain, report);
     report->seconds_regions = delaunay_seconds(host) - t0;
     if (result == MESHER_ERROR_SURFACE) mesher__message_finish(report);
@@ -5683,10 +5702,13 @@ static mesher_result mesher__mesh_size(mesher_domain *domain, mesher_report *rep
 {
     const delaunay_host *host = &domain->options.host;
     double t0 = delaunay_seconds(host), t1;
-    mesher_result result = mesher_size(domain, report);
+    mesher_result result;
+    if (mesher__progress(&domain->options, "size", 0)) return MESHER_CANCELLED;
+    result = mesher_size(domain, report);
     t1 = delaunay_seconds(host);
     report->seconds_size = t1 - t0;
     if (result < 0) return result;
+    if (mesher__progress(&domain->options, "refine", 0)) return MESHER_CANCELLED;
     result = mesher_refine(domain, report);
     report->seconds_refine = delaunay_seconds(host) - t1;
     return result;
@@ -5728,6 +5750,8 @@ MESHER_API mesher_result mesher_mesh(mesher_domain *domain, const mesher_surface
     start = delaunay_seconds(options ? &options->host : NULL);
     mesher__report_reset(report, surface);
     result = mesher__domain_init(domain, surface, options, report, &usable);
+    if (result == MESHER_ERROR_SURFACE && usable && !domain->options.no_intersection_test)
+        result = mesher__check_space(domain, report); /* the whole truth at once */
     report->seconds_check = delaunay_seconds(options ? &options->host : NULL) - start;
     if (result == MESHER_ERROR_SURFACE) mesher__message_finish(report);
     if (result >= 0) result = mesher__mesh_surface(domain, report);

@@ -1,0 +1,860 @@
+/* test_check.c - mesher_check: every defect and note with its ids; the intersection test against an oracle in
+ * integer arithmetic on small lattices, where degenerate positions are the rule. */
+#define MESHER_IMPLEMENTATION
+#include "mesher.h"
+#include "check.h"
+#include <stdlib.h>
+#include <string.h>
+
+/* -- Small helpers. */
+
+static uint64_t seed_state = 88172645463325252u;
+static uint32_t random_below(uint32_t n)
+{
+    seed_state ^= seed_state << 13;
+    seed_state ^= seed_state >> 7;
+    seed_state ^= seed_state << 17;
+    return (uint32_t)((seed_state >> 20) % n);
+}
+
+enum { ROOM = 4096 };
+typedef struct result_of {
+    mesher_result  code;
+    mesher_report  report;
+    mesher_finding findings[ROOM];
+} result_of;
+static result_of last;
+
+static mesher_surface surface_of(const double *xyz, size_t nv, const uint32_t *triangles, size_t nt)
+{
+    mesher_surface s;
+    memset(&s, 0, sizeof s);
+    s.xyz = xyz;
+    s.num_vertices = nv;
+    s.triangles = triangles;
+    s.num_triangles = nt;
+    return s;
+}
+
+/* Runs the check; the result is in last. */
+static void check_surface(const mesher_surface *s, const mesher_options *options)
+{
+    memset(&last.report, 0, sizeof last.report);
+    last.report.findings = last.findings;
+    last.report.cap_findings = ROOM;
+    last.code = mesher_check(s, options, &last.report);
+}
+
+static uint64_t count_of(mesher_kind kind) { return last.report.counts[kind]; }
+
+static uint64_t defects(void)
+{
+    uint64_t n = 0;
+    int k;
+    for (k = MESHER_DEFECT_FIRST; k < MESHER_NUM_KINDS; k++) n += last.report.counts[k];
+    return n;
+}
+
+/* The first finding of a kind, or NULL. */
+static const mesher_finding *first_of(mesher_kind kind)
+{
+    size_t i;
+    for (i = 0; i < last.report.num_findings; i++)
+        if (last.findings[i].kind == kind) return last.findings + i;
+    return NULL;
+}
+
+/* One kind of defect, so often, and no other. */
+static int only_defect(mesher_kind kind, uint64_t n)
+{
+    return last.code == MESHER_ERROR_SURFACE && count_of(kind) == n && defects() == n && last.report.message[0];
+}
+
+/* -- The oracle. Points are homogeneous integers x/w; everything fits in 64 bits for coordinates up to 4. */
+
+typedef int64_t big;
+typedef struct point { big x[3], w; } point;
+typedef struct simplex { int n; uint32_t v[3]; big p[3][3]; } simplex;
+
+static void sub(big *r, const big *a, const big *b)
+{
+    int i;
+    for (i = 0; i < 3; i++) r[i] = a[i] - b[i];
+}
+static void cross(big *r, const big *a, const big *b)
+{
+    int i;
+    for (i = 0; i < 3; i++) r[i] = a[(i + 1) % 3] * b[(i + 2) % 3] - a[(i + 2) % 3] * b[(i + 1) % 3];
+}
+static big dot(const big *a, const big *b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+
+/* p - w*a: the difference scaled by w */
+static void offset(big *r, const point *p, const big *a)
+{
+    int i;
+    for (i = 0; i < 3; i++) r[i] = p->x[i] - p->w * a[i];
+}
+
+static int oracle_contains(const simplex *s, const point *p)
+{
+    big e[3], f[3], n[3], d[3], c[3];
+    int i;
+    sub(e, s->p[1], s->p[0]);
+    offset(d, p, s->p[0]);
+    if (s->n == 2) {
+        cross(c, e, d);
+        if (c[0] || c[1] || c[2]) return 0;
+        return dot(e, d) >= 0 && dot(e, d) <= p->w * dot(e, e);
+    }
+    sub(f, s->p[2], s->p[0]);
+    cross(n, e, f);
+    if (dot(n, d) != 0) return 0;
+    for (i = 0; i < 3; i++) {
+        sub(e, s->p[(i + 1) % 3], s->p[i]);
+        offset(d, p, s->p[i]);
+        cross(c, e, d);
+        if (dot(n, c) < 0) return 0;
+    }
+    return 1;
+}
+
+/* p is a vertex of both. */
+static int oracle_common(const simplex *a, const simplex *b, const point *p)
+{
+    int i, j, k;
+    for (i = 0; i < a->n; i++)
+        for (j = 0; j < b->n; j++) {
+            if (a->v[i] != b->v[j]) continue;
+            for (k = 0; k < 3 && p->x[k] == p->w * a->p[i][k]; k++) {}
+            if (k == 3) return 1;
+        }
+    return 0;
+}
+
+static int oracle_bad(const simplex *a, const simplex *b, point *p)
+{
+    int i;
+    if (p->w < 0) {
+        p->w = -p->w;
+        for (i = 0; i < 3; i++) p->x[i] = -p->x[i];
+    }
+    return oracle_contains(a, p) && oracle_contains(b, p) && !oracle_common(a, b, p);
+}
+
+/* The intersection of two convex sets is the hull of its extreme points, and these are vertices, crossings of
+ * an edge and a plane, or of two edges. They meet badly if one of these is in both and is no common vertex. */
+static int oracle_half(const simplex *a, const simplex *b)
+{
+    point p;
+    big n[3], d[3], e[3], f[3], r[3], c[3], den, num;
+    int i, j, k, edges = a->n == 3 ? 3 : 1, other = b->n == 3 ? 3 : 1;
+    for (i = 0; i < a->n; i++) {
+        memcpy(p.x, a->p[i], sizeof p.x);
+        p.w = 1;
+        if (oracle_bad(a, b, &p)) return 1;
+    }
+    for (i = 0; i < edges; i++) {
+        const big *s = a->p[i], *t = a->p[(i + 1) % a->n];
+        sub(d, t, s);
+        if (b->n == 3) {
+            sub(e, b->p[1], b->p[0]);
+            sub(f, b->p[2], b->p[0]);
+            cross(n, e, f);
+            sub(r, b->p[0], s);
+            den = dot(n, d);
+            num = dot(n, r);
+            if (den) {
+                for (k = 0; k < 3; k++) p.x[k] = den * s[k] + num * d[k];
+                p.w = den;
+                if (oracle_bad(a, b, &p)) return 1;
+            }
+        }
+        for (j = 0; j < other; j++) {
+            sub(e, b->p[(j + 1) % b->n], b->p[j]);
+            sub(r, b->p[j], s);
+            cross(n, d, e);
+            if (dot(n, r) != 0) continue;
+            den = dot(n, n);
+            if (!den) continue; /* parallel: ends are vertices */
+            cross(c, r, e);
+            num = dot(c, n);
+            for (k = 0; k < 3; k++) p.x[k] = den * s[k] + num * d[k];
+            p.w = den;
+            if (oracle_bad(a, b, &p)) return 1;
+        }
+    }
+    return 0;
+}
+static int oracle_meet(const simplex *a, const simplex *b) { return oracle_half(a, b) || oracle_half(b, a); }
+
+/* -- Random soups on a lattice. */
+
+enum { SOUP_VERTICES = 9, SOUP_TRIANGLES = 7, SOUP_LINES = 3, SOUP_ALL = SOUP_TRIANGLES + SOUP_LINES };
+
+typedef struct soup {
+    double   xyz[3 * SOUP_VERTICES];
+    uint32_t triangles[3 * SOUP_TRIANGLES], lines[2 * SOUP_LINES];
+    size_t   num_triangles, num_lines;
+    simplex  all[SOUP_ALL];
+} soup;
+
+static int degenerate(const simplex *s)
+{
+    big e[3], f[3], n[3];
+    if (s->n == 2) return s->v[0] == s->v[1];
+    sub(e, s->p[1], s->p[0]);
+    sub(f, s->p[2], s->p[0]);
+    cross(n, e, f);
+    return !n[0] && !n[1] && !n[2];
+}
+
+static int same_vertices(const simplex *a, const simplex *b)
+{
+    int i, j, n = 0;
+    for (i = 0; i < a->n; i++)
+        for (j = 0; j < b->n; j++) n += a->v[i] == b->v[j];
+    return n == (a->n < b->n ? a->n : b->n);
+}
+
+/* Fills one simplex of distinct, not collinear vertices, unlike all before it; 0 if none was found. */
+static int random_simplex(soup *s, simplex *out, int n, size_t before)
+{
+    int tries, i, k;
+    size_t j;
+    for (tries = 0; tries < 40; tries++) {
+        out->n = n;
+        for (i = 0; i < n; i++) {
+            out->v[i] = random_below(SOUP_VERTICES);
+            for (k = 0; k < 3; k++) out->p[i][k] = (big)s->xyz[3 * out->v[i] + (uint32_t)k];
+        }
+        if (degenerate(out)) continue;
+        for (j = 0; j < before; j++)
+            if (same_vertices(out, s->all + j)) break;
+        if (j == before) return 1;
+    }
+    return 0;
+}
+
+static void random_soup(soup *s, uint32_t size, uint32_t depth)
+{
+    uint32_t i, j;
+    size_t n = 0;
+    for (i = 0; i < SOUP_VERTICES; i++) { /* distinct points */
+        do {
+            s->xyz[3 * i] = random_below(size);
+            s->xyz[3 * i + 1] = random_below(size);
+            s->xyz[3 * i + 2] = random_below(depth);
+            for (j = 0; j < i && memcmp(s->xyz + 3 * i, s->xyz + 3 * j, 3 * sizeof(double)); j++) {}
+        } while (j < i);
+    }
+    s->num_triangles = s->num_lines = 0;
+    for (i = 0; i < SOUP_TRIANGLES; i++)
+        if (random_simplex(s, s->all + n, 3, n)) {
+            memcpy(s->triangles + 3 * s->num_triangles++, s->all[n].v, 3 * sizeof(uint32_t));
+            n++;
+        }
+    for (i = 0; i < SOUP_LINES; i++)
+        if (random_simplex(s, s->all + n, 2, n)) {
+            memcpy(s->lines + 2 * s->num_lines++, s->all[n].v, 2 * sizeof(uint32_t));
+            n++;
+        }
+}
+
+static double distance_to(const soup *s, size_t i, const double *x, double scale)
+{
+    /* Smallest distance of x from the plane or line of simplex i, in units of the lattice. */
+    const simplex *t = s->all + i;
+    double e[3], f[3], d[3], n[3], length;
+    int k;
+    for (k = 0; k < 3; k++) {
+        e[k] = (double)(t->p[1][k] - t->p[0][k]);
+        f[k] = t->n == 3 ? (double)(t->p[2][k] - t->p[0][k]) : 0;
+        d[k] = x[k] / scale - (double)t->p[0][k];
+    }
+    if (t->n == 2) {
+        memcpy(f, d, sizeof f);
+        for (k = 0; k < 3; k++) n[k] = e[(k + 1) % 3] * f[(k + 2) % 3] - e[(k + 2) % 3] * f[(k + 1) % 3];
+        return sqrt((n[0] * n[0] + n[1] * n[1] + n[2] * n[2]) / (e[0] * e[0] + e[1] * e[1] + e[2] * e[2]));
+    }
+    for (k = 0; k < 3; k++) n[k] = e[(k + 1) % 3] * f[(k + 2) % 3] - e[(k + 2) % 3] * f[(k + 1) % 3];
+    length = sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
+    return fabs(n[0] * d[0] + n[1] * d[1] + n[2] * d[2]) / length;
+}
+
+/* The pairs that the check names are those of the oracle. */
+static void compare_soup(const soup *s, double scale)
+{
+    mesher_surface surface;
+    mesher_options options;
+    double xyz[3 * SOUP_VERTICES];
+    size_t n = s->num_triangles + s->num_lines, i, j, k;
+    uint64_t expected = 0;
+    int bad = 0;
+    for (i = 0; i < 3 * SOUP_VERTICES; i++) xyz[i] = s->xyz[i] * scale;
+    surface = surface_of(xyz, SOUP_VERTICES, s->triangles, s->num_triangles);
+    surface.edges = s->lines;
+    surface.num_edges = s->num_lines;
+    memset(&options, 0, sizeof options);
+    options.host.num_threads = 1;
+    check_surface(&surface, &options);
+    for (i = 0; i < n; i++)
+        for (j = i + 1; j < n; j++) {
+            int meet = oracle_meet(s->all + i, s->all + j), named = 0;
+            expected += (uint64_t)meet;
+            for (k = 0; k < last.report.num_findings; k++) {
+                const mesher_finding *f = last.findings + k;
+                uint32_t a = f->triangles[0], b = f->triangles[1];
+                if (f->kind != MESHER_DEFECT_INTERSECTION && f->kind != MESHER_DEFECT_OVERLAP &&
+                    f->kind != MESHER_DEFECT_T_JUNCTION)
+                    continue;
+                if (!((a == i && b == j) || (a == j && b == i))) continue;
+                named++;
+                if (distance_to(s, i, f->xyz, scale) > 1e-9 || distance_to(s, j, f->xyz, scale) > 1e-9) bad++;
+                if (f->kind == MESHER_DEFECT_T_JUNCTION) { /* the vertex is of the first and lies on the second */
+                    point p;
+                    uint32_t v = f->vertices[0];
+                    for (p.w = 0; p.w < 3; p.w++) p.x[p.w] = (big)s->xyz[3 * v + (uint32_t)p.w];
+                    p.w = 1;
+                    if (!oracle_contains(s->all + a, &p) || !oracle_contains(s->all + b, &p)) bad++;
+                }
+            }
+            if (named != meet) bad++;
+        }
+    if (count_of(MESHER_DEFECT_INTERSECTION) + count_of(MESHER_DEFECT_OVERLAP) + count_of(MESHER_DEFECT_T_JUNCTION) !=
+        expected)
+        bad++;
+    CHECK(bad == 0);
+}
+
+static void soups_agree_with_the_oracle(void)
+{
+    static soup s;
+    int i;
+    for (i = 0; i < 12000; i++) {
+        uint32_t size = 3 + random_below(3), depth = i % 3 == 0 ? 1 : i % 3 == 1 ? 2 : size;
+        random_soup(&s, size < 4 && depth < 2 ? 4 : size, depth);
+        compare_soup(&s, 1);
+        if (i % 16 == 0) {
+            compare_soup(&s, 1.0 / 1048576);
+            compare_soup(&s, 1e6); /* lattice points stay integers */
+        }
+    }
+}
+
+/* Isolated points on the lattice: left out if and only if they lie on something. */
+static void isolated_points_agree_with_the_oracle(void)
+{
+    static soup s;
+    int round;
+    for (round = 0; round < 400; round++) {
+        double xyz[3 * (SOUP_VERTICES + 64)];
+        mesher_surface surface;
+        size_t n = SOUP_VERTICES, i, j, k;
+        int bad = 0;
+        random_soup(&s, 4, 4);
+        memcpy(xyz, s.xyz, sizeof s.xyz);
+        for (i = 0; i < 64; i++) {
+            double x[3];
+            x[0] = (double)(i % 4);
+            x[1] = (double)(i / 4 % 4);
+            x[2] = (double)(i / 16);
+            for (j = 0; j < SOUP_VERTICES && memcmp(x, s.xyz + 3 * j, sizeof x); j++) {}
+            if (j == SOUP_VERTICES) memcpy(xyz + 3 * n++, x, sizeof x);
+        }
+        surface = surface_of(xyz, n, s.triangles, s.num_triangles);
+        surface.edges = s.lines;
+        surface.num_edges = s.num_lines;
+        check_surface(&surface, NULL);
+        for (k = 0; k < last.report.num_findings; k++) {
+            const mesher_finding *f = last.findings + k;
+            point p;
+            uint32_t under = DELAUNAY_NO_ID;
+            if (f->kind != MESHER_NOTE_UNUSED_VERTEX || f->vertices[0] < SOUP_VERTICES) continue;
+            for (j = 0; j < 3; j++) p.x[j] = (big)xyz[3 * f->vertices[0] + j];
+            p.w = 1;
+            for (i = s.num_triangles + s.num_lines; i-- > 0;)
+                if (oracle_contains(s.all + i, &p)) under = (uint32_t)i;
+            if (f->triangles[0] != under) bad++;
+        }
+        CHECK(bad == 0);
+        CHECK(count_of(MESHER_NOTE_UNUSED_VERTEX) >= n - SOUP_VERTICES);
+    }
+}
+
+/* -- Cases by hand. */
+
+static const double cube_xyz[24] = {0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0, 0, 0, 1, 1, 0, 1, 1, 1, 1, 0, 1, 1};
+static const uint32_t cube_triangles[36] = {0, 2, 1, 0, 3, 2, 4, 5, 6, 4, 6, 7, 0, 1, 5, 0, 5, 4,
+                                            1, 2, 6, 1, 6, 5, 2, 3, 7, 2, 7, 6, 3, 0, 4, 3, 4, 7};
+
+static void a_cube_is_clean(void)
+{
+    mesher_surface s = surface_of(cube_xyz, 8, cube_triangles, 12);
+    int k;
+    check_surface(&s, NULL);
+    CHECK(last.code == MESHER_OK);
+    for (k = 0; k < MESHER_NUM_KINDS; k++) CHECK(last.report.counts[k] == 0);
+    CHECK(last.report.message[0] == 0);
+    CHECK(last.report.input_triangles == 12 && last.report.input_vertices == 8);
+}
+
+static void numbers_are_checked(void)
+{
+    static double xyz[24];
+    static uint32_t triangles[36];
+    mesher_surface s;
+    const double bad[4] = {(double)NAN, (double)INFINITY, -(double)INFINITY, 1e300};
+    int i;
+    memcpy(triangles, cube_triangles, sizeof triangles);
+    memcpy(xyz, cube_xyz, sizeof xyz);
+    s = surface_of(xyz, 8, triangles, 12);
+    for (i = 0; i < 4; i++) {
+        memcpy(xyz, cube_xyz, sizeof xyz);
+        xyz[3 * 5 + 1] = bad[i];
+        check_surface(&s, NULL);
+        CHECK(only_defect(i < 3 ? MESHER_DEFECT_NOT_FINITE : MESHER_DEFECT_RANGE, 1));
+        CHECK(last.findings[0].vertices[0] == 5);
+        CHECK(strstr(last.report.message, "vertex 5 ") != NULL);
+    }
+    for (i = 0; i < 24; i++) xyz[i] = cube_xyz[i] * 1e-300;
+    check_surface(&s, NULL);
+    CHECK(only_defect(MESHER_DEFECT_RANGE, 1));
+    memcpy(xyz, cube_xyz, sizeof xyz);
+    triangles[10] = 8;
+    triangles[20] = UINT32_MAX;
+    check_surface(&s, NULL);
+    CHECK(only_defect(MESHER_DEFECT_INDEX, 2));
+    CHECK(last.findings[0].triangles[0] == 3 && last.findings[0].vertices[0] == 8);
+    CHECK(last.findings[1].triangles[0] == 6 && last.findings[1].vertices[0] == UINT32_MAX);
+    CHECK(strstr(last.report.message, "triangle 3 ") && strstr(last.report.message, "1 defect more"));
+}
+
+/* A cube as twelve separate triangles is welded; -0.0 is 0.0. */
+static void duplicates_are_welded(void)
+{
+    double xyz[108] = {0};
+    uint32_t triangles[36] = {0}, i;
+    mesher_surface s = surface_of(xyz, 36, triangles, 12);
+    for (i = 0; i < 36; i++) {
+        memcpy(xyz + 3 * i, cube_xyz + 3 * cube_triangles[i], 3 * sizeof(double));
+        triangles[i] = i;
+        if (i & 1 && xyz[3 * i] == 0) xyz[3 * i] = -0.0;
+    }
+    check_surface(&s, NULL);
+    CHECK(last.code == MESHER_OK);
+    CHECK(count_of(MESHER_NOTE_DUPLICATE_VERTEX) == 28);
+    CHECK(count_of(MESHER_NOTE_OPEN_EDGE) == 0);
+    CHECK(first_of(MESHER_NOTE_DUPLICATE_VERTEX)->vertices[1] == 0);
+    CHECK(last.report.message[0] == 0);
+}
+
+static void triangles_again_are_notes(void)
+{
+    uint32_t triangles[3 * 17] = {0};
+    mesher_surface s;
+    memcpy(triangles, cube_triangles, sizeof cube_triangles);
+    s = surface_of(cube_xyz, 8, triangles, 17);
+    triangles[36] = 2; triangles[37] = 1; triangles[38] = 0; /* triangle 0, rotated */
+    triangles[39] = 0; triangles[40] = 1; triangles[41] = 2; /* and turned over */
+    triangles[42] = 4; triangles[43] = 6; triangles[44] = 4; /* repeated index */
+    triangles[45] = 4; triangles[46] = 5; triangles[47] = 6; /* triangle 2 */
+    triangles[48] = 4; triangles[49] = 5; triangles[50] = 6;
+    check_surface(&s, NULL);
+    CHECK(last.code == MESHER_OK);
+    CHECK(count_of(MESHER_NOTE_DUPLICATE_TRIANGLE) == 3);
+    CHECK(count_of(MESHER_NOTE_OPPOSITE_TRIANGLE) == 1);
+    CHECK(count_of(MESHER_NOTE_REPEATED_INDEX) == 1);
+    CHECK(first_of(MESHER_NOTE_OPPOSITE_TRIANGLE)->triangles[0] == 0);
+    CHECK(first_of(MESHER_NOTE_OPPOSITE_TRIANGLE)->triangles[1] == 13);
+    CHECK(first_of(MESHER_NOTE_REPEATED_INDEX)->triangles[0] == 14);
+    CHECK(count_of(MESHER_NOTE_OPEN_EDGE) == 0 && count_of(MESHER_NOTE_NON_MANIFOLD_EDGE) == 0);
+}
+
+static void orientation_is_noted(void)
+{
+    uint32_t triangles[36] = {0};
+    mesher_surface s;
+    memcpy(triangles, cube_triangles, sizeof triangles);
+    s = surface_of(cube_xyz, 8, triangles, 12);
+    triangles[15] = 5; triangles[16] = 0; /* triangle 5 turned over */
+    check_surface(&s, NULL);
+    CHECK(last.code == MESHER_OK);
+    CHECK(count_of(MESHER_NOTE_FLIPPED_TRIANGLE) == 3);
+    CHECK(first_of(MESHER_NOTE_FLIPPED_TRIANGLE)->triangles[0] == 5 ||
+          first_of(MESHER_NOTE_FLIPPED_TRIANGLE)->triangles[1] == 5);
+}
+
+static void collinear_triangles_are_defects(void)
+{
+    double xyz[27] = {0};
+    uint32_t triangles[39] = {0};
+    mesher_surface s;
+    memcpy(xyz, cube_xyz, sizeof cube_xyz);
+    memcpy(triangles, cube_triangles, sizeof cube_triangles);
+    s = surface_of(xyz, 9, triangles, 13);
+    xyz[24] = 0.5; xyz[25] = 0.5; xyz[26] = 0.5; /* exactly between vertices 0 and 6 */
+    triangles[36] = 0; triangles[37] = 8; triangles[38] = 6;
+    check_surface(&s, NULL);
+    CHECK(only_defect(MESHER_DEFECT_COLLINEAR, 1));
+    CHECK(last.findings[0].triangles[0] == 12);
+    xyz[24] = 0.5 + DBL_EPSILON / 2; /* one ulp beside the line: a needle */
+    check_surface(&s, NULL);
+    CHECK(count_of(MESHER_DEFECT_COLLINEAR) == 0);
+}
+
+static void nothing_enclosed(void)
+{
+    uint32_t triangles[36] = {0};
+    double xyz[24] = {0};
+    uint32_t open;
+    mesher_surface s = surface_of(cube_xyz, 8, cube_triangles, 11);
+    check_surface(&s, NULL); /* a cube without its last triangle */
+    CHECK(only_defect(MESHER_DEFECT_NO_CELL, 1));
+    CHECK(count_of(MESHER_NOTE_OPEN_EDGE) == 3 && last.report.num_boundary_edges == 3);
+    open = last.findings[0].vertices[0];
+    CHECK((open == 3 || open == 4) && last.findings[0].vertices[1] != DELAUNAY_NO_ID);
+    CHECK(strstr(last.report.message, "it is open, at edge") != NULL);
+    s = surface_of(cube_xyz, 8, cube_triangles, 0);
+    check_surface(&s, NULL);
+    CHECK(only_defect(MESHER_DEFECT_NO_CELL, 1));
+    CHECK(count_of(MESHER_NOTE_UNUSED_VERTEX) == 8);
+    s = surface_of(NULL, 0, NULL, 0);
+    check_surface(&s, NULL);
+    CHECK(only_defect(MESHER_DEFECT_NO_CELL, 1));
+    memcpy(triangles, cube_triangles, sizeof triangles);
+    memcpy(xyz, cube_xyz, sizeof xyz);
+    for (open = 0; open < 8; open++) xyz[3 * open + 2] = 2 * xyz[3 * open] + 3 * xyz[3 * open + 1] + 1;
+    s = surface_of(xyz, 8, triangles, 12); /* all in one plane, not a coordinate plane */
+    check_surface(&s, NULL);
+    CHECK(count_of(MESHER_DEFECT_FLAT) == 1);
+    CHECK(strstr(last.report.message, "in one plane") != NULL);
+}
+
+/* A fin on an edge of a cube, an open flap: facets with an open edge enclose nothing, the cube still does. */
+static void open_edges_beside_a_cell(void)
+{
+    double xyz[27] = {0};
+    uint32_t triangles[39] = {0};
+    mesher_surface s;
+    memcpy(xyz, cube_xyz, sizeof cube_xyz);
+    memcpy(triangles, cube_triangles, sizeof cube_triangles);
+    s = surface_of(xyz, 9, triangles, 13);
+    xyz[24] = 0.5; xyz[25] = 0.4; xyz[26] = 0.3;
+    triangles[36] = 0; triangles[37] = 8; triangles[38] = 1; /* inside */
+    check_surface(&s, NULL);
+    CHECK(last.code == MESHER_OK);
+    CHECK(count_of(MESHER_NOTE_OPEN_EDGE) == 2 && count_of(MESHER_NOTE_NON_MANIFOLD_EDGE) == 1);
+    xyz[25] = -0.4; xyz[26] = -0.3; /* outside */
+    check_surface(&s, NULL);
+    CHECK(only_defect(MESHER_DEFECT_OUTSIDE_FACET, 1));
+    CHECK(last.findings[0].triangles[0] == 12);
+}
+
+/* Two triangles, one moved: each kind of contact by hand, with its name. */
+static void contacts_have_names(void)
+{
+    static const double base[9] = {0, 0, 0, 4, 0, 0, 0, 4, 0};
+    static const struct { double p[9]; int kind; uint32_t owner, v[3]; double at[3]; } cases[] = {
+        {{1, 1, -1, 1, 1, 1, 9, 9, 1}, MESHER_DEFECT_INTERSECTION, 0, {1, 2, DELAUNAY_NO_ID}, {2, 2, 0}},
+        {{1, 1, 0, 1, 1, 1, 9, 9, 1}, MESHER_DEFECT_T_JUNCTION, 1, {3, DELAUNAY_NO_ID, DELAUNAY_NO_ID}, {1, 1, 0}},
+        {{2, 0, 0, 2, 0, 1, 2, -3, 1}, MESHER_DEFECT_T_JUNCTION, 1, {3, 0, 1}, {2, 0, 0}},
+        {{-1, 0, 0, 1, 0, 0, 0, -3, 0}, MESHER_DEFECT_T_JUNCTION, 0, {0, 3, 4}, {0, 0, 0}},
+        {{1, -2, 1, 1, -2, -1, 9, -9, 0}, -1, 0, {0, 0, 0}, {0, 0, 0}},
+        {{2, 0, -1, 2, 0, 1, 2, -5, 0}, MESHER_DEFECT_INTERSECTION, 0, {0, 1, DELAUNAY_NO_ID}, {2, 0, 0}},
+        {{4, 4, 0, 5, 4, 0, 4, 5, 0}, -1, 0, {0, 0, 0}, {0, 0, 0}},
+        {{5, 0, 0, 6, 0, 0, 5, -1, 0}, -1, 0, {0, 0, 0}, {0, 0, 0}},
+    };
+    const uint32_t triangles[6] = {0, 1, 2, 3, 4, 5};
+    size_t i;
+    for (i = 0; i < sizeof cases / sizeof *cases; i++) {
+        double xyz[18] = {0};
+        mesher_surface s = surface_of(xyz, 6, triangles, 2);
+        const mesher_finding *f;
+        int k;
+        memcpy(xyz, base, sizeof base);
+        memcpy(xyz + 9, cases[i].p, sizeof cases[i].p);
+        check_surface(&s, NULL);
+        if (cases[i].kind < 0) {
+            CHECK(defects() == 1); /* no cell */
+            continue;
+        }
+        f = first_of((mesher_kind)cases[i].kind);
+        CHECK(f != NULL);
+        if (!f) continue;
+        CHECK(f->triangles[0] == cases[i].owner && f->triangles[1] == 1 - cases[i].owner);
+        CHECK(memcmp(f->vertices, cases[i].v, sizeof f->vertices) == 0);
+        for (k = 0; k < 3; k++) CHECK(fabs(f->xyz[k] - cases[i].at[k]) < 1e-12);
+    }
+    { /* coplanar overlap: the place is within both */
+        double xyz[18] = {0, 0, 0, 4, 0, 0, 0, 4, 0, 1, 1, 0, 5, 1, 0, 1, 5, 0};
+        mesher_surface s = surface_of(xyz, 6, triangles, 2);
+        const mesher_finding *f;
+        check_surface(&s, NULL);
+        f = first_of(MESHER_DEFECT_OVERLAP);
+        CHECK(f && f->xyz[0] > 1 && f->xyz[1] > 1 && f->xyz[0] + f->xyz[1] < 4 && f->xyz[2] == 0);
+    }
+    { /* a fold: common edge, same side */
+        double xyz[12] = {0, 0, 0, 4, 0, 0, 0, 4, 0, 1, 1, 0};
+        uint32_t fold[6] = {0, 1, 2, 1, 0, 3};
+        mesher_surface s = surface_of(xyz, 4, fold, 2);
+        check_surface(&s, NULL);
+        CHECK(count_of(MESHER_DEFECT_OVERLAP) == 1);
+        xyz[11] = 1e-300; /* opened by a hair: no defect but that nothing is enclosed */
+        check_surface(&s, NULL);
+        CHECK(count_of(MESHER_DEFECT_OVERLAP) == 0 && defects() == 1);
+        xyz[10] = -1; xyz[11] = 0; /* on the other side */
+        check_surface(&s, NULL);
+        CHECK(count_of(MESHER_DEFECT_OVERLAP) == 0);
+    }
+}
+
+/* -- Larger inputs: a bumpy sheet of n*n squares closed to a box, and shells of it shifted into each other. */
+
+typedef struct model {
+    double   *xyz;
+    uint32_t *triangles;
+    size_t    nv, nt;
+} model;
+
+static void model_free(model *m)
+{
+    free(m->xyz);
+    free(m->triangles);
+}
+
+/* A closed torus-like grid, n*m quads, at an offset; bumps make nothing coplanar. */
+static void add_torus(model *m, uint32_t n, uint32_t k, double x0, double y0, double z0)
+{
+    uint32_t i, j, base = (uint32_t)m->nv;
+    m->xyz = (double *)realloc(m->xyz, (m->nv + n * k) * 3 * sizeof(double));
+    m->triangles = (uint32_t *)realloc(m->triangles, (m->nt + 2 * n * k) * 3 * sizeof(uint32_t));
+    for (i = 0; i < n; i++)
+        for (j = 0; j < k; j++) {
+            double u = 6.283185307179586 * i / n, v = 6.283185307179586 * j / k, r = 1 + 0.4 * cos(v);
+            double *x = m->xyz + 3 * m->nv++;
+            x[0] = x0 + r * cos(u);
+            x[1] = y0 + r * sin(u);
+            x[2] = z0 + 0.4 * sin(v);
+        }
+    for (i = 0; i < n; i++)
+        for (j = 0; j < k; j++) {
+            uint32_t a = base + i * k + j, b = base + (i + 1) % n * k + j;
+            uint32_t c = base + (i + 1) % n * k + (j + 1) % k, d = base + i * k + (j + 1) % k;
+            uint32_t *t = m->triangles + 3 * m->nt;
+            t[0] = a; t[1] = b; t[2] = c;
+            t[3] = a; t[4] = c; t[5] = d;
+            m->nt += 2;
+        }
+}
+
+static void large_models(void)
+{
+    model m = {NULL, NULL, 0, 0};
+    mesher_surface s;
+    mesher_options options;
+    mesher_report first;
+    mesher_finding *findings = (mesher_finding *)malloc(ROOM * sizeof *findings);
+    uint64_t all;
+    int threads;
+    memset(&options, 0, sizeof options);
+    add_torus(&m, 200, 60, 0, 0, 0);
+    s = surface_of(m.xyz, m.nv, m.triangles, m.nt);
+    check_surface(&s, NULL);
+    CHECK(last.code == MESHER_OK);
+    add_torus(&m, 190, 70, 1.1, 0.03, 0.02);
+    add_torus(&m, 190, 70, 1.1, 0.031, 0.021); /* nearly the same again: thousands of crossings */
+    s = surface_of(m.xyz, m.nv, m.triangles, m.nt);
+    check_surface(&s, NULL);
+    CHECK(last.code == MESHER_ERROR_SURFACE);
+    all = count_of(MESHER_DEFECT_INTERSECTION);
+    CHECK(all > ROOM && last.report.num_findings == ROOM);
+    first = last.report;
+    memcpy(findings, last.findings, sizeof last.findings);
+    for (threads = 1; threads <= 8; threads = threads == 3 ? 8 : threads + 1) { /* the same report, byte by byte */
+        options.host.num_threads = threads;
+        check_surface(&s, &options);
+        CHECK(memcmp(last.report.counts, first.counts, sizeof first.counts) == 0);
+        CHECK(last.report.num_findings == first.num_findings);
+        CHECK(memcmp(last.findings, findings, sizeof last.findings) == 0);
+        CHECK(strcmp(last.report.message, first.message) == 0);
+    }
+    memset(&last, 0, sizeof last); /* no room, no report: the same code */
+    CHECK(mesher_check(&s, NULL, &last.report) == MESHER_ERROR_SURFACE);
+    CHECK(count_of(MESHER_DEFECT_INTERSECTION) == all && last.report.num_findings == 0);
+    CHECK(mesher_check(&s, NULL, NULL) == MESHER_ERROR_SURFACE);
+    options.no_intersection_test = 1;
+    CHECK(mesher_check(&s, &options, NULL) == MESHER_OK);
+    free(findings);
+    model_free(&m);
+}
+
+/* Findings are kept for defects before notes when room is short. */
+static void defects_come_first(void)
+{
+    model m = {NULL, NULL, 0, 0};
+    mesher_surface s;
+    mesher_finding findings[5];
+    mesher_report report;
+    size_t i;
+    add_torus(&m, 20, 10, 0, 0, 0);
+    add_torus(&m, 20, 10, 0.9, 0.05, 0.03);
+    for (i = 0; i < m.nt; i += 7) { /* many badly oriented triangles: notes */
+        uint32_t v = m.triangles[3 * i];
+        m.triangles[3 * i] = m.triangles[3 * i + 1];
+        m.triangles[3 * i + 1] = v;
+    }
+    s = surface_of(m.xyz, m.nv, m.triangles, m.nt);
+    memset(&report, 0, sizeof report);
+    report.findings = findings;
+    report.cap_findings = 5;
+    CHECK(mesher_check(&s, NULL, &report) == MESHER_ERROR_SURFACE);
+    CHECK(report.num_findings == 5);
+    CHECK(report.counts[MESHER_NOTE_FLIPPED_TRIANGLE] > 5 && report.counts[MESHER_DEFECT_INTERSECTION] > 5);
+    for (i = 0; i < 5; i++) CHECK(findings[i].kind == MESHER_DEFECT_INTERSECTION);
+    for (i = 1; i < 5; i++) CHECK(findings[i - 1].triangles[0] <= findings[i].triangles[0]);
+    model_free(&m);
+}
+
+/* -- Contracts. */
+
+typedef struct counting { long left, live; } counting;
+static void *counting_alloc(void *user, size_t size)
+{
+    counting *c = (counting *)user;
+    void *p;
+    if (c->left == 0) return NULL;
+    if (c->left > 0) c->left--;
+    p = malloc(size ? size : 1);
+    if (p) c->live++;
+    return p;
+}
+static void counting_release(void *user, void *p)
+{
+    if (p) ((counting *)user)->live--;
+    free(p);
+}
+
+static void every_allocation_may_fail(void)
+{
+    model m = {NULL, NULL, 0, 0};
+    mesher_surface s;
+    mesher_options options;
+    counting c;
+    long k;
+    mesher_result code = MESHER_ERROR_OUT_OF_MEMORY;
+    memset(&options, 0, sizeof options);
+    add_torus(&m, 20, 10, 0, 0, 0);
+    add_torus(&m, 20, 10, 0.9, 0.05, 0.03);
+    s = surface_of(m.xyz, m.nv - 3, m.triangles, m.nt - 20);
+    s.num_vertices = m.nv;
+    options.host.allocator.alloc = counting_alloc;
+    options.host.allocator.release = counting_release;
+    options.host.allocator.user = &c;
+    for (k = 0; k < 1000 && code == MESHER_ERROR_OUT_OF_MEMORY; k++) {
+        c.left = k;
+        c.live = 0;
+        check_surface(&s, &options);
+        code = last.code;
+        CHECK(code == MESHER_ERROR_OUT_OF_MEMORY || code == MESHER_ERROR_SURFACE);
+        CHECK(c.live == 0);
+    }
+    CHECK(k > 10 && code == MESHER_ERROR_SURFACE);
+    options.host.memory_limit_bytes = 1000;
+    c.left = -1;
+    CHECK(mesher_check(&s, &options, NULL) == MESHER_ERROR_OUT_OF_MEMORY);
+    model_free(&m);
+}
+
+static int stop_at_once(void *user, const char *phase, double fraction)
+{
+    ++*(int *)user;
+    return fraction >= 0 && phase != NULL;
+}
+
+static void arguments_are_checked(void)
+{
+    mesher_surface s = surface_of(cube_xyz, 8, cube_triangles, 12);
+    mesher_options o, out;
+    double bad[3] = {0, 0, (double)NAN};
+    int calls = 0, k;
+    memset(&o, 0, sizeof o);
+    CHECK(mesher_options_resolve(&out, NULL) == MESHER_OK && out.gradation == 1.4);
+    CHECK(mesher_options_resolve(NULL, NULL) == MESHER_ERROR_INVALID_ARGUMENT);
+    o.size = -1;
+    CHECK(mesher_options_resolve(&out, &o) == MESHER_ERROR_INVALID_ARGUMENT);
+    o.size = (double)NAN;
+    CHECK(mesher_check(&s, &o, NULL) == MESHER_ERROR_INVALID_ARGUMENT);
+    o.size = 1; o.min_size = 2; o.max_size = 1;
+    CHECK(mesher_options_resolve(&out, &o) == MESHER_ERROR_INVALID_ARGUMENT);
+    o.min_size = 0; o.gradation = 0.5;
+    CHECK(mesher_options_resolve(&out, &o) == MESHER_ERROR_INVALID_ARGUMENT);
+    o.gradation = 0; o.host.num_threads = -1;
+    CHECK(mesher_options_resolve(&out, &o) == MESHER_ERROR_INVALID_ARGUMENT);
+    o.host.num_threads = 0; o.host.allocator.alloc = counting_alloc;
+    CHECK(mesher_options_resolve(&out, &o) == MESHER_ERROR_INVALID_ARGUMENT);
+    o.host.allocator.alloc = NULL;
+    CHECK(mesher_options_resolve(&out, &o) == MESHER_OK);
+    o.host.progress = stop_at_once;
+    o.host.user = &calls;
+    CHECK(mesher_check(&s, &o, NULL) == MESHER_CANCELLED && calls == 1);
+    CHECK(mesher_check(NULL, NULL, NULL) == MESHER_ERROR_INVALID_ARGUMENT);
+    s.triangles = NULL;
+    CHECK(mesher_check(&s, NULL, NULL) == MESHER_ERROR_INVALID_ARGUMENT);
+    s.triangles = cube_triangles;
+    s.num_vertices = (size_t)UINT32_MAX;
+    CHECK(mesher_check(&s, NULL, NULL) == MESHER_ERROR_TOO_LARGE);
+    s.num_vertices = 8;
+    s.seeds = bad;
+    s.num_seeds = 1;
+    CHECK(mesher_check(&s, NULL, NULL) == MESHER_ERROR_INVALID_ARGUMENT);
+    for (k = 0; k < MESHER_NUM_KINDS; k++)
+        CHECK(strcmp(mesher_kind_string((mesher_kind)k), "unknown mesher_kind") != 0);
+    CHECK(strcmp(mesher_result_string(MESHER_ERROR_RECOVERY), mesher_result_string(MESHER_ERROR_TIME)) != 0);
+}
+
+static void turns_in_a_coordinate_plane(void)
+{
+    const double a[3] = {0.1, 0.2, 0.3}, e = DBL_EPSILON;
+    double b[3], c[3];
+    int axis, i, j;
+    for (axis = 0; axis < 3; axis++) {
+        i = (axis + 1) % 3;
+        j = (axis + 2) % 3;
+        memcpy(b, a, sizeof b);
+        memcpy(c, a, sizeof c);
+        b[i] += 1;
+        c[j] += 1;
+        CHECK(delaunay_orient2d(a, b, c, axis) == 1 && delaunay_orient2d(a, c, b, axis) == -1);
+        b[0] = b[1] = b[2] = 1; /* powers of two: all on a line */
+        c[0] = c[1] = c[2] = 2;
+        {
+            const double zero[3] = {0, 0, 0};
+            CHECK(delaunay_orient2d(zero, b, c, axis) == 0 && delaunay_collinear(zero, b, c));
+            c[j] *= 1 + e; /* an ulp beside it */
+            CHECK(delaunay_orient2d(zero, b, c, axis) == 1);
+            c[j] = 2 * (1 - e / 2);
+            CHECK(delaunay_orient2d(zero, b, c, axis) == -1 && !delaunay_collinear(zero, b, c));
+        }
+    }
+}
+
+int main(void)
+{
+    turns_in_a_coordinate_plane();
+    a_cube_is_clean();
+    numbers_are_checked();
+    duplicates_are_welded();
+    triangles_again_are_notes();
+    orientation_is_noted();
+    collinear_triangles_are_defects();
+    nothing_enclosed();
+    open_edges_beside_a_cell();
+    contacts_have_names();
+    soups_agree_with_the_oracle();
+    isolated_points_agree_with_the_oracle();
+    large_models();
+    defects_come_first();
+    every_allocation_may_fail();
+    arguments_are_checked();
+    return check_report();
+}
