@@ -377,21 +377,24 @@ typedef struct delaunay_list {
 DELAUNAY_API delaunay_result delaunay_list_push(delaunay_list *list, delaunay_handle item);
 DELAUNAY_API void delaunay_list_free(delaunay_list *list);
 
-/* -- stars and searches; need vertex_tet. out is emptied first. Only tetrahedra connected through facets
- *    that contain the vertex or edge are found: all, in a valid mesh whose star is not cut by NONE handles. */
-DELAUNAY_API delaunay_result delaunay_vertex_star(const delaunay_mesh *mesh, delaunay_worker *worker,
-                                                  uint32_t v, delaunay_list *out);
+/* -- stars and searches; need vertex_tet. out is emptied first. Only tetrahedra connected through
+ * facets that contain the vertex or edge are found: all, in a valid mesh whose star is not cut by
+ * NONE handles. */
+DELAUNAY_API delaunay_result delaunay_vertex_star(const delaunay_mesh *mesh,
+                                                  delaunay_worker *worker, uint32_t v,
+                                                  delaunay_list *out);
 /* t contains a and b. In the order of turning around the edge where it closes. */
 DELAUNAY_API delaunay_result delaunay_edge_star(const delaunay_mesh *mesh, delaunay_worker *worker,
-                                                delaunay_handle t, uint32_t a, uint32_t b, delaunay_list *out);
+                                                delaunay_handle t, uint32_t a, uint32_t b,
+                                                delaunay_list *out);
 /* A tetrahedron that contains the edge, or 0. */
 DELAUNAY_API delaunay_handle delaunay_find_edge(const delaunay_mesh *mesh, delaunay_worker *worker,
                                                 uint32_t a, uint32_t b);
 /* The facet handle 4*t+i with these vertices, one of its two sides, or 0. */
 DELAUNAY_API delaunay_handle delaunay_find_facet(const delaunay_mesh *mesh, delaunay_worker *worker,
                                                  uint32_t a, uint32_t b, uint32_t c);
-/* A tetrahedron that contains the point (closed), a ghost that sees it, or 0 where the mesh has no more
- * neighbour. Exact visibility walk with a step bound, then a scan. hint may be 0. */
+/* A tetrahedron that contains the point (closed), a ghost that sees it, or 0 where the mesh has no
+ * more neighbour. Exact visibility walk with a step bound, then a scan. hint may be 0. */
 DELAUNAY_API delaunay_handle delaunay_locate(const delaunay_mesh *mesh, delaunay_worker *worker,
                                              const double *xyz, delaunay_handle hint);
 
@@ -403,9 +406,9 @@ DELAUNAY_API delaunay_handle delaunay_locate(const delaunay_mesh *mesh, delaunay
  *   vertices 4 a new tetrahedron, positive (the ghost, if any, last); not checked beyond closure
  *   slots    out, num_new entries, may be NULL: where they are now (old slots first, in order)
  *
- * Links the new ones to each other and to what surrounds them; constrained facets and edges of the old
- * tetrahedra stay marked on the new ones wherever the same triple or pair of vertices is still there; colours:
- * that of old[0]. Sets vertex_tet of every vertex of a new tetrahedron.
+ * Links the new ones to each other and to what surrounds them; constrained facets and edges of the
+ * old tetrahedra stay marked on the new ones wherever the same triple or pair of vertices is still
+ * there; colours: that of old[0]. Sets vertex_tet of every vertex of a new tetrahedron.
  * Returns DELAUNAY_ERROR_INTERNAL, with the mesh untouched, if the new facets do not close the polyhedron;
  * _OUT_OF_MEMORY, untouched.
  */
@@ -417,10 +420,12 @@ DELAUNAY_API delaunay_result delaunay_replace(delaunay_mesh *mesh, delaunay_work
 DELAUNAY_API void delaunay_mark_facet(delaunay_mesh *mesh, delaunay_handle f, int constrained);
 /* Marks (or unmarks) an edge in all tetrahedra around it; t contains it. */
 DELAUNAY_API delaunay_result delaunay_mark_edge(delaunay_mesh *mesh, delaunay_worker *worker,
-                                                delaunay_handle t, uint32_t a, uint32_t b, int constrained);
+                                                delaunay_handle t, uint32_t a, uint32_t b,
+                                                int constrained);
 
 /* -- closure search: the best triangulation of one small polyhedron [Marot 2020, 6.2].
- * Recovery asks for fewer crossings of a missing edge or facet, improvement for the best worst quality. */
+ * Recovery asks for fewer crossings of a missing edge or facet, improvement for the best worst
+ * quality. */
 enum {
     DELAUNAY_WINDOW_VERTICES = 32,
     DELAUNAY_WINDOW_TETS     = 400, /* old or new tetrahedra of a window at most */
@@ -432,77 +437,90 @@ enum {
 typedef struct delaunay_window {
     uint32_t        num_tets, num_vertices, num_facets, num_kept_edges, num_kept_facets;
     delaunay_handle tets[DELAUNAY_WINDOW_TETS];
-    uint32_t        vertices[DELAUNAY_WINDOW_VERTICES];     /* mesh vertices; below: indices into this */
-    uint8_t         facets[DELAUNAY_WINDOW_FACETS][3];      /* boundary, outward order */
-    uint8_t         kept_edges[DELAUNAY_WINDOW_KEPT][2];    /* constrained, interior: must stay */
-    uint8_t         kept_facets[DELAUNAY_WINDOW_KEPT][3];   /* constrained, interior: must stay */
-    uint32_t        interior;                               /* bit mask: vertices not on the boundary */
-    uint32_t        dropped;                                /* bit mask, set by the caller: interior vertices to leave out */
+    uint32_t        vertices[DELAUNAY_WINDOW_VERTICES]; /* of the mesh; below: indices into this */
+    uint8_t         facets[DELAUNAY_WINDOW_FACETS][3];    /* boundary, outward order */
+    uint8_t         kept_edges[DELAUNAY_WINDOW_KEPT][2];  /* constrained, interior: must stay */
+    uint8_t         kept_facets[DELAUNAY_WINDOW_KEPT][3]; /* constrained, interior: must stay */
+    uint32_t        interior; /* bit mask: vertices not on the boundary */
+    uint32_t        dropped;  /* bit mask, set by the caller: interior vertices to leave out */
 } delaunay_window;
 
 /* Fills a window. keep_facets, keep_edges: list what is constrained inside (else it may vanish).
  * Returns 1; 0 if it has a ghost, more than max_vertices (at most 32) or too much of anything. */
-DELAUNAY_API int delaunay_window_set(delaunay_window *window, const delaunay_mesh *mesh, delaunay_worker *worker,
-                                     const delaunay_handle *tets, size_t num_tets, uint32_t max_vertices,
-                                     int keep_edges, int keep_facets);
+DELAUNAY_API int delaunay_window_set(delaunay_window *window, const delaunay_mesh *mesh,
+                                     delaunay_worker *worker, const delaunay_handle *tets,
+                                     size_t num_tets, uint32_t max_vertices, int keep_edges,
+                                     int keep_facets);
 
 typedef enum delaunay_objective {
     DELAUNAY_ANY,             /* any triangulation */
     DELAUNAY_BEST_QUALITY,    /* maximise the worst quality, above bound */
-    DELAUNAY_FEWER_FACES,     /* fewer interior faces crossed by the segment target[0] target[1] than bound */
-    DELAUNAY_FEWER_EDGES      /* fewer interior edges that pierce the triangle target[0..2] than bound */
+    DELAUNAY_FEWER_FACES,     /* fewer interior faces than bound crossed by segment target[0..1] */
+    DELAUNAY_FEWER_EDGES      /* fewer interior edges than bound through triangle target[0..2] */
 } delaunay_objective;
 
-/* Heuristics that a search can do without, to measure what each is worth; the result stays as good. */
+/* Heuristics that a search can do without, to measure what each is worth; the result is as good. */
 enum {
-    DELAUNAY_SEARCH_ANY_FACET = 1, /* the newest triangle of the front, not the one with fewest candidates */
+    DELAUNAY_SEARCH_ANY_FACET = 1, /* the newest triangle, not the one with fewest candidates */
     DELAUNAY_SEARCH_ANY_ORDER = 2, /* candidates in order of their number, not of their score */
     DELAUNAY_SEARCH_NO_MEMORY = 4, /* a quality is computed whenever it is asked for */
-    DELAUNAY_SEARCH_FORGET    = 8  /* nothing is reused from the worker's last search: the quality function changed */
+    DELAUNAY_SEARCH_FORGET    = 8  /* nothing reused from the last search: the function changed */
 };
 
 /* Zero what is not set. */
 typedef struct delaunay_search {
     delaunay_objective objective;
     uint32_t flags;       /* DELAUNAY_SEARCH_*; 0: the fast way */
-    /* BEST_QUALITY: larger is better, any order of the four points gives the same bits; 0 or less: unacceptable */
-    double (*quality)(void *user, const double *a, const double *b, const double *c, const double *d);
+    /* BEST_QUALITY: larger is better; 0 or less: unacceptable. Called with positive tetrahedra,
+     * once each (any order of the points must give the same bits); must depend on nothing but the
+     * points. */
+    double (*quality)(void *user, const double *a, const double *b, const double *c,
+                      const double *d);
     void    *user;
     double   bound;       /* a result must be strictly better: above (quality), below (crossings) */
     uint32_t target[3];   /* mesh vertices */
     uint32_t max_nodes;   /* of the search tree; 0: 100000 */
     /* out */
-    int      proven;      /* 1: the search was exhausted: what was found is the best, or nothing exists */
+    int      proven;      /* 1: exhausted: what was found is the best, or nothing exists */
     uint32_t nodes;
     double   value;       /* worst quality, or number of crossings, of the result */
     uint32_t num_tets;
     uint8_t  tets[DELAUNAY_WINDOW_TETS][4]; /* of the result: local vertices, positive */
 } delaunay_search;
 
-/* Searches a triangulation of the window with the objective. Returns 1 if found, 0 if not (proven says
- * whether there is none, or the limit was met). Crossing objectives stop at the first strict decrease.
- * Exact orientations only; no intersection tests are needed (proof in >>reconnect). Thread-safe. */
+/* Searches a triangulation of the window with the objective. Returns 1 if found, 0 if not (proven
+ * says whether there is none, or the limit was met). Crossing objectives stop at the first strict
+ * decrease. Exact orientations only; no intersection tests are needed (proof in >>reconnect).
+ * Thread-safe. */
 DELAUNAY_API int delaunay_reconnect(const delaunay_mesh *mesh, delaunay_worker *worker,
                                     const delaunay_window *window, delaunay_search *search);
-/* Puts the result of a search in place of the window's tetrahedra: delaunay_replace. slots may be NULL. */
+/* Puts the result of a search in place of the window's tetrahedra: delaunay_replace. slots may be
+ * NULL. */
 DELAUNAY_API delaunay_result delaunay_window_apply(delaunay_mesh *mesh, delaunay_worker *worker,
-                                                   const delaunay_window *window, const delaunay_search *search,
+                                                   const delaunay_window *window,
+                                                   const delaunay_search *search,
                                                    delaunay_handle *slots);
-/* Crossings of the window's present triangulation, for crossing objectives: the bound to start from. */
-DELAUNAY_API uint32_t delaunay_window_crossings(const delaunay_mesh *mesh, const delaunay_window *window,
-                                                delaunay_objective objective, const uint32_t *target);
-/* The crossing tests themselves, by vertices of the mesh, exact. Open segment ab against closed triangle pqr, no
- * vertex shared, a and b strictly on opposite sides; *zeros (may be NULL) gets bits for edges pq, qr, rp met exactly. */
-DELAUNAY_API int delaunay_segment_crosses(const delaunay_mesh *mesh, uint32_t a, uint32_t b, uint32_t p,
-                                          uint32_t q, uint32_t r, int *zeros);
+/* Crossings of the window's present triangulation, for crossing objectives: the bound to start
+ * from. */
+DELAUNAY_API uint32_t delaunay_window_crossings(const delaunay_mesh *mesh,
+                                                const delaunay_window *window,
+                                                delaunay_objective objective,
+                                                const uint32_t *target);
+/* The crossing tests themselves, by vertices of the mesh, exact. Open segment ab against closed
+ * triangle pqr, no vertex shared, a and b strictly on opposite sides; *zeros (may be NULL) gets
+ * bits for edges pq, qr, rp met exactly. */
+DELAUNAY_API int delaunay_segment_crosses(const delaunay_mesh *mesh, uint32_t a, uint32_t b,
+                                          uint32_t p, uint32_t q, uint32_t r, int *zeros);
 
-/* -- engine (b): many small edits, the same bytes for any number of threads. Each round plans the next items of a
- * list in parallel on the frozen mesh; plans that would meet are sorted out by their order in the list; those that
- * win are written in parallel, the others are tried again in the next round, and planned again only if something
- * they read has changed. The first one always wins. No locks, nothing is ever undone.
+/* -- engine (b): many small edits, the same bytes for any number of threads. Each round plans the
+ * next items of a list in parallel on the frozen mesh; plans that would meet are sorted out by their
+ * order in the list; those that win are written in parallel, the others are tried again in the next
+ * round, and planned again only if something they read has changed. The first one always wins. No
+ * locks, nothing is ever undone.
  *
  *     // each vertex to the mean of its neighbours, where that leaves all tetrahedra positive
- *     static int plan(void *user, const delaunay_mesh *m, delaunay_worker *worker, size_t item, delaunay_plan *p)
+ *     static int plan(void *user, const delaunay_mesh *m, delaunay_worker *worker, size_t item,
+ *                     delaunay_plan *p)
  *     {
  *         uint32_t v = 1 + (uint32_t)item;
  *         double x[3] = {0, 0, 0};
@@ -513,7 +531,8 @@ DELAUNAY_API int delaunay_segment_crosses(const delaunay_mesh *mesh, uint32_t a,
  *             if (t->v[3] == DELAUNAY_GHOST) return DELAUNAY_PLAN_NOTHING;
  *             for (int k = 0; k < 3; k++)
  *                 for (int j = 0; j < 4; j++)
- *                     if (t->v[j] != v) x[k] += m->vertices[t->v[j]].x[k] / (3.0 * (double)p->star.count);
+ *                     if (t->v[j] != v)
+ *                         x[k] += m->vertices[t->v[j]].x[k] / (3.0 * (double)p->star.count);
  *         }
  *         for (size_t i = 0; i < p->star.count; i++) {
  *             const uint32_t *q = m->tets[p->star.items[i]].v;
@@ -569,45 +588,55 @@ enum { DELAUNAY_PLAN_VERTICES = 8 }; /* new, and moved, vertices of one plan at 
 
 /* All return DELAUNAY_PLAN_COMMIT or a negative delaunay_result, to be returned in turn. */
 
-/* The plan depends on this tetrahedron (its vertices' positions, neighbours, marks). Those below are implied. */
+/* The plan depends on this tetrahedron (its vertices' positions, neighbours, marks). Those below
+ * are implied. */
 DELAUNAY_API int delaunay_plan_read(delaunay_plan *plan, delaunay_handle t);
 /* Tetrahedra to be replaced, and those that replace them: the rules of delaunay_replace. */
 DELAUNAY_API int delaunay_plan_remove(delaunay_plan *plan, delaunay_handle t);
-DELAUNAY_API int delaunay_plan_add(delaunay_plan *plan, uint32_t a, uint32_t b, uint32_t c, uint32_t d);
-/* A new vertex, with id DELAUNAY_NO_ID; at most 8. Write DELAUNAY_PLAN_VERTEX(0), (1), .. for them. */
+DELAUNAY_API int delaunay_plan_add(delaunay_plan *plan, uint32_t a, uint32_t b, uint32_t c,
+                                   uint32_t d);
+/* A new vertex, with id DELAUNAY_NO_ID; at most 8. Write DELAUNAY_PLAN_VERTEX(0), (1), .. for it. */
 DELAUNAY_API int delaunay_plan_vertex(delaunay_plan *plan, const double *xyz);
 /* A vertex moves; star: all tetrahedra that contain it. At most 8. */
-DELAUNAY_API int delaunay_plan_move(delaunay_plan *plan, uint32_t v, const double *xyz, const delaunay_handle *star,
-                                    size_t num_star);
+DELAUNAY_API int delaunay_plan_move(delaunay_plan *plan, uint32_t v, const double *xyz,
+                                    const delaunay_handle *star, size_t num_star);
 /* The result of a search in place of its window. */
-DELAUNAY_API int delaunay_plan_window(delaunay_plan *plan, const delaunay_window *window, const delaunay_search *search);
+DELAUNAY_API int delaunay_plan_window(delaunay_plan *plan, const delaunay_window *window,
+                                      const delaunay_search *search);
 
 typedef struct delaunay_speculation {
-    size_t num_items;   /* items are 0 .. num_items-1, first ones first; done() may raise it (not with scatter) */
-    /* Decides what to do about an item: reads the mesh, writes the plan. Called by several threads at once; the answer
-     * may depend on nothing but the item and the tetrahedra that the plan lists. */
-    int  (*plan)(void *user, const delaunay_mesh *mesh, delaunay_worker *worker, size_t item, delaunay_plan *plan);
-    /* May be NULL. After each round, by the calling thread, for each item that is finished, in order. May write
-     * marks and colours of tetrahedra that it then touches (delaunay_engine_touch). Nonzero: stop after this
-     * round (DELAUNAY_STOPPED_BY_BUDGET). */
-    int  (*done)(void *user, delaunay_mesh *mesh, delaunay_worker *worker, size_t item, const delaunay_plan *plan);
+    /* Items are 0 .. num_items-1, first ones first; done() may raise it, but not with scatter. */
+    size_t num_items;
+    /* Decides what to do about an item: reads the mesh, writes the plan. Called by several threads
+     * at once; the answer may depend on nothing but the item and the tetrahedra that the plan
+     * lists. */
+    int (*plan)(void *user, const delaunay_mesh *mesh, delaunay_worker *worker, size_t item,
+                delaunay_plan *plan);
+    /* May be NULL. After each round, by the calling thread, for each item that is finished, in
+     * order. May write marks and colours of tetrahedra that it then touches
+     * (delaunay_engine_touch). Nonzero: stop after this round (DELAUNAY_STOPPED_BY_BUDGET). */
+    int (*done)(void *user, delaunay_mesh *mesh, delaunay_worker *worker, size_t item,
+                const delaunay_plan *plan);
     void  *user;
     uint32_t    batch;   /* items in flight at most; part of what determines the result; 0: 1024 */
-    int         scatter; /* nonzero: items in a scattered order, where neighbours in the list are neighbours in space */
+    int scatter; /* nonzero: a scattered order, for lists whose neighbours are so in space */
     const char *phase;   /* for the host's progress callback */
-    uint64_t rounds, plans, commits, conflicts; /* out: conflicts: times that an item had to wait for another */
+    uint64_t rounds, plans, commits, conflicts; /* out; conflict: an item had to wait for another */
 } delaunay_speculation;
 
-/* Workers, plans, and a version of each tetrahedron, for the calls of a stage. The mesh must outlive it. */
+/* Workers, plans, and a version of each tetrahedron, for the calls of a stage. The mesh must
+ * outlive it. */
 typedef struct delaunay_engine delaunay_engine;
 DELAUNAY_API delaunay_engine *delaunay_engine_new(delaunay_mesh *mesh, const delaunay_host *host);
 DELAUNAY_API void delaunay_engine_free(delaunay_engine *engine);
-/* Returns DELAUNAY_OK; _STOPPED_BY_BUDGET: done() said so; _CANCELLED: the host did; _OUT_OF_MEMORY; an error of a
- * plan function; _INTERNAL: a plan that does not close. The mesh is valid in every case.
+/* Returns DELAUNAY_OK; _STOPPED_BY_BUDGET: done() said so; _CANCELLED: the host did;
+ * _OUT_OF_MEMORY; an error of a plan function; _INTERNAL: a plan that does not close. The mesh is
+ * valid in every case.
  * Repeats  same bytes for any number of threads */
 DELAUNAY_API delaunay_result delaunay_speculate(delaunay_engine *engine, delaunay_speculation *job);
-/* The round in which a tetrahedron was last written, 0: never by this engine. Rounds count on from call to call:
- * an item whose tetrahedra are all older than its last failure need not be tried again. */
+/* The round in which a tetrahedron was last written, 0: never by this engine. Rounds count on from
+ * call to call: an item whose tetrahedra are all older than its last failure need not be tried
+ * again. */
 DELAUNAY_API uint32_t delaunay_engine_version(const delaunay_engine *engine, delaunay_handle t);
 DELAUNAY_API uint32_t delaunay_engine_round(const delaunay_engine *engine);
 /* The mesh was edited otherwise: plans that read t are made again. Between calls, or in done(). */
@@ -2536,7 +2565,7 @@ done:
 
 /* ---- >>partitions ---------------------------------------------------------------------- */
 
-/* ---- >>editing ------------------------------------------------------------------------- */
+/* ---- >>editing  stars, replacement of a cavity, constraint marks, locate -------------------- */
 /* A worker's scratch. Sets and tables forget by a stamp, never by clearing. */
 
 /* A tetrahedron of a set; present if stamp is that of the set. */
@@ -2553,8 +2582,8 @@ typedef struct delaunay__face {
     uint8_t         state, odd, constrained;
 } delaunay__face;
 
-/* States of a delaunay__face: not met yet among the new ones; wall of the cavity that waits for a new
- * tetrahedron; new facet that waits for its other side; both sides known. */
+/* States of a delaunay__face: not met yet among the new ones; wall of the cavity that waits for a
+ * new tetrahedron; new facet that waits for its other side; both sides known. */
 enum { DELAUNAY__FACE_OLD, DELAUNAY__FACE_WALL, DELAUNAY__FACE_HALF, DELAUNAY__FACE_DONE };
 
 typedef struct delaunay__search_tables delaunay__search_tables;
@@ -2569,7 +2598,7 @@ struct delaunay_worker {
     delaunay__face   *faces;       /* 1 << face_bits entries */
     int               face_bits;
     uint32_t          face_stamp;
-    delaunay_handle  *link;        /* 4 a new tetrahedron: its neighbour, outside or (4*i+k) among the new */
+    delaunay_handle  *link;        /* 4 a new tetrahedron: its neighbour, outside or new (4*i+k) */
     uint8_t          *link_inside; /* 4 a new tetrahedron: which of the two */
     uint16_t         *link_flags;  /* 1 a new tetrahedron: constraint bits that persist */
     size_t            cap_link;
@@ -2579,7 +2608,10 @@ struct delaunay_worker {
 
 static delaunay__search_tables *delaunay__tables_new(delaunay_memory *memory);
 
-static size_t delaunay__hash(uint64_t key, int bits) { return (size_t)((key * 0x9E3779B97F4A7C15u) >> (64 - bits)); }
+static size_t delaunay__hash(uint64_t key, int bits)
+{
+    return (size_t)((key * 0x9E3779B97F4A7C15u) >> (64 - bits));
+}
 
 static void delaunay__set_clear(delaunay_worker *w)
 {
@@ -2590,14 +2622,14 @@ static void delaunay__set_clear(delaunay_worker *w)
     }
 }
 
-static delaunay__member *delaunay__set_find(const delaunay_worker *w, delaunay_handle t)
+DELAUNAY_INLINE delaunay__member *delaunay__set_find(const delaunay_worker *w, delaunay_handle t)
 {
     size_t mask = ((size_t)1 << w->set_bits) - 1, i = delaunay__hash(t, w->set_bits);
     while (w->set[i].stamp == w->set_stamp && w->set[i].t != t) i = (i + 1) & mask;
     return &w->set[i];
 }
 
-static int delaunay__set_has(const delaunay_worker *w, delaunay_handle t)
+DELAUNAY_INLINE int delaunay__set_has(const delaunay_worker *w, delaunay_handle t)
 {
     return delaunay__set_find(w, t)->stamp == w->set_stamp;
 }
@@ -2645,7 +2677,8 @@ DELAUNAY_API delaunay_worker *delaunay_worker_new(delaunay_memory *memory)
     w->set_bits = 11;
     w->face_bits = 9;
     w->set = (delaunay__member *)delaunay_alloc(memory, (size_t)1 << w->set_bits, sizeof *w->set);
-    w->faces = (delaunay__face *)delaunay_alloc(memory, (size_t)1 << w->face_bits, sizeof *w->faces);
+    w->faces =
+        (delaunay__face *)delaunay_alloc(memory, (size_t)1 << w->face_bits, sizeof *w->faces);
     w->commit = (uint32_t *)delaunay_alloc(memory, 4 * DELAUNAY_WINDOW_TETS, sizeof *w->commit);
     w->tables = delaunay__tables_new(memory);
     if (!w->set || !w->faces || !w->commit || !w->tables) {
@@ -2673,9 +2706,11 @@ DELAUNAY_API void delaunay_worker_free(delaunay_worker *worker)
     delaunay_release(m, worker);
 }
 
-/* Star of a, breadth first, into out; stops at a tetrahedron that contains b and c (0: any vertex), given in *found. */
-static delaunay_result delaunay__star(const delaunay_mesh *mesh, delaunay_worker *worker, uint32_t a, uint32_t b,
-                                      uint32_t c, delaunay_list *out, delaunay_handle *found)
+/* Star of a, breadth first, into out; stops at a tetrahedron that contains b and c (0: any vertex),
+ * given in *found. */
+static delaunay_result delaunay__star(const delaunay_mesh *mesh, delaunay_worker *worker,
+                                      uint32_t a, uint32_t b, uint32_t c, delaunay_list *out,
+                                      delaunay_handle *found)
 {
     delaunay_handle t = mesh->vertex_tet ? mesh->vertex_tet[a] : 0;
     size_t head;
@@ -2684,7 +2719,8 @@ static delaunay_result delaunay__star(const delaunay_mesh *mesh, delaunay_worker
     *found = 0;
     if (t == 0) return DELAUNAY_OK;
     delaunay__set_clear(worker);
-    if (delaunay__set_add(worker, t, &added) != DELAUNAY_OK || delaunay_list_push(out, t) != DELAUNAY_OK)
+    if (delaunay__set_add(worker, t, &added) != DELAUNAY_OK ||
+        delaunay_list_push(out, t) != DELAUNAY_OK)
         return DELAUNAY_ERROR_OUT_OF_MEMORY;
     for (head = 0; head < out->count; head++) {
         const delaunay_tet *tet = &mesh->tets[out->items[head]];
@@ -2694,15 +2730,17 @@ static delaunay_result delaunay__star(const delaunay_mesh *mesh, delaunay_worker
         }
         for (i = 0; i < 4; i++) {
             t = tet->n[i] / 4;
-            if (tet->v[i] == a || t == 0) continue;
-            if (delaunay__set_add(worker, t, &added) != DELAUNAY_OK) return DELAUNAY_ERROR_OUT_OF_MEMORY;
-            if (added && delaunay_list_push(out, t) != DELAUNAY_OK) return DELAUNAY_ERROR_OUT_OF_MEMORY;
+            if (tet->v[i] == a || t == 0 || delaunay__set_has(worker, t)) continue;
+            if (delaunay__set_add(worker, t, &added) != DELAUNAY_OK)
+                return DELAUNAY_ERROR_OUT_OF_MEMORY;
+            if (delaunay_list_push(out, t) != DELAUNAY_OK) return DELAUNAY_ERROR_OUT_OF_MEMORY;
         }
     }
     return DELAUNAY_OK;
 }
 
-DELAUNAY_API delaunay_result delaunay_vertex_star(const delaunay_mesh *mesh, delaunay_worker *worker, uint32_t v,
+DELAUNAY_API delaunay_result delaunay_vertex_star(const delaunay_mesh *mesh,
+                                                  delaunay_worker *worker, uint32_t v,
                                                   delaunay_list *out)
 {
     delaunay_handle found;
@@ -2710,8 +2748,10 @@ DELAUNAY_API delaunay_result delaunay_vertex_star(const delaunay_mesh *mesh, del
     return delaunay__star(mesh, worker, v, 0, 0, out, &found);
 }
 
-/* Turns around an edge: from tetrahedron *t across the facet opposite *out, the vertex *keep staying. */
-static void delaunay__turn(const delaunay_mesh *mesh, delaunay_handle *t, uint32_t *out, uint32_t *keep)
+/* Turns around an edge: from tetrahedron *t across the facet opposite *out, the vertex *keep
+ * staying. */
+static void delaunay__turn(const delaunay_mesh *mesh, delaunay_handle *t, uint32_t *out,
+                           uint32_t *keep)
 {
     const delaunay_tet *tet = &mesh->tets[*t];
     delaunay_handle h = tet->n[delaunay_local_index(tet, *out)];
@@ -2720,8 +2760,9 @@ static void delaunay__turn(const delaunay_mesh *mesh, delaunay_handle *t, uint32
     *keep = mesh->tets[h / 4].v[h & 3];
 }
 
-DELAUNAY_API delaunay_result delaunay_edge_star(const delaunay_mesh *mesh, delaunay_worker *worker, delaunay_handle t,
-                                                uint32_t a, uint32_t b, delaunay_list *out)
+DELAUNAY_API delaunay_result delaunay_edge_star(const delaunay_mesh *mesh, delaunay_worker *worker,
+                                                delaunay_handle t, uint32_t a, uint32_t b,
+                                                delaunay_list *out)
 {
     const delaunay_tet *tet = &mesh->tets[t];
     int i = delaunay_local_index(tet, a), j = delaunay_local_index(tet, b), k, l;
@@ -2754,8 +2795,8 @@ DELAUNAY_API delaunay_result delaunay_edge_star(const delaunay_mesh *mesh, delau
     return DELAUNAY_OK;
 }
 
-DELAUNAY_API delaunay_handle delaunay_find_edge(const delaunay_mesh *mesh, delaunay_worker *worker, uint32_t a,
-                                                uint32_t b)
+DELAUNAY_API delaunay_handle delaunay_find_edge(const delaunay_mesh *mesh, delaunay_worker *worker,
+                                                uint32_t a, uint32_t b)
 {
     delaunay_handle found;
     if (a == 0) {
@@ -2766,27 +2807,31 @@ DELAUNAY_API delaunay_handle delaunay_find_edge(const delaunay_mesh *mesh, delau
     return delaunay__star(mesh, worker, a, b, 0, &worker->queue, &found) == DELAUNAY_OK ? found : 0;
 }
 
-DELAUNAY_API delaunay_handle delaunay_find_facet(const delaunay_mesh *mesh, delaunay_worker *worker, uint32_t a,
-                                                 uint32_t b, uint32_t c)
+DELAUNAY_API delaunay_handle delaunay_find_facet(const delaunay_mesh *mesh, delaunay_worker *worker,
+                                                 uint32_t a, uint32_t b, uint32_t c)
 {
     delaunay_handle found;
     const delaunay_tet *tet;
     int i;
-    if (delaunay__star(mesh, worker, a, b, c, &worker->queue, &found) != DELAUNAY_OK || found == 0) return 0;
+    if (delaunay__star(mesh, worker, a, b, c, &worker->queue, &found) != DELAUNAY_OK || found == 0)
+        return 0;
     tet = &mesh->tets[found];
     for (i = 0; tet->v[i] == a || tet->v[i] == b || tet->v[i] == c; i++) {}
     return 4 * found + (delaunay_handle)i;
 }
 
-/* Position of a point against facet i of a real tetrahedron: 1 strictly beyond, 0 in its plane, -1 inside. */
-static int delaunay__beyond(const delaunay_mesh *mesh, const delaunay_tet *tet, int i, const double *xyz)
+/* Position of a point against facet i of a real tetrahedron: 1 strictly beyond, 0 in its plane, -1
+ * inside. */
+static int delaunay__beyond(const delaunay_mesh *mesh, const delaunay_tet *tet, int i,
+                            const double *xyz)
 {
     const uint8_t *f = delaunay_facet_order(i);
     const delaunay_vertex *v = mesh->vertices;
     return delaunay_orient3d(v[tet->v[f[0]]].x, v[tet->v[f[1]]].x, v[tet->v[f[2]]].x, xyz);
 }
 
-/* A ghost sees the points strictly beyond its facet 3, which is turned the other way than its neighbour's. */
+/* A ghost sees the points strictly beyond its facet 3, which is turned the other way than its
+ * neighbour's. */
 static int delaunay__sees(const delaunay_mesh *mesh, const delaunay_tet *ghost, const double *xyz)
 {
     const delaunay_vertex *v = mesh->vertices;
@@ -2810,17 +2855,19 @@ static delaunay_handle delaunay__locate_by_scan(const delaunay_mesh *mesh, const
     return ghost;
 }
 
-/* The walk enters a neighbour through a facet that separates strictly. In meshes that are not Delaunay it may
- * go round in circles: the facet to begin with is drawn by a hash of the step, and the number of steps bounded.
- * Where it ends at a border without neighbour, the mesh need not be convex: only the scan can tell. */
-DELAUNAY_API delaunay_handle delaunay_locate(const delaunay_mesh *mesh, delaunay_worker *worker, const double *xyz,
-                                             delaunay_handle hint)
+/* The walk enters a neighbour through a facet that separates strictly. In meshes that are not
+ * Delaunay it may go round in circles: the facet to begin with is drawn by a hash of the step, and
+ * the number of steps bounded. Where it ends at a border without neighbour, the mesh need not be
+ * convex: only the scan can tell. */
+DELAUNAY_API delaunay_handle delaunay_locate(const delaunay_mesh *mesh, delaunay_worker *worker,
+                                             const double *xyz, delaunay_handle hint)
 {
     delaunay_handle t = hint, from = 0, steps, limit = mesh->num_tets + 1000;
     uint32_t random = 2463534242u;
     (void)worker;
     if (t == 0 || t >= mesh->num_tets || delaunay_is_deleted(mesh, t))
-        for (t = mesh->num_tets ? mesh->num_tets - 1 : 0; t > 0 && delaunay_is_deleted(mesh, t); t--) {}
+        for (t = mesh->num_tets ? mesh->num_tets - 1 : 0; t > 0 && delaunay_is_deleted(mesh, t);
+             t--) {}
     if (t == 0) return 0;
     if (delaunay_is_ghost(mesh, t)) {
         if (delaunay__sees(mesh, &mesh->tets[t], xyz)) return t;
@@ -2848,7 +2895,8 @@ DELAUNAY_API delaunay_handle delaunay_locate(const delaunay_mesh *mesh, delaunay
     return delaunay__locate_by_scan(mesh, xyz);
 }
 
-/* -- delaunay_replace: first the links of the new tetrahedra, in the worker, nothing written; then the writing. */
+/* -- delaunay_replace: first the links of the new tetrahedra, in the worker, nothing written; then
+ * the writing. */
 
 static void delaunay__faces_clear(delaunay_worker *w)
 {
@@ -2859,7 +2907,8 @@ static void delaunay__faces_clear(delaunay_worker *w)
 }
 
 /* Scratch for so many new tetrahedra and faces; clears the table. */
-static delaunay_result delaunay__replace_scratch(delaunay_worker *w, size_t num_new, size_t num_faces)
+static delaunay_result delaunay__replace_scratch(delaunay_worker *w, size_t num_new,
+                                                 size_t num_faces)
 {
     if (num_new > w->cap_link) {
         size_t cap = num_new + num_new / 2 + 64;
@@ -2896,7 +2945,8 @@ static delaunay__face *delaunay__face_entry(delaunay_worker *w, uint32_t a, uint
     size_t mask = ((size_t)1 << w->face_bits) - 1, i;
     delaunay__face *f;
     mid = a ^ b ^ c ^ low ^ high;
-    i = delaunay__hash(((uint64_t)low << 32 | mid) ^ (uint64_t)high * 0xD6E8FEB86659FD93u, w->face_bits);
+    i = delaunay__hash(((uint64_t)low << 32 | mid) ^ (uint64_t)high * 0xD6E8FEB86659FD93u,
+                       w->face_bits);
     for (f = &w->faces[i]; f->stamp == w->face_stamp; f = &w->faces[i]) {
         if (f->v[0] == low && f->v[1] == mid && f->v[2] == high) return f;
         i = (i + 1) & mask;
@@ -2917,11 +2967,15 @@ static delaunay__face *delaunay__edge_entry(delaunay_worker *w, uint32_t a, uint
     return delaunay__face_entry(w, a, b, UINT32_MAX);
 }
 
-static uint8_t delaunay__odd(uint32_t a, uint32_t b, uint32_t c) { return (uint8_t)((a > b) ^ (a > c) ^ (b > c)); }
+static uint8_t delaunay__odd(uint32_t a, uint32_t b, uint32_t c)
+{
+    return (uint8_t)((a > b) ^ (a > c) ^ (b > c));
+}
 
-/* Walls and constrained inner facets and edges of the old tetrahedra. Returns the number of walls. */
-static size_t delaunay__replace_enter_old(const delaunay_mesh *mesh, delaunay_worker *w, const delaunay_handle *old,
-                                          size_t num_old, int marked)
+/* Walls and constrained inner facets and edges of the old tetrahedra. Returns the number of walls.
+ */
+static size_t delaunay__replace_enter_old(const delaunay_mesh *mesh, delaunay_worker *w,
+                                          const delaunay_handle *old, size_t num_old, int marked)
 {
     size_t i, walls = 0;
     int k;
@@ -2951,8 +3005,9 @@ static size_t delaunay__replace_enter_old(const delaunay_mesh *mesh, delaunay_wo
     return walls;
 }
 
-/* Facet k of new tetrahedron i meets its other side, or waits for it. Returns the change of the number of those
- * that wait, or 2 where a facet would have a third side or the wrong orientation. */
+/* Facet k of new tetrahedron i meets its other side, or waits for it. Returns the change of the
+ * number of those that wait, or 2 where a facet would have a third side or the wrong orientation.
+ */
 static int delaunay__replace_enter_facet(delaunay_worker *w, const uint32_t *v, size_t i, int k)
 {
     const uint8_t *o = delaunay_facet_order(k);
@@ -2983,11 +3038,11 @@ static int delaunay__replace_enter_facet(delaunay_worker *w, const uint32_t *v, 
     return -1;
 }
 
-/* Fills the worker's links and flags of the new tetrahedra, or says why it cannot be. Reads the old tetrahedra
- * only, writes the worker only. */
+/* Fills the worker's links and flags of the new tetrahedra, or says why it cannot be. Reads the old
+ * tetrahedra only, writes the worker only. */
 static delaunay_result delaunay__replace_links(const delaunay_mesh *mesh, delaunay_worker *w,
-                                               const delaunay_handle *old, size_t num_old, const uint32_t *vertices,
-                                               size_t num_new)
+                                               const delaunay_handle *old, size_t num_old,
+                                               const uint32_t *vertices, size_t num_new)
 {
     size_t i, waiting, num_edges = 0;
     unsigned any = 0;
@@ -3032,10 +3087,11 @@ typedef struct delaunay__links {
     const uint16_t        *flags;
 } delaunay__links;
 
-/* Writes the new tetrahedra, by their links, to slots (room is there), and the handles of what surrounds them.
- * Touches nothing else: vertex_tet is the caller's. */
-static void delaunay__replace_write(delaunay_mesh *mesh, const delaunay__links *links, uint32_t color,
-                                    const uint32_t *vertices, size_t num_new, const delaunay_handle *slots)
+/* Writes the new tetrahedra, by their links, to slots (room is there), and the handles of what
+ * surrounds them. Touches nothing else: vertex_tet is the caller's. */
+static void delaunay__replace_write(delaunay_mesh *mesh, const delaunay__links *links,
+                                    uint32_t color, const uint32_t *vertices, size_t num_new,
+                                    const delaunay_handle *slots)
 {
     size_t i;
     int k;
@@ -3077,28 +3133,34 @@ static delaunay_result delaunay__reserve_free(delaunay_mesh *mesh, size_t count)
 }
 
 /* Room for surplus new slots beyond the free ones, or for the slots that become free. */
-static delaunay_result delaunay__replace_reserve(delaunay_mesh *mesh, size_t num_old, size_t num_new)
+static delaunay_result delaunay__replace_reserve(delaunay_mesh *mesh, size_t num_old,
+                                                 size_t num_new)
 {
     size_t total;
-    if (num_new <= num_old) return delaunay__reserve_free(mesh, mesh->num_free + (num_old - num_new));
+    if (num_new <= num_old)
+        return delaunay__reserve_free(mesh, mesh->num_free + (num_old - num_new));
     total = num_new - num_old;
     if (total <= mesh->num_free) return DELAUNAY_OK;
     total = mesh->num_tets + (total - mesh->num_free);
-    return total <= mesh->cap_tets ? DELAUNAY_OK : delaunay__reserve_tets(mesh, total + total / 2 + 64);
+    return total <= mesh->cap_tets ? DELAUNAY_OK
+                                   : delaunay__reserve_tets(mesh, total + total / 2 + 64);
 }
 
 DELAUNAY_API delaunay_result delaunay_replace(delaunay_mesh *mesh, delaunay_worker *worker,
                                               const delaunay_handle *old_tets, size_t num_old,
-                                              const uint32_t *vertices, size_t num_new, delaunay_handle *slots)
+                                              const uint32_t *vertices, size_t num_new,
+                                              delaunay_handle *slots)
 {
-    delaunay_result result = delaunay__replace_links(mesh, worker, old_tets, num_old, vertices, num_new);
+    delaunay_result result =
+        delaunay__replace_links(mesh, worker, old_tets, num_old, vertices, num_new);
     uint32_t color = mesh->color && num_old ? mesh->color[old_tets[0]] : 0;
     delaunay__links links;
     size_t i;
     int k;
     if (result == DELAUNAY_OK) result = delaunay__replace_reserve(mesh, num_old, num_new);
     worker->queue.count = 0;
-    for (i = 0; result == DELAUNAY_OK && i < num_new; i++) result = delaunay_list_push(&worker->queue, 0);
+    for (i = 0; result == DELAUNAY_OK && i < num_new; i++)
+        result = delaunay_list_push(&worker->queue, 0);
     if (result != DELAUNAY_OK) return result;
     for (i = 0; i < num_old; i++) {
         if (mesh->vertex_tet)
@@ -3118,7 +3180,8 @@ DELAUNAY_API delaunay_result delaunay_replace(delaunay_mesh *mesh, delaunay_work
     links.inside = worker->link_inside;
     links.flags = worker->link_flags;
     delaunay__replace_write(mesh, &links, color, vertices, num_new, worker->queue.items);
-    for (i = 0; mesh->vertex_tet && i < 4 * num_new; i++) mesh->vertex_tet[vertices[i]] = worker->queue.items[i / 4];
+    for (i = 0; mesh->vertex_tet && i < 4 * num_new; i++)
+        mesh->vertex_tet[vertices[i]] = worker->queue.items[i / 4];
     if (slots && num_new) memcpy(slots, worker->queue.items, num_new * sizeof *slots);
     return DELAUNAY_OK;
 }
@@ -3136,8 +3199,9 @@ DELAUNAY_API void delaunay_mark_facet(delaunay_mesh *mesh, delaunay_handle f, in
     }
 }
 
-DELAUNAY_API delaunay_result delaunay_mark_edge(delaunay_mesh *mesh, delaunay_worker *worker, delaunay_handle t,
-                                                uint32_t a, uint32_t b, int constrained)
+DELAUNAY_API delaunay_result delaunay_mark_edge(delaunay_mesh *mesh, delaunay_worker *worker,
+                                                delaunay_handle t, uint32_t a, uint32_t b,
+                                                int constrained)
 {
     delaunay_result result = delaunay_edge_star(mesh, worker, t, a, b, &worker->queue);
     size_t i;
@@ -3145,37 +3209,41 @@ DELAUNAY_API delaunay_result delaunay_mark_edge(delaunay_mesh *mesh, delaunay_wo
     for (i = 0; i < worker->queue.count; i++) {
         const delaunay_tet *tet = &mesh->tets[worker->queue.items[i]];
         uint16_t *flags = &mesh->flags[worker->queue.items[i]];
-        unsigned bit = DELAUNAY_EDGE_BIT(delaunay_edge_between(delaunay_local_index(tet, a), delaunay_local_index(tet, b)));
+        unsigned bit = DELAUNAY_EDGE_BIT(
+            delaunay_edge_between(delaunay_local_index(tet, a), delaunay_local_index(tet, b)));
         *flags = (uint16_t)(constrained ? *flags | bit : *flags & ~bit);
     }
     return DELAUNAY_OK;
 }
 
-/* ---- >>reconnect ----------------------------------------------------------------------- */
-/* Closure search: the front is the set of oriented triangles that still wait for a tetrahedron on their inner
- * side; at first the boundary of the window, at last empty. A step takes a triangle abc of the front and one
- * of the window's vertices p with orient3d(a,b,c,p) > 0; abc leaves the front, and each of abp, bcp, cap either
- * cancels its opposite there or joins it.
+/* ---- >>reconnect  closure search over small polyhedra [Marot 2020, 6.2] --------------------- */
+/* Closure search: the front is the set of oriented triangles that still wait for a tetrahedron on
+ * their inner side; at first the boundary of the window, at last empty. A step takes a triangle abc
+ * of the front and one of the window's vertices p with orient3d(a,b,c,p) > 0; abc leaves the front,
+ * and each of abp, bcp, cap either cancels its opposite there or joins it.
  *
- * Why no intersection test is needed. Let t_1 .. t_n be positive tetrahedra whose oriented boundaries add up to
- * that of the polyhedron P, as chains: triangles cancel in opposite pairs, and what is left is exactly the
- * boundary of P. The sum of the indicator functions of the t_i minus that of P is then constant across every triangle and
- * zero far away: zero almost everywhere. So the t_i cover P, each point once. Neighbours share whole
- * triangles, because what cancels are triples of vertices. The same argument in the sphere of directions around
- * a vertex v that is used, or that lies on the boundary, says that the tetrahedra at v fill the neighbourhood of
- * v in P; so v lies in no other tetrahedron. What remains to be checked at the end: that every interior vertex
- * is used (else a tetrahedron may have swallowed it, and all volumes would still match), and every kept edge.
- * A kept facet joins the front at the beginning, once on each side: the two cancel in the sum, so the
- * argument holds, and each side must be met by a tetrahedron.
- * Preconditions: exact signs; the window's tetrahedra are disjoint and not ghosts.
+ * Why no intersection test is needed. Let t_1 .. t_n be positive tetrahedra whose oriented
+ * boundaries add up to that of the polyhedron P, as chains: triangles cancel in opposite pairs, and
+ * what is left is exactly the boundary of P. The sum of the indicator functions of the t_i minus
+ * that of P is then constant across every triangle and zero far away: zero almost everywhere. So
+ * the t_i cover P, each point once. Neighbours share whole triangles, because what cancels are
+ * triples of vertices. The same argument in the sphere of directions around a vertex v that is
+ * used, or that lies on the boundary, says that the tetrahedra at v fill the neighbourhood of v in
+ * P; so v lies in no other tetrahedron. What remains to be checked at the end: that every interior
+ * vertex is used (else a tetrahedron may have swallowed it, and all volumes would still match), and
+ * every kept edge. A kept facet joins the front at the beginning, once on each side: the two cancel
+ * in the sum, so the argument holds, and each side must be met by a tetrahedron. Preconditions:
+ * exact signs; the window's tetrahedra are disjoint and not ghosts.
  *
- * Everything else only prunes: fewest candidates first, a triangle without candidates ends a branch, triangles
- * crossed by a kept edge and edges through a kept facet are never made, tetrahedra that contain an interior vertex
- * neither. Candidates of a triangle are one word; signs and qualities are computed when first asked for, and are
- * kept while the next windows begin with the same vertices, as those of a growing cavity do.
+ * Everything else only prunes: fewest candidates first, a triangle without candidates ends a
+ * branch, triangles crossed by a kept edge and edges through a kept facet are never made,
+ * tetrahedra that contain an interior vertex neither. Candidates of a triangle are one word; signs
+ * and qualities are computed when first asked for, and are kept while the next windows begin with
+ * the same vertices, as those of a growing cavity do.
  *
- * A triangle i < j < k has the number C(k,3) + C(j,2) + i: those of the first m vertices are the first C(m,3), and
- * small windows touch little memory. An oriented triangle is twice that, plus 1 if it turns the other way. */
+ * A triangle i < j < k has the number C(k,3) + C(j,2) + i: those of the first m vertices are the
+ * first C(m,3), and small windows touch little memory. An oriented triangle is twice that, plus 1
+ * if it turns the other way. */
 enum {
     DELAUNAY__MAX_POINTS = DELAUNAY_WINDOW_VERTICES,
     DELAUNAY__NUM_PAIRS = 496,    /* C(32,2) */
@@ -3186,18 +3254,21 @@ enum {
     DELAUNAY__DEFAULT_NODES = 100000
 };
 
-/* Of a triangle: sides of the other vertices, and of which its tetrahedra (as the three lowest) quality is known. */
+/* Of a triangle: sides of the other vertices, and of which its tetrahedra (as the three lowest)
+ * quality is known. */
 typedef struct delaunay__sides {
     uint32_t known, positive, negative, measured;
 } delaunay__sides;
 
-/* Of an oriented triangle: candidates, valid for the search and bound with this stamp; the best of them. */
+/* Of an oriented triangle: candidates, valid for the search and bound with this stamp; the best of
+ * them. */
 typedef struct delaunay__choice {
     uint32_t stamp, mask;
     double   top;
 } delaunay__choice;
 
-/* A front that cannot be completed: what is left of it depends on the front alone, not on how it was reached. */
+/* A front that cannot be completed: what is left of it depends on the front alone, not on how it
+ * was reached. */
 typedef struct delaunay__dead_end {
     uint64_t front;  /* sum of the numbers of its triangles; and of what else matters */
     uint32_t budget; /* with so many crossings left; more were not tried */
@@ -3205,40 +3276,41 @@ typedef struct delaunay__dead_end {
 
 struct delaunay__search_tables {
     /* constant */
-    uint64_t random[2 * DELAUNAY__NUM_TRIPLES];       /* of each oriented triangle, to know a front again */
+    uint64_t random[2 * DELAUNAY__NUM_TRIPLES]; /* of oriented triangles, to know a front again */
     uint8_t  triangle[DELAUNAY__NUM_TRIPLES][4];
-    uint32_t choose2[DELAUNAY__MAX_POINTS + 1], choose3[DELAUNAY__MAX_POINTS + 1], choose4[DELAUNAY__MAX_POINTS + 1];
+    uint32_t choose2[DELAUNAY__MAX_POINTS + 1]; /* binomial coefficients */
+    uint32_t choose3[DELAUNAY__MAX_POINTS + 1], choose4[DELAUNAY__MAX_POINTS + 1];
     /* kept from search to search while the points are the same */
     double         x[DELAUNAY__MAX_POINTS][3];
     uint32_t       num_known;
-    double       (*known_quality)(void *, const double *, const double *, const double *, const double *);
+    double (*known_quality)(void *, const double *, const double *, const double *, const double *);
     void          *known_user;
     delaunay__sides  rows[DELAUNAY__NUM_TRIPLES];
     double         quality[DELAUNAY__NUM_QUADS];
     /* of one search; stamped, or empty between searches */
     delaunay__choice choice[2 * DELAUNAY__NUM_TRIPLES];
-    uint32_t stamp;                                   /* of choices: one a search and bound */
-    uint32_t search;                                  /* number of the search, for the stamps below */
-    uint32_t triple_kept[DELAUNAY__NUM_TRIPLES];      /* 2*search + crossed by a kept edge */
-    uint32_t triple_cost[DELAUNAY__NUM_TRIPLES];      /* 2*search + crossed by the target segment */
-    uint32_t pair_kept[DELAUNAY__NUM_PAIRS];          /* 2*search + pierces a kept facet */
-    uint32_t pair_cost[DELAUNAY__NUM_PAIRS];          /* 2*search + pierces the target facet */
-    uint32_t pair_used[DELAUNAY__NUM_PAIRS];          /* cleared for the window's pairs: uses by tetrahedra */
-    uint16_t place[2 * DELAUNAY__NUM_TRIPLES];        /* 1 + position in the front; 0: not there */
+    uint32_t stamp;                               /* of choices: one a search and bound */
+    uint32_t search;                              /* number of the search, for the stamps below: */
+    uint32_t triple_kept[DELAUNAY__NUM_TRIPLES];  /* 2*search + crossed by a kept edge */
+    uint32_t triple_cost[DELAUNAY__NUM_TRIPLES];  /* 2*search + crossed by the target segment */
+    uint32_t pair_kept[DELAUNAY__NUM_PAIRS];      /* 2*search + pierces a kept facet */
+    uint32_t pair_cost[DELAUNAY__NUM_PAIRS];      /* 2*search + pierces the target facet */
+    uint32_t pair_used[DELAUNAY__NUM_PAIRS];      /* uses by tetrahedra; cleared as far as needed */
+    uint16_t place[2 * DELAUNAY__NUM_TRIPLES];    /* 1 + position in the front; 0: not there */
     uint16_t front[DELAUNAY__MAX_FRONT];
-    uint16_t valence[DELAUNAY__MAX_POINTS];           /* triangles of the front at a vertex */
-    uint32_t num_front, on_front;                     /* on_front: vertices with valence > 0 */
-    uint64_t front_sum;                               /* of the random numbers of the front */
+    uint16_t valence[DELAUNAY__MAX_POINTS];       /* triangles of the front at a vertex */
+    uint32_t num_front, on_front;                 /* on_front: vertices with valence > 0 */
+    uint64_t front_sum;                           /* of the random numbers of the front */
     delaunay__dead_end dead[1 << DELAUNAY__DEAD_BITS];
-    uint32_t points, interior, used;                  /* masks: candidates at all, must be used, are used */
-    uint32_t boundary_pairs[DELAUNAY__MAX_POINTS];    /* row a, bit b: edge ab is on the boundary */
+    uint32_t points, interior, used;              /* masks: candidates at all, must be, are used */
+    uint32_t boundary_pairs[DELAUNAY__MAX_POINTS]; /* row a, bit b: edge ab is on the boundary */
     uint32_t depth;
     uint8_t  stack[DELAUNAY_WINDOW_TETS][4];
     const delaunay_mesh   *mesh;
     const delaunay_window *window;
     delaunay_search       *out;
     delaunay_objective     objective;
-    double   best;                                    /* worst quality to be exceeded */
+    double   best; /* worst quality to be exceeded */
     uint32_t cost_bound, flags;
     int      found;
 };
@@ -3261,16 +3333,19 @@ static delaunay__search_tables *delaunay__tables_new(delaunay_memory *memory)
                 s->triangle[r][1] = (uint8_t)j;
                 s->triangle[r][2] = (uint8_t)k;
             }
-    for (i = 0; i < 2 * DELAUNAY__NUM_TRIPLES; i++) s->random[i] = delaunay__mix((i + 1) * UINT64_C(0x9E3779B97F4A7C15));
+    for (i = 0; i < 2 * DELAUNAY__NUM_TRIPLES; i++)
+        s->random[i] = delaunay__mix((i + 1) * UINT64_C(0x9E3779B97F4A7C15));
     return s;
 }
 
 /* Number of an oriented triangle; the sorting is without branches. */
-static uint32_t delaunay__oriented(const delaunay__search_tables *s, uint32_t a, uint32_t b, uint32_t c)
+static uint32_t delaunay__oriented(const delaunay__search_tables *s, uint32_t a, uint32_t b,
+                                   uint32_t c)
 {
     uint32_t lo = a < b ? a : b, hi = a < b ? b : a, low = lo < c ? lo : c, high = hi > c ? hi : c;
     uint32_t mid = a + b + c - low - high;
-    return 2 * (s->choose3[high] + s->choose2[mid] + low) + ((uint32_t)(a > b) ^ (uint32_t)(a > c) ^ (uint32_t)(b > c));
+    return 2 * (s->choose3[high] + s->choose2[mid] + low) +
+           ((uint32_t)(a > b) ^ (uint32_t)(a > c) ^ (uint32_t)(b > c));
 }
 
 static void delaunay__oriented_vertices(const delaunay__search_tables *s, uint32_t id, uint32_t *v)
@@ -3302,7 +3377,8 @@ static uint32_t delaunay__lowest(uint32_t x)
 #endif
 }
 
-/* One sign serves the four triangles of its tetrahedron: p is swapped into place one, two or three times. */
+/* One sign serves the four triangles of its tetrahedron: p is swapped into place one, two or three
+ * times. */
 static void delaunay__store_sign(delaunay__sides *row, uint32_t p, int sign)
 {
     uint32_t bit = 1u << p;
@@ -3327,15 +3403,18 @@ static void delaunay__compute_sign(delaunay__search_tables *s, uint32_t triple, 
 }
 
 /* The row of a triangle with the signs of at least these vertices. */
-static const delaunay__sides *delaunay__sides_with(delaunay__search_tables *s, uint32_t triple, uint32_t wanted)
+static const delaunay__sides *delaunay__sides_with(delaunay__search_tables *s, uint32_t triple,
+                                                   uint32_t wanted)
 {
     const uint8_t *t = s->triangle[triple];
     uint32_t missing = wanted & ~s->rows[triple].known & ~(1u << t[0] | 1u << t[1] | 1u << t[2]);
-    for (; missing; missing &= missing - 1) delaunay__compute_sign(s, triple, delaunay__lowest(missing));
+    for (; missing; missing &= missing - 1)
+        delaunay__compute_sign(s, triple, delaunay__lowest(missing));
     return &s->rows[triple];
 }
 
-static int delaunay__local_sign(delaunay__search_tables *s, uint32_t a, uint32_t b, uint32_t c, uint32_t d)
+static int delaunay__local_sign(delaunay__search_tables *s, uint32_t a, uint32_t b, uint32_t c,
+                                uint32_t d)
 {
     uint32_t id = delaunay__oriented(s, a, b, c);
     const delaunay__sides *row = delaunay__sides_with(s, id / 2, 1u << d);
@@ -3344,7 +3423,8 @@ static int delaunay__local_sign(delaunay__search_tables *s, uint32_t a, uint32_t
 }
 
 /* delaunay_segment_crosses for vertices of the window, by the table of signs. */
-static int delaunay__local_crosses(delaunay__search_tables *s, uint32_t a, uint32_t b, uint32_t p, uint32_t q, uint32_t r)
+static int delaunay__local_crosses(delaunay__search_tables *s, uint32_t a, uint32_t b, uint32_t p,
+                                   uint32_t q, uint32_t r)
 {
     int side, x, y, z;
     if (a == p || a == q || a == r || b == p || b == q || b == r) return 0;
@@ -3365,7 +3445,8 @@ static int delaunay__triple_forbidden(delaunay__search_tables *s, uint32_t tripl
     uint32_t i, hit = 0;
     if (s->triple_kept[triple] >> 1 == s->search) return s->triple_kept[triple] & 1;
     for (i = 0; i < w->num_kept_edges && !hit; i++)
-        hit = (uint32_t)delaunay__local_crosses(s, w->kept_edges[i][0], w->kept_edges[i][1], t[0], t[1], t[2]);
+        hit = (uint32_t)delaunay__local_crosses(s, w->kept_edges[i][0], w->kept_edges[i][1], t[0],
+                                                t[1], t[2]);
     s->triple_kept[triple] = 2 * s->search + hit;
     return (int)hit;
 }
@@ -3376,7 +3457,8 @@ static int delaunay__pair_forbidden(delaunay__search_tables *s, uint32_t a, uint
     uint32_t i, hit = 0, pair = delaunay__pair(s, a, b);
     if (s->pair_kept[pair] >> 1 == s->search) return s->pair_kept[pair] & 1;
     for (i = 0; i < w->num_kept_facets && !hit; i++)
-        hit = (uint32_t)delaunay__local_crosses(s, a, b, w->kept_facets[i][0], w->kept_facets[i][1], w->kept_facets[i][2]);
+        hit = (uint32_t)delaunay__local_crosses(s, a, b, w->kept_facets[i][0], w->kept_facets[i][1],
+                                                w->kept_facets[i][2]);
     s->pair_kept[pair] = 2 * s->search + hit;
     return (int)hit;
 }
@@ -3387,7 +3469,8 @@ static uint32_t delaunay__triple_crossed(delaunay__search_tables *s, uint32_t tr
     const uint32_t *v = s->window->vertices, *o = s->out->target;
     if (s->triple_cost[triple] >> 1 != s->search)
         s->triple_cost[triple] =
-            2 * s->search + (uint32_t)delaunay_segment_crosses(s->mesh, o[0], o[1], v[t[0]], v[t[1]], v[t[2]], NULL);
+            2 * s->search + (uint32_t)delaunay_segment_crosses(s->mesh, o[0], o[1], v[t[0]],
+                                                               v[t[1]], v[t[2]], NULL);
     return s->triple_cost[triple] & 1;
 }
 
@@ -3396,13 +3479,13 @@ static uint32_t delaunay__pair_crossed(delaunay__search_tables *s, uint32_t a, u
     const uint32_t *v = s->window->vertices, *o = s->out->target;
     uint32_t pair = delaunay__pair(s, a, b);
     if (s->pair_cost[pair] >> 1 != s->search)
-        s->pair_cost[pair] =
-            2 * s->search + (uint32_t)delaunay_segment_crosses(s->mesh, v[a], v[b], o[0], o[1], o[2], NULL);
+        s->pair_cost[pair] = 2 * s->search + (uint32_t)delaunay_segment_crosses(
+                                                 s->mesh, v[a], v[b], o[0], o[1], o[2], NULL);
     return s->pair_cost[pair] & 1;
 }
 
-/* Quality of a positive tetrahedron, once for its four triangles. Evaluated in ascending order of the vertices, an
- * even permutation of the positive order. */
+/* Quality of a positive tetrahedron, once for its four triangles. Evaluated in ascending order of
+ * the vertices, an even permutation of the positive order. */
 static double delaunay__local_quality(delaunay__search_tables *s, uint32_t triple, uint32_t p)
 {
     const uint8_t *t = s->triangle[triple];
@@ -3414,7 +3497,8 @@ static double delaunay__local_quality(delaunay__search_tables *s, uint32_t tripl
     for (; i < 3; i++) v[i + 1] = t[i];
     row = &s->rows[s->choose3[v[2]] + s->choose2[v[1]] + v[0]];
     quad = s->choose4[v[3]] + s->choose3[v[2]] + s->choose2[v[1]] + v[0];
-    if ((row->measured >> v[3] & 1) && !(s->flags & DELAUNAY_SEARCH_NO_MEMORY)) return s->quality[quad];
+    if ((row->measured >> v[3] & 1) && !(s->flags & DELAUNAY_SEARCH_NO_MEMORY))
+        return s->quality[quad];
     for (i = 0; i < 4; i++) x[i] = s->x[v[i]];
     if (row->negative >> v[3] & 1) {
         x[0] = s->x[v[1]];
@@ -3430,14 +3514,16 @@ static uint32_t delaunay__swallowed(delaunay__search_tables *s, const uint32_t *
     uint32_t left = s->interior & ~(1u << v[0] | 1u << v[1] | 1u << v[2] | 1u << p), i, id;
     const delaunay__sides *row;
     for (i = 0; i < 4 && left; i++) {
-        id = i == 3 ? delaunay__oriented(s, v[0], v[2], v[1]) : delaunay__oriented(s, v[i], v[(i + 1) % 3], p);
+        id = i == 3 ? delaunay__oriented(s, v[0], v[2], v[1])
+                    : delaunay__oriented(s, v[i], v[(i + 1) % 3], p);
         row = delaunay__sides_with(s, id / 2, left);
         left &= ~(id & 1 ? row->negative : row->positive);
     }
     return left;
 }
 
-static int delaunay__candidate_allowed(delaunay__search_tables *s, uint32_t id, const uint32_t *v, uint32_t p, double *top)
+static int delaunay__candidate_allowed(delaunay__search_tables *s, uint32_t id, const uint32_t *v,
+                                       uint32_t p, double *top)
 {
     uint32_t k;
     if (s->objective == DELAUNAY_BEST_QUALITY) {
@@ -3448,14 +3534,16 @@ static int delaunay__candidate_allowed(delaunay__search_tables *s, uint32_t id, 
     if (s->interior && delaunay__swallowed(s, v, p)) return 0;
     if (s->window->num_kept_edges)
         for (k = 0; k < 3; k++)
-            if (delaunay__triple_forbidden(s, delaunay__oriented(s, v[k], v[(k + 1) % 3], p) / 2)) return 0;
+            if (delaunay__triple_forbidden(s, delaunay__oriented(s, v[k], v[(k + 1) % 3], p) / 2))
+                return 0;
     if (s->window->num_kept_facets)
         for (k = 0; k < 3; k++)
             if (delaunay__pair_forbidden(s, v[k], p)) return 0;
     return 1;
 }
 
-/* All vertices that could close an oriented triangle under the present bound, wherever the front is. */
+/* All vertices that could close an oriented triangle under the present bound, wherever the front
+ * is. */
 static DELAUNAY__NOINLINE void delaunay__choose(delaunay__search_tables *s, uint32_t id)
 {
     const delaunay__sides *row = delaunay__sides_with(s, id / 2, s->points);
@@ -3502,8 +3590,8 @@ static void delaunay__front_remove(delaunay__search_tables *s, uint32_t id)
         if (--s->valence[t[k]] == 0) s->on_front &= ~(1u << t[k]);
 }
 
-/* The triangle of the front with fewest candidates, the newest among equals; *mask: those. 0 candidates: dead end.
- * *minimax: no completion has a better worst quality. */
+/* The triangle of the front with fewest candidates, the newest among equals; *mask: those. 0
+ * candidates: dead end. *minimax: no completion has a better worst quality. */
 static uint32_t delaunay__choose_facet(delaunay__search_tables *s, uint32_t *mask, double *minimax)
 {
     uint32_t i, m, count, chosen = 0, fewest = 99, open = s->on_front | (s->interior & ~s->used);
@@ -3530,9 +3618,11 @@ static uint32_t delaunay__choose_facet(delaunay__search_tables *s, uint32_t *mas
     return chosen;
 }
 
-/* Candidates in the order to be tried: high scores first [Marot 2020, 6.2.4]. Returns their number. */
-static uint32_t delaunay__order_candidates(delaunay__search_tables *s, uint32_t id, const uint32_t *v, uint32_t mask,
-                                           double worst, double minimax, uint8_t *order)
+/* Candidates in the order to be tried: high scores first [Marot 2020, 6.2.4]. Returns their number.
+ */
+static uint32_t delaunay__order_candidates(delaunay__search_tables *s, uint32_t id,
+                                           const uint32_t *v, uint32_t mask, double worst,
+                                           double minimax, uint8_t *order)
 {
     int score[DELAUNAY__MAX_POINTS], points;
     uint32_t n = 0, p, i, k;
@@ -3548,7 +3638,8 @@ static uint32_t delaunay__order_candidates(delaunay__search_tables *s, uint32_t 
             for (k = 0; k < 3; k++) {
                 uint32_t side = delaunay__oriented(s, v[k], v[(k + 1) % 3], p);
                 if (s->place[side ^ 1]) points += 2;
-                else if (s->objective == DELAUNAY_FEWER_FACES) points -= 4 * (int)delaunay__triple_crossed(s, side / 2);
+                else if (s->objective == DELAUNAY_FEWER_FACES)
+                    points -= 4 * (int)delaunay__triple_crossed(s, side / 2);
             }
             if (s->objective == DELAUNAY_FEWER_EDGES)
                 for (k = 0; k < 3; k++) points -= 4 * (int)delaunay__pair_crossed(s, v[k], p);
@@ -3587,9 +3678,10 @@ static int delaunay__accept(delaunay__search_tables *s, double worst, uint32_t c
 
 static int delaunay__search_front(delaunay__search_tables *s, double worst, uint32_t cost);
 
-/* One step and all that follows from it; the front is as before on return. 1: done, -1: a limit was met. */
-static int delaunay__try_candidate(delaunay__search_tables *s, uint32_t id, const uint32_t *v, uint32_t p, double worst,
-                                   uint32_t cost)
+/* One step and all that follows from it; the front is as before on return. 1: done, -1: a limit was
+ * met. */
+static int delaunay__try_candidate(delaunay__search_tables *s, uint32_t id, const uint32_t *v,
+                                   uint32_t p, double worst, uint32_t cost)
 {
     uint32_t side[3], k, joined = 0, used = s->used;
     int result = 0;
@@ -3622,16 +3714,21 @@ static int delaunay__try_candidate(delaunay__search_tables *s, uint32_t id, cons
     return result;
 }
 
-/* What decides whether the front can be completed, of this search: the front; interior vertices and kept edges that
- * are used already. Two fronts with the same 64 bits could hide a result, never make a wrong one. */
+/* What decides whether the front can be completed, of this search: the front; interior vertices and
+ * kept edges that are used already. Two fronts with the same 64 bits could hide a result, never
+ * make a wrong one. */
 static uint64_t delaunay__front_key(const delaunay__search_tables *s)
 {
     const delaunay_window *w = s->window;
     uint64_t kept = 0;
     uint32_t i;
     for (i = 0; i < w->num_kept_edges; i++)
-        kept |= (uint64_t)(s->pair_used[delaunay__pair(s, w->kept_edges[i][0], w->kept_edges[i][1])] != 0) << i;
-    return s->front_sum + delaunay__mix((uint64_t)s->search << 32 | (s->interior & s->used)) + (kept ? delaunay__mix(kept) : 0);
+        kept |=
+            (uint64_t)(s->pair_used[delaunay__pair(s, w->kept_edges[i][0], w->kept_edges[i][1])] !=
+                       0)
+            << i;
+    return s->front_sum + delaunay__mix((uint64_t)s->search << 32 | (s->interior & s->used)) +
+           (kept ? delaunay__mix(kept) : 0);
 }
 
 static int delaunay__search_front(delaunay__search_tables *s, double worst, uint32_t cost)
@@ -3661,7 +3758,8 @@ static int delaunay__search_front(delaunay__search_tables *s, double worst, uint
         }
         result = delaunay__try_candidate(s, id, v, order[i], q, cost);
         if (result) return result;
-        if (!(worst > s->best)) return 0; /* the best is as good as the way here allows: the front may be better */
+        if (!(worst > s->best))
+            return 0; /* as good as the way here allows; the front may allow more: not a dead end */
     }
     dead->front = key;
     dead->budget = s->cost_bound - cost;
@@ -3674,7 +3772,9 @@ static void delaunay__tables_points(delaunay__search_tables *s, const delaunay_s
     const delaunay_window *w = s->window;
     uint32_t same = 0, i, n = w->num_vertices, low;
     const delaunay_vertex *vertices = s->mesh->vertices;
-    while (same < n && same < s->num_known && !memcmp(s->x[same], vertices[w->vertices[same]].x, sizeof s->x[0])) same++;
+    while (same < n && same < s->num_known &&
+           !memcmp(s->x[same], vertices[w->vertices[same]].x, sizeof s->x[0]))
+        same++;
     low = same < 32 ? (1u << same) - 1 : ~0u;
     if (same < s->num_known)
         for (i = 0; i < s->choose3[same]; i++) {
@@ -3687,7 +3787,8 @@ static void delaunay__tables_points(delaunay__search_tables *s, const delaunay_s
     memset(&s->rows[s->choose3[same]], 0, (s->choose3[n] - s->choose3[same]) * sizeof *s->rows);
     s->num_known = n;
     if (search->objective != DELAUNAY_BEST_QUALITY) return;
-    if (s->known_quality != search->quality || s->known_user != search->user || (s->flags & DELAUNAY_SEARCH_FORGET))
+    if (s->known_quality != search->quality || s->known_user != search->user ||
+        (s->flags & DELAUNAY_SEARCH_FORGET))
         for (i = 0; i < s->choose3[n]; i++) s->rows[i].measured = 0;
     s->known_quality = search->quality;
     s->known_user = search->user;
@@ -3695,7 +3796,8 @@ static void delaunay__tables_points(delaunay__search_tables *s, const delaunay_s
 
 static void delaunay__tables_stamp(delaunay__search_tables *s)
 {
-    if (s->stamp > UINT32_MAX - 2 * DELAUNAY__NUM_QUADS) { /* a bound rises at most once a quality */
+    if (s->stamp >
+        UINT32_MAX - 2 * DELAUNAY__NUM_QUADS) { /* a bound rises at most once a quality */
         memset(s->choice, 0, sizeof s->choice);
         s->stamp = 0;
     }
@@ -3710,7 +3812,8 @@ static void delaunay__tables_stamp(delaunay__search_tables *s)
     s->search++;
 }
 
-/* The boundary and both sides of kept facets: a triangle of the front sees the inside. Returns what kept facets cost. */
+/* The boundary and both sides of kept facets: a triangle of the front sees the inside. Returns what
+ * kept facets cost. */
 static uint32_t delaunay__tables_front(delaunay__search_tables *s)
 {
     const delaunay_window *w = s->window;
@@ -3738,8 +3841,8 @@ static uint32_t delaunay__tables_front(delaunay__search_tables *s)
     return cost;
 }
 
-DELAUNAY_API int delaunay_reconnect(const delaunay_mesh *mesh, delaunay_worker *worker, const delaunay_window *window,
-                                    delaunay_search *search)
+DELAUNAY_API int delaunay_reconnect(const delaunay_mesh *mesh, delaunay_worker *worker,
+                                    const delaunay_window *window, delaunay_search *search)
 {
     delaunay__search_tables *s = worker->tables;
     uint32_t n = window->num_vertices, cost;
@@ -3754,9 +3857,12 @@ DELAUNAY_API int delaunay_reconnect(const delaunay_mesh *mesh, delaunay_worker *
     s->used = s->depth = 0;
     s->found = 0;
     s->best = search->bound > 0 ? search->bound : 0;
-    s->cost_bound = search->objective == DELAUNAY_FEWER_FACES || search->objective == DELAUNAY_FEWER_EDGES
-                        ? (search->bound <= 0 ? 0 : search->bound < 1e9 ? (uint32_t)ceil(search->bound) : 1000000000u)
-                        : UINT32_MAX;
+    s->cost_bound =
+        search->objective == DELAUNAY_FEWER_FACES || search->objective == DELAUNAY_FEWER_EDGES
+            ? (search->bound <= 0    ? 0
+               : search->bound < 1e9 ? (uint32_t)ceil(search->bound)
+                                     : 1000000000u)
+            : UINT32_MAX;
     search->nodes = search->num_tets = 0;
     search->proven = 0;
     search->value = 0;
@@ -3766,7 +3872,9 @@ DELAUNAY_API int delaunay_reconnect(const delaunay_mesh *mesh, delaunay_worker *
     cost = delaunay__tables_front(s);
     result = cost < s->cost_bound ? delaunay__search_front(s, HUGE_VAL, cost) : 0;
     while (s->num_front) delaunay__front_remove(s, s->front[s->num_front - 1]);
-    search->proven = result == 0 || (s->found && (s->objective == DELAUNAY_ANY || (result > 0 && search->value <= 0)));
+    search->proven =
+        result == 0 ||
+        (s->found && (s->objective == DELAUNAY_ANY || (result > 0 && search->value <= 0)));
     return s->found;
 }
 
@@ -3782,7 +3890,8 @@ static void delaunay__handles_set(delaunay__handles *h, const delaunay_handle *t
     for (h->bits = 3; (size_t)1 << h->bits < 2 * n; h->bits++) {}
     memset(h->slot, 0, sizeof *h->slot << h->bits);
     for (i = 0; i < n; i++) {
-        for (j = delaunay__hash(t[i], h->bits); h->slot[j]; j = (j + 1) & (((size_t)1 << h->bits) - 1)) {}
+        for (j = delaunay__hash(t[i], h->bits); h->slot[j];
+             j = (j + 1) & (((size_t)1 << h->bits) - 1)) {}
         h->slot[j] = t[i];
     }
 }
@@ -3795,7 +3904,8 @@ static int delaunay__handles_has(const delaunay__handles *h, delaunay_handle t)
     return h->slot[j] == t;
 }
 
-/* Local numbers of mesh vertices while a window is set: open addressing, 0 is free (no real vertex is 0). */
+/* Local numbers of mesh vertices while a window is set: open addressing, 0 is free (no real vertex
+ * is 0). */
 typedef struct delaunay__numbers {
     uint32_t v[128];
     uint8_t  local[128];
@@ -3814,9 +3924,10 @@ static uint32_t delaunay__number(delaunay__numbers *table, delaunay_window *w, u
     return table->local[j];
 }
 
-DELAUNAY_API int delaunay_window_set(delaunay_window *window, const delaunay_mesh *mesh, delaunay_worker *worker,
-                                     const delaunay_handle *tets, size_t num_tets, uint32_t max_vertices,
-                                     int keep_edges, int keep_facets)
+DELAUNAY_API int delaunay_window_set(delaunay_window *window, const delaunay_mesh *mesh,
+                                     delaunay_worker *worker, const delaunay_handle *tets,
+                                     size_t num_tets, uint32_t max_vertices, int keep_edges,
+                                     int keep_facets)
 {
     delaunay__handles inside;
     delaunay__numbers numbers;
@@ -3849,7 +3960,9 @@ DELAUNAY_API int delaunay_window_set(delaunay_window *window, const delaunay_mes
             const uint8_t *o = delaunay_facet_order((int)k);
             uint8_t a = local[i][o[0]], b = local[i][o[1]], c = local[i][o[2]], *f;
             if (delaunay__handles_has(&inside, t->n[k] / 4)) {
-                if (!keep_facets || t->n[k] / 4 < tets[i] || !(mesh->flags[tets[i]] & DELAUNAY_FACET_BIT(k))) continue;
+                if (!keep_facets || t->n[k] / 4 < tets[i] ||
+                    !(mesh->flags[tets[i]] & DELAUNAY_FACET_BIT(k)))
+                    continue;
                 if (window->num_kept_facets == DELAUNAY_WINDOW_KEPT) return 0;
                 f = window->kept_facets[window->num_kept_facets++];
             } else {
@@ -3873,7 +3986,8 @@ DELAUNAY_API int delaunay_window_set(delaunay_window *window, const delaunay_mes
     for (i = 0; i < num_tets; i++) {
         unsigned flags = mesh->flags[tets[i]];
         for (k = 0; k < 6 && (flags & DELAUNAY_EDGE_BITS); k++) {
-            uint8_t a = local[i][delaunay_edge_order((int)k)[0]], b = local[i][delaunay_edge_order((int)k)[1]], *e;
+            uint8_t a = local[i][delaunay_edge_order((int)k)[0]],
+                    b = local[i][delaunay_edge_order((int)k)[1]], *e;
             if (!(flags & DELAUNAY_EDGE_BIT(k)) || (pairs[a] >> b & 1)) continue;
             if (window->num_kept_edges == DELAUNAY_WINDOW_KEPT) return 0;
             pairs[a] |= 1u << b; /* listed once */
@@ -3887,17 +4001,21 @@ DELAUNAY_API int delaunay_window_set(delaunay_window *window, const delaunay_mes
 }
 
 DELAUNAY_API delaunay_result delaunay_window_apply(delaunay_mesh *mesh, delaunay_worker *worker,
-                                                   const delaunay_window *window, const delaunay_search *search,
+                                                   const delaunay_window *window,
+                                                   const delaunay_search *search,
                                                    delaunay_handle *slots)
 {
     uint32_t i, k;
     for (i = 0; i < search->num_tets; i++)
         for (k = 0; k < 4; k++) worker->commit[4 * i + k] = window->vertices[search->tets[i][k]];
-    return delaunay_replace(mesh, worker, window->tets, window->num_tets, worker->commit, search->num_tets, slots);
+    return delaunay_replace(mesh, worker, window->tets, window->num_tets, worker->commit,
+                            search->num_tets, slots);
 }
 
-/* Interior edges that pierce a triangle: the edges of all tetrahedra, each once, less those of the boundary. */
-static uint32_t delaunay__window_edges(const delaunay_mesh *mesh, const delaunay_window *window, const uint32_t *target)
+/* Interior edges that pierce a triangle: the edges of all tetrahedra, each once, less those of the
+ * boundary. */
+static uint32_t delaunay__window_edges(const delaunay_mesh *mesh, const delaunay_window *window,
+                                       const uint32_t *target)
 {
     uint32_t pairs[DELAUNAY_WINDOW_VERTICES], i, k, a, b, count = 0;
     memset(pairs, 0, sizeof pairs);
@@ -3919,15 +4037,18 @@ static uint32_t delaunay__window_edges(const delaunay_mesh *mesh, const delaunay
             if (pairs[a] >> b & 1) continue;
             pairs[a] |= 1u << b;
             pairs[b] |= 1u << a;
-            count += (uint32_t)delaunay_segment_crosses(mesh, window->vertices[a], window->vertices[b], target[0],
-                                                        target[1], target[2], NULL);
+            count +=
+                (uint32_t)delaunay_segment_crosses(mesh, window->vertices[a], window->vertices[b],
+                                                   target[0], target[1], target[2], NULL);
         }
     }
     return count;
 }
 
-DELAUNAY_API uint32_t delaunay_window_crossings(const delaunay_mesh *mesh, const delaunay_window *window,
-                                                delaunay_objective objective, const uint32_t *target)
+DELAUNAY_API uint32_t delaunay_window_crossings(const delaunay_mesh *mesh,
+                                                const delaunay_window *window,
+                                                delaunay_objective objective,
+                                                const uint32_t *target)
 {
     delaunay__handles inside;
     uint32_t i, count = 0;
@@ -3939,16 +4060,17 @@ DELAUNAY_API uint32_t delaunay_window_crossings(const delaunay_mesh *mesh, const
         const delaunay_tet *t = &mesh->tets[window->tets[i]];
         for (k = 0; k < 4; k++) {
             const uint8_t *o = delaunay_facet_order(k);
-            if (t->n[k] / 4 < window->tets[i] || !delaunay__handles_has(&inside, t->n[k] / 4)) continue;
-            count += (uint32_t)delaunay_segment_crosses(mesh, target[0], target[1], t->v[o[0]], t->v[o[1]], t->v[o[2]],
-                                                        NULL);
+            if (t->n[k] / 4 < window->tets[i] || !delaunay__handles_has(&inside, t->n[k] / 4))
+                continue;
+            count += (uint32_t)delaunay_segment_crosses(mesh, target[0], target[1], t->v[o[0]],
+                                                        t->v[o[1]], t->v[o[2]], NULL);
         }
     }
     return count;
 }
 
-DELAUNAY_API int delaunay_segment_crosses(const delaunay_mesh *mesh, uint32_t a, uint32_t b, uint32_t p, uint32_t q,
-                                          uint32_t r, int *zeros)
+DELAUNAY_API int delaunay_segment_crosses(const delaunay_mesh *mesh, uint32_t a, uint32_t b,
+                                          uint32_t p, uint32_t q, uint32_t r, int *zeros)
 {
     const delaunay_vertex *v = mesh->vertices;
     int side, x, y, z;
@@ -3965,23 +4087,24 @@ DELAUNAY_API int delaunay_segment_crosses(const delaunay_mesh *mesh, uint32_t a,
     return 1;
 }
 
-/* ---- >>speculate ----------------------------------------------------------------------- */
-/* A plan writes W: the tetrahedra it replaces, their neighbours (whose handles change) and the stars of vertices
- * that it moves; it reads R besides. Every planned item of a round puts its position in the list, its
- * priority, into the owner of each tetrahedron of W, the smallest staying. An item wins if it owns all of its W
- * and no tetrahedron of R has an owner before it. So no two winners write the same tetrahedron; and what a
- * winner read is written only by winners after it, whose effects it need not see: the round is as good
- * as its winners one after another, in order. Who wins depends on the plans alone, not on threads; the slots
- * of the winners come from sums in order; hence the same bytes.
- * What two winners can share is a vertex: its entry of vertex_tet is zeroed first and then gets the largest slot. */
+/* ---- >>speculate  engine (b): plan on a frozen mesh, reserve, commit ------------------------ */
+/* A plan writes W: the tetrahedra it replaces, their neighbours (whose handles change) and the
+ * stars of vertices that it moves; it reads R besides. Every planned item of a round puts its
+ * position in the list, its priority, into the owner of each tetrahedron of W, the smallest
+ * staying. An item wins if it owns all of its W and no tetrahedron of R has an owner before it. So
+ * no two winners write the same tetrahedron; and what a winner read is written only by winners
+ * after it, whose effects it need not see: the round is as good as its winners one after another,
+ * in order. Who wins depends on the plans alone, not on threads; the slots of the winners come from
+ * sums in order; hence the same bytes. What two winners can share is a vertex: its entry of
+ * vertex_tet is zeroed first and then gets the largest slot. */
 
-#if defined(_OPENMP) && defined(__GNUC__)
-#  define DELAUNAY__OMP(directive) _Pragma(#directive)
-#  define DELAUNAY__HAS_ATOMICS 1
-#else
-#  define DELAUNAY__OMP(directive)
-#  define DELAUNAY__HAS_ATOMICS 0
-#endif
+#  if defined(_OPENMP) && defined(__GNUC__)
+#    define DELAUNAY__OMP(directive) _Pragma(#    directive)
+#    define DELAUNAY__HAS_ATOMICS    1
+#  else
+#    define DELAUNAY__OMP(directive)
+#    define DELAUNAY__HAS_ATOMICS 0
+#  endif
 
 static int delaunay__thread_number(void)
 {
@@ -3996,20 +4119,22 @@ static void delaunay__atomic_min(uint32_t *p, uint32_t value)
 {
 #if DELAUNAY__HAS_ATOMICS
     uint32_t old = __atomic_load_n(p, __ATOMIC_RELAXED);
-    while (value < old && !__atomic_compare_exchange_n(p, &old, value, 1, __ATOMIC_RELAXED, __ATOMIC_RELAXED)) {}
-#else
+    while (value < old &&
+           !__atomic_compare_exchange_n(p, &old, value, 1, __ATOMIC_RELAXED, __ATOMIC_RELAXED)) {}
+#  else
     if (value < *p) *p = value;
-#endif
+#  endif
 }
 
 static void delaunay__atomic_max(delaunay_handle *p, delaunay_handle value)
 {
 #if DELAUNAY__HAS_ATOMICS
     delaunay_handle old = __atomic_load_n(p, __ATOMIC_RELAXED);
-    while (value > old && !__atomic_compare_exchange_n(p, &old, value, 1, __ATOMIC_RELAXED, __ATOMIC_RELAXED)) {}
-#else
+    while (value > old &&
+           !__atomic_compare_exchange_n(p, &old, value, 1, __ATOMIC_RELAXED, __ATOMIC_RELAXED)) {}
+#  else
     if (value > *p) *p = value;
-#endif
+#  endif
 }
 
 static void delaunay__atomic_set(delaunay_handle *p, delaunay_handle value)
@@ -4030,7 +4155,8 @@ static void delaunay__atomic_set32(uint32_t *p, uint32_t value)
 #endif
 }
 
-/* The caller's allocator is called by one thread at a time: the workers of an engine allocate through this gate. */
+/* The caller's allocator is called by one thread at a time: the workers of an engine allocate
+ * through this gate. */
 typedef struct delaunay__gate {
     delaunay_memory *memory;
     char             locked;
@@ -4073,7 +4199,13 @@ static void delaunay__gate_release(void *user, void *block)
 }
 
 /* States of a plan within a batch. */
-enum { DELAUNAY__PLAN_NEW, DELAUNAY__PLAN_WAITS, DELAUNAY__PLAN_WINS, DELAUNAY__PLAN_IDLE, DELAUNAY__PLAN_FAILED };
+enum {
+    DELAUNAY__PLAN_NEW,
+    DELAUNAY__PLAN_WAITS,
+    DELAUNAY__PLAN_WINS,
+    DELAUNAY__PLAN_IDLE,
+    DELAUNAY__PLAN_FAILED
+};
 
 enum { DELAUNAY__DEFAULT_BATCH = 1024, DELAUNAY__LEAST_BATCH = 32 };
 
@@ -4086,7 +4218,7 @@ struct delaunay_engine {
     delaunay_worker **workers;
     delaunay_plan   **plans;    /* those in flight first, in order */
     size_t            cap_plans;
-    uint32_t         *owner;    /* one a slot: priority of the first plan that would write it; UINT32_MAX: none */
+    uint32_t         *owner;    /* one a slot: first plan that would write it; UINT32_MAX: none */
     uint32_t         *version;  /* one a slot: round of the last write */
     size_t            cap_slots;
     uint32_t          round;
@@ -4097,7 +4229,8 @@ struct delaunay_engine {
 static int delaunay__plan_push(delaunay_plan *plan, delaunay_list *list, delaunay_handle t)
 {
     list->memory = plan->memory;
-    return delaunay_list_push(list, t) == DELAUNAY_OK ? DELAUNAY_PLAN_COMMIT : (int)DELAUNAY_ERROR_OUT_OF_MEMORY;
+    return delaunay_list_push(list, t) == DELAUNAY_OK ? DELAUNAY_PLAN_COMMIT
+                                                      : (int)DELAUNAY_ERROR_OUT_OF_MEMORY;
 }
 
 DELAUNAY_API int delaunay_plan_read(delaunay_plan *plan, delaunay_handle t)
@@ -4110,12 +4243,14 @@ DELAUNAY_API int delaunay_plan_remove(delaunay_plan *plan, delaunay_handle t)
     return delaunay__plan_push(plan, &plan->old_tets, t);
 }
 
-DELAUNAY_API int delaunay_plan_add(delaunay_plan *plan, uint32_t a, uint32_t b, uint32_t c, uint32_t d)
+DELAUNAY_API int delaunay_plan_add(delaunay_plan *plan, uint32_t a, uint32_t b, uint32_t c,
+                                   uint32_t d)
 {
     uint32_t *v;
     if (plan->num_tets == plan->cap_tets) {
         size_t cap = 2 * plan->cap_tets + 32;
-        void *tets = delaunay_grow(plan->memory, plan->tets, 4 * plan->num_tets, 4 * cap, sizeof *plan->tets);
+        void *tets = delaunay_grow(plan->memory, plan->tets, 4 * plan->num_tets, 4 * cap,
+                                   sizeof *plan->tets);
         if (!tets) return DELAUNAY_ERROR_OUT_OF_MEMORY;
         plan->tets = (uint32_t *)tets;
         plan->cap_tets = cap;
@@ -4135,27 +4270,30 @@ DELAUNAY_API int delaunay_plan_vertex(delaunay_plan *plan, const double *xyz)
     return DELAUNAY_PLAN_COMMIT;
 }
 
-DELAUNAY_API int delaunay_plan_move(delaunay_plan *plan, uint32_t v, const double *xyz, const delaunay_handle *star,
-                                    size_t num_star)
+DELAUNAY_API int delaunay_plan_move(delaunay_plan *plan, uint32_t v, const double *xyz,
+                                    const delaunay_handle *star, size_t num_star)
 {
     size_t i;
     int answer = DELAUNAY_PLAN_COMMIT;
     if (plan->num_moved == DELAUNAY_PLAN_VERTICES) return DELAUNAY_ERROR_INVALID_ARGUMENT;
     plan->moved[plan->num_moved] = v;
     memcpy(plan->moved_xyz[plan->num_moved++], xyz, sizeof plan->moved_xyz[0]);
-    for (i = 0; i < num_star && answer > 0; i++) answer = delaunay__plan_push(plan, &plan->written, star[i]);
+    for (i = 0; i < num_star && answer > 0; i++)
+        answer = delaunay__plan_push(plan, &plan->written, star[i]);
     return answer;
 }
 
-DELAUNAY_API int delaunay_plan_window(delaunay_plan *plan, const delaunay_window *window, const delaunay_search *search)
+DELAUNAY_API int delaunay_plan_window(delaunay_plan *plan, const delaunay_window *window,
+                                      const delaunay_search *search)
 {
     uint32_t i;
     int answer = DELAUNAY_PLAN_COMMIT;
-    for (i = 0; i < window->num_tets && answer > 0; i++) answer = delaunay_plan_remove(plan, window->tets[i]);
+    for (i = 0; i < window->num_tets && answer > 0; i++)
+        answer = delaunay_plan_remove(plan, window->tets[i]);
     for (i = 0; i < search->num_tets && answer > 0; i++) {
         const uint8_t *v = search->tets[i];
-        answer = delaunay_plan_add(plan, window->vertices[v[0]], window->vertices[v[1]], window->vertices[v[2]],
-                                   window->vertices[v[3]]);
+        answer = delaunay_plan_add(plan, window->vertices[v[0]], window->vertices[v[1]],
+                                   window->vertices[v[2]], window->vertices[v[3]]);
     }
     return answer;
 }
@@ -4163,7 +4301,8 @@ DELAUNAY_API int delaunay_plan_window(delaunay_plan *plan, const delaunay_window
 static void delaunay__plan_clear(delaunay_plan *plan, delaunay_memory *memory)
 {
     plan->memory = plan->star.memory = plan->scratch.memory = plan->slots.memory = memory;
-    plan->read.count = plan->written.count = plan->old_tets.count = plan->star.count = plan->scratch.count = 0;
+    plan->read.count = plan->written.count = plan->old_tets.count = plan->star.count =
+        plan->scratch.count = 0;
     plan->slots.count = plan->num_tets = 0;
     plan->num_new = plan->num_moved = 0;
     plan->committed = 0;
@@ -4200,8 +4339,10 @@ DELAUNAY_API delaunay_engine *delaunay_engine_new(delaunay_mesh *mesh, const del
     if (host) e->host = *host;
     e->gate.memory = &mesh->memory;
     e->num_threads = DELAUNAY__HAS_ATOMICS ? delaunay_threads(host) : 1;
-    e->memories = (delaunay_memory *)delaunay_alloc(&mesh->memory, (size_t)e->num_threads, sizeof *e->memories);
-    e->workers = (delaunay_worker **)delaunay_alloc(&mesh->memory, (size_t)e->num_threads, sizeof *e->workers);
+    e->memories = (delaunay_memory *)delaunay_alloc(&mesh->memory, (size_t)e->num_threads,
+                                                    sizeof *e->memories);
+    e->workers = (delaunay_worker **)delaunay_alloc(&mesh->memory, (size_t)e->num_threads,
+                                                    sizeof *e->workers);
     if (e->workers) memset(e->workers, 0, (size_t)e->num_threads * sizeof *e->workers);
     for (i = 0; e->memories && e->workers && i < e->num_threads; i++) {
         memset(&e->memories[i], 0, sizeof e->memories[i]);
@@ -4222,8 +4363,10 @@ DELAUNAY_API void delaunay_engine_free(delaunay_engine *engine)
     size_t i;
     if (!engine) return;
     m = engine->gate.memory;
-    for (i = 0; i < engine->cap_plans; i++) delaunay__plan_free(engine->plans[i], &engine->memories[0]);
-    for (i = 0; engine->workers && i < (size_t)engine->num_threads; i++) delaunay_worker_free(engine->workers[i]);
+    for (i = 0; i < engine->cap_plans; i++)
+        delaunay__plan_free(engine->plans[i], &engine->memories[0]);
+    for (i = 0; engine->workers && i < (size_t)engine->num_threads; i++)
+        delaunay_worker_free(engine->workers[i]);
     delaunay_release(m, engine->plans);
     delaunay_release(m, engine->owner);
     delaunay_release(m, engine->version);
@@ -4239,7 +4382,10 @@ DELAUNAY_API uint32_t delaunay_engine_version(const delaunay_engine *engine, del
 
 DELAUNAY_API uint32_t delaunay_engine_round(const delaunay_engine *engine) { return engine->round; }
 
-DELAUNAY_API delaunay_worker *delaunay_engine_worker(delaunay_engine *engine) { return engine->workers[0]; }
+DELAUNAY_API delaunay_worker *delaunay_engine_worker(delaunay_engine *engine)
+{
+    return engine->workers[0];
+}
 
 /* Owners and versions for all slots that the mesh has room for. */
 static delaunay_result delaunay__engine_slots(delaunay_engine *e)
@@ -4270,7 +4416,8 @@ static delaunay_result delaunay__engine_plans(delaunay_engine *e, size_t batch)
 {
     delaunay_plan **plans;
     if (batch <= e->cap_plans) return DELAUNAY_OK;
-    plans = (delaunay_plan **)delaunay_grow(e->gate.memory, (void *)e->plans, e->cap_plans, batch, sizeof *plans);
+    plans = (delaunay_plan **)delaunay_grow(e->gate.memory, (void *)e->plans, e->cap_plans, batch,
+                                            sizeof *plans);
     if (!plans) return DELAUNAY_ERROR_OUT_OF_MEMORY;
     for (e->plans = plans; e->cap_plans < batch; e->cap_plans++) {
         plans[e->cap_plans] = (delaunay_plan *)delaunay_alloc(&e->memories[0], 1, sizeof **plans);
@@ -4293,13 +4440,16 @@ static int delaunay__plan_is_fresh(const delaunay_engine *e, const delaunay_plan
     return 1;
 }
 
-/* Links of the new tetrahedra, kept in the plan: the commit needs no scratch, and so cannot fail. */
-static delaunay_result delaunay__plan_link(const delaunay_engine *e, delaunay_worker *w, delaunay_plan *plan)
+/* Links of the new tetrahedra, kept in the plan: the commit needs no scratch, and so cannot fail.
+ */
+static delaunay_result delaunay__plan_link(const delaunay_engine *e, delaunay_worker *w,
+                                           delaunay_plan *plan)
 {
     size_t n = plan->num_tets;
     delaunay_result result;
     if (n == 0 && plan->old_tets.count == 0) return DELAUNAY_OK;
-    result = delaunay__replace_links(e->mesh, w, plan->old_tets.items, plan->old_tets.count, plan->tets, n);
+    result = delaunay__replace_links(e->mesh, w, plan->old_tets.items, plan->old_tets.count,
+                                     plan->tets, n);
     if (result != DELAUNAY_OK) return result;
     if (n > plan->cap_link) {
         size_t cap = n + n / 2 + 16;
@@ -4310,7 +4460,8 @@ static delaunay_result delaunay__plan_link(const delaunay_engine *e, delaunay_wo
         plan->link = (delaunay_handle *)delaunay_alloc(plan->memory, cap, 4 * sizeof *plan->link);
         plan->link_inside = (uint8_t *)delaunay_alloc(plan->memory, cap, 4);
         plan->link_flags = (uint16_t *)delaunay_alloc(plan->memory, cap, sizeof *plan->link_flags);
-        if (!plan->link || !plan->link_inside || !plan->link_flags) return DELAUNAY_ERROR_OUT_OF_MEMORY;
+        if (!plan->link || !plan->link_inside || !plan->link_flags)
+            return DELAUNAY_ERROR_OUT_OF_MEMORY;
         plan->cap_link = cap;
     }
     if (n) {
@@ -4318,7 +4469,8 @@ static delaunay_result delaunay__plan_link(const delaunay_engine *e, delaunay_wo
         memcpy(plan->link_inside, w->link_inside, 4 * n);
         memcpy(plan->link_flags, w->link_flags, n * sizeof *plan->link_flags);
     }
-    plan->color = e->mesh->color && plan->old_tets.count ? e->mesh->color[plan->old_tets.items[0]] : 0;
+    plan->color =
+        e->mesh->color && plan->old_tets.count ? e->mesh->color[plan->old_tets.items[0]] : 0;
     return DELAUNAY_OK;
 }
 
@@ -4332,13 +4484,16 @@ static int delaunay__plan_finish(const delaunay_engine *e, delaunay_worker *w, d
         delaunay_handle t = plan->old_tets.items[i];
         answer = delaunay__plan_push(plan, &plan->written, t);
         for (k = 0; k < 4 && answer > 0; k++)
-            if (e->mesh->tets[t].n[k]) answer = delaunay__plan_push(plan, &plan->written, e->mesh->tets[t].n[k] / 4);
+            if (e->mesh->tets[t].n[k])
+                answer = delaunay__plan_push(plan, &plan->written, e->mesh->tets[t].n[k] / 4);
     }
-    for (i = 0; i < plan->num_tets && answer > 0; i++) answer = delaunay__plan_push(plan, &plan->slots, 0);
+    for (i = 0; i < plan->num_tets && answer > 0; i++)
+        answer = delaunay__plan_push(plan, &plan->slots, 0);
     return answer;
 }
 
-static void delaunay__plan_make(delaunay_engine *e, const delaunay_speculation *job, delaunay_plan *plan, int thread)
+static void delaunay__plan_make(delaunay_engine *e, const delaunay_speculation *job,
+                                delaunay_plan *plan, int thread)
 {
     delaunay_worker *w = e->workers[thread];
     int answer;
@@ -4357,7 +4512,8 @@ static void delaunay__plan_reserve(delaunay_engine *e, const delaunay_plan *plan
 {
     size_t i;
     if (plan->state != DELAUNAY__PLAN_WAITS) return;
-    for (i = 0; i < plan->written.count; i++) delaunay__atomic_min(&e->owner[plan->written.items[i]], priority);
+    for (i = 0; i < plan->written.count; i++)
+        delaunay__atomic_min(&e->owner[plan->written.items[i]], priority);
 }
 
 static void delaunay__plan_decide(const delaunay_engine *e, delaunay_plan *plan, uint32_t priority)
@@ -4375,11 +4531,13 @@ static void delaunay__plan_release_owners(delaunay_engine *e, const delaunay_pla
 {
     size_t i;
     if (plan->state != DELAUNAY__PLAN_WAITS && plan->state != DELAUNAY__PLAN_WINS) return;
-    for (i = 0; i < plan->written.count; i++) delaunay__atomic_set32(&e->owner[plan->written.items[i]], UINT32_MAX);
+    for (i = 0; i < plan->written.count; i++)
+        delaunay__atomic_set32(&e->owner[plan->written.items[i]], UINT32_MAX);
 }
 
-/* Numbers of the winners' new vertices and slots, by sums in order, and room for all of them. A winner keeps its own
- * slots; more come from the free list, last in first out, then from the end. */
+/* Numbers of the winners' new vertices and slots, by sums in order, and room for all of them. A
+ * winner keeps its own slots; more come from the free list, last in first out, then from the end.
+ */
 static delaunay_result delaunay__round_assign(delaunay_engine *e, size_t num)
 {
     delaunay_mesh *m = e->mesh;
@@ -4410,9 +4568,10 @@ static delaunay_result delaunay__round_assign(delaunay_engine *e, size_t num)
         size_t own = p->old_tets.count, next = p->surplus;
         if (p->state != DELAUNAY__PLAN_WINS) continue;
         for (j = 0; j < p->num_tets; j++)
-            p->slots.items[j] = j < own             ? p->old_tets.items[j]
-                                : next < m->num_free ? m->free_tets[m->num_free - 1 - next++]
-                                                     : (delaunay_handle)(m->num_tets + (next++ - m->num_free));
+            p->slots.items[j] = j < own ? p->old_tets.items[j]
+                                : next < m->num_free
+                                    ? m->free_tets[m->num_free - 1 - next++]
+                                    : (delaunay_handle)(m->num_tets + (next++ - m->num_free));
         p->freed += free_left;
     }
     m->num_tets += (delaunay_handle)fresh;
@@ -4421,14 +4580,16 @@ static delaunay_result delaunay__round_assign(delaunay_engine *e, size_t num)
     return DELAUNAY_OK;
 }
 
-/* First the vertices: those of the old tetrahedra lose their star, new ones begin without, moved ones move. */
+/* First the vertices: those of the old tetrahedra lose their star, new ones begin without, moved
+ * ones move. */
 static void delaunay__commit_vertices(delaunay_engine *e, delaunay_plan *p)
 {
     delaunay_mesh *m = e->mesh;
     size_t i, k;
     if (p->state != DELAUNAY__PLAN_WINS) return;
     for (i = 0; i < p->old_tets.count && m->vertex_tet; i++)
-        for (k = 0; k < 4; k++) delaunay__atomic_set(&m->vertex_tet[m->tets[p->old_tets.items[i]].v[k]], 0);
+        for (k = 0; k < 4; k++)
+            delaunay__atomic_set(&m->vertex_tet[m->tets[p->old_tets.items[i]].v[k]], 0);
     for (i = 0; i < p->num_new; i++) {
         delaunay_vertex *v = &m->vertices[p->first_vertex + i];
         memset(v, 0, sizeof *v);
@@ -4436,7 +4597,8 @@ static void delaunay__commit_vertices(delaunay_engine *e, delaunay_plan *p)
         m->vertex_id[p->first_vertex + i] = DELAUNAY_NO_ID;
         if (m->vertex_tet) m->vertex_tet[p->first_vertex + i] = 0;
     }
-    for (i = 0; i < p->num_moved; i++) memcpy(m->vertices[p->moved[i]].x, p->moved_xyz[i], sizeof p->moved_xyz[i]);
+    for (i = 0; i < p->num_moved; i++)
+        memcpy(m->vertices[p->moved[i]].x, p->moved_xyz[i], sizeof p->moved_xyz[i]);
     for (i = 0; i < 4 * p->num_tets; i++)
         if (p->tets[i] >= DELAUNAY_PLAN_VERTEX(DELAUNAY_PLAN_VERTICES - 1))
             p->tets[i] = p->first_vertex + (DELAUNAY_PLAN_VERTEX(0) - p->tets[i]);
@@ -4462,8 +4624,9 @@ static void delaunay__commit_tets(delaunay_engine *e, delaunay_plan *p)
         delaunay__atomic_max(&m->vertex_tet[p->tets[i]], p->slots.items[i / 4]);
 }
 
-/* Plans, reservations, decisions. Shared: the mesh and the versions, read; owners, by atomic minimum between two
- * barriers, then read. Each plan belongs to the thread that has its iteration. */
+/* Plans, reservations, decisions. Shared: the mesh and the versions, read; owners, by atomic
+ * minimum between two barriers, then read. Each plan belongs to the thread that has its iteration.
+ */
 static void delaunay__round_plan(delaunay_engine *e, const delaunay_speculation *job, size_t num)
 {
     int64_t i, n = (int64_t)num;
@@ -4479,8 +4642,8 @@ static void delaunay__round_plan(delaunay_engine *e, const delaunay_speculation 
     }
 }
 
-/* The winners' writes: disjoint, but for vertex_tet (atomic), and after a barrier that separates the reading of old
- * tetrahedra from the writing of new ones. Owners are given back. */
+/* The winners' writes: disjoint, but for vertex_tet (atomic), and after a barrier that separates
+ * the reading of old tetrahedra from the writing of new ones. Owners are given back. */
 static void delaunay__round_commit(delaunay_engine *e, size_t num)
 {
     int64_t i, n = (int64_t)num;
@@ -4496,7 +4659,8 @@ static void delaunay__round_commit(delaunay_engine *e, size_t num)
     }
 }
 
-/* The k-th item in scattered order: steps of about the golden section, prime to the number of items. */
+/* The k-th item in scattered order: steps of about the golden section, prime to the number of
+ * items. */
 static size_t delaunay__scatter_step(size_t n)
 {
     size_t step = (size_t)((double)n * 0.6180339887498949), a, b, r;
@@ -4506,8 +4670,10 @@ static size_t delaunay__scatter_step(size_t n)
     }
 }
 
-/* Tells the client what is finished, and moves what is not to the front. Returns the number that is left. */
-static size_t delaunay__round_finish(delaunay_engine *e, delaunay_speculation *job, size_t num, int *stop)
+/* Tells the client what is finished, and moves what is not to the front. Returns the number that is
+ * left. */
+static size_t delaunay__round_finish(delaunay_engine *e, delaunay_speculation *job, size_t num,
+                                     int *stop)
 {
     size_t i, left = 0;
     for (i = 0; i < num; i++) {
@@ -4528,7 +4694,8 @@ static size_t delaunay__round_finish(delaunay_engine *e, delaunay_speculation *j
 DELAUNAY_API delaunay_result delaunay_speculate(delaunay_engine *engine, delaunay_speculation *job)
 {
     delaunay_engine *e = engine;
-    size_t batch = job->batch ? job->batch : (size_t)DELAUNAY__DEFAULT_BATCH, flight = batch, next = 0, num = 0, i, position = 0;
+    size_t batch = job->batch ? job->batch : (size_t)DELAUNAY__DEFAULT_BATCH, flight = batch,
+           next = 0, num = 0, i, position = 0;
     size_t step = job->scatter && job->num_items > 1 ? delaunay__scatter_step(job->num_items) : 1;
     delaunay_result result = delaunay__engine_plans(e, batch);
     int stop = 0;
@@ -4539,7 +4706,9 @@ DELAUNAY_API delaunay_result delaunay_speculate(delaunay_engine *engine, delauna
         for (; num < flight && next < job->num_items; next++) {
             e->plans[num]->item = job->scatter ? position : next;
             e->plans[num++]->state = DELAUNAY__PLAN_NEW;
-            if (job->scatter) position = position >= job->num_items - step ? position - (job->num_items - step) : position + step;
+            if (job->scatter)
+                position = position >= job->num_items - step ? position - (job->num_items - step)
+                                                             : position + step;
         }
         result = delaunay__engine_slots(e);
         if (result != DELAUNAY_OK) break;
@@ -4547,7 +4716,8 @@ DELAUNAY_API delaunay_result delaunay_speculate(delaunay_engine *engine, delauna
         job->rounds++;
         for (i = 0; i < num && result == DELAUNAY_OK; i++) {
             job->plans += e->plans[i]->round == e->round;
-            if (e->plans[i]->state == DELAUNAY__PLAN_FAILED) result = (delaunay_result)e->plans[i]->committed;
+            if (e->plans[i]->state == DELAUNAY__PLAN_FAILED)
+                result = (delaunay_result)e->plans[i]->committed;
         }
         if (result == DELAUNAY_OK) result = delaunay__round_assign(e, num);
         if (result != DELAUNAY_OK) {
@@ -4557,13 +4727,16 @@ DELAUNAY_API delaunay_result delaunay_speculate(delaunay_engine *engine, delauna
         delaunay__round_commit(e, num);
         left = delaunay__round_finish(e, job, num, &stop);
         /* fewer in flight while most of them only wait for each other */
-        if (2 * left > num) flight = num / 2 > (size_t)DELAUNAY__LEAST_BATCH ? num / 2 : (size_t)DELAUNAY__LEAST_BATCH;
+        if (2 * left > num)
+            flight =
+                num / 2 > (size_t)DELAUNAY__LEAST_BATCH ? num / 2 : (size_t)DELAUNAY__LEAST_BATCH;
         else if (4 * left < num) flight *= 2;
         if (flight > batch) flight = batch;
         if (flight < left) flight = left;
         num = left;
-        if (e->host.progress && e->host.progress(e->host.user, job->phase ? job->phase : "edit",
-                                                 (double)(next - num) / (double)(job->num_items ? job->num_items : 1)))
+        if (e->host.progress &&
+            e->host.progress(e->host.user, job->phase ? job->phase : "edit",
+                             (double)(next - num) / (double)(job->num_items ? job->num_items : 1)))
             result = DELAUNAY_CANCELLED;
     }
     if (result == DELAUNAY_OK && stop) result = DELAUNAY_STOPPED_BY_BUDGET;

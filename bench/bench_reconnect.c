@@ -1,21 +1,25 @@
-/* bench_reconnect.c - the closure search on cavities of a random Delaunay mesh, grown around its worst tetrahedra
+/* bench_reconnect.c - the closure search on cavities of a random Delaunay mesh, grown around its
+ * worst tetrahedra
  *
- * In the manner of Marot 2020, table 6.1: time to the proven optimum with and without an initial bound (the worst
- * quality that the cavity has), and what each heuristic is worth (switched off by the search's flags). Quality is
- * gamma = sqrt(24) * inradius / longest edge. Each line: points; cavities; boundary triangles (mean); of how many cavities
- * the worst quality was improved; mean nodes, microseconds and median microseconds; searches that met the node limit.
- * Last: what a growing cavity costs (6.3), a search at each size from 5 points on until one improves.
+ * In the manner of Marot 2020, table 6.1: time to the proven optimum with and without an initial
+ * bound (the worst quality that the cavity has), and what each heuristic is worth (switched off by
+ * the search's flags). Quality is gamma = sqrt(24) * inradius / longest edge. Each line: points;
+ * cavities; boundary triangles (mean); of how many cavities the worst quality was improved; mean
+ * nodes, microseconds and median microseconds; searches that met the node limit. Last: what a
+ * growing cavity costs (6.3), a search at each size from 5 points on until one improves.
  *
- *     make bench-bench_reconnect       [points of the mesh] [cavities a size] [largest size] [node limit]
+ *     make bench-bench_reconnect       [points of the mesh] [cavities a size] [largest size] [node
+ * limit]
  */
 #define DELAUNAY_IMPLEMENTATION
 #include "../delaunay.h"
 
 enum { MAX_CAVITIES = 1000 };
 
-/* Positive tetrahedra only; the same bits for any order of the points would need sorted sums: the search asks once
- * a tetrahedron, always in the same order. */
-static double gamma_quality(void *user, const double *a, const double *b, const double *c, const double *d)
+/* Positive tetrahedra only; the same bits for any order of the points would need sorted sums: the
+ * search asks once a tetrahedron, always in the same order. */
+static double gamma_quality(void *user, const double *a, const double *b, const double *c,
+                            const double *d)
 {
     const double *p[4];
     double u[3][3], longest = 0, area = 0, det, n[3];
@@ -27,7 +31,8 @@ static double gamma_quality(void *user, const double *a, const double *b, const 
     p[3] = d;
     for (i = 0; i < 3; i++)
         for (k = 0; k < 3; k++) u[i][k] = p[i + 1][k] - a[k];
-    det = u[0][0] * (u[1][1] * u[2][2] - u[1][2] * u[2][1]) + u[0][1] * (u[1][2] * u[2][0] - u[1][0] * u[2][2]) +
+    det = u[0][0] * (u[1][1] * u[2][2] - u[1][2] * u[2][1]) +
+          u[0][1] * (u[1][2] * u[2][0] - u[1][0] * u[2][2]) +
           u[0][2] * (u[1][0] * u[2][1] - u[1][1] * u[2][0]);
     for (i = 0; i < 4; i++)
         for (j = 0; j < i; j++) {
@@ -36,7 +41,8 @@ static double gamma_quality(void *user, const double *a, const double *b, const 
             if (l > longest) longest = l;
         }
     for (i = 0; i < 4; i++) {
-        const double *q = p[delaunay_facet_order(i)[0]], *r = p[delaunay_facet_order(i)[1]], *s = p[delaunay_facet_order(i)[2]];
+        const double *q = p[delaunay_facet_order(i)[0]], *r = p[delaunay_facet_order(i)[1]],
+                     *s = p[delaunay_facet_order(i)[2]];
         for (k = 0; k < 3; k++)
             n[k] = (r[(k + 1) % 3] - q[(k + 1) % 3]) * (s[(k + 2) % 3] - q[(k + 2) % 3]) -
                    (r[(k + 2) % 3] - q[(k + 2) % 3]) * (s[(k + 1) % 3] - q[(k + 1) % 3]);
@@ -48,7 +54,8 @@ static double gamma_quality(void *user, const double *a, const double *b, const 
 static double tet_quality(const delaunay_mesh *m, delaunay_handle t)
 {
     const uint32_t *v = m->tets[t].v;
-    return gamma_quality(NULL, m->vertices[v[0]].x, m->vertices[v[1]].x, m->vertices[v[2]].x, m->vertices[v[3]].x);
+    return gamma_quality(NULL, m->vertices[v[0]].x, m->vertices[v[1]].x, m->vertices[v[2]].x,
+                         m->vertices[v[3]].x);
 }
 
 typedef struct cavity {
@@ -73,8 +80,8 @@ static int has_vertex(const cavity *c, uint32_t v)
     return 0;
 }
 
-/* Adds the vertex that most outer neighbours have, the worst neighbours among equals; then every neighbour with all
- * its vertices inside. 0: cannot grow. */
+/* Adds the vertex that most outer neighbours have, the worst neighbours among equals; then every
+ * neighbour with all its vertices inside. 0: cannot grow. */
 static int grow(const delaunay_mesh *m, cavity *c)
 {
     uint32_t apex[512], num = 0, best = 0, i, k;
@@ -103,7 +110,9 @@ static int grow(const delaunay_mesh *m, cavity *c)
     for (j = 0; j < c->num_tets; j++)
         for (k = 0; k < 4; k++) {
             delaunay_handle h = m->tets[c->tets[j]].n[k];
-            if (!h || delaunay_is_ghost(m, h / 4) || in_cavity(c, h / 4) || !has_vertex(c, m->tets[h / 4].v[h % 4])) continue;
+            if (!h || delaunay_is_ghost(m, h / 4) || in_cavity(c, h / 4) ||
+                !has_vertex(c, m->tets[h / 4].v[h % 4]))
+                continue;
             if (c->num_tets == DELAUNAY_WINDOW_TETS) return 0;
             c->tets[c->num_tets++] = h / 4;
         }
@@ -157,8 +166,10 @@ static void run_size(bench *b, uint32_t size, const char *what, int bounded, uin
         if (!grown) continue;
         bound = worst_of(&b->mesh, &c);
         times[done] = 1e300;
-        for (rep = 0; rep < (size <= 14 ? 5 : 1); rep++) { /* tables forgotten: another window comes between */
-            delaunay_window_set(&window, &b->mesh, b->worker, &b->worst[(i + 1) % b->num_worst], 1, 32, 0, 0);
+        for (rep = 0; rep < (size <= 14 ? 5 : 1);
+             rep++) { /* tables forgotten: another window comes between */
+            delaunay_window_set(&window, &b->mesh, b->worker, &b->worst[(i + 1) % b->num_worst], 1,
+                                32, 0, 0);
             memset(&search, 0, sizeof search);
             search.objective = DELAUNAY_ANY;
             delaunay_reconnect(&b->mesh, b->worker, &window, &search);
@@ -182,9 +193,9 @@ static void run_size(bench *b, uint32_t size, const char *what, int bounded, uin
     }
     if (!done) return;
     qsort(times, done, sizeof *times, ascending);
-    printf("%u,%s,%lu,%.0f,%lu,%.0f,%.1f,%.1f,%lu,%.1f\n", size, what, (unsigned long)done, facets / (double)done,
-           (unsigned long)improved, nodes / (double)done, total / (double)done, times[done / 2], (unsigned long)limited,
-           1e3 * total / nodes);
+    printf("%u,%s,%lu,%.0f,%lu,%.0f,%.1f,%.1f,%lu,%.1f\n", size, what, (unsigned long)done,
+           facets / (double)done, (unsigned long)improved, nodes / (double)done,
+           total / (double)done, times[done / 2], (unsigned long)limited, 1e3 * total / nodes);
     fflush(stdout);
 }
 
@@ -215,16 +226,19 @@ static void run_growing(bench *b, uint32_t largest, uint32_t flags, uint32_t max
         improved += search.num_tets > 0;
     }
     start = delaunay_seconds(NULL) - start;
-    printf("growing to %u points: %lu cavities, %lu improved, %.1f searches, %.1f points, %.0f nodes, %.1f us each\n", largest,
-           (unsigned long)b->num_worst, (unsigned long)improved, (double)searches / (double)b->num_worst,
-           points / (double)b->num_worst, nodes / (double)b->num_worst, 1e6 * start / (double)b->num_worst);
+    printf("growing to %u points: %lu cavities, %lu improved, %.1f searches, %.1f points, %.0f "
+           "nodes, %.1f us each\n",
+           largest, (unsigned long)b->num_worst, (unsigned long)improved,
+           (double)searches / (double)b->num_worst, points / (double)b->num_worst,
+           nodes / (double)b->num_worst, 1e6 * start / (double)b->num_worst);
 }
 
 int main(int argc, char **argv)
 {
     static bench b;
     static const uint32_t sizes[] = {8, 10, 12, 14, 16, 18, 20, 22, 24, 28, 32};
-    size_t n = argc > 1 ? (size_t)atol(argv[1]) : 20000, cavities = argc > 2 ? (size_t)atol(argv[2]) : 60, i;
+    size_t n = argc > 1 ? (size_t)atol(argv[1]) : 20000,
+           cavities = argc > 2 ? (size_t)atol(argv[2]) : 60, i;
     uint32_t largest = argc > 3 ? (uint32_t)atol(argv[3]) : 18;
     double *xyz = (double *)malloc(3 * n * sizeof *xyz);
     uint64_t state = 88172645463325252u;

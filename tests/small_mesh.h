@@ -1,4 +1,5 @@
-/* small_mesh.h - small meshes for tests: built from arrays by brute force, and checked by brute force */
+/* small_mesh.h - small meshes for tests: built from arrays by brute force, and checked by brute
+ * force */
 #ifndef SMALL_MESH_H
 #define SMALL_MESH_H
 #include <stdint.h>
@@ -15,7 +16,8 @@ DELAUNAY_INLINE uint32_t small_random(uint64_t n)
     return (uint32_t)((small_state >> 33) % n);
 }
 
-/* An allocator whose k-th allocation fails (k counts down; negative: never), and that counts what is out. */
+/* An allocator whose k-th allocation fails (k counts down; negative: never), and that counts what
+ * is out. */
 typedef struct small_allocator {
     long countdown, outstanding;
 } small_allocator;
@@ -70,9 +72,11 @@ static void small_link(delaunay_mesh *m)
         }
 }
 
-/* Points are vertices 1..; tets index points from 0; turned to be positive. ghosts: close the hull with them. */
-DELAUNAY_INLINE int small_mesh(delaunay_mesh *m, const delaunay_host *host, const double *xyz, uint32_t num_points,
-                      const uint32_t *tets, uint32_t num_tets, int ghosts)
+/* Points are vertices 1..; tets index points from 0; turned to be positive. ghosts: close the hull
+ * with them. */
+DELAUNAY_INLINE int small_mesh(delaunay_mesh *m, const delaunay_host *host, const double *xyz,
+                               uint32_t num_points, const uint32_t *tets, uint32_t num_tets,
+                               int ghosts)
 {
     uint32_t i, k;
     delaunay_handle f;
@@ -83,8 +87,8 @@ DELAUNAY_INLINE int small_mesh(delaunay_mesh *m, const delaunay_host *host, cons
     for (i = 0; i < num_tets; i++) {
         delaunay_tet *t = &m->tets[m->num_tets++];
         for (k = 0; k < 4; k++) t->v[k] = tets[4 * i + k] + 1;
-        if (delaunay_orient3d(m->vertices[t->v[0]].x, m->vertices[t->v[1]].x, m->vertices[t->v[2]].x,
-                              m->vertices[t->v[3]].x) < 0) {
+        if (delaunay_orient3d(m->vertices[t->v[0]].x, m->vertices[t->v[1]].x,
+                              m->vertices[t->v[2]].x, m->vertices[t->v[3]].x) < 0) {
             k = t->v[0];
             t->v[0] = t->v[1];
             t->v[1] = k;
@@ -111,7 +115,8 @@ static double small_volume(const delaunay_mesh *m, delaunay_handle t)
     int i, k;
     for (i = 0; i < 3; i++)
         for (k = 0; k < 3; k++) e[i][k] = m->vertices[m->tets[t].v[i + 1]].x[k] - a[k];
-    return e[0][0] * (e[1][1] * e[2][2] - e[1][2] * e[2][1]) + e[0][1] * (e[1][2] * e[2][0] - e[1][0] * e[2][2]) +
+    return e[0][0] * (e[1][1] * e[2][2] - e[1][2] * e[2][1]) +
+           e[0][1] * (e[1][2] * e[2][0] - e[1][0] * e[2][2]) +
            e[0][2] * (e[1][0] * e[2][1] - e[1][1] * e[2][0]);
 }
 
@@ -141,18 +146,21 @@ DELAUNAY_INLINE int small_valid(const delaunay_mesh *m)
             small_facet(m, 4 * t + i, a);
             small_facet(m, h, b);
             if (small_sort3(a) == small_sort3(b) || memcmp(a, b, sizeof a)) return 0;
-            if (m->flags && !(m->flags[t] & DELAUNAY_FACET_BIT(i)) != !(m->flags[h / 4] & DELAUNAY_FACET_BIT(h % 4)))
+            if (m->flags && !(m->flags[t] & DELAUNAY_FACET_BIT(i)) !=
+                                !(m->flags[h / 4] & DELAUNAY_FACET_BIT(h % 4)))
                 return 0;
         }
     }
     if (m->vertex_tet)
         for (v = 0; v < m->num_vertices; v++)
-            if (m->vertex_tet[v] && delaunay_local_index(&m->tets[m->vertex_tet[v]], v) < 0) return 0;
+            if (m->vertex_tet[v] && delaunay_local_index(&m->tets[m->vertex_tet[v]], v) < 0)
+                return 0;
     return 1;
 }
 
-/* Inserts vertex v (already added) by brute force: all tetrahedra whose sphere contains it, starred. Needs a mesh
- * without ghosts that contains the point. Returns the result of delaunay_replace. */
+/* Inserts vertex v (already added) by brute force: all tetrahedra whose sphere contains it,
+ * starred. Needs a mesh without ghosts that contains the point. Returns the result of
+ * delaunay_replace. */
 DELAUNAY_INLINE delaunay_result small_insert(delaunay_mesh *m, delaunay_worker *w, uint32_t v)
 {
     delaunay_handle *old = (delaunay_handle *)malloc(m->num_tets * sizeof *old), t, n = 0;
@@ -161,8 +169,9 @@ DELAUNAY_INLINE delaunay_result small_insert(delaunay_mesh *m, delaunay_worker *
     for (t = 1; t < m->num_tets; t++) {
         const uint32_t *q = m->tets[t].v;
         if (!delaunay_is_deleted(m, t) &&
-            delaunay_insphere_perturbed(m->vertices[q[0]].x, m->vertices[q[1]].x, m->vertices[q[2]].x,
-                                        m->vertices[q[3]].x, m->vertices[v].x) > 0)
+            delaunay_insphere_perturbed(m->vertices[q[0]].x, m->vertices[q[1]].x,
+                                        m->vertices[q[2]].x, m->vertices[q[3]].x,
+                                        m->vertices[v].x) > 0)
             old[n++] = t;
     }
     for (j = 0; j < n; j++)
@@ -183,11 +192,13 @@ DELAUNAY_INLINE delaunay_result small_insert(delaunay_mesh *m, delaunay_worker *
     return result;
 }
 
-/* Delaunay triangulation of n random points with coordinates 0..99 inside one big tetrahedron; vertices 1-4 are its
- * corners. No ghosts: the outer facets have no neighbour. */
-DELAUNAY_INLINE int small_delaunay(delaunay_mesh *m, delaunay_worker **w, const delaunay_host *host, uint32_t n)
+/* Delaunay triangulation of n random points with coordinates 0..99 inside one big tetrahedron;
+ * vertices 1-4 are its corners. No ghosts: the outer facets have no neighbour. */
+DELAUNAY_INLINE int small_delaunay(delaunay_mesh *m, delaunay_worker **w, const delaunay_host *host,
+                                   uint32_t n)
 {
-    static const double corners[12] = {-400, -400, -400, 1600, -400, -400, -400, 1600, -400, -400, -400, 1600};
+    static const double corners[12] = {-400, -400, -400, 1600, -400, -400,
+                                       -400, 1600, -400, -400, -400, 1600};
     static const uint32_t tet[4] = {0, 1, 2, 3};
     uint32_t i, k;
     if (!small_mesh(m, host, corners, 4, tet, 1, 0)) return 0;

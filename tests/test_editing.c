@@ -16,7 +16,8 @@ static void stars_are_complete(void)
     CHECK(small_valid(&m));
     CHECK(small_total(&m) == 8e9);
     for (v = 1; v < m.num_vertices; v++) {
-        for (n = 0, t = 1; t < m.num_tets; t++) n += !delaunay_is_deleted(&m, t) && delaunay_local_index(&m.tets[t], v) >= 0;
+        for (n = 0, t = 1; t < m.num_tets; t++)
+            n += !delaunay_is_deleted(&m, t) && delaunay_local_index(&m.tets[t], v) >= 0;
         CHECK(delaunay_vertex_star(&m, w, v, &star) == DELAUNAY_OK && star.count == n);
         for (u = 1; u < m.num_vertices; u++) {
             size_t i;
@@ -37,7 +38,8 @@ static void stars_are_complete(void)
             if (q == u || q == v) continue;
             for (n = 0, t = 1; t < m.num_tets; t++)
                 n += !delaunay_is_deleted(&m, t) && delaunay_local_index(&m.tets[t], v) >= 0 &&
-                     delaunay_local_index(&m.tets[t], u) >= 0 && delaunay_local_index(&m.tets[t], q) >= 0;
+                     delaunay_local_index(&m.tets[t], u) >= 0 &&
+                     delaunay_local_index(&m.tets[t], q) >= 0;
             t = delaunay_find_facet(&m, w, v, u, q);
             CHECK(!t == !n);
             if (t) {
@@ -70,7 +72,8 @@ static int contains(const delaunay_mesh *m, delaunay_handle t, const double *x)
 
 static void locate_finds_every_point(void)
 {
-    static const double cube[24] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0, 0, 0, 1, 1, 0, 1, 0, 1, 1, 1, 1, 1};
+    static const double cube[24] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0,
+                                    0, 0, 1, 1, 0, 1, 0, 1, 1, 1, 1, 1};
     static const uint32_t tets[20] = {0, 1, 2, 4, 3, 1, 2, 7, 5, 1, 4, 7, 6, 2, 4, 7, 1, 2, 4, 7};
     delaunay_mesh m;
     delaunay_worker *w = NULL;
@@ -79,8 +82,10 @@ static void locate_finds_every_point(void)
     for (i = 0; i < 500; i++) {
         double x[3];
         delaunay_handle t;
-        for (k = 0; k < 3; k++) x[k] = small_random(i < 250 ? 100 : 1600); /* grid points: many on facets */
-        t = delaunay_locate(&m, w, x, i % 3 ? 1 + (delaunay_handle)small_random(m.num_tets - 1) : 0);
+        for (k = 0; k < 3; k++)
+            x[k] = small_random(i < 250 ? 100 : 1600); /* grid points: many on facets */
+        t = delaunay_locate(&m, w, x,
+                            i % 3 ? 1 + (delaunay_handle)small_random(m.num_tets - 1) : 0);
         CHECK(x[0] + x[1] + x[2] <= 400 ? t != 0 : 1);
         CHECK(t == 0 || contains(&m, t, x));
     }
@@ -107,7 +112,8 @@ static void locate_finds_every_point(void)
     }
 }
 
-/* Two tetrahedra become three; everything marked on their hull stays marked, and the shared facet's mark goes. */
+/* Two tetrahedra become three; everything marked on their hull stays marked, and the shared facet's
+ * mark goes. */
 static void marks_follow_what_persists(void)
 {
     static const double xyz[15] = {0, 0, 0, 4, 0, 0, 0, 4, 0, 1, 1, 4, 1, 1, -4};
@@ -132,7 +138,8 @@ static void marks_follow_what_persists(void)
         CHECK(small_valid(&m));
         memcpy(tets, three, sizeof tets);
         for (i = 0; i < 3; i++)
-            if (delaunay_orient3d(m.vertices[tets[4 * i]].x, m.vertices[tets[4 * i + 1]].x, m.vertices[tets[4 * i + 2]].x,
+            if (delaunay_orient3d(m.vertices[tets[4 * i]].x, m.vertices[tets[4 * i + 1]].x,
+                                  m.vertices[tets[4 * i + 2]].x,
                                   m.vertices[tets[4 * i + 3]].x) < 0) {
                 uint32_t t = tets[4 * i];
                 tets[4 * i] = tets[4 * i + 1];
@@ -150,7 +157,8 @@ static void marks_follow_what_persists(void)
             int a, b;
             CHECK(m.color[slots[i]] == 7);
             for (a = 0; a < 4; a++) facets += flags >> a & 1;
-            CHECK(facets == (unsigned)(delaunay_local_index(t, 1) >= 0 && delaunay_local_index(t, 2) >= 0));
+            CHECK(facets ==
+                  (unsigned)(delaunay_local_index(t, 1) >= 0 && delaunay_local_index(t, 2) >= 0));
             for (a = 0; a < 6; a++) edges += flags >> (4 + a) & 1;
             a = delaunay_local_index(t, 1) >= 0 && delaunay_local_index(t, 2) >= 0;
             b = delaunay_local_index(t, 3) >= 0 && delaunay_local_index(t, 4) >= 0;
@@ -181,8 +189,8 @@ static void ghosts_are_replaced_like_others(void)
     w = delaunay_worker_new(&m.memory);
     for (t = 1; t < m.num_tets; t++)
         if (delaunay_is_ghost(&m, t) &&
-            delaunay_orient3d(m.vertices[m.tets[t].v[0]].x, m.vertices[m.tets[t].v[1]].x, m.vertices[m.tets[t].v[2]].x,
-                              xyz + 12) > 0)
+            delaunay_orient3d(m.vertices[m.tets[t].v[0]].x, m.vertices[m.tets[t].v[1]].x,
+                              m.vertices[m.tets[t].v[2]].x, xyz + 12) > 0)
             seen = t;
     CHECK(seen != 0);
     memcpy(f, m.tets[seen].v, sizeof f);
@@ -216,12 +224,15 @@ static void what_does_not_close_changes_nothing(void)
     old[1] = m.tets[old[0]].n[0] / 4;
     memcpy(tets, m.tets[old[0]].v, 16);
     memcpy(tets + 4, m.tets[old[1]].v, 16);
-    CHECK(delaunay_replace(&m, w, old, 2, tets, 1, NULL) == DELAUNAY_ERROR_INTERNAL);  /* one missing */
-    CHECK(delaunay_replace(&m, w, old, 1, tets, 2, NULL) == DELAUNAY_ERROR_INTERNAL);  /* one too many */
+    CHECK(delaunay_replace(&m, w, old, 2, tets, 1, NULL) ==
+          DELAUNAY_ERROR_INTERNAL); /* one missing */
+    CHECK(delaunay_replace(&m, w, old, 1, tets, 2, NULL) ==
+          DELAUNAY_ERROR_INTERNAL); /* one too many */
     i = tets[0];
     tets[0] = tets[1];
     tets[1] = i;
-    CHECK(delaunay_replace(&m, w, old, 2, tets, 2, NULL) == DELAUNAY_ERROR_INTERNAL);  /* one turned inside out */
+    CHECK(delaunay_replace(&m, w, old, 2, tets, 2, NULL) ==
+          DELAUNAY_ERROR_INTERNAL); /* one turned inside out */
     old[1] = old[0];
     CHECK(delaunay_replace(&m, w, old, 2, tets, 2, NULL) == DELAUNAY_ERROR_INVALID_ARGUMENT);
     old[1] = 0;

@@ -1,11 +1,14 @@
-/* The closure search against exhaustive enumeration, and on polyhedra whose triangulations are known. */
+/* The closure search against exhaustive enumeration, and on polyhedra whose triangulations are
+ * known. */
 #define DELAUNAY_IMPLEMENTATION
 #include "../delaunay.h"
 #include "check.h"
 #include "small_mesh.h"
 
-/* Volume over squared lengths: integers below 2^53 for integer points, so the same bits in any order. */
-static double compactness(void *user, const double *a, const double *b, const double *c, const double *d)
+/* Volume over squared lengths: integers below 2^53 for integer points, so the same bits in any
+ * order. */
+static double compactness(void *user, const double *a, const double *b, const double *c,
+                          const double *d)
 {
     const double *p[4];
     double u[3][3], det, sum = 0;
@@ -17,7 +20,8 @@ static double compactness(void *user, const double *a, const double *b, const do
     p[3] = d;
     for (i = 0; i < 3; i++)
         for (k = 0; k < 3; k++) u[i][k] = p[i + 1][k] - a[k];
-    det = u[0][0] * (u[1][1] * u[2][2] - u[1][2] * u[2][1]) + u[0][1] * (u[1][2] * u[2][0] - u[1][0] * u[2][2]) +
+    det = u[0][0] * (u[1][1] * u[2][2] - u[1][2] * u[2][1]) +
+          u[0][1] * (u[1][2] * u[2][0] - u[1][0] * u[2][2]) +
           u[0][2] * (u[1][0] * u[2][1] - u[1][1] * u[2][0]);
     for (i = 0; i < 4; i++)
         for (j = 0; j < i; j++)
@@ -25,7 +29,8 @@ static double compactness(void *user, const double *a, const double *b, const do
     return det / sum;
 }
 
-/* -- enumeration: all sets of tetrahedra that fill the window, by intersection tests and exact volumes */
+/* -- enumeration: all sets of tetrahedra that fill the window, by intersection tests and exact
+ * volumes */
 
 typedef struct tetrahedron {
     uint32_t v[4];
@@ -62,7 +67,8 @@ static int crosses(const enumeration *e, uint32_t a, uint32_t b, uint32_t p, uin
     return side(e, a, b, p, q) == side(e, a, b, q, r) && side(e, a, b, q, r) == side(e, a, b, r, p);
 }
 
-static int edges_cross(const enumeration *e, const uint32_t *s, uint32_t ns, const uint32_t *t, uint32_t nt)
+static int edges_cross(const enumeration *e, const uint32_t *s, uint32_t ns, const uint32_t *t,
+                       uint32_t nt)
 {
     uint32_t i, j, k, l, m;
     for (i = 0; i < ns; i++)
@@ -76,8 +82,8 @@ static int edges_cross(const enumeration *e, const uint32_t *s, uint32_t ns, con
 
 static int inside(const enumeration *e, const uint32_t *t, uint32_t p)
 {
-    return side(e, p, t[1], t[2], t[3]) > 0 && side(e, t[0], p, t[2], t[3]) > 0 && side(e, t[0], t[1], p, t[3]) > 0 &&
-           side(e, t[0], t[1], t[2], p) > 0;
+    return side(e, p, t[1], t[2], t[3]) > 0 && side(e, t[0], p, t[2], t[3]) > 0 &&
+           side(e, t[0], t[1], p, t[3]) > 0 && side(e, t[0], t[1], t[2], p) > 0;
 }
 
 /* Interiors disjoint, general position. */
@@ -96,7 +102,8 @@ static int disjoint(const enumeration *e, const uint32_t *s, const uint32_t *t)
         }
         i = (a + 1) & 3;
         j = (a + 2) & 3;
-        return side(e, s[i], s[j], s[(a + 3) & 3], s[a]) != side(e, s[i], s[j], s[(a + 3) & 3], t[b]);
+        return side(e, s[i], s[j], s[(a + 3) & 3], s[a]) !=
+               side(e, s[i], s[j], s[(a + 3) & 3], t[b]);
     }
     if (edges_cross(e, s, 4, t, 4) || edges_cross(e, t, 4, s, 4)) return 0;
     for (i = 0; i < 4; i++) {
@@ -108,13 +115,15 @@ static int disjoint(const enumeration *e, const uint32_t *s, const uint32_t *t)
     return 1;
 }
 
-/* Two that share fewer than three vertices and do not overlap can still meet in a wedge at a shared vertex or edge;
- * the exact total volume excludes that. In the window: the centroid lies in an old tetrahedron. */
+/* Two that share fewer than three vertices and do not overlap can still meet in a wedge at a shared
+ * vertex or edge; the exact total volume excludes that. In the window: the centroid lies in an old
+ * tetrahedron. */
 static int in_window(const enumeration *e, const uint32_t *t)
 {
     uint32_t i, j, k, f[3];
     double c[3];
-    for (k = 0; k < 3; k++) c[k] = point(e, t[0])[k] + point(e, t[1])[k] + point(e, t[2])[k] + point(e, t[3])[k];
+    for (k = 0; k < 3; k++)
+        c[k] = point(e, t[0])[k] + point(e, t[1])[k] + point(e, t[2])[k] + point(e, t[3])[k];
     for (i = 0; i < e->window->num_facets; i++) {
         for (k = 0; k < 3; k++) f[k] = e->window->facets[i][k];
         if (edges_cross(e, t, 4, f, 3) || edges_cross(e, f, 3, t, 4)) return 0;
@@ -124,27 +133,34 @@ static int in_window(const enumeration *e, const uint32_t *t)
         const uint32_t *v = e->mesh->tets[e->window->tets[i]].v;
         for (j = 0; j < 4; j++)
             for (k = 0; k < 3; k++) x[j][k] = 4 * e->mesh->vertices[v[j]].x[k];
-        if (delaunay_orient3d(c, x[1], x[2], x[3]) >= 0 && delaunay_orient3d(x[0], c, x[2], x[3]) >= 0 &&
-            delaunay_orient3d(x[0], x[1], c, x[3]) >= 0 && delaunay_orient3d(x[0], x[1], x[2], c) >= 0)
+        if (delaunay_orient3d(c, x[1], x[2], x[3]) >= 0 &&
+            delaunay_orient3d(x[0], c, x[2], x[3]) >= 0 &&
+            delaunay_orient3d(x[0], x[1], c, x[3]) >= 0 &&
+            delaunay_orient3d(x[0], x[1], x[2], c) >= 0)
             return 1;
     }
     return 0;
 }
 
-static int has(const uint32_t *t, uint32_t v) { return t[0] == v || t[1] == v || t[2] == v || t[3] == v; }
+static int has(const uint32_t *t, uint32_t v)
+{
+    return t[0] == v || t[1] == v || t[2] == v || t[3] == v;
+}
 
 static int on_boundary(const enumeration *e, uint32_t a, uint32_t b, uint32_t c)
 {
     uint32_t i;
     for (i = 0; i < e->window->num_facets; i++) {
         const uint8_t *f = e->window->facets[i];
-        uint32_t m = 1u << f[0] | 1u << f[1] | 1u << f[2], w = 1u << a | 1u << b | (c < 32 ? 1u << c : 0);
+        uint32_t m = 1u << f[0] | 1u << f[1] | 1u << f[2],
+                 w = 1u << a | 1u << b | (c < 32 ? 1u << c : 0);
         if ((m & w) == w) return 1;
     }
     return 0;
 }
 
-/* A set that fills the window: conforming, with all that must be there? Then counts for each objective. */
+/* A set that fills the window: conforming, with all that must be there? Then counts for each
+ * objective. */
 static void judge(enumeration *e)
 {
     const delaunay_window *w = e->window;
@@ -155,13 +171,15 @@ static void judge(enumeration *e)
         for (k = 0; k < 4; k++) used |= 1u << t->v[k];
         if (t->quality < q) q = t->quality;
         for (k = 0; k < 4; k++) { /* each facet: on the boundary or shared */
-            uint32_t a = t->v[k ? 0 : 1], b = t->v[k < 2 ? 2 : 1], c = t->v[k < 3 ? 3 : 2], others = 0;
+            uint32_t a = t->v[k ? 0 : 1], b = t->v[k < 2 ? 2 : 1], c = t->v[k < 3 ? 3 : 2],
+                     others = 0;
             for (j = 0; j < e->num_chosen; j++) {
                 const uint32_t *v = e->tets[e->chosen[j]].v;
                 others += j != i && has(v, a) && has(v, b) && has(v, c);
                 if (j > i && has(v, a) && has(v, b) && has(v, c))
-                    faces += (uint32_t)delaunay_segment_crosses(e->mesh, e->target[0], e->target[1], w->vertices[a],
-                                                                w->vertices[b], w->vertices[c], NULL);
+                    faces += (uint32_t)delaunay_segment_crosses(e->mesh, e->target[0], e->target[1],
+                                                                w->vertices[a], w->vertices[b],
+                                                                w->vertices[c], NULL);
             }
             if (!others && !on_boundary(e, a, b, c)) return;
         }
@@ -169,7 +187,8 @@ static void judge(enumeration *e)
     if (w->interior & ~w->dropped & ~used) return;
     for (i = 0; i < w->num_kept_edges; i++) {
         for (j = 0; j < e->num_chosen; j++)
-            if (has(e->tets[e->chosen[j]].v, w->kept_edges[i][0]) && has(e->tets[e->chosen[j]].v, w->kept_edges[i][1]))
+            if (has(e->tets[e->chosen[j]].v, w->kept_edges[i][0]) &&
+                has(e->tets[e->chosen[j]].v, w->kept_edges[i][1]))
                 break;
         if (j == e->num_chosen) return;
     }
@@ -187,8 +206,9 @@ static void judge(enumeration *e)
             for (j = 0; j < e->num_chosen; j++)
                 if (has(e->tets[e->chosen[j]].v, k) && has(e->tets[e->chosen[j]].v, l)) break;
             if (j < e->num_chosen)
-                edges += (uint32_t)delaunay_segment_crosses(e->mesh, w->vertices[k], w->vertices[l], e->target[0],
-                                                            e->target[1], e->target[2], NULL);
+                edges += (uint32_t)delaunay_segment_crosses(e->mesh, w->vertices[k], w->vertices[l],
+                                                            e->target[0], e->target[1],
+                                                            e->target[2], NULL);
         }
     e->count++;
     if (q > e->best_quality) e->best_quality = q;
@@ -231,20 +251,25 @@ static int enumerate_window(enumeration *e)
                     tetrahedron *t = &e->tets[e->num_tets];
                     int s = side(e, a[0], a[1], a[2], a[3]);
                     if (s == 0) return 0;
-                    if ((w->dropped >> a[0] | w->dropped >> a[1] | w->dropped >> a[2] | w->dropped >> a[3]) & 1) continue;
+                    if ((w->dropped >> a[0] | w->dropped >> a[1] | w->dropped >> a[2] |
+                         w->dropped >> a[3]) &
+                        1)
+                        continue;
                     memcpy(t->v, a, sizeof a);
                     if (s < 0) {
                         t->v[0] = a[1];
                         t->v[1] = a[0];
                     }
                     if (!in_window(e, t->v)) continue;
-                    t->quality = compactness(NULL, point(e, t->v[0]), point(e, t->v[1]), point(e, t->v[2]), point(e, t->v[3]));
+                    t->quality = compactness(NULL, point(e, t->v[0]), point(e, t->v[1]),
+                                             point(e, t->v[2]), point(e, t->v[3]));
                     t->volume = 0;
                     for (i = 0; i < 1; i++) {
                         double u[3][3];
                         uint32_t k;
                         for (j = 0; j < 3; j++)
-                            for (k = 0; k < 3; k++) u[j][k] = point(e, t->v[j + 1])[k] - point(e, t->v[0])[k];
+                            for (k = 0; k < 3; k++)
+                                u[j][k] = point(e, t->v[j + 1])[k] - point(e, t->v[0])[k];
                         t->volume = u[0][0] * (u[1][1] * u[2][2] - u[1][2] * u[2][1]) +
                                     u[0][1] * (u[1][2] * u[2][0] - u[1][0] * u[2][2]) +
                                     u[0][2] * (u[1][0] * u[2][1] - u[1][1] * u[2][0]);
@@ -254,14 +279,16 @@ static int enumerate_window(enumeration *e)
     for (i = 0; i < e->num_tets; i++) {
         e->tets[i].fits[0] = e->tets[i].fits[1] = 0;
         for (j = 0; j < e->num_tets; j++)
-            if (i != j && disjoint(e, e->tets[i].v, e->tets[j].v)) e->tets[i].fits[j / 64] |= (uint64_t)1 << (j % 64);
+            if (i != j && disjoint(e, e->tets[i].v, e->tets[j].v))
+                e->tets[i].fits[j / 64] |= (uint64_t)1 << (j % 64);
     }
     all[0] = all[1] = ~(uint64_t)0;
     enumerate(e, 0, all, 0);
     return 1;
 }
 
-/* A random window: tetrahedra joined across facets; closed: with all others that have their vertices in it. */
+/* A random window: tetrahedra joined across facets; closed: with all others that have their
+ * vertices in it. */
 static size_t grow(const delaunay_mesh *m, delaunay_handle *tets, uint32_t max_vertices, int closed)
 {
     uint32_t v[40], n = 4, i, k, tries;
@@ -337,24 +364,30 @@ static void agrees_with_enumeration(void)
     static delaunay_window window;
     static delaunay_search s;
     delaunay_handle tets[200];
-    long pass, windows = 0, with_interior = 0, with_dropped = 0, with_pinch = 0, with_kept_edge = 0, with_kept_facet = 0;
+    long pass, windows = 0, with_interior = 0, with_dropped = 0, with_pinch = 0, with_kept_edge = 0,
+               with_kept_facet = 0;
     long several = 0;
+    uint64_t nodes[4] = {0, 0, 0, 0};
     uint32_t i, j;
     CHECK(small_delaunay(&m, &w, NULL, 50));
     for (pass = 0; pass < 6000; pass++) {
-        size_t n = grow(&m, tets, 5 + small_random(4), (int)small_random(3));
+        uint32_t size = 5 + small_random(4);
+        size_t n = grow(&m, tets, size, (int)small_random(3));
         delaunay_handle t;
         for (t = 1; t < m.num_tets; t++) m.flags[t] = 0;
         if (pass % 3 == 1) { /* marks on some facets and edges inside */
             delaunay_handle h = tets[small_random((uint32_t)n)];
             const uint32_t *v = m.tets[h].v;
-            if (small_random(2)) delaunay_mark_facet(&m, 4 * h + (delaunay_handle)small_random(4), 1);
+            if (small_random(2))
+                delaunay_mark_facet(&m, 4 * h + (delaunay_handle)small_random(4), 1);
             else delaunay_mark_edge(&m, w, h, v[0], v[1 + small_random(3)], 1);
             h = tets[small_random((uint32_t)n)];
-            if (small_random(2)) delaunay_mark_facet(&m, 4 * h + (delaunay_handle)small_random(4), 1);
+            if (small_random(2))
+                delaunay_mark_facet(&m, 4 * h + (delaunay_handle)small_random(4), 1);
         }
         if (!delaunay_window_set(&window, &m, w, tets, n, 8, 1, 1)) continue;
-        if (pass % 3 == 2 && window.interior) window.dropped = window.interior & (0u - window.interior);
+        if (pass % 3 == 2 && window.interior)
+            window.dropped = window.interior & (0u - window.interior);
         e.mesh = &m;
         e.window = &window;
         for (i = 0; i < 3; i++)
@@ -375,6 +408,7 @@ static void agrees_with_enumeration(void)
             s.flags = i ? 1u << (i - 1) : 0;
             CHECK(delaunay_reconnect(&m, w, &window, &s) == (e.count > 0));
             CHECK(s.proven && s.value == e.best_quality);
+            nodes[i] += s.nodes;
         }
         s.flags = 0;
         s.bound = e.best_quality;
@@ -384,7 +418,10 @@ static void agrees_with_enumeration(void)
         CHECK(fewest(&e, w, DELAUNAY_FEWER_FACES) == e.fewest_faces);
         CHECK(fewest(&e, w, DELAUNAY_FEWER_EDGES) == e.fewest_edges);
     }
-    CHECK(windows > 4000 && with_interior > 30 && with_dropped > 10 && with_pinch > 100 && with_kept_edge > 50);
+    CHECK(nodes[0] < 8 * (uint64_t)windows); /* 7.2 a window when this was written */
+    CHECK(2 * nodes[0] < nodes[1] && nodes[0] < nodes[2] && nodes[0] == nodes[3]);
+    CHECK(windows > 4000 && with_interior > 30 && with_dropped > 10 && with_pinch > 100 &&
+          with_kept_edge > 50);
     CHECK(with_kept_facet > 500 && several > 3000);
     delaunay_worker_free(w);
     delaunay_mesh_free(&m);
@@ -410,7 +447,8 @@ static void improved_windows_commit(void)
         if (objective == DELAUNAY_BEST_QUALITY) {
             for (i = 0; i < n; i++) {
                 const uint32_t *v = m.tets[tets[i]].v;
-                double q = compactness(NULL, m.vertices[v[0]].x, m.vertices[v[1]].x, m.vertices[v[2]].x, m.vertices[v[3]].x);
+                double q = compactness(NULL, m.vertices[v[0]].x, m.vertices[v[1]].x,
+                                       m.vertices[v[2]].x, m.vertices[v[3]].x);
                 if (q < worst) worst = q;
             }
             s.bound = worst;
@@ -425,7 +463,8 @@ static void improved_windows_commit(void)
         else if (objective != DELAUNAY_ANY && s.num_tets <= DELAUNAY_WINDOW_TETS) {
             double before = s.bound;
             if (delaunay_window_set(&window, &m, w, slots, s.num_tets, 16, 1, 1)) {
-                CHECK(delaunay_window_crossings(&m, &window, objective, s.target) == (uint32_t)s.value);
+                CHECK(delaunay_window_crossings(&m, &window, objective, s.target) ==
+                      (uint32_t)s.value);
                 CHECK(s.value < before);
             }
         }
@@ -457,7 +496,8 @@ static void facet(delaunay_window *w, unsigned a, unsigned b, unsigned c)
 
 static void schoenhardt_has_none_without_a_point(void)
 {
-    static const double xyz[21] = {10, 0, 0, -5, 9, 0, -5, -9, 0, 9, 5, 10, -9, 5, 10, 0, -10, 10, 0, 0, 5};
+    static const double xyz[21] = {10, 0,  0, -5, 9, 0,   -5, -9, 0, 9, 5,
+                                   10, -9, 5, 10, 0, -10, 10, 0,  0, 5};
     delaunay_mesh m;
     static delaunay_window w;
     static delaunay_search s;
@@ -467,7 +507,8 @@ static void schoenhardt_has_none_without_a_point(void)
         w.num_facets = 0;
         facet(&w, 0, 2, 1);
         facet(&w, 3, 4, 5);
-        for (i = 0; i < 3; i++) { /* side quadrilaterals i, i+1, 3+i, 3+i+1: one diagonal or the other, all alike */
+        for (i = 0; i < 3; i++) { /* side quadrilaterals i, i+1, 3+i, 3+i+1: one diagonal or the
+                                     other, all alike */
             unsigned a = (unsigned)i, b = (unsigned)(i + 1) % 3, c = 3 + b, d = 3 + a;
             if (twist) {
                 facet(&w, a, b, d);
@@ -508,7 +549,8 @@ static void octahedron_takes_the_best_diagonal(void)
     search_init(&s, DELAUNAY_BEST_QUALITY, 0);
     CHECK(delaunay_reconnect(&m, worker, &w, &s) == 1 && s.proven && s.num_tets == 4);
     for (i = 0; i < s.num_tets; i++) {
-        uint32_t mask = 1u << s.tets[i][0] | 1u << s.tets[i][1] | 1u << s.tets[i][2] | 1u << s.tets[i][3];
+        uint32_t mask =
+            1u << s.tets[i][0] | 1u << s.tets[i][1] | 1u << s.tets[i][2] | 1u << s.tets[i][3];
         CHECK((mask & 0x30) == 0x30); /* the shortest one */
     }
     s.bound = s.value;
@@ -519,7 +561,8 @@ static void octahedron_takes_the_best_diagonal(void)
     search_init(&s, DELAUNAY_BEST_QUALITY, 0);
     CHECK(delaunay_reconnect(&m, worker, &w, &s) == 1 && s.proven && s.num_tets == 4);
     for (i = 0; i < s.num_tets; i++) {
-        uint32_t mask = 1u << s.tets[i][0] | 1u << s.tets[i][1] | 1u << s.tets[i][2] | 1u << s.tets[i][3];
+        uint32_t mask =
+            1u << s.tets[i][0] | 1u << s.tets[i][1] | 1u << s.tets[i][2] | 1u << s.tets[i][3];
         CHECK((mask & 3) == 3);
     }
     w.num_kept_edges = 2; /* and another that crosses it: impossible */
@@ -534,7 +577,8 @@ static void octahedron_takes_the_best_diagonal(void)
     search_init(&s, DELAUNAY_ANY, 0);
     CHECK(delaunay_reconnect(&m, worker, &w, &s) == 1 && s.num_tets == 4);
     for (i = 0; i < s.num_tets; i++) {
-        uint32_t mask = 1u << s.tets[i][0] | 1u << s.tets[i][1] | 1u << s.tets[i][2] | 1u << s.tets[i][3];
+        uint32_t mask =
+            1u << s.tets[i][0] | 1u << s.tets[i][1] | 1u << s.tets[i][2] | 1u << s.tets[i][3];
         CHECK((mask & 12) == 12);
     }
     search_init(&s, DELAUNAY_ANY, 0);
@@ -544,13 +588,15 @@ static void octahedron_takes_the_best_diagonal(void)
     delaunay_mesh_free(&m);
 }
 
-/* A cube whose face diagonals make a tetrahedron has five tetrahedra; one cut along a main diagonal six. All
- * points are on one sphere, and four on each face. */
+/* A cube whose face diagonals make a tetrahedron has five tetrahedra; one cut along a main diagonal
+ * six. All points are on one sphere, and four on each face. */
 static void cubes_have_five_or_six(void)
 {
-    static const double xyz[24] = {0, 0, 0, 2, 0, 0, 0, 2, 0, 2, 2, 0, 0, 0, 2, 2, 0, 2, 0, 2, 2, 2, 2, 2};
+    static const double xyz[24] = {0, 0, 0, 2, 0, 0, 0, 2, 0, 2, 2, 0,
+                                   0, 0, 2, 2, 0, 2, 0, 2, 2, 2, 2, 2};
     static const uint32_t five[20] = {0, 1, 2, 4, 3, 1, 2, 7, 5, 1, 4, 7, 6, 2, 4, 7, 1, 2, 4, 7};
-    static const uint32_t six[24] = {0, 1, 3, 7, 0, 1, 5, 7, 0, 2, 3, 7, 0, 2, 6, 7, 0, 4, 5, 7, 0, 4, 6, 7};
+    static const uint32_t six[24] = {0, 1, 3, 7, 0, 1, 5, 7, 0, 2, 3, 7,
+                                     0, 2, 6, 7, 0, 4, 5, 7, 0, 4, 6, 7};
     delaunay_mesh m;
     static delaunay_window w;
     static delaunay_search s;
@@ -561,7 +607,8 @@ static void cubes_have_five_or_six(void)
         CHECK(small_mesh(&m, NULL, xyz, 8, pass == 5 ? five : six, pass, 1));
         worker = delaunay_worker_new(&m.memory);
         CHECK(!delaunay_window_set(&w, &m, worker, tets, pass, 7, 1, 1));
-        CHECK(delaunay_window_set(&w, &m, worker, tets, pass, 8, 1, 1) && w.num_facets == 12 && w.interior == 0);
+        CHECK(delaunay_window_set(&w, &m, worker, tets, pass, 8, 1, 1) && w.num_facets == 12 &&
+              w.interior == 0);
         search_init(&s, DELAUNAY_BEST_QUALITY, 0);
         CHECK(delaunay_reconnect(&m, worker, &w, &s) == 1 && s.proven && s.num_tets == pass);
         CHECK(delaunay_window_apply(&m, worker, &w, &s, NULL) == DELAUNAY_OK);
@@ -576,7 +623,8 @@ static void cubes_have_five_or_six(void)
     }
 }
 
-/* A window whose last step of growth is undone and redone gives the same bits as with a fresh worker. */
+/* A window whose last step of growth is undone and redone gives the same bits as with a fresh
+ * worker. */
 static void tables_are_reused_safely(void)
 {
     delaunay_mesh m;
@@ -600,9 +648,10 @@ static void tables_are_reused_safely(void)
             s.max_nodes = 100;
             r = s;
             fresh = delaunay_worker_new(&m.memory);
-            CHECK(delaunay_reconnect(&m, w, &window, &s) == delaunay_reconnect(&m, fresh, &window, &r));
-            CHECK(s.value == r.value && s.nodes == r.nodes && s.proven == r.proven && s.num_tets == r.num_tets &&
-                  !memcmp(s.tets, r.tets, 4 * (size_t)s.num_tets));
+            CHECK(delaunay_reconnect(&m, w, &window, &s) ==
+                  delaunay_reconnect(&m, fresh, &window, &r));
+            CHECK(s.value == r.value && s.nodes == r.nodes && s.proven == r.proven &&
+                  s.num_tets == r.num_tets && !memcmp(s.tets, r.tets, 4 * (size_t)s.num_tets));
             delaunay_worker_free(fresh);
         }
     }

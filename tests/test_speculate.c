@@ -1,10 +1,12 @@
-/* Engine (b): moves, reconnections, new and removed vertices; the same bytes for any number of threads. */
+/* Engine (b): moves, reconnections, new and removed vertices; the same bytes for any number of
+ * threads. */
 #define DELAUNAY_IMPLEMENTATION
 #include "../delaunay.h"
 #include "check.h"
 #include "small_mesh.h"
 
-static double compactness(void *user, const double *a, const double *b, const double *c, const double *d)
+static double compactness(void *user, const double *a, const double *b, const double *c,
+                          const double *d)
 {
     const double *p[4];
     double u[3][3], det, sum = 0;
@@ -16,7 +18,8 @@ static double compactness(void *user, const double *a, const double *b, const do
     p[3] = d;
     for (i = 0; i < 3; i++)
         for (k = 0; k < 3; k++) u[i][k] = p[i + 1][k] - a[k];
-    det = u[0][0] * (u[1][1] * u[2][2] - u[1][2] * u[2][1]) + u[0][1] * (u[1][2] * u[2][0] - u[1][0] * u[2][2]) +
+    det = u[0][0] * (u[1][1] * u[2][2] - u[1][2] * u[2][1]) +
+          u[0][1] * (u[1][2] * u[2][0] - u[1][0] * u[2][2]) +
           u[0][2] * (u[1][0] * u[2][1] - u[1][1] * u[2][0]);
     for (i = 0; i < 4; i++)
         for (j = 0; j < i; j++)
@@ -27,11 +30,13 @@ static double compactness(void *user, const double *a, const double *b, const do
 static double quality_of(const delaunay_mesh *m, delaunay_handle t)
 {
     const uint32_t *v = m->tets[t].v;
-    return compactness(NULL, m->vertices[v[0]].x, m->vertices[v[1]].x, m->vertices[v[2]].x, m->vertices[v[3]].x);
+    return compactness(NULL, m->vertices[v[0]].x, m->vertices[v[1]].x, m->vertices[v[2]].x,
+                       m->vertices[v[3]].x);
 }
 
 /* A vertex to the rounded mean of its neighbours. Data: how many tetrahedra it has. */
-static int plan_smoothing(void *user, const delaunay_mesh *m, delaunay_worker *worker, size_t item, delaunay_plan *p)
+static int plan_smoothing(void *user, const delaunay_mesh *m, delaunay_worker *worker, size_t item,
+                          delaunay_plan *p)
 {
     uint32_t v = 5 + (uint32_t)item;
     double x[3] = {0, 0, 0};
@@ -57,8 +62,10 @@ static int plan_smoothing(void *user, const delaunay_mesh *m, delaunay_worker *w
     return delaunay_plan_move(p, v, x, p->star.items, p->star.count);
 }
 
-/* A tetrahedron and its neighbours: the best worst quality. The item is a slot, which may have changed hands. */
-static int plan_reconnection(void *user, const delaunay_mesh *m, delaunay_worker *worker, size_t item, delaunay_plan *p)
+/* A tetrahedron and its neighbours: the best worst quality. The item is a slot, which may have
+ * changed hands. */
+static int plan_reconnection(void *user, const delaunay_mesh *m, delaunay_worker *worker,
+                             size_t item, delaunay_plan *p)
 {
     delaunay_window window;
     delaunay_search search;
@@ -81,7 +88,8 @@ static int plan_reconnection(void *user, const delaunay_mesh *m, delaunay_worker
 }
 
 /* A tetrahedron is split at a lattice point inside it, if its mean is one. */
-static int plan_split(void *user, const delaunay_mesh *m, delaunay_worker *worker, size_t item, delaunay_plan *p)
+static int plan_split(void *user, const delaunay_mesh *m, delaunay_worker *worker, size_t item,
+                      delaunay_plan *p)
 {
     delaunay_handle t = 1 + (delaunay_handle)item;
     const uint32_t *v = m->tets[t].v;
@@ -99,7 +107,8 @@ static int plan_split(void *user, const delaunay_mesh *m, delaunay_worker *worke
     if (answer > 0) answer = delaunay_plan_vertex(p, x);
     for (i = 0; i < 4 && answer > 0; i++) {
         const uint8_t *f = delaunay_facet_order(i);
-        if (delaunay_orient3d(m->vertices[v[f[0]]].x, m->vertices[v[f[1]]].x, m->vertices[v[f[2]]].x, x) >= 0)
+        if (delaunay_orient3d(m->vertices[v[f[0]]].x, m->vertices[v[f[1]]].x,
+                              m->vertices[v[f[2]]].x, x) >= 0)
             return DELAUNAY_PLAN_NOTHING;
         answer = delaunay_plan_add(p, v[f[0]], v[f[2]], v[f[1]], DELAUNAY_PLAN_VERTEX(0));
     }
@@ -107,7 +116,8 @@ static int plan_split(void *user, const delaunay_mesh *m, delaunay_worker *worke
 }
 
 /* A vertex is removed, if its star can be filled without it. */
-static int plan_removal(void *user, const delaunay_mesh *m, delaunay_worker *worker, size_t item, delaunay_plan *p)
+static int plan_removal(void *user, const delaunay_mesh *m, delaunay_worker *worker, size_t item,
+                        delaunay_plan *p)
 {
     delaunay_window window;
     delaunay_search search;
@@ -115,7 +125,8 @@ static int plan_removal(void *user, const delaunay_mesh *m, delaunay_worker *wor
     delaunay_result result = delaunay_vertex_star(m, worker, v, &p->star);
     (void)user;
     if (result != DELAUNAY_OK) return result;
-    if (!delaunay_window_set(&window, m, worker, p->star.items, p->star.count, 20, 1, 1)) return DELAUNAY_PLAN_NOTHING;
+    if (!delaunay_window_set(&window, m, worker, p->star.items, p->star.count, 20, 1, 1))
+        return DELAUNAY_PLAN_NOTHING;
     for (i = 0; window.vertices[i] != v; i++) {}
     window.dropped = 1u << i;
     memset(&search, 0, sizeof search);
@@ -131,7 +142,8 @@ typedef struct client {
     delaunay_engine *engine;
 } client;
 
-static int done(void *user, delaunay_mesh *m, delaunay_worker *worker, size_t item, const delaunay_plan *p)
+static int done(void *user, delaunay_mesh *m, delaunay_worker *worker, size_t item,
+                const delaunay_plan *p)
 {
     client *c = (client *)user;
     size_t i;
@@ -140,13 +152,15 @@ static int done(void *user, delaunay_mesh *m, delaunay_worker *worker, size_t it
     c->sum = c->sum * 31 + item * 2 + (uint64_t)p->committed;
     for (i = 0; p->committed && i < p->num_tets; i++)
         CHECK(!memcmp(m->tets[p->slots.items[i]].v, p->tets + 4 * i, 16) &&
-              delaunay_engine_version(c->engine, p->slots.items[i]) == delaunay_engine_round(c->engine));
+              delaunay_engine_version(c->engine, p->slots.items[i]) ==
+                  delaunay_engine_round(c->engine));
     if (p->committed && p->num_moved) CHECK(p->data[0] > 3);
     if (p->committed && p->num_tets && c->touched < 5) { /* a mark, as recovery makes them */
         delaunay_handle t = p->slots.items[0];
         delaunay_mark_facet(m, 4 * t, 1);
         CHECK(delaunay_engine_touch(c->engine, t) == DELAUNAY_OK);
-        if (m->tets[t].n[0]) CHECK(delaunay_engine_touch(c->engine, m->tets[t].n[0] / 4) == DELAUNAY_OK);
+        if (m->tets[t].n[0])
+            CHECK(delaunay_engine_touch(c->engine, m->tets[t].n[0] / 4) == DELAUNAY_OK);
         c->touched++;
     }
     return c->stop_after && c->calls >= c->stop_after;
@@ -170,9 +184,10 @@ static uint64_t hash_mesh(const delaunay_mesh *m)
     return h;
 }
 
-/* All kinds of edits in turn; returns a hash of the mesh and of what done() saw; 0: the code of a failure. */
-static uint64_t edit(delaunay_mesh *m, int threads, const delaunay_host *base, uint32_t batch, delaunay_result *result,
-                     uint64_t *conflicts)
+/* All kinds of edits in turn; returns a hash of the mesh and of what done() saw; 0: the code of a
+ * failure. */
+static uint64_t edit(delaunay_mesh *m, int threads, const delaunay_host *base, uint32_t batch,
+                     delaunay_result *result, uint64_t *conflicts)
 {
     delaunay_host host;
     delaunay_engine *engine;
@@ -193,12 +208,16 @@ static uint64_t edit(delaunay_mesh *m, int threads, const delaunay_host *base, u
         job.done = done;
         job.batch = batch;
         job.scatter = step & 1;
-        job.plan = step % 4 == 0 ? plan_smoothing : step % 4 == 1 ? plan_reconnection : step % 4 == 2 ? plan_split : plan_removal;
+        job.plan = step % 4 == 0   ? plan_smoothing
+                   : step % 4 == 1 ? plan_reconnection
+                   : step % 4 == 2 ? plan_split
+                                   : plan_removal;
         job.num_items = step % 4 == 0 || step % 4 == 3 ? m->num_vertices - 5 : m->num_tets - 1;
         if (step == 7) job.num_items = 100;
         *result = delaunay_speculate(engine, &job);
         if (*result != DELAUNAY_OK) break;
-        if (base == NULL) CHECK((job.commits > 0 || step == 7) && small_valid(m) && small_total(m) == total);
+        if (base == NULL)
+            CHECK((job.commits > 0 || step == 7) && small_valid(m) && small_total(m) == total);
         *conflicts += job.conflicts;
     }
     delaunay_engine_free(engine);
@@ -230,8 +249,8 @@ static void threads_do_not_matter(void)
     }
 }
 
-/* What each plan saw was still so when it was committed: the worst quality of a window never falls. Its own items
- * are the only writers, so a fall would be a conflict that was not seen. */
+/* What each plan saw was still so when it was committed: the worst quality of a window never falls.
+ * Its own items are the only writers, so a fall would be a conflict that was not seen. */
 static void stale_plans_are_made_again(void)
 {
     delaunay_mesh m;
@@ -249,7 +268,7 @@ static void stale_plans_are_made_again(void)
     job.plan = plan_reconnection;
     job.num_items = m.num_tets - 1;
     CHECK(delaunay_speculate(engine, &job) == DELAUNAY_OK);
-    CHECK(job.plans > job.num_items && job.rounds > 1);           /* some had to be made again ... */
+    CHECK(job.plans > job.num_items && job.rounds > 1); /* some had to be made again ... */
     CHECK(job.plans < job.num_items + job.conflicts);             /* ... and some were kept */
     for (t = 1; t < m.num_tets; t++)
         if (!delaunay_is_deleted(&m, t) && quality_of(&m, t) < after) after = quality_of(&m, t);
@@ -259,15 +278,18 @@ static void stale_plans_are_made_again(void)
     delaunay_mesh_free(&m);
 }
 
-static int plan_broken(void *user, const delaunay_mesh *m, delaunay_worker *worker, size_t item, delaunay_plan *p)
+static int plan_broken(void *user, const delaunay_mesh *m, delaunay_worker *worker, size_t item,
+                       delaunay_plan *p)
 {
     (void)user;
     (void)worker;
-    if (item < 10 || delaunay_is_deleted(m, 1 + (delaunay_handle)item)) return DELAUNAY_PLAN_NOTHING;
+    if (item < 10 || delaunay_is_deleted(m, 1 + (delaunay_handle)item))
+        return DELAUNAY_PLAN_NOTHING;
     return delaunay_plan_remove(p, 1 + (delaunay_handle)item); /* and nothing in its place */
 }
 
-static int plan_error(void *user, const delaunay_mesh *m, delaunay_worker *worker, size_t item, delaunay_plan *p)
+static int plan_error(void *user, const delaunay_mesh *m, delaunay_worker *worker, size_t item,
+                      delaunay_plan *p)
 {
     if (item == 37) return DELAUNAY_ERROR_RANGE;
     if (item == 38) return DELAUNAY_ERROR_TOO_LARGE;
@@ -312,7 +334,8 @@ static void failures_leave_a_valid_mesh(void)
     job.done = done;
     c.stop_after = 20;
     job.batch = 10;
-    CHECK(delaunay_speculate(engine, &job) == DELAUNAY_STOPPED_BY_BUDGET && c.calls >= 20 && c.calls < 40);
+    CHECK(delaunay_speculate(engine, &job) == DELAUNAY_STOPPED_BY_BUDGET && c.calls >= 20 &&
+          c.calls < 40);
     CHECK(small_valid(&m) && small_total(&m) == total);
     delaunay_engine_free(engine);
     host.progress = cancel;
