@@ -92,6 +92,17 @@ static int exit_code(delaunay_result result)
     }
 }
 
+/* Why there is no triangulation. */
+static const char *reason(delaunay_result result, const delaunay_report *report)
+{
+    static const char *const spanned[] = {"all points are equal", "all points lie on one line",
+                                          "all points lie in one plane"};
+    if (result == DELAUNAY_ERROR_DIMENSION && report->num_points == 0) return "there are no points";
+    if (result == DELAUNAY_ERROR_DIMENSION && report->dimension >= 0 && report->dimension < 3)
+        return spanned[report->dimension];
+    return report->message[0] ? report->message : delaunay_result_string(result);
+}
+
 static void print_statistics(const delaunay_report *report, uint64_t num_tets, double seconds_read,
                              double seconds)
 {
@@ -152,8 +163,7 @@ static int triangulate(const arguments *args, meshio_mesh *points, double second
     result = delaunay_tetrahedralize(&mesh, points->xyz, points->num_vertices, &options, &report);
     code = exit_code(result);
     if (code != TOOL_OK) {
-        fprintf(stderr, "delaunay: %s: %s\n", args->input,
-                report.message[0] ? report.message : delaunay_result_string(result));
+        fprintf(stderr, "delaunay: %s: %s\n", args->input, reason(result, &report));
         return code;
     }
     start = tool_seconds() - start;
