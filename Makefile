@@ -53,8 +53,7 @@ $(BUILD)/%: examples/%.c $(HEADERS) | $(BUILD)
 demo: $(BUILD)/mesh
 	$(BUILD)/mesh --demo -o demo.vtu
 
-test: $(TESTS)
-	@$(MAKE) -k --no-print-directory all > /dev/null 2>&1 || true
+test: $(TESTS) $(TOOLS)
 	@BUILD=$(BUILD) sh tests/run_tests.sh $(TESTS) $(SCRIPTS)
 
 sanitize:

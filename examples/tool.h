@@ -41,7 +41,7 @@ DELAUNAY_INLINE void tool_on_interrupt(int number)
 DELAUNAY_INLINE int tool_number(const char *text, double low, double high, double *value)
 {
     char *end;
-    if (!text || !((*text >= '0' && *text <= '9') || *text == '.')) return 0;
+    if (!text || strspn(text, "0123456789.eE+-") != strlen(text) || *text == '-') return 0;
     errno = 0;
     *value = strtod(text, &end);
     return *end == 0 && end != text && *value >= low && *value <= high;
