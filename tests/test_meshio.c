@@ -773,6 +773,36 @@ static void torn_files_never_crash(void)
     }
 }
 
+/* The same with texts that no writer makes: PLY, facets with holes in TetGen files. */
+static void torn_texts_never_crash(void)
+{
+    static const struct {
+        meshio_format format;
+        const char *text;
+    } files[] = {
+        {MESHIO_FORMAT_PLY, PLY "4" XYZ "element face 2\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 1 2\n4 0 1 2 3\n"},
+        {MESHIO_FORMAT_POLY, "8 3 0 0\n0 0 0 0\n1 3 0 0\n2 3 3 0\n3 0 3 0\n4 1 1 0\n5 2 1 0\n6 2 2 0\n7 1 2 0\n1 1\n2 1 7\n4 0 1 2 3\n4 4 5 6 7\n1 1.5 1.5 0\n1\n1 0 0 0\n1\n1 0 0 0 1 1\n"},
+        {MESHIO_FORMAT_POLY, "9 3 0 0\n0 0 0 0\n1 3 0 0\n2 3 3 0\n3 0 3 0\n4 1 1 0\n5 2 1 0\n6 2 2 0\n7 1 2 0\n8 1.5 1.25 0\n1 1\n4 0 7\n4 0 1 2 3\n2 4 5\n2 6 4\n1 8\n0\n0\n"},
+        {MESHIO_FORMAT_SMESH, "6 3 0 0\n0 0 0 0\n1 2 0 0\n2 2 1 0\n3 1 1 0\n4 1 2 0\n5 0 2 0\n1 1\n6 0 1 2 3 4 5 9\n0\n0\n"}};
+    size_t k;
+    for (k = 0; k < sizeof files / sizeof files[0]; k++) {
+        size_t size = strlen(files[k].text);
+        char torn[1024];
+        meshio_mesh m;
+        int i, j, accepted = 0;
+        for (i = 0; i < 20000; i++) {
+            int changes = (int)(random_u64() % 4);
+            memcpy(torn, files[k].text, size);
+            for (j = 0; j < changes; j++)
+                torn[random_u64() % size] = "0123456789.- \ne"[random_u64() % 15];
+            accepted += meshio_read_memory(torn, size, files[k].format, &m, NULL) == MESHIO_OK;
+            meshio_free(&m);
+        }
+        CHECK(accepted > 5000 && accepted < 20000);
+        CHECK(live_blocks == 0);
+    }
+}
+
 /* ---- memory and the file system ---- */
 
 static void every_failing_allocation_is_reported(void)
@@ -891,6 +921,7 @@ int main(void)
     damaged_texts_get_a_status_and_a_line();
     lying_binary_files_are_refused();
     torn_files_never_crash();
+    torn_texts_never_crash();
     every_failing_allocation_is_reported();
     write_errors_are_reported();
     read_errors_are_reported();
