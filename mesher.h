@@ -28,7 +28,7 @@
  *   >>recover         every edge and facet of the input
  *   >>regions         cells coloured by flood fill; policies
  *   >>size            what edge length is wanted where             [Marot 2020, 7]
- *   >>refine          points placed, filtered, inserted            [Marot 2020, 5]
+ *   >>refine          lattices, points placed, filtered, inserted  [Marot 2020, 5]
  *   >>public          the everyday functions
  *
  * LICENCE: MIT or public domain, at the end of the file.
@@ -263,6 +263,9 @@ MESHER_API void mesher_report_add(mesher_report *report, mesher_kind kind, uint3
 #include <stdio.h> /* snprintf only */
 #include <stdlib.h> /* qsort only */
 #include <string.h>
+#if defined(__GNUC__) && defined(__x86_64__) && !defined(DELAUNAY_NO_SIMD)
+#  include <immintrin.h>
+#endif
 
 /* ---- >>surface ---------------------------------------------------------------------------- */
 
@@ -4439,6 +4442,7 @@ typedef struct mesher__field {
     const delaunay_vertex *vertices;     /* those of the mesh; they may move: set again after growth */
     const double          *size;         /* likewise */
     delaunay_tet          *tets;         /* the background */
+    uint32_t              *color;
     delaunay_handle        num_tets;
     double                 slope, least;
 } mesher__field;
@@ -4459,34 +4463,45 @@ static void mesher__weights(const delaunay_vertex *vertices, const uint32_t *v, 
 }
 
 /* The background's tetrahedron that contains x, from a nearby one; weights of its corners, not negative.
- * Rounding may stop it in a neighbour: the field is continuous, and so is the answer. */
-static delaunay_handle mesher__find_home(const mesher__field *field, const double *x, delaunay_handle t, double *w)
+ * Rounding may stop it in a neighbour: the field is continuous, and so is the answer. The walk turns away from where it
+ * came, and changes its preference at each step, lest it cycle; after many steps it gives up where it is. */
+static delaunay_handle mesher__find_home(const mesher__field *field, const double *x, delaunay_handle t, double *w,
+                                         int *found)
 {
-    double sum = 0;
+    delaunay_handle from = 0;
+    double sum = 0, least = 0;
     int step, i;
-    for (step = 0; step < 1000; step++) {
+    for (step = 0; step < 300; step++) {
         const delaunay_tet *tet = field->tets + t;
-        int k = 0;
+        int k = -1;
         mesher__weights(field->vertices, tet->v, x, w);
-        for (i = 1; i < 4; i++)
-            if (w[i] < w[k]) k = i;
-        if (w[k] >= 0 || !tet->n[k] || field->tets[tet->n[k] >> 2].v[3] == DELAUNAY_GHOST) break;
+        for (i = 0; i < 4; i++) {
+            int j = (i + step) & 3;
+            if (w[j] >= 0 || !tet->n[j] || tet->n[j] >> 2 == from) continue;
+            if (field->tets[tet->n[j] >> 2].v[3] == DELAUNAY_GHOST) continue;
+            if (k < 0 || (step < 30 && w[j] < w[k])) k = j;
+        }
+        if (k < 0) break;
+        from = t;
         t = tet->n[k] >> 2;
     }
     for (i = 0; i < 4; i++) {
+        if (w[i] < least) least = w[i];
         if (!(w[i] > 0)) w[i] = 0;
         sum += w[i];
     }
+    *found = least > -1e-6 * sum;
     for (i = 0; i < 4; i++) w[i] = sum > 0 ? w[i] / sum : 0.25;
     return t;
 }
 
-/* h(x) without the size function. home: in, a tetrahedron of the background near x; out, the one around it. */
-static double mesher__field_at(const mesher__field *field, const double *x, delaunay_handle *home)
+/* h(x) without the size function. home: in, a tetrahedron of the background near x; out, the one around it; *found
+ * says whether there is one. */
+static double mesher__field_at(const mesher__field *field, const double *x, delaunay_handle *home, int *found)
 {
     double w[4], h = 0, most = 1e300, weight = 0, growth = field->options->growth;
     int i;
-    *home = mesher__find_home(field, x, *home, w);
+    *home = mesher__find_home(field, x, *home, w, found);
     for (i = 0; i < 4; i++) {
         uint32_t v = field->tets[*home].v[i];
         double s = field->size[v], d;
@@ -4516,8 +4531,14 @@ enum {
     MESHER__LOST       = 0x800,  /* one stage bit up to .. */
     MESHER__LOST_MASK  = 0x1800, /* .. three times its point lost against another; then it is not asked again */
     MESHER__WALK_STEPS = 2000,   /* then the walk is in a cycle, and the point is given up */
-    MESHER__LOCAL      = 32      /* vertices of a cavity whose edges fit in a matrix */
+    MESHER__LOCAL      = 64      /* vertices of a cavity whose edges fit in a matrix */
 };
+
+#if defined(__GNUC__)
+#  define MESHER__PREFETCH(p) __builtin_prefetch(p)
+#else
+#  define MESHER__PREFETCH(p) ((void)(p))
+#endif
 
 /* Nearest distance between two vertices, relative to the mean of their sizes. */
 #define MESHER__NEAR 0.8
@@ -4532,10 +4553,19 @@ typedef struct mesher__proposal {
     uint32_t        region;
 } mesher__proposal;
 
+/* Points by cells, one edge length per power of two, in a hash: each point in the level that fits its own size. */
+typedef struct mesher__grid {
+    uint32_t *cells;  /* 1 + index of the first point */
+    uint32_t *chain;  /* the same of the next, by point */
+    size_t    cap_cells, cap_chain, mask;
+    int       low, high; /* levels in use */
+    double    origin[3]; /* below all points */
+} mesher__grid;
+
 /* Facet of a cavity's boundary: outward order, seen from the tetrahedron in the cavity that has it. */
 typedef struct mesher__facet {
     uint32_t        v[3];
-    uint8_t         local[4];
+    uint32_t        local[3];
     delaunay_handle outer;  /* the facet on the other side, or 0 */
     uint16_t        flags;  /* of the new tetrahedron (p, v[0], v[1], v[2]) */
 } mesher__facet;
@@ -4554,6 +4584,7 @@ typedef struct mesher__cavity {
     uint64_t        *hash_key;  /* directed edges of a large boundary */
     uint32_t        *hash_value;
     uint32_t         cap_hash, hash_mask;
+    int              simd;      /* the processor has AVX2 */
     uint32_t         matrix[MESHER__LOCAL][MESHER__LOCAL]; /* the same of a small one: 4*facet + its opposite corner */
 } mesher__cavity;
 
@@ -4567,13 +4598,14 @@ typedef struct mesher__refiner {
     size_t           cap_home;
     mesher__proposal   *points;     /* of this sweep */
     size_t           num_points, cap_points;
-    uint32_t        *grid;       /* hash table of accepted points: 1 + index of the first */
-    uint32_t        *chain;
-    size_t           cap_grid, cap_chain, grid_mask;
-    int              grid_low, grid_high;
+    hxtsort_pair    *order;      /* (key on the curve, index) of the points */
+    uint64_t        *keys;
+    size_t           cap_order, cap_keys;
+    hilbert_box      box;
+    mesher__grid     grid;
     mesher__cavity   cavity;
     uint64_t         inserted, num_tets, ignored;
-    double           start, origin[3];
+    double           start;
     int              stop;       /* why the sweeps end early: a mesher_result, or 0 */
 } mesher__refiner;
 
@@ -4589,6 +4621,122 @@ static int mesher__room(delaunay_memory *memory, void *array, size_t *cap, size_
     if (!block) return 0;
     memcpy(array, &block, sizeof block);
     *cap = want;
+    return 1;
+}
+
+/* Distance below MESHER__NEAR times the mean of two sizes, given their sum. */
+static inline int mesher__too_near(const double *a, const double *b, double sum)
+{
+    double x = a[0] - b[0], y = a[1] - b[1], z = a[2] - b[2];
+    return x * x + y * y + z * z < MESHER__NEAR * MESHER__NEAR / 4 * sum * sum;
+}
+
+/* -- points by cells */
+
+/* 2 to the power of e, in the range of sizes. */
+static inline double mesher__power(int e)
+{
+    uint64_t bits = (uint64_t)(e + 1023) << 52;
+    double x;
+    memcpy(&x, &bits, sizeof x);
+    return x;
+}
+
+/* The level of a point of size h: its cells are one to two times as wide as its distance from others. */
+static inline int mesher__level(double h)
+{
+    double reach = MESHER__NEAR * h;
+    uint64_t bits;
+    memcpy(&bits, &reach, sizeof bits);
+    return (int)(bits >> 52) - 1022;
+}
+
+static inline size_t mesher__grid_cell(const mesher__grid *g, int level, int64_t x, int64_t y, int64_t z)
+{
+    uint64_t k = (uint64_t)x * 0x9e3779b97f4a7c15u + (uint64_t)y * 0xc2b2ae3d27d4eb4fu +
+                 (uint64_t)z * 0x165667b19e3779f9u + (uint64_t)(int64_t)level * 0xd6e8feb86659fd93u;
+    k ^= k >> 32;
+    return (size_t)((k * 0xbf58476d1ce4e5b9u) >> 24) & g->mask;
+}
+
+/* Empties a grid for at most so many points. */
+static int mesher__grid_reset(mesher__grid *g, delaunay_memory *memory, size_t points)
+{
+    size_t cells = 64;
+    while (cells < points + points / 2) cells *= 2;
+    if (!mesher__room(memory, &g->cells, &g->cap_cells, 0, cells, sizeof *g->cells)) return 0;
+    if (!mesher__room(memory, &g->chain, &g->cap_chain, 0, points, sizeof *g->chain)) return 0;
+    memset(g->cells, 0, cells * sizeof *g->cells);
+    g->mask = cells - 1;
+    g->low = 5000;
+    g->high = -5000;
+    return 1;
+}
+
+/* No point in the grid is too near a point of size h at x. Only points whose size is within a third of h are
+ * looked for: the gradation allows no others so near, and insertion tests again. */
+static int mesher__is_alone(const mesher__grid *g, const mesher__proposal *points, const double *x, double h)
+{
+    double least = 0.75 * h, most = 1.33 * h;
+    int l = mesher__level(least), last = mesher__level(most);
+    if (l < g->low) l = g->low;
+    if (last > g->high) last = g->high;
+    for (; l <= last; l++) {
+        double scale = mesher__power(-l), reach = MESHER__NEAR * most * scale;
+        double px = (x[0] - g->origin[0]) * scale, py = (x[1] - g->origin[1]) * scale;
+        double pz = (x[2] - g->origin[2]) * scale;
+        int64_t x1, y0, y1, z0, z1, i, j, k;
+        reach = 0.5 * (MESHER__NEAR * h * scale + (reach < 1 ? reach : 1));
+        x1 = (int64_t)(px + reach);
+        y0 = (int64_t)(py - reach);
+        y1 = (int64_t)(py + reach);
+        z0 = (int64_t)(pz - reach);
+        z1 = (int64_t)(pz + reach);
+        for (i = (int64_t)(px - reach); i <= x1; i++)
+            for (j = y0; j <= y1; j++)
+                for (k = z0; k <= z1; k++) {
+                    uint32_t q = g->cells[mesher__grid_cell(g, l, i, j, k)];
+                    for (; q; q = g->chain[q - 1])
+                        if (mesher__too_near(x, points[q - 1].x, h + points[q - 1].h)) return 0;
+                }
+    }
+    return 1;
+}
+
+/* A quick form, for points that will be tested again: the nearest cells of the level of h only. */
+static int mesher__is_crowded(const mesher__grid *g, const mesher__proposal *points, const double *x, double h)
+{
+    int level = mesher__level(h);
+    double scale = mesher__power(-level), reach = 0.5 * MESHER__NEAR * h * scale;
+    double px = (x[0] - g->origin[0]) * scale, py = (x[1] - g->origin[1]) * scale;
+    double pz = (x[2] - g->origin[2]) * scale;
+    int64_t x1 = (int64_t)(px + reach), y0 = (int64_t)(py - reach), y1 = (int64_t)(py + reach);
+    int64_t z0 = (int64_t)(pz - reach), z1 = (int64_t)(pz + reach), i, j, k;
+    for (i = (int64_t)(px - reach); i <= x1; i++)
+        for (j = y0; j <= y1; j++)
+            for (k = z0; k <= z1; k++) {
+                uint32_t q = g->cells[mesher__grid_cell(g, level, i, j, k)];
+                for (; q; q = g->chain[q - 1])
+                    if (mesher__too_near(x, points[q - 1].x, h + points[q - 1].h)) return 1;
+            }
+    return 0;
+}
+
+static int mesher__put_in_grid(mesher__grid *g, delaunay_memory *memory, const mesher__proposal *points, uint32_t k)
+{
+    const mesher__proposal *p = points + k;
+    if (!mesher__room(memory, &g->chain, &g->cap_chain, k, (size_t)k + 1, sizeof *g->chain)) return 0;
+    {
+    int level = mesher__level(p->h);
+    double scale = mesher__power(-level);
+    size_t cell = mesher__grid_cell(g, level, (int64_t)((p->x[0] - g->origin[0]) * scale),
+                                    (int64_t)((p->x[1] - g->origin[1]) * scale),
+                                    (int64_t)((p->x[2] - g->origin[2]) * scale));
+    g->chain[k] = g->cells[cell];
+    g->cells[cell] = k + 1;
+    if (level < g->low) g->low = level;
+    if (level > g->high) g->high = level;
+    }
     return 1;
 }
 
@@ -4651,8 +4799,7 @@ static int mesher__is_clear(const mesher__refiner *r, const mesher__proposal *p,
     int i;
     for (i = 0; i < 4; i++) {
         uint32_t v = r->mesh->tets[t].v[i];
-        double d = mesher__distance(r->mesh->vertices[v].x, p->x);
-        if (d < MESHER__NEAR / 2 * (p->h + r->domain->size[v])) return 0;
+        if (mesher__too_near(p->x, r->mesh->vertices[v].x, p->h + r->domain->size[v])) return 0;
     }
     return 1;
 }
@@ -4697,44 +4844,53 @@ static int mesher__apex(const mesher__refiner *r, delaunay_handle t, int i, doub
     return 1;
 }
 
+static int mesher__in_box(const mesher__refiner *r, const double *x)
+{
+    const double *lo = r->box.lo, *hi = r->box.hi;
+    return x[0] > lo[0] && x[1] > lo[1] && x[2] > lo[2] && x[0] < hi[0] && x[1] < hi[1] && x[2] < hi[2];
+}
+
 static int mesher__settle(const mesher__refiner *r, mesher__proposal *p, delaunay_handle t, delaunay_handle *met)
 {
+    int found;
     p->tet = mesher__see(r->mesh, p->x, t, met);
     if (!p->tet) return 0;
-    p->h = mesher__field_at(&r->field, p->x, &p->home);
+    p->h = mesher__field_at(&r->field, p->x, &p->home, &found);
     return 1;
 }
 
-/* The point that tetrahedron t asks for, if it is too large. */
-static int mesher__propose(const mesher__refiner *r, delaunay_handle t, mesher__proposal *p)
+/* What a tetrahedron asks for. */
+enum { MESHER__SMALL, MESHER__CROWDED, MESHER__POINT };
+
+/* The point that tetrahedron t asks for, if it is too large; MESHER__CROWDED: one of those from first on
+ * is probably in its way. */
+static int mesher__propose(const mesher__refiner *r, delaunay_handle t, mesher__proposal *p, const mesher__proposal *first)
 {
     const delaunay_mesh *mesh = r->mesh;
     const uint32_t *v = mesh->tets[t].v;
     const double *x[4], *size = r->domain->size;
-    double rr, bound = MESHER__NEAR / (1 + 0.5 * MESHER__NEAR * r->field.slope), most = 0;
+    double rr, bound, most = 0, sum = 0;
     delaunay_handle met;
     int i;
     for (i = 0; i < 4; i++) {
         x[i] = mesh->vertices[v[i]].x;
+        sum += size[v[i]];
         if (size[v[i]] > most) most = size[v[i]];
     }
     rr = mesher__circumcentre(x[0], x[1], x[2], x[3], p->x);
-    if (rr >= 0 && rr < bound * bound * most * most) return 0;
+    bound = 0.98 * MESHER__NEAR / 2 * (sum / 4 + most);
+    if (rr >= 0 && rr < bound * bound) return MESHER__SMALL;
     p->source = t;
     p->region = mesh->color[t];
     p->home = r->home[v[0]];
-    if (rr >= 0 && mesher__settle(r, p, t, &met)) return mesher__is_clear(r, p, t) && mesher__is_clear(r, p, p->tet);
+    if (rr >= 0 && first && mesher__in_box(r, p->x) && mesher__is_crowded(&r->grid, first, p->x, sum / 4))
+        return MESHER__CROWDED;
+    if (rr >= 0 && mesher__settle(r, p, t, &met))
+        return mesher__is_clear(r, p, t) && mesher__is_clear(r, p, p->tet) ? MESHER__POINT : MESHER__SMALL;
     if (rr >= 0 && met && mesher__apex(r, met >> 2, (int)(met & 3), p->x) && mesher__settle(r, p, met >> 2, &met))
-        return mesher__is_clear(r, p, t) && mesher__is_clear(r, p, p->tet);
+        return mesher__is_clear(r, p, t) && mesher__is_clear(r, p, p->tet) ? MESHER__POINT : MESHER__SMALL;
     for (i = 0; i < 3; i++) p->x[i] = (x[0][i] + x[1][i] + x[2][i] + x[3][i]) / 4;
-    return mesher__settle(r, p, t, &met) && mesher__is_clear(r, p, t);
-}
-
-static int mesher__push_point(mesher__refiner *r, const mesher__proposal *p)
-{
-    if (!mesher__room(r->memory, &r->points, &r->cap_points, r->num_points, r->num_points + 1, sizeof *p)) return 0;
-    r->points[r->num_points++] = *p;
-    return 1;
+    return mesher__settle(r, p, t, &met) && mesher__is_clear(r, p, t) ? MESHER__POINT : MESHER__SMALL;
 }
 
 /* The size function for all proposals of the sweep. */
@@ -4756,83 +4912,6 @@ static void mesher__wish_at_points(mesher__refiner *r)
     }
 }
 
-/* Points of all tetrahedra that have not been asked yet. */
-static int mesher__gather(mesher__refiner *r)
-{
-    delaunay_mesh *mesh = r->mesh;
-    delaunay_handle t;
-    mesher__proposal p;
-    r->num_points = 0;
-    for (t = 1; t < mesh->num_tets; t++) {
-        if (mesh->flags[t] & MESHER__SEEN) continue;
-        if (mesher__is_inside(mesh, t) && mesher__propose(r, t, &p)) {
-            if (!mesher__push_point(r, &p)) return 0;
-        } else {
-            mesh->flags[t] |= MESHER__SEEN;
-        }
-    }
-    mesher__wish_at_points(r);
-    return 1;
-}
-
-/* -- filter: no two points of a sweep too near each other. A hash of cells, one edge length per power of two; a
- * point lies in the level whose cells are at least twice as wide as its own distance. */
-
-static int mesher__level(double h)
-{
-    int e;
-    frexp(2 * MESHER__NEAR * h, &e);
-    return e;
-}
-
-static size_t mesher__grid_cell(const mesher__refiner *r, int level, const int64_t *c)
-{
-    uint64_t k = (uint64_t)c[0] * 0x9e3779b97f4a7c15u + (uint64_t)c[1] * 0xc2b2ae3d27d4eb4fu +
-                 (uint64_t)c[2] * 0x165667b19e3779f9u + (uint64_t)(int64_t)level * 0xd6e8feb86659fd93u;
-    k ^= k >> 29;
-    k *= 0xbf58476d1ce4e5b9u;
-    return (size_t)(k >> 20) & r->grid_mask;
-}
-
-static int mesher__is_alone(const mesher__refiner *r, const mesher__proposal *p)
-{
-    int level = mesher__level(p->h), l, i;
-    for (l = level - 1; l <= level + 1; l++) {
-        double width = ldexp(1, l), reach = MESHER__NEAR / 2 * p->h + width / 4;
-        int64_t lo[3], hi[3], c[3];
-        if (l < r->grid_low || l > r->grid_high) continue;
-        for (i = 0; i < 3; i++) {
-            lo[i] = (int64_t)floor((p->x[i] - r->origin[i] - reach) / width);
-            hi[i] = (int64_t)floor((p->x[i] - r->origin[i] + reach) / width);
-        }
-        for (c[0] = lo[0]; c[0] <= hi[0]; c[0]++)
-            for (c[1] = lo[1]; c[1] <= hi[1]; c[1]++)
-                for (c[2] = lo[2]; c[2] <= hi[2]; c[2]++) {
-                    uint32_t k = r->grid[mesher__grid_cell(r, l, c)];
-                    for (; k; k = r->chain[k - 1]) {
-                        const mesher__proposal *q = r->points + k - 1;
-                        if (mesher__distance(p->x, q->x) < MESHER__NEAR / 2 * (p->h + q->h)) return 0;
-                    }
-                }
-    }
-    return 1;
-}
-
-static void mesher__put_in_grid(mesher__refiner *r, uint32_t k)
-{
-    const mesher__proposal *p = r->points + k;
-    int level = mesher__level(p->h), i;
-    double width = ldexp(1, level);
-    int64_t c[3];
-    size_t cell;
-    for (i = 0; i < 3; i++) c[i] = (int64_t)floor((p->x[i] - r->origin[i]) / width);
-    cell = mesher__grid_cell(r, level, c);
-    r->chain[k] = r->grid[cell];
-    r->grid[cell] = k + 1;
-    if (level < r->grid_low) r->grid_low = level;
-    if (level > r->grid_high) r->grid_high = level;
-}
-
 static void mesher__lose(delaunay_mesh *mesh, delaunay_handle t)
 {
     unsigned flags = mesh->flags[t];
@@ -4841,25 +4920,290 @@ static void mesher__lose(delaunay_mesh *mesh, delaunay_handle t)
     mesh->flags[t] = (uint16_t)flags;
 }
 
+/* Points of the tetrahedra of a range of slots. */
+static int mesher__gather_some(mesher__refiner *r, delaunay_handle begin, delaunay_handle end)
+{
+    delaunay_mesh *mesh = r->mesh;
+    size_t first = r->num_points, n = 0;
+    delaunay_handle t;
+    int alone = !r->options->size_function;
+    if (!mesher__room(r->memory, &r->points, &r->cap_points, first, first + (end - begin), sizeof *r->points)) return 0;
+    if (!mesher__grid_reset(&r->grid, r->memory, end - begin)) return 0;
+    for (t = begin; t < end; t++) {
+        mesher__proposal *p = r->points + first + n;
+        int answer = MESHER__SMALL;
+        if (mesh->flags[t] & MESHER__SEEN) continue;
+        if (mesher__is_inside(mesh, t)) answer = mesher__propose(r, t, p, alone ? r->points + first : NULL);
+        if (answer == MESHER__SMALL) mesh->flags[t] |= MESHER__SEEN;
+        if (answer == MESHER__CROWDED) mesher__lose(mesh, t);
+        if (answer != MESHER__POINT) continue;
+        if (alone && !mesher__put_in_grid(&r->grid, r->memory, r->points + first, (uint32_t)n)) return 0;
+        n++;
+    }
+    r->num_points += n;
+    return 1;
+}
+
+/* Points of all tetrahedra that have not been asked yet. */
+static int mesher__gather(mesher__refiner *r)
+{
+    enum { SLOTS = 1 << 14 };
+    delaunay_handle t, end;
+    r->num_points = 0;
+    for (t = 1; t < r->mesh->num_tets; t = end) {
+        end = r->mesh->num_tets - t > SLOTS ? t + SLOTS : r->mesh->num_tets;
+        if (!mesher__gather_some(r, t, end)) return 0;
+    }
+    mesher__wish_at_points(r);
+    return 1;
+}
+
+/* Brings the points into the order of the curve, if asked for in rounds of growing size (thesis 3.4), which a
+ * first insertion into a coarse mesh wants. */
+static int mesher__sort_points(mesher__refiner *r, int rounds)
+{
+    size_t n = r->num_points, k;
+    if (!mesher__room(r->memory, &r->order, &r->cap_order, 0, n, sizeof *r->order)) return 0;
+    if (!mesher__room(r->memory, &r->keys, &r->cap_keys, 0, n, sizeof *r->keys)) return 0;
+    if (n == 0) return 1;
+    if (hilbert_keys3(r->keys, r->points[0].x, sizeof *r->points, n, &r->box, r->options->host.num_threads) != HILBERT_OK)
+        return 0;
+    for (k = 0; k < n; k++) {
+        uint32_t hash = (uint32_t)(k * 0x9e3779b97f4a7c15u >> 32), round = 15;
+        for (; rounds && round && (hash & 7) == 0; hash >>= 3) round--;
+        r->order[k].key = rounds ? r->keys[k] >> 4 | (uint64_t)round << 60 : r->keys[k];
+        r->order[k].value = k;
+    }
+    return mesher__sort(r->domain, r->order, n) == MESHER_OK;
+}
+
+/* -- filter: no two points of a sweep too near each other */
+
+/* -- budgets */
+
+static mesher_result mesher__over_budget(const mesher__refiner *r)
+{
+    const mesher_options *o = r->options;
+    if (o->max_vertices && (uint64_t)r->mesh->num_vertices - 1 >= o->max_vertices) return MESHER_STOPPED_BY_BUDGET;
+    if (o->max_tets && r->num_tets + 32 > o->max_tets) return MESHER_STOPPED_BY_BUDGET;
+    if (r->mesh->num_vertices >= UINT32_MAX - 16) return MESHER_STOPPED_BY_BUDGET;
+    if ((size_t)r->mesh->num_tets >= ((delaunay_handle)-1) / 4 - 4096) return MESHER_STOPPED_BY_BUDGET;
+    if ((r->inserted & 255) == 0 && o->max_seconds > 0 && delaunay_seconds(&o->host) - r->start > o->max_seconds)
+        return MESHER_STOPPED_BY_BUDGET;
+    return MESHER_OK;
+}
+
+/* What running out of memory means: the caller's limit is a budget, and the mesh is valid. */
+static mesher_result mesher__no_memory(const mesher__refiner *r)
+{
+    return r->memory->limit_bytes ? MESHER_STOPPED_BY_BUDGET : MESHER_ERROR_OUT_OF_MEMORY;
+}
+
+/* -- lattice: far from the surface, before all sweeps */
+
+/* Edge of the cubes of the body-centred lattice, relative to the wanted size: its edges are 1.04 and 1.2 of it. */
+#define MESHER__CUBE 1.2
+/* Largest relative change of the size from one point of a lattice to the next. */
+#define MESHER__UNIFORM 0.1
+/* More points than this are left to the sweeps, which stop at budgets. */
+#define MESHER__LATTICE_MOST 3e8
+
+/* How many points a lattice all over the inside would have. */
+static double mesher__lattice_points(const mesher__refiner *r)
+{
+    const delaunay_mesh *mesh = r->mesh;
+    double sum = 0, w[4];
+    delaunay_handle t;
+    int i;
+    for (t = 1; t < mesh->num_tets; t++) {
+        const uint32_t *v = mesh->tets[t].v;
+        double h = 0;
+        if (!mesher__is_inside(mesh, t)) continue;
+        mesher__weights(mesh->vertices, v, mesh->vertices[v[0]].x, w);
+        for (i = 0; i < 4; i++) h += r->domain->size[v[i]] / 4;
+        h *= MESHER__CUBE;
+        sum += w[0] / 3 / (h * h * h);
+    }
+    return sum;
+}
+
+/* True if the point's own cell has another one that is much nearer than the size: it will do for both. */
+static int mesher__is_covered(const mesher__grid *g, const mesher__proposal *points, const mesher__proposal *p)
+{
+    int level = mesher__level(p->h);
+    double scale = mesher__power(-level);
+    uint32_t q = g->cells[mesher__grid_cell(g, level, (int64_t)((p->x[0] - g->origin[0]) * scale),
+                                            (int64_t)((p->x[1] - g->origin[1]) * scale),
+                                            (int64_t)((p->x[2] - g->origin[2]) * scale))];
+    for (; q; q = g->chain[q - 1])
+        if (mesher__too_near(p->x, points[q - 1].x, 0.5 * p->h)) return 1;
+    return 0;
+}
+
+/* The vertices inside, so that the lattice keeps its distance from them. */
+static int mesher__put_vertices(mesher__refiner *r)
+{
+    uint32_t v;
+    if (!mesher__room(r->memory, &r->points, &r->cap_points, 0, r->mesh->num_vertices, sizeof *r->points)) return 0;
+    r->num_points = 0;
+    for (v = 1; v < r->mesh->num_vertices; v++) {
+        mesher__proposal *p = r->points + r->num_points;
+        if (!r->home[v] || !(r->domain->size[v] > 0)) continue;
+        memcpy(p->x, r->mesh->vertices[v].x, sizeof p->x);
+        p->h = r->domain->size[v];
+        if (mesher__is_covered(&r->grid, r->points, p)) continue;
+        if (!mesher__put_in_grid(&r->grid, r->memory, r->points, (uint32_t)r->num_points++)) return 0;
+    }
+    return 1;
+}
+
+/* Puts p at x, if that is in the region; home: where to search from. */
+static int mesher__place(const mesher__refiner *r, mesher__proposal *p, const double *x, delaunay_handle home, uint32_t region)
+{
+    int found;
+    memcpy(p->x, x, sizeof p->x);
+    p->home = home;
+    p->region = region;
+    p->source = p->tet = 0;
+    p->h = mesher__field_at(&r->field, x, &p->home, &found);
+    return found && r->field.color[p->home] == region;
+}
+
+/* Candidates for the neighbours of point p in the lattice, at the mean of the distances that both ends want;
+ * returns their number. */
+static int mesher__neighbours(mesher__refiner *r, const mesher__proposal *p, mesher__proposal *q)
+{
+    double xyz[24], h[8], half, x[3];
+    uint32_t region[8];
+    int d, i, n = 0, count = 0;
+    for (d = 0; d < 8; d++) {
+        half = MESHER__CUBE / 2 * p->h;
+        for (i = 0; i < 3; i++) x[i] = p->x[i] + (d >> i & 1 ? half : -half);
+        if (!mesher__in_box(r, x) || mesher__is_crowded(&r->grid, r->points, x, 0.9 * p->h)) continue;
+        if (mesher__place(r, q + n, x, p->home, p->region)) q[n++].source = (delaunay_handle)d;
+    }
+    for (d = 0; d < n; d++) {
+        memcpy(xyz + 3 * d, q[d].x, sizeof x);
+        region[d] = q[d].region;
+        h[d] = q[d].h;
+    }
+    r->ignored += mesher__wishes(r->options, (size_t)n, xyz, region, h);
+    for (d = 0; d < n; d++) {
+        double change = fabs(h[d] - p->h) / h[d];
+        uint32_t direction = (uint32_t)q[d].source;
+        if (change > MESHER__UNIFORM) continue;
+        q[count] = q[d];
+        if (change > 0.03) {
+            half = MESHER__CUBE / 4 * (p->h + h[d]);
+            for (i = 0; i < 3; i++) x[i] = p->x[i] + (direction >> i & 1 ? half : -half);
+            if (!mesher__place(r, q + count, x, q[d].home, p->region)) continue;
+        }
+        q[count].h = q[count].h < h[d] ? q[count].h : h[d];
+        q[count++].source = 0;
+    }
+    return count;
+}
+
+/* Takes a point into the lattice if no other is near. 0: no memory. */
+static int mesher__take(mesher__refiner *r, const mesher__proposal *p, double reach)
+{
+    if (!mesher__is_alone(&r->grid, r->points, p->x, reach * p->h)) return 1;
+    if (!mesher__room(r->memory, &r->points, &r->cap_points, r->num_points, r->num_points + 1, sizeof *p)) return 0;
+    r->points[r->num_points] = *p;
+    return mesher__put_in_grid(&r->grid, r->memory, r->points, (uint32_t)r->num_points++);
+}
+
+/* All points of the lattice that grows from point p on. */
+static mesher_result mesher__grow_lattice(mesher__refiner *r, size_t p)
+{
+    mesher__proposal parent, q[8];
+    int d, n;
+    for (; p < r->num_points; p++) {
+        if ((p & 4095) == 0 && mesher__progress(r->options, "refine", -1)) return MESHER_CANCELLED;
+        if ((p & 4095) == 0 && mesher__over_budget(r) != MESHER_OK) break;
+        if (r->options->max_vertices && p > r->mesh->num_vertices + r->options->max_vertices) break;
+        if (r->options->max_tets && p > r->mesh->num_vertices + r->options->max_tets / 5) break;
+        parent = r->points[p];
+        n = mesher__neighbours(r, &parent, q);
+        for (d = 0; d < n; d++)
+            if (!mesher__take(r, q + d, 1)) return mesher__no_memory(r);
+    }
+    return MESHER_OK;
+}
+
+/* The tetrahedra with an empty sphere wider than the size, in order: the widest, relative to the size, first. */
+static int mesher__find_starts(mesher__refiner *r, size_t *count)
+{
+    const delaunay_mesh *mesh = r->mesh;
+    delaunay_handle t;
+    double x[3], rr, h, ratio;
+    uint64_t bits;
+    size_t n = 0;
+    int i;
+    for (t = 1; t < mesh->num_tets; t++) {
+        const uint32_t *v = mesh->tets[t].v;
+        if (!mesher__is_inside(mesh, t)) continue;
+        rr = mesher__circumcentre(mesh->vertices[v[0]].x, mesh->vertices[v[1]].x, mesh->vertices[v[2]].x,
+                                  mesh->vertices[v[3]].x, x);
+        for (h = 0, i = 0; i < 4; i++) h += r->domain->size[v[i]] / 4;
+        if (!(rr > 2.25 * h * h)) continue;
+        if (!mesher__room(r->memory, &r->order, &r->cap_order, n, n + 1, sizeof *r->order)) return 0;
+        ratio = sqrt(rr) / h;
+        memcpy(&bits, &ratio, sizeof bits);
+        r->order[n].key = ~bits;
+        r->order[n++].value = t;
+    }
+    *count = n;
+    return mesher__sort(r->domain, r->order, n) == MESHER_OK;
+}
+
+/* Body-centred lattices all over the inside, away from the surface, as far as the size is nearly uniform: their
+ * Delaunay tetrahedra are all alike and good, and nothing has to be tried. */
+static mesher_result mesher__lattice(mesher__refiner *r)
+{
+    const delaunay_mesh *mesh = r->mesh;
+    double points = mesher__lattice_points(r), x[3];
+    size_t n = 0, k, first;
+    mesher_result result = MESHER_OK;
+    r->num_points = 0;
+    if (!(points >= 8) || points > MESHER__LATTICE_MOST) return MESHER_OK;
+    if (!mesher__grid_reset(&r->grid, r->memory, (size_t)points + mesh->num_vertices)) return mesher__no_memory(r);
+    if (!mesher__put_vertices(r) || !mesher__find_starts(r, &n)) return mesher__no_memory(r);
+    first = r->num_points;
+    for (k = 0; k < n && result == MESHER_OK; k++) {
+        delaunay_handle t = (delaunay_handle)r->order[k].value, met;
+        const uint32_t *v = mesh->tets[t].v;
+        mesher__proposal p;
+        size_t before = r->num_points;
+        mesher__circumcentre(mesh->vertices[v[0]].x, mesh->vertices[v[1]].x, mesh->vertices[v[2]].x,
+                             mesh->vertices[v[3]].x, x);
+        if (!mesher__in_box(r, x) || !mesher__see(mesh, x, t, &met)) continue;
+        if (!mesher__place(r, &p, x, t, mesh->color[t])) continue;
+        r->ignored += mesher__wishes(r->options, 1, x, &p.region, &p.h);
+        if (!mesher__take(r, &p, 1.5)) result = mesher__no_memory(r);
+        else result = mesher__grow_lattice(r, before);
+        if (mesher__over_budget(r) != MESHER_OK) break;
+    }
+    if (r->num_points > first) memmove(r->points, r->points + first, (r->num_points - first) * sizeof *r->points);
+    r->num_points -= first;
+    return result;
+}
+
 /* Keeps a maximal set of points that are far enough from each other; the others are asked again later. */
 static int mesher__filter(mesher__refiner *r)
 {
-    size_t n = r->num_points, cells = 64, k, kept = 0;
-    while (cells < 2 * n) cells *= 2;
-    if (!mesher__room(r->memory, &r->grid, &r->cap_grid, 0, cells, sizeof *r->grid)) return 0;
-    if (!mesher__room(r->memory, &r->chain, &r->cap_chain, 0, n, sizeof *r->chain)) return 0;
-    memset(r->grid, 0, cells * sizeof *r->grid);
-    r->grid_mask = cells - 1;
-    r->grid_low = 5000;
-    r->grid_high = -5000;
+    size_t n = r->num_points, k, kept = 0;
+    if (!mesher__grid_reset(&r->grid, r->memory, n)) return 0;
     for (k = 0; k < n; k++) {
-        if (!mesher__is_clear(r, r->points + k, r->points[k].tet)) {
-            r->mesh->flags[r->points[k].source] |= MESHER__SEEN;
-        } else if (mesher__is_alone(r, r->points + k)) {
-            r->points[kept] = r->points[k];
-            mesher__put_in_grid(r, (uint32_t)kept++);
+        uint32_t i = (uint32_t)r->order[k].value;
+        const mesher__proposal *p = r->points + i;
+        if (r->options->size_function && !mesher__is_clear(r, p, p->tet)) {
+            r->mesh->flags[p->source] |= MESHER__SEEN;
+        } else if (mesher__is_alone(&r->grid, r->points, p->x, p->h)) {
+            r->order[kept++].value = i;
+            if (!mesher__put_in_grid(&r->grid, r->memory, r->points, i)) return 0;
         } else {
-            mesher__lose(r->mesh, r->points[k].source);
+            mesher__lose(r->mesh, p->source);
         }
     }
     r->num_points = kept;
@@ -4867,6 +5211,91 @@ static int mesher__filter(mesher__refiner *r)
 }
 
 /* -- insertion */
+
+/* delaunay_insphere_perturbed(...) > 0, its filter inlined (the same bound: 1e-28 times the tenth power of the
+ * largest distance). */
+static inline int mesher__in_sphere(const delaunay_vertex *vertices, const uint32_t *v, const double *p)
+{
+    const double *a = vertices[v[0]].x, *b = vertices[v[1]].x, *c = vertices[v[2]].x, *d = vertices[v[3]].x;
+    double ax = a[0] - p[0], ay = a[1] - p[1], az = a[2] - p[2];
+    double bx = b[0] - p[0], by = b[1] - p[1], bz = b[2] - p[2];
+    double cx = c[0] - p[0], cy = c[1] - p[1], cz = c[2] - p[2];
+    double dx = d[0] - p[0], dy = d[1] - p[1], dz = d[2] - p[2];
+    double ab = ax * by - bx * ay, bc = bx * cy - cx * by, cd = cx * dy - dx * cy;
+    double da = dx * ay - ax * dy, ac = ax * cy - cx * ay, bd = bx * dy - dx * by;
+    double al = ax * ax + ay * ay + az * az, bl = bx * bx + by * by + bz * bz;
+    double cl = cx * cx + cy * cy + cz * cz, dl = dx * dx + dy * dy + dz * dz;
+    double det = cl * (dz * ab + az * bd + bz * da) - dl * (az * bc - bz * ac + cz * ab) +
+                 (al * (bz * cd - cz * bd + dz * bc) - bl * (cz * da + dz * ac + az * cd));
+    double l = al > bl ? al : bl, m = cl > dl ? cl : dl;
+    l = l > m ? l : m;
+    if (det * det > 1e-28 * (l * l * l * l * l) + 1e-290) return det > 0;
+    return delaunay_insphere_perturbed(a, b, c, d, p) > 0;
+}
+
+#if defined(__GNUC__) && defined(__x86_64__) && !defined(DELAUNAY_NO_SIMD)
+#define MESHER__SIMD
+
+/* Corner i of four tetrahedra, relative to p, and its squared distance. */
+#define MESHER__LOAD(i, ox, oy, oz, l)                                                                \
+    do {                                                                                           \
+        __m256d r0 = _mm256_load_pd(vertices[v0[i]].x), r1 = _mm256_load_pd(vertices[v1[i]].x);    \
+        __m256d r2 = _mm256_load_pd(vertices[v2[i]].x), r3 = _mm256_load_pd(vertices[v3[i]].x);    \
+        __m256d s0 = _mm256_unpacklo_pd(r0, r1), s1 = _mm256_unpackhi_pd(r0, r1);                  \
+        __m256d s2 = _mm256_unpacklo_pd(r2, r3), s3 = _mm256_unpackhi_pd(r2, r3);                  \
+        ox = _mm256_sub_pd(_mm256_permute2f128_pd(s0, s2, 0x20), px);                               \
+        oy = _mm256_sub_pd(_mm256_permute2f128_pd(s1, s3, 0x20), py);                               \
+        oz = _mm256_sub_pd(_mm256_permute2f128_pd(s0, s2, 0x31), pz);                               \
+        l = _mm256_add_pd(_mm256_add_pd(_mm256_mul_pd(ox, ox), _mm256_mul_pd(oy, oy)), _mm256_mul_pd(oz, oz)); \
+    } while (0)
+#define MESHER__CROSS(a, b, c, d) _mm256_sub_pd(_mm256_mul_pd(a, b), _mm256_mul_pd(c, d))
+
+/* The filter of mesher__in_sphere for four tetrahedra: bits of those that contain p; *unsure: those that it cannot
+ * tell. */
+__attribute__((target("avx2"))) static int mesher__in_spheres4(const delaunay_vertex *vertices, const uint32_t *v0,
+                                                               const uint32_t *v1, const uint32_t *v2,
+                                                               const uint32_t *v3, const double *p, int *unsure)
+{
+    __m256d px = _mm256_set1_pd(p[0]), py = _mm256_set1_pd(p[1]), pz = _mm256_set1_pd(p[2]);
+    __m256d ax, ay, az, al, bx, by, bz, bl, cx, cy, cz, cl, dx, dy, dz, dl, ab, bc, cd, da, ac, bd, det, l, e;
+    MESHER__LOAD(0, ax, ay, az, al);
+    MESHER__LOAD(1, bx, by, bz, bl);
+    MESHER__LOAD(2, cx, cy, cz, cl);
+    MESHER__LOAD(3, dx, dy, dz, dl);
+    ab = MESHER__CROSS(ax, by, bx, ay);
+    bc = MESHER__CROSS(bx, cy, cx, by);
+    cd = MESHER__CROSS(cx, dy, dx, cy);
+    da = MESHER__CROSS(dx, ay, ax, dy);
+    ac = MESHER__CROSS(ax, cy, cx, ay);
+    bd = MESHER__CROSS(bx, dy, dx, by);
+    e = _mm256_add_pd(_mm256_add_pd(_mm256_mul_pd(dz, ab), _mm256_mul_pd(az, bd)), _mm256_mul_pd(bz, da));
+    det = _mm256_mul_pd(cl, e);
+    e = _mm256_add_pd(MESHER__CROSS(az, bc, bz, ac), _mm256_mul_pd(cz, ab));
+    det = _mm256_sub_pd(det, _mm256_mul_pd(dl, e));
+    e = _mm256_add_pd(MESHER__CROSS(bz, cd, cz, bd), _mm256_mul_pd(dz, bc));
+    l = _mm256_mul_pd(al, e);
+    e = _mm256_add_pd(_mm256_add_pd(_mm256_mul_pd(cz, da), _mm256_mul_pd(dz, ac)), _mm256_mul_pd(az, cd));
+    det = _mm256_add_pd(det, _mm256_sub_pd(l, _mm256_mul_pd(bl, e)));
+    l = _mm256_max_pd(_mm256_max_pd(al, bl), _mm256_max_pd(cl, dl));
+    e = _mm256_mul_pd(l, l);
+    e = _mm256_mul_pd(_mm256_mul_pd(e, e), _mm256_mul_pd(l, _mm256_set1_pd(1e-28)));
+    e = _mm256_add_pd(e, _mm256_set1_pd(1e-290));
+    *unsure = _mm256_movemask_pd(_mm256_cmp_pd(_mm256_mul_pd(det, det), e, _CMP_NGT_UQ));
+    return _mm256_movemask_pd(_mm256_cmp_pd(det, _mm256_setzero_pd(), _CMP_GT_OQ));
+}
+#endif
+
+/* delaunay_orient3d(p, a, b, c) > 0, its filter inlined. */
+static inline int mesher__sees(const double *p, const double *a, const double *b, const double *c)
+{
+    double ax = a[0] - p[0], ay = a[1] - p[1], az = a[2] - p[2];
+    double bx = b[0] - p[0], by = b[1] - p[1], bz = b[2] - p[2];
+    double cx = c[0] - p[0], cy = c[1] - p[1], cz = c[2] - p[2];
+    double det = ax * (by * cz - bz * cy) + ay * (bz * cx - bx * cz) + az * (bx * cy - by * cx);
+    double la = ax * ax + ay * ay + az * az, lb = bx * bx + by * by + bz * bz, lc = cx * cx + cy * cy + cz * cz;
+    if (det * det > 2e-30 * la * lb * lc + 1e-290) return det > 0;
+    return delaunay_orient3d(p, a, b, c) > 0;
+}
 
 /* Exact walk to a tetrahedron that contains x, closed; 0 if it leaves the mesh or cycles. */
 static delaunay_handle mesher__walk(const delaunay_mesh *mesh, const double *x, delaunay_handle t)
@@ -4883,8 +5312,8 @@ static delaunay_handle mesher__walk(const delaunay_mesh *mesh, const double *x, 
             i = (int)((turn >> 30) + (uint32_t)k) & 3;
             f = delaunay_facet_order(i);
             if (tet->n[i] && tet->n[i] >> 2 == from) continue;
-            if (delaunay_orient3d(mesh->vertices[tet->v[f[0]]].x, mesh->vertices[tet->v[f[1]]].x,
-                                  mesh->vertices[tet->v[f[2]]].x, x) > 0) break;
+            if (mesher__sees(x, mesh->vertices[tet->v[f[0]]].x, mesh->vertices[tet->v[f[2]]].x,
+                             mesh->vertices[tet->v[f[1]]].x)) break;
         }
         if (k == 4) return t;
         if (!tet->n[i]) return 0;
@@ -4892,12 +5321,6 @@ static delaunay_handle mesher__walk(const delaunay_mesh *mesh, const double *x, 
         t = tet->n[i] >> 2;
     }
     return 0;
-}
-
-static int mesher__in_sphere(const delaunay_mesh *mesh, const uint32_t *v, const double *p)
-{
-    return delaunay_insphere_perturbed(mesh->vertices[v[0]].x, mesh->vertices[v[1]].x, mesh->vertices[v[2]].x,
-                                       mesh->vertices[v[3]].x, p) > 0;
 }
 
 enum { MESHER__IN = 1, MESHER__OUT = 2 }; /* delaunay_mesh.mark while a cavity is dug */
@@ -4913,29 +5336,58 @@ static int mesher__cavity_room(mesher__cavity *c, uint32_t tets, uint32_t outsid
     return 1;
 }
 
+/* Enters up to four tetrahedra, tested against the sphere, in the cavity or in the list outside. */
+static void mesher__sort_out(mesher__cavity *c, delaunay_mesh *mesh, const double *p, const delaunay_handle *batch,
+                             int count)
+{
+    int k, in = 0, unsure = 15;
+#ifdef MESHER__SIMD
+    if (c->simd && count > 1) {
+        const uint32_t *v0 = mesh->tets[batch[0]].v, *v1 = mesh->tets[batch[1]].v;
+        const uint32_t *v2 = count > 2 ? mesh->tets[batch[2]].v : v0, *v3 = count > 3 ? mesh->tets[batch[3]].v : v0;
+        in = mesher__in_spheres4(mesh->vertices, v0, v1, v2, v3, p, &unsure);
+    }
+#endif
+    for (k = 0; k < count; k++) {
+        delaunay_handle u = batch[k];
+        int inside = in >> k & 1;
+        if (unsure >> k & 1) inside = mesher__in_sphere(mesh->vertices, mesh->tets[u].v, p);
+        mesh->mark[u] = inside ? MESHER__IN : MESHER__OUT;
+        c->tets[c->num_tets] = c->outside[c->num_outside] = u;
+        c->num_tets += (uint32_t)inside;
+        c->num_outside += (uint32_t)!inside;
+    }
+}
+
 /* All tetrahedra whose spheres contain p, reached from t without crossing a constrained facet. */
 static int mesher__dig(mesher__cavity *c, delaunay_mesh *mesh, const double *p, delaunay_handle t)
 {
-    uint32_t k;
-    int i;
+    delaunay_handle batch[8];
+    uint32_t k = 0;
+    int i, count = 0;
     c->num_tets = c->num_outside = 0;
     if (!mesher__cavity_room(c, 1, 0)) return 0;
     c->tets[c->num_tets++] = t;
     mesh->mark[t] = MESHER__IN;
-    for (k = 0; k < c->num_tets; k++) {
-        if (!mesher__cavity_room(c, c->num_tets + 4, c->num_outside + 4)) return 0;
-        t = c->tets[k];
-        for (i = 0; i < 4; i++) {
-            delaunay_handle u = mesh->tets[t].n[i] >> 2;
-            if (!u || mesh->mark[u] || (mesh->flags[t] & DELAUNAY_FACET_BIT(i))) continue;
-            if (!delaunay_is_ghost(mesh, u) && mesher__in_sphere(mesh, mesh->tets[u].v, p)) {
-                mesh->mark[u] = MESHER__IN;
-                c->tets[c->num_tets++] = u;
-            } else {
+    while (k < c->num_tets || count) {
+        if (count < 4 && k < c->num_tets) {
+            t = c->tets[k++];
+            for (i = 0; i < 4; i++) {
+                delaunay_handle u = mesh->tets[t].n[i] >> 2;
+                if (!u || mesh->mark[u] || (mesh->flags[t] & DELAUNAY_FACET_BIT(i))) continue;
+                MESHER__PREFETCH(mesh->tets + u);
                 mesh->mark[u] = MESHER__OUT;
-                c->outside[c->num_outside++] = u;
+                batch[count++] = u;
             }
+            if (count < 4 && k < c->num_tets) continue;
         }
+        if (!mesher__cavity_room(c, c->num_tets + 4, c->num_outside + 4)) {
+            while (count) mesh->mark[batch[--count]] = 0;
+            return 0;
+        }
+        i = count < 4 ? count : 4;
+        count -= i;
+        mesher__sort_out(c, mesh, p, batch + count, i);
     }
     return 1;
 }
@@ -4980,8 +5432,8 @@ static int mesher__border(mesher__cavity *c, const delaunay_mesh *mesh, const do
         if (tet->n[i] && mesh->mark[tet->n[i] >> 2] == MESHER__IN && !(mesh->flags[t] & DELAUNAY_FACET_BIT(i)))
             continue;
         for (k = 0; k < 3; k++) facet->v[k] = tet->v[f[k]];
-        if (delaunay_orient3d(p, mesh->vertices[facet->v[0]].x, mesh->vertices[facet->v[1]].x,
-                              mesh->vertices[facet->v[2]].x) <= 0) return 0;
+        if (!mesher__sees(p, mesh->vertices[facet->v[0]].x, mesh->vertices[facet->v[1]].x,
+                          mesh->vertices[facet->v[2]].x)) return 0;
         facet->outer = tet->n[i];
         facet->flags = mesher__inherited(mesh->flags[t], i);
         c->num_facets++;
@@ -5018,7 +5470,7 @@ static int mesher__make_star(mesher__cavity *c, delaunay_mesh *mesh, const doubl
 
 /* Local number of vertex v of the cavity's boundary, given if it has none yet (vertices[v].local need not be
  * initialised: a number counts only if the list confirms it). */
-static uint32_t mesher__local(mesher__cavity *c, delaunay_vertex *vertices, uint32_t v)
+static inline uint32_t mesher__local(mesher__cavity *c, delaunay_vertex *vertices, uint32_t v)
 {
     uint32_t l = vertices[v].local;
     if (l < c->num_vertices && c->vertices[l] == v) return l;
@@ -5028,7 +5480,7 @@ static uint32_t mesher__local(mesher__cavity *c, delaunay_vertex *vertices, uint
 }
 
 /* Where the boundary's directed edge a-b (local numbers) is, or would be entered. */
-static uint32_t *mesher__edge_slot(mesher__cavity *c, uint32_t a, uint32_t b)
+static inline uint32_t *mesher__edge_slot(mesher__cavity *c, uint32_t a, uint32_t b)
 {
     uint64_t key = ((uint64_t)(a + 1) << 32) | b;
     uint32_t k;
@@ -5066,22 +5518,33 @@ static int mesher__hash_room(mesher__cavity *c)
 /* Numbers the vertices of the boundary and enters its directed edges. */
 static int mesher__number(mesher__cavity *c, delaunay_mesh *mesh)
 {
-    uint32_t k, need = 3 * c->num_facets, local[3];
-    int i;
+    uint32_t k, need = 3 * c->num_facets;
+    mesher__facet *f = c->facets;
     if (need > c->cap_vertices) {
         size_t cap = c->cap_vertices;
         if (!mesher__room(c->memory, &c->vertices, &cap, 0, need, sizeof *c->vertices)) return 0;
         c->cap_vertices = (uint32_t)cap;
     }
     c->num_vertices = 0;
-    for (k = 0; k < c->num_facets; k++)
-        for (i = 0; i < 3; i++) mesher__local(c, mesh->vertices, c->facets[k].v[i]);
+    for (k = 0; k < c->num_facets; k++, f++) {
+        f->local[0] = mesher__local(c, mesh->vertices, f->v[0]);
+        f->local[1] = mesher__local(c, mesh->vertices, f->v[1]);
+        f->local[2] = mesher__local(c, mesh->vertices, f->v[2]);
+    }
     if (c->num_vertices > MESHER__LOCAL && !mesher__hash_room(c)) return 0;
-    for (k = 0; k < c->num_facets; k++) {
-        const uint32_t *v = c->facets[k].v;
-        for (i = 0; i < 3; i++) local[i] = mesh->vertices[v[i]].local;
-        for (i = 0; i < 3; i++)
-            mesher__enter_edge(c, local[(i + 1) % 3], local[(i + 2) % 3], 4 * k + (uint32_t)i + 1);
+    f = c->facets;
+    if (c->num_vertices <= MESHER__LOCAL) {
+        for (k = 0; k < c->num_facets; k++, f++) {
+            c->matrix[f->local[1]][f->local[2]] = 4 * k + 1;
+            c->matrix[f->local[2]][f->local[0]] = 4 * k + 2;
+            c->matrix[f->local[0]][f->local[1]] = 4 * k + 3;
+        }
+        return 1;
+    }
+    for (k = 0; k < c->num_facets; k++, f++) {
+        mesher__enter_edge(c, f->local[1], f->local[2], 4 * k + 1);
+        mesher__enter_edge(c, f->local[2], f->local[0], 4 * k + 2);
+        mesher__enter_edge(c, f->local[0], f->local[1], 4 * k + 3);
     }
     return 1;
 }
@@ -5125,8 +5588,8 @@ static int mesher__keeps_distance(const mesher__refiner *r, const mesher__cavity
     uint32_t k;
     int i;
     for (k = 0; k < c->num_vertices; k++) {
-        double near = MESHER__NEAR / 2 * (p->h + size[c->vertices[k]]);
-        if (mesher__distance(vertices[c->vertices[k]].x, p->x) < near) return 0;
+        uint32_t v = c->vertices[k];
+        if (mesher__too_near(p->x, vertices[v].x, p->h + size[v])) return 0;
     }
     for (k = 0; k < c->num_facets; k++) {
         const uint32_t *v = c->facets[k].v;
@@ -5199,19 +5662,20 @@ static void mesher__fill(mesher__cavity *c, delaunay_mesh *mesh, uint32_t p)
         tet->n[0] = f->outer;
         for (i = 0; i < 3; i++) {
             tet->v[i + 1] = f->v[i];
-            if (mesh->vertex_tet) mesh->vertex_tet[f->v[i]] = t;
+            mesh->vertex_tet[f->v[i]] = t;
         }
         mesh->flags[t] = flags;
         mesh->color[t] = color;
         if (f->outer) mesh->tets[f->outer >> 2].n[f->outer & 3] = 4 * t;
     }
-    if (mesh->vertex_tet) mesh->vertex_tet[p] = c->outside[0];
+    mesh->vertex_tet[p] = c->outside[0];
     for (k = 0; k < c->num_facets; k++) {
-        uint32_t local[3], s;
-        for (i = 0; i < 3; i++) local[i] = mesh->vertices[c->facets[k].v[i]].local;
+        static const uint8_t next[5] = {0, 1, 2, 0, 1};
+        const uint32_t *local = c->facets[k].local;
+        delaunay_handle *n = mesh->tets[c->outside[k]].n;
         for (i = 0; i < 3; i++) {
-            s = *mesher__edge_slot(c, local[(i + 2) % 3], local[(i + 1) % 3]) - 1;
-            mesh->tets[c->outside[k]].n[i + 1] = 4 * c->outside[s >> 2] + (s & 3) + 1;
+            uint32_t s = *mesher__edge_slot(c, local[next[i + 2]], local[next[i + 1]]);
+            n[i + 1] = 4 * c->outside[s >> 2] + (s & 3);
         }
     }
     for (k = c->num_facets; k < c->num_tets; k++) {
@@ -5244,8 +5708,10 @@ static int mesher__insert(mesher__refiner *r, const mesher__proposal *p)
     delaunay_handle t = p->tet;
     uint32_t v;
     int state;
-    if (delaunay_is_deleted(mesh, t)) t = mesh->vertex_tet[mesh->num_vertices - 1];
+    if (!t || delaunay_is_deleted(mesh, t)) t = mesh->vertex_tet[mesh->num_vertices - 1];
     t = mesher__walk(mesh, p->x, t);
+    for (state = 0; !t && state < 4; state++) /* a hole or a cycle in the way: from elsewhere */
+        t = mesher__walk(mesh, p->x, mesh->vertex_tet[r->field.tets[p->home].v[state]]);
     if (!t || mesh->color[t] != p->region || !mesher__is_clear(r, p, t)) return 0;
     c->num_facets = 0;
     state = mesher__dig(c, mesh, p->x, t) ? mesher__shape(r, p) : -1;
@@ -5267,37 +5733,20 @@ static int mesher__insert(mesher__refiner *r, const mesher__proposal *p)
 
 /* -- the sweeps */
 
-static mesher_result mesher__over_budget(const mesher__refiner *r)
-{
-    const mesher_options *o = r->options;
-    if (o->max_vertices && (uint64_t)r->mesh->num_vertices - 1 >= o->max_vertices) return MESHER_STOPPED_BY_BUDGET;
-    if (o->max_tets && r->num_tets + 32 > o->max_tets) return MESHER_STOPPED_BY_BUDGET;
-    if (r->mesh->num_vertices >= UINT32_MAX - 16) return MESHER_STOPPED_BY_BUDGET;
-    if ((size_t)r->mesh->num_tets >= ((delaunay_handle)-1) / 4 - 4096) return MESHER_STOPPED_BY_BUDGET;
-    if ((r->inserted & 255) == 0 && o->max_seconds > 0 && delaunay_seconds(&o->host) - r->start > o->max_seconds)
-        return MESHER_STOPPED_BY_BUDGET;
-    return MESHER_OK;
-}
-
-/* What running out of memory means: the caller's limit is a budget, and the mesh is valid. */
-static mesher_result mesher__no_memory(const mesher__refiner *r)
-{
-    return r->memory->limit_bytes ? MESHER_STOPPED_BY_BUDGET : MESHER_ERROR_OUT_OF_MEMORY;
-}
-
 /* Inserts the points of the sweep; those that cannot be are not asked for again. */
 static mesher_result mesher__insert_all(mesher__refiner *r)
 {
-    const delaunay_host *host = &r->options->host;
     size_t k;
     for (k = 0; k < r->num_points; k++) {
         mesher_result result = mesher__over_budget(r);
+        const mesher__proposal *p;
         int state;
         if (result != MESHER_OK) return result;
-        if ((k & 4095) == 0 && host->progress && host->progress(host->user, "refine", -1)) return MESHER_CANCELLED;
-        state = mesher__insert(r, r->points + k);
+        if ((k & 4095) == 0 && mesher__progress(r->options, "refine", -1)) return MESHER_CANCELLED;
+        p = r->points + r->order[k].value;
+        state = mesher__insert(r, p);
         if (state < 0) return mesher__no_memory(r);
-        if (state == 0) r->mesh->flags[r->points[k].source] |= MESHER__SEEN;
+        if (state == 0 && p->source) r->mesh->flags[p->source] |= MESHER__SEEN;
     }
     return MESHER_OK;
 }
@@ -5312,9 +5761,15 @@ static mesher_result mesher__refiner_init(mesher__refiner *r, mesher_domain *dom
     r->mesh = mesh;
     r->memory = r->cavity.memory = &mesh->memory;
     r->options = &domain->options;
+#ifdef MESHER__SIMD
+    r->cavity.simd = __builtin_cpu_supports("avx2");
+#endif
     r->start = delaunay_seconds(&r->options->host);
     if (!mesh->vertex_tet && delaunay_link_vertices(mesh) != DELAUNAY_OK) return mesher__no_memory(r);
-    for (i = 0; i < 3; i++) r->origin[i] = mesh->vertices[1].x[i];
+    if (hilbert_box_fit3(&r->box, mesh->vertices[1].x, sizeof *mesh->vertices, mesh->num_vertices - 1,
+                         r->options->host.num_threads) != HILBERT_OK) return MESHER_ERROR_INTERNAL;
+    hilbert_box_cube(&r->box);
+    for (i = 0; i < 3; i++) r->grid.origin[i] = r->box.lo[i] - 2 * (r->box.hi[i] - r->box.lo[i]);
     r->field.options = r->options;
     r->field.vertices = mesh->vertices;
     r->field.size = domain->size;
@@ -5324,6 +5779,9 @@ static mesher_result mesher__refiner_init(mesher__refiner *r, mesher_domain *dom
     r->field.tets = (delaunay_tet *)delaunay_alloc(r->memory, mesh->num_tets, sizeof *mesh->tets);
     if (!r->field.tets) return mesher__no_memory(r);
     memcpy(r->field.tets, mesh->tets, (size_t)mesh->num_tets * sizeof *mesh->tets);
+    r->field.color = (uint32_t *)delaunay_alloc(r->memory, mesh->num_tets, sizeof *mesh->color);
+    if (!r->field.color) return mesher__no_memory(r);
+    memcpy(r->field.color, mesh->color, (size_t)mesh->num_tets * sizeof *mesh->color);
     if (!mesher__room(r->memory, &r->home, &r->cap_home, 0, mesh->num_vertices, sizeof *r->home))
         return mesher__no_memory(r);
     memset(r->home, 0, mesh->num_vertices * sizeof *r->home);
@@ -5342,10 +5800,13 @@ static void mesher__refiner_free(mesher__refiner *r)
     mesher__cavity *c = &r->cavity;
     for (t = 1; t < r->mesh->num_tets; t++) r->mesh->flags[t] &= (uint16_t)~DELAUNAY_STAGE_BITS;
     delaunay_release(r->memory, r->field.tets);
+    delaunay_release(r->memory, r->field.color);
     delaunay_release(r->memory, r->home);
     delaunay_release(r->memory, r->points);
-    delaunay_release(r->memory, r->grid);
-    delaunay_release(r->memory, r->chain);
+    delaunay_release(r->memory, r->order);
+    delaunay_release(r->memory, r->keys);
+    delaunay_release(r->memory, r->grid.cells);
+    delaunay_release(r->memory, r->grid.chain);
     delaunay_release(r->memory, c->tets);
     delaunay_release(r->memory, c->outside);
     delaunay_release(r->memory, c->facets);
@@ -5404,8 +5865,11 @@ MESHER_API mesher_result mesher_refine(mesher_domain *domain, mesher_report *rep
     if (!domain->size) result = mesher_size(domain, report);
     if (result != MESHER_OK) return result;
     result = mesher__refiner_init(&r, domain);
+    if (result == MESHER_OK) result = mesher__lattice(&r);
+    if (result == MESHER_OK && !mesher__sort_points(&r, 1)) result = mesher__no_memory(&r);
+    if (result == MESHER_OK) result = mesher__insert_all(&r);
     while (result == MESHER_OK) {
-        if (!mesher__gather(&r) || !mesher__filter(&r)) result = mesher__no_memory(&r);
+        if (!mesher__gather(&r) || !mesher__sort_points(&r, 0) || !mesher__filter(&r)) result = mesher__no_memory(&r);
         if (result == MESHER_OK && r.num_points == 0) break;
         if (result == MESHER_OK) result = mesher__insert_all(&r);
         sweeps++;
