@@ -4098,13 +4098,13 @@ DELAUNAY_API int delaunay_segment_crosses(const delaunay_mesh *mesh, uint32_t a,
  * sums in order; hence the same bytes. What two winners can share is a vertex: its entry of
  * vertex_tet is zeroed first and then gets the largest slot. */
 
-#  if defined(_OPENMP) && defined(__GNUC__)
-#    define DELAUNAY__OMP(directive) _Pragma(#    directive)
-#    define DELAUNAY__HAS_ATOMICS    1
-#  else
-#    define DELAUNAY__OMP(directive)
-#    define DELAUNAY__HAS_ATOMICS 0
-#  endif
+#if defined(_OPENMP) && defined(__GNUC__)
+#  define DELAUNAY__OMP(directive) _Pragma(#directive)
+#  define DELAUNAY__HAS_ATOMICS 1
+#else
+#  define DELAUNAY__OMP(directive)
+#  define DELAUNAY__HAS_ATOMICS 0
+#endif
 
 static int delaunay__thread_number(void)
 {
@@ -4121,9 +4121,9 @@ static void delaunay__atomic_min(uint32_t *p, uint32_t value)
     uint32_t old = __atomic_load_n(p, __ATOMIC_RELAXED);
     while (value < old &&
            !__atomic_compare_exchange_n(p, &old, value, 1, __ATOMIC_RELAXED, __ATOMIC_RELAXED)) {}
-#  else
+#else
     if (value < *p) *p = value;
-#  endif
+#endif
 }
 
 static void delaunay__atomic_max(delaunay_handle *p, delaunay_handle value)
@@ -4132,9 +4132,9 @@ static void delaunay__atomic_max(delaunay_handle *p, delaunay_handle value)
     delaunay_handle old = __atomic_load_n(p, __ATOMIC_RELAXED);
     while (value > old &&
            !__atomic_compare_exchange_n(p, &old, value, 1, __ATOMIC_RELAXED, __ATOMIC_RELAXED)) {}
-#  else
+#else
     if (value > *p) *p = value;
-#  endif
+#endif
 }
 
 static void delaunay__atomic_set(delaunay_handle *p, delaunay_handle value)
