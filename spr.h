@@ -120,6 +120,7 @@ typedef struct spr_worst {
 typedef struct spr_report {
     spr_statistics before, after;
     uint64_t  smoothed, edges_removed, reconnected, vertices_removed, vertices_inserted; /* successful operations */
+    uint64_t  relaxed; /* vertices moved for the mean alone */
     uint64_t  rounds, plans, conflicts;
     uint64_t  bounded;          /* bad tetrahedra left that the surface itself holds below the target */
     spr_worst worst[5];
@@ -334,6 +335,7 @@ typedef struct spr__state {
     uint8_t         *movable;     /* a vertex */
     delaunay_handle  cap_tets;
     uint32_t         cap_vertices, first_new, max_new; /* vertices from first_new on are new; room for max_new */
+    uint64_t         max_gone;    /* vertices that may be taken away */
     delaunay_list    bad, items;
     int              sweep;       /* the level that is running */
     int              gamma;       /* the measure is gamma: the quick way */
@@ -353,8 +355,12 @@ static double spr__quality_of(const spr__state *s, const uint32_t *v)
     return spr__quality(s, spr__point(m, v[0]), spr__point(m, v[1]), spr__point(m, v[2]), spr__point(m, v[3]));
 }
 
-/* A change must gain this much: smoothing would creep otherwise. */
-static double spr__margin(const spr__state *s) { return s->sweep == 1 ? 2e-3 : 1e-6; }
+/* What a change must be better than: it reaches the target, or gains this much. Smaller gains would go on for long. */
+static double spr__floor(const spr__state *s, double before)
+{
+    double floor_ = before + (s->sweep == 1 ? 0.02 : 0.005);
+    return before < s->target && floor_ > s->target ? s->target : floor_;
+}
 
 /* -- triangles that wait for an apex: a cone */
 
@@ -778,9 +784,9 @@ static double spr__laplacian(const spr__state *s, const spr__cone *cone, double 
     x[1] = ratio;
     for (step = 0; step < 2; step++) {
         for (k = 0; k < 3; k++) q[k] = p[k] + x[step] * way[k];
-        y[step] = spr__cone_value(s, cone, q, -HUGE_VAL);
+        y[step] = spr__cone_value(s, cone, q, value);
     }
-    for (step = 0; step < 8; step++) {
+    for (step = 0; step < 8 && (step < 2 || best_value > value); step++) {
         int left = y[0] > y[1], at = left ? 0 : 1;
         if (y[at] > best_value) {
             best_value = y[at];
@@ -792,7 +798,7 @@ static double spr__laplacian(const spr__state *s, const spr__cone *cone, double 
         y[1 - at] = y[at];
         x[at] = left ? hi - ratio * (hi - lo) : lo + ratio * (hi - lo);
         for (k = 0; k < 3; k++) q[k] = p[k] + x[at] * way[k];
-        y[at] = spr__cone_value(s, cone, q, -HUGE_VAL);
+        y[at] = spr__cone_value(s, cone, q, value);
     }
     for (k = 0; k < 3; k++) p[k] += best * way[k];
     return best_value;
@@ -822,6 +828,9 @@ static double spr__common_ascent(double (*g)[3], int n, double *x)
     return spr__dot(x, x);
 }
 
+/* Facets this much better than the worst do not limit a step beforehand. */
+#define SPR__NEAR 0.2
+
 /* Maximises the worst quality of the cone: steps along the common ascent of the worst facets, up to where another
  * one becomes the worst. p and the value returned are better than before, or unchanged. */
 static double spr__max_min(const spr__state *s, const spr__cone *cone, double *p, double value, int steps)
@@ -833,13 +842,15 @@ static double spr__max_min(const spr__state *s, const spr__cone *cone, double *p
         double worst = HUGE_VAL, band;
         size_t at = 0;
         for (i = 0; i < cone->n; i++) {
-            q[i] = spr__facet_gradient(s, &cone->f[i], p, g[i]);
+            q[i] = spr__facet_value(s, &cone->f[i], p);
             if (q[i] < worst) {
                 worst = q[i];
                 at = i;
             }
         }
         band = worst + 0.02;
+        for (i = 0; i < cone->n; i++)
+            if (q[i] < worst + SPR__NEAR) spr__facet_gradient(s, &cone->f[i], p, g[i]);
         memcpy(active[0], g[at], sizeof active[0]);
         for (num = 1, i = 0; i < cone->n && num < SPR__MAX_ACTIVE; i++)
             if (i != at && q[i] < band) memcpy(active[num++], g[i], sizeof active[0]);
@@ -847,6 +858,7 @@ static double spr__max_min(const spr__state *s, const spr__cone *cone, double *p
         if (!(rise * cone->f[at].longest > 1e-6)) break;
         step = 0.3 * sqrt(cone->f[at].longest / rise);
         for (i = 0; i < cone->n; i++) {
+            if (q[i] >= worst + SPR__NEAR) continue;
             slope = spr__dot(g[i], way);
             if (q[i] >= band && slope < rise) step = spr__min(step, (q[i] - worst) / (rise - slope));
         }
@@ -890,7 +902,7 @@ static int spr__smooth(const spr__state *s, delaunay_worker *worker, uint32_t v,
     memcpy(offer->xyz, spr__point(m, v), sizeof offer->xyz);
     offer->after = spr__laplacian(s, &cone, offer->xyz, offer->before);
     if (offer->after < s->target) offer->after = spr__max_min(s, &cone, offer->xyz, offer->after, 8);
-    if (!(offer->after > offer->before + spr__margin(s))) return 0;
+    if (!(offer->after > spr__floor(s, offer->before))) return 0;
     return spr__cone_is_positive(&cone, offer->xyz);
 }
 
@@ -914,6 +926,49 @@ static int spr__plan_smooth(const spr__state *s, delaunay_worker *worker, delaun
     result = delaunay_vertex_star(s->mesh, worker, best.vertex, &plan->star);
     if (result != DELAUNAY_OK) return (int)result;
     return delaunay_plan_move(plan, best.vertex, best.xyz, plan->star.items, plan->star.count);
+}
+
+/* -- relaxation: better on average */
+
+/* Sum of the qualities of a cone, or -HUGE_VAL as soon as one is below floor. */
+static double spr__cone_sum(const spr__state *s, const spr__cone *cone, const double *p, double floor_)
+{
+    double sum = 0, q;
+    size_t i;
+    for (i = 0; i < cone->n; i++) {
+        q = spr__facet_value(s, &cone->f[i], p);
+        if (q < floor_) return -HUGE_VAL;
+        sum += q;
+    }
+    return sum;
+}
+
+/* Item: a vertex. Moves it towards the mean of its link's facets, weighted by area, where that is better on average,
+ * and nothing falls below the worst of the star or well above the target. */
+static int spr__plan_relax(void *user, const delaunay_mesh *m, delaunay_worker *worker, size_t item, delaunay_plan *plan)
+{
+    const spr__state *s = (const spr__state *)user;
+    uint32_t v = s->items.items[item] & UINT32_MAX;
+    spr__cone cone;
+    double aim[3] = {0, 0, 0}, p[3], sum = 0, area = 0, worst, step, gain;
+    delaunay_result result = delaunay_vertex_star(m, worker, v, &plan->star);
+    size_t i;
+    int k;
+    if (result != DELAUNAY_OK) return (int)result;
+    if (!spr__cone_of_star(&cone, m, v, &plan->star)) return DELAUNAY_PLAN_NOTHING;
+    worst = spr__min(spr__worst_of(s, plan->star.items, plan->star.count), 0.5 * (1 + s->target));
+    for (i = 0; i < cone.n; i++) {
+        sum += s->value[plan->star.items[i]];
+        area += cone.f[i].area;
+        for (k = 0; k < 3; k++) aim[k] += cone.f[i].area * (cone.f[i].a[k] + cone.f[i].b[k] + cone.f[i].c[k]) / 3;
+    }
+    for (step = 1; step > 0.4; step *= 0.5) {
+        for (k = 0; k < 3; k++) p[k] = spr__point(m, v)[k] + step * (aim[k] / area - spr__point(m, v)[k]);
+        gain = spr__cone_sum(s, &cone, p, worst) - sum;
+        if (gain > 2e-3 * (double)cone.n && spr__cone_is_positive(&cone, p))
+            return delaunay_plan_move(plan, v, p, plan->star.items, plan->star.count);
+    }
+    return DELAUNAY_PLAN_NOTHING;
 }
 
 /* ---- >>edge removal ----------------------------------------------------------------------- */
@@ -976,7 +1031,7 @@ static double spr__ring_triangle(const spr__state *s, const spr__ring *r, int i,
 /* Dynamic programming over the polygon [Klincsek 1980; Shewchuk 2002]. Returns 1 if it gains. */
 static int spr__ring_solve(const spr__state *s, spr__ring *r)
 {
-    double best[SPR__MAX_RING][SPR__MAX_RING], floor_ = r->before + spr__margin(s), q;
+    double best[SPR__MAX_RING][SPR__MAX_RING], floor_ = spr__floor(s, r->before), q;
     int n = r->n, i, j, k, span;
     if (n < 3) return 0;
     for (i = 0; i + 1 < n; i++) best[i][i + 1] = HUGE_VAL;
@@ -1163,7 +1218,7 @@ static int spr__reconnect(const spr__state *s, delaunay_worker *worker, const de
     search->objective = DELAUNAY_BEST_QUALITY;
     search->quality = spr__search_quality;
     search->user = (void *)(uintptr_t)s;
-    search->bound = spr__max(before, 0) + spr__margin(s);
+    search->bound = spr__floor(s, spr__max(before, 0));
     search->max_nodes = max_nodes;
     return delaunay_reconnect(s->mesh, worker, window, search) > 0;
 }
@@ -1205,7 +1260,7 @@ static double spr__distance2(const double *a, const double *b)
 static int spr__contract(const spr__state *s, uint32_t v, const delaunay_list *star, spr__offer *offer)
 {
     const delaunay_mesh *m = s->mesh;
-    double longest = 0, floor_ = spr__max(offer->after, offer->before + spr__margin(s));
+    double longest = 0, floor_ = spr__max(offer->after, spr__floor(s, offer->before));
     uint32_t seen[4 * SPR__MAX_STAR];
     int found = 0, num = 0, i, k;
     size_t j, at;
@@ -1377,13 +1432,15 @@ static void spr__pit_grow(const spr__state *s, spr__pit *c)
     }
 }
 
-/* No vertex and no constrained edge is left inside. */
+/* No vertex, no constrained edge and no wall is left inside. */
 static int spr__pit_is_hollow(const spr__state *s, const spr__pit *c)
 {
     const delaunay_mesh *m = s->mesh;
     int i, j, k;
     for (i = 0; i < c->num_tets; i++) {
         delaunay_handle t = c->t[i];
+        for (k = 0; k < 4; k++)
+            if (spr__is_wall(m, t, k) && m->tets[t].n[k] && spr__pit_has(c, m->tets[t].n[k] / 4)) return 0;
         for (k = 0; k < 10; k++) {
             uint32_t a = m->tets[t].v[k < 4 ? k : delaunay_edge_order(k - 4)[0]];
             uint32_t b = m->tets[t].v[k < 4 ? k : delaunay_edge_order(k - 4)[1]];
@@ -1425,6 +1482,30 @@ static int spr__pit_is_roomy(const spr__cone *cone, const double *p)
     return nearest > 0.25 * shortest;
 }
 
+/* Squares of what bad tetrahedra lack. */
+static double spr__lack(const spr__state *s, double value)
+{
+    double d = s->target - value;
+    return d > 0 ? d * d : 0;
+}
+
+static double spr__lack_of(const spr__state *s, const delaunay_handle *t, size_t n)
+{
+    double sum = 0;
+    size_t i;
+    for (i = 0; i < n; i++) sum += spr__lack(s, s->value[t[i]]);
+    return sum;
+}
+
+/* A new vertex often makes several better but still bad tetrahedra of a very bad one: it must halve the sum. */
+static int spr__pit_pays(const spr__state *s, const spr__pit *c)
+{
+    double after = 0;
+    int i;
+    for (i = 0; i < c->num_facets; i++) after += spr__lack(s, c->value[i]);
+    return after < 0.5 * spr__lack_of(s, c->t, (size_t)c->num_tets);
+}
+
 /* Grows and moves the vertex in turn. Returns 1 if the offer gains. */
 static int spr__pit_solve(const spr__state *s, spr__pit *c)
 {
@@ -1441,9 +1522,10 @@ static int spr__pit_solve(const spr__state *s, spr__pit *c)
         if (value <= c->after + 1e-3) break;
         c->after = value;
     }
-    c->after = spr__cone_value(s, &cone, c->xyz, -HUGE_VAL);
-    return c->after > c->before + spr__margin(s) && cone.n == (size_t)c->num_facets && spr__cone_is_positive(&cone, c->xyz) &&
-           spr__pit_is_roomy(&cone, c->xyz) && spr__pit_is_hollow(s, c);
+    c->after = HUGE_VAL;
+    for (i = 0; i < c->num_facets; i++) c->after = spr__min(c->after, c->value[i]);
+    return c->after > spr__floor(s, c->before) && cone.n == (size_t)c->num_facets && spr__pit_pays(s, c) &&
+           spr__cone_is_positive(&cone, c->xyz) && spr__pit_is_roomy(&cone, c->xyz) && spr__pit_is_hollow(s, c);
 }
 
 /* The k-th place to begin with: the middle of t, then of its edges, with all tetrahedra around. */
@@ -1498,6 +1580,25 @@ enum {
     SPR__HOPELESS /* level of a tetrahedron for which everything was tried */
 };
 
+static int spr__is_off(const spr__state *s, int level)
+{
+    const spr_options *o = &s->options;
+    switch (level) {
+    case SPR__EDGES: return o->no_edge_removal;
+    case SPR__SMOOTH: return o->no_smoothing;
+    case SPR__REMOVE: return o->keep_vertices;
+    case SPR__INSERT: return o->keep_vertices || s->max_new == 0;
+    default: return o->no_reconnection;
+    }
+}
+
+/* The first level from this one on that is not switched off. */
+static uint8_t spr__level_from(const spr__state *s, int level)
+{
+    while (level < SPR__HOPELESS && spr__is_off(s, level)) level++;
+    return (uint8_t)level;
+}
+
 static void spr__set_goal(delaunay_plan *plan, double goal) { memcpy(&plan->data[1], &goal, sizeof goal); }
 
 /* What is worth trying for: the target, or nearly what the surface allows. */
@@ -1522,6 +1623,7 @@ static int spr__plan(void *user, const delaunay_mesh *m, delaunay_worker *worker
     case SPR__SMOOTH: return spr__plan_smooth(s, worker, t, plan);
     case SPR__SMALL: return spr__plan_grow(s, worker, t, plan, small);
     case SPR__REMOVE:
+        if (s->report->vertices_removed >= s->max_gone) return DELAUNAY_PLAN_NOTHING;
         answer = spr__plan_removal(s, worker, t, plan, 0);
         return answer != DELAUNAY_PLAN_NOTHING ? answer : spr__plan_removal(s, worker, t, plan, 1);
     case SPR__INSERT: return spr__plan_insertion(s, t, plan);
@@ -1574,6 +1676,7 @@ static int spr__list(spr__state *s, delaunay_handle t)
 {
     if (s->listed[t]) return 1;
     s->listed[t] = 1;
+    s->level[t] = spr__level_from(s, 0);
     return delaunay_list_push(&s->bad, t) == DELAUNAY_OK;
 }
 
@@ -1583,7 +1686,7 @@ static int spr__renew(spr__state *s, delaunay_handle t, int is_new)
     const uint32_t *v = s->mesh->tets[t].v;
     int k;
     s->value[t] = spr__quality_of(s, v);
-    s->level[t] = 0;
+    s->level[t] = spr__level_from(s, 0);
     if (is_new) s->goal[t] = 0;
     for (k = 0; k < 4; k++) s->stamp[v[k]] = delaunay_engine_round(s->engine);
     return s->value[t] >= s->target || spr__list(s, t);
@@ -1616,7 +1719,7 @@ static int spr__done(void *user, delaunay_mesh *m, delaunay_worker *worker, size
         memcpy(&goal, &plan->data[1], sizeof goal);
         if (delaunay_is_deleted(m, t) || s->value[t] >= s->target) return 0;
         if (goal > 0) s->goal[t] = (float)goal;
-        if (s->level[t] == s->sweep) s->level[t]++;
+        if (s->level[t] == s->sweep) s->level[t] = spr__level_from(s, s->sweep + 1);
         if (goal > 0 && s->value[t] >= goal) s->level[t] = SPR__HOPELESS;
         s->tried[t] = delaunay_engine_round(s->engine);
     } else {
@@ -1637,6 +1740,7 @@ static int spr__done(void *user, delaunay_mesh *m, delaunay_worker *worker, size
 static int spr__refresh(spr__state *s)
 {
     const delaunay_mesh *m = s->mesh;
+    const uint8_t first = spr__level_from(s, 0);
     int lowest = SPR__HOPELESS, k;
     size_t i, n = 0;
     for (i = 0; i < s->bad.count; i++) {
@@ -1648,54 +1752,80 @@ static int spr__refresh(spr__state *s)
         }
         s->bad.items[n++] = t;
         if (s->goal[t] > 0 && s->value[t] >= (double)s->goal[t]) continue;
-        for (k = 0; k < 4 && s->level[t] > 0; k++)
-            if (s->stamp[v[k]] > s->tried[t]) s->level[t] = 0;
+        for (k = 0; k < 4 && s->level[t] > first; k++)
+            if (s->stamp[v[k]] >= s->tried[t]) s->level[t] = first;
         if (s->level[t] < lowest) lowest = s->level[t];
     }
     s->bad.count = n;
     return lowest;
 }
 
-static int spr__is_off(const spr__state *s, int level)
+static spr_result spr__speculate(spr__state *s, delaunay_speculation *job)
 {
-    const spr_options *o = &s->options;
-    switch (level) {
-    case SPR__EDGES: return o->no_edge_removal;
-    case SPR__SMOOTH: return o->no_smoothing;
-    case SPR__REMOVE: return o->keep_vertices;
-    case SPR__INSERT: return o->keep_vertices || s->max_new == 0;
-    default: return o->no_reconnection;
-    }
+    delaunay_result result;
+    job->num_items = s->items.count;
+    job->user = s;
+    job->scatter = 1;
+    job->phase = "improve";
+    result = delaunay_speculate(s->engine, job);
+    s->report->rounds += job->rounds;
+    s->report->plans += job->plans;
+    s->report->conflicts += job->conflicts;
+    return s->failure != SPR_OK ? s->failure : (spr_result)result;
 }
 
 static spr_result spr__run(spr__state *s, int level)
 {
     static const uint32_t batch[SPR__HOPELESS] = {1024, 512, 512, 256, 256, 128, 32};
     delaunay_speculation job;
-    delaunay_result result;
     size_t i;
     s->items.count = 0;
     for (i = 0; i < s->bad.count; i++) {
         delaunay_handle t = s->bad.items[i];
-        if (s->level[t] != level) continue;
-        if (spr__is_off(s, level)) s->level[t]++;
-        else if (delaunay_list_push(&s->items, t) != DELAUNAY_OK) return SPR_ERROR_OUT_OF_MEMORY;
+        if (s->level[t] == level && delaunay_list_push(&s->items, t) != DELAUNAY_OK) return SPR_ERROR_OUT_OF_MEMORY;
     }
     if (s->items.count == 0) return SPR_OK;
     memset(&job, 0, sizeof job);
-    job.num_items = s->items.count;
     job.plan = spr__plan;
     job.done = spr__done;
-    job.user = s;
     job.batch = batch[level];
-    job.scatter = 1;
-    job.phase = "improve";
     s->sweep = level;
-    result = delaunay_speculate(s->engine, &job);
-    s->report->rounds += job.rounds;
-    s->report->plans += job.plans;
-    s->report->conflicts += job.conflicts;
-    return s->failure != SPR_OK ? s->failure : (spr_result)result;
+    return spr__speculate(s, &job);
+}
+
+/* Item: a vertex that was to be relaxed. */
+static int spr__done_relax(void *user, delaunay_mesh *m, delaunay_worker *worker, size_t item, const delaunay_plan *plan)
+{
+    spr__state *s = (spr__state *)user;
+    size_t i;
+    (void)m;
+    (void)worker;
+    (void)item;
+    s->report->relaxed += (uint64_t)plan->committed;
+    for (i = 0; plan->committed && i < plan->star.count; i++)
+        if (!spr__renew(s, plan->star.items[i], 0)) s->failure = SPR_ERROR_OUT_OF_MEMORY;
+    if (s->failure != SPR_OK) return 1;
+    return s->deadline > 0 && delaunay_seconds(&s->options.host) > s->deadline;
+}
+
+/* One sweep over all vertices that may move. */
+static spr_result spr__relax(spr__state *s)
+{
+    delaunay_speculation job;
+    double start = delaunay_seconds(&s->options.host);
+    spr_result result;
+    uint32_t v;
+    s->items.count = 0;
+    for (v = 1; v < s->mesh->num_vertices; v++)
+        if (s->movable[v] && s->mesh->vertex_tet[v] && delaunay_list_push(&s->items, v) != DELAUNAY_OK)
+            return SPR_ERROR_OUT_OF_MEMORY;
+    memset(&job, 0, sizeof job);
+    job.plan = spr__plan_relax;
+    job.done = spr__done_relax;
+    job.batch = 4096;
+    result = spr__speculate(s, &job);
+    s->report->seconds_smoothing += delaunay_seconds(&s->options.host) - start;
+    return result;
 }
 
 static spr_result spr__schedule(spr__state *s)
@@ -1885,21 +2015,29 @@ static void spr__close(spr__state *s)
     delaunay_release(s->memory, s->movable);
 }
 
+/* A new vertex brings some six tetrahedra: so many tetrahedra of the mesh to one keep it within a tenth of its size. */
+enum { SPR__TETS_A_VERTEX = 60 };
+
 /* Everything but opening and closing. */
 static spr_result spr__improve(spr__state *s, uint32_t max_new)
 {
     spr_result result = SPR_ERROR_OUT_OF_MEMORY, after;
+    uint64_t most;
     s->bad.memory = s->items.memory = s->memory;
+    if (s->mesh->num_tets < 2) return SPR_OK;
     if (!s->mesh->vertex_tet && delaunay_link_vertices(s->mesh) != DELAUNAY_OK) return result;
     s->engine = delaunay_engine_new(s->mesh, &s->options.host);
     if (!s->engine || !spr__fit(s)) return result;
     result = spr__statistics(s, &s->report->before);
     if (result != SPR_OK) return result;
     s->first_new = s->mesh->num_vertices;
-    s->max_new = s->options.keep_vertices ? 0 : max_new;
+    most = s->report->before.num_tets / SPR__TETS_A_VERTEX + 16;
+    s->max_gone = most;
+    s->max_new = s->options.keep_vertices ? 0 : most < max_new ? (uint32_t)most : max_new;
     spr__find_movable(s);
     if (!spr__find_bad(s)) return SPR_ERROR_OUT_OF_MEMORY;
     result = spr__schedule(s);
+    if (result == SPR_OK && !s->options.no_smoothing) result = spr__relax(s);
     spr__explain(s);
     if (!s->options.keep_vertices) spr__compact(s);
     after = spr__statistics(s, &s->report->after);

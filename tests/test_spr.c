@@ -1,0 +1,686 @@
+/* test_spr.c - spr.h: measures against known shapes, and what every improvement must leave as it was */
+#define SPR_IMPLEMENTATION
+#include "spr.h"
+#include "check.h"
+#include "small_mesh.h"
+#include <math.h>
+#include <stdio.h>
+
+/* ---- meshes -------------------------------------------------------------------------------- */
+
+static double random_double(void) { return small_random(1u << 24) / (double)(1u << 24); }
+
+/* Random points in a cube (corners included) or in a ball, none too close to another. */
+static void random_points(double *xyz, uint32_t n, int ball)
+{
+    double closest = 0.36 / pow((double)n, 2. / 3);
+    uint32_t i, k, j, tries;
+    for (i = 0; i < n; i++)
+        for (tries = 0; tries < 50; tries++) {
+            double *p = xyz + 3 * i, r = 0;
+            for (k = 0; k < 3; k++) {
+                p[k] = !ball && i < 8 ? (double)(i >> k & 1) : random_double();
+                r += (p[k] - .5) * (p[k] - .5);
+            }
+            if (ball && r > .25) continue;
+            for (j = 0; j < i; j++)
+                if (pow(p[0] - xyz[3 * j], 2) + pow(p[1] - xyz[3 * j + 1], 2) + pow(p[2] - xyz[3 * j + 2], 2) < closest) break;
+            if (j == i) break;
+        }
+}
+
+static int random_mesh(delaunay_mesh *m, uint32_t n, int ball, const delaunay_host *host)
+{
+    double *xyz = (double *)malloc(3 * n * sizeof *xyz);
+    delaunay_options options;
+    delaunay_result result;
+    memset(m, 0, sizeof *m);
+    memset(&options, 0, sizeof options);
+    if (host) options.host = *host;
+    random_points(xyz, n, ball);
+    result = delaunay_tetrahedralize(m, xyz, n, &options, NULL);
+    free(xyz);
+    if (result != DELAUNAY_OK) return 0;
+    return delaunay_enable_marks(m) == DELAUNAY_OK && delaunay_link_vertices(m) == DELAUNAY_OK;
+}
+
+static const double *point(const delaunay_mesh *m, delaunay_handle t, int i) { return m->vertices[m->tets[t].v[i]].x; }
+
+static double determinant(const delaunay_mesh *m, delaunay_handle t)
+{
+    const double *a = point(m, t, 0), *b = point(m, t, 1), *c = point(m, t, 2), *d = point(m, t, 3);
+    double u[3], v[3], w[3];
+    int k;
+    for (k = 0; k < 3; k++) {
+        u[k] = b[k] - a[k];
+        v[k] = c[k] - a[k];
+        w[k] = d[k] - a[k];
+    }
+    return u[0] * (v[1] * w[2] - v[2] * w[1]) + u[1] * (v[2] * w[0] - v[0] * w[2]) + u[2] * (v[0] * w[1] - v[1] * w[0]);
+}
+
+static int is_real(const delaunay_mesh *m, delaunay_handle t) { return !delaunay_is_deleted(m, t) && !delaunay_is_ghost(m, t); }
+
+/* Colours 1 and 2 by which side of a plane the middle is; 0 (outside) in one corner if there is a third. */
+static void color_mesh(delaunay_mesh *m, int colors)
+{
+    delaunay_handle t;
+    int i;
+    for (t = 1; t < m->num_tets; t++) {
+        double x = 0, y = 0;
+        if (!is_real(m, t)) continue;
+        for (i = 0; i < 4; i++) {
+            x += point(m, t, i)[0] / 4;
+            y += point(m, t, i)[1] / 4;
+        }
+        m->color[t] = colors > 2 && y > .7 ? 0 : colors > 1 && x > .45 ? 2 : 1;
+    }
+}
+
+static double volume(const delaunay_mesh *m, uint32_t color)
+{
+    double sum = 0;
+    delaunay_handle t;
+    for (t = 1; t < m->num_tets; t++)
+        if (is_real(m, t) && m->color[t] == color) sum += determinant(m, t);
+    return sum;
+}
+
+/* Sum over the walls of a hash of their corners' coordinates and of the colours on both sides: the same as long as
+ * the walls are. */
+static uint64_t walls(const delaunay_mesh *m)
+{
+    uint64_t sum = 0, count = 0;
+    delaunay_handle t;
+    int i, k, j;
+    for (t = 1; t < m->num_tets; t++)
+        for (i = 0; i < 4 && is_real(m, t); i++) {
+            delaunay_handle n = m->tets[t].n[i] / 4;
+            uint32_t other = n && is_real(m, n) ? m->color[n] : 99;
+            uint64_t hash = 1;
+            if (other == m->color[t] && !(m->flags[t] & DELAUNAY_FACET_BIT(i))) continue;
+            for (k = 0; k < 3; k++) {
+                uint64_t h = 0, bits;
+                for (j = 0; j < 3; j++) {
+                    memcpy(&bits, &point(m, t, delaunay_facet_order(i)[k])[j], sizeof bits);
+                    h = (h ^ bits) * 0x9e3779b97f4a7c15u;
+                    h ^= h >> 31;
+                }
+                hash *= h | 1;
+            }
+            sum += hash * (1 + m->color[t]);
+            count++;
+        }
+    return sum + count;
+}
+
+static spr_options open_options(void)
+{
+    spr_options o;
+    memset(&o, 0, sizeof o);
+    o.free_vertices = 1;
+    o.host.num_threads = 1;
+    return o;
+}
+
+/* ---- measures ------------------------------------------------------------------------------ */
+
+static void test_measures_of_known_shapes(void)
+{
+    const double a[3] = {1, 1, 1}, b[3] = {1, -1, -1}, c[3] = {-1, 1, -1}, d[3] = {-1, -1, 1};
+    const double o[3] = {0, 0, 0}, x[3] = {1, 0, 0}, y[3] = {0, 1, 0}, z[3] = {0, 0, 1};
+    const double *p[4];
+    double angle[6], g;
+    int i, j, positive = delaunay_orient3d(a, b, c, d) > 0;
+    p[0] = a; p[1] = positive ? b : c; p[2] = positive ? c : b; p[3] = d;
+    CHECK(fabs(spr_gamma(p[0], p[1], p[2], p[3]) - 1) < 1e-14);
+    CHECK(fabs(spr_sicn(p[0], p[1], p[2], p[3]) - 1) < 1e-14);
+    CHECK(fabs(spr_min_sine(p[0], p[1], p[2], p[3]) - sqrt(8) / 3) < 1e-14);
+    CHECK(fabs(spr_gamma(p[1], p[0], p[2], p[3]) + 1) < 1e-14);
+    CHECK(fabs(spr_sicn(p[1], p[0], p[2], p[3]) + 1) < 1e-14);
+    spr_dihedrals(p[0], p[1], p[2], p[3], angle);
+    for (i = 0; i < 6; i++) CHECK(fabs(angle[i] - 70.528779365509308) < 1e-10);
+    /* corner of a cube: volume 1/6, areas 3/2 + sqrt(3)/2, longest edge sqrt 2 */
+    g = sqrt(24.) * 3 * (1 / 6.) / (sqrt(2.) * (1.5 + sqrt(3.) / 2));
+    CHECK(fabs(spr_gamma(o, x, y, z) - g) < 1e-14);
+    spr_dihedrals(o, x, y, z, angle);
+    for (i = 0; i < 3; i++) CHECK(fabs(angle[i] - 90) < 1e-10);
+    for (i = 3; i < 6; i++) CHECK(fabs(angle[i] - 54.735610317245346) < 1e-10);
+    /* S = W^-1, W the regular one: W^T W has eigenvalues 2, 1/2, 1/2 */
+    g = spr_sicn(o, x, y, z);
+    CHECK(fabs(g - 3 / sqrt(3 * 4.5)) < 1e-14);
+    p[0] = o; p[1] = x; p[2] = y; p[3] = z;
+    for (i = 0; i < 4; i++)
+        for (j = 0; j < i; j++) { /* odd permutations change the sign, and no more than that */
+            const double *q[4], *swap;
+            memcpy((void *)q, (const void *)p, sizeof q);
+            swap = q[i]; q[i] = q[j]; q[j] = swap;
+            CHECK(fabs(spr_gamma(q[0], q[1], q[2], q[3]) + spr_gamma(o, x, y, z)) < 1e-14);
+            CHECK(fabs(spr_sicn(q[0], q[1], q[2], q[3]) + g) < 1e-14);
+        }
+    CHECK(spr_gamma(o, o, o, o) == 0 && spr_sicn(o, o, o, o) == 0 && spr_gamma(o, x, y, x) == 0);
+}
+
+/* Best gamma over all apices, of isosceles triangles by the angle at the tip (ALGORITHMS of the field: numeric). */
+static void test_bound_of_triangles(void)
+{
+    static const double needle[][2] = {{60, 1}, {45, .93}, {30, .77}, {20, .60}, {15, .49}, {10, .35}, {5, .19}, {1, .04}};
+    double a[3] = {0, 0, 0}, b[3] = {0, 0, 0}, c[3] = {0, 0, 0}, bound, best = 0;
+    size_t i;
+    int k;
+    for (i = 0; i < sizeof needle / sizeof *needle; i++) {
+        double angle = needle[i][0] * 0.017453292519943295;
+        b[0] = cos(angle / 2); b[1] = sin(angle / 2);
+        c[0] = b[0]; c[1] = -b[1];
+        bound = spr_gamma_bound(a, b, c);
+        CHECK(fabs(bound - needle[i][1]) < 0.012);
+        CHECK(fabs(bound - spr_gamma_bound(c, b, a)) < 0.01);
+    }
+    for (k = 0; k < 20000; k++) { /* no apex is better than the bound */
+        double p[3];
+        p[0] = 3 * random_double() - 1; p[1] = 3 * random_double() - 1.5; p[2] = 2 * random_double() - 1;
+        best = fmax(best, fabs(spr_gamma(a, b, c, p)));
+    }
+    CHECK(best <= bound * 1.01 && best > 0.5 * bound);
+    CHECK(spr_gamma_bound(a, a, b) == 0);
+}
+
+static int compare_doubles(const void *a, const void *b)
+{
+    double x = *(const double *)a, y = *(const double *)b;
+    return x < y ? -1 : x > y;
+}
+
+static void test_statistics_against_sorting(void)
+{
+    delaunay_mesh m;
+    spr_statistics s;
+    delaunay_handle t;
+    double *q, sum = 0, lowest = 180, highest = 0, angle[6];
+    uint64_t below = 0, angles = 0;
+    size_t n = 0;
+    int i;
+    CHECK(random_mesh(&m, 700, 0, NULL));
+    color_mesh(&m, 3);
+    q = (double *)malloc(m.num_tets * sizeof *q);
+    for (t = 1; t < m.num_tets; t++) {
+        if (!is_real(&m, t) || m.color[t] == 0) continue;
+        q[n] = spr_gamma(point(&m, t, 0), point(&m, t, 1), point(&m, t, 2), point(&m, t, 3));
+        below += q[n] < 0.35;
+        sum += q[n++];
+        spr_dihedrals(point(&m, t, 0), point(&m, t, 1), point(&m, t, 2), point(&m, t, 3), angle);
+        for (i = 0; i < 6; i++) {
+            lowest = fmin(lowest, angle[i]);
+            highest = fmax(highest, angle[i]);
+        }
+    }
+    qsort(q, n, sizeof *q, compare_doubles);
+    CHECK(spr_measure_mesh(&m, NULL, &s) == SPR_OK);
+    CHECK(s.num_tets == n && s.num_below == below && n > 1000);
+    CHECK(fabs(s.min - q[0]) < 1e-15 && fabs(s.p001 - q[n / 1000]) < 1e-15 && fabs(s.p01 - q[n / 100]) < 1e-15);
+    CHECK(fabs(s.mean - sum / (double)n) < 1e-12);
+    CHECK(fabs(s.dihedral_min_degrees - lowest) < 1e-5 && fabs(s.dihedral_max_degrees - highest) < 1e-5);
+    for (i = 0; i < 18; i++) angles += s.dihedral_histogram[i];
+    CHECK(angles == 6 * n);
+    free(q);
+    delaunay_mesh_free(&m);
+}
+
+/* ---- improvement --------------------------------------------------------------------------- */
+
+/* Improves, and checks what must hold whatever the options are. */
+static void improve_and_check(delaunay_mesh *m, const spr_options *options, spr_report *report, spr_result expected)
+{
+    double volumes[3];
+    uint64_t border = walls(m);
+    uint32_t v, ids = 0, n = m->num_vertices;
+    delaunay_report found;
+    double *fixed = (double *)malloc(3 * n * sizeof *fixed);
+    int i;
+    for (i = 0; i < 3; i++) volumes[i] = volume(m, (uint32_t)i);
+    for (v = 1; v < n; v++) {
+        memcpy(fixed + 3 * v, m->vertices[v].x, 3 * sizeof *fixed);
+        ids += m->vertex_id[v] != DELAUNAY_NO_ID;
+    }
+    CHECK(spr_improve(m, options, report) == expected);
+    CHECK(report->after.min >= report->before.min - 1e-15);
+    CHECK(delaunay_validate(m, DELAUNAY_VALIDATE_GEOMETRY, &found) == DELAUNAY_OK);
+    CHECK(walls(m) == border);
+    for (i = 0; i < 3; i++) CHECK(fabs(volume(m, (uint32_t)i) - volumes[i]) <= 1e-12);
+    for (v = 1; v < m->num_vertices; v++) ids -= m->vertex_id[v] != DELAUNAY_NO_ID;
+    CHECK(ids == 0);
+    for (v = 1; v < n && options; v++) /* what is added comes after */
+        if (!options->free_vertices || (options->fixed_vertices && options->fixed_vertices[v])) CHECK(!memcmp(fixed + 3 * v, m->vertices[v].x, 3 * sizeof *fixed));
+    free(fixed);
+}
+
+static void test_improves_a_cube_and_a_ball(void)
+{
+    int ball, colors;
+    for (ball = 0; ball < 2; ball++)
+        for (colors = 1; colors <= 3; colors++) {
+            spr_options o = open_options();
+            delaunay_mesh m;
+            spr_report r;
+            int i;
+            CHECK(random_mesh(&m, 250, ball, NULL));
+            color_mesh(&m, colors);
+            improve_and_check(&m, &o, &r, SPR_OK);
+            CHECK((r.after.num_below - r.bounded) * 10 < r.before.num_below);
+            CHECK(r.after.mean > r.before.mean && r.edges_removed > 0 && r.smoothed > 0 && r.reconnected > 0);
+            for (i = 0; i < r.num_worst; i++) {
+                CHECK(r.worst[i].quality <= r.worst[i].bound * 1.01 && r.worst[i].quality < 0.35);
+                CHECK(i == 0 || r.worst[i].quality >= r.worst[i - 1].quality);
+            }
+            CHECK((r.num_worst > 0) == (r.after.num_below > 0) && fabs(r.worst[0].quality - r.after.min) < 1e-12);
+            delaunay_mesh_free(&m);
+        }
+}
+
+static void test_keeps_the_callers_points_by_default(void)
+{
+    delaunay_mesh m;
+    spr_report r;
+    uint8_t *all;
+    spr_options o;
+    memset(&o, 0, sizeof o);
+    o.host.num_threads = 1;
+    CHECK(random_mesh(&m, 200, 0, NULL));
+    color_mesh(&m, 1);
+    all = (uint8_t *)malloc(m.num_vertices);
+    memset(all, 1, m.num_vertices);
+    o.fixed_vertices = all;
+    o.keep_vertices = 1;
+    improve_and_check(&m, &o, &r, SPR_OK);
+    CHECK(r.smoothed == 0 && r.vertices_removed == 0 && r.edges_removed > 0);
+    delaunay_mesh_free(&m);
+    CHECK(random_mesh(&m, 200, 0, NULL));
+    color_mesh(&m, 1);
+    o.fixed_vertices = NULL;
+    improve_and_check(&m, &o, &r, SPR_OK);
+    CHECK(r.edges_removed > 0);
+    free(all);
+    delaunay_mesh_free(&m);
+}
+
+static void test_each_operator_alone(void)
+{
+    int k;
+    for (k = 0; k < 4; k++) {
+        spr_options o = open_options();
+        delaunay_mesh m;
+        spr_report r;
+        o.no_smoothing = k != 0;
+        o.no_edge_removal = k != 1;
+        o.no_reconnection = k != 2;
+        o.keep_vertices = k != 3;
+        CHECK(random_mesh(&m, 250, 1, NULL));
+        color_mesh(&m, 2);
+        improve_and_check(&m, &o, &r, SPR_OK);
+        CHECK((r.smoothed > 0) == (k == 0) && (r.edges_removed > 0) == (k == 1) && (r.reconnected > 0) == (k == 2));
+        CHECK((r.vertices_removed + r.vertices_inserted > 0) == (k == 3));
+        CHECK(r.after.num_below < r.before.num_below);
+        delaunay_mesh_free(&m);
+    }
+}
+
+static void test_constrained_edges_and_facets_stay(void)
+{
+    spr_options o = open_options();
+    delaunay_mesh m;
+    delaunay_worker *w;
+    spr_report r;
+    uint32_t ends[60][2], corners[40][3];
+    int i, num_edges = 0, num_facets = 0;
+    CHECK(random_mesh(&m, 250, 0, NULL));
+    color_mesh(&m, 1);
+    w = delaunay_worker_new(&m.memory);
+    while (num_edges < 60 || num_facets < 40) {
+        delaunay_handle t = 1 + small_random((uint32_t)m.num_tets - 1);
+        int e = (int)small_random(6), f = (int)small_random(4);
+        if (!is_real(&m, t)) continue;
+        if (num_edges < 60) {
+            ends[num_edges][0] = m.tets[t].v[delaunay_edge_order(e)[0]];
+            ends[num_edges][1] = m.tets[t].v[delaunay_edge_order(e)[1]];
+            CHECK(delaunay_mark_edge(&m, w, t, ends[num_edges][0], ends[num_edges][1], 1) == DELAUNAY_OK);
+            num_edges++;
+        } else {
+            for (i = 0; i < 3; i++) corners[num_facets][i] = m.tets[t].v[delaunay_facet_order(f)[i]];
+            delaunay_mark_facet(&m, 4 * t + (delaunay_handle)f, 1);
+            num_facets++;
+        }
+    }
+    improve_and_check(&m, &o, &r, SPR_OK);
+    CHECK(r.edges_removed > 0);
+    for (i = 0; i < num_edges; i++) {
+        delaunay_handle t = delaunay_find_edge(&m, w, ends[i][0], ends[i][1]);
+        int a, b;
+        CHECK(t != 0);
+        if (!t) continue;
+        a = delaunay_local_index(&m.tets[t], ends[i][0]);
+        b = delaunay_local_index(&m.tets[t], ends[i][1]);
+        CHECK(m.flags[t] & DELAUNAY_EDGE_BIT(delaunay_edge_between(a, b)));
+    }
+    for (i = 0; i < num_facets; i++) {
+        delaunay_handle f = delaunay_find_facet(&m, w, corners[i][0], corners[i][1], corners[i][2]);
+        CHECK(f != 0 && (m.flags[f / 4] & DELAUNAY_FACET_BIT(f % 4)));
+    }
+    delaunay_worker_free(w);
+    delaunay_mesh_free(&m);
+}
+
+static double stretched(void *user, const double *a, const double *b, const double *c, const double *d)
+{
+    const double *p[4];
+    double q[4][3];
+    int i, k;
+    p[0] = a; p[1] = b; p[2] = c; p[3] = d;
+    for (i = 0; i < 4; i++)
+        for (k = 0; k < 3; k++) q[i][k] = p[i][k] * (k == 0 ? *(const double *)user : 1);
+    return spr_gamma(q[0], q[1], q[2], q[3]);
+}
+
+static void test_other_measures(void)
+{
+    static double factor = 0.6;
+    int k;
+    for (k = SPR_SICN; k <= SPR_USER; k++) {
+        spr_options o = open_options();
+        delaunay_mesh m;
+        spr_report r;
+        o.measure = (spr_measure)k;
+        o.quality = stretched;
+        o.quality_user = &factor;
+        CHECK(random_mesh(&m, 150, 0, NULL));
+        color_mesh(&m, 2);
+        improve_and_check(&m, &o, &r, SPR_OK);
+        CHECK(r.after.num_below * 3 < r.before.num_below * 2);
+        delaunay_mesh_free(&m);
+    }
+}
+
+static void test_same_bytes_for_any_number_of_threads(void)
+{
+    static const int threads[] = {1, 2, 3, 7};
+    delaunay_mesh m[4];
+    spr_report r;
+    uint64_t seed = small_state;
+    int k;
+    for (k = 0; k < 4; k++) {
+        spr_options o = open_options();
+        small_state = seed;
+        o.host.num_threads = threads[k];
+        CHECK(random_mesh(&m[k], 250, 0, NULL));
+        color_mesh(&m[k], 2);
+        improve_and_check(&m[k], &o, &r, SPR_OK);
+        CHECK(m[k].num_tets == m[0].num_tets && m[k].num_vertices == m[0].num_vertices);
+        if (m[k].num_tets != m[0].num_tets || m[k].num_vertices != m[0].num_vertices) continue;
+        CHECK(!memcmp(m[k].tets, m[0].tets, m[0].num_tets * sizeof *m[0].tets));
+        CHECK(!memcmp(m[k].color, m[0].color, m[0].num_tets * sizeof *m[0].color));
+        CHECK(!memcmp(m[k].vertices, m[0].vertices, m[0].num_vertices * sizeof *m[0].vertices));
+    }
+    for (k = 0; k < 4; k++) delaunay_mesh_free(&m[k]);
+}
+
+/* ---- arrays -------------------------------------------------------------------------------- */
+
+typedef struct soup {
+    double   *xyz;
+    uint32_t *tets, *colors;
+    size_t    nv, nt, cap_v, cap_t;
+} soup;
+
+/* A mesh as arrays, with room; turned: all of them negative. */
+static soup make_soup(uint32_t n, int turned)
+{
+    delaunay_mesh m;
+    soup s;
+    size_t i;
+    CHECK(random_mesh(&m, n, 0, NULL));
+    s.nv = n;
+    s.nt = (size_t)delaunay_count_tets(&m);
+    s.cap_v = 2 * s.nv;
+    s.cap_t = 2 * s.nt;
+    s.xyz = (double *)malloc(3 * s.cap_v * sizeof *s.xyz);
+    s.tets = (uint32_t *)malloc(4 * s.cap_t * sizeof *s.tets);
+    s.colors = (uint32_t *)malloc(s.cap_t * sizeof *s.colors);
+    for (i = 0; i < n; i++) memcpy(s.xyz + 3 * i, m.vertices[m.vertex_of[i]].x, 3 * sizeof *s.xyz);
+    delaunay_export_tets(&m, s.tets, s.nt);
+    for (i = 0; i < s.nt; i++) {
+        double x = 0;
+        int k;
+        for (k = 0; k < 4; k++) x += s.xyz[3 * s.tets[4 * i + (size_t)k]];
+        s.colors[i] = x > 2 ? 0 : 7;
+        if (turned) {
+            uint32_t swap = s.tets[4 * i];
+            s.tets[4 * i] = s.tets[4 * i + 1];
+            s.tets[4 * i + 1] = swap;
+        }
+    }
+    delaunay_mesh_free(&m);
+    return s;
+}
+
+static void free_soup(soup *s)
+{
+    free(s->xyz);
+    free(s->tets);
+    free(s->colors);
+}
+
+static double soup_volume(const soup *s, uint32_t color, double *worst)
+{
+    double sum = 0;
+    size_t i;
+    *worst = 1;
+    for (i = 0; i < s->nt; i++) {
+        const double *a = s->xyz + 3 * s->tets[4 * i], *b = s->xyz + 3 * s->tets[4 * i + 1];
+        const double *c = s->xyz + 3 * s->tets[4 * i + 2], *d = s->xyz + 3 * s->tets[4 * i + 3];
+        double u[3], v[3], w[3];
+        int k;
+        *worst = fmin(*worst, (double)delaunay_orient3d(a, b, c, d));
+        if (s->colors[i] != color) continue;
+        for (k = 0; k < 3; k++) {
+            u[k] = b[k] - a[k];
+            v[k] = c[k] - a[k];
+            w[k] = d[k] - a[k];
+        }
+        sum += fabs(u[0] * (v[1] * w[2] - v[2] * w[1]) + u[1] * (v[2] * w[0] - v[0] * w[2]) + u[2] * (v[0] * w[1] - v[1] * w[0]));
+    }
+    return sum;
+}
+
+static void test_arrays(void)
+{
+    int turned, room;
+    for (turned = 0; turned < 2; turned++)
+        for (room = 0; room < 2; room++) {
+            soup s = make_soup(200, turned);
+            spr_report r;
+            spr_options o = open_options();
+            uint8_t *fixed = (uint8_t *)calloc(s.nv, 1);
+            double v0, v7, sign, *old = (double *)malloc(3 * s.nv * sizeof *old);
+            size_t i, nv = s.nv;
+            memcpy(old, s.xyz, 3 * nv * sizeof *old);
+            for (i = 0; i < nv; i += 3) fixed[i] = 1;
+            v0 = soup_volume(&s, 0, &sign);
+            v7 = soup_volume(&s, 7, &sign);
+            CHECK(sign == (turned ? -1 : 1));
+            CHECK(spr_improve_arrays(s.xyz, &s.nv, room ? s.cap_v : s.nv, s.tets, s.colors, &s.nt, s.cap_t, fixed, &o, &r) == SPR_OK);
+            CHECK(fabs(soup_volume(&s, 0, &sign) - v0) < 1e-12);
+            CHECK(fabs(soup_volume(&s, 7, &sign) - v7) < 1e-12 && sign == 1);
+            CHECK(r.after.num_tets == s.nt && r.after.num_below < r.before.num_below);
+            CHECK(room ? s.nv > nv && r.vertices_inserted >= s.nv - nv : s.nv == nv && r.vertices_inserted == 0);
+            for (i = 0; i < nv; i += 3) CHECK(!memcmp(old + 3 * i, s.xyz + 3 * i, 3 * sizeof *old));
+            free(fixed);
+            free(old);
+            free_soup(&s);
+        }
+}
+
+static void test_arrays_without_room_or_sense(void)
+{
+    soup s = make_soup(100, 0);
+    spr_report r;
+    spr_options o = open_options();
+    size_t nt = s.nt, nv = s.nv;
+    uint32_t *old = (uint32_t *)malloc(4 * nt * sizeof *old);
+    memcpy(old, s.tets, 4 * nt * sizeof *old);
+    CHECK(spr_improve_arrays(s.xyz, &s.nv, s.nv, s.tets, s.colors, &s.nt, s.nt - 1, NULL, NULL, &r) == SPR_ERROR_INVALID_ARGUMENT);
+    CHECK(spr_improve_arrays(NULL, &s.nv, s.nv, s.tets, s.colors, &s.nt, s.nt, NULL, NULL, &r) == SPR_ERROR_INVALID_ARGUMENT);
+    CHECK(spr_improve(NULL, NULL, &r) == SPR_ERROR_INVALID_ARGUMENT);
+    o.target = -1;
+    CHECK(spr_improve_arrays(s.xyz, &s.nv, s.nv, s.tets, s.colors, &s.nt, s.nt, NULL, &o, &r) == SPR_ERROR_INVALID_ARGUMENT);
+    o.target = 0;
+    o.measure = SPR_USER; /* no function */
+    CHECK(spr_improve_arrays(s.xyz, &s.nv, s.nv, s.tets, s.colors, &s.nt, s.nt, NULL, &o, &r) == SPR_ERROR_INVALID_ARGUMENT);
+    s.tets[8] = (uint32_t)s.nv; /* no such vertex */
+    CHECK(spr_improve_arrays(s.xyz, &s.nv, s.nv, s.tets, s.colors, &s.nt, s.nt, NULL, NULL, &r) < 0 && r.message[0]);
+    s.tets[8] = old[8];
+    memcpy(s.tets, s.tets + 4, 4 * sizeof *s.tets); /* the same tetrahedron twice */
+    CHECK(spr_improve_arrays(s.xyz, &s.nv, s.nv, s.tets, s.colors, &s.nt, s.nt, NULL, NULL, &r) == SPR_ERROR_INVALID_MESH);
+    CHECK(r.message[0] && s.nt == nt && s.nv == nv && !memcmp(s.tets + 4, old + 4, (4 * nt - 4) * sizeof *old));
+    free(old);
+    free_soup(&s);
+}
+
+/* A tetrahedron split at its middle into four, and one of these again: nothing can be better than its facets allow. */
+static void test_says_what_the_surface_holds(void)
+{
+    double xyz[3 * 8] = {0, 0, 0, 1, 0, 0, 0.5, 0.05, 0, 0.5, 0.02, 0.9};
+    uint32_t tets[4 * 8] = {0, 1, 2, 3};
+    size_t nv = 4, nt = 1;
+    spr_report r;
+    CHECK(spr_improve_arrays(xyz, &nv, 8, tets, NULL, &nt, 8, NULL, NULL, &r) == SPR_OK);
+    CHECK(nt == 1 && r.bounded == 1 && r.num_worst == 1 && r.worst[0].reason == SPR_BOUNDED);
+    CHECK(r.worst[0].bound >= r.worst[0].quality * 0.999 && r.worst[0].bound < 0.35);
+}
+
+/* ---- the host ------------------------------------------------------------------------------ */
+
+static void test_failing_allocations(void)
+{
+    long k;
+    int finished = 0;
+    for (k = 0; !finished && k < 1000000; k += 1 + k / 12) {
+        small_allocator a;
+        spr_options o = open_options();
+        delaunay_mesh m;
+        delaunay_host host;
+        spr_report r;
+        delaunay_report found;
+        spr_result result;
+        uint64_t border;
+        memset(&host, 0, sizeof host);
+        a.countdown = -1;
+        a.outstanding = 0;
+        host.allocator.alloc = small_alloc;
+        host.allocator.release = small_release;
+        host.allocator.user = &a;
+        host.num_threads = 1;
+        o.host = host;
+        small_state = 4711;
+        CHECK(random_mesh(&m, 40, 0, &host));
+        color_mesh(&m, 2);
+        border = walls(&m);
+        a.countdown = k;
+        result = spr_improve(&m, &o, &r);
+        finished = a.countdown > 0;
+        a.countdown = -1;
+        CHECK(result == (finished ? SPR_OK : SPR_ERROR_OUT_OF_MEMORY));
+        CHECK(delaunay_validate(&m, DELAUNAY_VALIDATE_GEOMETRY, &found) == DELAUNAY_OK && walls(&m) == border);
+        delaunay_mesh_free(&m);
+        CHECK(a.outstanding == 0);
+    }
+    CHECK(finished);
+}
+
+static int cancel_later(void *user, const char *phase, double fraction)
+{
+    CHECK(phase != NULL && fraction >= 0 && fraction <= 1);
+    return --*(int *)user <= 0;
+}
+
+static double ticking(void *user) { return (*(double *)user) += 1; }
+
+static void test_cancel_and_budgets(void)
+{
+    int k, left;
+    for (k = 1; k < 40; k += 6) {
+        spr_options o = open_options();
+        delaunay_mesh m;
+        spr_report r;
+        left = k;
+        o.host.progress = cancel_later;
+        o.host.user = &left;
+        CHECK(random_mesh(&m, 150, 0, NULL));
+        color_mesh(&m, 1);
+        improve_and_check(&m, &o, &r, SPR_CANCELLED);
+        delaunay_mesh_free(&m);
+    }
+    for (k = 0; k < 3; k++) {
+        spr_options o = open_options();
+        delaunay_mesh m;
+        spr_report r;
+        double now = 5;
+        if (k == 0) {
+            o.host.clock = ticking;
+            o.host.user = &now;
+            o.max_seconds = 30;
+        } else if (k == 1)
+            o.max_rounds = 2;
+        else {
+            o.require_target = 1;
+            o.target = 0.9;
+            o.max_seconds = 0.02;
+        }
+        CHECK(random_mesh(&m, 150, 0, NULL));
+        color_mesh(&m, 1);
+        improve_and_check(&m, &o, &r, SPR_STOPPED_BY_BUDGET);
+        CHECK(r.message[0] && r.num_worst > 0 && r.worst[0].reason != SPR_STUCK);
+        delaunay_mesh_free(&m);
+    }
+}
+
+static void test_nothing_to_do(void)
+{
+    delaunay_mesh m;
+    spr_report r;
+    spr_options o = open_options();
+    memset(&m, 0, sizeof m);
+    CHECK(spr_improve(&m, NULL, &r) == SPR_OK && r.after.num_tets == 0);
+    CHECK(random_mesh(&m, 100, 0, NULL));
+    memset(m.color, 0, m.num_tets * sizeof *m.color);
+    improve_and_check(&m, &o, &r, SPR_OK); /* all outside */
+    CHECK(r.before.num_tets == 0 && r.plans == 0);
+    delaunay_mesh_free(&m);
+}
+
+static void test_results_have_sentences(void)
+{
+    int k;
+    for (k = -80; k <= 2; k++)
+        if (k >= -5 || k == -80) CHECK(strncmp(spr_result_string((spr_result)k), "unknown", 7) != 0);
+    CHECK(!strncmp(spr_result_string((spr_result)-79), "unknown", 7));
+}
+
+int main(void)
+{
+    test_measures_of_known_shapes();
+    test_bound_of_triangles();
+    test_statistics_against_sorting();
+    test_improves_a_cube_and_a_ball();
+    test_keeps_the_callers_points_by_default();
+    test_each_operator_alone();
+    test_constrained_edges_and_facets_stay();
+    test_other_measures();
+    test_same_bytes_for_any_number_of_threads();
+    test_arrays();
+    test_arrays_without_room_or_sense();
+    test_says_what_the_surface_holds();
+    test_failing_allocations();
+    test_cancel_and_budgets();
+    test_nothing_to_do();
+    test_results_have_sentences();
+    return check_report();
+}
