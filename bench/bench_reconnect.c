@@ -240,7 +240,7 @@ int main(int argc, char **argv)
     size_t n = argc > 1 ? (size_t)atol(argv[1]) : 20000,
            cavities = argc > 2 ? (size_t)atol(argv[2]) : 60, i;
     uint32_t largest = argc > 3 ? (uint32_t)atol(argv[3]) : 18;
-    double *xyz = (double *)malloc(3 * n * sizeof *xyz);
+    double *xyz = (double *)malloc(3 * n * sizeof *xyz), low = 0, high = 0.2;
     uint64_t state = 88172645463325252u;
     delaunay_handle t;
     b.max_nodes = argc > 4 ? (uint32_t)atol(argv[4]) : 300000;
@@ -250,6 +250,16 @@ int main(int argc, char **argv)
         state ^= state >> 7;
         state ^= state << 17;
         xyz[i] = (double)(state >> 11) / 9007199254740992.0;
+    }
+    if (argc > 5 && atoi(argv[5])) {
+        size_t side = (size_t)cbrt((double)n + 0.5); /* rounds down: not more points */
+        n = side * side * side;
+        for (i = 0; i < 3 * n; i++) {
+            size_t cell = i % 3 == 0 ? i / 3 % side : i % 3 == 1 ? i / 3 / side % side : i / 3 / side / side;
+            xyz[i] = ((double)cell + 0.7 * xyz[i]) / (double)side;
+        }
+        low = 0.2;
+        high = 0.3;
     }
     if (delaunay_tetrahedralize(&b.mesh, xyz, n, NULL, NULL) != DELAUNAY_OK) return 1;
     b.worker = delaunay_worker_new(&b.mesh.memory);
@@ -264,7 +274,7 @@ int main(int argc, char **argv)
             if (x > hi) hi = x;
         }
         q = tet_quality(&b.mesh, t);
-        if (q < 0.2 && lo > 0.15 && hi < 0.85) b.worst[b.num_worst++] = t;
+        if (q > low && q < high && lo > 0.15 && hi < 0.85) b.worst[b.num_worst++] = t;
     }
     printf("points,search,cavities,facets,improved,nodes,mean_us,median_us,limited,ns_per_node\n");
     for (i = 0; i < sizeof sizes / sizeof *sizes && sizes[i] <= largest; i++) {
