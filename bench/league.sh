@@ -1,9 +1,10 @@
 #!/bin/sh
-# league.sh FOLDER: one CSV line for each surface of a folder with an INDEX.tsv and each mesher that
-# is installed: ours at 1 thread and at all, tetgen and gmsh if they are there. Columns: commit,
-# mesher, model, seconds (whole process), tetrahedra. CLASS restricts to one class, LIMIT is seconds.
+# league.sh FOLDER: each surface of a folder with an INDEX.tsv, meshed by ours, by gmsh's HXT and by TetGen (those that
+# are installed), one thread each; one CSV line a mesh, judged by bench/quality.c alone. CLASS restricts to one class,
+# FILES to some files, LIMIT is seconds a run. Rivals get the surfaces that they can read: OFF.
 BUILD=${BUILD:-build}
 LIMIT=${LIMIT:-120}
+CC=${CC:-cc}
 folder=$1
 if [ ! -f "$folder/INDEX.tsv" ]; then
     echo "no INDEX.tsv in '$folder'; use make league MODELS=FOLDER" >&2
@@ -12,43 +13,53 @@ fi
 T=$BUILD/league.tmp
 mkdir -p "$T"
 trap 'rm -rf "$T"' EXIT
-commit=$(git rev-parse --short HEAD 2> /dev/null || echo unknown)
+$CC -O2 bench/quality.c -o "$T/quality" -lm || exit 1
 limit=
 command -v timeout > /dev/null && limit="timeout $LIMIT"
 now() { date +%s.%N; }
-row() { # MESHER MODEL START TETS
-    awk -v c="$commit" -v m="$1" -v f="$2" -v s="$3" -v e="$(now)" -v n="$4" \
-        'BEGIN { printf "%s,%s,%s,%.3f,%s\n", c, m, f, e - s, n }'
+row() { # MESHER MODEL START MESH IMPROVEMENT-SECONDS
+    end=$(now)
+    if [ -s "$4" ]; then line=$("$T/quality" --no-header "$4" 2> /dev/null); else line=; fi
+    awk -v m="$1" -v f="$2" -v s="$3" -v e="$end" -v q="${line:-,,,,,,,,,}" -v i="$5" \
+        'BEGIN { printf "%s,%s,%s,%.3f,%s\n", f, m, q, e - s, i }'
 }
-echo "commit,mesher,model,seconds,tetrahedra"
+# OFF to MSH 2.2: one surface
+to_msh() {
+    tr -s ' \t\r' ' ' < "$1" | awk '
+        /^ *(#|$)/ || /^ *OFF *$/ { next }
+        { sub(/^ /, "") }
+        !nv { nv = $1; nf = $2; print "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n" nv; next }
+        v < nv { print ++v, $1, $2, $3; if (v == nv) print "$EndNodes\n$Elements" ; next }
+        f < nf { f++; for (i = 2; i < $1; i++) t[n++] = ($2 + 1) " " ($(i + 1) + 1) " " ($(i + 2) + 1) }
+        END { print n; for (i = 0; i < n; i++) print i + 1, 2, 2, 1, 1, t[i]; print "$EndElements" }' > "$2"
+}
+echo "model,mesher,tets,gamma_min,gamma_p001,gamma_p01,gamma_mean,below35,below30,sicn_min,dihedral_min,dihedral_max,seconds,seconds_improve"
 awk -F '\t' 'NR == 1 { for (i = 1; i <= NF; i++) c[$i] = i; next }
              $c["expect"] == "ok" && $c["file"] ~ /\.(off|stl|mesh)$/ { print $c["file"] "\t" $c["class"] }' \
     "$folder/INDEX.tsv" > "$T/list"
 tab=$(printf '\t')
 while IFS=$tab read -r file class; do
     [ -n "$CLASS" ] && [ "$class" != "$CLASS" ] && continue
-    for threads in 1 all; do
-        option=
-        [ $threads = 1 ] && option="--threads 1"
-        start=$(now)
-        $limit "$BUILD/mesh" "$folder/$file" -q $option --json "$T/a.json" > /dev/null 2>&1 < /dev/null
-        row "mesh-$threads" "$file" "$start" "$(sed -n 's/.*"tets": \([0-9]*\).*/\1/p' "$T/a.json")"
-    done
-    if command -v tetgen > /dev/null; then
-        case $file in *.off | *.stl)
-            cp "$folder/$file" "$T/a.${file##*.}"
-            start=$(now)
-            $limit tetgen -pYq1.1/14O7o/130NEFIB "$T/a.${file##*.}" > "$T/log" 2>&1 < /dev/null
-            row tetgen "$file" "$start" "$(sed -n 's/.*Mesh tetrahedra: *//p' "$T/log" | tail -n 1)" ;;
-        esac
-    fi
+    if [ -n "$FILES" ]; then case " $FILES " in *" $file "*) ;; *) continue ;; esac; fi
+    rm -f "$T"/a.* "$T"/g.*
+    start=$(now)
+    $limit "$BUILD/mesh" "$folder/$file" -q --threads 1 -o "$T/a.mesh" --json "$T/a.json" > /dev/null 2>&1 < /dev/null
+    row ours "$file" "$start" "$T/a.mesh" "$(sed -n 's/.*"improve": \([0-9.e-]*\).*/\1/p' "$T/a.json" 2> /dev/null)"
+    case $file in *.off) ;; *) continue ;; esac
     if command -v gmsh > /dev/null; then
-        case $file in *.stl | *.mesh)
-            cp "$folder/$file" "$T/g.${file##*.}"
-            printf 'Merge "g.%s"; Surface Loop(1)={Surface{:}}; Volume(1)={1};\n' "${file##*.}" > "$T/g.geo"
-            start=$(now)
-            $limit gmsh -3 "$T/g.geo" -algo hxt -format mesh -o "$T/g.out.mesh" > "$T/log" 2>&1 < /dev/null
-            row gmsh-hxt "$file" "$start" "$(awk 'f { print $1; exit } /^ *Tetrahedra/ { f = 1 }' "$T/g.out.mesh" 2> /dev/null)" ;;
-        esac
+        to_msh "$folder/$file" "$T/g.msh"
+        echo 'Merge "g.msh"; Surface Loop(1)={1}; Volume(1)={1}; Physical Volume(1)={1};' > "$T/g.geo"
+        start=$(now)
+        $limit gmsh -3 "$T/g.geo" -algo hxt -nt 1 -v 4 -setnumber Mesh.OptimizeThreshold 0.35 -format mesh -save_all \
+            -o "$T/g.mesh" > "$T/g.log" 2>&1 < /dev/null
+        row gmsh-hxt "$file" "$start" "$T/g.mesh" "$(sed -n 's/.*tOptimize[^0-9]*\([0-9.]*\).*/\1/p' "$T/g.log")"
+    fi
+    if command -v tetgen > /dev/null; then
+        rm -f "$T"/a.*
+        cp "$folder/$file" "$T/a.off"
+        start=$(now)
+        $limit tetgen -BNEFIgVVYp -q1.1/14 -O7 -o/130 "$T/a.off" > "$T/g.log" 2>&1 < /dev/null
+        row tetgen "$file" "$start" "$T/a.mesh" \
+            "$(sed -n 's/^Mesh optimization seconds: *\([0-9.]*\).*/\1/p; s/^Optimization seconds: *\([0-9.]*\).*/\1/p' "$T/g.log")"
     fi
 done < "$T/list"
