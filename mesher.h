@@ -3816,74 +3816,100 @@ typedef struct mesher__cell {
     double   volume;
 } mesher__cell;
 
+/* A facet in the numbers of the mesh: its smallest vertex says in which row it stands. */
+typedef struct mesher__wall {
+    uint32_t v[3];   /* ascending */
+    uint32_t facet;
+    uint32_t odd;    /* the source triangle is an odd permutation of v */
+} mesher__wall;
+
 /* Scratch of mesher_color. */
 typedef struct mesher__coloring {
-    uint32_t        *first;       /* facets whose smallest vertex is v: [first[v], first[v+1]) */
+    uint32_t        *first;       /* facets whose smallest vertex is v: rows [first[v], first[v+1]) */
+    mesher__wall   *facets, *rows;
     uint32_t        *sides;       /* 2*num_facets: cell behind and in front of the source triangle */
     int32_t         *net;         /* num_facets: triangles like the source minus those turned over */
     delaunay_handle *stack;
+    uint32_t        *parent;      /* of pieces of cells; 0: the outside */
     mesher__cell    *cells;
-    uint32_t         num_cells, cap_cells;
+    uint32_t         num_cells;
     uint32_t        *number;      /* cell -> place in domain->regions + 1; 0: outside */
 } mesher__coloring;
 
-/* Index of the facet with these input vertices, or NO_ID. */
-static uint32_t mesher__facet_find(const mesher_domain *domain, const uint32_t *first, const uint32_t *vertices)
+/* Ascending order of three; returns 1 if that is an odd permutation. */
+static int mesher__ascend(uint32_t v[3])
 {
-    uint32_t v[3], s, f;
-    memcpy(v, vertices, sizeof v);
-    if (v[0] > v[1]) { s = v[0]; v[0] = v[1]; v[1] = s; }
-    if (v[1] > v[2]) { s = v[1]; v[1] = v[2]; v[2] = s; }
-    if (v[0] > v[1]) { s = v[0]; v[0] = v[1]; v[1] = s; }
-    if (v[2] >= domain->first_corner) return DELAUNAY_NO_ID;
-    for (f = first[v[0]]; f < first[v[0] + 1]; f++)
-        if (memcmp(domain->facets + 3 * (size_t)f, v, sizeof v) == 0) return f;
-    return DELAUNAY_NO_ID;
+    uint32_t s;
+    int odd = 0;
+    if (v[0] > v[1]) { s = v[0]; v[0] = v[1]; v[1] = s; odd ^= 1; }
+    if (v[1] > v[2]) { s = v[1]; v[1] = v[2]; v[2] = s; odd ^= 1; }
+    if (v[0] > v[1]) { s = v[0]; v[0] = v[1]; v[1] = s; odd ^= 1; }
+    return odd;
 }
 
-static void mesher__index_facets(const mesher_domain *domain, uint32_t *first)
+/* Facets by their vertices in the mesh, so that a sweep over the tetrahedra finds them in cache. */
+static void mesher__index_facets(const mesher_domain *domain, mesher__coloring *work)
 {
-    uint32_t f = 0, v;
-    for (v = 0; v <= domain->first_corner; v++) {
-        while (f < domain->num_facets && domain->facets[3 * (size_t)f] < v) f++;
-        first[v] = f;
+    const uint32_t *vertex_of = domain->mesh.vertex_of, *survivor = domain->survivor;
+    uint32_t *first = work->first, v, f;
+    long n = (long)domain->num_facets, i;
+    int threads = delaunay_threads(&domain->options.host);
+    (void)threads;
+#ifdef _OPENMP
+#pragma omp parallel for schedule(static) num_threads(threads)
+#endif
+    for (i = 0; i < n; i++) { /* each writes its own entry */
+        const uint32_t *t = domain->surface.triangles + 3 * (size_t)domain->facet_source[i];
+        mesher__wall *facet = work->facets + i;
+        int j;
+        for (j = 0; j < 3; j++) facet->v[j] = vertex_of[survivor[t[j]]];
+        facet->facet = (uint32_t)i;
+        facet->odd = (uint32_t)mesher__ascend(facet->v);
     }
+    memset(first, 0, ((size_t)domain->mesh.num_vertices + 2) * sizeof *first);
+    for (f = 0; f < domain->num_facets; f++) first[work->facets[f].v[0] + 2]++;
+    for (v = 0; v < domain->mesh.num_vertices; v++) first[v + 2] += first[v + 1];
+    for (f = 0; f < domain->num_facets; f++) work->rows[first[work->facets[f].v[0] + 1]++] = work->facets[f];
 }
 
 /* Orientation of each facet's triangles, duplicates summed, relative to the source. */
-static void mesher__net_orientation(const mesher_domain *domain, const uint32_t *first, int32_t *net)
+static void mesher__net_orientation(const mesher_domain *domain, int32_t *net)
 {
-    size_t i;
-    uint32_t v[3], w[3], f;
+    size_t i, n = domain->surface.num_triangles;
+    uint32_t v[3], w[3], f, lo, hi;
+    for (f = 0; f < domain->num_facets; f++) net[f] = 1;
+    if (domain->num_facets == n) return;
     memset(net, 0, domain->num_facets * sizeof *net);
-    for (i = 0; i < domain->surface.num_triangles; i++) {
+    for (i = 0; i < n; i++) {
         int odd = mesher__sorted_triangle(domain, i, v);
-        f = mesher__facet_find(domain, first, v);
-        if (f == DELAUNAY_NO_ID) continue;
-        net[f] += odd == mesher__sorted_triangle(domain, domain->facet_source[f], w) ? 1 : -1;
+        for (lo = 0, hi = domain->num_facets; lo < hi;) { /* the facets are sorted */
+            uint32_t mid = lo + (hi - lo) / 2, j;
+            const uint32_t *m = domain->facets + 3 * (size_t)mid;
+            for (j = 0; j < 2 && m[j] == v[j]; j++) {}
+            if (m[j] < v[j]) lo = mid + 1;
+            else hi = mid;
+        }
+        if (lo == domain->num_facets || memcmp(domain->facets + 3 * (size_t)lo, v, sizeof v) != 0) continue;
+        net[lo] += odd == mesher__sorted_triangle(domain, domain->facet_source[lo], w) ? 1 : -1;
     }
 }
 
 /* The input facet of facet i of tetrahedron t, and whether its source triangle looks out of t. */
-static uint32_t mesher__facet_of(const mesher_domain *domain, const uint32_t *first, delaunay_handle t, int i,
+static uint32_t mesher__facet_of(const delaunay_mesh *mesh, const mesher__coloring *work, delaunay_handle t, int i,
                                  int *outward)
 {
-    const delaunay_mesh *mesh = &domain->mesh;
     const uint8_t *order = delaunay_facet_order(i);
-    const uint32_t *source;
-    uint32_t v[3], f;
-    int j;
-    for (j = 0; j < 3; j++) {
-        v[j] = mesh->vertex_id[mesh->tets[t].v[order[j]]];
-        if (v[j] >= domain->first_corner) return DELAUNAY_NO_ID;
-        v[j] = domain->survivor[v[j]];
+    uint32_t v[3], r;
+    int j, odd;
+    for (j = 0; j < 3; j++) v[j] = mesh->tets[t].v[order[j]];
+    odd = mesher__ascend(v);
+    for (r = work->first[v[0]]; r < work->first[v[0] + 1]; r++) {
+        const mesher__wall *row = work->rows + r;
+        if (row->v[1] != v[1] || row->v[2] != v[2]) continue;
+        *outward = odd == (int)row->odd;
+        return row->facet;
     }
-    f = mesher__facet_find(domain, first, v);
-    if (f == DELAUNAY_NO_ID) return f;
-    source = domain->surface.triangles + 3 * (size_t)domain->facet_source[f];
-    for (j = 0; j < 3 && domain->survivor[source[0]] != v[j]; j++) {}
-    *outward = j < 3 && domain->survivor[source[1]] == v[(j + 1) % 3];
-    return f;
+    return DELAUNAY_NO_ID;
 }
 
 static int mesher__is_corner(const mesher_domain *domain, uint32_t vertex)
@@ -3899,21 +3925,99 @@ static int mesher__touches_box(const mesher_domain *domain, delaunay_handle t)
            mesher__is_corner(domain, v[3]);
 }
 
-/* color[t] = c for all that can be reached from t without crossing a constrained facet. */
-static void mesher__flood(delaunay_mesh *mesh, delaunay_handle *stack, delaunay_handle t, uint32_t c)
+/* color[t] = c for all slots in [lo, hi) that can be reached from t without crossing a constrained facet or
+ * leaving the interval. Returns 1 if one of them touches the box. */
+static int mesher__flood(const mesher_domain *domain, delaunay_handle *stack, delaunay_handle lo, delaunay_handle hi,
+                         delaunay_handle t, uint32_t c)
 {
+    const delaunay_mesh *mesh = &domain->mesh;
     size_t top = 0;
-    int i;
+    int i, outside = 0;
     mesh->color[t] = c;
     stack[top++] = t;
     while (top) {
         t = stack[--top];
+        if (!outside) outside = mesher__touches_box(domain, t);
         for (i = 0; i < 4; i++) {
             delaunay_handle n = mesh->tets[t].n[i] / 4;
-            if (n == DELAUNAY_NONE || mesh->color[n] != DELAUNAY_NO_ID || mesh->flags[t] & DELAUNAY_FACET_BIT(i))
+            if (n < lo || n >= hi || n == DELAUNAY_NONE || mesh->color[n] != DELAUNAY_NO_ID ||
+                mesh->flags[t] & DELAUNAY_FACET_BIT(i))
                 continue;
             mesh->color[n] = c;
             stack[top++] = n;
+        }
+    }
+    return outside;
+}
+
+static uint32_t mesher__root(uint32_t *parent, uint32_t v)
+{
+    while (parent[v] != v) v = parent[v] = parent[parent[v]];
+    return v;
+}
+
+/* The smaller root becomes the parent of the larger one. */
+static void mesher__join(uint32_t *parent, uint32_t a, uint32_t b)
+{
+    a = mesher__root(parent, a);
+    b = mesher__root(parent, b);
+    if (a < b) parent[b] = a;
+    else parent[a] = b;
+}
+
+/* The slots are cut into intervals, whose number follows from the number of slots alone. */
+#ifndef MESHER__INTERVAL /* tests make it small */
+#  define MESHER__INTERVAL 65536
+#endif
+enum { MESHER__MOST_INTERVALS = 256 };
+
+static size_t mesher__num_intervals(const delaunay_mesh *mesh)
+{
+    size_t n = (size_t)mesh->num_tets / MESHER__INTERVAL + 1;
+    return n < (size_t)MESHER__MOST_INTERVALS ? n : (size_t)MESHER__MOST_INTERVALS;
+}
+
+static delaunay_handle mesher__interval(const delaunay_mesh *mesh, size_t k)
+{
+    return (delaunay_handle)((uint64_t)mesh->num_tets * k / mesher__num_intervals(mesh));
+}
+
+/* Colours the pieces of cells within one interval 0, 1, ..; returns their number. mark[lo + piece]: it touches
+ * the box. Colours, marks and stack of this interval are all that is written, and colours that are read. */
+static uint32_t mesher__flood_interval(const mesher_domain *domain, delaunay_handle *stack, size_t k)
+{
+    const delaunay_mesh *mesh = &domain->mesh;
+    delaunay_handle lo = mesher__interval(mesh, k), hi = mesher__interval(mesh, k + 1), t;
+    uint32_t pieces = 0;
+    for (t = lo; t < hi; t++) mesh->color[t] = DELAUNAY_NO_ID;
+    for (t = lo ? lo : 1; t < hi; t++) {
+        if (delaunay_is_deleted(mesh, t) || mesh->color[t] != DELAUNAY_NO_ID) continue;
+        mesh->mark[lo + pieces] = (uint8_t)mesher__flood(domain, stack + lo, lo, hi, t, pieces);
+        pieces++;
+    }
+    return pieces;
+}
+
+/* Joins the pieces of interval k to those behind it that they touch, and to the outside. start: number of the
+ * first piece of each interval. */
+static void mesher__join_interval(const mesher_domain *domain, uint32_t *parent, const uint32_t *start, size_t k)
+{
+    const delaunay_mesh *mesh = &domain->mesh;
+    delaunay_handle lo = mesher__interval(mesh, k), hi = mesher__interval(mesh, k + 1), t;
+    uint32_t piece;
+    int i;
+    for (piece = 0; piece < start[k + 1] - start[k]; piece++) {
+        if (mesh->mark[lo + piece]) mesher__join(parent, 0, start[k] + piece);
+        mesh->mark[lo + piece] = 0;
+    }
+    for (t = lo ? lo : 1; t < hi; t++) {
+        if (delaunay_is_deleted(mesh, t)) continue;
+        for (i = 0; i < 4; i++) {
+            delaunay_handle n = mesh->tets[t].n[i] / 4;
+            size_t l = k + 1;
+            if (n < hi || mesh->flags[t] & DELAUNAY_FACET_BIT(i)) continue;
+            while (n >= mesher__interval(mesh, l + 1)) l++;
+            mesher__join(parent, start[k] + mesh->color[t], start[l] + mesh->color[n]);
         }
     }
 }
@@ -3930,60 +4034,97 @@ static double mesher__tet_volume(const delaunay_mesh *mesh, delaunay_handle t)
             r[0][2] * (r[1][0] * r[2][1] - r[1][1] * r[2][0])) / 6;
 }
 
-/* Colours every tetrahedron with its cell, in order of the slots; outside is 0. */
+/* Colours every tetrahedron with its cell, in order of the slots; outside is 0. Intervals of slots are
+ * flooded in parallel, each in its own colours, then joined by one thread. */
 static mesher_result mesher__find_cells(mesher_domain *domain, mesher__coloring *work)
 {
     delaunay_mesh *mesh = &domain->mesh;
-    delaunay_handle t;
-    work->num_cells = 1;
-    for (t = 0; t < mesh->num_tets; t++) mesh->color[t] = DELAUNAY_NO_ID;
-    for (t = 1; t < mesh->num_tets; t++)
-        if (!delaunay_is_deleted(mesh, t) && mesh->color[t] == DELAUNAY_NO_ID && mesher__touches_box(domain, t))
-            mesher__flood(mesh, work->stack, t, 0);
-    for (t = 1; t < mesh->num_tets; t++) {
-        if (delaunay_is_deleted(mesh, t)) {
-            mesh->color[t] = DELAUNAY_OUTSIDE;
-        } else if (mesh->color[t] == DELAUNAY_NO_ID) {
-            if (work->num_cells == DELAUNAY_NO_ID - 1) return MESHER_ERROR_TOO_LARGE;
-            mesher__flood(mesh, work->stack, t, work->num_cells++);
-        }
+    uint32_t start[MESHER__MOST_INTERVALS + 1], p;
+    long n = (long)mesher__num_intervals(mesh), k;
+    int threads = delaunay_threads(&domain->options.host);
+    (void)threads;
+#ifdef _OPENMP
+#pragma omp parallel for schedule(dynamic, 1) num_threads(threads)
+#endif
+    for (k = 0; k < n; k++) start[k + 1] = mesher__flood_interval(domain, work->stack, (size_t)k);
+    for (start[0] = 1, k = 0; k < n; k++) start[k + 1] += start[k]; /* piece 0 is the outside */
+    work->parent = (uint32_t *)delaunay_alloc(&domain->memory, start[n], sizeof *work->parent);
+    if (!work->parent) {
+        memset(mesh->mark, 0, mesh->num_tets);
+        return MESHER_ERROR_OUT_OF_MEMORY;
     }
-    mesh->color[0] = DELAUNAY_OUTSIDE;
+    for (p = 0; p < start[n]; p++) work->parent[p] = p;
+    for (k = 0; k < n; k++) mesher__join_interval(domain, work->parent, start, (size_t)k);
+    for (p = work->num_cells = 0; p < start[n]; p++) { /* parents come first: they become the cells' numbers */
+        uint32_t root = work->parent[p] == p ? p : mesher__root(work->parent, p);
+        work->stack[p] = root == p ? work->num_cells++ : work->stack[root];
+    }
+#ifdef _OPENMP
+#pragma omp parallel for schedule(dynamic, 1) num_threads(threads)
+#endif
+    for (k = 0; k < n; k++) {
+        delaunay_handle t = mesher__interval(mesh, (size_t)k), hi = mesher__interval(mesh, (size_t)k + 1);
+        for (; t < hi; t++)
+            mesh->color[t] = mesh->color[t] == DELAUNAY_NO_ID ? DELAUNAY_OUTSIDE
+                                                              : (uint32_t)work->stack[start[k] + mesh->color[t]];
+    }
     work->cells = (mesher__cell *)delaunay_alloc(&domain->memory, work->num_cells, sizeof *work->cells);
     if (!work->cells) return MESHER_ERROR_OUT_OF_MEMORY;
     memset(work->cells, 0, work->num_cells * sizeof *work->cells);
     return MESHER_OK;
 }
 
-/* What lies on both sides of each facet; volumes. */
+/* What lies on both sides of the facets of one interval's tetrahedra: of each facet, one of its two writes. */
+static void mesher__find_sides(const mesher_domain *domain, mesher__coloring *work, size_t k)
+{
+    const delaunay_mesh *mesh = &domain->mesh;
+    delaunay_handle t = mesher__interval(mesh, k), hi = mesher__interval(mesh, k + 1);
+    int i, outward = 0;
+    for (t = t ? t : 1; t < hi; t++) {
+        if (delaunay_is_deleted(mesh, t) || !(mesh->flags[t] & DELAUNAY_FACET_BITS)) continue;
+        for (i = 0; i < 4; i++) {
+            delaunay_handle n = mesh->tets[t].n[i] / 4;
+            uint32_t f;
+            if (!(mesh->flags[t] & DELAUNAY_FACET_BIT(i)) || (n && n < t)) continue;
+            f = mesher__facet_of(mesh, work, t, i, &outward);
+            if (f == DELAUNAY_NO_ID) continue;
+            work->sides[2 * (size_t)f + (outward ? 0 : 1)] = mesh->color[t];
+            work->sides[2 * (size_t)f + (outward ? 1 : 0)] = n ? mesh->color[n] : DELAUNAY_NO_ID;
+        }
+    }
+}
+
+/* First facets, in the order of the facets' sources; volumes, in the order of the slots. */
 static void mesher__measure_cells(mesher_domain *domain, mesher__coloring *work)
 {
     const delaunay_mesh *mesh = &domain->mesh;
     delaunay_handle t;
     uint32_t c, f;
-    int i, outward = 0;
+    long n = (long)mesher__num_intervals(mesh), k;
+    int threads = delaunay_threads(&domain->options.host), s;
+    (void)threads;
     for (c = 0; c < work->num_cells; c++) {
         work->cells[c].key = UINT64_MAX;
         work->cells[c].facet = DELAUNAY_NO_ID;
     }
-    for (f = 0; f < domain->num_facets; f++) work->sides[2 * (size_t)f] = work->sides[2 * (size_t)f + 1] = DELAUNAY_NO_ID;
+    memset(work->sides, 0xff, domain->num_facets * 2 * sizeof *work->sides); /* NO_ID */
+#ifdef _OPENMP
+#pragma omp parallel for schedule(dynamic, 1) num_threads(threads)
+#endif
+    for (k = 0; k < n; k++) mesher__find_sides(domain, work, (size_t)k);
+    for (f = 0; f < domain->num_facets; f++)
+        for (s = 0; s < 2; s++) {
+            uint64_t key = 2 * (uint64_t)domain->facet_source[f] + (uint64_t)s;
+            c = work->sides[2 * (size_t)f + (size_t)s];
+            if (c == DELAUNAY_NO_ID || key >= work->cells[c].key) continue;
+            work->cells[c].key = key;
+            work->cells[c].facet = f;
+        }
     for (t = 1; t < mesh->num_tets; t++) {
         mesher__cell *cell = work->cells + mesh->color[t];
-        if (delaunay_is_deleted(mesh, t) || delaunay_is_ghost(mesh, t)) continue;
+        if (mesh->color[t] == 0) continue;
         cell->num_tets++;
         cell->volume += mesher__tet_volume(mesh, t);
-        for (i = 0; i < 4; i++) {
-            uint64_t key;
-            if (!(mesh->flags[t] & DELAUNAY_FACET_BIT(i))) continue;
-            f = mesher__facet_of(domain, work->first, t, i, &outward);
-            if (f == DELAUNAY_NO_ID) continue;
-            work->sides[2 * (size_t)f + (outward ? 0 : 1)] = mesh->color[t];
-            key = 2 * (uint64_t)domain->facet_source[f] + (outward ? 0 : 1);
-            if (key < cell->key) {
-                cell->key = key;
-                cell->facet = f;
-            }
-        }
     }
 }
 
@@ -4117,12 +4258,6 @@ static mesher_result mesher__keep_cells(mesher_domain *domain, const mesher__col
     return result;
 }
 
-static uint32_t mesher__root(uint32_t *parent, uint32_t v)
-{
-    while (parent[v] != v) v = parent[v] = parent[parent[v]];
-    return v;
-}
-
 /* A note for each kept region at an even depth whose piece of the surface does not touch the outside:
  * another program may take it for a void. */
 static mesher_result mesher__note_filled(mesher_domain *domain, const mesher__coloring *work, mesher_report *report)
@@ -4137,11 +4272,7 @@ static mesher_result mesher__note_filled(mesher_domain *domain, const mesher__co
         for (v = 0; v < n; v++) parent[v] = v;
         for (f = 0; f < domain->num_facets; f++) {
             const uint32_t *p = domain->facets + 3 * (size_t)f;
-            for (i = 1; i < 3; i++) {
-                uint32_t a = mesher__root(parent, p[0]), b = mesher__root(parent, p[i]);
-                if (a < b) parent[b] = a;
-                else parent[a] = b;
-            }
+            for (i = 1; i < 3; i++) mesher__join(parent, p[0], p[i]);
         }
         for (f = 0; f < domain->num_facets; f++)
             if (work->sides[2 * (size_t)f] == 0 || work->sides[2 * (size_t)f + 1] == 0)
@@ -4186,13 +4317,18 @@ static void mesher__paint(mesher_domain *domain, const mesher__coloring *work)
 static mesher_result mesher__color_alloc(mesher_domain *domain, mesher__coloring *work)
 {
     delaunay_memory *memory = &domain->memory;
-    work->first = (uint32_t *)delaunay_alloc(memory, (size_t)domain->first_corner + 1, sizeof *work->first);
+    const delaunay_mesh *mesh = &domain->mesh;
+    work->first = (uint32_t *)delaunay_alloc(memory, (size_t)mesh->num_vertices + 2, sizeof *work->first);
     if (!work->first) return MESHER_ERROR_OUT_OF_MEMORY;
+    work->facets = (mesher__wall *)delaunay_alloc(memory, domain->num_facets, sizeof *work->facets);
+    if (!work->facets) return MESHER_ERROR_OUT_OF_MEMORY;
+    work->rows = (mesher__wall *)delaunay_alloc(memory, domain->num_facets, sizeof *work->rows);
+    if (!work->rows) return MESHER_ERROR_OUT_OF_MEMORY;
     work->sides = (uint32_t *)delaunay_alloc(memory, domain->num_facets, 2 * sizeof *work->sides);
     if (!work->sides) return MESHER_ERROR_OUT_OF_MEMORY;
     work->net = (int32_t *)delaunay_alloc(memory, domain->num_facets, sizeof *work->net);
     if (!work->net) return MESHER_ERROR_OUT_OF_MEMORY;
-    work->stack = (delaunay_handle *)delaunay_alloc(memory, domain->mesh.num_tets, sizeof *work->stack);
+    work->stack = (delaunay_handle *)delaunay_alloc(memory, (size_t)mesh->num_tets + 1, sizeof *work->stack);
     return work->stack ? MESHER_OK : MESHER_ERROR_OUT_OF_MEMORY;
 }
 
@@ -4202,8 +4338,8 @@ static mesher_result mesher__color_with(mesher_domain *domain, mesher__coloring 
     uint64_t defects = mesher__count_defects(report);
     mesher_result result = mesher__color_alloc(domain, work);
     if (result != MESHER_OK) return result;
-    mesher__index_facets(domain, work->first);
-    mesher__net_orientation(domain, work->first, work->net);
+    mesher__index_facets(domain, work);
+    mesher__net_orientation(domain, work->net);
     result = mesher__find_cells(domain, work);
     if (result != MESHER_OK) return result;
     mesher__measure_cells(domain, work);
@@ -4231,7 +4367,8 @@ MESHER_API mesher_result mesher_color(mesher_domain *domain, mesher_report *repo
     mesher__coloring work;
     mesher_report local;
     mesher_result result;
-    if (!domain || domain->stage < MESHER__STAGE_INIT || !domain->mesh.tets) return MESHER_ERROR_INVALID_ARGUMENT;
+    if (!domain || domain->stage < MESHER__STAGE_INIT || !domain->mesh.tets || !domain->mesh.vertex_of)
+        return MESHER_ERROR_INVALID_ARGUMENT;
     memset(&work, 0, sizeof work);
     memset(&local, 0, sizeof local);
     memory = &domain->memory;
@@ -4243,7 +4380,10 @@ MESHER_API mesher_result mesher_color(mesher_domain *domain, mesher_report *repo
     delaunay_release(memory, work.stack);
     delaunay_release(memory, work.net);
     delaunay_release(memory, work.sides);
+    delaunay_release(memory, work.rows);
+    delaunay_release(memory, work.facets);
     delaunay_release(memory, work.first);
+    delaunay_release(memory, work.parent);
     return result;
 }
 

@@ -1,6 +1,7 @@
 /* test_regions.c - mesher_color on meshes made by hand: blocks of voxels, six tetrahedra each, with labels at
  * random. What the cells are, how they nest, their winding numbers and volumes is counted on the voxels. */
 #define MESHER_IMPLEMENTATION
+#define MESHER__INTERVAL 37 /* many pieces of each cell */
 #include "mesher.h"
 #include "check.h"
 #include <stdlib.h>
@@ -221,6 +222,9 @@ static int make_mesh(const block *b, mesher_domain *domain)
     int j, k;
     if (delaunay_memory_init(&mesh->memory, NULL) != DELAUNAY_OK) return 0;
     if (delaunay_reserve(mesh, LATTICE + 1, TETS + 1) != DELAUNAY_OK) return 0;
+    mesh->num_points = domain->first_corner + 8;
+    mesh->vertex_of = (uint32_t *)delaunay_alloc(&mesh->memory, mesh->num_points, sizeof *mesh->vertex_of);
+    if (!mesh->vertex_of) return 0;
     for (i = 0; i < LATTICE; i++) {
         int x = (int)i % POINTS, y = (int)i / POINTS % POINTS, z = (int)i / POINTS / POINTS;
         double xyz[3];
@@ -231,6 +235,7 @@ static int make_mesh(const block *b, mesher_domain *domain)
         if (x % SIDE == 0 && y % SIDE == 0 && z % SIDE == 0)
             id = domain->first_corner + (uint32_t)(x / SIDE + y / SIDE * 2 + z / SIDE * 4);
         if (delaunay_add_vertex(mesh, xyz, id) != i + 1) return 0;
+        if (id != DELAUNAY_NO_ID) mesh->vertex_of[id] = (uint32_t)i + 1;
     }
     for (i = 0; i < TETS; i++) {
         delaunay_tet *t = mesh->tets + i + 1;
