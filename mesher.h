@@ -1856,7 +1856,10 @@ MESHER_API mesher_result mesher_empty_mesh(mesher_domain *domain, mesher_report 
  * meets a constrained facet or edge of the mesh proves that the surface intersects itself. */
 enum {
     MESHER__PIPE = 2048,        /* crossings or tetrahedra around one edge or facet at most */
-    MESHER__MAX_WINDOWS = 4000  /* around one edge or facet */
+    MESHER__MAX_WINDOWS = 4000, /* around one edge or facet */
+    MESHER__HOPELESS = 12,      /* interior points for one edge that bring nothing */
+    MESHER__GRID_CELLS = 64,    /* of one box; beyond, all edges are looked at */
+    MESHER__NEAR = 4096         /* missing edges beside one window */
 };
 #define MESHER__ABSENT UINT32_MAX
 #if defined(__GNUC__) && defined(_OPENMP)
@@ -1899,6 +1902,10 @@ typedef struct mesher__window {
     uint32_t first, num_tets, num_points;
 } mesher__window;
 
+/* Work for the searches before any point is added, and for all that follows: half a minute or so each. */
+#define MESHER__WORK_FIRST ((uint64_t)1000000000)
+#define MESHER__WORK_THEN  ((uint64_t)3000000000)
+
 typedef struct mesher__recovery {
     mesher_domain   *domain;
     delaunay_mesh   *mesh;
@@ -1918,7 +1925,7 @@ typedef struct mesher__recovery {
     uint64_t *order;
     /* work on one of them */
     mesher__pipe    pipe;
-    mesher__set     seen, seen_edges, known, failed;
+    mesher__set     seen, seen_edges, known, known_near, failed;
     delaunay_list   queue, star, star2, pool;
     mesher__window  windows[MESHER__MAX_WINDOWS];
     uint64_t        window_order[MESHER__MAX_WINDOWS];
@@ -1930,10 +1937,17 @@ typedef struct mesher__recovery {
     uint32_t       *journal;            /* of the running transaction: old, new vertices, their numbers */
     size_t          num_journal, cap_journal;
     int             in_transaction;
-    uint32_t        near_edges[4096];
+    uint32_t        near_edges[MESHER__NEAR];
+    struct {
+        double    step;
+        uint32_t  num_buckets, *rows, *edges;
+    } grid;                             /* over the missing edges of the list */
     double          lp[5][720][5];      /* of the linear program, a level each */
     uint64_t        random;
     uint64_t        nodes, searches, ticks;
+    uint64_t        work, max_work;    /* about as many predicates; a bound that no clock decides */
+    uint8_t        *hopeless;           /* of each edge: points that brought it no nearer */
+    int             checked;            /* the intersection test has run, and found nothing */
     uint32_t        added, removed;
     int             absent;             /* isolated vertices found on the surface: start again */
     int             defects;
@@ -2036,11 +2050,19 @@ static void mesher__push(mesher__recovery *r, delaunay_list *list, delaunay_hand
     mesher__note_failure(r, delaunay_list_push(list, t));
 }
 
+static void *mesher__zeros(mesher__recovery *r, size_t count, size_t size)
+{
+    void *block = delaunay_alloc(r->memory, count ? count : 1, size);
+    if (block) memset(block, 0, (count ? count : 1) * size);
+    else r->status = MESHER_ERROR_OUT_OF_MEMORY;
+    return block;
+}
+
 /* Now and then asks the host whether to go on; says whether the recovery has to end. */
 static int mesher__stopped(mesher__recovery *r)
 {
     const delaunay_host *host = &r->domain->options.host;
-    if (r->status != MESHER_OK) return 1;
+    if (r->status != MESHER_OK || r->work > r->max_work) return 1;
     if (host->progress && (r->ticks++ & 63) == 0) {
         uint32_t all = r->domain->num_edges + r->domain->num_facets + 1;
         double done = 1 - (double)(r->num_missing_edges + r->num_missing_facets) / all;
@@ -2055,9 +2077,9 @@ static void mesher__tell(mesher__recovery *r, const char *stage, int detail)
     const delaunay_host *host = &r->domain->options.host;
     char text[200];
     if (!host->log) return;
-    snprintf(text, sizeof text, "recover: %s %d: %lu edges and %lu facets missing, %lu points, %.3g searches, %.3g nodes",
+    snprintf(text, sizeof text, "recover: %s %d: %lu edges and %lu facets missing, %lu points, %.3g searches, %.3g nodes, work %.3g",
              stage, detail, (unsigned long)r->num_missing_edges, (unsigned long)r->num_missing_facets,
-             (unsigned long)(r->added - r->removed), (double)r->searches, (double)r->nodes);
+             (unsigned long)(r->added - r->removed), (double)r->searches, (double)r->nodes, (double)r->work);
     host->log(host->user, DELAUNAY_LOG_DEBUG, text);
 }
 
@@ -2503,8 +2525,9 @@ static void mesher__walk_edge(mesher__recovery *r, uint32_t a, uint32_t b)
             hit = 1;
             if (!mesher__cross_face(r, a, b, t, i, zeros)) return;
         }
-        if (hit && !mesher__pipe_tet(&r->pipe, t)) return;
+        if (hit && !mesher__pipe_tet(&r->pipe, t)) break;
     }
+    r->work += 4 * h;
 }
 
 /* Does v lie in the open triangle f, exactly? Needs a vertex off its plane. */
@@ -2628,6 +2651,7 @@ static void mesher__windows_sort(mesher__recovery *r)
     for (i = 0; i < r->num_windows; i++)
         r->window_order[i] = (uint64_t)r->windows[i].num_points << 48 | (uint64_t)r->windows[i].num_tets << 32 | i;
     if (r->num_windows > 1) qsort(r->window_order, r->num_windows, sizeof *r->window_order, mesher__compare_u64);
+    r->work += 10 * (uint64_t)r->num_windows + r->pool.count;
 }
 
 /* A set of tetrahedra under construction. */
@@ -2868,8 +2892,10 @@ static int mesher__try_window(mesher__recovery *r, const mesher__window *w, dela
     memcpy(s->target, target, sizeof s->target);
     s->max_nodes = effort->max_nodes;
     r->searches++;
+    r->work += 50;
     i = (uint32_t)delaunay_reconnect(r->mesh, r->worker, &r->window, s);
     r->nodes += s->nodes;
+    r->work += 3 * (uint64_t)s->nodes;
     if (!i) {
         mesher__add(r, &r->failed, key);
         return 0;
@@ -3011,14 +3037,97 @@ static void mesher__grow_box(const mesher__recovery *r, const uint32_t *v, size_
         }
 }
 
+/* Cells of the grid that a box meets, as inclusive ranges; their number, or 0 if they are too many. */
+static uint32_t mesher__grid_range(const mesher__recovery *r, const double *lo, const double *hi, int64_t range[3][2])
+{
+    double cells = 1;
+    int k;
+    for (k = 0; k < 3; k++) {
+        double first = floor(lo[k] / r->grid.step), last = floor(hi[k] / r->grid.step);
+        cells *= last - first + 1;
+        if (!(cells <= (double)MESHER__GRID_CELLS) || !(fabs(first) < 1e15) || !(fabs(last) < 1e15)) return 0;
+        range[k][0] = (int64_t)first;
+        range[k][1] = (int64_t)last;
+    }
+    return (uint32_t)cells;
+}
+
+/* The buckets of those cells; duplicates are possible. */
+static uint32_t mesher__grid_buckets(const mesher__recovery *r, const double *lo, const double *hi, uint32_t *buckets)
+{
+    int64_t range[3][2], x, y, z;
+    uint32_t n = 0;
+    if (!mesher__grid_range(r, lo, hi, range)) return 0;
+    for (x = range[0][0]; x <= range[0][1]; x++)
+        for (y = range[1][0]; y <= range[1][1]; y++)
+            for (z = range[2][0]; z <= range[2][1]; z++)
+                buckets[n++] = (uint32_t)mesher__mix((uint64_t)x * 73856093u ^ (uint64_t)y * 19349663u ^
+                                                     (uint64_t)z * 83492791u) & (r->grid.num_buckets - 1);
+    return n;
+}
+
+static void mesher__edge_box(const mesher__recovery *r, uint32_t e, double *lo, double *hi)
+{
+    const double *a = mesher__x(r, r->edges[2 * (size_t)e]), *b = mesher__x(r, r->edges[2 * (size_t)e + 1]);
+    int k;
+    for (k = 0; k < 3; k++) {
+        lo[k] = a[k] < b[k] ? a[k] : b[k];
+        hi[k] = a[k] < b[k] ? b[k] : a[k];
+    }
+}
+
+/* A grid over the missing edges of the list: buckets of edges, and the edges that are too long for it, as bucket
+ * num_buckets. Returns 0 when out of memory. */
+static int mesher__grid_build(mesher__recovery *r)
+{
+    uint32_t buckets[MESHER__GRID_CELLS], i, j, n, pass, total = 0;
+    double lo[3], hi[3], sum = 0;
+    for (i = 0; i < r->num_todo; i++) {
+        mesher__edge_box(r, r->todo[i], lo, hi);
+        sum += (hi[0] - lo[0]) + (hi[1] - lo[1]) + (hi[2] - lo[2]);
+    }
+    r->grid.step = r->num_todo && sum > 0 ? sum / r->num_todo : 1;
+    for (r->grid.num_buckets = 16; r->grid.num_buckets < 2 * r->num_todo; r->grid.num_buckets *= 2) {}
+    delaunay_release(r->memory, r->grid.rows);
+    r->grid.rows = (uint32_t *)mesher__zeros(r, (size_t)r->grid.num_buckets + 2, sizeof *r->grid.rows);
+    for (pass = 0; pass < 2 && r->status == MESHER_OK; pass++) {
+        for (i = 0; i < r->num_todo; i++) {
+            mesher__edge_box(r, r->todo[i], lo, hi);
+            n = mesher__grid_buckets(r, lo, hi, buckets);
+            if (n == 0) buckets[n++] = r->grid.num_buckets;
+            for (j = 0; j < n; j++) {
+                if (pass) r->grid.edges[--r->grid.rows[buckets[j]]] = r->todo[i];
+                else r->grid.rows[buckets[j]]++;
+            }
+            total += n;
+        }
+        if (pass) break;
+        for (i = 1; i < r->grid.num_buckets + 2; i++) r->grid.rows[i] += r->grid.rows[i - 1];
+        delaunay_release(r->memory, r->grid.edges);
+        r->grid.edges = (uint32_t *)mesher__zeros(r, total, sizeof *r->grid.edges);
+    }
+    return r->status == MESHER_OK;
+}
+
 /* Missing edges of the list that may meet a box; at most as many as there is room for. */
 static uint32_t mesher__near_edges(mesher__recovery *r, const double *lo, const double *hi)
 {
-    uint32_t i, n = 0;
-    for (i = 0; i < r->num_todo && n < sizeof r->near_edges / sizeof *r->near_edges; i++)
-        if (!r->edge_present[r->todo[i]] && mesher__meets_box(r, r->edges + 2 * (size_t)r->todo[i], lo, hi))
-            r->near_edges[n++] = r->todo[i];
-    return n;
+    uint32_t buckets[MESHER__GRID_CELLS + 1], n = mesher__grid_buckets(r, lo, hi, buckets), count = 0, i, j;
+    mesher__set_clear(&r->known_near);
+    if (n == 0)
+        for (i = 0; i < r->num_todo && count < MESHER__NEAR; i++)
+            if (!r->edge_present[r->todo[i]] && mesher__meets_box(r, r->edges + 2 * (size_t)r->todo[i], lo, hi))
+                r->near_edges[count++] = r->todo[i];
+    if (n == 0) return count;
+    buckets[n++] = r->grid.num_buckets;
+    for (i = 0; i < n; i++)
+        for (j = r->grid.rows[buckets[i]]; j < r->grid.rows[buckets[i] + 1] && count < MESHER__NEAR; j++) {
+            uint32_t e = r->grid.edges[j];
+            if (!r->edge_present[e] && mesher__meets_box(r, r->edges + 2 * (size_t)e, lo, hi) &&
+                mesher__add(r, &r->known_near, e))
+                r->near_edges[count++] = e;
+        }
+    return count;
 }
 
 /* Crossings of one missing edge by all facets of tetrahedra given by their vertices. */
@@ -3048,6 +3157,7 @@ static long mesher__journal_gain(mesher__recovery *r)
         double lo[3] = {HUGE_VAL, HUGE_VAL, HUGE_VAL}, hi[3] = {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL};
         mesher__grow_box(r, was, 4 * (size_t)num_old, lo, hi);
         n = mesher__near_edges(r, lo, hi);
+        r->work += (uint64_t)n * (num_old + num_new);
         for (i = 0; i < n; i++) {
             const uint32_t *ab = r->edges + 2 * (size_t)r->near_edges[i];
             gain += mesher__count_crossings(r, ab, was, num_old) - mesher__count_crossings(r, ab, made, num_new);
@@ -3081,7 +3191,7 @@ static void mesher__list_edges(mesher__recovery *r, int by_crossings)
     r->num_todo = 0;
     for (e = 0; e < r->domain->num_edges; e++)
         if (!r->edge_present[e]) r->todo[r->num_todo++] = e;
-    if (!by_crossings) return;
+    if (!mesher__grid_build(r) || !by_crossings) return;
     for (i = 0; i < r->num_todo && !mesher__stopped(r); i++) {
         e = r->todo[i];
         mesher__walk_edge(r, r->edges[2 * (size_t)e], r->edges[2 * (size_t)e + 1]);
@@ -3393,6 +3503,7 @@ static void mesher__try_sites(mesher__recovery *r, const uint32_t *ab, int windo
         length += (b[k] - a[k]) * (b[k] - a[k]);
     }
     t /= length;
+    r->work += (uint64_t)num_near * (4 * w->num_tets + 12 * w->num_facets);
     for (i = 0; i < 6; i++) {
         if (i > 0 && !(t > 0 && t < 1)) return;
         for (k = 0; k < 3; k++) {
@@ -3460,9 +3571,11 @@ static int mesher__point_for_edge(mesher__recovery *r, uint32_t e, int keep_face
     mesher__windows_by_share(r, 0);
     for (i = 0; i < r->num_windows && tested < 250 && !mesher__stopped(r); i++) {
         const mesher__window *w = &r->windows[mesher__window_at(r, i)];
+        if (tested >= 40 && best.gain >= r->pipe.num_crossings) break;
         double lo[3] = {HUGE_VAL, HUGE_VAL, HUGE_VAL}, hi[3] = {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL}, deep[3], depth;
         if (!mesher__clean_window(r, w, keep_facets)) continue;
         depth = mesher__kernel(r, &r->window, deep);
+        r->work += 10 * (uint64_t)r->window.num_facets;
         if (!(depth > 0)) continue;
         tested++;
         mesher__grow_box(r, r->window.vertices, r->window.num_vertices, lo, hi);
@@ -3518,7 +3631,7 @@ static int mesher__points_for_edge(mesher__recovery *r, uint32_t e)
         }
         changed = 1;
         if (gain > 0) continue;
-        mesher__recover_edge(r, e, &last);
+        if (mesher__recover_edge(r, e, &last) != 2) r->hopeless[e]++;
         return 1;
     }
     return changed;
@@ -3533,7 +3646,8 @@ static int mesher__edge_points(mesher__recovery *r)
         int changed = 0;
         mesher__list_edges(r, 0);
         for (i = 0; i < r->num_todo && !mesher__stopped(r); i++)
-            if (!r->edge_present[r->todo[i]]) changed |= mesher__points_for_edge(r, r->todo[i]);
+            if (!r->edge_present[r->todo[i]] && r->hopeless[r->todo[i]] < MESHER__HOPELESS)
+                changed |= mesher__points_for_edge(r, r->todo[i]);
         mesher__tell(r, "points for edges, round", round);
         if (r->status != MESHER_OK || r->defects || r->absent) return any;
         mesher__edge_levels(r);
@@ -3630,21 +3744,22 @@ static void mesher__pack_points(mesher__recovery *r)
 static void mesher__recovery_free(mesher__recovery *r)
 {
     delaunay_memory *memory = r->memory;
-    mesher__set *sets[4];
+    mesher__set *sets[5];
     delaunay_list *lists[4];
     int i;
     sets[0] = &r->seen;
     sets[1] = &r->seen_edges;
     sets[2] = &r->known;
     sets[3] = &r->failed;
+    sets[4] = &r->known_near;
     lists[0] = &r->queue;
     lists[1] = &r->star;
     lists[2] = &r->star2;
     lists[3] = &r->pool;
-    for (i = 0; i < 4; i++) {
-        mesher__set_free(sets[i]);
-        delaunay_list_free(lists[i]);
-    }
+    for (i = 0; i < 5; i++) mesher__set_free(sets[i]);
+    for (i = 0; i < 4; i++) delaunay_list_free(lists[i]);
+    delaunay_release(memory, r->grid.rows);
+    delaunay_release(memory, r->grid.edges);
     delaunay_release(memory, r->edges);
     delaunay_release(memory, r->edge_row);
     delaunay_release(memory, r->edge_other);
@@ -3655,6 +3770,7 @@ static void mesher__recovery_free(mesher__recovery *r)
     delaunay_release(memory, r->facet_others);
     delaunay_release(memory, r->edge_present);
     delaunay_release(memory, r->facet_present);
+    delaunay_release(memory, r->hopeless);
     delaunay_release(memory, r->missing_edges_at);
     delaunay_release(memory, r->missing_facets_at);
     delaunay_release(memory, r->todo);
@@ -3662,14 +3778,6 @@ static void mesher__recovery_free(mesher__recovery *r)
     delaunay_release(memory, r->journal);
     if (r->worker) delaunay_worker_free(r->worker);
     delaunay_release(memory, r);
-}
-
-static void *mesher__zeros(mesher__recovery *r, size_t count, size_t size)
-{
-    void *block = delaunay_alloc(r->memory, count ? count : 1, size);
-    if (block) memset(block, 0, (count ? count : 1) * size);
-    else r->status = MESHER_ERROR_OUT_OF_MEMORY;
-    return block;
 }
 
 /* All arrays, zeroed; NULL when out of memory. */
@@ -3687,7 +3795,8 @@ static mesher__recovery *mesher__recovery_new(mesher_domain *domain, mesher_repo
     r->memory = memory;
     r->num_rows = domain->mesh.num_vertices;
     r->random = 88172645463325252u;
-    r->seen.memory = r->seen_edges.memory = r->known.memory = r->failed.memory = memory;
+    r->max_work = MESHER__WORK_FIRST;
+    r->seen.memory = r->seen_edges.memory = r->known.memory = r->known_near.memory = r->failed.memory = memory;
     r->queue.memory = r->star.memory = r->star2.memory = r->pool.memory = memory;
     mesher__set_clear(&r->failed);
     r->edges = (uint32_t *)mesher__zeros(r, 2 * edges, sizeof(uint32_t));
@@ -3700,6 +3809,7 @@ static mesher__recovery *mesher__recovery_new(mesher_domain *domain, mesher_repo
     r->facet_others = (uint64_t *)mesher__zeros(r, facets, sizeof(uint64_t));
     r->edge_present = (uint8_t *)mesher__zeros(r, edges, 1);
     r->facet_present = (uint8_t *)mesher__zeros(r, facets, 1);
+    r->hopeless = (uint8_t *)mesher__zeros(r, edges, 1);
     r->missing_edges_at = (uint32_t *)mesher__zeros(r, rows, sizeof(uint32_t));
     r->missing_facets_at = (uint32_t *)mesher__zeros(r, rows, sizeof(uint32_t));
     r->todo = (uint32_t *)mesher__zeros(r, most, sizeof(uint32_t));
@@ -3712,17 +3822,37 @@ static mesher__recovery *mesher__recovery_new(mesher_domain *domain, mesher_repo
     return r;
 }
 
+static int mesher__ends(const mesher__recovery *r) { return r->status != MESHER_OK || r->defects || r->absent; }
+
+/* Before hard work, once: does the surface intersect itself? Then nothing can help, and the findings say why. */
+static void mesher__ask_for_defects(mesher__recovery *r)
+{
+    mesher_report none;
+    mesher_result result;
+    if (r->checked) return;
+    r->checked = 1;
+    memset(&none, 0, sizeof none);
+    result = mesher__check_space(r->domain, r->report ? r->report : &none);
+    if (result == MESHER_ERROR_SURFACE) r->defects++;
+    else if (result != MESHER_OK) r->status = result;
+}
+
 /* Edges, then facets, then interior points for what is left, over and over. */
 static void mesher__recover_all(mesher__recovery *r)
 {
     int round;
     mesher__edge_levels(r);
+    if (mesher__ends(r)) return;
+    if (r->num_missing_edges) mesher__ask_for_defects(r);
+    r->max_work = r->work + MESHER__WORK_THEN;
     for (round = 0; round < 12 && !mesher__stopped(r); round++) {
         int changed = 0;
-        if (r->defects || r->absent) return;
+        if (mesher__ends(r)) return;
         if (r->num_missing_edges) changed |= mesher__edge_points(r);
         if (r->num_missing_facets) mesher__facet_levels(r);
-        if (r->defects || r->absent || r->status != MESHER_OK) return;
+        if (mesher__ends(r)) return;
+        if (r->num_missing_facets) mesher__ask_for_defects(r);
+        if (mesher__ends(r)) return;
         if (r->num_missing_facets) changed |= mesher__facet_points(r);
         mesher__tell(r, "points for facets, round", round);
         if (!r->num_missing_edges && !r->num_missing_facets) return;
