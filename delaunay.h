@@ -512,6 +512,62 @@ DELAUNAY_API uint32_t delaunay_window_crossings(const delaunay_mesh *mesh,
 DELAUNAY_API int delaunay_segment_crosses(const delaunay_mesh *mesh, uint32_t a, uint32_t b,
                                           uint32_t p, uint32_t q, uint32_t r, int *zeros);
 
+/* -- engine (a): many insertions at once, in sections of a closed curve [Marot 2020, chapter 4]. Every vertex of the
+ * mesh gets a key on a Moore curve, the items are cut into sections, and each section is one thread's: an edit reads
+ * tetrahedra of its section and their neighbours, writes tetrahedra of its section, and answers "conflict", having
+ * written nothing, where that is not enough. What is left over is tried again on another curve, in fewer sections as
+ * success falls, one by one at last. Slots come from the section, so nothing is allocated and nothing waits.
+ *
+ *     static int edit(void *user, delaunay_section *section, uint32_t vertex)
+ *     {
+ *         if (too_close(user, vertex)) return DELAUNAY_ITEM_NOTHING;
+ *         return delaunay_section_insert(section, vertex);
+ *     }
+ *     ...
+ *     delaunay_partition job = {0};
+ *     job.vertices = those;          // of the mesh, in no tetrahedron yet (delaunay_add_vertex)
+ *     job.num_vertices = how_many;
+ *     job.edit = edit;
+ *     delaunay_result result = delaunay_partition_run(&mesh, &job, NULL);
+ *
+ * The mesh must be closed (ghosts, or a boundary that no edit touches). vertex_tet is not kept: link again. */
+
+/* What one thread may touch in one attempt, and its scratch. */
+typedef struct delaunay_section delaunay_section;
+
+/* Answers of an edit; a negative delaunay_result ends the run, the mesh valid. */
+enum { DELAUNAY_ITEM_DONE = 0, DELAUNAY_ITEM_NOTHING = 1, DELAUNAY_ITEM_CONFLICT = 2 };
+
+typedef struct delaunay_partition {
+    const uint32_t *vertices;     /* the items */
+    size_t          num_vertices;
+    /* Inserts a vertex. Called by several threads at once, but one section at a time in each. NULL: plain Delaunay. */
+    int  (*edit)(void *user, delaunay_section *section, uint32_t vertex);
+    void           *user;
+    int             num_sections; /* at first. 0: one a thread, right where the result is unique. Else from the counts
+                                   * alone (about one for 32768 vertices): then the order of edits, and so the
+                                   * triangulation, is the same for any number of threads */
+    const char     *phase;        /* for the host's progress callback */
+    uint64_t        attempts, conflicts; /* out */
+} delaunay_partition;
+
+/* Returns DELAUNAY_OK; _CANCELLED, _OUT_OF_MEMORY or an edit's error: the mesh valid, some items done. */
+DELAUNAY_API delaunay_result delaunay_partition_run(delaunay_mesh *mesh, delaunay_partition *job, const delaunay_host *host);
+/* Delaunay insertion: an answer. _NOTHING: a vertex is already there. */
+DELAUNAY_API int delaunay_section_insert(delaunay_section *section, uint32_t vertex);
+/* May the section's thread write this tetrahedron: are all its vertices the section's, the ghost apart? Call it for
+ * tetrahedra of the section and their neighbours only: others may be changing under your eyes. */
+DELAUNAY_API int delaunay_section_owns_tet(const delaunay_section *section, delaunay_handle t);
+DELAUNAY_API int delaunay_section_owns(const delaunay_section *section, uint32_t vertex);
+/* A tetrahedron of the section, near the last insertion: where walks begin. An edit of yours sets its own. */
+DELAUNAY_API delaunay_handle delaunay_section_hint(const delaunay_section *section);
+DELAUNAY_API void delaunay_section_set_hint(delaunay_section *section, delaunay_handle t);
+/* 0 .. threads-1: for scratch of your own. */
+DELAUNAY_API int delaunay_section_worker(const delaunay_section *section);
+/* Slots for new tetrahedra, and back (they become deleted ones). Answers; nothing has changed if not _DONE. */
+DELAUNAY_API int delaunay_section_take(delaunay_section *section, size_t count, delaunay_handle *slots);
+DELAUNAY_API int delaunay_section_give(delaunay_section *section, const delaunay_handle *slots, size_t count);
+
 /* -- engine (b): many small edits, the same bytes for any number of threads. Each round plans the
  * next items of a list in parallel on the frozen mesh; plans that would meet are sorted out by their
  * order in the list; those that win are written in parallel, the others are tried again in the next
@@ -663,6 +719,9 @@ DELAUNAY_API delaunay_worker *delaunay_engine_worker(delaunay_engine *engine);
 #ifdef _OPENMP
 #  include <omp.h>
 #endif
+#if defined(__linux__) && !defined(__STRICT_ANSI__)
+#  include <sys/mman.h> /* madvise */
+#endif
 
 #if defined(__GNUC__)
 #  define DELAUNAY__UNLIKELY(x) __builtin_expect(!!(x), 0)
@@ -681,7 +740,21 @@ DELAUNAY_API delaunay_worker *delaunay_engine_worker(delaunay_engine *engine);
 
 /* ---- >>memory ----------------------------------------------------------------------------- */
 
-static void *delaunay__malloc(void *user, size_t size) { (void)user; return malloc(size); }
+/* Large blocks in huge pages where the system has them: fewer faults, fewer misses of the address cache. */
+enum { DELAUNAY__HUGE_PAGE = 2 << 20 };
+
+static void *delaunay__malloc(void *user, size_t size)
+{
+    void *block = malloc(size);
+    (void)user;
+#if defined(MADV_HUGEPAGE)
+    if (block && size >= 2 * (size_t)DELAUNAY__HUGE_PAGE) {
+        size_t skip = DELAUNAY__HUGE_PAGE - (size_t)((uintptr_t)block % DELAUNAY__HUGE_PAGE);
+        (void)madvise((char *)block + skip, (size - skip) / DELAUNAY__HUGE_PAGE * DELAUNAY__HUGE_PAGE, MADV_HUGEPAGE);
+    }
+#endif
+    return block;
+}
 static void delaunay__free(void *user, void *block) { (void)user; free(block); }
 
 /* Ahead of each block: what release must know. Blocks start on 64-byte borders. */
@@ -1374,8 +1447,8 @@ DELAUNAY_API uint64_t delaunay_count_tets(const delaunay_mesh *mesh)
 
 /* ---- >>insertion  walk, cavity, ball [Marot 2020, 3.3-3.7] --------------------------------- */
 /* What one thread needs to insert points. Slots freed by cavities go to freed, last in first out, and the
- * next ball takes them from there; they keep their old content until delaunay__kernel_finish. */
-typedef struct delaunay__kernel {
+ * next ball takes them from there. */
+struct delaunay_section {
     delaunay_mesh   *mesh;
     delaunay_memory *memory;
     delaunay_vertex *vertices;       /* of the mesh, copied to be near */
@@ -1384,6 +1457,11 @@ typedef struct delaunay__kernel {
     delaunay_handle  hint;           /* where the last ball is */
     int              exact_doubles;  /* in-sphere determinants are exact in doubles */
     int              simd;
+    int              parallel;       /* others are at work: stay in the section, allocate nothing */
+    uint32_t         start, length;  /* the section: keys from start on, around the end if need be */
+    int              needs_memory;   /* since the last region: something was too small */
+    int              needs_slots;    /* .. the array of tetrahedra */
+    int              worker;
     delaunay_handle *queue, *cavity, *border, *again; /* of the search: cap_search each, in one block */
     size_t           cap_search, num_cavity, num_border;
     delaunay_handle *freed;
@@ -1392,7 +1470,8 @@ typedef struct delaunay__kernel {
     uint16_t       (*edge_keys)[4];
     delaunay_handle *hashed;         /* the same for big balls: triples from, to, facet */
     size_t           cap_hashed;
-} delaunay__kernel;
+};
+typedef struct delaunay_section delaunay__kernel;
 
 enum {
     DELAUNAY__MATRIX_BITS = 7,    /* at most 128 vertices in the matrix */
@@ -1400,6 +1479,40 @@ enum {
     DELAUNAY__SEARCH_SLACK = 64,
     DELAUNAY__MARK_SEEN = 1, DELAUNAY__MARK_CAVITY = 3
 };
+
+/* Marks and the slot counter may be touched by several threads at once; no order among them is needed. */
+#if defined(_OPENMP) && defined(__GNUC__)
+#  define DELAUNAY__LOAD(p) __atomic_load_n((p), __ATOMIC_RELAXED)
+#  define DELAUNAY__STORE(p, x) __atomic_store_n((p), (x), __ATOMIC_RELAXED)
+#  define DELAUNAY__FETCH_ADD(p, x) __atomic_fetch_add((p), (x), __ATOMIC_RELAXED)
+#  define DELAUNAY__PARALLEL 1
+#else
+#  define DELAUNAY__LOAD(p) (*(p))
+#  define DELAUNAY__STORE(p, x) ((void)(*(p) = (x)))
+#  define DELAUNAY__PARALLEL 0
+#endif
+
+/* Answers beside delaunay_result. */
+enum {
+    DELAUNAY__NOT_HERE = 100, /* the seed of a cavity is not in conflict */
+    DELAUNAY__FOREIGN,        /* a tetrahedron beyond the section */
+    DELAUNAY__NEEDS_MEMORY    /* something is too small, and this is a parallel region */
+};
+
+static int delaunay__is_foreign(const delaunay__kernel *k, uint32_t v)
+{
+    return v != DELAUNAY_GHOST && (uint32_t)(k->vertices[v].key - k->start) >= k->length;
+}
+
+static int delaunay__is_foreign_tet(const delaunay__kernel *k, delaunay_handle t)
+{
+    const uint32_t *v = k->tets[t].v;
+    return delaunay__is_foreign(k, v[0]) || delaunay__is_foreign(k, v[1]) || delaunay__is_foreign(k, v[2]) ||
+           delaunay__is_foreign(k, v[3]);
+}
+
+/* The vertex by which the tetrahedron of h differs from its neighbour behind facet h. */
+static uint32_t delaunay__apex(const delaunay__kernel *k, delaunay_handle h) { return k->tets[h >> 2].v[h & 3]; }
 
 static delaunay_result delaunay__kernel_grow_search(delaunay__kernel *k)
 {
@@ -1470,7 +1583,6 @@ static delaunay_result delaunay__kernel_finish(delaunay__kernel *k)
 {
     delaunay_mesh *mesh = k->mesh;
     size_t i, total = (size_t)mesh->num_free + k->num_freed;
-    for (i = 0; i < k->num_freed; i++) memset(&k->tets[k->freed[i]], 0, sizeof *k->tets);
     if (total > mesh->cap_free) {
         void *grown = delaunay_grow(&mesh->memory, mesh->free_tets, mesh->num_free, total, sizeof *mesh->free_tets);
         if (!grown) return DELAUNAY_ERROR_OUT_OF_MEMORY;
@@ -1535,12 +1647,12 @@ static double delaunay__orient3d_double(const double *a, const double *b, const 
     return bx * (cy * dz - cz * dy) + by * (cz * dx - cx * dz) + bz * (cx * dy - cy * dx);
 }
 
-/* Walk towards e, steered by unfiltered signs: whether the result is in conflict is tested afterwards. */
+/* Walk towards e, steered by unfiltered signs: whether the result is in conflict is tested afterwards.
+ * t is not a ghost. In a parallel region, 0 if the way leaves the section. */
 static delaunay_handle delaunay__walk(const delaunay__kernel *k, delaunay_handle t, const double *e)
 {
     const delaunay_vertex *x = k->vertices;
     int steps, i, from = 4;
-    if (k->tets[t].v[3] == DELAUNAY_GHOST) t = k->tets[t].n[3] >> 2;
     for (steps = 0; steps < 1000; steps++) {
         const uint32_t *v = k->tets[t].v;
         delaunay_handle h;
@@ -1551,6 +1663,7 @@ static delaunay_handle delaunay__walk(const delaunay__kernel *k, delaunay_handle
         }
         if (i == 4) return t;
         h = k->tets[t].n[i];
+        if (k->parallel && delaunay__is_foreign(k, delaunay__apex(k, h))) return DELAUNAY_NONE;
         t = h >> 2;
         from = (int)(h & 3);
     }
@@ -1561,8 +1674,7 @@ static delaunay_handle delaunay__walk(const delaunay__kernel *k, delaunay_handle
 static delaunay_handle delaunay__walk_exact(const delaunay__kernel *k, delaunay_handle t, const double *e, uint32_t seed)
 {
     const delaunay_vertex *x = k->vertices;
-    uint64_t steps = 0, most = 16 * (uint64_t)k->mesh->num_tets + 1000;
-    if (k->tets[t].v[3] == DELAUNAY_GHOST) t = k->tets[t].n[3] >> 2;
+    uint64_t steps = 0, most = 16 * (uint64_t)k->mesh->cap_tets + 1000;
     for (; steps < most; steps++) {
         const uint32_t *v = k->tets[t].v;
         unsigned i, j;
@@ -1575,6 +1687,7 @@ static delaunay_handle delaunay__walk_exact(const delaunay__kernel *k, delaunay_
             if (delaunay_orient3d(e, x[v[f[0]]].x, x[v[f[1]]].x, x[v[f[2]]].x) < 0) break;
         }
         if (i == 4) return t;
+        if (k->parallel && delaunay__is_foreign(k, delaunay__apex(k, k->tets[t].n[j]))) return DELAUNAY_NONE;
         t = k->tets[t].n[j] >> 2;
         if (t == DELAUNAY_NONE) return t;
     }
@@ -1758,7 +1871,6 @@ static DELAUNAY__TARGET delaunay_handle delaunay__walk_avx2(const delaunay__kern
     const __m256d ex = _mm256_set1_pd(e[0]), ey = _mm256_set1_pd(e[1]), ez = _mm256_set1_pd(e[2]);
     unsigned open = 15;
     int steps;
-    if (k->tets[t].v[3] == DELAUNAY_GHOST) t = k->tets[t].n[3] >> 2;
     for (steps = 0; steps < 1000; steps++) {
         const uint32_t *v = k->tets[t].v;
         __m256d X, Y, Z, x1, y1, z1, x2, y2, z2, x3, y3, z3, det;
@@ -1779,6 +1891,7 @@ static DELAUNAY__TARGET delaunay_handle delaunay__walk_avx2(const delaunay__kern
         out = (unsigned)_mm256_movemask_pd(_mm256_cmp_pd(det, _mm256_setzero_pd(), _CMP_LT_OQ)) & open;
         if (!out) return t;
         h = k->tets[t].n[__builtin_ctz(out)];
+        if (k->parallel && delaunay__is_foreign(k, delaunay__apex(k, h))) return DELAUNAY_NONE;
         t = h >> 2;
         open = ~(1u << (h & 3));
     }
@@ -1789,8 +1902,6 @@ static DELAUNAY__TARGET delaunay_handle delaunay__walk_avx2(const delaunay__kern
 #undef DELAUNAY__MSUB
 #undef DELAUNAY__NMADD
 #endif
-
-enum { DELAUNAY__NOT_HERE = 100 }; /* beside delaunay_result: the seed of a cavity is not in conflict */
 
 static unsigned delaunay__in_conflict_few(const delaunay__kernel *k, const delaunay_handle *h, unsigned count, const double *e)
 {
@@ -1811,14 +1922,17 @@ static delaunay_handle delaunay__walk_fast(const delaunay__kernel *k, delaunay_h
 static void delaunay__cavity_undo(delaunay__kernel *k, size_t num_queue, size_t num_again)
 {
     size_t i;
-    for (i = 0; i < num_queue; i++) k->mark[k->queue[i] >> 2] = 0;
-    for (i = 0; i < num_again; i++) k->mark[k->again[i] >> 2] = 0;
+    for (i = 0; i < num_queue; i++) DELAUNAY__STORE(&k->mark[k->queue[i] >> 2], 0);
+    for (i = 0; i < num_again; i++) DELAUNAY__STORE(&k->mark[k->again[i] >> 2], 0);
 }
 
 /* Breadth-first search of the cavity [Marot 2020, 3.5]. Everything is a handle 4*t+f, f the facet by which the
  * search came. Candidates are tested four at a time and split without branches into cavity (in conflict) and
  * border (outside: their facet f is on the boundary). Facets that lead to a tetrahedron seen before go to again;
- * if their tetrahedron stayed outside they are boundary as well. The ball clears the marks. */
+ * if their tetrahedron stayed outside they are boundary as well. The ball clears the marks.
+ * Of a section all tetrahedra of the cavity and around it must be. A neighbour of one that is has three vertices of
+ * the section, the apex is tested. If the apex is foreign the tetrahedron is nobody's: others may set its mark as
+ * well, so what was reached again is tested, too; nobody writes anything else of it. */
 static int delaunay__cavity(delaunay__kernel *k, delaunay_handle seed, const double *e)
 {
     size_t num_queue = 5, done = 0, expanded = 1, num_cavity = 0, num_border = 0, num_again = 0, j;
@@ -1826,15 +1940,22 @@ static int delaunay__cavity(delaunay__kernel *k, delaunay_handle seed, const dou
     uint8_t *mark = k->mark;
     unsigned i;
     queue[0] = 4 * seed;
-    mark[seed] = DELAUNAY__MARK_CAVITY;
+    DELAUNAY__STORE(&mark[seed], DELAUNAY__MARK_CAVITY);
     for (i = 0; i < 4; i++) {
         queue[i + 1] = k->tets[seed].n[i];
-        mark[queue[i + 1] >> 2] = DELAUNAY__MARK_SEEN;
+        DELAUNAY__STORE(&mark[queue[i + 1] >> 2], DELAUNAY__MARK_SEEN);
     }
     do {
         unsigned count = num_queue - done < 4 ? (unsigned)(num_queue - done) : 4;
         for (i = 0; i < 3; i++) queue[num_queue + i] = 0; /* batches are padded with the dummy */
-        unsigned in = delaunay__in_conflict_few(k, queue + done, count, e);
+        unsigned in;
+        if (k->parallel) /* the seed is the section's */
+            for (i = done == 0; i < count; i++)
+                if (delaunay__is_foreign(k, delaunay__apex(k, queue[done + i]))) {
+                    delaunay__cavity_undo(k, num_queue, num_again);
+                    return DELAUNAY__FOREIGN;
+                }
+        in = delaunay__in_conflict_few(k, queue + done, count, e);
         if (DELAUNAY__UNLIKELY(done == 0 && !(in & 1))) {
             delaunay__cavity_undo(k, num_queue, 0);
             return DELAUNAY__NOT_HERE;
@@ -1848,28 +1969,35 @@ static int delaunay__cavity(delaunay__kernel *k, delaunay_handle seed, const dou
         while (expanded < num_cavity) {
             delaunay_handle h = cavity[expanded++];
             const delaunay_handle *n = k->tets[h >> 2].n;
-            mark[h >> 2] = DELAUNAY__MARK_CAVITY;
+            DELAUNAY__STORE(&mark[h >> 2], DELAUNAY__MARK_CAVITY);
             for (i = 1; i < 4; i++) {
                 delaunay_handle b = n[(h & 3) ^ i];
-                uint8_t seen = mark[b >> 2];
+                uint8_t seen = DELAUNAY__LOAD(&mark[b >> 2]);
                 queue[num_queue] = again[num_again] = b;
                 num_queue += !seen;
                 num_again += !!seen;
-                mark[b >> 2] = seen | DELAUNAY__MARK_SEEN;
+                DELAUNAY__STORE(&mark[b >> 2], (uint8_t)(seen | DELAUNAY__MARK_SEEN));
                 DELAUNAY__PREFETCH(&k->tets[b >> 2]);
             }
         }
         if (DELAUNAY__UNLIKELY(num_queue + num_again + DELAUNAY__SEARCH_SLACK > k->cap_search)) {
-            if (delaunay__kernel_grow_search(k) != DELAUNAY_OK) {
+            int result = k->parallel ? (int)DELAUNAY__NEEDS_MEMORY : (int)delaunay__kernel_grow_search(k);
+            if (result != DELAUNAY_OK) {
+                k->needs_memory = 1;
                 delaunay__cavity_undo(k, num_queue, num_again);
-                return DELAUNAY_ERROR_OUT_OF_MEMORY;
+                return result;
             }
             queue = k->queue; cavity = k->cavity; border = k->border; again = k->again;
         }
     } while (done < num_queue);
+    for (j = 0; k->parallel && j < num_again; j++)
+        if (delaunay__is_foreign(k, delaunay__apex(k, again[j]))) {
+            delaunay__cavity_undo(k, num_queue, num_again);
+            return DELAUNAY__FOREIGN;
+        }
     for (j = 0; j < num_again; j++) {
         border[num_border] = again[j];
-        num_border += mark[again[j] >> 2] == DELAUNAY__MARK_SEEN;
+        num_border += DELAUNAY__LOAD(&mark[again[j] >> 2]) == DELAUNAY__MARK_SEEN;
     }
     k->num_cavity = num_cavity;
     k->num_border = num_border;
@@ -1887,7 +2015,7 @@ static void delaunay__ball_tet(delaunay__kernel *k, delaunay_handle h, delaunay_
     w->v[0] = p; w->v[1] = a; w->v[2] = b; w->v[3] = c;
     w->n[0] = h;
     o->n[h & 3] = 4 * s;
-    k->mark[h >> 2] = 0;
+    DELAUNAY__STORE(&k->mark[h >> 2], 0);
 }
 
 /* Adjacencies inside the ball by a matrix of 2^bits x 2^bits edges [Marot 2020, 3.6]. The numbers of the vertices
@@ -1961,29 +2089,68 @@ static void delaunay__ball_big(delaunay__kernel *k, const delaunay_handle *slot,
     }
 }
 
+/* The reserve is what up to 256 threads may draw at once between two looks at the counter. */
+enum { DELAUNAY__SLOTS_AT_ONCE = 256, DELAUNAY__SLOTS_IN_RESERVE = 256 * 256 };
+
+/* Slots for a ball, from the freed ones and the end of the array. Several threads may draw from the end. */
+static delaunay_result delaunay__ball_slots(delaunay__kernel *k, size_t need)
+{
+    delaunay_mesh *mesh = k->mesh;
+    delaunay_handle t;
+    delaunay_result result;
+    int i;
+    while (!k->parallel && k->num_freed < need && mesh->num_free) k->freed[k->num_freed++] = mesh->free_tets[--mesh->num_free];
+    while (k->num_freed < need) {
+        if (k->parallel) {
+            if (DELAUNAY__LOAD(&mesh->num_tets) + (size_t)need + DELAUNAY__SLOTS_IN_RESERVE > mesh->cap_tets) {
+                k->needs_slots = k->needs_memory = 1;
+                return DELAUNAY_ERROR_OUT_OF_MEMORY;
+            }
+#if DELAUNAY__PARALLEL
+            t = DELAUNAY__FETCH_ADD(&mesh->num_tets, DELAUNAY__SLOTS_AT_ONCE);
+#else
+            t = 0;
+#endif
+        } else {
+            if ((size_t)mesh->cap_tets - mesh->num_tets < DELAUNAY__SLOTS_AT_ONCE) {
+                result = delaunay__reserve_tets(mesh, (size_t)mesh->cap_tets + mesh->cap_tets / 2 + need + 1024);
+                if (result != DELAUNAY_OK) return result;
+                delaunay__kernel_view(k);
+            }
+            t = mesh->num_tets;
+            mesh->num_tets += DELAUNAY__SLOTS_AT_ONCE;
+        }
+        for (i = DELAUNAY__SLOTS_AT_ONCE; i-- > 0;) {
+            k->tets[t + (delaunay_handle)i].v[0] = 0;
+            k->freed[k->num_freed++] = t + (delaunay_handle)i;
+        }
+    }
+    return DELAUNAY_OK;
+}
+
 /* Room for what the next ball writes; on failure nothing has changed but capacities. */
-static delaunay_result delaunay__ball_reserve(delaunay__kernel *k)
+static int delaunay__ball_reserve(delaunay__kernel *k)
 {
     size_t need = k->num_border, mask = delaunay__hashed_mask(need);
-    delaunay_mesh *mesh = k->mesh;
-    delaunay_result result = delaunay__kernel_reserve_freed(k, k->num_freed + k->num_cavity + need + 64);
+    size_t freed = k->num_freed + k->num_cavity + need + DELAUNAY__SLOTS_AT_ONCE;
+    int big = k->num_cavity > 124 || need > DELAUNAY__MATRIX_FACETS;
+    delaunay_result result;
+    if (k->parallel) {
+        if (freed <= k->cap_freed && !(big && 3 * (mask + 1) > k->cap_hashed) && delaunay__ball_slots(k, need) == DELAUNAY_OK)
+            return DELAUNAY_OK;
+        k->needs_memory = 1;
+        return DELAUNAY__NEEDS_MEMORY;
+    }
+    result = delaunay__kernel_reserve_freed(k, freed);
     if (result != DELAUNAY_OK) return result;
-    if ((k->num_cavity > 124 || need > DELAUNAY__MATRIX_FACETS) && 3 * (mask + 1) > k->cap_hashed) {
+    if (big && 3 * (mask + 1) > k->cap_hashed) {
         delaunay_release(k->memory, k->hashed);
         k->cap_hashed = 0;
         k->hashed = (delaunay_handle *)delaunay_alloc(k->memory, 6 * (mask + 1), sizeof *k->hashed);
         if (!k->hashed) return DELAUNAY_ERROR_OUT_OF_MEMORY;
         k->cap_hashed = 6 * (mask + 1);
     }
-    while (k->num_freed < need + 32 && mesh->num_free) k->freed[k->num_freed++] = mesh->free_tets[--mesh->num_free];
-    if (k->num_freed >= need) return DELAUNAY_OK;
-    if ((size_t)mesh->cap_tets - mesh->num_tets < need + 32) {
-        result = delaunay__reserve_tets(mesh, (size_t)mesh->cap_tets + mesh->cap_tets / 2 + need + 1024);
-        if (result != DELAUNAY_OK) return result;
-        delaunay__kernel_view(k);
-    }
-    while (k->num_freed < need + 16) k->freed[k->num_freed++] = mesh->num_tets++;
-    return DELAUNAY_OK;
+    return delaunay__ball_slots(k, need);
 }
 
 /* Fills the cavity with the ball of p [Marot 2020, 3.6]. */
@@ -1999,7 +2166,8 @@ static void delaunay__ball(delaunay__kernel *k, uint32_t p)
         delaunay_handle h = cavity[j], t = h >> 2;
         uint32_t apex = k->tets[t].v[h & 3];
         freed[j] = t;
-        k->mark[t] = 0;
+        k->tets[t].v[0] = 0;
+        DELAUNAY__STORE(&k->mark[t], 0);
         if (j && apex) k->vertices[apex].local = (uint32_t)j + 4;
     }
     if (num_cavity <= 28) delaunay__ball_small(k, slot, p, 5);
@@ -2011,23 +2179,37 @@ static void delaunay__ball(delaunay__kernel *k, uint32_t p)
     k->num_freed = k->num_freed + num_cavity - count;
 }
 
-/* Inserts vertex p, which no tetrahedron has yet. DELAUNAY__NOT_HERE: a vertex with its coordinates exists. */
+/* Inserts vertex p, which no tetrahedron has yet. DELAUNAY__NOT_HERE: a vertex with its coordinates exists.
+ * In a parallel region also DELAUNAY__FOREIGN and DELAUNAY__NEEDS_MEMORY, nothing changed. */
 static int delaunay__insert(delaunay__kernel *k, uint32_t p)
 {
     const double *e = k->vertices[p].x;
-    delaunay_handle t = delaunay__walk_fast(k, k->hint, e);
-    int result = delaunay__cavity(k, t, e);
+    delaunay_handle t = k->hint, behind;
+    int result;
+    if (k->tets[t].v[3] == DELAUNAY_GHOST) { /* three of its vertices are the section's */
+        behind = k->tets[t].n[3];
+        if (k->parallel && delaunay__is_foreign(k, delaunay__apex(k, behind))) return DELAUNAY__FOREIGN;
+        t = behind >> 2;
+    }
+    t = delaunay__walk_fast(k, t, e);
+    if (t == DELAUNAY_NONE) return DELAUNAY__FOREIGN;
+    result = delaunay__cavity(k, t, e);
     if (DELAUNAY__UNLIKELY(result == DELAUNAY__NOT_HERE)) {
+        if (k->tets[t].v[3] == DELAUNAY_GHOST) {
+            behind = k->tets[t].n[3];
+            if (k->parallel && delaunay__is_foreign(k, delaunay__apex(k, behind))) return DELAUNAY__FOREIGN;
+            t = behind >> 2;
+        }
         t = delaunay__walk_exact(k, t, e, p);
-        if (t == DELAUNAY_NONE) return DELAUNAY_ERROR_INTERNAL;
+        if (t == DELAUNAY_NONE) return k->parallel ? (int)DELAUNAY__FOREIGN : (int)DELAUNAY_ERROR_INTERNAL;
         result = delaunay__cavity(k, t, e);
     }
     if (result != DELAUNAY_OK) return result;
     result = delaunay__ball_reserve(k);
     if (result != DELAUNAY_OK) {
         size_t j;
-        for (j = 0; j < k->num_cavity; j++) k->mark[k->cavity[j] >> 2] = 0;
-        for (j = 0; j < k->num_border; j++) k->mark[k->border[j] >> 2] = 0;
+        for (j = 0; j < k->num_cavity; j++) DELAUNAY__STORE(&k->mark[k->cavity[j] >> 2], 0);
+        for (j = 0; j < k->num_border; j++) DELAUNAY__STORE(&k->mark[k->border[j] >> 2], 0);
         return result;
     }
     delaunay__ball(k, p);
@@ -2163,15 +2345,16 @@ static void delaunay__counted_release(void *user, void *block)
     delaunay_release((delaunay_memory *)user, block);
 }
 
-/* items: the points in order of insertion, equal ones side by side, the lowest index first. */
+/* items: the points in order of insertion, equal ones side by side, the lowest index first; round_begin[r]: the
+ * first item of round r, and one more. */
 static delaunay_result delaunay__order_points(delaunay_memory *memory, const double *xyz, size_t count, int threads,
-                                              hxtsort_pair *items)
+                                              hxtsort_pair *items, hilbert_box *box, size_t *round_begin)
 {
     delaunay__order o;
-    hilbert_box box;
     uint64_t *keys = (uint64_t *)delaunay_alloc(memory, count, sizeof *keys);
-    size_t i, j, m;
+    size_t i, j, m, r;
     uint64_t rounds = 1;
+    long n = (long)count, c;
     delaunay_result result = DELAUNAY_OK;
     if (!keys) return DELAUNAY_ERROR_OUT_OF_MEMORY;
     memset(&o, 0, sizeof o);
@@ -2182,20 +2365,32 @@ static delaunay_result delaunay__order_points(delaunay_memory *memory, const dou
     o.sort.allocator.alloc = delaunay__counted_alloc;
     o.sort.allocator.release = delaunay__counted_release;
     o.sort.allocator.user = memory;
-    memset(&box, 0, sizeof box);
-    (void)hilbert_box_fit3(&box, xyz, 0, count, threads);
-    hilbert_box_cube(&box);
-    box.depth = DELAUNAY__CURVE_DEPTH;
-    if (hilbert_keys3(keys, xyz, 0, count, &box, threads) != HILBERT_OK) memset(keys, 0, count * sizeof *keys);
+    memset(box, 0, sizeof *box);
+    (void)hilbert_box_fit3(box, xyz, 0, count, threads);
+    hilbert_box_cube(box);
+    box->depth = DELAUNAY__CURVE_DEPTH;
+    if (hilbert_keys3(keys, xyz, 0, count, box, threads) != HILBERT_OK) memset(keys, 0, count * sizeof *keys);
     for (m = count; m / 8 > DELAUNAY__FIRST_ROUND && rounds < DELAUNAY__MAX_ROUNDS; m /= 8) rounds++;
-    for (i = 0; i < count; i++) {
-        uint64_t h = delaunay__hash_point(xyz + 3 * i), r = rounds - 1;
-        for (; r > 0 && (h & 7) == 0; h >>= 3) r--;
-        items[i].key = r << 3 * DELAUNAY__CURVE_DEPTH | keys[i];
-        items[i].value = i;
+#if DELAUNAY__PARALLEL
+#pragma omp parallel for num_threads(threads) schedule(static)
+#endif
+    for (c = 0; c < n; c++) {
+        uint64_t h = delaunay__hash_point(xyz + 3 * c), round = rounds - 1;
+        for (; round > 0 && (h & 7) == 0; h >>= 3) round--;
+        items[c].key = round << 3 * DELAUNAY__CURVE_DEPTH | keys[c];
+        items[c].value = (uint64_t)c;
     }
     delaunay_release(memory, keys);
     result = (delaunay_result)hxtsort_pairs(items, count, &o.sort);
+    for (r = 0; r <= DELAUNAY__MAX_ROUNDS; r++) { /* the first item of round r or later */
+        size_t end = count;
+        for (i = 0; i < end;) {
+            m = i + (end - i) / 2;
+            if (items[m].key >> 3 * DELAUNAY__CURVE_DEPTH < r) i = m + 1;
+            else end = m;
+        }
+        round_begin[r] = i;
+    }
     for (i = 0; i < count && result == DELAUNAY_OK; i = j) {
         for (j = i + 1; j < count && items[j].key == items[i].key; j++) {}
         if (j - i > 1) result = delaunay__order_run(&o, i, j);
@@ -2204,12 +2399,16 @@ static delaunay_result delaunay__order_points(delaunay_memory *memory, const dou
 }
 
 /* Vertices from ordered points: one for each distinct point, with the lowest index. */
-static void delaunay__place_vertices(delaunay_mesh *mesh, const double *xyz, const hxtsort_pair *items, size_t count)
+static void delaunay__place_vertices(delaunay_mesh *mesh, const double *xyz, const hxtsort_pair *items, size_t count,
+                                     const size_t *round_begin, uint32_t *rounds)
 {
     size_t i;
     uint32_t v = 0;
+    int r = 0;
     for (i = 0; i < count; i++) {
         const double *x = xyz + 3 * items[i].value;
+        while (r < DELAUNAY__MAX_ROUNDS && round_begin[r] <= i) rounds[r++] = v + 1;
+        if (i + 16 < count) DELAUNAY__PREFETCH(xyz + 3 * items[i + 16].value);
         if (v == 0 || delaunay__compare_points(mesh->vertices[v].x, x) != 0) {
             v++;
             memcpy(mesh->vertices[v].x, x, 3 * sizeof *x);
@@ -2218,6 +2417,7 @@ static void delaunay__place_vertices(delaunay_mesh *mesh, const double *xyz, con
         }
         mesh->vertex_of[items[i].value] = v;
     }
+    while (r <= DELAUNAY__MAX_ROUNDS) rounds[r++] = v + 1;
     mesh->num_vertices = v + 1;
 }
 
@@ -2278,66 +2478,56 @@ static int delaunay__exact_in_doubles(const delaunay_mesh *mesh)
 
 /* -- canonical numbering */
 
-/* The rotation of a positive tetrahedron that puts its smallest vertex first and the smallest of the others
- * second; a ghost tetrahedron keeps the ghost last. Even permutations only. */
-static void delaunay__canonical_rotation(const uint32_t *v, uint8_t *order)
+/* The rotation of a tetrahedron that puts its smallest vertex first and the smallest of the others second; of a ghost
+ * the last vertex stays last. Even permutations only. out[i]: which corner becomes corner i. */
+static void delaunay__canonical_rotation(const uint32_t *v, uint8_t *out)
 {
     static const uint8_t first[4][4] = {{0, 1, 2, 3}, {1, 0, 3, 2}, {2, 0, 1, 3}, {3, 0, 2, 1}};
     const uint8_t *f;
     int i, m = 0, s;
     if (v[3] == DELAUNAY_GHOST) {
         m = v[0] < v[1] ? (v[0] < v[2] ? 0 : 2) : (v[1] < v[2] ? 1 : 2);
-        for (i = 0; i < 3; i++) order[i] = (uint8_t)((m + i) % 3);
-        order[3] = 3;
+        for (i = 0; i < 3; i++) out[i] = (uint8_t)((m + i) % 3);
+        out[3] = 3;
         return;
     }
     for (i = 1; i < 4; i++)
         if (v[i] < v[m]) m = i;
     f = first[m];
     s = v[f[1]] < v[f[2]] ? (v[f[1]] < v[f[3]] ? 0 : 2) : (v[f[2]] < v[f[3]] ? 1 : 2);
-    order[0] = f[0];
-    for (i = 0; i < 3; i++) order[i + 1] = f[1 + (s + i) % 3];
+    out[0] = f[0];
+    for (i = 0; i < 3; i++) out[i + 1] = f[1 + (s + i) % 3];
 }
 
-static int delaunay__tet_less(const delaunay_tet *a, const delaunay_tet *b)
+enum { DELAUNAY__ROTATION_GHOST = 64, DELAUNAY__ROTATION_LIVE = 128 };
+
+/* All rotations, by the results of the six comparisons of four vertices, and for ghosts. */
+typedef struct delaunay__rotations {
+    uint8_t order[128][4], inverse[128][4];
+} delaunay__rotations;
+
+static unsigned delaunay__rotation_code(const uint32_t *v)
 {
-    int i;
-    for (i = 1; i < 3; i++)
-        if (a->v[i] != b->v[i]) return a->v[i] < b->v[i];
-    return a->v[3] < b->v[3];
+    return (unsigned)(v[0] < v[1]) | (unsigned)(v[0] < v[2]) << 1 | (unsigned)(v[0] < v[3]) << 2 | (unsigned)(v[1] < v[2]) << 3 |
+           (unsigned)(v[1] < v[3]) << 4 | (unsigned)(v[2] < v[3]) << 5 | (v[3] == DELAUNAY_GHOST ? DELAUNAY__ROTATION_GHOST : 0);
 }
 
-/* order: the slots in canonical order, real ones by vertices, then ghosts; first: scratch of num_vertices + 1. */
-static size_t delaunay__canonical_order(const delaunay_mesh *mesh, delaunay_handle *order, delaunay_handle *first)
+static void delaunay__rotations_init(delaunay__rotations *r)
 {
-    size_t num = 1, ghost, begin;
-    delaunay_handle t;
-    uint32_t v;
-    for (ghost = 0; ghost < 2; ghost++) {
-        memset(first, 0, ((size_t)mesh->num_vertices + 1) * sizeof *first);
-        for (t = 1; t < mesh->num_tets; t++)
-            if (!delaunay_is_deleted(mesh, t) && delaunay_is_ghost(mesh, t) == (int)ghost) first[mesh->tets[t].v[0] + 1]++;
-        first[0] = (delaunay_handle)num;
-        for (v = 0; v < mesh->num_vertices; v++) first[v + 1] += first[v];
-        begin = num;
-        num = first[mesh->num_vertices];
-        for (t = 1; t < mesh->num_tets; t++) {
-            if (delaunay_is_deleted(mesh, t) || delaunay_is_ghost(mesh, t) != (int)ghost) continue;
-            order[first[mesh->tets[t].v[0]]++] = t;
-        }
-        for (; begin < num; begin++) { /* few of one vertex: insertion sort */
-            delaunay_handle item = order[begin];
-            const delaunay_tet *x = &mesh->tets[item];
-            size_t j = begin;
-            for (; j > 1; j--) {
-                const delaunay_tet *y = &mesh->tets[order[j - 1]];
-                if (y->v[0] != x->v[0] || (y->v[3] == 0) != (int)ghost || !delaunay__tet_less(x, y)) break;
-                order[j] = order[j - 1];
-            }
-            order[j] = item;
-        }
+    uint32_t v[4], code, i;
+    memset(r, 0, sizeof *r);
+    for (code = 0; code < 256; code++) { /* all orders of four, the last also as a ghost */
+        unsigned c;
+        for (i = 0; i < 4; i++) v[i] = (code >> 2 * i & 3) + 1;
+        if (v[0] == v[1] || v[0] == v[2] || v[0] == v[3] || v[1] == v[2] || v[1] == v[3] || v[2] == v[3]) continue;
+        c = delaunay__rotation_code(v);
+        delaunay__canonical_rotation(v, r->order[c]);
+        for (i = 0; i < 4; i++) r->inverse[c][r->order[c][i]] = (uint8_t)i;
+        v[3] = DELAUNAY_GHOST;
+        c = delaunay__rotation_code(v);
+        delaunay__canonical_rotation(v, r->order[c]);
+        for (i = 0; i < 4; i++) r->inverse[c][r->order[c][i]] = (uint8_t)i;
     }
-    return num;
 }
 
 static uint16_t delaunay__rotate_flags(uint16_t flags, const uint8_t *order)
@@ -2353,79 +2543,262 @@ static uint16_t delaunay__rotate_flags(uint16_t flags, const uint8_t *order)
     return (uint16_t)out;
 }
 
+typedef struct delaunay__numbering {
+    delaunay_mesh      *mesh;
+    delaunay__rotations rotations;
+    delaunay_handle    *moved;    /* at first the smallest vertex of each tetrahedron, at last its new slot */
+    delaunay_handle    *order;    /* slots in canonical order */
+    delaunay_handle    *first;    /* for each vertex, where its tetrahedra end in order */
+    delaunay_handle     num;
+    int                 threads;
+} delaunay__numbering;
+
+enum { DELAUNAY__FEW_TETS = 48 };
+
+/* Corners in canonical order in every slot; mark: which rotation that was. */
+static DELAUNAY__NOINLINE void delaunay__rotate_all(delaunay__numbering *c)
+{
+    delaunay_mesh *mesh = c->mesh;
+    long t, slots = (long)mesh->num_tets;
+#if DELAUNAY__PARALLEL
+#pragma omp parallel for num_threads(c->threads) schedule(static)
+#endif
+    for (t = 1; t < slots; t++) {
+        delaunay_tet x = mesh->tets[t], *y = &mesh->tets[t];
+        unsigned code = delaunay__rotation_code(x.v);
+        const uint8_t *order = c->rotations.order[code];
+        int i;
+        if (x.v[0] == 0) {
+            mesh->mark[t] = 0;
+            continue;
+        }
+        for (i = 0; i < 4; i++) {
+            y->v[i] = x.v[order[i]];
+            y->n[i] = x.n[order[i]];
+        }
+        mesh->mark[t] = (uint8_t)(code | DELAUNAY__ROTATION_LIVE);
+        c->moved[t] = y->v[0];
+        if (mesh->flags) mesh->flags[t] = delaunay__rotate_flags(mesh->flags[t], order);
+    }
+}
+
+/* Slots by their smallest vertex; from begin on, real or ghost ones only. Returns the end. */
+static DELAUNAY__NOINLINE size_t delaunay__bucket_slots(delaunay__numbering *c, size_t begin, unsigned ghost)
+{
+    const unsigned kind = DELAUNAY__ROTATION_LIVE | ghost, mask = DELAUNAY__ROTATION_LIVE | DELAUNAY__ROTATION_GHOST;
+    const uint8_t *mark = c->mesh->mark;
+    size_t t, slots = c->mesh->num_tets, sum = begin;
+    uint32_t v;
+    memset(c->first, 0, ((size_t)c->mesh->num_vertices + 1) * sizeof *c->first);
+    for (t = 1; t < slots; t++)
+        if ((mark[t] & mask) == kind) c->first[c->moved[t]]++;
+    for (v = 0; v < c->mesh->num_vertices; v++) {
+        size_t count = c->first[v];
+        c->first[v] = (delaunay_handle)sum;
+        sum += count;
+    }
+    for (t = 1; t < slots; t++)
+        if ((mark[t] & mask) == kind) c->order[c->first[c->moved[t]]++] = (delaunay_handle)t;
+    return sum;
+}
+
+static uint64_t delaunay__second_key(const delaunay_tet *t) { return (uint64_t)t->v[1] << 32 | t->v[2]; }
+
+/* Heap sort: in place, no recursion, for the few vertices with very many tetrahedra. */
+static void delaunay__sort_many(const delaunay_tet *tets, delaunay_handle *a, size_t n)
+{
+    size_t start = n / 2, end = n, i, child;
+    while (end > 1) {
+        delaunay_handle x;
+        uint64_t key;
+        if (start > 0) {
+            x = a[--start];
+        } else {
+            x = a[--end];
+            a[end] = a[0];
+        }
+        key = delaunay__second_key(&tets[x]);
+        for (i = start; (child = 2 * i + 1) < end; i = child) {
+            uint64_t greater = delaunay__second_key(&tets[a[child]]);
+            if (child + 1 < end && greater < delaunay__second_key(&tets[a[child + 1]]))
+                greater = delaunay__second_key(&tets[a[++child]]);
+            if (key >= greater) break;
+            a[i] = a[child];
+        }
+        a[i] = x;
+    }
+}
+
+/* The tetrahedra of one vertex by their second and third vertices: no two agree in both. Few: by counting the
+ * smaller ones of each, without branches. */
+static void delaunay__sort_bucket(const delaunay__numbering *c, size_t begin, size_t end)
+{
+    uint64_t key[DELAUNAY__FEW_TETS];
+    delaunay_handle slot[DELAUNAY__FEW_TETS], *order = c->order + begin;
+    size_t i, j, n = end - begin;
+    if (n > DELAUNAY__FEW_TETS) {
+        delaunay__sort_many(c->mesh->tets, order, n);
+        for (i = 0; i < n; i++) c->moved[order[i]] = (delaunay_handle)(begin + i);
+        return;
+    }
+    for (i = 0; i < n; i++) {
+        slot[i] = order[i];
+        key[i] = delaunay__second_key(&c->mesh->tets[slot[i]]);
+    }
+    for (i = 0; i < n; i++) {
+        size_t rank = 0;
+        for (j = 0; j < n; j++) rank += key[j] < key[i];
+        order[rank] = slot[i];
+        c->moved[slot[i]] = (delaunay_handle)(begin + rank);
+    }
+}
+
+static DELAUNAY__NOINLINE void delaunay__sort_buckets(const delaunay__numbering *c, size_t begin)
+{
+    enum { CHUNK = 4096, AHEAD = 24 };
+    long chunk, num = (long)(c->mesh->num_vertices / CHUNK + 1);
+    size_t last = c->first[c->mesh->num_vertices - 1];
+#if DELAUNAY__PARALLEL
+#pragma omp parallel for num_threads(c->threads) schedule(dynamic, 1)
+#endif
+    for (chunk = 0; chunk < num; chunk++) {
+        uint32_t v = (uint32_t)chunk * CHUNK, end = v + CHUNK < c->mesh->num_vertices ? v + CHUNK : c->mesh->num_vertices;
+        size_t from = v ? c->first[v - 1] : begin, i;
+        for (; v < end; v++) {
+            size_t to = c->first[v];
+            for (i = from + AHEAD; i < to + AHEAD && i < last; i++) DELAUNAY__PREFETCH(&c->mesh->tets[c->order[i]]);
+            if (to > from) delaunay__sort_bucket(c, from, to);
+            from = to;
+        }
+    }
+}
+
+/* Handles in terms of the new slots and rotations, still in the old places. */
+static DELAUNAY__NOINLINE void delaunay__renumber_handles(const delaunay__numbering *c)
+{
+    delaunay_mesh *mesh = c->mesh;
+    long t, slots = (long)mesh->num_tets;
+#if DELAUNAY__PARALLEL
+#pragma omp parallel for num_threads(c->threads) schedule(static)
+#endif
+    for (t = 1; t < slots; t++) {
+        delaunay_handle *n = mesh->tets[t].n;
+        int i;
+        if (mesh->mark[t] == 0) continue;
+        for (i = 0; i < 4; i++) {
+            delaunay_handle h = n[i];
+            if (h) n[i] = 4 * c->moved[h >> 2] + c->rotations.inverse[mesh->mark[h >> 2] & 127][h & 3];
+        }
+    }
+}
+
+/* Moves every tetrahedron to its new slot, in place: along the cycles of the permutation, several at a time so that
+ * their cache misses overlap. A chain lifts a tetrahedron, which leaves a hole, and goes on with the one that it
+ * displaces, until it meets a hole: its own, another chain's, or a deleted slot. */
+static DELAUNAY__NOINLINE void delaunay__move_tets(const delaunay__numbering *c)
+{
+    enum { CHAINS = 12, HOLE = 0, WAITING = 1, PLACED = 2 };
+    delaunay_tet *tets = c->mesh->tets, carried[CHAINS];
+    delaunay_handle target[CHAINS], next = 1, slots = c->mesh->num_tets, t;
+    uint8_t *mark = c->mesh->mark;
+    int i, busy = CHAINS;
+    for (t = 1; t < slots; t++) mark[t] = mark[t] == 0 ? HOLE : c->moved[t] == t ? PLACED : WAITING;
+    memset(target, 0, sizeof target);
+    while (busy) {
+        busy = 0;
+        for (i = 0; i < CHAINS; i++) {
+            t = target[i];
+            if (t == 0) {
+                while (next < slots && mark[next] != WAITING) next++;
+                if (next == slots) continue;
+                carried[i] = tets[next];
+                mark[next] = HOLE;
+                target[i] = c->moved[next];
+            } else if (mark[t] == HOLE) {
+                tets[t] = carried[i];
+                mark[t] = PLACED;
+                target[i] = 0;
+            } else {
+                delaunay_tet x = tets[t];
+                tets[t] = carried[i];
+                carried[i] = x;
+                mark[t] = PLACED;
+                target[i] = c->moved[t];
+            }
+            busy = 1;
+            DELAUNAY__PREFETCH(&tets[target[i]]);
+            DELAUNAY__PREFETCH(&c->moved[target[i]]);
+        }
+    }
+    memset(mark, 0, slots);
+}
+
+/* Flags and colours into new arrays, which replace the old ones. */
+static void delaunay__move_marks(const delaunay__numbering *c, uint16_t *flags, uint32_t *color)
+{
+    delaunay_mesh *mesh = c->mesh;
+    delaunay_handle i;
+    if (flags) {
+        memset(flags, 0, mesh->cap_tets * sizeof *flags);
+        for (i = 1; i < c->num; i++) flags[i] = mesh->flags[c->order[i]];
+        delaunay_release(&mesh->memory, mesh->flags);
+        mesh->flags = flags;
+    }
+    if (color) {
+        memset(color, 0, mesh->cap_tets * sizeof *color);
+        for (i = 1; i < c->num; i++) color[i] = mesh->color[c->order[i]];
+        delaunay_release(&mesh->memory, mesh->color);
+        mesh->color = color;
+    }
+}
+
 DELAUNAY_API delaunay_result delaunay_canonicalize(delaunay_mesh *mesh, const delaunay_host *host)
 {
     delaunay_memory *m = &mesh->memory;
-    size_t slots = mesh->num_tets, num, i;
-    delaunay_handle *order = NULL, *moved = NULL, *first = NULL, t;
-    delaunay_tet *tets = NULL;
+    delaunay__numbering c;
     uint16_t *flags = NULL;
     uint32_t *color = NULL;
-    uint8_t *back = NULL;
+    size_t slots = mesh->num_tets, num, real;
     delaunay_result result = DELAUNAY_ERROR_OUT_OF_MEMORY;
-    int j;
-    (void)host;
-    if (slots == 0) return DELAUNAY_OK;
-    order = (delaunay_handle *)delaunay_alloc(m, slots, sizeof *order);
-    moved = (delaunay_handle *)delaunay_alloc(m, slots, sizeof *moved);
-    first = (delaunay_handle *)delaunay_alloc(m, (size_t)mesh->num_vertices + 1, sizeof *first);
-    back = (uint8_t *)delaunay_alloc(m, slots, 4);
-    tets = (delaunay_tet *)delaunay_alloc(m, mesh->cap_tets, sizeof *tets);
-    if (mesh->flags) flags = (uint16_t *)delaunay_alloc(m, mesh->cap_tets, sizeof *flags);
-    if (mesh->color) color = (uint32_t *)delaunay_alloc(m, mesh->cap_tets, sizeof *color);
-    if (!order || !moved || !first || !back || !tets || (mesh->flags && !flags) || (mesh->color && !color)) goto done;
-    memset(moved, 0, slots * sizeof *moved);
-    if (flags) memset(flags, 0, mesh->cap_tets * sizeof *flags);
-    if (color) memset(color, 0, mesh->cap_tets * sizeof *color);
-    for (t = 1; t < slots; t++) { /* rotate in place, remember where each facet went */
-        delaunay_tet x = mesh->tets[t];
-        uint8_t rotation[4];
-        if (x.v[0] == 0) continue;
-        delaunay__canonical_rotation(x.v, rotation);
-        for (j = 0; j < 4; j++) {
-            mesh->tets[t].v[j] = x.v[rotation[j]];
-            mesh->tets[t].n[j] = x.n[rotation[j]];
-            back[4 * (size_t)t + rotation[j]] = (uint8_t)j;
-        }
-        if (flags) mesh->flags[t] = delaunay__rotate_flags(mesh->flags[t], rotation);
-    }
-    num = delaunay__canonical_order(mesh, order, first);
-    for (i = 1; i < num; i++) moved[order[i]] = (delaunay_handle)i;
-    memset((void *)tets, 0, sizeof *tets);
-    for (i = 1; i < num; i++) {
-        tets[i] = mesh->tets[order[i]];
-        for (j = 0; j < 4; j++) {
-            delaunay_handle n = tets[i].n[j];
-            if (n) tets[i].n[j] = 4 * moved[n >> 2] + back[n];
-        }
-        if (flags) flags[i] = mesh->flags[order[i]];
-        if (color) color[i] = mesh->color[order[i]];
-    }
-    if (mesh->vertex_tet) /* the lowest tetrahedron of each star */
-        for (memset(mesh->vertex_tet, 0, mesh->cap_vertices * sizeof *mesh->vertex_tet), i = num; i-- > 1;)
-            for (j = 0; j < 4; j++) mesh->vertex_tet[tets[i].v[j]] = (delaunay_handle)i;
-    delaunay_release(m, mesh->tets);
-    mesh->tets = tets;
-    tets = NULL;
-    if (flags) {
-        delaunay_release(m, mesh->flags);
-        mesh->flags = flags;
-        flags = NULL;
-    }
-    if (color) {
-        delaunay_release(m, mesh->color);
-        mesh->color = color;
-        color = NULL;
-    }
-    mesh->num_tets = (delaunay_handle)num;
+    delaunay_handle t;
+    int i;
+    if (slots == 0 || mesh->num_vertices == 0) return DELAUNAY_OK;
+    memset(&c, 0, sizeof c);
+    c.mesh = mesh;
+    c.threads = slots < 100000 ? 1 : delaunay_threads(host);
+    c.moved = (delaunay_handle *)delaunay_alloc(m, slots, sizeof *c.moved);
+    c.order = (delaunay_handle *)delaunay_alloc(m, slots, sizeof *c.order);
+    c.first = (delaunay_handle *)delaunay_alloc(m, (size_t)mesh->num_vertices + 1, sizeof *c.first);
+    if (!c.moved || !c.order || !c.first) goto done;
+    if (mesh->flags && !(flags = (uint16_t *)delaunay_alloc(m, mesh->cap_tets, sizeof *flags))) goto done;
+    if (mesh->color && !(color = (uint32_t *)delaunay_alloc(m, mesh->cap_tets, sizeof *color))) goto done;
+    /* nothing can fail from here on */
+    delaunay__rotations_init(&c.rotations);
+    c.moved[0] = 0;
+    delaunay__rotate_all(&c);
+    num = delaunay__bucket_slots(&c, 1, 0);
+    delaunay__sort_buckets(&c, 1);
+    real = num; /* moved of these is done; that of ghosts still names vertices */
+    num = delaunay__bucket_slots(&c, real, DELAUNAY__ROTATION_GHOST);
+    delaunay__sort_buckets(&c, real);
+    c.num = (delaunay_handle)num;
+    delaunay__renumber_handles(&c);
+    delaunay__move_tets(&c);
+    delaunay__move_marks(&c, flags, color);
+    flags = NULL;
+    color = NULL;
+    mesh->num_tets = c.num;
     mesh->num_free = 0;
+    if (mesh->vertex_tet) { /* the lowest tetrahedron of each star */
+        memset(mesh->vertex_tet, 0, mesh->cap_vertices * sizeof *mesh->vertex_tet);
+        for (t = c.num; t-- > 1;)
+            for (i = 0; i < 4; i++) mesh->vertex_tet[mesh->tets[t].v[i]] = t;
+    }
     result = DELAUNAY_OK;
 done:
-    delaunay_release(m, order);
-    delaunay_release(m, moved);
-    delaunay_release(m, first);
-    delaunay_release(m, back);
-    delaunay_release(m, tets);
+    delaunay_release(m, c.moved);
+    delaunay_release(m, c.order);
+    delaunay_release(m, c.first);
     delaunay_release(m, flags);
     delaunay_release(m, color);
     return result;
@@ -2563,7 +2936,384 @@ done:
     return result;
 }
 
-/* ---- >>partitions ---------------------------------------------------------------------- */
+/* ---- >>partitions  engine (a): sections of the Moore curve [Marot 2020, 4.2-4.6] ------------- */
+/* A tetrahedron is a section's if the keys of all its vertices are in it; the ghost is in every section. Then no two
+ * sections can meet: a neighbour of a section's own tetrahedron shares a facet with it, three vertices of which two at
+ * least are not the ghost, and these are keys of the section. So it cannot be another section's own, and what a
+ * section reads (its own and their neighbours) is written by nobody else (own tetrahedra only). What has vertices in
+ * two sections is nobody's until the next attempt, which cuts another curve: bent and turned. */
+enum {
+    DELAUNAY__KEY_BITS = 32,
+    DELAUNAY__ITEMS_A_SECTION = 1500, /* fewer are not worth a section */
+    DELAUNAY__MAX_ATTEMPTS = 8,       /* then the rest one by one */
+    DELAUNAY__BETWEEN_PROGRESS = 4096
+};
+
+typedef struct delaunay__cut {
+    size_t          begin, end, left; /* items; those left over are moved to the front */
+    uint32_t        start, length;
+    delaunay_handle hint;
+} delaunay__cut;
+
+typedef struct delaunay__partitions {
+    delaunay_mesh      *mesh;
+    const delaunay_host *host;
+    delaunay_partition *job;
+    delaunay__kernel  **kernels;
+    delaunay__cut      *cuts;
+    int                 num_kernels, num_cuts;
+    hilbert_box         box;
+    uint64_t            attempt;
+    hxtsort_pair32     *items;        /* key, vertex */
+    hxtsort_options     sort;
+    double              done, all;    /* for progress */
+    int                 status;       /* shared in a region: the first error */
+} delaunay__partitions;
+
+static void delaunay__partitions_free(delaunay__partitions *p)
+{
+    delaunay_memory *m = &p->mesh->memory;
+    int i;
+    for (i = 0; p->kernels && i < p->num_kernels; i++) {
+        if (p->kernels[i]) delaunay__kernel_free(p->kernels[i]);
+        delaunay_release(m, p->kernels[i]);
+    }
+    delaunay_release(m, p->kernels);
+    delaunay_release(m, p->cuts);
+}
+
+static delaunay_result delaunay__partitions_init(delaunay__partitions *p, delaunay_mesh *mesh, delaunay_partition *job,
+                                                 const delaunay_host *host, int exact_doubles)
+{
+    delaunay_memory *m = &mesh->memory;
+    delaunay_result result = DELAUNAY_OK;
+    int i;
+    memset(p, 0, sizeof *p);
+    p->mesh = mesh;
+    p->host = host;
+    p->job = job;
+    p->num_kernels = DELAUNAY__PARALLEL ? delaunay_threads(host) : 1;
+    p->num_cuts = p->num_kernels > job->num_sections ? p->num_kernels : job->num_sections;
+    p->sort.num_threads = p->num_kernels;
+    p->sort.allocator.alloc = delaunay__counted_alloc;
+    p->sort.allocator.release = delaunay__counted_release;
+    p->sort.allocator.user = m;
+    p->kernels = (delaunay__kernel **)delaunay_alloc(m, (size_t)p->num_kernels, sizeof *p->kernels);
+    p->cuts = (delaunay__cut *)delaunay_alloc(m, (size_t)p->num_cuts, sizeof *p->cuts);
+    if (p->kernels) memset((void *)p->kernels, 0, (size_t)p->num_kernels * sizeof *p->kernels);
+    if (!p->kernels || !p->cuts) return DELAUNAY_ERROR_OUT_OF_MEMORY;
+    for (i = 0; i < p->num_kernels && result == DELAUNAY_OK; i++) {
+        p->kernels[i] = (delaunay__kernel *)delaunay_alloc(m, 1, sizeof **p->kernels + 128); /* lines of its own */
+        if (!p->kernels[i]) return DELAUNAY_ERROR_OUT_OF_MEMORY;
+        result = delaunay__kernel_init(p->kernels[i], mesh);
+        p->kernels[i]->exact_doubles = exact_doubles;
+        p->kernels[i]->worker = i;
+    }
+    return result;
+}
+
+/* Keys of vertices 1 .. count-1 along the box's curve. */
+static void delaunay__rekey(delaunay__partitions *p, uint32_t count)
+{
+    enum { CHUNK = 1024 };
+    delaunay_vertex *v = p->mesh->vertices;
+    const hilbert_box *box = &p->box;
+    long chunk, num = (long)((count + CHUNK - 1) / CHUNK);
+#ifdef _OPENMP
+#pragma omp parallel for num_threads(p->num_kernels) schedule(static)
+#endif
+    for (chunk = 0; chunk < num; chunk++) {
+        uint64_t keys[CHUNK];
+        uint32_t i, first = (uint32_t)chunk * CHUNK, n = count - first < CHUNK ? count - first : CHUNK;
+        (void)hilbert_keys3(keys, v[first].x, sizeof *v, n, box, 1);
+        for (i = 0; i < n; i++) v[first + i].key = (uint32_t)(keys[i] >> (63 - DELAUNAY__KEY_BITS));
+    }
+}
+
+/* Another curve for another attempt: bent and turned by a fixed sequence of numbers. Sorts the items along it. */
+static delaunay_result delaunay__next_curve(delaunay__partitions *p, uint32_t count, size_t num_items)
+{
+    uint64_t h = delaunay__mix(++p->attempt * UINT64_C(0x9e3779b97f4a7c15));
+    size_t i;
+    int k;
+    for (k = 0; k < 3; k++, h >>= 8) p->box.middle[k] = 0.35 + 0.3 * (double)(h & 255) / 255;
+    p->box.shift = h << 21 & ((UINT64_C(1) << 63) - 1);
+    delaunay__rekey(p, count);
+    for (i = 0; i < num_items; i++) p->items[i].key = p->mesh->vertices[p->items[i].value].key;
+    return (delaunay_result)hxtsort_pairs32(p->items, num_items, &p->sort);
+}
+
+/* Sections with equal numbers of items; items of one key in one section. */
+static void delaunay__cut_sections(delaunay__partitions *p, size_t num_items, int num)
+{
+    int i;
+    for (i = 0; i < num; i++) {
+        size_t b = num_items * (size_t)i / (size_t)num;
+        while (b > 0 && i > 0 && p->items[b - 1].key == p->items[b].key) b--;
+        p->cuts[i].begin = b;
+        p->cuts[i].start = p->items[b].key;
+    }
+    for (i = 0; i < num; i++) {
+        p->cuts[i].end = i + 1 < num ? p->cuts[i + 1].begin : num_items;
+        p->cuts[i].length = p->cuts[(i + 1) % num].start - p->cuts[i].start;
+        p->cuts[i].left = 0;
+    }
+}
+
+/* A live tetrahedron to start from. */
+static delaunay_handle delaunay__any_tet(const delaunay_mesh *mesh, delaunay_handle hint)
+{
+    delaunay_handle t;
+    if (hint && hint < mesh->num_tets && !delaunay_is_deleted(mesh, hint)) return hint;
+    for (t = 1; t < mesh->num_tets; t++)
+        if (!delaunay_is_deleted(mesh, t)) return t;
+    return DELAUNAY_NONE;
+}
+
+/* For each section one of its tetrahedra, found by walks to some of its items; none: all its items must wait. */
+static void delaunay__place_hints(delaunay__partitions *p, int num)
+{
+    delaunay__kernel *k = p->kernels[0];
+    delaunay_handle t = delaunay__any_tet(p->mesh, k->hint);
+    int i, j;
+    for (i = 0; i < num; i++) {
+        delaunay__cut *c = &p->cuts[i];
+        size_t count = c->end - c->begin;
+        c->hint = DELAUNAY_NONE;
+        k->start = c->start;
+        k->length = c->length;
+        for (j = 1; j < 16 && count > 0 && c->hint == DELAUNAY_NONE; j++) {
+            const double *e = p->mesh->vertices[p->items[c->begin + count * (size_t)(j * 5 % 16) / 16].value].x;
+            if (k->tets[t].v[3] == DELAUNAY_GHOST) t = k->tets[t].n[3] >> 2;
+            t = delaunay__walk_fast(k, t, e);
+            if (!delaunay__is_foreign_tet(k, t)) c->hint = t;
+        }
+    }
+}
+
+static int delaunay__edit(const delaunay__partitions *p, delaunay__kernel *k, uint32_t v)
+{
+    if (p->job->edit) return p->job->edit(p->job->user, k, v);
+    return delaunay_section_insert(k, v);
+}
+
+static int delaunay__cancelled(const delaunay__partitions *p, double done)
+{
+    return p->host && p->host->progress && p->host->progress(p->host->user, p->job->phase ? p->job->phase : "insert",
+                                                             p->all > 0 ? (p->done + done) / p->all : 0);
+}
+
+/* The items of a section; those left over are moved to the front of the section. Gives up where the sections of
+ * this curve cannot serve: all around a sphere, every cavity reaches everywhere. */
+static void delaunay__pass(delaunay__partitions *p, delaunay__kernel *k, delaunay__cut *c, int is_caller, int num)
+{
+    size_t i, left = 0;
+    int hopeless = c->hint == DELAUNAY_NONE;
+    for (i = c->begin; i < c->end; i++) {
+        int answer = DELAUNAY_ITEM_CONFLICT;
+        if (i % DELAUNAY__BETWEEN_PROGRESS == 0) {
+            if (is_caller && delaunay__cancelled(p, (double)(i - c->begin) * num)) DELAUNAY__STORE(&p->status, DELAUNAY_CANCELLED);
+            hopeless |= DELAUNAY__LOAD(&p->status) != DELAUNAY_OK;
+        }
+        if (!hopeless) answer = delaunay__edit(p, k, p->items[i].value);
+        if (answer < 0) {
+            DELAUNAY__STORE(&p->status, answer);
+            hopeless = 1;
+        }
+        if (answer == DELAUNAY_ITEM_CONFLICT) p->items[c->begin + left++] = p->items[i];
+        if (i - c->begin == (c->end - c->begin) / 8) hopeless |= 20 * left > 19 * (i - c->begin);
+    }
+    c->left = left;
+}
+
+/* One section, by one thread; the calling thread looks after the host. */
+static void delaunay__work(delaunay__partitions *p, delaunay__kernel *k, delaunay__cut *c, int is_caller, int num)
+{
+    k->start = c->start;
+    k->length = c->length;
+    k->hint = c->hint;
+    delaunay__pass(p, k, c, is_caller, num);
+}
+
+/* Shared: the mesh (each section its own tetrahedra, see above; keys and coordinates are only read; the slot counter is
+ * atomic) and status; items and cuts are divided. Private: the kernels. */
+static void delaunay__run_sections(delaunay__partitions *p, int num)
+{
+    int i, threads = p->num_kernels < num ? p->num_kernels : num;
+    (void)threads;
+    for (i = 0; i < p->num_kernels; i++) {
+        delaunay__kernel_view(p->kernels[i]);
+        p->kernels[i]->parallel = 1;
+    }
+#if DELAUNAY__PARALLEL
+#pragma omp parallel for num_threads(threads) schedule(dynamic, 1)
+    for (i = 0; i < num; i++) {
+        int thread = omp_get_thread_num();
+        delaunay__work(p, p->kernels[thread], &p->cuts[i], thread == 0, num);
+    }
+#else
+    for (i = 0; i < num; i++) delaunay__work(p, p->kernels[0], &p->cuts[i], 1, num);
+#endif
+    for (i = 0; i < p->num_kernels; i++) {
+        p->kernels[i]->parallel = 0;
+    }
+}
+
+/* What was too small in the last region; a failure is found again, and told, by the serial end. */
+static void delaunay__feed_kernels(delaunay__partitions *p, size_t num_items)
+{
+    size_t slots = p->mesh->num_tets + 7 * num_items + DELAUNAY__SLOTS_IN_RESERVE;
+    int i;
+    for (i = 0; i < p->num_kernels; i++) {
+        delaunay__kernel *k = p->kernels[i];
+        (void)delaunay__kernel_reserve_freed(k, k->num_freed + 8192);
+        if (!k->needs_memory) continue;
+        k->needs_memory = 0;
+        if (k->needs_slots && slots < p->mesh->cap_tets + (size_t)p->mesh->cap_tets / 2) slots = p->mesh->cap_tets + (size_t)p->mesh->cap_tets / 2;
+        k->needs_slots = 0;
+        (void)delaunay__kernel_grow_search(k);
+        (void)delaunay__kernel_reserve_freed(k, 2 * k->cap_freed);
+        if (k->cap_hashed < 65536) {
+            delaunay_release(k->memory, k->hashed);
+            k->hashed = (delaunay_handle *)delaunay_alloc(k->memory, 65536, sizeof *k->hashed);
+            k->cap_hashed = k->hashed ? 65536 : 0;
+        }
+    }
+    (void)delaunay__reserve_tets(p->mesh, slots);
+}
+
+static int delaunay__run_serial(delaunay__partitions *p, size_t num_items)
+{
+    delaunay__kernel *k = p->kernels[0];
+    size_t i;
+    delaunay__kernel_view(k);
+    k->hint = delaunay__any_tet(p->mesh, k->hint);
+    k->length = 0;
+    for (i = 0; i < num_items; i++) {
+        int answer;
+        if (i % DELAUNAY__BETWEEN_PROGRESS == 0 && delaunay__cancelled(p, (double)i)) return DELAUNAY_CANCELLED;
+        answer = delaunay__edit(p, k, p->items[i].value);
+        if (answer < 0) return answer;
+        if (answer == DELAUNAY_ITEM_CONFLICT) return DELAUNAY_ERROR_INTERNAL; /* there is no one else */
+    }
+    return DELAUNAY_OK;
+}
+
+/* Attempts in fewer and fewer sections, then one by one. Vertices 1 .. count-1 have keys or get them; the first
+ * attempt takes the keys and the order of the items as they are if fresh. */
+static int delaunay__run_items(delaunay__partitions *p, uint32_t count, size_t num_items, int fresh)
+{
+    int num = p->job->num_sections ? p->job->num_sections : p->num_kernels, attempt, result = DELAUNAY_OK;
+    for (attempt = 0; attempt < DELAUNAY__MAX_ATTEMPTS; attempt++) {
+        size_t left = 0;
+        int i;
+        if ((size_t)num > num_items / DELAUNAY__ITEMS_A_SECTION) num = (int)(num_items / DELAUNAY__ITEMS_A_SECTION);
+        if (num <= 1) break;
+        if (attempt > 0 || !fresh) result = delaunay__next_curve(p, count, num_items);
+        if (result != DELAUNAY_OK) return result;
+        delaunay__feed_kernels(p, num_items);
+        delaunay__kernel_view(p->kernels[0]);
+        delaunay__cut_sections(p, num_items, num);
+        delaunay__place_hints(p, num);
+        delaunay__run_sections(p, num);
+        if (p->status != DELAUNAY_OK) return p->status;
+        for (i = 0; i < num; i++) {
+            memmove(p->items + left, p->items + p->cuts[i].begin, p->cuts[i].left * sizeof *p->items);
+            left += p->cuts[i].left;
+        }
+        p->job->attempts++;
+        p->job->conflicts += left;
+        p->done += (double)(num_items - left);
+        if (2 * left > num_items) num /= 2;
+        num_items = left;
+    }
+    result = delaunay__run_serial(p, num_items);
+    p->done += (double)num_items;
+    return result;
+}
+
+DELAUNAY_API int delaunay_section_insert(delaunay_section *section, uint32_t vertex)
+{
+    int answer = delaunay__insert(section, vertex);
+    if (answer == DELAUNAY__FOREIGN || answer == DELAUNAY__NEEDS_MEMORY) return DELAUNAY_ITEM_CONFLICT;
+    return answer == DELAUNAY__NOT_HERE ? (int)DELAUNAY_ITEM_NOTHING : answer;
+}
+
+DELAUNAY_API int delaunay_section_owns(const delaunay_section *section, uint32_t vertex)
+{
+    return !section->parallel || !delaunay__is_foreign(section, vertex);
+}
+
+DELAUNAY_API int delaunay_section_owns_tet(const delaunay_section *section, delaunay_handle t)
+{
+    return !section->parallel || !delaunay__is_foreign_tet(section, t);
+}
+
+DELAUNAY_API delaunay_handle delaunay_section_hint(const delaunay_section *section) { return section->hint; }
+DELAUNAY_API void delaunay_section_set_hint(delaunay_section *section, delaunay_handle t) { section->hint = t; }
+DELAUNAY_API int delaunay_section_worker(const delaunay_section *section) { return section->worker; }
+
+DELAUNAY_API int delaunay_section_take(delaunay_section *section, size_t count, delaunay_handle *slots)
+{
+    size_t i, room = section->num_freed + count + DELAUNAY__SLOTS_AT_ONCE;
+    delaunay_result result = DELAUNAY_OK;
+    if (section->parallel && room > section->cap_freed) result = DELAUNAY_ERROR_OUT_OF_MEMORY;
+    if (!section->parallel) result = delaunay__kernel_reserve_freed(section, room);
+    if (result == DELAUNAY_OK) result = delaunay__ball_slots(section, count);
+    if (result != DELAUNAY_OK) {
+        section->needs_memory = 1;
+        return section->parallel ? (int)DELAUNAY_ITEM_CONFLICT : (int)result;
+    }
+    for (i = 0; i < count; i++) slots[i] = section->freed[--section->num_freed];
+    return DELAUNAY_ITEM_DONE;
+}
+
+DELAUNAY_API int delaunay_section_give(delaunay_section *section, const delaunay_handle *slots, size_t count)
+{
+    size_t i;
+    delaunay_result result = DELAUNAY_OK;
+    if (section->parallel && section->num_freed + count > section->cap_freed) {
+        section->needs_memory = 1;
+        return DELAUNAY_ITEM_CONFLICT;
+    }
+    if (!section->parallel) result = delaunay__kernel_reserve_freed(section, section->num_freed + count);
+    if (result != DELAUNAY_OK) return result;
+    for (i = 0; i < count; i++) {
+        section->tets[slots[i]].v[0] = 0;
+        section->freed[section->num_freed++] = slots[i];
+    }
+    return DELAUNAY_ITEM_DONE;
+}
+
+DELAUNAY_API delaunay_result delaunay_partition_run(delaunay_mesh *mesh, delaunay_partition *job, const delaunay_host *host)
+{
+    delaunay__partitions p;
+    delaunay_memory *m = &mesh->memory;
+    size_t i;
+    int j, result = delaunay__partitions_init(&p, mesh, job, host, 0);
+    job->attempts = job->conflicts = 0;
+    if (result != DELAUNAY_OK) goto done;
+    result = DELAUNAY_ERROR_OUT_OF_MEMORY;
+    p.items = (hxtsort_pair32 *)delaunay_alloc(m, job->num_vertices, sizeof *p.items);
+    if (!p.items) goto done;
+    for (i = 0; i < job->num_vertices; i++) {
+        p.items[i].key = 0;
+        p.items[i].value = job->vertices[i];
+    }
+    (void)hilbert_box_fit3(&p.box, mesh->vertices[1].x, sizeof *mesh->vertices, mesh->num_vertices - 1, p.num_kernels);
+    hilbert_box_cube(&p.box);
+    p.all = (double)job->num_vertices;
+    result = delaunay__next_curve(&p, mesh->num_vertices, job->num_vertices);
+    if (result == DELAUNAY_OK) result = delaunay__run_items(&p, mesh->num_vertices, job->num_vertices, 1);
+    for (j = 0; j < p.num_kernels; j++) {
+        delaunay_result finished = delaunay__kernel_finish(p.kernels[j]);
+        if (result == DELAUNAY_OK) result = finished;
+    }
+done:
+    delaunay_release(m, p.items);
+    delaunay__partitions_free(&p);
+    return (delaunay_result)result;
+}
 
 /* ---- >>editing  stars, replacement of a cavity, constraint marks, locate -------------------- */
 /* A worker's scratch. Sets and tables forget by a stamp, never by clearing. */
@@ -4945,45 +5695,70 @@ static delaunay_result delaunay__check_finite(const double *xyz, size_t count, d
 }
 
 /* Vertices in order of insertion, from the caller's points. */
-static delaunay_result delaunay__sort(delaunay_mesh *mesh, const double *xyz, size_t count, int threads)
+static delaunay_result delaunay__sort(delaunay_mesh *mesh, const double *xyz, size_t count, int threads, hilbert_box *box,
+                                      uint32_t *rounds)
 {
+    size_t round_begin[DELAUNAY__MAX_ROUNDS + 1];
     hxtsort_pair *items = (hxtsort_pair *)delaunay_alloc(&mesh->memory, count, sizeof *items);
     delaunay_result result = items ? DELAUNAY_OK : DELAUNAY_ERROR_OUT_OF_MEMORY;
-    if (result == DELAUNAY_OK) result = delaunay__order_points(&mesh->memory, xyz, count, threads, items);
+    if (result == DELAUNAY_OK) result = delaunay__order_points(&mesh->memory, xyz, count, threads, items, box, round_begin);
     if (result == DELAUNAY_OK) result = delaunay_reserve(mesh, count + 1, 1);
     if (result == DELAUNAY_OK) {
         mesh->vertex_of = (uint32_t *)delaunay_alloc(&mesh->memory, count, sizeof *mesh->vertex_of);
         mesh->num_points = (uint32_t)count;
         if (!mesh->vertex_of) result = DELAUNAY_ERROR_OUT_OF_MEMORY;
     }
-    if (result == DELAUNAY_OK) delaunay__place_vertices(mesh, xyz, items, count);
+    if (result == DELAUNAY_OK) delaunay__place_vertices(mesh, xyz, items, count, round_begin, rounds);
     delaunay_release(&mesh->memory, items);
     return result;
 }
 
-static delaunay_result delaunay__insert_all(delaunay_mesh *mesh, const delaunay_options *options)
+/* Rounds one after the other; each in sections if it is large, and not larger than what is there to divide. */
+static delaunay_result delaunay__insert_rounds(delaunay__partitions *p, const uint32_t *rounds)
 {
-    enum { BETWEEN_PROGRESS = 16384 };
-    delaunay__kernel kernel;
-    uint32_t v, n = mesh->num_vertices;
-    int result = delaunay__reserve_tets(mesh, (size_t)n + 6 * (size_t)n + 1024);
-    if (result != DELAUNAY_OK) return (delaunay_result)result;
-    delaunay__first_tet(mesh);
-    result = delaunay__kernel_init(&kernel, mesh);
-    kernel.exact_doubles = delaunay__exact_in_doubles(mesh);
-    kernel.hint = 1;
-    for (v = 5; v < n && result == DELAUNAY_OK; v++) {
-        if (v % BETWEEN_PROGRESS == 0 && options->host.progress &&
-            options->host.progress(options->host.user, "insert", (double)v / n)) {
-            result = DELAUNAY_CANCELLED;
-            break;
+    delaunay_mesh *mesh = p->mesh;
+    uint32_t v = 5, n = mesh->num_vertices, end, i;
+    int r, result = DELAUNAY_OK;
+    size_t largest = 0;
+    for (r = 0; r < DELAUNAY__MAX_ROUNDS; r++) largest = rounds[r + 1] - rounds[r] > largest ? rounds[r + 1] - rounds[r] : largest;
+    p->items = (hxtsort_pair32 *)delaunay_alloc(&mesh->memory, largest, sizeof *p->items);
+    if (!p->items) return DELAUNAY_ERROR_OUT_OF_MEMORY;
+    for (r = 0; r < DELAUNAY__MAX_ROUNDS && result == DELAUNAY_OK; r++, v = end) {
+        end = rounds[r + 1] > v ? rounds[r + 1] : v;
+        if (end > n) end = n;
+        for (i = v; i < end; i++) {
+            p->items[i - v].key = mesh->vertices[i].key;
+            p->items[i - v].value = i;
         }
-        result = delaunay__insert(&kernel, v);
+        result = delaunay__run_items(p, end, end - v, p->attempt == 0);
     }
-    if (result == DELAUNAY__NOT_HERE) result = DELAUNAY_ERROR_INTERNAL;
-    if (result == DELAUNAY_OK) result = delaunay__kernel_finish(&kernel);
-    delaunay__kernel_free(&kernel);
     return (delaunay_result)result;
+}
+
+/* rounds[r]: first vertex of round r. */
+static delaunay_result delaunay__insert_all(delaunay_mesh *mesh, const uint32_t *rounds, const hilbert_box *box, const delaunay_options *options)
+{
+    delaunay__partitions p;
+    delaunay_partition job;
+    int i;
+    size_t n = mesh->num_vertices;
+    delaunay_result result = delaunay__reserve_tets(mesh, 7 * n + 1024 + (delaunay_threads(&options->host) > 1 ? 2 * DELAUNAY__SLOTS_IN_RESERVE : 0)), finished;
+    if (result != DELAUNAY_OK) return result;
+    memset(&job, 0, sizeof job);
+    delaunay__first_tet(mesh);
+    result = delaunay__partitions_init(&p, mesh, &job, &options->host, delaunay__exact_in_doubles(mesh));
+    p.box = *box;
+    p.box.depth = 0;
+    p.all = (double)n;
+    if (result == DELAUNAY_OK && p.num_kernels > 1) delaunay__rekey(&p, mesh->num_vertices);
+    if (result == DELAUNAY_OK) result = delaunay__insert_rounds(&p, rounds);
+    for (i = 0; i < p.num_kernels && result == DELAUNAY_OK; i++) {
+        finished = delaunay__kernel_finish(p.kernels[i]);
+        result = finished;
+    }
+    delaunay_release(&mesh->memory, p.items);
+    delaunay__partitions_free(&p);
+    return result;
 }
 
 /* After vertices were swapped, the map from points follows. local: the old number of v; key: the new one. */
@@ -4996,6 +5771,27 @@ static void delaunay__renew_vertex_of(delaunay_mesh *mesh)
     for (v = 1; v < mesh->num_vertices; v++) mesh->vertices[v].local = mesh->vertices[v].key = 0;
 }
 
+/* Counts for the report; the scratch fields of the vertices are cleared, so that no trace of the threads is left. */
+static void delaunay__count(delaunay_mesh *mesh, delaunay_report *report, int threads)
+{
+    long t, num_tets = (long)mesh->num_tets, num_vertices = (long)mesh->num_vertices, real = 0, ghosts = 0;
+    (void)threads;
+#if DELAUNAY__PARALLEL
+#pragma omp parallel for num_threads(threads) schedule(static) reduction(+ : real, ghosts)
+#endif
+    for (t = 1; t < num_tets; t++) {
+        const uint32_t *v = mesh->tets[t].v;
+        real += v[0] != 0 && v[3] != 0;
+        ghosts += v[0] != 0 && v[3] == 0;
+    }
+#if DELAUNAY__PARALLEL
+#pragma omp parallel for num_threads(threads) schedule(static)
+#endif
+    for (t = 0; t < num_vertices; t++) mesh->vertices[t].key = mesh->vertices[t].local = 0;
+    report->num_tets = (uint64_t)real;
+    report->num_ghosts = (uint64_t)ghosts;
+}
+
 DELAUNAY_API delaunay_result delaunay_tetrahedralize(delaunay_mesh *mesh, const double *xyz, size_t count,
                                                      const delaunay_options *options, delaunay_report *report)
 {
@@ -5003,7 +5799,8 @@ DELAUNAY_API delaunay_result delaunay_tetrahedralize(delaunay_mesh *mesh, const 
     delaunay_report unused;
     delaunay_result result;
     double start, sorted, inserted;
-    delaunay_handle t;
+    uint32_t rounds[DELAUNAY__MAX_ROUNDS + 1];
+    hilbert_box box;
     if (!report) report = &unused;
     memset(report, 0, sizeof *report);
     memset(&defaults, 0, sizeof defaults);
@@ -5016,7 +5813,7 @@ DELAUNAY_API delaunay_result delaunay_tetrahedralize(delaunay_mesh *mesh, const 
     report->num_points = count;
     result = delaunay_memory_init(&mesh->memory, &options->host);
     if (result == DELAUNAY_OK) result = delaunay__check_finite(xyz, count, report);
-    if (result == DELAUNAY_OK) result = delaunay__sort(mesh, xyz, count, delaunay_threads(&options->host));
+    if (result == DELAUNAY_OK) result = delaunay__sort(mesh, xyz, count, delaunay_threads(&options->host), &box, rounds);
     if (result == DELAUNAY_OK) {
         report->num_vertices = mesh->num_vertices - 1;
         report->num_duplicates = count - report->num_vertices;
@@ -5025,7 +5822,7 @@ DELAUNAY_API delaunay_result delaunay_tetrahedralize(delaunay_mesh *mesh, const 
         else delaunay__renew_vertex_of(mesh);
     }
     sorted = inserted = delaunay_seconds(&options->host);
-    if (result == DELAUNAY_OK) result = delaunay__insert_all(mesh, options);
+    if (result == DELAUNAY_OK) result = delaunay__insert_all(mesh, rounds, &box, options);
     inserted = delaunay_seconds(&options->host);
     if (result == DELAUNAY_OK && !options->any_order) result = delaunay_canonicalize(mesh, &options->host);
     report->seconds_sort = sorted - start;
@@ -5036,11 +5833,7 @@ DELAUNAY_API delaunay_result delaunay_tetrahedralize(delaunay_mesh *mesh, const 
         delaunay_mesh_free(mesh);
         return delaunay__say(report, result, delaunay_result_string(result));
     }
-    for (t = 1; t < mesh->num_tets; t++) {
-        if (delaunay_is_deleted(mesh, t)) continue;
-        if (delaunay_is_ghost(mesh, t)) report->num_ghosts++;
-        else report->num_tets++;
-    }
+    delaunay__count(mesh, report, delaunay_threads(&options->host));
     return DELAUNAY_OK;
 }
 
