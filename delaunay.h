@@ -2662,8 +2662,9 @@ static DELAUNAY__NOINLINE void delaunay__sort_buckets(const delaunay__numbering 
 #pragma omp parallel for num_threads(c->threads) schedule(dynamic, 1)
 #endif
     for (chunk = 0; chunk < num; chunk++) {
-        uint32_t v = (uint32_t)chunk * CHUNK, end = v + CHUNK < c->mesh->num_vertices ? v + CHUNK : c->mesh->num_vertices;
+        uint32_t v = (uint32_t)chunk * CHUNK, end = v + CHUNK;
         size_t from = v ? c->first[v - 1] : begin, i;
+        if (end > c->mesh->num_vertices) end = c->mesh->num_vertices;
         for (; v < end; v++) {
             size_t to = c->first[v];
             for (i = from + AHEAD; i < to + AHEAD && i < last; i++) DELAUNAY__PREFETCH(&c->mesh->tets[c->order[i]]);
@@ -3024,7 +3025,8 @@ static void delaunay__rekey(delaunay__partitions *p, uint32_t count)
 #endif
     for (chunk = 0; chunk < num; chunk++) {
         uint64_t keys[CHUNK];
-        uint32_t i, first = (uint32_t)chunk * CHUNK, n = count - first < CHUNK ? count - first : CHUNK;
+        uint32_t i, first = (uint32_t)chunk * CHUNK, n = count - first;
+        if (n > CHUNK) n = CHUNK;
         (void)hilbert_keys3(keys, v[first].x, sizeof *v, n, box, 1);
         for (i = 0; i < n; i++) v[first + i].key = (uint32_t)(keys[i] >> (63 - DELAUNAY__KEY_BITS));
     }
@@ -5742,7 +5744,10 @@ static delaunay_result delaunay__insert_all(delaunay_mesh *mesh, const uint32_t 
     delaunay_partition job;
     int i;
     size_t n = mesh->num_vertices;
-    delaunay_result result = delaunay__reserve_tets(mesh, 7 * n + 1024 + (delaunay_threads(&options->host) > 1 ? 2 * DELAUNAY__SLOTS_IN_RESERVE : 0)), finished;
+    delaunay_result result, finished;
+    size_t slots = 7 * n + 1024;
+    if (delaunay_threads(&options->host) > 1) slots += 2 * DELAUNAY__SLOTS_IN_RESERVE;
+    result = delaunay__reserve_tets(mesh, slots);
     if (result != DELAUNAY_OK) return result;
     memset(&job, 0, sizeof job);
     delaunay__first_tet(mesh);
