@@ -677,6 +677,7 @@ typedef struct delaunay_speculation {
     uint32_t    batch;   /* items in flight at most; part of what determines the result; 0: 1024 */
     int scatter; /* nonzero: a scattered order, for lists whose neighbours are so in space */
     const char *phase;   /* for the host's progress callback */
+    uint32_t    parallel_from; /* rounds of fewer items run on the calling thread: cheap plans; 0: 2 */
     uint64_t rounds, plans, commits, conflicts; /* out; conflict: an item had to wait for another */
 } delaunay_speculation;
 
@@ -5381,8 +5382,9 @@ static void delaunay__commit_tets(delaunay_engine *e, delaunay_plan *p)
  */
 static void delaunay__round_plan(delaunay_engine *e, const delaunay_speculation *job, size_t num)
 {
-    int64_t i, n = (int64_t)num;
-    DELAUNAY__OMP(omp parallel num_threads(e->num_threads) if(n > 1))
+    int64_t i, n = (int64_t)num, from = job->parallel_from ? (int64_t)job->parallel_from : 2;
+    (void)from;
+    DELAUNAY__OMP(omp parallel num_threads(e->num_threads) if(n >= from))
     {
         int thread = delaunay__thread_number();
         DELAUNAY__OMP(omp for schedule(dynamic, 4))
@@ -5396,10 +5398,11 @@ static void delaunay__round_plan(delaunay_engine *e, const delaunay_speculation 
 
 /* The winners' writes: disjoint, but for vertex_tet (atomic), and after a barrier that separates
  * the reading of old tetrahedra from the writing of new ones. Owners are given back. */
-static void delaunay__round_commit(delaunay_engine *e, size_t num)
+static void delaunay__round_commit(delaunay_engine *e, const delaunay_speculation *job, size_t num)
 {
-    int64_t i, n = (int64_t)num;
-    DELAUNAY__OMP(omp parallel num_threads(e->num_threads) if(n > 1))
+    int64_t i, n = (int64_t)num, from = job->parallel_from ? (int64_t)job->parallel_from : 2;
+    (void)from;
+    DELAUNAY__OMP(omp parallel num_threads(e->num_threads) if(n >= from))
     {
         DELAUNAY__OMP(omp for schedule(static))
         for (i = 0; i < n; i++) delaunay__commit_vertices(e, e->plans[i]);
@@ -5476,7 +5479,7 @@ DELAUNAY_API delaunay_result delaunay_speculate(delaunay_engine *engine, delauna
             for (i = 0; i < num; i++) delaunay__plan_release_owners(e, e->plans[i]);
             break;
         }
-        delaunay__round_commit(e, num);
+        delaunay__round_commit(e, job, num);
         left = delaunay__round_finish(e, job, num, &stop);
         /* fewer in flight while most of them only wait for each other */
         if (2 * left > num)

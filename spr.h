@@ -956,9 +956,11 @@ static int spr__plan_relax(void *user, const delaunay_mesh *m, delaunay_worker *
     int k;
     if (result != DELAUNAY_OK) return (int)result;
     if (!spr__cone_of_star(&cone, m, v, &plan->star)) return DELAUNAY_PLAN_NOTHING;
-    worst = spr__min(spr__worst_of(s, plan->star.items, plan->star.count), 0.5 * (1 + s->target));
+    worst = 0.5 * (1 + s->target);
     for (i = 0; i < cone.n; i++) {
-        sum += s->value[plan->star.items[i]];
+        double q = spr__facet_value(s, &cone.f[i], spr__point(m, v));
+        sum += q;
+        worst = spr__min(worst, q);
         area += cone.f[i].area;
         for (k = 0; k < 3; k++) aim[k] += cone.f[i].area * (cone.f[i].a[k] + cone.f[i].b[k] + cone.f[i].c[k]) / 3;
     }
@@ -1777,6 +1779,7 @@ static spr_result spr__speculate(spr__state *s, delaunay_speculation *job)
 static spr_result spr__run(spr__state *s, int level)
 {
     static const uint32_t batch[SPR__HOPELESS] = {1024, 512, 512, 256, 256, 128, 32};
+    static const uint32_t from[SPR__HOPELESS] = {64, 32, 16, 16, 16, 4, 2}; /* by the time that a plan takes */
     delaunay_speculation job;
     size_t i;
     s->items.count = 0;
@@ -1789,6 +1792,7 @@ static spr_result spr__run(spr__state *s, int level)
     job.plan = spr__plan;
     job.done = spr__done;
     job.batch = batch[level];
+    job.parallel_from = from[level];
     s->sweep = level;
     return spr__speculate(s, &job);
 }
@@ -1798,13 +1802,13 @@ static int spr__done_relax(void *user, delaunay_mesh *m, delaunay_worker *worker
 {
     spr__state *s = (spr__state *)user;
     size_t i;
-    (void)m;
     (void)worker;
     (void)item;
     s->report->relaxed += (uint64_t)plan->committed;
-    for (i = 0; plan->committed && i < plan->star.count; i++)
-        if (!spr__renew(s, plan->star.items[i], 0)) s->failure = SPR_ERROR_OUT_OF_MEMORY;
-    if (s->failure != SPR_OK) return 1;
+    for (i = 0; plan->committed && i < plan->star.count; i++) { /* of what is good nobody asks the quality any more */
+        delaunay_handle t = plan->star.items[i];
+        if (s->value[t] < s->target) s->value[t] = spr__quality_of(s, m->tets[t].v);
+    }
     return s->deadline > 0 && delaunay_seconds(&s->options.host) > s->deadline;
 }
 
@@ -1823,6 +1827,7 @@ static spr_result spr__relax(spr__state *s)
     job.plan = spr__plan_relax;
     job.done = spr__done_relax;
     job.batch = 4096;
+    job.parallel_from = 256;
     result = spr__speculate(s, &job);
     s->report->seconds_smoothing += delaunay_seconds(&s->options.host) - start;
     return result;
