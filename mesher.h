@@ -266,6 +266,9 @@ MESHER_API void mesher_report_add(mesher_report *report, mesher_kind kind, uint3
 #if defined(__GNUC__) && defined(__x86_64__) && !defined(DELAUNAY_NO_SIMD)
 #  include <immintrin.h>
 #endif
+#ifdef _OPENMP
+#  include <omp.h>
+#endif
 
 /* ---- >>surface ---------------------------------------------------------------------------- */
 
@@ -4810,6 +4813,21 @@ enum {
 #  define MESHER__PREFETCH(p) ((void)(p))
 #endif
 
+#ifdef _OPENMP
+#  define MESHER__OMP(directive) _Pragma(#directive)
+#  define MESHER__THREAD() omp_get_thread_num()
+#else
+#  define MESHER__OMP(directive)
+#  define MESHER__THREAD() 0
+#endif
+#if defined(_OPENMP) && defined(__GNUC__)
+#  define MESHER__FETCH(p) __atomic_load_n((p), __ATOMIC_RELAXED)
+#  define MESHER__STORE(p, x) __atomic_store_n((p), (x), __ATOMIC_RELAXED)
+#else
+#  define MESHER__FETCH(p) (*(p))
+#  define MESHER__STORE(p, x) (*(p) = (x))
+#endif
+
 /* Nearest distance between two vertices, relative to the mean of their sizes. */
 #define MESHER__NEAR 0.8
 /* Least height of a point over a constrained facet, relative to the mean of the sizes of the facet. */
@@ -4817,10 +4835,14 @@ enum {
 
 typedef struct mesher__proposal {
     double          x[3], h;
-    delaunay_handle source; /* the tetrahedron that proposed it */
+    delaunay_handle source; /* the tetrahedron that proposed it; 0: none */
+    uint32_t        stamp;  /* of the vertices of source: another tetrahedron may take its slot */
     delaunay_handle tet;    /* one that contained it then */
     delaunay_handle home;   /* that of the background */
     uint32_t        region;
+    uint32_t        vertex; /* its number, given beforehand where threads insert */
+    uint32_t        hint;   /* a vertex of its section near it, or 0 */
+    int32_t         state;  /* what became of it */
 } mesher__proposal;
 
 /* Points by cells, one edge length per power of two, in a hash: each point in the level that fits its own size. */
@@ -4831,6 +4853,14 @@ typedef struct mesher__grid {
     int       low, high; /* levels in use */
     double    origin[3]; /* below all points */
 } mesher__grid;
+
+/* What one thread gathers from a range of slots. */
+enum { MESHER__SLOTS = 1 << 13 };
+typedef struct mesher__harvest {
+    mesher__proposal *points;
+    size_t            num_points, cap_points;
+    mesher__grid      grid;
+} mesher__harvest;
 
 /* Facet of a cavity's boundary: outward order, seen from the tetrahedron in the cavity that has it. */
 typedef struct mesher__facet {
@@ -4855,8 +4885,24 @@ typedef struct mesher__cavity {
     uint32_t        *hash_value;
     uint32_t         cap_hash, hash_mask;
     int              simd;      /* the processor has AVX2 */
+    int              shared;    /* other threads insert too: no allocation, and only in the own section */
+    uint32_t         section;   /* vertices[].key of what is in it */
+    uint32_t         last;      /* the vertex inserted last, or 0 */
+    struct mesher__section *pool; /* where new tetrahedra come from, if shared */
     uint32_t         matrix[MESHER__LOCAL][MESHER__LOCAL]; /* the same of a small one: 4*facet + its opposite corner */
 } mesher__cavity;
+
+/* A section of the curve: what one thread inserts at a time. */
+typedef struct mesher__section {
+    size_t           first, end;    /* points, in r->order */
+    delaunay_handle *slots;         /* a stack of free ones */
+    uint32_t         num_slots, cap_slots;
+    delaunay_handle  fresh, fresh_end;
+    uint32_t         start;         /* a vertex of the section, or 0 */
+    uint64_t         inserted, born, dead;
+} mesher__section;
+
+enum { MESHER__SECTIONS = 256 };
 
 typedef struct mesher__refiner {
     mesher_domain   *domain;
@@ -4873,7 +4919,19 @@ typedef struct mesher__refiner {
     size_t           cap_order, cap_keys;
     hilbert_box      box;
     mesher__grid     grid;
+    uint64_t        *nodes;      /* of lattices, by point */
+    uint64_t        *seen;       /* all that have been tried: a hash table */
+    struct mesher__candidate *front;
+    size_t           cap_nodes, num_seen, cap_seen, cap_front;
     mesher__cavity   cavity;
+    mesher__section  sections[MESHER__SECTIONS];
+    delaunay_handle *slots;
+    size_t           cap_slots;
+    mesher__cavity  *cavities;   /* of the threads */
+    mesher__harvest *harvests;
+    int              num_harvests;
+    int              num_cavities;
+    int              cancelled;  /* 1: by the host, 2: out of time; by the calling thread, read by all */
     uint64_t         inserted, num_tets, ignored;
     double           start;
     int              stop;       /* why the sweeps end early: a mesher_result, or 0 */
@@ -5129,12 +5187,19 @@ static int mesher__settle(const mesher__refiner *r, mesher__proposal *p, delauna
     return 1;
 }
 
-/* What a tetrahedron asks for. */
-enum { MESHER__SMALL, MESHER__CROWDED, MESHER__POINT };
+static uint32_t mesher__stamp(const delaunay_mesh *mesh, delaunay_handle t)
+{
+    const uint32_t *v = mesh->tets[t].v;
+    return v[0] ^ v[1] * 3 ^ v[2] * 5 ^ v[3] * 7;
+}
 
-/* The point that tetrahedron t asks for, if it is too large; MESHER__CROWDED: one of those from first on
+/* What a tetrahedron asks for. */
+enum { MESHER__SMALL = 1, MESHER__CROWDED, MESHER__POINT };
+
+/* The point that tetrahedron t asks for, if it is too large; MESHER__CROWDED: one of those harvested
  * is probably in its way. */
-static int mesher__propose(const mesher__refiner *r, delaunay_handle t, mesher__proposal *p, const mesher__proposal *first)
+static int mesher__propose(const mesher__refiner *r, delaunay_handle t, mesher__proposal *p,
+                           const mesher__harvest *h)
 {
     const delaunay_mesh *mesh = r->mesh;
     const uint32_t *v = mesh->tets[t].v;
@@ -5151,9 +5216,12 @@ static int mesher__propose(const mesher__refiner *r, delaunay_handle t, mesher__
     bound = 0.98 * MESHER__NEAR / 2 * (sum / 4 + most);
     if (rr >= 0 && rr < bound * bound) return MESHER__SMALL;
     p->source = t;
+    p->stamp = mesher__stamp(mesh, t);
     p->region = mesh->color[t];
     p->home = r->home[v[0]];
-    if (rr >= 0 && first && mesher__in_box(r, p->x) && mesher__is_crowded(&r->grid, first, p->x, sum / 4))
+    p->vertex = p->hint = 0;
+    p->state = 0;
+    if (rr >= 0 && h && mesher__in_box(r, p->x) && mesher__is_crowded(&h->grid, h->points, p->x, sum / 4))
         return MESHER__CROWDED;
     if (rr >= 0 && mesher__settle(r, p, t, &met))
         return mesher__is_clear(r, p, t) && mesher__is_clear(r, p, p->tet) ? MESHER__POINT : MESHER__SMALL;
@@ -5191,38 +5259,84 @@ static void mesher__lose(delaunay_mesh *mesh, delaunay_handle t)
 }
 
 /* Points of the tetrahedra of a range of slots. */
-static int mesher__gather_some(mesher__refiner *r, delaunay_handle begin, delaunay_handle end)
+static void mesher__gather_some(const mesher__refiner *r, mesher__harvest *h, delaunay_handle begin, delaunay_handle end)
 {
     delaunay_mesh *mesh = r->mesh;
-    size_t first = r->num_points, n = 0;
     delaunay_handle t;
     int alone = !r->options->size_function;
-    if (!mesher__room(r->memory, &r->points, &r->cap_points, first, first + (end - begin), sizeof *r->points)) return 0;
-    if (!mesher__grid_reset(&r->grid, r->memory, end - begin)) return 0;
+    h->num_points = 0;
+    mesher__grid_reset(&h->grid, r->memory, MESHER__SLOTS);
     for (t = begin; t < end; t++) {
-        mesher__proposal *p = r->points + first + n;
+        mesher__proposal *p = h->points + h->num_points;
         int answer = MESHER__SMALL;
         if (mesh->flags[t] & MESHER__SEEN) continue;
-        if (mesher__is_inside(mesh, t)) answer = mesher__propose(r, t, p, alone ? r->points + first : NULL);
-        if (answer == MESHER__SMALL) mesh->flags[t] |= MESHER__SEEN;
-        if (answer == MESHER__CROWDED) mesher__lose(mesh, t);
+        if (mesher__is_inside(mesh, t)) answer = mesher__propose(r, t, p, alone ? h : NULL);
+        mesh->mark[t] = (uint8_t)answer; /* others read the flags */
         if (answer != MESHER__POINT) continue;
-        if (alone && !mesher__put_in_grid(&r->grid, r->memory, r->points + first, (uint32_t)n)) return 0;
-        n++;
+        if (alone) mesher__put_in_grid(&h->grid, r->memory, h->points, (uint32_t)h->num_points);
+        h->num_points++;
     }
-    r->num_points += n;
+}
+
+/* Notes in the flags what the tetrahedra of a range of slots answered. */
+static void mesher__note_answers(delaunay_mesh *mesh, delaunay_handle begin, delaunay_handle end)
+{
+    delaunay_handle t;
+    for (t = begin; t < end; t++) {
+        if (mesh->mark[t] == MESHER__SMALL) mesh->flags[t] |= MESHER__SEEN;
+        if (mesh->mark[t] == MESHER__CROWDED) mesher__lose(mesh, t);
+        mesh->mark[t] = 0;
+    }
+}
+
+/* Room for the harvests, so that threads need not allocate. */
+static int mesher__harvests(mesher__refiner *r, int count)
+{
+    int i;
+    if (count > r->num_harvests) {
+        mesher__harvest *all = (mesher__harvest *)delaunay_grow(r->memory, r->harvests, (size_t)r->num_harvests,
+                                                                (size_t)count, sizeof *all);
+        if (!all) return 0;
+        memset(all + r->num_harvests, 0, (size_t)(count - r->num_harvests) * sizeof *all);
+        r->harvests = all;
+        r->num_harvests = count;
+    }
+    for (i = 0; i < count; i++) {
+        mesher__harvest *h = r->harvests + i;
+        memcpy(h->grid.origin, r->grid.origin, sizeof h->grid.origin);
+        if (!mesher__room(r->memory, &h->points, &h->cap_points, 0, MESHER__SLOTS, sizeof *h->points) ||
+            !mesher__grid_reset(&h->grid, r->memory, MESHER__SLOTS)) return 0;
+    }
     return 1;
 }
 
-/* Points of all tetrahedra that have not been asked yet. */
+/* Points of all tetrahedra that have not been asked yet, in the order of the slots. */
 static int mesher__gather(mesher__refiner *r)
 {
-    enum { SLOTS = 1 << 14 };
-    delaunay_handle t, end;
+    int threads = delaunay_threads(&r->options->host), count = threads > 1 ? 4 * threads : 1, i, n;
+    size_t slots = r->mesh->num_tets, first;
     r->num_points = 0;
-    for (t = 1; t < r->mesh->num_tets; t = end) {
-        end = r->mesh->num_tets - t > SLOTS ? t + SLOTS : r->mesh->num_tets;
-        if (!mesher__gather_some(r, t, end)) return 0;
+    if (!mesher__harvests(r, count)) return 0;
+    for (first = 1; first < slots; first += (size_t)n * MESHER__SLOTS) {
+        n = (slots - first + MESHER__SLOTS - 1) / MESHER__SLOTS < (size_t)count
+                ? (int)((slots - first + MESHER__SLOTS - 1) / MESHER__SLOTS) : count;
+        /* Shared: the mesh, of which each range writes its own marks; private: a harvest for each range. */
+        MESHER__OMP(omp parallel for schedule(dynamic, 1) num_threads(threads) if(n > 1))
+        for (i = 0; i < n; i++) {
+            size_t begin = first + (size_t)i * MESHER__SLOTS, end = begin + MESHER__SLOTS;
+            mesher__gather_some(r, r->harvests + i, (delaunay_handle)begin, (delaunay_handle)(end < slots ? end : slots));
+        }
+        for (i = 0; i < n; i++) {
+            size_t begin = first + (size_t)i * MESHER__SLOTS, end = begin + MESHER__SLOTS;
+            mesher__note_answers(r->mesh, (delaunay_handle)begin, (delaunay_handle)(end < slots ? end : slots));
+        }
+        for (i = 0; i < n; i++) {
+            const mesher__harvest *h = r->harvests + i;
+            if (!mesher__room(r->memory, &r->points, &r->cap_points, r->num_points, r->num_points + h->num_points,
+                              sizeof *r->points)) return 0;
+            memcpy(r->points + r->num_points, h->points, h->num_points * sizeof *h->points);
+            r->num_points += h->num_points;
+        }
     }
     mesher__wish_at_points(r);
     return 1;
@@ -5335,70 +5449,153 @@ static int mesher__place(const mesher__refiner *r, mesher__proposal *p, const do
     p->home = home;
     p->region = region;
     p->source = p->tet = 0;
+    p->vertex = p->hint = 0;
+    p->state = 0;
     p->h = mesher__field_at(&r->field, x, &p->home, &found);
     return found && r->field.color[p->home] == region;
 }
 
-/* Candidates for the neighbours of point p in the lattice, at the mean of the distances that both ends want;
- * returns their number. */
-static int mesher__neighbours(mesher__refiner *r, const mesher__proposal *p, mesher__proposal *q)
+/* A node of a lattice: three coordinates of 16 bits, in halves of the cube's edge, and the lattice's number. */
+static uint64_t mesher__next_node(uint64_t node, int direction)
 {
-    double xyz[24], h[8], half, x[3];
-    uint32_t region[8];
-    int d, i, n = 0, count = 0;
-    for (d = 0; d < 8; d++) {
-        half = MESHER__CUBE / 2 * p->h;
-        for (i = 0; i < 3; i++) x[i] = p->x[i] + (d >> i & 1 ? half : -half);
-        if (!mesher__in_box(r, x) || mesher__is_crowded(&r->grid, r->points, x, 0.9 * p->h)) continue;
-        if (mesher__place(r, q + n, x, p->home, p->region)) q[n++].source = (delaunay_handle)d;
-    }
-    for (d = 0; d < n; d++) {
-        memcpy(xyz + 3 * d, q[d].x, sizeof x);
-        region[d] = q[d].region;
-        h[d] = q[d].h;
-    }
-    r->ignored += mesher__wishes(r->options, (size_t)n, xyz, region, h);
-    for (d = 0; d < n; d++) {
-        double change = fabs(h[d] - p->h) / h[d];
-        uint32_t direction = (uint32_t)q[d].source;
-        if (change > MESHER__UNIFORM) continue;
-        q[count] = q[d];
-        if (change > 0.03) {
-            half = MESHER__CUBE / 4 * (p->h + h[d]);
-            for (i = 0; i < 3; i++) x[i] = p->x[i] + (direction >> i & 1 ? half : -half);
-            if (!mesher__place(r, q + count, x, q[d].home, p->region)) continue;
-        }
-        q[count].h = q[count].h < h[d] ? q[count].h : h[d];
-        q[count++].source = 0;
-    }
-    return count;
+    uint64_t x = (node & 0xffff) + (direction & 1 ? 1u : 0xffffu), y = (node >> 16 & 0xffff) + (direction & 2 ? 1u : 0xffffu);
+    uint64_t z = (node >> 32 & 0xffff) + (direction & 4 ? 1u : 0xffffu);
+    return (node & 0xffff000000000000u) | (z & 0xffff) << 32 | (y & 0xffff) << 16 | (x & 0xffff);
 }
 
-/* Takes a point into the lattice if no other is near. 0: no memory. */
-static int mesher__take(mesher__refiner *r, const mesher__proposal *p, double reach)
+/* Enters a node in the table of those seen (of cap_seen, a power of two): 1 if it is new, -1: no memory. */
+static int mesher__see_node(mesher__refiner *r, uint64_t node)
 {
-    if (!mesher__is_alone(&r->grid, r->points, p->x, reach * p->h)) return 1;
-    if (!mesher__room(r->memory, &r->points, &r->cap_points, r->num_points, r->num_points + 1, sizeof *p)) return 0;
-    r->points[r->num_points] = *p;
-    return mesher__put_in_grid(&r->grid, r->memory, r->points, (uint32_t)r->num_points++);
+    size_t k, cap = r->cap_seen;
+    uint64_t *old = r->seen;
+    if (2 * r->num_seen >= cap) {
+        size_t more = cap ? 2 * cap : 4096;
+        r->seen = (uint64_t *)delaunay_alloc(r->memory, more, sizeof *r->seen);
+        if (!r->seen) {
+            r->seen = old;
+            return -1;
+        }
+        memset(r->seen, 0xff, more * sizeof *r->seen);
+        r->cap_seen = more;
+        r->num_seen = 0;
+        for (k = 0; k < cap; k++)
+            if (old[k] != UINT64_MAX) mesher__see_node(r, old[k]);
+        delaunay_release(r->memory, old);
+    }
+    k = (size_t)(((node ^ node >> 29) * 0x9e3779b97f4a7c15u) >> 20) & (r->cap_seen - 1);
+    while (r->seen[k] != UINT64_MAX && r->seen[k] != node) k = (k + 1) & (r->cap_seen - 1);
+    if (r->seen[k] == node) return 0;
+    r->seen[k] = node;
+    r->num_seen++;
+    return 1;
+}
+
+/* Room for one more point of a lattice. */
+static int mesher__lattice_room(mesher__refiner *r)
+{
+    size_t need = r->num_points + 1;
+    return mesher__room(r->memory, &r->points, &r->cap_points, r->num_points, need, sizeof *r->points) &&
+           mesher__room(r->memory, &r->nodes, &r->cap_nodes, r->num_points, need, sizeof *r->nodes);
+}
+
+/* Candidates in flight: neighbours of a batch of points. */
+enum { MESHER__FRONT = 2048 };
+typedef struct mesher__candidate {
+    mesher__proposal p;
+    uint64_t         node;
+    uint32_t         parent, direction;
+} mesher__candidate;
+
+/* Puts a candidate beside its parent, at the distance that a size h there and the parent's ask for. */
+static int mesher__beside(const mesher__refiner *r, mesher__candidate *c, double h, delaunay_handle home)
+{
+    const mesher__proposal *parent = r->points + c->parent;
+    double x[3], half = MESHER__CUBE / 4 * (parent->h + h);
+    int i;
+    for (i = 0; i < 3; i++) x[i] = parent->x[i] + (c->direction >> i & 1 ? half : -half);
+    return mesher__in_box(r, x) && mesher__place(r, &c->p, x, home, parent->region);
+}
+
+/* Brings a candidate, placed at the distance of its parent's size, to that of its own; state 1 if it will do. */
+static void mesher__judge(const mesher__refiner *r, mesher__candidate *c)
+{
+    double was = r->points[c->parent].h, h = c->p.h, change = fabs(h - was) / h;
+    if (!c->p.state) return;
+    c->p.state = 0;
+    if (change > MESHER__UNIFORM) return;
+    if (change > 0.03) {
+        if (!mesher__beside(r, c, h, c->p.home)) return;
+        if (c->p.h > h) c->p.h = h;
+    }
+    c->p.state = mesher__is_alone(&r->grid, r->points, c->p.x, c->p.h);
+}
+
+/* Places the candidates of a batch; several threads share them. */
+static void mesher__judge_all(mesher__refiner *r, mesher__candidate *all, size_t count)
+{
+    int threads = count < 1024 ? 1 : delaunay_threads(&r->options->host), i, n = (int)count;
+    (void)threads;
+    MESHER__OMP(omp parallel for schedule(dynamic, 64) num_threads(threads) if(threads > 1))
+    for (i = 0; i < n; i++) {
+        mesher__candidate *c = all + i;
+        c->p.state = mesher__beside(r, c, r->points[c->parent].h, r->points[c->parent].home);
+        if (r->options->size_function || !c->p.state) continue;
+        c->p.h = mesher__clamp_size(r->options, c->p.h);
+        mesher__judge(r, c);
+    }
+    for (i = 0; i < n && r->options->size_function; i++) {
+        if (all[i].p.state) r->ignored += mesher__wishes(r->options, 1, all[i].p.x, &all[i].p.region, &all[i].p.h);
+        mesher__judge(r, all + i);
+    }
 }
 
 /* All points of the lattice that grows from point p on. */
 static mesher_result mesher__grow_lattice(mesher__refiner *r, size_t p)
 {
-    mesher__proposal parent, q[8];
-    int d, n;
-    for (; p < r->num_points; p++) {
-        if ((p & 4095) == 0 && mesher__progress(r->options, "refine", -1)) return MESHER_CANCELLED;
-        if ((p & 4095) == 0 && mesher__over_budget(r) != MESHER_OK) break;
+    size_t end, k, count;
+    int d, is_new;
+    for (; p < r->num_points; p = end) {
+        if (mesher__progress(r->options, "refine", -1)) return MESHER_CANCELLED;
+        if (mesher__over_budget(r) != MESHER_OK) break;
         if (r->options->max_vertices && p > r->mesh->num_vertices + r->options->max_vertices) break;
         if (r->options->max_tets && p > r->mesh->num_vertices + r->options->max_tets / 5) break;
-        parent = r->points[p];
-        n = mesher__neighbours(r, &parent, q);
-        for (d = 0; d < n; d++)
-            if (!mesher__take(r, q + d, 1)) return mesher__no_memory(r);
+        end = r->num_points - p > MESHER__FRONT ? p + MESHER__FRONT : r->num_points;
+        for (count = 0, k = p; k < end; k++)
+            for (d = 0; d < 8; d++) {
+                mesher__candidate *c = r->front + count;
+                c->node = mesher__next_node(r->nodes[k], d);
+                c->parent = (uint32_t)k;
+                c->direction = (uint32_t)d;
+                is_new = mesher__see_node(r, c->node);
+                if (is_new < 0) return mesher__no_memory(r);
+                count += (size_t)is_new;
+            }
+        mesher__judge_all(r, r->front, count);
+        for (k = 0; k < count; k++) {
+            if (!r->front[k].p.state) continue;
+            if (!mesher__lattice_room(r)) return mesher__no_memory(r);
+            r->front[k].p.state = 0;
+            r->points[r->num_points] = r->front[k].p;
+            r->nodes[r->num_points] = r->front[k].node;
+            if (!mesher__put_in_grid(&r->grid, r->memory, r->points, (uint32_t)r->num_points++))
+                return mesher__no_memory(r);
+        }
     }
     return MESHER_OK;
+}
+
+/* A lattice from point p on, if no other is near. */
+static mesher_result mesher__start_lattice(mesher__refiner *r, const mesher__proposal *p, uint64_t number)
+{
+    size_t k = r->num_points;
+    if (!mesher__is_alone(&r->grid, r->points, p->x, 1.5 * p->h)) return MESHER_OK;
+    if (!mesher__lattice_room(r)) return mesher__no_memory(r);
+    r->points[k] = *p;
+    r->nodes[k] = (number & 0x7fff) << 48 | 0x800080008000u;
+    if (mesher__see_node(r, r->nodes[k]) < 0) return mesher__no_memory(r);
+    r->num_points++;
+    if (!mesher__put_in_grid(&r->grid, r->memory, r->points, (uint32_t)k)) return mesher__no_memory(r);
+    return mesher__grow_lattice(r, k);
 }
 
 /* The tetrahedra with an empty sphere wider than the size, in order: the widest, relative to the size, first. */
@@ -5434,11 +5631,14 @@ static mesher_result mesher__lattice(mesher__refiner *r)
     const delaunay_mesh *mesh = r->mesh;
     double points = mesher__lattice_points(r), x[3];
     size_t n = 0, k, first;
+    uint64_t lattices = 0;
     mesher_result result = MESHER_OK;
     r->num_points = 0;
     if (!(points >= 8) || points > MESHER__LATTICE_MOST) return MESHER_OK;
     if (!mesher__grid_reset(&r->grid, r->memory, (size_t)points + mesh->num_vertices)) return mesher__no_memory(r);
     if (!mesher__put_vertices(r) || !mesher__find_starts(r, &n)) return mesher__no_memory(r);
+    if (!mesher__room(r->memory, &r->front, &r->cap_front, 0, 8 * MESHER__FRONT, sizeof *r->front))
+        return mesher__no_memory(r);
     first = r->num_points;
     for (k = 0; k < n && result == MESHER_OK; k++) {
         delaunay_handle t = (delaunay_handle)r->order[k].value, met;
@@ -5450,8 +5650,8 @@ static mesher_result mesher__lattice(mesher__refiner *r)
         if (!mesher__in_box(r, x) || !mesher__see(mesh, x, t, &met)) continue;
         if (!mesher__place(r, &p, x, t, mesh->color[t])) continue;
         r->ignored += mesher__wishes(r->options, 1, x, &p.region, &p.h);
-        if (!mesher__take(r, &p, 1.5)) result = mesher__no_memory(r);
-        else result = mesher__grow_lattice(r, before);
+        result = mesher__start_lattice(r, &p, lattices);
+        lattices += r->num_points > before;
         if (mesher__over_budget(r) != MESHER_OK) break;
     }
     if (r->num_points > first) memmove(r->points, r->points + first, (r->num_points - first) * sizeof *r->points);
@@ -5567,8 +5767,19 @@ static inline int mesher__sees(const double *p, const double *a, const double *b
     return delaunay_orient3d(p, a, b, c) > 0;
 }
 
-/* Exact walk to a tetrahedron that contains x, closed; 0 if it leaves the mesh or cycles. */
-static delaunay_handle mesher__walk(const delaunay_mesh *mesh, const double *x, delaunay_handle t)
+/* What became of a point. LATER: another section or more memory is needed, and nothing has been changed. */
+enum { MESHER__NO_MEMORY = -1, MESHER__GIVEN_UP = 0, MESHER__DONE = 1, MESHER__LATER = 2 };
+
+/* Whether threads that share the mesh leave vertex v to this one. */
+static inline int mesher__is_mine(const mesher__cavity *c, const delaunay_mesh *mesh, uint32_t v)
+{
+    return !c->shared || mesh->vertices[v].key == c->section;
+}
+
+/* Exact walk to a tetrahedron that contains x, closed; 0 if it leaves the mesh or cycles, or (*later is set) the
+ * section. */
+static delaunay_handle mesher__walk(const mesher__cavity *c, const delaunay_mesh *mesh, const double *x,
+                                    delaunay_handle t, int *later)
 {
     delaunay_handle from = 0;
     uint32_t turn = 0;
@@ -5577,7 +5788,7 @@ static delaunay_handle mesher__walk(const delaunay_mesh *mesh, const double *x, 
         const delaunay_tet *tet = mesh->tets + t;
         if (tet->v[3] == DELAUNAY_GHOST) return 0;
         turn = turn * 1664525u + 1013904223u;
-        for (k = 0; k < 4; k++) {
+        for (i = 0, k = 0; k < 4; k++) {
             const uint8_t *f;
             i = (int)((turn >> 30) + (uint32_t)k) & 3;
             f = delaunay_facet_order(i);
@@ -5589,6 +5800,10 @@ static delaunay_handle mesher__walk(const delaunay_mesh *mesh, const double *x, 
         if (!tet->n[i]) return 0;
         from = t;
         t = tet->n[i] >> 2;
+        if (c->shared && !mesher__is_mine(c, mesh, mesh->tets[t].v[tet->n[i] & 3])) {
+            *later = 1;
+            return 0;
+        }
     }
     return 0;
 }
@@ -5598,6 +5813,7 @@ enum { MESHER__IN = 1, MESHER__OUT = 2 }; /* delaunay_mesh.mark while a cavity i
 static int mesher__cavity_room(mesher__cavity *c, uint32_t tets, uint32_t outside)
 {
     size_t cap = c->cap_tets;
+    if (c->shared) return tets <= c->cap_tets && outside <= c->cap_outside;
     if (!mesher__room(c->memory, &c->tets, &cap, c->num_tets, tets, sizeof *c->tets)) return 0;
     c->cap_tets = (uint32_t)cap;
     cap = c->cap_outside;
@@ -5634,32 +5850,37 @@ static int mesher__dig(mesher__cavity *c, delaunay_mesh *mesh, const double *p, 
 {
     delaunay_handle batch[8];
     uint32_t k = 0;
-    int i, count = 0;
+    int i, count = 0, state = MESHER__DONE;
     c->num_tets = c->num_outside = 0;
-    if (!mesher__cavity_room(c, 1, 0)) return 0;
+    if (!mesher__cavity_room(c, 1, 0)) return MESHER__NO_MEMORY;
     c->tets[c->num_tets++] = t;
     mesh->mark[t] = MESHER__IN;
     while (k < c->num_tets || count) {
         if (count < 4 && k < c->num_tets) {
             t = c->tets[k++];
             for (i = 0; i < 4; i++) {
-                delaunay_handle u = mesh->tets[t].n[i] >> 2;
+                delaunay_handle n = mesh->tets[t].n[i], u = n >> 2;
                 if (!u || mesh->mark[u] || (mesh->flags[t] & DELAUNAY_FACET_BIT(i))) continue;
+                if (c->shared && !mesher__is_mine(c, mesh, mesh->tets[u].v[n & 3])) {
+                    if (delaunay_is_ghost(mesh, u) || !mesher__in_sphere(mesh->vertices, mesh->tets[u].v, p)) continue;
+                    state = MESHER__LATER;
+                    break;
+                }
                 MESHER__PREFETCH(mesh->tets + u);
                 mesh->mark[u] = MESHER__OUT;
                 batch[count++] = u;
             }
-            if (count < 4 && k < c->num_tets) continue;
+            if (state == MESHER__DONE && count < 4 && k < c->num_tets) continue;
         }
-        if (!mesher__cavity_room(c, c->num_tets + 4, c->num_outside + 4)) {
+        if (state != MESHER__DONE || !mesher__cavity_room(c, c->num_tets + 4, c->num_outside + 4)) {
             while (count) mesh->mark[batch[--count]] = 0;
-            return 0;
+            return state == MESHER__DONE ? MESHER__NO_MEMORY : state;
         }
         i = count < 4 ? count : 4;
         count -= i;
         mesher__sort_out(c, mesh, p, batch + count, i);
     }
-    return 1;
+    return MESHER__DONE;
 }
 
 static void mesher__clear_marks(mesher__cavity *c, delaunay_mesh *mesh)
@@ -5718,6 +5939,7 @@ static int mesher__make_star(mesher__cavity *c, delaunay_mesh *mesh, const doubl
     size_t cap = c->cap_facets;
     int again;
     if (!mesher__cavity_room(c, c->num_tets, c->num_outside + c->num_tets)) return -1;
+    if (c->shared && 4 * c->num_tets + 4 > c->cap_facets) return -1;
     if (!mesher__room(c->memory, &c->facets, &cap, 0, 2 * (size_t)c->num_tets + 8, sizeof *c->facets)) return -1;
     c->cap_facets = (uint32_t)cap;
     do {
@@ -5773,6 +5995,7 @@ static int mesher__hash_room(mesher__cavity *c)
     uint32_t cells = 256;
     while (cells < 8 * c->num_facets) cells *= 2;
     if (cells > c->cap_hash) {
+        if (c->shared) return 0;
         delaunay_release(c->memory, c->hash_key);
         delaunay_release(c->memory, c->hash_value);
         c->hash_key = (uint64_t *)delaunay_alloc(c->memory, cells, sizeof *c->hash_key);
@@ -5792,6 +6015,7 @@ static int mesher__number(mesher__cavity *c, delaunay_mesh *mesh)
     mesher__facet *f = c->facets;
     if (need > c->cap_vertices) {
         size_t cap = c->cap_vertices;
+        if (c->shared) return 0;
         if (!mesher__room(c->memory, &c->vertices, &cap, 0, need, sizeof *c->vertices)) return 0;
         c->cap_vertices = (uint32_t)cap;
     }
@@ -5883,18 +6107,47 @@ static int mesher__keeps_distance(const mesher__refiner *r, const mesher__cavity
 /* A slot for new tetrahedron k of the ball: those of the cavity first. Room has been made. */
 static delaunay_handle mesher__slot(mesher__cavity *c, delaunay_mesh *mesh, uint32_t k)
 {
+    mesher__section *pool = c->pool;
     if (k < c->num_tets) return c->tets[k];
+    if (c->shared) return pool->num_slots ? pool->slots[--pool->num_slots] : pool->fresh++;
     if (mesh->num_free) return mesh->free_tets[--mesh->num_free];
     return mesh->num_tets++;
 }
 
+static void mesher__give_slot(mesher__cavity *c, delaunay_mesh *mesh, delaunay_handle t)
+{
+    memset(mesh->tets + t, 0, sizeof *mesh->tets);
+    mesh->flags[t] = MESHER__SEEN;
+    if (c->shared) c->pool->slots[c->pool->num_slots++] = t;
+    else mesh->free_tets[mesh->num_free++] = t;
+}
+
 /* Room in the mesh for one vertex and the ball on the cavity's boundary. */
-static int mesher__ball_room(mesher__refiner *r)
+static int mesher__ball_room(mesher__refiner *r, mesher__cavity *c)
 {
     delaunay_mesh *mesh = r->mesh;
-    mesher__cavity *c = &r->cavity;
-    size_t tets = (size_t)mesh->num_tets + c->num_facets, vertices = (size_t)mesh->num_vertices + 1, cap;
+    size_t tets = (size_t)mesh->num_tets + c->num_facets, cap;
+    if (!mesher__cavity_room(c, 0, c->num_facets)) return 0;
+    if (c->shared) {
+        const mesher__section *pool = c->pool;
+        size_t slots = pool->num_slots + (size_t)(pool->fresh_end - pool->fresh);
+        return c->num_facets <= c->num_tets + slots && c->num_tets + pool->num_slots <= c->num_facets + pool->cap_slots;
+    }
     if (tets > mesh->cap_tets && delaunay_reserve(mesh, 0, tets + tets / 4) != DELAUNAY_OK) return 0;
+    if (c->num_tets > c->num_facets && mesh->cap_free - mesh->num_free < c->num_tets - c->num_facets) {
+        cap = mesh->cap_free;
+        if (!mesher__room(r->memory, &mesh->free_tets, &cap, mesh->num_free, mesh->num_free + (size_t)c->num_tets,
+                          sizeof *mesh->free_tets)) return 0;
+        mesh->cap_free = (delaunay_handle)cap;
+    }
+    return 1;
+}
+
+/* Room for count more vertices, and what goes with them. */
+static int mesher__vertex_room(mesher__refiner *r, size_t count)
+{
+    delaunay_mesh *mesh = r->mesh;
+    size_t vertices = (size_t)mesh->num_vertices + count, cap;
     if (vertices > mesh->cap_vertices && delaunay_reserve(mesh, vertices + vertices / 4, 0) != DELAUNAY_OK) return 0;
     r->field.vertices = mesh->vertices;
     if (mesh->cap_vertices > r->domain->cap_size) {
@@ -5904,15 +6157,7 @@ static int mesher__ball_room(mesher__refiner *r)
         r->domain->cap_size = (uint32_t)cap;
         r->field.size = r->domain->size;
     }
-    if (!mesher__room(r->memory, &r->home, &r->cap_home, mesh->num_vertices, mesh->cap_vertices, sizeof *r->home))
-        return 0;
-    if (c->num_tets > c->num_facets && mesh->cap_free - mesh->num_free < c->num_tets - c->num_facets) {
-        cap = mesh->cap_free;
-        if (!mesher__room(r->memory, &mesh->free_tets, &cap, mesh->num_free, mesh->num_free + (size_t)c->num_tets,
-                          sizeof *mesh->free_tets)) return 0;
-        mesh->cap_free = (delaunay_handle)cap;
-    }
-    return 1;
+    return mesher__room(r->memory, &r->home, &r->cap_home, mesh->num_vertices, mesh->cap_vertices, sizeof *r->home);
 }
 
 /* Fills the cavity with the tetrahedra of vertex p and the facets of the boundary. */
@@ -5948,77 +6193,427 @@ static void mesher__fill(mesher__cavity *c, delaunay_mesh *mesh, uint32_t p)
             n[i + 1] = 4 * c->outside[s >> 2] + (s & 3);
         }
     }
-    for (k = c->num_facets; k < c->num_tets; k++) {
-        memset(mesh->tets + c->tets[k], 0, sizeof *mesh->tets);
-        mesh->flags[c->tets[k]] = MESHER__SEEN;
-        mesh->free_tets[mesh->num_free++] = c->tets[k];
-    }
+    for (k = c->num_facets; k < c->num_tets; k++) mesher__give_slot(c, mesh, c->tets[k]);
 }
 
-/* Makes the cavity of p star-shaped and free of anything that must stay. 1, 0: not possible, -1: no memory. */
-static int mesher__shape(mesher__refiner *r, const mesher__proposal *p)
+/* Makes the cavity of p star-shaped and free of anything that must stay. */
+static int mesher__shape(mesher__cavity *c, delaunay_mesh *mesh, const double *p)
 {
     int state, swallowed;
     for (;;) {
-        state = mesher__make_star(&r->cavity, r->mesh, p->x);
+        state = mesher__make_star(c, mesh, p);
         if (state <= 0) return state;
-        if (!mesher__number(&r->cavity, r->mesh)) return -1;
-        swallowed = mesher__swallows(&r->cavity, r->mesh);
-        if (swallowed == 0) return 1;
-        if (swallowed < 0 || !mesher__cut(&r->cavity, r->mesh, swallowed == 1 ? r->cavity.num_tets - 1 : (uint32_t)swallowed - 1))
-            return 0;
+        if (!mesher__number(c, mesh)) return MESHER__NO_MEMORY;
+        swallowed = mesher__swallows(c, mesh);
+        if (swallowed == 0) return MESHER__DONE;
+        if (swallowed < 0) return MESHER__GIVEN_UP;
+        if (!mesher__cut(c, mesh, swallowed == 1 ? c->num_tets - 1 : (uint32_t)swallowed - 1)) return MESHER__GIVEN_UP;
     }
 }
 
-/* Inserts one point: 1; 0: it is given up, the mesh untouched; -1: no memory, the mesh untouched. */
-static int mesher__insert(mesher__refiner *r, const mesher__proposal *p)
+/* Where the walk to a point of a section starts: in the star of a vertex of the section, near it if possible. 0: no
+ * tetrahedron there is all in the section. Tetrahedra with one vertex in the section belong to it or to nobody, so
+ * they can be read. */
+static delaunay_handle mesher__start(const mesher__cavity *c, const delaunay_mesh *mesh, const mesher__proposal *p)
+{
+    uint32_t v[3];
+    int i, k;
+    v[0] = p->hint;
+    v[1] = c->last;
+    v[2] = c->pool->start;
+    for (i = 0; i < 3; i++) {
+        delaunay_handle t = v[i] ? mesh->vertex_tet[v[i]] : 0;
+        for (k = 0; k < 4 && t && mesher__is_mine(c, mesh, mesh->tets[t].v[k]); k++) {}
+        if (k == 4) return t;
+    }
+    return 0;
+}
+
+/* The tetrahedron that contains the point; 0 if it is not found or, *later set, not in this section. */
+static delaunay_handle mesher__find(const mesher__refiner *r, const mesher__cavity *c, const mesher__proposal *p,
+                                    int *later)
+{
+    const delaunay_mesh *mesh = r->mesh;
+    delaunay_handle t = p->tet;
+    int k;
+    *later = 0;
+    if (c->shared) {
+        t = mesher__start(c, mesh, p);
+        if (t) t = mesher__walk(c, mesh, p->x, t, later);
+        *later = !t;
+        return t;
+    }
+    if (!t || delaunay_is_deleted(mesh, t)) t = mesh->vertex_tet[c->last ? c->last : r->field.tets[p->home].v[0]];
+    t = mesher__walk(c, mesh, p->x, t, later);
+    for (k = 0; !t && k < 4; k++) /* a hole or a cycle in the way: from elsewhere */
+        t = mesher__walk(c, mesh, p->x, mesh->vertex_tet[r->field.tets[p->home].v[k]], later);
+    return t;
+}
+
+/* Inserts one point as vertex p->vertex; anything but DONE leaves the mesh untouched. */
+static int mesher__insert(mesher__refiner *r, mesher__cavity *c, const mesher__proposal *p)
 {
     delaunay_mesh *mesh = r->mesh;
-    mesher__cavity *c = &r->cavity;
-    delaunay_handle t = p->tet;
-    uint32_t v;
-    int state;
-    if (!t || delaunay_is_deleted(mesh, t)) t = mesh->vertex_tet[mesh->num_vertices - 1];
-    t = mesher__walk(mesh, p->x, t);
-    for (state = 0; !t && state < 4; state++) /* a hole or a cycle in the way: from elsewhere */
-        t = mesher__walk(mesh, p->x, mesh->vertex_tet[r->field.tets[p->home].v[state]]);
-    if (!t || mesh->color[t] != p->region || !mesher__is_clear(r, p, t)) return 0;
+    int state, later;
+    delaunay_handle t = mesher__find(r, c, p, &later);
+    if (later) return MESHER__LATER;
+    if (!t || mesh->color[t] != p->region || !mesher__is_clear(r, p, t)) return MESHER__GIVEN_UP;
     c->num_facets = 0;
-    state = mesher__dig(c, mesh, p->x, t) ? mesher__shape(r, p) : -1;
-    if (state == 1 && !mesher__keeps_distance(r, c, p)) state = 0;
-    if (state == 1 && (!mesher__ball_room(r) || !mesher__cavity_room(c, 0, c->num_facets))) state = -1;
-    if (state != 1) {
+    state = mesher__dig(c, mesh, p->x, t);
+    if (state == MESHER__DONE) state = mesher__shape(c, mesh, p->x);
+    if (state == MESHER__DONE && !mesher__keeps_distance(r, c, p)) state = MESHER__GIVEN_UP;
+    if (state == MESHER__DONE && !mesher__ball_room(r, c)) state = MESHER__NO_MEMORY;
+    if (state != MESHER__DONE) {
         mesher__clear_marks(c, mesh);
-        return state;
+        return c->shared && state == MESHER__NO_MEMORY ? MESHER__LATER : state;
     }
-    v = delaunay_add_vertex(mesh, p->x, DELAUNAY_NO_ID);
-    r->domain->size[v] = p->h;
-    r->home[v] = p->home;
-    r->num_tets += c->num_facets;
-    r->num_tets -= c->num_tets;
-    mesher__fill(c, mesh, v);
-    r->inserted++;
+    memcpy(mesh->vertices[p->vertex].x, p->x, sizeof p->x);
+    r->domain->size[p->vertex] = p->h;
+    r->home[p->vertex] = p->home;
+    c->last = p->vertex;
+    if (c->shared) {
+        c->pool->inserted++;
+        c->pool->born += c->num_facets;
+        c->pool->dead += c->num_tets;
+    } else {
+        r->inserted++;
+        r->num_tets += c->num_facets;
+        r->num_tets -= c->num_tets;
+    }
+    mesher__fill(c, mesh, p->vertex);
+    return MESHER__DONE;
+}
+
+/* The tetrahedron that proposed a point which cannot be inserted is not asked again. */
+static void mesher__give_up(delaunay_mesh *mesh, const mesher__proposal *p)
+{
+    if (p->source && mesher__stamp(mesh, p->source) == p->stamp) mesh->flags[p->source] |= MESHER__SEEN;
+}
+
+/* One thread inserts points begin to end of the order. */
+static mesher_result mesher__insert_serially(mesher__refiner *r, size_t begin, size_t end)
+{
+    size_t k;
+    for (k = begin; k < end; k++) {
+        mesher_result result = mesher__over_budget(r);
+        mesher__proposal *p = r->points + r->order[k].value;
+        int numbered = p->vertex != 0;
+        if (result != MESHER_OK) return result;
+        if ((k & 4095) == 0 && mesher__progress(r->options, "refine", -1)) return MESHER_CANCELLED;
+        if (!numbered) {
+            if (!mesher__vertex_room(r, 1)) return mesher__no_memory(r);
+            p->vertex = delaunay_add_vertex(r->mesh, p->x, DELAUNAY_NO_ID);
+        }
+        p->state = mesher__insert(r, &r->cavity, p);
+        if (p->state != MESHER__DONE && !numbered) r->mesh->num_vertices--;
+        if (p->state == MESHER__NO_MEMORY) return mesher__no_memory(r);
+        if (p->state == MESHER__GIVEN_UP) mesher__give_up(r->mesh, p);
+    }
+    return MESHER_OK;
+}
+
+/* -- insertion by several threads [Marot 2020, 4.2-4.4]: the curve is cut in sections that hold as many points; a
+ * thread inserts those of a section, and touches only tetrahedra all of whose vertices are in it. What needs
+ * others waits for other sections, at last for one thread. The sections depend on the counts alone, so the mesh
+ * does not depend on the number of threads.
+ *
+ * Why there is no race: a neighbour of a tetrahedron of mine has three vertices of mine, so it is mine or
+ * nobody's, and nobody writes its vertices. Its handle to my tetrahedron is written by me alone. Numbers, links
+ * and marks are written for vertices and tetrahedra of mine alone. */
+
+enum { MESHER__FEW = 4096, MESHER__PASSES = 4 }; /* fewer points than this in a round are for one thread */
+
+/* Keys of points pos of the order, and the section of every vertex of the mesh. */
+static uint32_t mesher__cut_curve(mesher__refiner *r, size_t begin, size_t count, int pass)
+{
+    delaunay_mesh *mesh = r->mesh;
+    uint32_t parts = (uint32_t)(count / (MESHER__FEW / 2)), i, j, v;
+    uint64_t border[MESHER__SECTIONS];
+    int threads = r->options->host.num_threads;
+    hilbert_box box = r->box;
+    size_t k;
+    if (parts > MESHER__SECTIONS) parts = MESHER__SECTIONS;
+    for (i = 0; i < 3; i++) box.middle[i] = pass ? 0.35 + 0.1 * ((pass + (int)i) % 4) : 0.5;
+    if (!mesher__room(r->memory, &r->keys, &r->cap_keys, 0, mesh->num_vertices > count ? mesh->num_vertices : count,
+                      sizeof *r->keys)) return 0;
+    if (hilbert_keys3(r->keys, mesh->vertices[0].x, sizeof *mesh->vertices, mesh->num_vertices, &box, threads) != HILBERT_OK)
+        return 0;
+    for (k = 0; k < count; k++) r->order[begin + k].key = r->keys[r->points[r->order[begin + k].value].vertex];
+    if (mesher__sort(r->domain, r->order + begin, count) != MESHER_OK) return 0;
+    for (i = 0; i < parts; i++) {
+        mesher__section *s = r->sections + i;
+        memset(s, 0, sizeof *s);
+        s->first = begin + count * i / parts;
+        s->end = begin + count * (i + 1) / parts;
+        border[i] = i ? r->order[s->first].key : 0;
+    }
+    for (v = 1; v < mesh->num_vertices; v++) {
+        for (i = 0, j = parts; j - i > 1;) {
+            uint32_t middle = (i + j) / 2;
+            if (border[middle] <= r->keys[v]) i = middle;
+            else j = middle;
+        }
+        mesh->vertices[v].key = i;
+    }
+    mesh->vertices[0].key = UINT32_MAX;
+    return parts;
+}
+
+/* A vertex of its section near each point, and one of each section. The mesh is at rest. */
+static void mesher__find_hints(mesher__refiner *r, uint32_t parts)
+{
+    delaunay_mesh *mesh = r->mesh;
+    uint32_t i, v;
+    int j;
+    for (v = 1; v < mesh->num_vertices; v++) {
+        mesher__section *s = r->sections + mesh->vertices[v].key;
+        const uint32_t *corner = mesh->tets[mesh->vertex_tet[v]].v;
+        if (s->start || !mesh->vertex_tet[v] || s >= r->sections + parts) continue;
+        for (j = 0; j < 4 && mesh->vertices[corner[j]].key == mesh->vertices[v].key; j++) {}
+        if (j == 4) s->start = v;
+    }
+    for (i = 0; i < parts; i++) {
+        size_t k;
+        for (k = r->sections[i].first; k < r->sections[i].end; k++) {
+            mesher__proposal *p = r->points + r->order[k].value;
+            p->hint = 0;
+            for (j = 0; j < 4 && p->tet && !delaunay_is_deleted(mesh, p->tet); j++)
+                if (mesh->vertices[mesh->tets[p->tet].v[j]].key == i) p->hint = mesh->tets[p->tet].v[j];
+        }
+    }
+}
+
+/* Free slots for the new tetrahedra of each section. */
+static int mesher__deal_slots(mesher__refiner *r, uint32_t parts)
+{
+    delaunay_mesh *mesh = r->mesh;
+    size_t total = 0, fresh, used = 0;
+    uint32_t i;
+    for (i = 0; i < parts; i++) total += 8 * (r->sections[i].end - r->sections[i].first) + 256;
+    fresh = total > mesh->num_free ? total - mesh->num_free : 0;
+    if (mesh->num_tets + fresh > mesh->cap_tets &&
+        delaunay_reserve(mesh, 0, mesh->num_tets + fresh + (mesh->num_tets + fresh) / 8) != DELAUNAY_OK) return 0;
+    if (!mesher__room(r->memory, &r->slots, &r->cap_slots, 0, 2 * total, sizeof *r->slots)) return 0;
+    for (i = 0; i < parts; i++) {
+        mesher__section *s = r->sections + i;
+        size_t want = 8 * (s->end - s->first) + 256;
+        s->slots = r->slots + used;
+        s->cap_slots = (uint32_t)(2 * want);
+        used += 2 * want;
+        while (s->num_slots < want && mesh->num_free) s->slots[s->num_slots++] = mesh->free_tets[--mesh->num_free];
+        s->fresh = mesh->num_tets;
+        mesh->num_tets += (delaunay_handle)(want - s->num_slots);
+        s->fresh_end = mesh->num_tets;
+    }
     return 1;
 }
 
-/* -- the sweeps */
-
-/* Inserts the points of the sweep; those that cannot be are not asked for again. */
-static mesher_result mesher__insert_all(mesher__refiner *r)
+/* Takes back what was not used, and sums up. */
+static int mesher__collect_slots(mesher__refiner *r, uint32_t parts)
 {
+    delaunay_mesh *mesh = r->mesh;
+    size_t need = mesh->num_free, cap = mesh->cap_free;
+    uint32_t i, k;
+    for (i = 0; i < parts; i++)
+        need += r->sections[i].num_slots + (size_t)(r->sections[i].fresh_end - r->sections[i].fresh);
+    if (!mesher__room(r->memory, &mesh->free_tets, &cap, mesh->num_free, need, sizeof *mesh->free_tets)) return 0;
+    mesh->cap_free = (delaunay_handle)cap;
+    for (i = parts; i-- > 0;) {
+        mesher__section *s = r->sections + i;
+        delaunay_handle t;
+        for (t = s->fresh_end; t-- > s->fresh;) {
+            memset(mesh->tets + t, 0, sizeof *mesh->tets);
+            mesh->flags[t] = MESHER__SEEN;
+            mesh->free_tets[mesh->num_free++] = t;
+        }
+        for (k = 0; k < s->num_slots; k++) mesh->free_tets[mesh->num_free++] = s->slots[k];
+        r->inserted += s->inserted;
+        r->num_tets += s->born;
+        r->num_tets -= s->dead;
+    }
+    return 1;
+}
+
+/* One section, by one thread. */
+static void mesher__insert_section(mesher__refiner *r, mesher__cavity *c, uint32_t i, int caller)
+{
+    mesher__section *s = r->sections + i;
+    const mesher_options *o = r->options;
     size_t k;
-    for (k = 0; k < r->num_points; k++) {
-        mesher_result result = mesher__over_budget(r);
-        const mesher__proposal *p;
-        int state;
-        if (result != MESHER_OK) return result;
-        if ((k & 4095) == 0 && mesher__progress(r->options, "refine", -1)) return MESHER_CANCELLED;
-        p = r->points + r->order[k].value;
-        state = mesher__insert(r, p);
-        if (state < 0) return mesher__no_memory(r);
-        if (state == 0 && p->source) r->mesh->flags[p->source] |= MESHER__SEEN;
+    c->section = i;
+    c->pool = s;
+    c->last = 0;
+    for (k = s->first; k < s->end; k++) {
+        mesher__proposal *p = r->points + r->order[k].value;
+        p->state = MESHER__LATER;
+        if (caller && (k & 1023) == 0) {
+            int stop = mesher__progress(o, "refine", -1) ? 1 : 0;
+            if (o->max_seconds > 0 && delaunay_seconds(&o->host) - r->start > o->max_seconds) stop = 2;
+            if (stop) MESHER__STORE(&r->cancelled, stop);
+        }
+        if (!MESHER__FETCH(&r->cancelled)) p->state = mesher__insert(r, c, p);
+    }
+}
+
+/* Scratch of the threads: the first one's is the refiner's. */
+static int mesher__cavities(mesher__refiner *r, int threads)
+{
+    int i;
+    if (threads > r->num_cavities) {
+        mesher__cavity *all = (mesher__cavity *)delaunay_grow(r->memory, r->cavities, (size_t)r->num_cavities,
+                                                              (size_t)threads, sizeof *all);
+        if (!all) return 0;
+        memset(all + r->num_cavities, 0, (size_t)(threads - r->num_cavities) * sizeof *all);
+        r->cavities = all;
+        r->num_cavities = threads;
+    }
+    for (i = 0; i < threads; i++) {
+        mesher__cavity *c = r->cavities + i;
+        size_t tets = c->cap_tets, outside = c->cap_outside, facets = c->cap_facets, vertices = c->cap_vertices;
+        c->memory = r->memory;
+        c->simd = r->cavity.simd;
+        c->shared = 0;
+        c->num_facets = 512;
+        if (!mesher__room(r->memory, &c->tets, &tets, 0, 1024, sizeof *c->tets) ||
+            !mesher__room(r->memory, &c->outside, &outside, 0, 2048, sizeof *c->outside) ||
+            !mesher__room(r->memory, &c->facets, &facets, 0, 2048, sizeof *c->facets) ||
+            !mesher__room(r->memory, &c->vertices, &vertices, 0, 3 * 2048, sizeof *c->vertices)) return 0;
+        c->cap_tets = (uint32_t)tets;
+        c->cap_outside = (uint32_t)outside;
+        c->cap_facets = (uint32_t)facets;
+        c->cap_vertices = (uint32_t)vertices;
+        if (!mesher__hash_room(c)) return 0;
+        c->shared = 1;
+    }
+    return 1;
+}
+
+/* One round of sections over points begin to begin + *count of the order; those for later come first after it. */
+static mesher_result mesher__insert_in_sections(mesher__refiner *r, size_t begin, size_t *count, int pass)
+{
+    int threads = delaunay_threads(&r->options->host);
+    uint32_t parts = mesher__cut_curve(r, begin, *count, pass);
+    size_t k, later = 0;
+    int i;
+    if (!parts || !mesher__cavities(r, threads) || !mesher__deal_slots(r, parts)) return mesher__no_memory(r);
+    r->field.vertices = r->mesh->vertices;
+    mesher__find_hints(r, parts);
+    /* Shared: the mesh, by the rule above, and r->points by section; private: a cavity for each thread. */
+    MESHER__OMP(omp parallel for schedule(dynamic, 1) num_threads(threads))
+    for (i = 0; i < (int)parts; i++)
+        mesher__insert_section(r, r->cavities + MESHER__THREAD(), (uint32_t)i, MESHER__THREAD() == 0);
+    if (!mesher__collect_slots(r, parts)) return mesher__no_memory(r);
+    for (k = begin; k < begin + *count; k++) {
+        hxtsort_pair pair = r->order[k];
+        mesher__proposal *p = r->points + pair.value;
+        if (p->state == MESHER__GIVEN_UP) mesher__give_up(r->mesh, p);
+        if (p->state != MESHER__LATER) continue;
+        r->order[k] = r->order[begin + later];
+        r->order[begin + later++] = pair;
+    }
+    *count = later;
+    if (r->cancelled == 1) return MESHER_CANCELLED;
+    return r->cancelled ? MESHER_STOPPED_BY_BUDGET : MESHER_OK;
+}
+
+/* Vertex from becomes vertex to. */
+static mesher_result mesher__rename(mesher__refiner *r, uint32_t from, uint32_t to)
+{
+    delaunay_mesh *mesh = r->mesh;
+    mesher__cavity *c = &r->cavity;
+    uint32_t k;
+    int i;
+    c->num_tets = c->num_outside = 0;
+    if (!mesher__cavity_room(c, 1, 0)) return mesher__no_memory(r);
+    c->tets[c->num_tets++] = mesh->vertex_tet[from];
+    mesh->mark[c->tets[0]] = MESHER__IN;
+    for (k = 0; k < c->num_tets; k++) {
+        delaunay_tet *t = mesh->tets + c->tets[k];
+        int own = delaunay_local_index(t, from);
+        if (!mesher__cavity_room(c, c->num_tets + 4, 0)) {
+            mesher__clear_marks(c, mesh);
+            return mesher__no_memory(r);
+        }
+        for (i = 0; i < 4; i++) {
+            delaunay_handle u = t->n[i] >> 2;
+            if (i == own || !u || mesh->mark[u]) continue;
+            mesh->mark[u] = MESHER__IN;
+            c->tets[c->num_tets++] = u;
+        }
+    }
+    mesher__clear_marks(c, mesh);
+    for (k = 0; k < c->num_tets; k++) {
+        delaunay_tet *t = mesh->tets + c->tets[k];
+        t->v[delaunay_local_index(t, from)] = to;
+    }
+    memcpy(mesh->vertices[to].x, mesh->vertices[from].x, sizeof mesh->vertices[to].x);
+    mesh->vertex_tet[to] = mesh->vertex_tet[from];
+    r->domain->size[to] = r->domain->size[from];
+    r->home[to] = r->home[from];
+    return MESHER_OK;
+}
+
+/* The last vertices take the numbers of points that were given up. */
+static mesher_result mesher__close_gaps(mesher__refiner *r, uint32_t first)
+{
+    delaunay_mesh *mesh = r->mesh;
+    uint32_t v;
+    for (v = first; v < mesh->num_vertices; v++) {
+        mesher_result result;
+        if (mesh->vertex_tet[v]) continue;
+        while (mesh->num_vertices > v + 1 && !mesh->vertex_tet[mesh->num_vertices - 1]) mesh->num_vertices--;
+        if (mesh->num_vertices > v + 1) {
+            result = mesher__rename(r, mesh->num_vertices - 1, v);
+            if (result != MESHER_OK) return result;
+        }
+        mesh->num_vertices--;
     }
     return MESHER_OK;
+}
+
+/* Inserts many points: in rounds of sections, the rest by one thread. */
+static mesher_result mesher__insert_many(mesher__refiner *r, size_t begin, size_t end)
+{
+    delaunay_mesh *mesh = r->mesh;
+    uint32_t first = mesh->num_vertices;
+    size_t k, count = end - begin;
+    mesher_result result = MESHER_OK, closed;
+    int pass;
+    if (!mesher__vertex_room(r, count)) return mesher__no_memory(r);
+    for (k = begin; k < end; k++)
+        r->points[r->order[k].value].vertex = delaunay_add_vertex(mesh, r->points[r->order[k].value].x, DELAUNAY_NO_ID);
+    for (pass = 0; pass < MESHER__PASSES && count >= MESHER__FEW && result == MESHER_OK; pass++)
+        result = mesher__insert_in_sections(r, begin, &count, pass);
+    if (result == MESHER_OK) result = mesher__insert_serially(r, begin, begin + count);
+    closed = mesher__close_gaps(r, first);
+    r->cavity.last = 0;
+    return closed != MESHER_OK ? closed : result;
+}
+
+/* Points begin to end of the order; those that cannot be inserted are not asked for again. */
+static mesher_result mesher__insert_range(mesher__refiner *r, size_t begin, size_t end)
+{
+    const mesher_options *o = r->options;
+    size_t n = end - begin;
+    int many = n >= MESHER__FEW;
+    if (o->max_tets && r->num_tets + 10 * (uint64_t)n > o->max_tets) many = 0;
+    if (o->max_vertices && (uint64_t)r->mesh->num_vertices + n > o->max_vertices) many = 0;
+    if ((uint64_t)r->mesh->num_vertices + n >= UINT32_MAX - 16) many = 0;
+    if ((uint64_t)r->mesh->num_tets + 10 * (uint64_t)n >= ((delaunay_handle)-1) / 4) many = 0;
+    return many ? mesher__insert_many(r, begin, end) : mesher__insert_serially(r, begin, end);
+}
+
+/* All points of the order; with rounds, one after the other. */
+static mesher_result mesher__insert_all(mesher__refiner *r, int rounds)
+{
+    mesher_result result = MESHER_OK;
+    size_t begin, end;
+    for (begin = 0; begin < r->num_points && result == MESHER_OK; begin = end) {
+        uint64_t round = r->order[begin].key >> 60;
+        for (end = rounds ? begin : r->num_points; end < r->num_points && r->order[end].key >> 60 == round; end++) {}
+        result = mesher__insert_range(r, begin, end);
+    }
+    return result;
 }
 
 static mesher_result mesher__refiner_init(mesher__refiner *r, mesher_domain *domain)
@@ -6064,28 +6659,47 @@ static mesher_result mesher__refiner_init(mesher__refiner *r, mesher_domain *dom
     return MESHER_OK;
 }
 
+static void mesher__cavity_free(mesher__cavity *c)
+{
+    delaunay_release(c->memory, c->tets);
+    delaunay_release(c->memory, c->outside);
+    delaunay_release(c->memory, c->facets);
+    delaunay_release(c->memory, c->vertices);
+    delaunay_release(c->memory, c->hash_key);
+    delaunay_release(c->memory, c->hash_value);
+}
+
 static void mesher__refiner_free(mesher__refiner *r)
 {
     delaunay_handle t;
-    mesher__cavity *c = &r->cavity;
+    int i;
     for (t = 1; t < r->mesh->num_tets; t++) r->mesh->flags[t] &= (uint16_t)~DELAUNAY_STAGE_BITS;
+    mesher__cavity_free(&r->cavity);
+    for (i = 0; i < r->num_cavities; i++)
+        if (r->cavities[i].memory) mesher__cavity_free(r->cavities + i);
+    for (i = 0; i < r->num_harvests; i++) {
+        delaunay_release(r->memory, r->harvests[i].points);
+        delaunay_release(r->memory, r->harvests[i].grid.cells);
+        delaunay_release(r->memory, r->harvests[i].grid.chain);
+    }
+    delaunay_release(r->memory, r->harvests);
+    delaunay_release(r->memory, r->cavities);
+    delaunay_release(r->memory, r->slots);
     delaunay_release(r->memory, r->field.tets);
     delaunay_release(r->memory, r->field.color);
     delaunay_release(r->memory, r->home);
     delaunay_release(r->memory, r->points);
     delaunay_release(r->memory, r->order);
     delaunay_release(r->memory, r->keys);
+    delaunay_release(r->memory, r->nodes);
+    delaunay_release(r->memory, r->seen);
+    delaunay_release(r->memory, r->front);
     delaunay_release(r->memory, r->grid.cells);
     delaunay_release(r->memory, r->grid.chain);
-    delaunay_release(r->memory, c->tets);
-    delaunay_release(r->memory, c->outside);
-    delaunay_release(r->memory, c->facets);
-    delaunay_release(r->memory, c->vertices);
-    delaunay_release(r->memory, c->hash_key);
-    delaunay_release(r->memory, c->hash_value);
 }
 
-/* Edge length / wanted length, over edges with an end that refinement added: percentiles by a histogram. */
+/* Edge length / wanted length, over edges with an end that refinement added: percentiles by a histogram, of some
+ * hundred thousand tetrahedra at most. */
 static void mesher__report_sizes(const mesher_domain *domain, mesher_report *report, uint32_t first_new)
 {
     enum { BINS = 400 };
@@ -6098,7 +6712,7 @@ static void mesher__report_sizes(const mesher_domain *domain, mesher_report *rep
     out[0] = &report->size_p10;
     out[1] = &report->size_p50;
     out[2] = &report->size_p90;
-    for (t = 1; t < mesh->num_tets; t++) {
+    for (t = 1; t < mesh->num_tets; t += 1 + mesh->num_tets / 400000) {
         if (!mesher__is_inside(mesh, t)) continue;
         for (e = 0; e < 6; e++) {
             uint32_t a = mesh->tets[t].v[delaunay_edge_order(e)[0]], b = mesh->tets[t].v[delaunay_edge_order(e)[1]];
@@ -6137,11 +6751,11 @@ MESHER_API mesher_result mesher_refine(mesher_domain *domain, mesher_report *rep
     result = mesher__refiner_init(&r, domain);
     if (result == MESHER_OK) result = mesher__lattice(&r);
     if (result == MESHER_OK && !mesher__sort_points(&r, 1)) result = mesher__no_memory(&r);
-    if (result == MESHER_OK) result = mesher__insert_all(&r);
+    if (result == MESHER_OK) result = mesher__insert_all(&r, 1);
     while (result == MESHER_OK) {
         if (!mesher__gather(&r) || !mesher__sort_points(&r, 0) || !mesher__filter(&r)) result = mesher__no_memory(&r);
         if (result == MESHER_OK && r.num_points == 0) break;
-        if (result == MESHER_OK) result = mesher__insert_all(&r);
+        if (result == MESHER_OK) result = mesher__insert_all(&r, 0);
         sweeps++;
     }
     mesher__refiner_free(&r);
