@@ -127,6 +127,8 @@ typedef enum mesher_kind {
     MESHER_NOTE_DUPLICATE_TRIANGLE, MESHER_NOTE_OPPOSITE_TRIANGLE, MESHER_NOTE_FLIPPED_TRIANGLE,
     MESHER_NOTE_OPEN_EDGE, MESHER_NOTE_NON_MANIFOLD_EDGE, MESHER_NOTE_SHEET, MESHER_NOTE_SHELL_FILLED,
     MESHER_NOTE_SURFACE_STEINER,
+    MESHER_NOTE_NEAR_VERTEX,  /* ends of open edges that differ by a rounding: meant to be one? */
+    MESHER_NOTE_OUTSIDE_LINE, /* a line in no kept cell: it is not in the output */
     MESHER_DEFECT_FIRST,
     MESHER_DEFECT_NOT_FINITE = MESHER_DEFECT_FIRST, MESHER_DEFECT_RANGE, MESHER_DEFECT_INDEX,
     MESHER_DEFECT_COLLINEAR, MESHER_DEFECT_T_JUNCTION, MESHER_DEFECT_OVERLAP, MESHER_DEFECT_INTERSECTION,
@@ -165,7 +167,7 @@ typedef struct mesher_report {
 typedef struct mesher_region {
     uint32_t number;        /* colour of its tetrahedra, 1 .. */
     uint32_t first_facet;   /* smallest triangle of the caller's on its boundary */
-    uint32_t depth;         /* facets between it and the outside, at least */
+    uint32_t depth;         /* facets between it and the outside, at least; 1: it touches the outside */
     int      winding;
     int      kept;
     uint64_t num_tets;
@@ -196,6 +198,8 @@ typedef struct mesher_domain {
     uint32_t        cap_size;
     mesher_region  *regions;      /* every bounded cell */
     uint32_t        num_regions;
+    uint32_t       *facet_sides;  /* 2*num_facets: what is behind and in front of the source triangle: a place in
+                                   * regions plus 1; 0: the outside; NO_ID: unknown. NULL before mesher_color */
     uint32_t        first_corner; /* input id of box corner 0: the number of input vertices */
     int             stage;
     delaunay_memory memory;       /* account of the arrays above; the mesh has its own */
@@ -241,6 +245,10 @@ MESHER_API mesher_result mesher_empty_mesh(mesher_domain *domain, mesher_report 
 MESHER_API mesher_result mesher_recover(mesher_domain *domain, mesher_report *report);
 /* Colours every cell; DELAUNAY_OUTSIDE is what is not kept. Fills regions. */
 MESHER_API mesher_result mesher_color(mesher_domain *domain, mesher_report *report);
+/* The distinct tags of the triangles around region i (a place in domain->regions), ascending, as many as there
+ * is room for; *count: all of them. tags may be NULL. */
+MESHER_API mesher_result mesher_region_tags(mesher_domain *domain, uint32_t i, int32_t *tags, size_t cap,
+                                            size_t *count);
 /* Wanted edge lengths at the vertices. */
 MESHER_API mesher_result mesher_size(mesher_domain *domain, mesher_report *report);
 /* Points inserted until edges have the wanted length. */
@@ -379,6 +387,12 @@ static void mesher__sentence(char *text, size_t size, const mesher_report *repor
         break;
     case MESHER_NOTE_SURFACE_STEINER:
         snprintf(text, size, "a point was added to %s %s", a, at);
+        break;
+    case MESHER_NOTE_NEAR_VERTEX:
+        snprintf(text, size, "vertices %lu and %lu, ends of open edges, are almost one point %s", u, v, at);
+        break;
+    case MESHER_NOTE_OUTSIDE_LINE:
+        snprintf(text, size, "%s lies in no cell that is kept, %s", a, at);
         break;
     case MESHER_DEFECT_NOT_FINITE:
         snprintf(text, size, "vertex %lu has a coordinate that is not a finite number", u);
@@ -720,8 +734,8 @@ static mesher_result mesher__order_edges(mesher_domain *domain, hxtsort_pair *pa
     return mesher__sort(domain, pairs, n);
 }
 
-/* Notes on one edge: its occurrences are pairs[0..n). */
-static void mesher__note_edge(const mesher_domain *domain, const hxtsort_pair *pairs, size_t n,
+/* Notes on one edge: its occurrences are pairs[0..n). Returns 1 if it is open. */
+static int mesher__note_edge(const mesher_domain *domain, const hxtsort_pair *pairs, size_t n,
                               const uint32_t *edge, mesher_report *report)
 {
     const mesher_surface *surface = &domain->surface;
@@ -735,15 +749,107 @@ static void mesher__note_edge(const mesher_domain *domain, const hxtsort_pair *p
         mesher__add_edge_finding(report, MESHER_NOTE_NON_MANIFOLD_EDGE, surface, source[0], source[1], edge);
     else if (facets == 2 && ((pairs[0].value ^ pairs[1].value) & 1) == 0)
         mesher__add_edge_finding(report, MESHER_NOTE_FLIPPED_TRIANGLE, surface, source[0], source[1], edge);
+    return facets == 1;
+}
+
+/* Open edges whose ends differ by less than this part of the extent from the ends of others: a rounding. */
+#define MESHER__NEARLY 1e-9
+
+static uint64_t mesher__hash_cell(int64_t x, int64_t y, int64_t z)
+{
+    uint64_t h = ((uint64_t)x * UINT64_C(0x9E3779B97F4A7C15) + (uint64_t)y) * UINT64_C(0xBF58476D1CE4E5B9) + (uint64_t)z;
+    h *= UINT64_C(0x94D049BB133111EB);
+    return h ^ h >> 31;
+}
+
+/* A note for each such vertex, with the first one that is near it. Cells of a grid as wide as the distance are
+ * hashed; first and next chain their vertices, in ascending order of arrival. */
+static void mesher__note_near_with(const mesher_domain *domain, const uint32_t *ends, size_t n, double width,
+                                   uint32_t *first, uint32_t *next, size_t mask, mesher_report *report)
+{
+    const mesher_surface *surface = &domain->surface;
+    size_t i, slot;
+    int d, j;
+    memset(first, 0xff, (mask + 1) * sizeof *first);
+    for (i = 0; i < n; i++) {
+        const double *x = mesher__point(surface, ends[i]), *y;
+        int64_t c[3];
+        uint32_t best = DELAUNAY_NO_ID, k;
+        for (j = 0; j < 3; j++) c[j] = (int64_t)floor(x[j] / width);
+        for (d = 0; d < 27; d++) {
+            slot = (size_t)mesher__hash_cell(c[0] + d % 3 - 1, c[1] + d / 3 % 3 - 1, c[2] + d / 9 - 1) & mask;
+            for (k = first[slot]; k != DELAUNAY_NO_ID; k = next[k]) {
+                y = mesher__point(surface, ends[k]);
+                if (fabs(x[0] - y[0]) <= width && fabs(x[1] - y[1]) <= width && fabs(x[2] - y[2]) <= width &&
+                    ends[k] < best)
+                    best = ends[k];
+            }
+        }
+        if (best != DELAUNAY_NO_ID)
+            mesher__add_vertex_finding(report, MESHER_NOTE_NEAR_VERTEX, surface, ends[i], best);
+        slot = (size_t)mesher__hash_cell(c[0], c[1], c[2]) & mask;
+        next[i] = first[slot];
+        first[slot] = (uint32_t)i;
+    }
+}
+
+/* Ends of open edges, each once, ascending; their number. */
+static size_t mesher__open_ends(const mesher_domain *domain, const uint32_t *open, size_t num, uint8_t *seen, uint32_t *ends)
+{
+    size_t n = 0, i;
+    memset(seen, 0, domain->first_corner);
+    for (i = 0; i < 2 * num; i++) seen[domain->edges[2 * (size_t)open[i / 2] + i % 2]] = 1;
+    for (i = 0; i < domain->first_corner; i++)
+        if (seen[i]) ends[n++] = (uint32_t)i;
+    return n;
+}
+
+static mesher_result mesher__note_near(mesher_domain *domain, const uint32_t *open, size_t num, mesher_report *report)
+{
+    const mesher_surface *surface = &domain->surface;
+    delaunay_memory *memory = &domain->memory;
+    mesher_result result = MESHER_ERROR_OUT_OF_MEMORY;
+    uint32_t *ends = NULL, *first = NULL, *next = NULL;
+    uint8_t *seen = NULL;
+    size_t n, mask = 15, i;
+    double extent = 0, largest = 0;
+    int j;
+    if (num == 0) return MESHER_OK;
+    for (i = 0; i < surface->num_vertices; i++)
+        for (j = 0; j < 3; j++) {
+            double x = mesher__point(surface, (uint32_t)i)[j];
+            extent = fmax(extent, fabs(x - surface->xyz[j]));
+            largest = fmax(largest, fabs(x));
+        }
+    if (!(extent * MESHER__NEARLY > largest * 1e-18)) return MESHER_OK; /* the grid fits 64 bits */
+    seen = (uint8_t *)delaunay_alloc(memory, surface->num_vertices, 1);
+    if (!seen) goto done;
+    ends = (uint32_t *)delaunay_alloc(memory, 2 * num, sizeof *ends);
+    if (!ends) goto done;
+    n = mesher__open_ends(domain, open, num, seen, ends);
+    while (mask < 2 * n) mask = 2 * mask + 1;
+    next = (uint32_t *)delaunay_alloc(memory, n, sizeof *next);
+    if (!next) goto done;
+    first = (uint32_t *)delaunay_alloc(memory, mask + 1, sizeof *first);
+    if (!first) goto done;
+    mesher__note_near_with(domain, ends, n, extent * MESHER__NEARLY, first, next, mask, report);
+    result = MESHER_OK;
+done:
+    delaunay_release(memory, first);
+    delaunay_release(memory, next);
+    delaunay_release(memory, ends);
+    delaunay_release(memory, seen);
+    return result;
 }
 
 /* Distinct edges of facets and lines, with notes on open, non-manifold and badly oriented ones. */
 static mesher_result mesher__find_edges(mesher_domain *domain, mesher_report *report)
 {
     delaunay_memory *memory = &domain->memory;
-    size_t cap = 3 * (size_t)domain->num_facets + domain->surface.num_edges, n = 0, m = 0, i, j, k;
+    size_t cap = 3 * (size_t)domain->num_facets + domain->surface.num_edges, n = 0, m = 0, num_open = 0, i, j, k;
     hxtsort_pair *pairs = (hxtsort_pair *)delaunay_alloc(memory, cap, sizeof *pairs);
     mesher_result result = MESHER_ERROR_OUT_OF_MEMORY;
+    uint32_t *open = NULL;
     if (!pairs) return result;
     result = mesher__order_edges(domain, pairs, &n, report);
     if (result != MESHER_OK) goto done;
@@ -754,6 +860,8 @@ static mesher_result mesher__find_edges(mesher_domain *domain, mesher_report *re
     if (!domain->edges) goto done;
     domain->edge_source = (uint32_t *)delaunay_alloc(memory, m, sizeof *domain->edge_source);
     if (!domain->edge_source) goto done;
+    open = (uint32_t *)delaunay_alloc(memory, m, sizeof *open);
+    if (!open) goto done;
     for (i = 0, m = 0; i < n; i = j, m++) {
         uint32_t *edge = domain->edges + 2 * m;
         uint64_t source = pairs[i].value >> 1;
@@ -763,11 +871,12 @@ static mesher_result mesher__find_edges(mesher_domain *domain, mesher_report *re
         for (k = i + 1; k < j; k++)
             if (pairs[k].value >> 1 < source) source = pairs[k].value >> 1;
         domain->edge_source[m] = (uint32_t)source;
-        mesher__note_edge(domain, pairs + i, j - i, edge, report);
+        if (mesher__note_edge(domain, pairs + i, j - i, edge, report)) open[num_open++] = (uint32_t)m;
     }
     domain->num_edges = (uint32_t)m;
-    result = MESHER_OK;
+    result = mesher__note_near(domain, open, num_open, report);
 done:
+    delaunay_release(memory, open);
     delaunay_release(memory, pairs);
     return result;
 }
@@ -4005,25 +4114,33 @@ static void mesher__index_facets(const mesher_domain *domain, mesher__coloring *
     for (f = 0; f < domain->num_facets; f++) work->rows[first[work->facets[f].v[0] + 1]++] = work->facets[f];
 }
 
+/* Index of the facet with these ascending input vertices, or NO_ID: the facets are sorted. */
+static uint32_t mesher__facet_find(const mesher_domain *domain, const uint32_t *v)
+{
+    uint32_t lo = 0, hi = domain->num_facets, mid, j;
+    while (lo < hi) {
+        const uint32_t *m = domain->facets + 3 * (size_t)(mid = lo + (hi - lo) / 2);
+        for (j = 0; j < 2 && m[j] == v[j]; j++) {}
+        if (m[j] < v[j]) lo = mid + 1;
+        else hi = mid;
+    }
+    return lo < domain->num_facets && memcmp(domain->facets + 3 * (size_t)lo, v, 3 * sizeof *v) == 0 ? lo
+                                                                                                  : DELAUNAY_NO_ID;
+}
+
 /* Orientation of each facet's triangles, duplicates summed, relative to the source. */
 static void mesher__net_orientation(const mesher_domain *domain, int32_t *net)
 {
     size_t i, n = domain->surface.num_triangles;
-    uint32_t v[3], w[3], f, lo, hi;
+    uint32_t v[3], w[3], f;
     for (f = 0; f < domain->num_facets; f++) net[f] = 1;
     if (domain->num_facets == n) return;
     memset(net, 0, domain->num_facets * sizeof *net);
     for (i = 0; i < n; i++) {
         int odd = mesher__sorted_triangle(domain, i, v);
-        for (lo = 0, hi = domain->num_facets; lo < hi;) { /* the facets are sorted */
-            uint32_t mid = lo + (hi - lo) / 2, j;
-            const uint32_t *m = domain->facets + 3 * (size_t)mid;
-            for (j = 0; j < 2 && m[j] == v[j]; j++) {}
-            if (m[j] < v[j]) lo = mid + 1;
-            else hi = mid;
-        }
-        if (lo == domain->num_facets || memcmp(domain->facets + 3 * (size_t)lo, v, sizeof v) != 0) continue;
-        net[lo] += odd == mesher__sorted_triangle(domain, domain->facet_source[lo], w) ? 1 : -1;
+        f = mesher__facet_find(domain, v);
+        if (f == DELAUNAY_NO_ID) continue;
+        net[f] += odd == mesher__sorted_triangle(domain, domain->facet_source[f], w) ? 1 : -1;
     }
 }
 
@@ -4437,6 +4554,38 @@ static void mesher__note_sheets(const mesher_domain *domain, const mesher__color
     }
 }
 
+/* A line that is in no facet lies in one cell, with all its tetrahedra. Needs vertex_tet. */
+static mesher_result mesher__note_lines(mesher_domain *domain, mesher_report *report)
+{
+    delaunay_mesh *mesh = &domain->mesh;
+    delaunay_worker *worker = NULL;
+    uint32_t e;
+    for (e = 0; e < domain->num_edges && mesh->vertex_tet; e++) {
+        const uint32_t *edge = domain->edges + 2 * (size_t)e;
+        delaunay_handle t;
+        if (domain->edge_source[e] < domain->surface.num_triangles) continue;
+        if (!worker) worker = delaunay_worker_new(&mesh->memory);
+        if (!worker) return MESHER_ERROR_OUT_OF_MEMORY;
+        t = delaunay_find_edge(mesh, worker, mesh->vertex_of[edge[0]], mesh->vertex_of[edge[1]]);
+        if (t && mesh->color[t] == DELAUNAY_OUTSIDE)
+            mesher__add_edge_finding(report, MESHER_NOTE_OUTSIDE_LINE, &domain->surface, domain->edge_source[e],
+                                     DELAUNAY_NO_ID, edge);
+    }
+    if (worker) delaunay_worker_free(worker);
+    return MESHER_OK;
+}
+
+/* The domain keeps the facets' sides, by places of regions. */
+static void mesher__keep_sides(mesher_domain *domain, mesher__coloring *work)
+{
+    size_t i;
+    for (i = 0; i < 2 * (size_t)domain->num_facets; i++)
+        if (work->sides[i] != DELAUNAY_NO_ID) work->sides[i] = work->number[work->sides[i]];
+    delaunay_release(&domain->memory, domain->facet_sides);
+    domain->facet_sides = work->sides;
+    work->sides = NULL;
+}
+
 static void mesher__paint(mesher_domain *domain, const mesher__coloring *work)
 {
     delaunay_mesh *mesh = &domain->mesh;
@@ -4486,6 +4635,9 @@ static mesher_result mesher__color_with(mesher_domain *domain, mesher__coloring 
     result = mesher__note_filled(domain, work, report);
     if (result != MESHER_OK) return result;
     mesher__paint(domain, work);
+    result = mesher__note_lines(domain, report);
+    if (result != MESHER_OK) return result;
+    mesher__keep_sides(domain, work);
     for (i = 0, report->num_regions = 0; i < domain->num_regions; i++)
         report->num_regions += domain->regions[i].kept != 0;
     if (domain->num_regions == 0)
@@ -4517,6 +4669,36 @@ MESHER_API mesher_result mesher_color(mesher_domain *domain, mesher_report *repo
     delaunay_release(memory, work.facets);
     delaunay_release(memory, work.first);
     delaunay_release(memory, work.parent);
+    return result;
+}
+
+MESHER_API mesher_result mesher_region_tags(mesher_domain *domain, uint32_t i, int32_t *tags, size_t cap, size_t *count)
+{
+    const mesher_surface *surface;
+    hxtsort_pair *pairs;
+    mesher_result result;
+    size_t n = 0, t, num = 0;
+    if (!domain || !count || !domain->facet_sides || i >= domain->num_regions) return MESHER_ERROR_INVALID_ARGUMENT;
+    surface = &domain->surface;
+    pairs = (hxtsort_pair *)delaunay_alloc(&domain->memory, surface->num_triangles, sizeof *pairs);
+    if (!pairs) return MESHER_ERROR_OUT_OF_MEMORY;
+    for (t = 0; t < surface->num_triangles; t++) { /* all triangles: a duplicate may have a tag of its own */
+        uint32_t v[3], f;
+        mesher__sorted_triangle(domain, t, v);
+        f = mesher__facet_find(domain, v);
+        if (f == DELAUNAY_NO_ID) continue;
+        if (domain->facet_sides[2 * (size_t)f] != i + 1 && domain->facet_sides[2 * (size_t)f + 1] != i + 1) continue;
+        pairs[n++].key = (uint64_t)((int64_t)(surface->triangle_tags ? surface->triangle_tags[t] : 1) - INT32_MIN);
+    }
+    for (t = 0; t < n; t++) pairs[t].value = t;
+    result = mesher__sort(domain, pairs, n);
+    for (t = 0; t < n && result == MESHER_OK; t++) {
+        if (t && pairs[t].key == pairs[t - 1].key) continue;
+        if (tags && num < cap) tags[num] = (int32_t)((int64_t)pairs[t].key + INT32_MIN);
+        num++;
+    }
+    *count = num;
+    delaunay_release(&domain->memory, pairs);
     return result;
 }
 
@@ -6812,6 +6994,8 @@ MESHER_API const char *mesher_kind_string(mesher_kind kind)
     case MESHER_NOTE_SHEET: return "sheet inside a cell";
     case MESHER_NOTE_SHELL_FILLED: return "nested shell filled";
     case MESHER_NOTE_SURFACE_STEINER: return "point added to the surface";
+    case MESHER_NOTE_NEAR_VERTEX: return "nearly equal vertices";
+    case MESHER_NOTE_OUTSIDE_LINE: return "line outside every cell";
     case MESHER_DEFECT_NOT_FINITE: return "coordinate not finite";
     case MESHER_DEFECT_RANGE: return "coordinate out of range";
     case MESHER_DEFECT_INDEX: return "vertex index out of range";
@@ -6929,6 +7113,7 @@ MESHER_API void mesher_domain_free(mesher_domain *domain)
         delaunay_release(memory, domain->vertex_used);
         delaunay_release(memory, domain->size);
         delaunay_release(memory, domain->regions);
+        delaunay_release(memory, domain->facet_sides);
     }
     delaunay_mesh_free(&domain->mesh);
     memset(domain, 0, sizeof *domain);

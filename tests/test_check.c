@@ -448,6 +448,29 @@ static void duplicates_are_welded(void)
     CHECK(last.report.message[0] == 0);
 }
 
+/* Corners that differ by a rounding stay apart; the report says which were meant to be one. */
+static void nearly_equal_corners_are_noted(void)
+{
+    double xyz[108] = {0};
+    uint32_t triangles[36] = {0}, i, j, firsts = 0;
+    mesher_surface s;
+    const mesher_finding *f;
+    for (i = 0; i < 36; i++) {
+        for (j = 0; j < 3; j++) xyz[3 * i + j] = cube_xyz[3 * cube_triangles[i] + j] + (double)i * 1e-13;
+        triangles[i] = i;
+        for (j = 0; j < i && cube_triangles[j] != cube_triangles[i]; j++) {}
+        firsts += i == j;
+    }
+    s = surface_of(xyz, 36, triangles, 12);
+    check_surface(&s, NULL);
+    CHECK(count_of(MESHER_NOTE_NEAR_VERTEX) == 36 - firsts);
+    f = first_of(MESHER_NOTE_NEAR_VERTEX);
+    CHECK(f && cube_triangles[f->vertices[0]] == cube_triangles[f->vertices[1]] && f->vertices[1] < f->vertices[0]);
+    for (i = 0; i < 108; i++) xyz[i] = cube_xyz[3 * cube_triangles[i / 3] + i % 3] + (i / 3) * 1e-6;
+    check_surface(&s, NULL);
+    CHECK(count_of(MESHER_NOTE_NEAR_VERTEX) == 0);
+}
+
 static void triangles_again_are_notes(void)
 {
     uint32_t triangles[3 * 17] = {0};
@@ -844,6 +867,7 @@ int main(void)
     a_cube_is_clean();
     numbers_are_checked();
     duplicates_are_welded();
+    nearly_equal_corners_are_noted();
     triangles_again_are_notes();
     orientation_is_noted();
     collinear_triangles_are_defects();

@@ -519,6 +519,40 @@ static void sheets_lines_and_points(void)
     }
 }
 
+/* What bounds each region: neighbours and tags; a line outside is not meshed, and said. */
+static void region_graph(void)
+{
+    mesher_options o = recover_only();
+    mesher_surface s;
+    mesher_domain domain;
+    static int32_t tags[MOST_TRIANGLES];
+    int32_t some[3] = {0, 0, 0};
+    size_t count = 0;
+    uint32_t i, walls = 0;
+    clear();
+    add_box(0, 0, 0, 4);
+    add_box(1, 1, 1, 2); /* within */
+    add_line(add_point(5, 5, 5), add_point(6, 6, 7));
+    for (i = 0; i < 24; i++) tags[i] = i < 12 ? -(int32_t)(i / 6) : INT32_MAX - (int32_t)(i % 2);
+    s = surface_of(&shape);
+    s.triangle_tags = tags;
+    prepare();
+    CHECK(mesher_mesh(&domain, &s, &o, &report) == MESHER_OK);
+    CHECK(report.counts[MESHER_NOTE_OUTSIDE_LINE] == 1);
+    CHECK(domain.num_regions == 2 && domain.regions[0].first_facet == 0 && domain.regions[1].first_facet == 12);
+    for (i = 0; i < domain.num_facets; i++) {
+        const uint32_t *sides = domain.facet_sides + 2 * i;
+        CHECK(domain.facet_source[i] < 12 ? sides[0] == 1 && sides[1] == 0 : sides[0] == 2 && sides[1] == 1);
+        walls++;
+    }
+    CHECK(walls == 24);
+    CHECK(mesher_region_tags(&domain, 0, some, 3, &count) == MESHER_OK && count == 4);
+    CHECK(some[0] == -1 && some[1] == 0 && some[2] == INT32_MAX - 1);
+    CHECK(mesher_region_tags(&domain, 1, NULL, 0, &count) == MESHER_OK && count == 2);
+    CHECK(mesher_region_tags(&domain, 2, NULL, 0, &count) == MESHER_ERROR_INVALID_ARGUMENT);
+    mesher_domain_free(&domain);
+}
+
 /* Every triangle with its own vertices, some turned, some twice. */
 static void soup(void)
 {
@@ -873,6 +907,7 @@ int main(void)
     round_ones();
     prisms_need_points();
     sheets_lines_and_points();
+    region_graph();
     soup();
     scaled_and_shifted();
     seeds_choose_cells();
