@@ -44,6 +44,14 @@ $(BUILD)/test_%: tests/test_%.c $(HEADERS) | $(BUILD)
 $(BUILD)/bench_%: bench/%.c $(HEADERS) | $(BUILD)
 	$(CC) $(CFLAGS) $(OPENMP) -I. -Iexamples $< -o $@ $(LDLIBS)
 
+# Ours with the flags of the README, the rival, where it is installed, with its best.
+CGAL ?= $(if $(wildcard /usr/include/CGAL/Delaunay_triangulation_3.h),-DWITH_CGAL)
+$(BUILD)/bench_delaunay: bench/delaunay.cpp $(HEADERS) | $(BUILD)
+	$(CC) $(CFLAGS) $(OPENMP) -I. -DDELAUNAY_IMPLEMENTATION -include delaunay.h -x c -c /dev/null \
+	  -o $(BUILD)/bench_delaunay_ours.o
+	$(CXX) -O3 -march=native -frounding-math $(OPENMP) -DBENCH_DELAUNAY_SEPARATE $(CGAL) -I. $< \
+	  $(BUILD)/bench_delaunay_ours.o -o $@ $(if $(CGAL),-ltbb -ltbbmalloc -lgmp -lmpfr) $(LDLIBS)
+
 $(BUILD)/bench_%: bench/%.cpp $(HEADERS) | $(BUILD)
 	$(CXX) $(CFLAGS) $(OPENMP) -I. $< -o $@ $(LDLIBS)
 
