@@ -288,13 +288,16 @@ DELAUNAY_API int delaunay_threads(const delaunay_host *host);
 /* -- predicates. Points are three doubles. Signs are exact: -1, 0, 1. */
 
 /* The test behind the filters: always exact, slower; any finite doubles. */
-DELAUNAY_API int delaunay_orient3d_exact(const double *a, const double *b, const double *c, const double *d);
-DELAUNAY_API int delaunay_insphere_exact(const double *a, const double *b, const double *c, const double *d,
-                                         const double *e);
+DELAUNAY_API int delaunay_orient3d_exact(const double *a, const double *b, const double *c,
+                                         const double *d);
+DELAUNAY_API int delaunay_insphere_exact(const double *a, const double *b, const double *c,
+                                         const double *d, const double *e);
 /* Sign of det(b-a, c-a, d-a): positive for a valid tetrahedron (a,b,c,d).
- * Filter: |det| beyond 7 eps times the permanent is certain [Shewchuk 1997]; permanent <= 1.16 |b||c||d|. The
- * limits keep every product away from overflow and underflow. FMAs make it only more accurate. */
-DELAUNAY_INLINE int delaunay_orient3d(const double *a, const double *b, const double *c, const double *d)
+ * Filter: |det| beyond 7 eps times the permanent is certain [Shewchuk 1997]; permanent <= 1.16
+ * |b||c||d|. The limits keep every product away from overflow and underflow. FMAs make it only more
+ * accurate. */
+DELAUNAY_INLINE int delaunay_orient3d(const double *a, const double *b, const double *c,
+                                      const double *d)
 {
     double bx = b[0] - a[0], by = b[1] - a[1], bz = b[2] - a[2];
     double cx = c[0] - a[0], cy = c[1] - a[1], cz = c[2] - a[2];
@@ -309,36 +312,41 @@ DELAUNAY_INLINE int delaunay_orient3d(const double *a, const double *b, const do
     return delaunay_orient3d_exact(a, b, c, d);
 }
 /* Positive: e inside the sphere through the positive tetrahedron (a,b,c,d). */
-DELAUNAY_API int delaunay_insphere(const double *a, const double *b, const double *c, const double *d,
-                                   const double *e);
+DELAUNAY_API int delaunay_insphere(const double *a, const double *b, const double *c,
+                                   const double *d, const double *e);
 /* The same, ties decided by the symbolic perturbation: never 0 for five distinct points. */
 DELAUNAY_API int delaunay_insphere_perturbed(const double *a, const double *b, const double *c,
                                              const double *d, const double *e);
-/* Sign of component axis of the cross product (b-a) x (c-a): the turn of a, b, c in the coordinate plane with
- * that normal. */
+/* Sign of component axis of the cross product (b-a) x (c-a): the turn of a, b, c in the coordinate
+ * plane with that normal. */
 DELAUNAY_API int delaunay_orient2d(const double *a, const double *b, const double *c, int axis);
 /* True if a, b, c lie on one line, exactly. */
 DELAUNAY_API int delaunay_collinear(const double *a, const double *b, const double *c);
-/* DELAUNAY_OK, or DELAUNAY_ERROR_BROKEN_ARITHMETIC under flags or FPU modes that break exactness. */
+/* DELAUNAY_OK, or DELAUNAY_ERROR_BROKEN_ARITHMETIC under flags or FPU modes that break exactness.
+ */
 DELAUNAY_API delaunay_result delaunay_selftest(void);
 
 /* -- mesh object */
 
-/* Room for so many vertices and tetrahedra (totals, ghost and dummy counted); may move the arrays. */
+/* Room for so many vertices and tetrahedra (totals, ghost and dummy counted); may move the arrays.
+ */
 DELAUNAY_API delaunay_result delaunay_reserve(delaunay_mesh *mesh, size_t vertices, size_t tets);
 /* Allocates flags and color (zeros). */
 DELAUNAY_API delaunay_result delaunay_enable_marks(delaunay_mesh *mesh);
 /* Allocates vertex_tet and fills it. Kept up to date by delaunay_replace from then on. */
 DELAUNAY_API delaunay_result delaunay_link_vertices(delaunay_mesh *mesh);
-/* Appends a vertex with the given id; returns its index, 0 when out of memory. Not yet in any tetrahedron. */
+/* Appends a vertex with the given id; returns its index, 0 when out of memory. Not yet in any
+ * tetrahedron. */
 DELAUNAY_API uint32_t delaunay_add_vertex(delaunay_mesh *mesh, const double *xyz, uint32_t id);
-/* A mesh from arrays of anybody's: tets are 4 indices into xyz each, positive by our convention or all
- * negative (then turned); facets with one tetrahedron get handle 0. colors may be NULL. */
-DELAUNAY_API delaunay_result delaunay_import(delaunay_mesh *mesh, const double *xyz, size_t num_points,
-                                             const uint32_t *tets, const uint32_t *colors, size_t num_tets,
+/* A mesh from arrays of anybody's: tets are 4 indices into xyz each, positive by our convention or
+ * all negative (then turned); facets with one tetrahedron get handle 0. colors may be NULL. */
+DELAUNAY_API delaunay_result delaunay_import(delaunay_mesh *mesh, const double *xyz,
+                                             size_t num_points, const uint32_t *tets,
+                                             const uint32_t *colors, size_t num_tets,
                                              const delaunay_host *host, delaunay_report *report);
-/* Removes deleted slots and puts vertices of tetrahedra and the slots in canonical order: a function of the
- * triangulation and the vertex numbers alone (DECISIONS: same bytes for any number of threads). */
+/* Removes deleted slots and puts vertices of tetrahedra and the slots in canonical order: a
+ * function of the triangulation and the vertex numbers alone (DECISIONS: same bytes for any number
+ * of threads). */
 DELAUNAY_API delaunay_result delaunay_canonicalize(delaunay_mesh *mesh, const delaunay_host *host);
 
 DELAUNAY_INLINE int delaunay_is_deleted(const delaunay_mesh *mesh, delaunay_handle t)
@@ -352,8 +360,10 @@ DELAUNAY_INLINE int delaunay_is_ghost(const delaunay_mesh *mesh, delaunay_handle
 /* Vertices of facet i of a tetrahedron, outward order. */
 static const uint8_t delaunay_facet_vertices[4][3] = {{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}};
 /* Vertices of edge e; delaunay_edge_of[i][j] is the edge between local vertices i and j. */
-static const uint8_t delaunay_edge_vertices[6][2] = {{0, 1}, {0, 2}, {0, 3}, {1, 2}, {1, 3}, {2, 3}};
-static const uint8_t delaunay_edge_of[4][4] = {{9, 0, 1, 2}, {0, 9, 3, 4}, {1, 3, 9, 5}, {2, 4, 5, 9}};
+static const uint8_t delaunay_edge_vertices[6][2] = {{0, 1}, {0, 2}, {0, 3},
+                                                     {1, 2}, {1, 3}, {2, 3}};
+static const uint8_t delaunay_edge_of[4][4] = {
+    {9, 0, 1, 2}, {0, 9, 3, 4}, {1, 3, 9, 5}, {2, 4, 5, 9}};
 DELAUNAY_INLINE const uint8_t *delaunay_facet_order(int i) { return delaunay_facet_vertices[i]; }
 DELAUNAY_INLINE const uint8_t *delaunay_edge_order(int e) { return delaunay_edge_vertices[e]; }
 DELAUNAY_INLINE int delaunay_edge_between(int i, int j) { return delaunay_edge_of[i][j]; }
@@ -512,11 +522,12 @@ DELAUNAY_API uint32_t delaunay_window_crossings(const delaunay_mesh *mesh,
 DELAUNAY_API int delaunay_segment_crosses(const delaunay_mesh *mesh, uint32_t a, uint32_t b,
                                           uint32_t p, uint32_t q, uint32_t r, int *zeros);
 
-/* -- engine (a): many insertions at once, in sections of a closed curve [Marot 2020, chapter 4]. Every vertex of the
- * mesh gets a key on a Moore curve, the items are cut into sections, and each section is one thread's: an edit reads
- * tetrahedra of its section and their neighbours, writes tetrahedra of its section, and answers "conflict", having
- * written nothing, where that is not enough. What is left over is tried again on another curve, in fewer sections as
- * success falls, one by one at last. Slots come from the section, so nothing is allocated and nothing waits.
+/* -- engine (a): many insertions at once, in sections of a closed curve [Marot 2020, chapter 4].
+ * Every vertex of the mesh gets a key on a Moore curve, the items are cut into sections, and each
+ * section is one thread's: an edit reads tetrahedra of its section and their neighbours, writes
+ * tetrahedra of its section, and answers "conflict", having written nothing, where that is not
+ * enough. What is left over is tried again on another curve, in fewer sections as success falls,
+ * one by one at last. Slots come from the section, so nothing is allocated and nothing waits.
  *
  *     static int edit(void *user, delaunay_section *section, uint32_t vertex)
  *     {
@@ -530,7 +541,8 @@ DELAUNAY_API int delaunay_segment_crosses(const delaunay_mesh *mesh, uint32_t a,
  *     job.edit = edit;
  *     delaunay_result result = delaunay_partition_run(&mesh, &job, NULL);
  *
- * The mesh must be closed (ghosts, or a boundary that no edit touches). vertex_tet is not kept: link again. */
+ * The mesh must be closed (ghosts, or a boundary that no edit touches). vertex_tet is not kept:
+ * link again. */
 
 /* What one thread may touch in one attempt, and its scratch. */
 typedef struct delaunay_section delaunay_section;
@@ -539,34 +551,42 @@ typedef struct delaunay_section delaunay_section;
 enum { DELAUNAY_ITEM_DONE = 0, DELAUNAY_ITEM_NOTHING = 1, DELAUNAY_ITEM_CONFLICT = 2 };
 
 typedef struct delaunay_partition {
-    const uint32_t *vertices;     /* the items */
-    size_t          num_vertices;
-    /* Inserts a vertex. Called by several threads at once, but one section at a time in each. NULL: plain Delaunay. */
-    int  (*edit)(void *user, delaunay_section *section, uint32_t vertex);
-    void           *user;
-    int             num_sections; /* at first. 0: one a thread, right where the result is unique. Else from the counts
-                                   * alone (about one for 32768 vertices): then the order of edits, and so the
-                                   * triangulation, is the same for any number of threads */
-    const char     *phase;        /* for the host's progress callback */
-    uint64_t        attempts, conflicts; /* out */
+    const uint32_t *vertices; /* the items */
+    size_t num_vertices;
+    /* Inserts a vertex. Called by several threads at once, but one section at a time in each. NULL:
+     * plain Delaunay. */
+    int (*edit)(void *user, delaunay_section *section, uint32_t vertex);
+    void *user;
+    int num_sections;  /* at first. 0: one a thread, right where the result is unique. Else from the
+                        * counts  alone (about one for 32768 vertices): then the order of edits, and
+                        * so the  triangulation, is the same for any number of threads */
+    const char *phase; /* for the host's progress callback */
+    uint64_t attempts, conflicts; /* out */
 } delaunay_partition;
 
-/* Returns DELAUNAY_OK; _CANCELLED, _OUT_OF_MEMORY or an edit's error: the mesh valid, some items done. */
-DELAUNAY_API delaunay_result delaunay_partition_run(delaunay_mesh *mesh, delaunay_partition *job, const delaunay_host *host);
+/* Returns DELAUNAY_OK; _CANCELLED, _OUT_OF_MEMORY or an edit's error: the mesh valid, some items
+ * done. */
+DELAUNAY_API delaunay_result delaunay_partition_run(delaunay_mesh *mesh, delaunay_partition *job,
+                                                    const delaunay_host *host);
 /* Delaunay insertion: an answer. _NOTHING: a vertex is already there. */
 DELAUNAY_API int delaunay_section_insert(delaunay_section *section, uint32_t vertex);
-/* May the section's thread write this tetrahedron: are all its vertices the section's, the ghost apart? Call it for
- * tetrahedra of the section and their neighbours only: others may be changing under your eyes. */
+/* May the section's thread write this tetrahedron: are all its vertices the section's, the ghost
+ * apart? Call it for tetrahedra of the section and their neighbours only: others may be changing
+ * under your eyes. */
 DELAUNAY_API int delaunay_section_owns_tet(const delaunay_section *section, delaunay_handle t);
 DELAUNAY_API int delaunay_section_owns(const delaunay_section *section, uint32_t vertex);
-/* A tetrahedron of the section, near the last insertion: where walks begin. An edit of yours sets its own. */
+/* A tetrahedron of the section, near the last insertion: where walks begin. An edit of yours sets
+ * its own. */
 DELAUNAY_API delaunay_handle delaunay_section_hint(const delaunay_section *section);
 DELAUNAY_API void delaunay_section_set_hint(delaunay_section *section, delaunay_handle t);
 /* 0 .. threads-1: for scratch of your own. */
 DELAUNAY_API int delaunay_section_worker(const delaunay_section *section);
-/* Slots for new tetrahedra, and back (they become deleted ones). Answers; nothing has changed if not _DONE. */
-DELAUNAY_API int delaunay_section_take(delaunay_section *section, size_t count, delaunay_handle *slots);
-DELAUNAY_API int delaunay_section_give(delaunay_section *section, const delaunay_handle *slots, size_t count);
+/* Slots for new tetrahedra, and back (they become deleted ones). Answers; nothing has changed if
+ * not _DONE. */
+DELAUNAY_API int delaunay_section_take(delaunay_section *section, size_t count,
+                                       delaunay_handle *slots);
+DELAUNAY_API int delaunay_section_give(delaunay_section *section, const delaunay_handle *slots,
+                                       size_t count);
 
 /* -- engine (b): many small edits, the same bytes for any number of threads. Each round plans the
  * next items of a list in parallel on the frozen mesh; plans that would meet are sorted out by their
@@ -741,31 +761,38 @@ DELAUNAY_API delaunay_worker *delaunay_engine_worker(delaunay_engine *engine);
 
 /* ---- >>memory ----------------------------------------------------------------------------- */
 
-/* Large blocks in huge pages where the system has them: fewer faults, fewer misses of the address cache. */
+/* Large blocks in huge pages where the system has them: fewer faults, fewer misses of the address
+ * cache. */
 enum { DELAUNAY__HUGE_PAGE = 2 << 20 };
 
 static void *delaunay__malloc(void *user, size_t size)
 {
     void *block = malloc(size);
     (void)user;
-#if defined(MADV_HUGEPAGE)
+#  if defined(MADV_HUGEPAGE)
     if (block && size >= 2 * (size_t)DELAUNAY__HUGE_PAGE) {
         size_t skip = DELAUNAY__HUGE_PAGE - (size_t)((uintptr_t)block % DELAUNAY__HUGE_PAGE);
-        (void)madvise((char *)block + skip, (size - skip) / DELAUNAY__HUGE_PAGE * DELAUNAY__HUGE_PAGE, MADV_HUGEPAGE);
+        (void)madvise((char *)block + skip,
+                      (size - skip) / DELAUNAY__HUGE_PAGE * DELAUNAY__HUGE_PAGE, MADV_HUGEPAGE);
     }
-#endif
+#  endif
     return block;
 }
-static void delaunay__free(void *user, void *block) { (void)user; free(block); }
+static void delaunay__free(void *user, void *block)
+{
+    (void)user;
+    free(block);
+}
 
 /* Ahead of each block: what release must know. Blocks start on 64-byte borders. */
 typedef struct delaunay__block {
-    void  *base;
+    void *base;
     size_t size; /* asked of the allocator */
 } delaunay__block;
 enum { DELAUNAY__ALIGN = 64 };
 
-DELAUNAY_API delaunay_result delaunay_memory_init(delaunay_memory *memory, const delaunay_host *host)
+DELAUNAY_API delaunay_result delaunay_memory_init(delaunay_memory *memory,
+                                                  const delaunay_host *host)
 {
     memset(memory, 0, sizeof *memory);
     if (host) {
@@ -788,7 +815,8 @@ DELAUNAY_API void *delaunay_alloc(delaunay_memory *memory, size_t count, size_t 
     delaunay__block *head;
     if (size != 0 && count > (SIZE_MAX - 2 * DELAUNAY__ALIGN) / size) return NULL;
     total = count * size + 2 * DELAUNAY__ALIGN;
-    if (memory->limit_bytes && (total > memory->limit_bytes || memory->bytes > memory->limit_bytes - total))
+    if (memory->limit_bytes &&
+        (total > memory->limit_bytes || memory->bytes > memory->limit_bytes - total))
         return NULL;
     base = (char *)memory->allocator.alloc(memory->allocator.user, total);
     if (!base) return NULL;
@@ -810,7 +838,8 @@ DELAUNAY_API void delaunay_release(delaunay_memory *memory, void *block)
     memory->allocator.release(memory->allocator.user, head.base);
 }
 
-DELAUNAY_API void *delaunay_grow(delaunay_memory *memory, void *old, size_t keep, size_t count, size_t size)
+DELAUNAY_API void *delaunay_grow(delaunay_memory *memory, void *old, size_t keep, size_t count,
+                                 size_t size)
 {
     void *block = delaunay_alloc(memory, count, size);
     if (!block) return NULL;
@@ -822,29 +851,30 @@ DELAUNAY_API void *delaunay_grow(delaunay_memory *memory, void *old, size_t keep
 DELAUNAY_API double delaunay_seconds(const delaunay_host *host)
 {
     if (host && host->clock) return host->clock(host->user);
-#ifdef _OPENMP
+#  ifdef _OPENMP
     return omp_get_wtime();
-#else
+#  else
     return (double)clock() / (double)CLOCKS_PER_SEC;
-#endif
+#  endif
 }
 
 DELAUNAY_API int delaunay_threads(const delaunay_host *host)
 {
-#ifdef _OPENMP
+#  ifdef _OPENMP
     if (host && host->num_threads > 0) return host->num_threads;
     return omp_get_max_threads();
-#else
+#  else
     (void)host;
     return 1;
-#endif
+#  endif
 }
 
 DELAUNAY_API delaunay_result delaunay_list_push(delaunay_list *list, delaunay_handle item)
 {
     if (list->count == list->cap) {
         size_t cap = list->cap ? 2 * list->cap : 64;
-        void *items = delaunay_grow(list->memory, list->items, list->count, cap, sizeof *list->items);
+        void *items =
+            delaunay_grow(list->memory, list->items, list->count, cap, sizeof *list->items);
         if (!items) return DELAUNAY_ERROR_OUT_OF_MEMORY;
         list->items = (delaunay_handle *)items;
         list->cap = cap;
@@ -861,19 +891,22 @@ DELAUNAY_API void delaunay_list_free(delaunay_list *list)
 }
 
 /* ---- >>predicates ------------------------------------------------------------------------- */
-/* Behind the filters the arithmetic is in integers: doubles are integers times a power of two. No flag, no
- * rounding mode, no overflow can touch a sign. Differences that fit in 62 bits of a common unit (grids, CAD
- * faces, most near ties) take the short way, everything else the long one. */
-#if defined(__SIZEOF_INT128__)
+/* Behind the filters the arithmetic is in integers: doubles are integers times a power of two. No
+ * flag, no rounding mode, no overflow can touch a sign. Differences that fit in 62 bits of a common
+ * unit (grids, CAD faces, most near ties) take the short way, everything else the long one. */
+#  if defined(__SIZEOF_INT128__)
 __extension__ typedef __int128 delaunay__int128;
 __extension__ typedef unsigned __int128 delaunay__double_limb;
 typedef uint64_t delaunay__limb;
-enum { DELAUNAY__LIMB_BITS = 64, DELAUNAY__BIG_LIMBS = 172 }; /* 5 * 2100 bits, the whole range of doubles */
-#else
+enum {
+    DELAUNAY__LIMB_BITS = 64,
+    DELAUNAY__BIG_LIMBS = 172
+}; /* 5 * 2100 bits, the whole range of doubles */
+#  else
 typedef uint64_t delaunay__double_limb;
 typedef uint32_t delaunay__limb;
 enum { DELAUNAY__LIMB_BITS = 32, DELAUNAY__BIG_LIMBS = 344 };
-#endif
+#  endif
 
 /* x = m * 2^e, m odd or zero; returns the number of bits of m. */
 static int delaunay__decompose(double x, int64_t *m, int *e)
@@ -889,25 +922,26 @@ static int delaunay__decompose(double x, int64_t *m, int *e)
     *e = 0;
     if (f == 0) return 0;
     exponent -= 1075;
-#if defined(__GNUC__)
+#  if defined(__GNUC__)
     n = __builtin_ctzll(f);
     f >>= n;
     exponent += n;
     n = 64 - __builtin_clzll(f);
-#else
+#  else
     while (!(f & 1)) f >>= 1, exponent++;
     while (f >> n) n++;
-#endif
+#  endif
     *m = bits >> 63 ? -(int64_t)f : (int64_t)f;
     *e = exponent;
     return n;
 }
 
-/* Coordinates as m * 2^e, and the common unit: the lowest bit of all; top: above the highest bit of all. */
+/* Coordinates as m * 2^e, and the common unit: the lowest bit of all; top: above the highest bit of
+ * all. */
 typedef struct delaunay__exact {
     int64_t m[15];
-    int     e[15];
-    int     unit, top;
+    int e[15];
+    int unit, top;
 } delaunay__exact;
 
 static void delaunay__exact_set(delaunay__exact *x, const double *const *points, int count)
@@ -925,7 +959,7 @@ static void delaunay__exact_set(delaunay__exact *x, const double *const *points,
 
 /* -- the long way: signed integers of many limbs */
 typedef struct delaunay__big {
-    int            sign, n; /* sign 0: zero; n limbs, the last not zero */
+    int sign, n; /* sign 0: zero; n limbs, the last not zero */
     delaunay__limb d[DELAUNAY__BIG_LIMBS];
 } delaunay__big;
 
@@ -947,7 +981,8 @@ static void delaunay__big_set(delaunay__big *r, int64_t m, int shift)
     }
     for (i = 0; i < word; i++) r->d[r->n++] = 0;
     r->d[r->n++] = (delaunay__limb)(f << bit);
-    for (i = DELAUNAY__LIMB_BITS - bit; i < 64; i += DELAUNAY__LIMB_BITS) r->d[r->n++] = (delaunay__limb)(f >> i);
+    for (i = DELAUNAY__LIMB_BITS - bit; i < 64; i += DELAUNAY__LIMB_BITS)
+        r->d[r->n++] = (delaunay__limb)(f >> i);
     delaunay__big_trim(r);
 }
 
@@ -961,7 +996,8 @@ static int delaunay__big_compare(const delaunay__big *a, const delaunay__big *b)
 }
 
 /* r = a + sign*b, sign 1 or -1; r may be a */
-static void delaunay__big_add(delaunay__big *r, const delaunay__big *a, const delaunay__big *b, int sign)
+static void delaunay__big_add(delaunay__big *r, const delaunay__big *a, const delaunay__big *b,
+                              int sign)
 {
     const delaunay__big *x = a, *y = b;
     int i, n, s = sign * b->sign;
@@ -1080,7 +1116,7 @@ static DELAUNAY__NOINLINE int delaunay__insphere_long(const delaunay__exact *x)
 }
 
 /* -- the short way: differences below 2^61 in units of the lowest bit */
-#if defined(__SIZEOF_INT128__)
+#  if defined(__SIZEOF_INT128__)
 enum { DELAUNAY__SHORT_BITS = 60 };
 
 static void delaunay__short_row(int64_t *r, const delaunay__exact *x, int p, int q)
@@ -1095,7 +1131,7 @@ static void delaunay__short_row(int64_t *r, const delaunay__exact *x, int p, int
 
 /* low + 2^64 high, high signed */
 typedef struct delaunay__int192 {
-    uint64_t         low;
+    uint64_t low;
     delaunay__int128 high;
 } delaunay__int192;
 
@@ -1136,19 +1172,24 @@ static int delaunay__insphere_short(const delaunay__exact *x)
     for (i = 0; i < 4; i++) delaunay__short_row(row[i], x, i, 4);
     for (i = 0; i < 4; i++) {
         delaunay__int128 lift = 0, part[6];
-        delaunay__int192 det = delaunay__short_det3(row[(i + 1) & 3], row[(i + 2) & 3], row[(i + 3) & 3]);
+        delaunay__int192 det =
+            delaunay__short_det3(row[(i + 1) & 3], row[(i + 2) & 3], row[(i + 3) & 3]);
         uint64_t d0 = det.low, d1 = (uint64_t)det.high, l0, l1;
         int64_t d2 = (int64_t)(det.high >> 64);
         for (k = 0; k < 3; k++) lift += (delaunay__int128)row[i][k] * row[i][k];
         l0 = (uint64_t)lift;
         l1 = (uint64_t)(lift >> 64);
-        {   /* (d0 + 2^64 d1 + 2^128 d2) * (l0 + 2^64 l1), limb by limb; l1 < 2^60, |d2| < 2^60 */
-            delaunay__double_limb p00 = (delaunay__double_limb)d0 * l0, p01 = (delaunay__double_limb)d0 * l1;
-            delaunay__double_limb p10 = (delaunay__double_limb)d1 * l0, p11 = (delaunay__double_limb)d1 * l1;
-            delaunay__int128 p20 = (delaunay__int128)d2 * l0, p21 = (delaunay__int128)d2 * (int64_t)l1;
+        { /* (d0 + 2^64 d1 + 2^128 d2) * (l0 + 2^64 l1), limb by limb; l1 < 2^60, |d2| < 2^60 */
+            delaunay__double_limb p00 = (delaunay__double_limb)d0 * l0,
+                                  p01 = (delaunay__double_limb)d0 * l1;
+            delaunay__double_limb p10 = (delaunay__double_limb)d1 * l0,
+                                  p11 = (delaunay__double_limb)d1 * l1;
+            delaunay__int128 p20 = (delaunay__int128)d2 * l0,
+                             p21 = (delaunay__int128)d2 * (int64_t)l1;
             part[0] = (uint64_t)p00;
             part[1] = (delaunay__int128)(uint64_t)(p00 >> 64) + (uint64_t)p01 + (uint64_t)p10;
-            part[2] = (delaunay__int128)(uint64_t)(p01 >> 64) + (uint64_t)(p10 >> 64) + (uint64_t)p11 + (uint64_t)p20;
+            part[2] = (delaunay__int128)(uint64_t)(p01 >> 64) + (uint64_t)(p10 >> 64) +
+                      (uint64_t)p11 + (uint64_t)p20;
             part[3] = (delaunay__int128)(uint64_t)(p11 >> 64) + (p20 >> 64) + (uint64_t)p21;
             part[4] = p21 >> 64;
         }
@@ -1161,43 +1202,54 @@ static int delaunay__insphere_short(const delaunay__exact *x)
     }
     return carry < 0 ? -1 : carry > 0 || any;
 }
-#endif
+#  endif
 
-DELAUNAY_API int delaunay_orient3d_exact(const double *a, const double *b, const double *c, const double *d)
+DELAUNAY_API int delaunay_orient3d_exact(const double *a, const double *b, const double *c,
+                                         const double *d)
 {
     const double *p[4];
     delaunay__exact x;
-    p[0] = a; p[1] = b; p[2] = c; p[3] = d;
+    p[0] = a;
+    p[1] = b;
+    p[2] = c;
+    p[3] = d;
     delaunay__exact_set(&x, p, 4);
     if (x.top == INT_MIN) return 0; /* all zero */
-#if defined(__SIZEOF_INT128__)
+#  if defined(__SIZEOF_INT128__)
     if (x.top - x.unit <= DELAUNAY__SHORT_BITS) return delaunay__orient3d_short(&x);
-#endif
+#  endif
     return delaunay__orient3d_long(&x);
 }
 
-DELAUNAY_API int delaunay_insphere_exact(const double *a, const double *b, const double *c, const double *d,
-                                         const double *e)
+DELAUNAY_API int delaunay_insphere_exact(const double *a, const double *b, const double *c,
+                                         const double *d, const double *e)
 {
     const double *p[5];
     delaunay__exact x;
-    p[0] = a; p[1] = b; p[2] = c; p[3] = d; p[4] = e;
+    p[0] = a;
+    p[1] = b;
+    p[2] = c;
+    p[3] = d;
+    p[4] = e;
     delaunay__exact_set(&x, p, 5);
     if (x.top == INT_MIN) return 0;
-#if defined(__SIZEOF_INT128__)
+#  if defined(__SIZEOF_INT128__)
     if (x.top - x.unit <= DELAUNAY__SHORT_BITS) return delaunay__insphere_short(&x);
-#endif
+#  endif
     return delaunay__insphere_long(&x);
 }
 
-static DELAUNAY__NOINLINE int delaunay__orient2d_exact(const double *a, const double *b, const double *c, int i, int j)
+static DELAUNAY__NOINLINE int delaunay__orient2d_exact(const double *a, const double *b,
+                                                       const double *c, int i, int j)
 {
     const double *p[3];
     delaunay__exact x;
-    p[0] = a; p[1] = b; p[2] = c;
+    p[0] = a;
+    p[1] = b;
+    p[2] = c;
     delaunay__exact_set(&x, p, 3);
     if (x.top == INT_MIN) return 0;
-#if defined(__SIZEOF_INT128__)
+#  if defined(__SIZEOF_INT128__)
     if (x.top - x.unit <= DELAUNAY__SHORT_BITS) {
         int64_t u[3], v[3];
         delaunay__int128 l, r;
@@ -1207,7 +1259,7 @@ static DELAUNAY__NOINLINE int delaunay__orient2d_exact(const double *a, const do
         r = (delaunay__int128)u[j] * v[i];
         return l < r ? -1 : l > r;
     }
-#endif
+#  endif
     {
         delaunay__big u, v, l, r;
         delaunay__big_difference(&u, &x, 3 + i, i);
@@ -1221,12 +1273,13 @@ static DELAUNAY__NOINLINE int delaunay__orient2d_exact(const double *a, const do
     }
 }
 
-/* Error of the determinant: 16 eps times its permanent, which is at most 4 * 3!/3^1.5 * R^5, R^2 the greatest
- * lift: 8.3e-15 R^5. What underflows adds at most 1e-324 R^3 < 1e-170, as R^10 does not overflow. */
+/* Error of the determinant: 16 eps times its permanent, which is at most 4 * 3!/3^1.5 * R^5, R^2
+ * the greatest lift: 8.3e-15 R^5. What underflows adds at most 1e-324 R^3 < 1e-170, as R^10 does
+ * not overflow. */
 static const double delaunay__insphere_error2 = 1e-28, delaunay__insphere_least2 = 1e-290;
 
-static double delaunay__insphere_double(const double *a, const double *b, const double *c, const double *d,
-                                        const double *e, double *bound2)
+static double delaunay__insphere_double(const double *a, const double *b, const double *c,
+                                        const double *d, const double *e, double *bound2)
 {
     double ax = a[0] - e[0], ay = a[1] - e[1], az = a[2] - e[2];
     double bx = b[0] - e[0], by = b[1] - e[1], bz = b[2] - e[2];
@@ -1244,8 +1297,8 @@ static double delaunay__insphere_double(const double *a, const double *b, const 
     return (cl * dab - dl * abc) + (al * bcd - bl * cda);
 }
 
-DELAUNAY_API int delaunay_insphere(const double *a, const double *b, const double *c, const double *d,
-                                   const double *e)
+DELAUNAY_API int delaunay_insphere(const double *a, const double *b, const double *c,
+                                   const double *d, const double *e)
 {
     double bound2, det = delaunay__insphere_double(a, b, c, d, e, &bound2);
     if (det * det > bound2) return det > 0 ? 1 : -1;
@@ -1257,14 +1310,19 @@ static int delaunay__lexicographic_less(const double *a, const double *b)
     return a[0] != b[0] ? a[0] < b[0] : a[1] != b[1] ? a[1] < b[1] : a[2] < b[2];
 }
 
-/* The lifted points are perturbed by infinitesimals that shrink fast in lexicographic order: the first
- * nonzero cofactor of the greatest, then of the second greatest point decides; two steps are enough for
- * distinct points. If that point is e, it is lifted most and lies outside. */
-static int delaunay__insphere_tie(const double *a, const double *b, const double *c, const double *d, const double *e)
+/* The lifted points are perturbed by infinitesimals that shrink fast in lexicographic order: the
+ * first nonzero cofactor of the greatest, then of the second greatest point decides; two steps are
+ * enough for distinct points. If that point is e, it is lifted most and lies outside. */
+static int delaunay__insphere_tie(const double *a, const double *b, const double *c,
+                                  const double *d, const double *e)
 {
     const double *p[5], *s[4];
     int first = 4, second = -1, i, k, o;
-    p[0] = a; p[1] = b; p[2] = c; p[3] = d; p[4] = e;
+    p[0] = a;
+    p[1] = b;
+    p[2] = c;
+    p[3] = d;
+    p[4] = e;
     for (i = 0; i < 4; i++)
         if (delaunay__lexicographic_less(p[first], p[i])) first = i;
     for (i = 0; i < 5; i++)
@@ -1280,8 +1338,8 @@ static int delaunay__insphere_tie(const double *a, const double *b, const double
     return 0;
 }
 
-DELAUNAY_API int delaunay_insphere_perturbed(const double *a, const double *b, const double *c, const double *d,
-                                             const double *e)
+DELAUNAY_API int delaunay_insphere_perturbed(const double *a, const double *b, const double *c,
+                                             const double *d, const double *e)
 {
     int s = delaunay_insphere(a, b, c, d, e);
     return s ? s : delaunay__insphere_tie(a, b, c, d, e);
@@ -1298,19 +1356,23 @@ DELAUNAY_API int delaunay_orient2d(const double *a, const double *b, const doubl
 
 DELAUNAY_API int delaunay_collinear(const double *a, const double *b, const double *c)
 {
-    return !delaunay_orient2d(a, b, c, 0) && !delaunay_orient2d(a, b, c, 1) && !delaunay_orient2d(a, b, c, 2);
+    return !delaunay_orient2d(a, b, c, 0) && !delaunay_orient2d(a, b, c, 1) &&
+           !delaunay_orient2d(a, b, c, 2);
 }
 
-/* Signs that are wrong if the compiler reorders sums, keeps excess precision or flushes small numbers. */
+/* Signs that are wrong if the compiler reorders sums, keeps excess precision or flushes small
+ * numbers. */
 DELAUNAY_API delaunay_result delaunay_selftest(void)
 {
     volatile double one = 1, tiny = DBL_MIN, e = DBL_EPSILON / 2, big = 4503599627370497.0;
     double a[3] = {0, 0, 0}, b[3] = {1, 0, 0}, c[3] = {0, 1, 0}, d[3] = {0, 0, 1}, q[3] = {1, 1, 1};
     double s = one + e, t = s - one, far[3];
     int i;
-    if (s != 1 || t != 0 || tiny * 0.5 == 0 || (one + 2 * e) - one == 0) return DELAUNAY_ERROR_BROKEN_ARITHMETIC;
+    if (s != 1 || t != 0 || tiny * 0.5 == 0 || (one + 2 * e) - one == 0)
+        return DELAUNAY_ERROR_BROKEN_ARITHMETIC;
     if ((big + 0.25) - big != 0) return DELAUNAY_ERROR_BROKEN_ARITHMETIC;
-    if (delaunay_orient3d(a, b, c, d) != 1 || delaunay_orient3d(a, c, b, d) != -1) return DELAUNAY_ERROR_BROKEN_ARITHMETIC;
+    if (delaunay_orient3d(a, b, c, d) != 1 || delaunay_orient3d(a, c, b, d) != -1)
+        return DELAUNAY_ERROR_BROKEN_ARITHMETIC;
     if (delaunay_insphere(a, b, c, d, q) != 0) return DELAUNAY_ERROR_BROKEN_ARITHMETIC;
     for (i = 0; i < 3; i++) { /* one unit in the last place on either side of the sphere */
         memcpy(far, q, sizeof far);
@@ -1325,10 +1387,13 @@ DELAUNAY_API delaunay_result delaunay_selftest(void)
         c[i] = (double)(i * i);
         d[i] = 2 * b[i] - a[i];
     }
-    if (delaunay_orient3d(a, b, c, d) != delaunay_orient3d_exact(a, b, c, d)) return DELAUNAY_ERROR_BROKEN_ARITHMETIC;
+    if (delaunay_orient3d(a, b, c, d) != delaunay_orient3d_exact(a, b, c, d))
+        return DELAUNAY_ERROR_BROKEN_ARITHMETIC;
     for (i = 0; i < 3; i++) a[i] = 0.5 + e * i, b[i] = 12.0 + e, c[i] = 24.0 - e;
-    d[0] = d[1] = 0.5; d[2] = 0.5 + 2 * e;
-    if (delaunay_orient3d(a, b, c, d) != delaunay_orient3d_exact(a, b, c, d)) return DELAUNAY_ERROR_BROKEN_ARITHMETIC;
+    d[0] = d[1] = 0.5;
+    d[2] = 0.5 + 2 * e;
+    if (delaunay_orient3d(a, b, c, d) != delaunay_orient3d_exact(a, b, c, d))
+        return DELAUNAY_ERROR_BROKEN_ARITHMETIC;
     return DELAUNAY_OK;
 }
 
@@ -1354,12 +1419,13 @@ DELAUNAY_API void delaunay_mesh_free(delaunay_mesh *mesh)
 }
 
 /* Grows one array of a mesh from used to cap elements, the new ones zeroed. */
-#define DELAUNAY__GROW(type, field, used, cap)                                                     \
+#  define DELAUNAY__GROW(type, field, used, cap)                                                   \
     do {                                                                                           \
-        type *grown_ = (type *)delaunay_grow(&mesh->memory, mesh->field, (used), (cap), sizeof(type)); \
-        if (!grown_) return DELAUNAY_ERROR_OUT_OF_MEMORY;                                          \
-        memset((void *)(grown_ + (used)), 0, ((cap) - (used)) * sizeof(type));                     \
-        mesh->field = grown_;                                                                      \
+      type *grown_ =                                                                               \
+          (type *)delaunay_grow(&mesh->memory, mesh->field, (used), (cap), sizeof(type));          \
+      if (!grown_) return DELAUNAY_ERROR_OUT_OF_MEMORY;                                            \
+      memset((void *)(grown_ + (used)), 0, ((cap) - (used)) * sizeof(type));                       \
+      mesh->field = grown_;                                                                        \
     } while (0)
 
 static delaunay_result delaunay__reserve_vertices(delaunay_mesh *mesh, size_t vertices)
@@ -1391,7 +1457,8 @@ DELAUNAY_API delaunay_result delaunay_reserve(delaunay_mesh *mesh, size_t vertic
 {
     delaunay_result result = DELAUNAY_OK;
     if (!mesh->memory.allocator.alloc) result = delaunay_memory_init(&mesh->memory, NULL);
-    if (result == DELAUNAY_OK) result = delaunay__reserve_vertices(mesh, vertices < 1 ? 1 : vertices);
+    if (result == DELAUNAY_OK)
+        result = delaunay__reserve_vertices(mesh, vertices < 1 ? 1 : vertices);
     if (result == DELAUNAY_OK) result = delaunay__reserve_tets(mesh, tets < 1 ? 1 : tets);
     if (result != DELAUNAY_OK) return result;
     if (mesh->num_vertices == 0) { /* the ghost */
@@ -1442,56 +1509,60 @@ DELAUNAY_API uint64_t delaunay_count_tets(const delaunay_mesh *mesh)
 {
     uint64_t n = 0;
     delaunay_handle t;
-    for (t = 1; t < mesh->num_tets; t++) n += !delaunay_is_deleted(mesh, t) && !delaunay_is_ghost(mesh, t);
+    for (t = 1; t < mesh->num_tets; t++)
+        n += !delaunay_is_deleted(mesh, t) && !delaunay_is_ghost(mesh, t);
     return n;
 }
 
 /* ---- >>insertion  walk, cavity, ball [Marot 2020, 3.3-3.7] --------------------------------- */
-/* What one thread needs to insert points. Slots freed by cavities go to freed, last in first out, and the
- * next ball takes them from there. */
+/* What one thread needs to insert points. Slots freed by cavities go to freed, last in first out,
+ * and the next ball takes them from there. */
 struct delaunay_section {
-    delaunay_mesh   *mesh;
+    delaunay_mesh *mesh;
     delaunay_memory *memory;
-    delaunay_vertex *vertices;       /* of the mesh, copied to be near */
-    delaunay_tet    *tets;
-    uint8_t         *mark;
-    delaunay_handle  hint;           /* where the last ball is */
-    int              exact_doubles;  /* in-sphere determinants are exact in doubles */
-    int              simd;
-    int              parallel;       /* others are at work: stay in the section, allocate nothing */
-    uint32_t         start, length;  /* the section: keys from start on, around the end if need be */
-    int              needs_memory;   /* since the last region: something was too small */
-    int              needs_slots;    /* .. the array of tetrahedra */
-    int              worker;
-    delaunay_handle *queue, *cavity, *border, *again; /* of the search: cap_search each, in one block */
-    size_t           cap_search, num_cavity, num_border;
+    delaunay_vertex *vertices; /* of the mesh, copied to be near */
+    delaunay_tet *tets;
+    uint8_t *mark;
+    delaunay_handle hint; /* where the last ball is */
+    int exact_doubles;    /* in-sphere determinants are exact in doubles */
+    int simd;
+    int parallel;           /* others are at work: stay in the section, allocate nothing */
+    uint32_t start, length; /* the section: keys from start on, around the end if need be */
+    int needs_memory;       /* since the last region: something was too small */
+    int needs_slots;        /* .. the array of tetrahedra */
+    int worker;
+    delaunay_handle *queue, *cavity, *border,
+        *again; /* of the search: cap_search each, in one block */
+    size_t cap_search, num_cavity, num_border;
     delaunay_handle *freed;
-    size_t           num_freed, cap_freed;
-    delaunay_handle *edges;          /* matrix of a ball's edges: the facet behind each */
-    uint16_t       (*edge_keys)[4];
-    delaunay_handle *hashed;         /* the same for big balls: triples from, to, facet */
-    size_t           cap_hashed;
+    size_t num_freed, cap_freed;
+    delaunay_handle *edges; /* matrix of a ball's edges: the facet behind each */
+    uint16_t (*edge_keys)[4];
+    delaunay_handle *hashed; /* the same for big balls: triples from, to, facet */
+    size_t cap_hashed;
 };
 typedef struct delaunay_section delaunay__kernel;
 
 enum {
-    DELAUNAY__MATRIX_BITS = 7,    /* at most 128 vertices in the matrix */
+    DELAUNAY__MATRIX_BITS = 7, /* at most 128 vertices in the matrix */
     DELAUNAY__MATRIX_FACETS = 256,
     DELAUNAY__SEARCH_SLACK = 64,
-    DELAUNAY__MARK_SEEN = 1, DELAUNAY__MARK_CAVITY = 3
+    DELAUNAY__MARK_SEEN = 1,
+    DELAUNAY__MARK_CAVITY = 3
 };
 
-/* Marks and the slot counter may be touched by several threads at once; no order among them is needed. */
-#if defined(_OPENMP) && defined(__GNUC__)
-#  define DELAUNAY__LOAD(p) __atomic_load_n((p), __ATOMIC_RELAXED)
-#  define DELAUNAY__STORE(p, x) __atomic_store_n((p), (x), __ATOMIC_RELAXED)
-#  define DELAUNAY__FETCH_ADD(p, x) __atomic_fetch_add((p), (x), __ATOMIC_RELAXED)
-#  define DELAUNAY__PARALLEL 1
-#else
-#  define DELAUNAY__LOAD(p) (*(p))
-#  define DELAUNAY__STORE(p, x) ((void)(*(p) = (x)))
-#  define DELAUNAY__PARALLEL 0
-#endif
+/* Marks and the slot counter may be touched by several threads at once; no order among them is
+ * needed. */
+#  if defined(_OPENMP) && defined(__GNUC__)
+#    define DELAUNAY__LOAD(p)         __atomic_load_n((p), __ATOMIC_RELAXED)
+#    define DELAUNAY__STORE(p, x)     __atomic_store_n((p), (x), __ATOMIC_RELAXED)
+#    define DELAUNAY__FETCH_ADD(p, x) __atomic_fetch_add((p), (x), __ATOMIC_RELAXED)
+#    define DELAUNAY__PARALLEL        1
+#  else
+#    define DELAUNAY__LOAD(p)     (*(p))
+#    define DELAUNAY__STORE(p, x) ((void)(*(p) = (x)))
+#    define DELAUNAY__PARALLEL    0
+#  endif
 
 /* Answers beside delaunay_result. */
 enum {
@@ -1508,12 +1579,15 @@ static int delaunay__is_foreign(const delaunay__kernel *k, uint32_t v)
 static int delaunay__is_foreign_tet(const delaunay__kernel *k, delaunay_handle t)
 {
     const uint32_t *v = k->tets[t].v;
-    return delaunay__is_foreign(k, v[0]) || delaunay__is_foreign(k, v[1]) || delaunay__is_foreign(k, v[2]) ||
-           delaunay__is_foreign(k, v[3]);
+    return delaunay__is_foreign(k, v[0]) || delaunay__is_foreign(k, v[1]) ||
+           delaunay__is_foreign(k, v[2]) || delaunay__is_foreign(k, v[3]);
 }
 
 /* The vertex by which the tetrahedron of h differs from its neighbour behind facet h. */
-static uint32_t delaunay__apex(const delaunay__kernel *k, delaunay_handle h) { return k->tets[h >> 2].v[h & 3]; }
+static uint32_t delaunay__apex(const delaunay__kernel *k, delaunay_handle h)
+{
+    return k->tets[h >> 2].v[h & 3];
+}
 
 static delaunay_result delaunay__kernel_grow_search(delaunay__kernel *k)
 {
@@ -1521,7 +1595,10 @@ static delaunay_result delaunay__kernel_grow_search(delaunay__kernel *k)
     delaunay_handle *block = (delaunay_handle *)delaunay_alloc(k->memory, cap, 4 * sizeof *block);
     delaunay_handle *old[4];
     if (!block) return DELAUNAY_ERROR_OUT_OF_MEMORY;
-    old[0] = k->queue; old[1] = k->cavity; old[2] = k->border; old[3] = k->again;
+    old[0] = k->queue;
+    old[1] = k->cavity;
+    old[2] = k->border;
+    old[3] = k->again;
     for (i = 0; i < 4; i++)
         if (k->cap_search) memcpy(block + i * cap, old[i], k->cap_search * sizeof *block);
     delaunay_release(k->memory, k->queue);
@@ -1558,11 +1635,13 @@ static delaunay_result delaunay__kernel_init(delaunay__kernel *k, delaunay_mesh 
     k->mesh = mesh;
     k->memory = &mesh->memory;
     delaunay__kernel_view(k);
-#if defined(DELAUNAY__AVX2)
+#  if defined(DELAUNAY__AVX2)
     k->simd = DELAUNAY__AVX2;
-#endif
-    k->edges = (delaunay_handle *)delaunay_alloc(k->memory, (size_t)1 << 2 * DELAUNAY__MATRIX_BITS, sizeof *k->edges);
-    k->edge_keys = (uint16_t(*)[4])delaunay_alloc(k->memory, DELAUNAY__MATRIX_FACETS, sizeof *k->edge_keys);
+#  endif
+    k->edges = (delaunay_handle *)delaunay_alloc(k->memory, (size_t)1 << 2 * DELAUNAY__MATRIX_BITS,
+                                                 sizeof *k->edges);
+    k->edge_keys =
+        (uint16_t(*)[4])delaunay_alloc(k->memory, DELAUNAY__MATRIX_FACETS, sizeof *k->edge_keys);
     if (!k->edges || !k->edge_keys || delaunay__kernel_grow_search(k) != DELAUNAY_OK)
         return DELAUNAY_ERROR_OUT_OF_MEMORY;
     return DELAUNAY_OK;
@@ -1585,7 +1664,8 @@ static delaunay_result delaunay__kernel_finish(delaunay__kernel *k)
     delaunay_mesh *mesh = k->mesh;
     size_t i, total = (size_t)mesh->num_free + k->num_freed;
     if (total > mesh->cap_free) {
-        void *grown = delaunay_grow(&mesh->memory, mesh->free_tets, mesh->num_free, total, sizeof *mesh->free_tets);
+        void *grown = delaunay_grow(&mesh->memory, mesh->free_tets, mesh->num_free, total,
+                                    sizeof *mesh->free_tets);
         if (!grown) return DELAUNAY_ERROR_OUT_OF_MEMORY;
         mesh->free_tets = (delaunay_handle *)grown;
         mesh->cap_free = (delaunay_handle)total;
@@ -1595,9 +1675,10 @@ static delaunay_result delaunay__kernel_finish(delaunay__kernel *k)
     return DELAUNAY_OK;
 }
 
-/* Whether point e destroys tetrahedron t: inside its sphere; beyond the hull facet of a ghost, or in its plane
- * and inside the sphere of the tetrahedron behind. Exact and perturbed. */
-static DELAUNAY__NOINLINE int delaunay__in_conflict_exact(const delaunay__kernel *k, delaunay_handle t, const double *e)
+/* Whether point e destroys tetrahedron t: inside its sphere; beyond the hull facet of a ghost, or
+ * in its plane and inside the sphere of the tetrahedron behind. Exact and perturbed. */
+static DELAUNAY__NOINLINE int delaunay__in_conflict_exact(const delaunay__kernel *k,
+                                                          delaunay_handle t, const double *e)
 {
     const delaunay_vertex *x = k->vertices;
     const uint32_t *v = k->tets[t].v;
@@ -1625,22 +1706,24 @@ static int delaunay__in_conflict(const delaunay__kernel *k, delaunay_handle t, c
     const delaunay_vertex *x = k->vertices;
     const uint32_t *v = k->tets[t].v;
     if (v[3] != DELAUNAY_GHOST) {
-        double bound2, det = delaunay__insphere_double(x[v[0]].x, x[v[1]].x, x[v[2]].x, x[v[3]].x, e, &bound2);
+        double bound2,
+            det = delaunay__insphere_double(x[v[0]].x, x[v[1]].x, x[v[2]].x, x[v[3]].x, e, &bound2);
         if (det * det > bound2) return det > 0;
     }
     return delaunay__in_conflict_exact(k, t, e);
 }
 
 /* Bit i: the tetrahedron of facet handle h[i] is in conflict with e. */
-static unsigned delaunay__in_conflict4(const delaunay__kernel *k, const delaunay_handle *h, unsigned count,
-                                       const double *e)
+static unsigned delaunay__in_conflict4(const delaunay__kernel *k, const delaunay_handle *h,
+                                       unsigned count, const double *e)
 {
     unsigned i, in = 0;
     for (i = 0; i < count; i++) in |= (unsigned)delaunay__in_conflict(k, h[i] >> 2, e) << i;
     return in;
 }
 
-static double delaunay__orient3d_double(const double *a, const double *b, const double *c, const double *d)
+static double delaunay__orient3d_double(const double *a, const double *b, const double *c,
+                                        const double *d)
 {
     double bx = b[0] - a[0], by = b[1] - a[1], bz = b[2] - a[2];
     double cx = c[0] - a[0], cy = c[1] - a[1], cz = c[2] - a[2];
@@ -1648,8 +1731,8 @@ static double delaunay__orient3d_double(const double *a, const double *b, const 
     return bx * (cy * dz - cz * dy) + by * (cz * dx - cx * dz) + bz * (cx * dy - cy * dx);
 }
 
-/* Walk towards e, steered by unfiltered signs: whether the result is in conflict is tested afterwards.
- * t is not a ghost. In a parallel region, 0 if the way leaves the section. */
+/* Walk towards e, steered by unfiltered signs: whether the result is in conflict is tested
+ * afterwards. t is not a ghost. In a parallel region, 0 if the way leaves the section. */
 static delaunay_handle delaunay__walk(const delaunay__kernel *k, delaunay_handle t, const double *e)
 {
     const delaunay_vertex *x = k->vertices;
@@ -1660,7 +1743,9 @@ static delaunay_handle delaunay__walk(const delaunay__kernel *k, delaunay_handle
         if (v[3] == DELAUNAY_GHOST) return t;
         for (i = 0; i < 4; i++) {
             const uint8_t *f = delaunay_facet_vertices[i];
-            if (i != from && delaunay__orient3d_double(e, x[v[f[0]]].x, x[v[f[1]]].x, x[v[f[2]]].x) < 0) break;
+            if (i != from &&
+                delaunay__orient3d_double(e, x[v[f[0]]].x, x[v[f[1]]].x, x[v[f[2]]].x) < 0)
+                break;
         }
         if (i == 4) return t;
         h = k->tets[t].n[i];
@@ -1671,8 +1756,10 @@ static delaunay_handle delaunay__walk(const delaunay__kernel *k, delaunay_handle
     return t;
 }
 
-/* The stochastic visibility walk with exact signs: ends where e is, in a Delaunay triangulation always. */
-static delaunay_handle delaunay__walk_exact(const delaunay__kernel *k, delaunay_handle t, const double *e, uint32_t seed)
+/* The stochastic visibility walk with exact signs: ends where e is, in a Delaunay triangulation
+ * always. */
+static delaunay_handle delaunay__walk_exact(const delaunay__kernel *k, delaunay_handle t,
+                                            const double *e, uint32_t seed)
 {
     const delaunay_vertex *x = k->vertices;
     uint64_t steps = 0, most = 16 * (uint64_t)k->mesh->cap_tets + 1000;
@@ -1688,7 +1775,8 @@ static delaunay_handle delaunay__walk_exact(const delaunay__kernel *k, delaunay_
             if (delaunay_orient3d(e, x[v[f[0]]].x, x[v[f[1]]].x, x[v[f[2]]].x) < 0) break;
         }
         if (i == 4) return t;
-        if (k->parallel && delaunay__is_foreign(k, delaunay__apex(k, k->tets[t].n[j]))) return DELAUNAY_NONE;
+        if (k->parallel && delaunay__is_foreign(k, delaunay__apex(k, k->tets[t].n[j])))
+            return DELAUNAY_NONE;
         t = k->tets[t].n[j] >> 2;
         if (t == DELAUNAY_NONE) return t;
     }
@@ -1696,10 +1784,10 @@ static delaunay_handle delaunay__walk_exact(const delaunay__kernel *k, delaunay_
 }
 
 /* -- the same on four tetrahedra at once, where the processor can */
-#if defined(DELAUNAY__AVX2)
+#  if defined(DELAUNAY__AVX2)
 /* Coordinates of vertices p q r s: one lane each. */
-#define DELAUNAY__TRANSPOSE(p, q, r, s, X, Y, Z)                                                   \
-    do {                                                                                           \
+#    define DELAUNAY__TRANSPOSE(p, q, r, s, X, Y, Z)                                               \
+      do {                                                                                         \
         __m256d p_ = _mm256_loadu_pd(x[p].x), q_ = _mm256_loadu_pd(x[q].x);                        \
         __m256d r_ = _mm256_loadu_pd(x[r].x), s_ = _mm256_loadu_pd(x[s].x);                        \
         __m256d a_ = _mm256_unpacklo_pd(p_, q_), b_ = _mm256_unpackhi_pd(p_, q_);                  \
@@ -1707,10 +1795,10 @@ static delaunay_handle delaunay__walk_exact(const delaunay__kernel *k, delaunay_
         X = _mm256_permute2f128_pd(a_, c_, 0x20);                                                  \
         Y = _mm256_permute2f128_pd(b_, d_, 0x20);                                                  \
         Z = _mm256_permute2f128_pd(a_, c_, 0x31);                                                  \
-    } while (0)
-#define DELAUNAY__MADD(a, b, c) _mm256_fmadd_pd(a, b, c)  /* ab + c */
-#define DELAUNAY__MSUB(a, b, c) _mm256_fmsub_pd(a, b, c)  /* ab - c */
-#define DELAUNAY__NMADD(a, b, c) _mm256_fnmadd_pd(a, b, c) /* c - ab */
+      } while (0)
+#    define DELAUNAY__MADD(a, b, c)  _mm256_fmadd_pd(a, b, c)  /* ab + c */
+#    define DELAUNAY__MSUB(a, b, c)  _mm256_fmsub_pd(a, b, c)  /* ab - c */
+#    define DELAUNAY__NMADD(a, b, c) _mm256_fnmadd_pd(a, b, c) /* c - ab */
 
 /* Double-double numbers, four of them [Dekker 1971]: sums and products err by less than 2^-100. */
 typedef struct delaunay__dd4 {
@@ -1758,21 +1846,25 @@ DELAUNAY__TARGET DELAUNAY_INLINE delaunay__dd4 delaunay__dd_sub(delaunay__dd4 a,
     return delaunay__dd_add(a, b);
 }
 
-DELAUNAY__TARGET DELAUNAY_INLINE delaunay__dd4 delaunay__dd_minor(const delaunay__dd4 *a, const delaunay__dd4 *b)
+DELAUNAY__TARGET DELAUNAY_INLINE delaunay__dd4 delaunay__dd_minor(const delaunay__dd4 *a,
+                                                                  const delaunay__dd4 *b)
 {
     return delaunay__dd_sub(delaunay__dd_mul(a[0], b[1]), delaunay__dd_mul(b[0], a[1]));
 }
 
 DELAUNAY__TARGET DELAUNAY_INLINE delaunay__dd4 delaunay__dd_lift(const delaunay__dd4 *a)
 {
-    return delaunay__dd_add(delaunay__dd_add(delaunay__dd_mul(a[0], a[0]), delaunay__dd_mul(a[1], a[1])),
-                            delaunay__dd_mul(a[2], a[2]));
+    return delaunay__dd_add(
+        delaunay__dd_add(delaunay__dd_mul(a[0], a[0]), delaunay__dd_mul(a[1], a[1])),
+        delaunay__dd_mul(a[2], a[2]));
 }
 
-/* The determinants of delaunay__in_conflict4_avx2 again: only sums of products of at most five differences, so the
- * error is far below 1e-28 R^5. xyz[i][k]: coordinate k of the four tetrahedra's vertices i. */
-static DELAUNAY__TARGET DELAUNAY__NOINLINE void delaunay__insphere4_dd(__m256d xyz[4][3], const double *e, __m256d ghost,
-                                                                     __m256d ghost_lift, __m256d *det)
+/* The determinants of delaunay__in_conflict4_avx2 again: only sums of products of at most five
+ * differences, so the error is far below 1e-28 R^5. xyz[i][k]: coordinate k of the four
+ * tetrahedra's vertices i. */
+static DELAUNAY__TARGET DELAUNAY__NOINLINE void
+delaunay__insphere4_dd(__m256d xyz[4][3], const double *e, __m256d ghost, __m256d ghost_lift,
+                       __m256d *det)
 {
     delaunay__dd4 a[4][3], ab, bc, cd, da, ac, bd, abc, bcd, cda, dab, lift[4];
     int i, k;
@@ -1792,18 +1884,29 @@ static DELAUNAY__TARGET DELAUNAY__NOINLINE void delaunay__insphere4_dd(__m256d x
     da = delaunay__dd_minor(a[3], a[0]);
     ac = delaunay__dd_minor(a[0], a[2]);
     bd = delaunay__dd_minor(a[1], a[3]);
-    abc = delaunay__dd_add(delaunay__dd_sub(delaunay__dd_mul(a[0][2], bc), delaunay__dd_mul(a[1][2], ac)), delaunay__dd_mul(a[2][2], ab));
-    bcd = delaunay__dd_add(delaunay__dd_sub(delaunay__dd_mul(a[1][2], cd), delaunay__dd_mul(a[2][2], bd)), delaunay__dd_mul(a[3][2], bc));
-    cda = delaunay__dd_add(delaunay__dd_add(delaunay__dd_mul(a[2][2], da), delaunay__dd_mul(a[3][2], ac)), delaunay__dd_mul(a[0][2], cd));
-    dab = delaunay__dd_add(delaunay__dd_add(delaunay__dd_mul(a[3][2], ab), delaunay__dd_mul(a[0][2], bd)), delaunay__dd_mul(a[1][2], da));
-    *det = delaunay__dd_add(delaunay__dd_sub(delaunay__dd_mul(lift[2], dab), delaunay__dd_mul(lift[3], abc)),
-                            delaunay__dd_sub(delaunay__dd_mul(lift[0], bcd), delaunay__dd_mul(lift[1], cda))).h;
+    abc = delaunay__dd_add(
+        delaunay__dd_sub(delaunay__dd_mul(a[0][2], bc), delaunay__dd_mul(a[1][2], ac)),
+        delaunay__dd_mul(a[2][2], ab));
+    bcd = delaunay__dd_add(
+        delaunay__dd_sub(delaunay__dd_mul(a[1][2], cd), delaunay__dd_mul(a[2][2], bd)),
+        delaunay__dd_mul(a[3][2], bc));
+    cda = delaunay__dd_add(
+        delaunay__dd_add(delaunay__dd_mul(a[2][2], da), delaunay__dd_mul(a[3][2], ac)),
+        delaunay__dd_mul(a[0][2], cd));
+    dab = delaunay__dd_add(
+        delaunay__dd_add(delaunay__dd_mul(a[3][2], ab), delaunay__dd_mul(a[0][2], bd)),
+        delaunay__dd_mul(a[1][2], da));
+    *det = delaunay__dd_add(
+               delaunay__dd_sub(delaunay__dd_mul(lift[2], dab), delaunay__dd_mul(lift[3], abc)),
+               delaunay__dd_sub(delaunay__dd_mul(lift[0], bcd), delaunay__dd_mul(lift[1], cda)))
+               .h;
 }
 
-/* A ghost is the row (0, 0, 0, l) of the determinant: l times the orientation of its hull facet, l the greatest
- * lift of the others, so that the bound on the error is that of a sphere. */
-static DELAUNAY__TARGET unsigned delaunay__in_conflict4_avx2(const delaunay__kernel *k, const delaunay_handle *h, unsigned count,
-                                                             const double *e)
+/* A ghost is the row (0, 0, 0, l) of the determinant: l times the orientation of its hull facet, l
+ * the greatest lift of the others, so that the bound on the error is that of a sphere. */
+static DELAUNAY__TARGET unsigned delaunay__in_conflict4_avx2(const delaunay__kernel *k,
+                                                             const delaunay_handle *h,
+                                                             unsigned count, const double *e)
 {
     const delaunay_vertex *x = k->vertices;
     const uint32_t *t0 = k->tets[h[0] >> 2].v, *t1 = k->tets[h[1] >> 2].v;
@@ -1820,15 +1923,21 @@ static DELAUNAY__TARGET unsigned delaunay__in_conflict4_avx2(const delaunay__ker
     DELAUNAY__TRANSPOSE(t0[3], t1[3], t2[3], t3[3], xyz[3][0], xyz[3][1], xyz[3][2]);
     ghost = _mm256_castsi256_pd(_mm256_cvtepi32_epi64(_mm_cmpeq_epi32(
         _mm_setr_epi32((int)t0[3], (int)t1[3], (int)t2[3], (int)t3[3]), _mm_setzero_si128())));
-    ax = _mm256_sub_pd(xyz[0][0], ex), ay = _mm256_sub_pd(xyz[0][1], ey), az = _mm256_sub_pd(xyz[0][2], ez);
-    bx = _mm256_sub_pd(xyz[1][0], ex), by = _mm256_sub_pd(xyz[1][1], ey), bz = _mm256_sub_pd(xyz[1][2], ez);
-    cx = _mm256_sub_pd(xyz[2][0], ex), cy = _mm256_sub_pd(xyz[2][1], ey), cz = _mm256_sub_pd(xyz[2][2], ez);
+    ax = _mm256_sub_pd(xyz[0][0], ex), ay = _mm256_sub_pd(xyz[0][1], ey),
+    az = _mm256_sub_pd(xyz[0][2], ez);
+    bx = _mm256_sub_pd(xyz[1][0], ex), by = _mm256_sub_pd(xyz[1][1], ey),
+    bz = _mm256_sub_pd(xyz[1][2], ez);
+    cx = _mm256_sub_pd(xyz[2][0], ex), cy = _mm256_sub_pd(xyz[2][1], ey),
+    cz = _mm256_sub_pd(xyz[2][2], ez);
     dx = _mm256_andnot_pd(ghost, _mm256_sub_pd(xyz[3][0], ex));
     dy = _mm256_andnot_pd(ghost, _mm256_sub_pd(xyz[3][1], ey));
     dz = _mm256_andnot_pd(ghost, _mm256_sub_pd(xyz[3][2], ez));
-    ab = DELAUNAY__MSUB(ax, by, _mm256_mul_pd(bx, ay)), bc = DELAUNAY__MSUB(bx, cy, _mm256_mul_pd(cx, by));
-    cd = DELAUNAY__MSUB(cx, dy, _mm256_mul_pd(dx, cy)), da = DELAUNAY__MSUB(dx, ay, _mm256_mul_pd(ax, dy));
-    ac = DELAUNAY__MSUB(ax, cy, _mm256_mul_pd(cx, ay)), bd = DELAUNAY__MSUB(bx, dy, _mm256_mul_pd(dx, by));
+    ab = DELAUNAY__MSUB(ax, by, _mm256_mul_pd(bx, ay)),
+    bc = DELAUNAY__MSUB(bx, cy, _mm256_mul_pd(cx, by));
+    cd = DELAUNAY__MSUB(cx, dy, _mm256_mul_pd(dx, cy)),
+    da = DELAUNAY__MSUB(dx, ay, _mm256_mul_pd(ax, dy));
+    ac = DELAUNAY__MSUB(ax, cy, _mm256_mul_pd(cx, ay)),
+    bd = DELAUNAY__MSUB(bx, dy, _mm256_mul_pd(dx, by));
     abc = DELAUNAY__MADD(az, bc, DELAUNAY__NMADD(bz, ac, _mm256_mul_pd(cz, ab)));
     bcd = DELAUNAY__MADD(bz, cd, DELAUNAY__NMADD(cz, bd, _mm256_mul_pd(dz, bc)));
     cda = DELAUNAY__MADD(cz, da, DELAUNAY__MADD(dz, ac, _mm256_mul_pd(az, cd)));
@@ -1839,12 +1948,16 @@ static DELAUNAY__TARGET unsigned delaunay__in_conflict4_avx2(const delaunay__ker
     dl = DELAUNAY__MADD(dx, dx, DELAUNAY__MADD(dy, dy, _mm256_mul_pd(dz, dz)));
     l = _mm256_max_pd(_mm256_max_pd(al, bl), _mm256_max_pd(cl, dl));
     dl = _mm256_blendv_pd(dl, l, ghost);
-    det = _mm256_add_pd(DELAUNAY__MSUB(cl, dab, _mm256_mul_pd(dl, abc)), DELAUNAY__MSUB(al, bcd, _mm256_mul_pd(bl, cda)));
+    det = _mm256_add_pd(DELAUNAY__MSUB(cl, dab, _mm256_mul_pd(dl, abc)),
+                        DELAUNAY__MSUB(al, bcd, _mm256_mul_pd(bl, cda)));
     l5 = _mm256_mul_pd(l, l);
     l5 = _mm256_mul_pd(_mm256_mul_pd(l5, l5), l);
     in = (unsigned)_mm256_movemask_pd(_mm256_cmp_pd(det, zero, _CMP_GT_OQ));
-    sure = (unsigned)_mm256_movemask_pd(_mm256_cmp_pd(_mm256_mul_pd(det, det),
-        DELAUNAY__MADD(_mm256_set1_pd(delaunay__insphere_error2), l5, _mm256_set1_pd(delaunay__insphere_least2)), _CMP_GT_OQ));
+    sure = (unsigned)_mm256_movemask_pd(
+        _mm256_cmp_pd(_mm256_mul_pd(det, det),
+                      DELAUNAY__MADD(_mm256_set1_pd(delaunay__insphere_error2), l5,
+                                     _mm256_set1_pd(delaunay__insphere_least2)),
+                      _CMP_GT_OQ));
     sure |= pad;
     if (DELAUNAY__UNLIKELY(sure != 15)) {
         unsigned i;
@@ -1853,9 +1966,13 @@ static DELAUNAY__TARGET unsigned delaunay__in_conflict4_avx2(const delaunay__ker
         } else {
             delaunay__insphere4_dd(xyz, e, ghost, l, &det);
             rest = ~sure;
-            in = (in & sure) | ((unsigned)_mm256_movemask_pd(_mm256_cmp_pd(det, zero, _CMP_GT_OQ)) & rest);
-            sure |= (unsigned)_mm256_movemask_pd(_mm256_cmp_pd(_mm256_mul_pd(det, det),
-                DELAUNAY__MADD(_mm256_set1_pd(1e-56), l5, _mm256_set1_pd(delaunay__insphere_least2)), _CMP_GT_OQ));
+            in = (in & sure) |
+                 ((unsigned)_mm256_movemask_pd(_mm256_cmp_pd(det, zero, _CMP_GT_OQ)) & rest);
+            sure |= (unsigned)_mm256_movemask_pd(
+                _mm256_cmp_pd(_mm256_mul_pd(det, det),
+                              DELAUNAY__MADD(_mm256_set1_pd(1e-56), l5,
+                                             _mm256_set1_pd(delaunay__insphere_least2)),
+                              _CMP_GT_OQ));
         }
         for (i = 0; i < 4; i++) {
             if (sure >> i & 1) continue;
@@ -1866,7 +1983,8 @@ static DELAUNAY__TARGET unsigned delaunay__in_conflict4_avx2(const delaunay__ker
     return in & ~pad;
 }
 
-static DELAUNAY__TARGET delaunay_handle delaunay__walk_avx2(const delaunay__kernel *k, delaunay_handle t, const double *e)
+static DELAUNAY__TARGET delaunay_handle delaunay__walk_avx2(const delaunay__kernel *k,
+                                                            delaunay_handle t, const double *e)
 {
     const delaunay_vertex *x = k->vertices;
     const __m256d ex = _mm256_set1_pd(e[0]), ey = _mm256_set1_pd(e[1]), ez = _mm256_set1_pd(e[2]);
@@ -1883,13 +2001,18 @@ static DELAUNAY__TARGET delaunay_handle delaunay__walk_avx2(const delaunay__kern
         Y = _mm256_sub_pd(Y, ey);
         Z = _mm256_sub_pd(Z, ez);
         /* lane i: facet i, rows 1 0 0 0, 2 3 1 2, 3 2 3 1 */
-        x1 = _mm256_permute4x64_pd(X, 0x01), y1 = _mm256_permute4x64_pd(Y, 0x01), z1 = _mm256_permute4x64_pd(Z, 0x01);
-        x2 = _mm256_permute4x64_pd(X, 0x9e), y2 = _mm256_permute4x64_pd(Y, 0x9e), z2 = _mm256_permute4x64_pd(Z, 0x9e);
-        x3 = _mm256_permute4x64_pd(X, 0x7b), y3 = _mm256_permute4x64_pd(Y, 0x7b), z3 = _mm256_permute4x64_pd(Z, 0x7b);
-        det = DELAUNAY__MADD(x1, DELAUNAY__MSUB(y2, z3, _mm256_mul_pd(z2, y3)),
-              DELAUNAY__MADD(y1, DELAUNAY__MSUB(z2, x3, _mm256_mul_pd(x2, z3)),
-                             _mm256_mul_pd(z1, DELAUNAY__MSUB(x2, y3, _mm256_mul_pd(y2, x3)))));
-        out = (unsigned)_mm256_movemask_pd(_mm256_cmp_pd(det, _mm256_setzero_pd(), _CMP_LT_OQ)) & open;
+        x1 = _mm256_permute4x64_pd(X, 0x01), y1 = _mm256_permute4x64_pd(Y, 0x01),
+        z1 = _mm256_permute4x64_pd(Z, 0x01);
+        x2 = _mm256_permute4x64_pd(X, 0x9e), y2 = _mm256_permute4x64_pd(Y, 0x9e),
+        z2 = _mm256_permute4x64_pd(Z, 0x9e);
+        x3 = _mm256_permute4x64_pd(X, 0x7b), y3 = _mm256_permute4x64_pd(Y, 0x7b),
+        z3 = _mm256_permute4x64_pd(Z, 0x7b);
+        det = DELAUNAY__MADD(
+            x1, DELAUNAY__MSUB(y2, z3, _mm256_mul_pd(z2, y3)),
+            DELAUNAY__MADD(y1, DELAUNAY__MSUB(z2, x3, _mm256_mul_pd(x2, z3)),
+                           _mm256_mul_pd(z1, DELAUNAY__MSUB(x2, y3, _mm256_mul_pd(y2, x3)))));
+        out = (unsigned)_mm256_movemask_pd(_mm256_cmp_pd(det, _mm256_setzero_pd(), _CMP_LT_OQ)) &
+              open;
         if (!out) return t;
         h = k->tets[t].n[__builtin_ctz(out)];
         if (k->parallel && delaunay__is_foreign(k, delaunay__apex(k, h))) return DELAUNAY_NONE;
@@ -1898,25 +2021,27 @@ static DELAUNAY__TARGET delaunay_handle delaunay__walk_avx2(const delaunay__kern
     }
     return t;
 }
-#undef DELAUNAY__TRANSPOSE
-#undef DELAUNAY__MADD
-#undef DELAUNAY__MSUB
-#undef DELAUNAY__NMADD
-#endif
+#    undef DELAUNAY__TRANSPOSE
+#    undef DELAUNAY__MADD
+#    undef DELAUNAY__MSUB
+#    undef DELAUNAY__NMADD
+#  endif
 
-static unsigned delaunay__in_conflict_few(const delaunay__kernel *k, const delaunay_handle *h, unsigned count, const double *e)
+static unsigned delaunay__in_conflict_few(const delaunay__kernel *k, const delaunay_handle *h,
+                                          unsigned count, const double *e)
 {
-#if defined(DELAUNAY__AVX2)
+#  if defined(DELAUNAY__AVX2)
     if (k->simd) return delaunay__in_conflict4_avx2(k, h, count, e);
-#endif
+#  endif
     return delaunay__in_conflict4(k, h, count, e);
 }
 
-static delaunay_handle delaunay__walk_fast(const delaunay__kernel *k, delaunay_handle t, const double *e)
+static delaunay_handle delaunay__walk_fast(const delaunay__kernel *k, delaunay_handle t,
+                                           const double *e)
 {
-#if defined(DELAUNAY__AVX2)
+#  if defined(DELAUNAY__AVX2)
     if (k->simd) return delaunay__walk_avx2(k, t, e);
-#endif
+#  endif
     return delaunay__walk(k, t, e);
 }
 
@@ -1927,13 +2052,14 @@ static void delaunay__cavity_undo(delaunay__kernel *k, size_t num_queue, size_t 
     for (i = 0; i < num_again; i++) DELAUNAY__STORE(&k->mark[k->again[i] >> 2], 0);
 }
 
-/* Breadth-first search of the cavity [Marot 2020, 3.5]. Everything is a handle 4*t+f, f the facet by which the
- * search came. Candidates are tested four at a time and split without branches into cavity (in conflict) and
- * border (outside: their facet f is on the boundary). Facets that lead to a tetrahedron seen before go to again;
- * if their tetrahedron stayed outside they are boundary as well. The ball clears the marks.
- * Of a section all tetrahedra of the cavity and around it must be. A neighbour of one that is has three vertices of
- * the section, the apex is tested. If the apex is foreign the tetrahedron is nobody's: others may set its mark as
- * well, so what was reached again is tested, too; nobody writes anything else of it. */
+/* Breadth-first search of the cavity [Marot 2020, 3.5]. Everything is a handle 4*t+f, f the facet
+ * by which the search came. Candidates are tested four at a time and split without branches into
+ * cavity (in conflict) and border (outside: their facet f is on the boundary). Facets that lead to
+ * a tetrahedron seen before go to again; if their tetrahedron stayed outside they are boundary as
+ * well. The ball clears the marks. Of a section all tetrahedra of the cavity and around it must be.
+ * A neighbour of one that is has three vertices of the section, the apex is tested. If the apex is
+ * foreign the tetrahedron is nobody's: others may set its mark as well, so what was reached again
+ * is tested, too; nobody writes anything else of it. */
 static int delaunay__cavity(delaunay__kernel *k, delaunay_handle seed, const double *e)
 {
     size_t num_queue = 5, done = 0, expanded = 1, num_cavity = 0, num_border = 0, num_again = 0, j;
@@ -1982,13 +2108,17 @@ static int delaunay__cavity(delaunay__kernel *k, delaunay_handle seed, const dou
             }
         }
         if (DELAUNAY__UNLIKELY(num_queue + num_again + DELAUNAY__SEARCH_SLACK > k->cap_search)) {
-            int result = k->parallel ? (int)DELAUNAY__NEEDS_MEMORY : (int)delaunay__kernel_grow_search(k);
+            int result =
+                k->parallel ? (int)DELAUNAY__NEEDS_MEMORY : (int)delaunay__kernel_grow_search(k);
             if (result != DELAUNAY_OK) {
                 k->needs_memory = 1;
                 delaunay__cavity_undo(k, num_queue, num_again);
                 return result;
             }
-            queue = k->queue; cavity = k->cavity; border = k->border; again = k->again;
+            queue = k->queue;
+            cavity = k->cavity;
+            border = k->border;
+            again = k->again;
         }
     } while (done < num_queue);
     for (j = 0; k->parallel && j < num_again; j++)
@@ -2006,23 +2136,29 @@ static int delaunay__cavity(delaunay__kernel *k, delaunay_handle seed, const dou
 }
 
 /* Writes the new tetrahedron (p, facet behind h), ghost last, and links it to the outside. */
-static void delaunay__ball_tet(delaunay__kernel *k, delaunay_handle h, delaunay_handle s, uint32_t p)
+static void delaunay__ball_tet(delaunay__kernel *k, delaunay_handle h, delaunay_handle s,
+                               uint32_t p)
 {
     delaunay_tet *o = &k->tets[h >> 2], *w = &k->tets[s];
     const uint8_t *f = delaunay_facet_vertices[h & 3];
     uint32_t a = o->v[f[0]], b = o->v[f[2]], c = o->v[f[1]], r;
     if (DELAUNAY__UNLIKELY(a == 0)) r = a, a = b, b = c, c = r;
     else if (DELAUNAY__UNLIKELY(b == 0)) r = b, b = a, a = c, c = r;
-    w->v[0] = p; w->v[1] = a; w->v[2] = b; w->v[3] = c;
+    w->v[0] = p;
+    w->v[1] = a;
+    w->v[2] = b;
+    w->v[3] = c;
     w->n[0] = h;
     o->n[h & 3] = 4 * s;
     DELAUNAY__STORE(&k->mark[h >> 2], 0);
 }
 
-/* Adjacencies inside the ball by a matrix of 2^bits x 2^bits edges [Marot 2020, 3.6]. The numbers of the vertices
- * are those of the tetrahedra that brought them: each brings at most its apex over the facet by which the search
- * came, so the last number written to a vertex is its own. The ghost has number 0, always. */
-DELAUNAY_INLINE void delaunay__ball_small(delaunay__kernel *k, const delaunay_handle *slot, uint32_t p, const int bits)
+/* Adjacencies inside the ball by a matrix of 2^bits x 2^bits edges [Marot 2020, 3.6]. The numbers
+ * of the vertices are those of the tetrahedra that brought them: each brings at most its apex over
+ * the facet by which the search came, so the last number written to a vertex is its own. The ghost
+ * has number 0, always. */
+DELAUNAY_INLINE void delaunay__ball_small(delaunay__kernel *k, const delaunay_handle *slot,
+                                          uint32_t p, const int bits)
 {
     size_t j, count = k->num_border;
     delaunay_handle *edges = k->edges;
@@ -2051,11 +2187,13 @@ DELAUNAY_INLINE void delaunay__ball_small(delaunay__kernel *k, const delaunay_ha
 }
 
 /* The entry of a directed edge in the table of triples. */
-static delaunay_handle *delaunay__hashed_edge(const delaunay__kernel *k, uint32_t a, uint32_t b, size_t mask)
+static delaunay_handle *delaunay__hashed_edge(const delaunay__kernel *k, uint32_t a, uint32_t b,
+                                              size_t mask)
 {
     uint32_t h = a * 0x9e3779b1u ^ b * 0x85ebca6bu;
     size_t i = (h ^ h >> 15) & mask;
-    while (k->hashed[3 * i + 2] && (k->hashed[3 * i] != a || k->hashed[3 * i + 1] != b)) i = (i + 1) & mask;
+    while (k->hashed[3 * i + 2] && (k->hashed[3 * i] != a || k->hashed[3 * i + 1] != b))
+        i = (i + 1) & mask;
     return k->hashed + 3 * i;
 }
 
@@ -2093,28 +2231,32 @@ static void delaunay__ball_big(delaunay__kernel *k, const delaunay_handle *slot,
 /* The reserve is what up to 256 threads may draw at once between two looks at the counter. */
 enum { DELAUNAY__SLOTS_AT_ONCE = 256, DELAUNAY__SLOTS_IN_RESERVE = 256 * 256 };
 
-/* Slots for a ball, from the freed ones and the end of the array. Several threads may draw from the end. */
+/* Slots for a ball, from the freed ones and the end of the array. Several threads may draw from the
+ * end. */
 static delaunay_result delaunay__ball_slots(delaunay__kernel *k, size_t need)
 {
     delaunay_mesh *mesh = k->mesh;
     delaunay_handle t;
     delaunay_result result;
     int i;
-    while (!k->parallel && k->num_freed < need && mesh->num_free) k->freed[k->num_freed++] = mesh->free_tets[--mesh->num_free];
+    while (!k->parallel && k->num_freed < need && mesh->num_free)
+        k->freed[k->num_freed++] = mesh->free_tets[--mesh->num_free];
     while (k->num_freed < need) {
         if (k->parallel) {
-            if (DELAUNAY__LOAD(&mesh->num_tets) + (size_t)need + DELAUNAY__SLOTS_IN_RESERVE > mesh->cap_tets) {
+            if (DELAUNAY__LOAD(&mesh->num_tets) + (size_t)need + DELAUNAY__SLOTS_IN_RESERVE >
+                mesh->cap_tets) {
                 k->needs_slots = k->needs_memory = 1;
                 return DELAUNAY_ERROR_OUT_OF_MEMORY;
             }
-#if DELAUNAY__PARALLEL
+#  if DELAUNAY__PARALLEL
             t = DELAUNAY__FETCH_ADD(&mesh->num_tets, DELAUNAY__SLOTS_AT_ONCE);
-#else
+#  else
             t = 0;
-#endif
+#  endif
         } else {
             if ((size_t)mesh->cap_tets - mesh->num_tets < DELAUNAY__SLOTS_AT_ONCE) {
-                result = delaunay__reserve_tets(mesh, (size_t)mesh->cap_tets + mesh->cap_tets / 2 + need + 1024);
+                result = delaunay__reserve_tets(mesh, (size_t)mesh->cap_tets + mesh->cap_tets / 2 +
+                                                          need + 1024);
                 if (result != DELAUNAY_OK) return result;
                 delaunay__kernel_view(k);
             }
@@ -2137,7 +2279,8 @@ static int delaunay__ball_reserve(delaunay__kernel *k)
     int big = k->num_cavity > 124 || need > DELAUNAY__MATRIX_FACETS;
     delaunay_result result;
     if (k->parallel) {
-        if (freed <= k->cap_freed && !(big && 3 * (mask + 1) > k->cap_hashed) && delaunay__ball_slots(k, need) == DELAUNAY_OK)
+        if (freed <= k->cap_freed && !(big && 3 * (mask + 1) > k->cap_hashed) &&
+            delaunay__ball_slots(k, need) == DELAUNAY_OK)
             return DELAUNAY_OK;
         k->needs_memory = 1;
         return DELAUNAY__NEEDS_MEMORY;
@@ -2173,15 +2316,17 @@ static void delaunay__ball(delaunay__kernel *k, uint32_t p)
     }
     if (num_cavity <= 28) delaunay__ball_small(k, slot, p, 5);
     else if (num_cavity <= 60) delaunay__ball_small(k, slot, p, 6);
-    else if (num_cavity <= 124 && count <= DELAUNAY__MATRIX_FACETS) delaunay__ball_small(k, slot, p, 7);
+    else if (num_cavity <= 124 && count <= DELAUNAY__MATRIX_FACETS)
+        delaunay__ball_small(k, slot, p, 7);
     else delaunay__ball_big(k, slot, p);
     k->hint = *slot;
     memmove(slot + 1 - count, freed, num_cavity * sizeof *freed);
     k->num_freed = k->num_freed + num_cavity - count;
 }
 
-/* Inserts vertex p, which no tetrahedron has yet. DELAUNAY__NOT_HERE: a vertex with its coordinates exists.
- * In a parallel region also DELAUNAY__FOREIGN and DELAUNAY__NEEDS_MEMORY, nothing changed. */
+/* Inserts vertex p, which no tetrahedron has yet. DELAUNAY__NOT_HERE: a vertex with its coordinates
+ * exists. In a parallel region also DELAUNAY__FOREIGN and DELAUNAY__NEEDS_MEMORY, nothing changed.
+ */
 static int delaunay__insert(delaunay__kernel *k, uint32_t p)
 {
     const double *e = k->vertices[p].x;
@@ -2189,7 +2334,8 @@ static int delaunay__insert(delaunay__kernel *k, uint32_t p)
     int result;
     if (k->tets[t].v[3] == DELAUNAY_GHOST) { /* three of its vertices are the section's */
         behind = k->tets[t].n[3];
-        if (k->parallel && delaunay__is_foreign(k, delaunay__apex(k, behind))) return DELAUNAY__FOREIGN;
+        if (k->parallel && delaunay__is_foreign(k, delaunay__apex(k, behind)))
+            return DELAUNAY__FOREIGN;
         t = behind >> 2;
     }
     t = delaunay__walk_fast(k, t, e);
@@ -2198,11 +2344,13 @@ static int delaunay__insert(delaunay__kernel *k, uint32_t p)
     if (DELAUNAY__UNLIKELY(result == DELAUNAY__NOT_HERE)) {
         if (k->tets[t].v[3] == DELAUNAY_GHOST) {
             behind = k->tets[t].n[3];
-            if (k->parallel && delaunay__is_foreign(k, delaunay__apex(k, behind))) return DELAUNAY__FOREIGN;
+            if (k->parallel && delaunay__is_foreign(k, delaunay__apex(k, behind)))
+                return DELAUNAY__FOREIGN;
             t = behind >> 2;
         }
         t = delaunay__walk_exact(k, t, e, p);
-        if (t == DELAUNAY_NONE) return k->parallel ? (int)DELAUNAY__FOREIGN : (int)DELAUNAY_ERROR_INTERNAL;
+        if (t == DELAUNAY_NONE)
+            return k->parallel ? (int)DELAUNAY__FOREIGN : (int)DELAUNAY_ERROR_INTERNAL;
         result = delaunay__cavity(k, t, e);
     }
     if (result != DELAUNAY_OK) return result;
@@ -2243,9 +2391,9 @@ static void delaunay__first_tet(delaunay_mesh *mesh)
 }
 
 /* ---- >>build  order of insertion, duplicates, canonical numbering -------------------------- */
-/* Points are inserted in rounds [BRIO, Amenta 2003]: the last has most of them, each earlier one an eighth of
- * the next; within a round they follow the curve. The round comes from a hash of the coordinates: equal points
- * meet, and the order is a function of the set of points. */
+/* Points are inserted in rounds [BRIO, Amenta 2003]: the last has most of them, each earlier one an
+ * eighth of the next; within a round they follow the curve. The round comes from a hash of the
+ * coordinates: equal points meet, and the order is a function of the set of points. */
 enum { DELAUNAY__FIRST_ROUND = 1000, DELAUNAY__MAX_ROUNDS = 15, DELAUNAY__CURVE_DEPTH = 20 };
 
 static uint64_t delaunay__mix(uint64_t x)
@@ -2274,9 +2422,9 @@ static int delaunay__compare_points(const double *a, const double *b)
 
 typedef struct delaunay__order {
     delaunay_memory *memory;
-    const double    *xyz;
-    hxtsort_pair    *items; /* key; index of the point */
-    hxtsort_options  sort;
+    const double *xyz;
+    hxtsort_pair *items; /* key; index of the point */
+    hxtsort_options sort;
 } delaunay__order;
 
 /* A few points of one cell: by coordinates, then by index. */
@@ -2286,7 +2434,8 @@ static void delaunay__order_few(const delaunay__order *o, size_t begin, size_t e
     for (i = begin + 1; i < end; i++) {
         hxtsort_pair item = o->items[i];
         for (j = i; j > begin; j--) {
-            int c = delaunay__compare_points(o->xyz + 3 * item.value, o->xyz + 3 * o->items[j - 1].value);
+            int c = delaunay__compare_points(o->xyz + 3 * item.value,
+                                             o->xyz + 3 * o->items[j - 1].value);
             if (c > 0 || (c == 0 && item.value > o->items[j - 1].value)) break;
             o->items[j] = o->items[j - 1];
         }
@@ -2294,7 +2443,8 @@ static void delaunay__order_few(const delaunay__order *o, size_t begin, size_t e
     }
 }
 
-/* Many points of one cell: along a curve through the cell's own box, and so on. All equal: by index. */
+/* Many points of one cell: along a curve through the cell's own box, and so on. All equal: by
+ * index. */
 static delaunay_result delaunay__order_run(delaunay__order *o, size_t begin, size_t end)
 {
     size_t i, j, count = end - begin;
@@ -2314,14 +2464,16 @@ static delaunay_result delaunay__order_run(delaunay__order *o, size_t begin, siz
         delaunay_release(o->memory, keys);
         return DELAUNAY_ERROR_OUT_OF_MEMORY;
     }
-    for (i = 0; i < count; i++) memcpy(xyz + 3 * i, o->xyz + 3 * o->items[begin + i].value, 3 * sizeof *xyz);
+    for (i = 0; i < count; i++)
+        memcpy(xyz + 3 * i, o->xyz + 3 * o->items[begin + i].value, 3 * sizeof *xyz);
     memset(&box, 0, sizeof box);
     (void)hilbert_box_fit3(&box, xyz, 0, count, 1);
     hilbert_box_cube(&box);
     (void)hilbert_keys3(keys, xyz, 0, count, &box, 1);
     for (i = 0; i < count; i++) o->items[begin + i].key = keys[i];
     j = box.lo[0] == box.hi[0] && box.lo[1] == box.hi[1] && box.lo[2] == box.hi[2];
-    if (j) for (i = 0; i < count; i++) o->items[begin + i].key = o->items[begin + i].value;
+    if (j)
+        for (i = 0; i < count; i++) o->items[begin + i].key = o->items[begin + i].value;
     delaunay_release(o->memory, xyz);
     delaunay_release(o->memory, keys);
     sorted = hxtsort_pairs(o->items + begin, count, &o->sort);
@@ -2346,10 +2498,11 @@ static void delaunay__counted_release(void *user, void *block)
     delaunay_release((delaunay_memory *)user, block);
 }
 
-/* items: the points in order of insertion, equal ones side by side, the lowest index first; round_begin[r]: the
- * first item of round r, and one more. */
-static delaunay_result delaunay__order_points(delaunay_memory *memory, const double *xyz, size_t count, int threads,
-                                              hxtsort_pair *items, hilbert_box *box, size_t *round_begin)
+/* items: the points in order of insertion, equal ones side by side, the lowest index first;
+ * round_begin[r]: the first item of round r, and one more. */
+static delaunay_result delaunay__order_points(delaunay_memory *memory, const double *xyz,
+                                              size_t count, int threads, hxtsort_pair *items,
+                                              hilbert_box *box, size_t *round_begin)
 {
     delaunay__order o;
     uint64_t *keys = (uint64_t *)delaunay_alloc(memory, count, sizeof *keys);
@@ -2370,11 +2523,13 @@ static delaunay_result delaunay__order_points(delaunay_memory *memory, const dou
     (void)hilbert_box_fit3(box, xyz, 0, count, threads);
     hilbert_box_cube(box);
     box->depth = DELAUNAY__CURVE_DEPTH;
-    if (hilbert_keys3(keys, xyz, 0, count, box, threads) != HILBERT_OK) memset(keys, 0, count * sizeof *keys);
-    for (m = count; m / 8 > DELAUNAY__FIRST_ROUND && rounds < DELAUNAY__MAX_ROUNDS; m /= 8) rounds++;
-#if DELAUNAY__PARALLEL
-#pragma omp parallel for num_threads(threads) schedule(static)
-#endif
+    if (hilbert_keys3(keys, xyz, 0, count, box, threads) != HILBERT_OK)
+        memset(keys, 0, count * sizeof *keys);
+    for (m = count; m / 8 > DELAUNAY__FIRST_ROUND && rounds < DELAUNAY__MAX_ROUNDS; m /= 8)
+        rounds++;
+#  if DELAUNAY__PARALLEL
+#    pragma omp parallel for num_threads(threads) schedule(static)
+#  endif
     for (c = 0; c < n; c++) {
         uint64_t h = delaunay__hash_point(xyz + 3 * c), round = rounds - 1;
         for (; round > 0 && (h & 7) == 0; h >>= 3) round--;
@@ -2400,7 +2555,8 @@ static delaunay_result delaunay__order_points(delaunay_memory *memory, const dou
 }
 
 /* Vertices from ordered points: one for each distinct point, with the lowest index. */
-static void delaunay__place_vertices(delaunay_mesh *mesh, const double *xyz, const hxtsort_pair *items, size_t count,
+static void delaunay__place_vertices(delaunay_mesh *mesh, const double *xyz,
+                                     const hxtsort_pair *items, size_t count,
                                      const size_t *round_begin, uint32_t *rounds)
 {
     size_t i;
@@ -2432,7 +2588,8 @@ static void delaunay__swap_vertices(delaunay_mesh *mesh, uint32_t a, uint32_t b)
     mesh->vertex_id[b] = id;
 }
 
-/* Brings four points that span space to the front, positively oriented; returns the dimension of all. */
+/* Brings four points that span space to the front, positively oriented; returns the dimension of
+ * all. */
 static int delaunay__first_four(delaunay_mesh *mesh)
 {
     uint32_t n = mesh->num_vertices, v;
@@ -2449,8 +2606,9 @@ static int delaunay__first_four(delaunay_mesh *mesh)
     return 3;
 }
 
-/* Coordinates that are small multiples of one power of two: with differences of at most 660 units an in-sphere
- * determinant is below 72 * 660^5 < 2^53 units^5, and exact in doubles, every intermediate result included. */
+/* Coordinates that are small multiples of one power of two: with differences of at most 660 units
+ * an in-sphere determinant is below 72 * 660^5 < 2^53 units^5, and exact in doubles, every
+ * intermediate result included. */
 static int delaunay__exact_in_doubles(const delaunay_mesh *mesh)
 {
     double lo[3], hi[3], extent = 0, unit;
@@ -2479,8 +2637,9 @@ static int delaunay__exact_in_doubles(const delaunay_mesh *mesh)
 
 /* -- canonical numbering */
 
-/* The rotation of a tetrahedron that puts its smallest vertex first and the smallest of the others second; of a ghost
- * the last vertex stays last. Even permutations only. out[i]: which corner becomes corner i. */
+/* The rotation of a tetrahedron that puts its smallest vertex first and the smallest of the others
+ * second; of a ghost the last vertex stays last. Even permutations only. out[i]: which corner
+ * becomes corner i. */
 static void delaunay__canonical_rotation(const uint32_t *v, uint8_t *out)
 {
     static const uint8_t first[4][4] = {{0, 1, 2, 3}, {1, 0, 3, 2}, {2, 0, 1, 3}, {3, 0, 2, 1}};
@@ -2509,8 +2668,9 @@ typedef struct delaunay__rotations {
 
 static unsigned delaunay__rotation_code(const uint32_t *v)
 {
-    return (unsigned)(v[0] < v[1]) | (unsigned)(v[0] < v[2]) << 1 | (unsigned)(v[0] < v[3]) << 2 | (unsigned)(v[1] < v[2]) << 3 |
-           (unsigned)(v[1] < v[3]) << 4 | (unsigned)(v[2] < v[3]) << 5 | (v[3] == DELAUNAY_GHOST ? DELAUNAY__ROTATION_GHOST : 0);
+    return (unsigned)(v[0] < v[1]) | (unsigned)(v[0] < v[2]) << 1 | (unsigned)(v[0] < v[3]) << 2 |
+           (unsigned)(v[1] < v[2]) << 3 | (unsigned)(v[1] < v[3]) << 4 |
+           (unsigned)(v[2] < v[3]) << 5 | (v[3] == DELAUNAY_GHOST ? DELAUNAY__ROTATION_GHOST : 0);
 }
 
 static void delaunay__rotations_init(delaunay__rotations *r)
@@ -2520,7 +2680,9 @@ static void delaunay__rotations_init(delaunay__rotations *r)
     for (code = 0; code < 256; code++) { /* all orders of four, the last also as a ghost */
         unsigned c;
         for (i = 0; i < 4; i++) v[i] = (code >> 2 * i & 3) + 1;
-        if (v[0] == v[1] || v[0] == v[2] || v[0] == v[3] || v[1] == v[2] || v[1] == v[3] || v[2] == v[3]) continue;
+        if (v[0] == v[1] || v[0] == v[2] || v[0] == v[3] || v[1] == v[2] || v[1] == v[3] ||
+            v[2] == v[3])
+            continue;
         c = delaunay__rotation_code(v);
         delaunay__canonical_rotation(v, r->order[c]);
         for (i = 0; i < 4; i++) r->inverse[c][r->order[c][i]] = (uint8_t)i;
@@ -2545,13 +2707,14 @@ static uint16_t delaunay__rotate_flags(uint16_t flags, const uint8_t *order)
 }
 
 typedef struct delaunay__numbering {
-    delaunay_mesh      *mesh;
+    delaunay_mesh *mesh;
     delaunay__rotations rotations;
-    delaunay_handle    *moved;    /* at first the smallest vertex of each tetrahedron, at last its new slot */
-    delaunay_handle    *order;    /* slots in canonical order */
-    delaunay_handle    *first;    /* for each vertex, where its tetrahedra end in order */
-    delaunay_handle     num;
-    int                 threads;
+    delaunay_handle
+        *moved; /* at first the smallest vertex of each tetrahedron, at last its new slot */
+    delaunay_handle *order; /* slots in canonical order */
+    delaunay_handle *first; /* for each vertex, where its tetrahedra end in order */
+    delaunay_handle num;
+    int threads;
 } delaunay__numbering;
 
 enum { DELAUNAY__FEW_TETS = 48 };
@@ -2561,9 +2724,9 @@ static DELAUNAY__NOINLINE void delaunay__rotate_all(delaunay__numbering *c)
 {
     delaunay_mesh *mesh = c->mesh;
     long t, slots = (long)mesh->num_tets;
-#if DELAUNAY__PARALLEL
-#pragma omp parallel for num_threads(c->threads) schedule(static)
-#endif
+#  if DELAUNAY__PARALLEL
+#    pragma omp parallel for num_threads(c->threads) schedule(static)
+#  endif
     for (t = 1; t < slots; t++) {
         delaunay_tet x = mesh->tets[t], *y = &mesh->tets[t];
         unsigned code = delaunay__rotation_code(x.v);
@@ -2584,9 +2747,11 @@ static DELAUNAY__NOINLINE void delaunay__rotate_all(delaunay__numbering *c)
 }
 
 /* Slots by their smallest vertex; from begin on, real or ghost ones only. Returns the end. */
-static DELAUNAY__NOINLINE size_t delaunay__bucket_slots(delaunay__numbering *c, size_t begin, unsigned ghost)
+static DELAUNAY__NOINLINE size_t delaunay__bucket_slots(delaunay__numbering *c, size_t begin,
+                                                        unsigned ghost)
 {
-    const unsigned kind = DELAUNAY__ROTATION_LIVE | ghost, mask = DELAUNAY__ROTATION_LIVE | DELAUNAY__ROTATION_GHOST;
+    const unsigned kind = DELAUNAY__ROTATION_LIVE | ghost,
+                   mask = DELAUNAY__ROTATION_LIVE | DELAUNAY__ROTATION_GHOST;
     const uint8_t *mark = c->mesh->mark;
     size_t t, slots = c->mesh->num_tets, sum = begin;
     uint32_t v;
@@ -2603,7 +2768,10 @@ static DELAUNAY__NOINLINE size_t delaunay__bucket_slots(delaunay__numbering *c, 
     return sum;
 }
 
-static uint64_t delaunay__second_key(const delaunay_tet *t) { return (uint64_t)t->v[1] << 32 | t->v[2]; }
+static uint64_t delaunay__second_key(const delaunay_tet *t)
+{
+    return (uint64_t)t->v[1] << 32 | t->v[2];
+}
 
 /* Heap sort: in place, no recursion, for the few vertices with very many tetrahedra. */
 static void delaunay__sort_many(const delaunay_tet *tets, delaunay_handle *a, size_t n)
@@ -2630,8 +2798,8 @@ static void delaunay__sort_many(const delaunay_tet *tets, delaunay_handle *a, si
     }
 }
 
-/* The tetrahedra of one vertex by their second and third vertices: no two agree in both. Few: by counting the
- * smaller ones of each, without branches. */
+/* The tetrahedra of one vertex by their second and third vertices: no two agree in both. Few: by
+ * counting the smaller ones of each, without branches. */
 static void delaunay__sort_bucket(const delaunay__numbering *c, size_t begin, size_t end)
 {
     uint64_t key[DELAUNAY__FEW_TETS];
@@ -2659,16 +2827,17 @@ static DELAUNAY__NOINLINE void delaunay__sort_buckets(const delaunay__numbering 
     enum { CHUNK = 4096, AHEAD = 24 };
     long chunk, num = (long)(c->mesh->num_vertices / CHUNK + 1);
     size_t last = c->first[c->mesh->num_vertices - 1];
-#if DELAUNAY__PARALLEL
-#pragma omp parallel for num_threads(c->threads) schedule(dynamic, 1)
-#endif
+#  if DELAUNAY__PARALLEL
+#    pragma omp parallel for num_threads(c->threads) schedule(dynamic, 1)
+#  endif
     for (chunk = 0; chunk < num; chunk++) {
         uint32_t v = (uint32_t)chunk * CHUNK, end = v + CHUNK;
         size_t from = v ? c->first[v - 1] : begin, i;
         if (end > c->mesh->num_vertices) end = c->mesh->num_vertices;
         for (; v < end; v++) {
             size_t to = c->first[v];
-            for (i = from + AHEAD; i < to + AHEAD && i < last; i++) DELAUNAY__PREFETCH(&c->mesh->tets[c->order[i]]);
+            for (i = from + AHEAD; i < to + AHEAD && i < last; i++)
+                DELAUNAY__PREFETCH(&c->mesh->tets[c->order[i]]);
             if (to > from) delaunay__sort_bucket(c, from, to);
             from = to;
         }
@@ -2680,23 +2849,25 @@ static DELAUNAY__NOINLINE void delaunay__renumber_handles(const delaunay__number
 {
     delaunay_mesh *mesh = c->mesh;
     long t, slots = (long)mesh->num_tets;
-#if DELAUNAY__PARALLEL
-#pragma omp parallel for num_threads(c->threads) schedule(static)
-#endif
+#  if DELAUNAY__PARALLEL
+#    pragma omp parallel for num_threads(c->threads) schedule(static)
+#  endif
     for (t = 1; t < slots; t++) {
         delaunay_handle *n = mesh->tets[t].n;
         int i;
         if (mesh->mark[t] == 0) continue;
         for (i = 0; i < 4; i++) {
             delaunay_handle h = n[i];
-            if (h) n[i] = 4 * c->moved[h >> 2] + c->rotations.inverse[mesh->mark[h >> 2] & 127][h & 3];
+            if (h)
+                n[i] = 4 * c->moved[h >> 2] + c->rotations.inverse[mesh->mark[h >> 2] & 127][h & 3];
         }
     }
 }
 
-/* Moves every tetrahedron to its new slot, in place: along the cycles of the permutation, several at a time so that
- * their cache misses overlap. A chain lifts a tetrahedron, which leaves a hole, and goes on with the one that it
- * displaces, until it meets a hole: its own, another chain's, or a deleted slot. */
+/* Moves every tetrahedron to its new slot, in place: along the cycles of the permutation, several
+ * at a time so that their cache misses overlap. A chain lifts a tetrahedron, which leaves a hole,
+ * and goes on with the one that it displaces, until it meets a hole: its own, another chain's, or a
+ * deleted slot. */
 static DELAUNAY__NOINLINE void delaunay__move_tets(const delaunay__numbering *c)
 {
     enum { CHAINS = 12, HOLE = 0, WAITING = 1, PLACED = 2 };
@@ -2772,8 +2943,10 @@ DELAUNAY_API delaunay_result delaunay_canonicalize(delaunay_mesh *mesh, const de
     c.order = (delaunay_handle *)delaunay_alloc(m, slots, sizeof *c.order);
     c.first = (delaunay_handle *)delaunay_alloc(m, (size_t)mesh->num_vertices + 1, sizeof *c.first);
     if (!c.moved || !c.order || !c.first) goto done;
-    if (mesh->flags && !(flags = (uint16_t *)delaunay_alloc(m, mesh->cap_tets, sizeof *flags))) goto done;
-    if (mesh->color && !(color = (uint32_t *)delaunay_alloc(m, mesh->cap_tets, sizeof *color))) goto done;
+    if (mesh->flags && !(flags = (uint16_t *)delaunay_alloc(m, mesh->cap_tets, sizeof *flags)))
+        goto done;
+    if (mesh->color && !(color = (uint32_t *)delaunay_alloc(m, mesh->cap_tets, sizeof *color)))
+        goto done;
     /* nothing can fail from here on */
     delaunay__rotations_init(&c.rotations);
     c.moved[0] = 0;
@@ -2808,7 +2981,8 @@ done:
 
 /* -- from arrays */
 
-static delaunay_result delaunay__say(delaunay_report *report, delaunay_result result, const char *message)
+static delaunay_result delaunay__say(delaunay_report *report, delaunay_result result,
+                                     const char *message)
 {
     if (report) snprintf(report->message, sizeof report->message, "%s", message);
     return result;
@@ -2824,8 +2998,9 @@ static int delaunay__same_facet(const uint32_t *a, const uint32_t *b)
 {
     int i;
     for (i = 0; i < 3; i++)
-        if (a[0] == b[i]) return (a[1] == b[(i + 1) % 3] && a[2] == b[(i + 2) % 3]) ||
-                                 (a[2] == b[(i + 1) % 3] && a[1] == b[(i + 2) % 3]);
+        if (a[0] == b[i])
+            return (a[1] == b[(i + 1) % 3] && a[2] == b[(i + 2) % 3]) ||
+                   (a[2] == b[(i + 1) % 3] && a[1] == b[(i + 2) % 3]);
     return 0;
 }
 
@@ -2835,7 +3010,8 @@ static void delaunay__get_facet(const delaunay_mesh *mesh, delaunay_handle f, ui
     for (i = 0; i < 3; i++) v[i] = mesh->tets[f >> 2].v[delaunay_facet_vertices[f & 3][i]];
 }
 
-/* Links every two tetrahedra that share a facet. A third one, or two on the same side, is an error. */
+/* Links every two tetrahedra that share a facet. A third one, or two on the same side, is an error.
+ */
 static delaunay_result delaunay__link_tets(delaunay_mesh *mesh, delaunay_report *report)
 {
     size_t mask = 255, i;
@@ -2858,7 +3034,8 @@ static delaunay_result delaunay__link_tets(delaunay_mesh *mesh, delaunay_report 
             if (!table[i]) {
                 table[i] = f;
             } else if (mesh->tets[table[i] >> 2].n[table[i] & 3]) {
-                result = delaunay__say(report, DELAUNAY_ERROR_INVALID_MESH, "three tetrahedra share a facet");
+                result = delaunay__say(report, DELAUNAY_ERROR_INVALID_MESH,
+                                       "three tetrahedra share a facet");
             } else {
                 mesh->tets[t].n[f & 3] = table[i];
                 mesh->tets[table[i] >> 2].n[table[i] & 3] = f;
@@ -2872,8 +3049,9 @@ static delaunay_result delaunay__link_tets(delaunay_mesh *mesh, delaunay_report 
     return result;
 }
 
-DELAUNAY_API delaunay_result delaunay_import(delaunay_mesh *mesh, const double *xyz, size_t num_points,
-                                             const uint32_t *tets, const uint32_t *colors, size_t num_tets,
+DELAUNAY_API delaunay_result delaunay_import(delaunay_mesh *mesh, const double *xyz,
+                                             size_t num_points, const uint32_t *tets,
+                                             const uint32_t *colors, size_t num_tets,
                                              const delaunay_host *host, delaunay_report *report)
 {
     delaunay_report unused;
@@ -2882,31 +3060,39 @@ DELAUNAY_API delaunay_result delaunay_import(delaunay_mesh *mesh, const double *
     int j, turn = 0;
     if (!report) report = &unused;
     memset(report, 0, sizeof *report);
-    if (!mesh || (num_points && !xyz) || (num_tets && !tets)) return DELAUNAY_ERROR_INVALID_ARGUMENT;
-    if (num_points >= UINT32_MAX - 16 || num_tets >= (size_t)((delaunay_handle)-1) / 4 - 16) return DELAUNAY_ERROR_TOO_LARGE;
+    if (!mesh || (num_points && !xyz) || (num_tets && !tets))
+        return DELAUNAY_ERROR_INVALID_ARGUMENT;
+    if (num_points >= UINT32_MAX - 16 || num_tets >= (size_t)((delaunay_handle)-1) / 4 - 16)
+        return DELAUNAY_ERROR_TOO_LARGE;
     delaunay_mesh_free(mesh);
     result = delaunay_memory_init(&mesh->memory, host);
     if (result == DELAUNAY_OK) result = delaunay_reserve(mesh, num_points + 1, num_tets + 1);
     if (result != DELAUNAY_OK) goto done;
-    mesh->vertex_of = (uint32_t *)delaunay_alloc(&mesh->memory, num_points, sizeof *mesh->vertex_of);
-    if (!mesh->vertex_of) { result = DELAUNAY_ERROR_OUT_OF_MEMORY; goto done; }
+    mesh->vertex_of =
+        (uint32_t *)delaunay_alloc(&mesh->memory, num_points, sizeof *mesh->vertex_of);
+    if (!mesh->vertex_of) {
+        result = DELAUNAY_ERROR_OUT_OF_MEMORY;
+        goto done;
+    }
     if (colors) result = delaunay_enable_marks(mesh);
     if (result != DELAUNAY_OK) goto done;
     mesh->num_points = (uint32_t)num_points;
-    for (i = 0; i < num_points; i++) mesh->vertex_of[i] = delaunay_add_vertex(mesh, xyz + 3 * i, (uint32_t)i);
+    for (i = 0; i < num_points; i++)
+        mesh->vertex_of[i] = delaunay_add_vertex(mesh, xyz + 3 * i, (uint32_t)i);
     for (i = 0; i < num_tets; i++) {
         delaunay_tet *t = &mesh->tets[i + 1];
         int sign;
         memset((void *)t, 0, sizeof *t);
         for (j = 0; j < 4; j++) {
             if (tets[4 * i + (size_t)j] >= num_points) {
-                result = delaunay__say(report, DELAUNAY_ERROR_INVALID_ARGUMENT, "a tetrahedron names a point that is not there");
+                result = delaunay__say(report, DELAUNAY_ERROR_INVALID_ARGUMENT,
+                                       "a tetrahedron names a point that is not there");
                 goto offender;
             }
             t->v[j] = tets[4 * i + (size_t)j] + 1;
         }
-        sign = delaunay_orient3d(mesh->vertices[t->v[0]].x, mesh->vertices[t->v[1]].x, mesh->vertices[t->v[2]].x,
-                                 mesh->vertices[t->v[3]].x);
+        sign = delaunay_orient3d(mesh->vertices[t->v[0]].x, mesh->vertices[t->v[1]].x,
+                                 mesh->vertices[t->v[2]].x, mesh->vertices[t->v[3]].x);
         if (i == 0) turn = sign < 0;
         if (turn ? sign >= 0 : sign <= 0) {
             result = delaunay__say(report, DELAUNAY_ERROR_INVALID_MESH,
@@ -2932,18 +3118,20 @@ done:
     report->num_tets = result == DELAUNAY_OK ? num_tets : 0;
     report->peak_bytes = mesh->memory.peak_bytes;
     if (result != DELAUNAY_OK) {
-        if (!report->message[0]) (void)delaunay__say(report, result, delaunay_result_string(result));
+        if (!report->message[0])
+            (void)delaunay__say(report, result, delaunay_result_string(result));
         delaunay_mesh_free(mesh);
     }
     return result;
 }
 
 /* ---- >>partitions  engine (a): sections of the Moore curve [Marot 2020, 4.2-4.6] ------------- */
-/* A tetrahedron is a section's if the keys of all its vertices are in it; the ghost is in every section. Then no two
- * sections can meet: a neighbour of a section's own tetrahedron shares a facet with it, three vertices of which two at
- * least are not the ghost, and these are keys of the section. So it cannot be another section's own, and what a
- * section reads (its own and their neighbours) is written by nobody else (own tetrahedra only). What has vertices in
- * two sections is nobody's until the next attempt, which cuts another curve: bent and turned. */
+/* A tetrahedron is a section's if the keys of all its vertices are in it; the ghost is in every
+ * section. Then no two sections can meet: a neighbour of a section's own tetrahedron shares a facet
+ * with it, three vertices of which two at least are not the ghost, and these are keys of the
+ * section. So it cannot be another section's own, and what a section reads (its own and their
+ * neighbours) is written by nobody else (own tetrahedra only). What has vertices in two sections is
+ * nobody's until the next attempt, which cuts another curve: bent and turned. */
 enum {
     DELAUNAY__KEY_BITS = 32,
     DELAUNAY__ITEMS_A_SECTION = 1500, /* fewer are not worth a section */
@@ -2952,24 +3140,24 @@ enum {
 };
 
 typedef struct delaunay__cut {
-    size_t          begin, end, left; /* items; those left over are moved to the front */
-    uint32_t        start, length;
+    size_t begin, end, left; /* items; those left over are moved to the front */
+    uint32_t start, length;
     delaunay_handle hint;
 } delaunay__cut;
 
 typedef struct delaunay__partitions {
-    delaunay_mesh      *mesh;
+    delaunay_mesh *mesh;
     const delaunay_host *host;
     delaunay_partition *job;
-    delaunay__kernel  **kernels;
-    delaunay__cut      *cuts;
-    int                 num_kernels, num_cuts;
-    hilbert_box         box;
-    uint64_t            attempt;
-    hxtsort_pair32     *items;        /* key, vertex */
-    hxtsort_options     sort;
-    double              done, all;    /* for progress */
-    int                 status;       /* shared in a region: the first error */
+    delaunay__kernel **kernels;
+    delaunay__cut *cuts;
+    int num_kernels, num_cuts;
+    hilbert_box box;
+    uint64_t attempt;
+    hxtsort_pair32 *items; /* key, vertex */
+    hxtsort_options sort;
+    double done, all; /* for progress */
+    int status;       /* shared in a region: the first error */
 } delaunay__partitions;
 
 static void delaunay__partitions_free(delaunay__partitions *p)
@@ -2984,8 +3172,9 @@ static void delaunay__partitions_free(delaunay__partitions *p)
     delaunay_release(m, p->cuts);
 }
 
-static delaunay_result delaunay__partitions_init(delaunay__partitions *p, delaunay_mesh *mesh, delaunay_partition *job,
-                                                 const delaunay_host *host, int exact_doubles)
+static delaunay_result delaunay__partitions_init(delaunay__partitions *p, delaunay_mesh *mesh,
+                                                 delaunay_partition *job, const delaunay_host *host,
+                                                 int exact_doubles)
 {
     delaunay_memory *m = &mesh->memory;
     delaunay_result result = DELAUNAY_OK;
@@ -3005,7 +3194,8 @@ static delaunay_result delaunay__partitions_init(delaunay__partitions *p, delaun
     if (p->kernels) memset((void *)p->kernels, 0, (size_t)p->num_kernels * sizeof *p->kernels);
     if (!p->kernels || !p->cuts) return DELAUNAY_ERROR_OUT_OF_MEMORY;
     for (i = 0; i < p->num_kernels && result == DELAUNAY_OK; i++) {
-        p->kernels[i] = (delaunay__kernel *)delaunay_alloc(m, 1, sizeof **p->kernels + 128); /* lines of its own */
+        p->kernels[i] = (delaunay__kernel *)delaunay_alloc(
+            m, 1, sizeof **p->kernels + 128); /* lines of its own */
         if (!p->kernels[i]) return DELAUNAY_ERROR_OUT_OF_MEMORY;
         result = delaunay__kernel_init(p->kernels[i], mesh);
         p->kernels[i]->exact_doubles = exact_doubles;
@@ -3021,9 +3211,9 @@ static void delaunay__rekey(delaunay__partitions *p, uint32_t count)
     delaunay_vertex *v = p->mesh->vertices;
     const hilbert_box *box = &p->box;
     long chunk, num = (long)((count + CHUNK - 1) / CHUNK);
-#ifdef _OPENMP
-#pragma omp parallel for num_threads(p->num_kernels) schedule(static)
-#endif
+#  ifdef _OPENMP
+#    pragma omp parallel for num_threads(p->num_kernels) schedule(static)
+#  endif
     for (chunk = 0; chunk < num; chunk++) {
         uint64_t keys[CHUNK];
         uint32_t i, first = (uint32_t)chunk * CHUNK, n = count - first;
@@ -3033,8 +3223,10 @@ static void delaunay__rekey(delaunay__partitions *p, uint32_t count)
     }
 }
 
-/* Another curve for another attempt: bent and turned by a fixed sequence of numbers. Sorts the items along it. */
-static delaunay_result delaunay__next_curve(delaunay__partitions *p, uint32_t count, size_t num_items)
+/* Another curve for another attempt: bent and turned by a fixed sequence of numbers. Sorts the
+ * items along it. */
+static delaunay_result delaunay__next_curve(delaunay__partitions *p, uint32_t count,
+                                            size_t num_items)
 {
     uint64_t h = delaunay__mix(++p->attempt * UINT64_C(0x9e3779b97f4a7c15));
     size_t i;
@@ -3073,7 +3265,8 @@ static delaunay_handle delaunay__any_tet(const delaunay_mesh *mesh, delaunay_han
     return DELAUNAY_NONE;
 }
 
-/* For each section one of its tetrahedra, found by walks to some of its items; none: all its items must wait. */
+/* For each section one of its tetrahedra, found by walks to some of its items; none: all its items
+ * must wait. */
 static void delaunay__place_hints(delaunay__partitions *p, int num)
 {
     delaunay__kernel *k = p->kernels[0];
@@ -3086,7 +3279,8 @@ static void delaunay__place_hints(delaunay__partitions *p, int num)
         k->start = c->start;
         k->length = c->length;
         for (j = 1; j < 16 && count > 0 && c->hint == DELAUNAY_NONE; j++) {
-            const double *e = p->mesh->vertices[p->items[c->begin + count * (size_t)(j * 5 % 16) / 16].value].x;
+            const double *e =
+                p->mesh->vertices[p->items[c->begin + count * (size_t)(j * 5 % 16) / 16].value].x;
             if (k->tets[t].v[3] == DELAUNAY_GHOST) t = k->tets[t].n[3] >> 2;
             t = delaunay__walk_fast(k, t, e);
             if (!delaunay__is_foreign_tet(k, t)) c->hint = t;
@@ -3102,20 +3296,23 @@ static int delaunay__edit(const delaunay__partitions *p, delaunay__kernel *k, ui
 
 static int delaunay__cancelled(const delaunay__partitions *p, double done)
 {
-    return p->host && p->host->progress && p->host->progress(p->host->user, p->job->phase ? p->job->phase : "insert",
-                                                             p->all > 0 ? (p->done + done) / p->all : 0);
+    return p->host && p->host->progress &&
+           p->host->progress(p->host->user, p->job->phase ? p->job->phase : "insert",
+                             p->all > 0 ? (p->done + done) / p->all : 0);
 }
 
-/* The items of a section; those left over are moved to the front of the section. Gives up where the sections of
- * this curve cannot serve: all around a sphere, every cavity reaches everywhere. */
-static void delaunay__pass(delaunay__partitions *p, delaunay__kernel *k, delaunay__cut *c, int is_caller, int num)
+/* The items of a section; those left over are moved to the front of the section. Gives up where the
+ * sections of this curve cannot serve: all around a sphere, every cavity reaches everywhere. */
+static void delaunay__pass(delaunay__partitions *p, delaunay__kernel *k, delaunay__cut *c,
+                           int is_caller, int num)
 {
     size_t i, left = 0;
     int hopeless = c->hint == DELAUNAY_NONE;
     for (i = c->begin; i < c->end; i++) {
         int answer = DELAUNAY_ITEM_CONFLICT;
         if (i % DELAUNAY__BETWEEN_PROGRESS == 0) {
-            if (is_caller && delaunay__cancelled(p, (double)(i - c->begin) * num)) DELAUNAY__STORE(&p->status, DELAUNAY_CANCELLED);
+            if (is_caller && delaunay__cancelled(p, (double)(i - c->begin) * num))
+                DELAUNAY__STORE(&p->status, DELAUNAY_CANCELLED);
             hopeless |= DELAUNAY__LOAD(&p->status) != DELAUNAY_OK;
         }
         if (!hopeless) answer = delaunay__edit(p, k, p->items[i].value);
@@ -3130,7 +3327,8 @@ static void delaunay__pass(delaunay__partitions *p, delaunay__kernel *k, delauna
 }
 
 /* One section, by one thread; the calling thread looks after the host. */
-static void delaunay__work(delaunay__partitions *p, delaunay__kernel *k, delaunay__cut *c, int is_caller, int num)
+static void delaunay__work(delaunay__partitions *p, delaunay__kernel *k, delaunay__cut *c,
+                           int is_caller, int num)
 {
     k->start = c->start;
     k->length = c->length;
@@ -3138,8 +3336,8 @@ static void delaunay__work(delaunay__partitions *p, delaunay__kernel *k, delauna
     delaunay__pass(p, k, c, is_caller, num);
 }
 
-/* Shared: the mesh (each section its own tetrahedra, see above; keys and coordinates are only read; the slot counter is
- * atomic) and status; items and cuts are divided. Private: the kernels. */
+/* Shared: the mesh (each section its own tetrahedra, see above; keys and coordinates are only read;
+ * the slot counter is atomic) and status; items and cuts are divided. Private: the kernels. */
 static void delaunay__run_sections(delaunay__partitions *p, int num)
 {
     int i, threads = p->num_kernels < num ? p->num_kernels : num;
@@ -3148,18 +3346,16 @@ static void delaunay__run_sections(delaunay__partitions *p, int num)
         delaunay__kernel_view(p->kernels[i]);
         p->kernels[i]->parallel = 1;
     }
-#if DELAUNAY__PARALLEL
-#pragma omp parallel for num_threads(threads) schedule(dynamic, 1)
+#  if DELAUNAY__PARALLEL
+#    pragma omp parallel for num_threads(threads) schedule(dynamic, 1)
     for (i = 0; i < num; i++) {
         int thread = omp_get_thread_num();
         delaunay__work(p, p->kernels[thread], &p->cuts[i], thread == 0, num);
     }
-#else
+#  else
     for (i = 0; i < num; i++) delaunay__work(p, p->kernels[0], &p->cuts[i], 1, num);
-#endif
-    for (i = 0; i < p->num_kernels; i++) {
-        p->kernels[i]->parallel = 0;
-    }
+#  endif
+    for (i = 0; i < p->num_kernels; i++) { p->kernels[i]->parallel = 0; }
 }
 
 /* What was too small in the last region; a failure is found again, and told, by the serial end. */
@@ -3172,7 +3368,8 @@ static void delaunay__feed_kernels(delaunay__partitions *p, size_t num_items)
         (void)delaunay__kernel_reserve_freed(k, k->num_freed + 8192);
         if (!k->needs_memory) continue;
         k->needs_memory = 0;
-        if (k->needs_slots && slots < p->mesh->cap_tets + (size_t)p->mesh->cap_tets / 2) slots = p->mesh->cap_tets + (size_t)p->mesh->cap_tets / 2;
+        if (k->needs_slots && slots < p->mesh->cap_tets + (size_t)p->mesh->cap_tets / 2)
+            slots = p->mesh->cap_tets + (size_t)p->mesh->cap_tets / 2;
         k->needs_slots = 0;
         (void)delaunay__kernel_grow_search(k);
         (void)delaunay__kernel_reserve_freed(k, 2 * k->cap_freed);
@@ -3194,23 +3391,27 @@ static int delaunay__run_serial(delaunay__partitions *p, size_t num_items)
     k->length = 0;
     for (i = 0; i < num_items; i++) {
         int answer;
-        if (i % DELAUNAY__BETWEEN_PROGRESS == 0 && delaunay__cancelled(p, (double)i)) return DELAUNAY_CANCELLED;
+        if (i % DELAUNAY__BETWEEN_PROGRESS == 0 && delaunay__cancelled(p, (double)i))
+            return DELAUNAY_CANCELLED;
         answer = delaunay__edit(p, k, p->items[i].value);
         if (answer < 0) return answer;
-        if (answer == DELAUNAY_ITEM_CONFLICT) return DELAUNAY_ERROR_INTERNAL; /* there is no one else */
+        if (answer == DELAUNAY_ITEM_CONFLICT)
+            return DELAUNAY_ERROR_INTERNAL; /* there is no one else */
     }
     return DELAUNAY_OK;
 }
 
-/* Attempts in fewer and fewer sections, then one by one. Vertices 1 .. count-1 have keys or get them; the first
- * attempt takes the keys and the order of the items as they are if fresh. */
+/* Attempts in fewer and fewer sections, then one by one. Vertices 1 .. count-1 have keys or get
+ * them; the first attempt takes the keys and the order of the items as they are if fresh. */
 static int delaunay__run_items(delaunay__partitions *p, uint32_t count, size_t num_items, int fresh)
 {
-    int num = p->job->num_sections ? p->job->num_sections : p->num_kernels, attempt, result = DELAUNAY_OK;
+    int num = p->job->num_sections ? p->job->num_sections : p->num_kernels, attempt,
+        result = DELAUNAY_OK;
     for (attempt = 0; attempt < DELAUNAY__MAX_ATTEMPTS; attempt++) {
         size_t left = 0;
         int i;
-        if ((size_t)num > num_items / DELAUNAY__ITEMS_A_SECTION) num = (int)(num_items / DELAUNAY__ITEMS_A_SECTION);
+        if ((size_t)num > num_items / DELAUNAY__ITEMS_A_SECTION)
+            num = (int)(num_items / DELAUNAY__ITEMS_A_SECTION);
         if (num <= 1) break;
         if (attempt > 0 || !fresh) result = delaunay__next_curve(p, count, num_items);
         if (result != DELAUNAY_OK) return result;
@@ -3221,7 +3422,8 @@ static int delaunay__run_items(delaunay__partitions *p, uint32_t count, size_t n
         delaunay__run_sections(p, num);
         if (p->status != DELAUNAY_OK) return p->status;
         for (i = 0; i < num; i++) {
-            memmove(p->items + left, p->items + p->cuts[i].begin, p->cuts[i].left * sizeof *p->items);
+            memmove(p->items + left, p->items + p->cuts[i].begin,
+                    p->cuts[i].left * sizeof *p->items);
             left += p->cuts[i].left;
         }
         p->job->attempts++;
@@ -3238,7 +3440,8 @@ static int delaunay__run_items(delaunay__partitions *p, uint32_t count, size_t n
 DELAUNAY_API int delaunay_section_insert(delaunay_section *section, uint32_t vertex)
 {
     int answer = delaunay__insert(section, vertex);
-    if (answer == DELAUNAY__FOREIGN || answer == DELAUNAY__NEEDS_MEMORY) return DELAUNAY_ITEM_CONFLICT;
+    if (answer == DELAUNAY__FOREIGN || answer == DELAUNAY__NEEDS_MEMORY)
+        return DELAUNAY_ITEM_CONFLICT;
     return answer == DELAUNAY__NOT_HERE ? (int)DELAUNAY_ITEM_NOTHING : answer;
 }
 
@@ -3252,11 +3455,21 @@ DELAUNAY_API int delaunay_section_owns_tet(const delaunay_section *section, dela
     return !section->parallel || !delaunay__is_foreign_tet(section, t);
 }
 
-DELAUNAY_API delaunay_handle delaunay_section_hint(const delaunay_section *section) { return section->hint; }
-DELAUNAY_API void delaunay_section_set_hint(delaunay_section *section, delaunay_handle t) { section->hint = t; }
-DELAUNAY_API int delaunay_section_worker(const delaunay_section *section) { return section->worker; }
+DELAUNAY_API delaunay_handle delaunay_section_hint(const delaunay_section *section)
+{
+    return section->hint;
+}
+DELAUNAY_API void delaunay_section_set_hint(delaunay_section *section, delaunay_handle t)
+{
+    section->hint = t;
+}
+DELAUNAY_API int delaunay_section_worker(const delaunay_section *section)
+{
+    return section->worker;
+}
 
-DELAUNAY_API int delaunay_section_take(delaunay_section *section, size_t count, delaunay_handle *slots)
+DELAUNAY_API int delaunay_section_take(delaunay_section *section, size_t count,
+                                       delaunay_handle *slots)
 {
     size_t i, room = section->num_freed + count + DELAUNAY__SLOTS_AT_ONCE;
     delaunay_result result = DELAUNAY_OK;
@@ -3271,7 +3484,8 @@ DELAUNAY_API int delaunay_section_take(delaunay_section *section, size_t count, 
     return DELAUNAY_ITEM_DONE;
 }
 
-DELAUNAY_API int delaunay_section_give(delaunay_section *section, const delaunay_handle *slots, size_t count)
+DELAUNAY_API int delaunay_section_give(delaunay_section *section, const delaunay_handle *slots,
+                                       size_t count)
 {
     size_t i;
     delaunay_result result = DELAUNAY_OK;
@@ -3279,7 +3493,8 @@ DELAUNAY_API int delaunay_section_give(delaunay_section *section, const delaunay
         section->needs_memory = 1;
         return DELAUNAY_ITEM_CONFLICT;
     }
-    if (!section->parallel) result = delaunay__kernel_reserve_freed(section, section->num_freed + count);
+    if (!section->parallel)
+        result = delaunay__kernel_reserve_freed(section, section->num_freed + count);
     if (result != DELAUNAY_OK) return result;
     for (i = 0; i < count; i++) {
         section->tets[slots[i]].v[0] = 0;
@@ -3288,7 +3503,8 @@ DELAUNAY_API int delaunay_section_give(delaunay_section *section, const delaunay
     return DELAUNAY_ITEM_DONE;
 }
 
-DELAUNAY_API delaunay_result delaunay_partition_run(delaunay_mesh *mesh, delaunay_partition *job, const delaunay_host *host)
+DELAUNAY_API delaunay_result delaunay_partition_run(delaunay_mesh *mesh, delaunay_partition *job,
+                                                    const delaunay_host *host)
 {
     delaunay__partitions p;
     delaunay_memory *m = &mesh->memory;
@@ -3303,11 +3519,13 @@ DELAUNAY_API delaunay_result delaunay_partition_run(delaunay_mesh *mesh, delauna
         p.items[i].key = 0;
         p.items[i].value = job->vertices[i];
     }
-    (void)hilbert_box_fit3(&p.box, mesh->vertices[1].x, sizeof *mesh->vertices, mesh->num_vertices - 1, p.num_kernels);
+    (void)hilbert_box_fit3(&p.box, mesh->vertices[1].x, sizeof *mesh->vertices,
+                           mesh->num_vertices - 1, p.num_kernels);
     hilbert_box_cube(&p.box);
     p.all = (double)job->num_vertices;
     result = delaunay__next_curve(&p, mesh->num_vertices, job->num_vertices);
-    if (result == DELAUNAY_OK) result = delaunay__run_items(&p, mesh->num_vertices, job->num_vertices, 1);
+    if (result == DELAUNAY_OK)
+        result = delaunay__run_items(&p, mesh->num_vertices, job->num_vertices, 1);
     for (j = 0; j < p.num_kernels; j++) {
         delaunay_result finished = delaunay__kernel_finish(p.kernels[j]);
         if (result == DELAUNAY_OK) result = finished;
@@ -5499,8 +5717,8 @@ DELAUNAY_API delaunay_result delaunay_speculate(delaunay_engine *engine, delauna
 }
 
 /* ---- >>validate  a validator that trusts nothing ------------------------------------------- */
-static delaunay_result delaunay__offender(delaunay_report *report, delaunay_handle t, delaunay_handle r,
-                                          const char *message)
+static delaunay_result delaunay__offender(delaunay_report *report, delaunay_handle t,
+                                          delaunay_handle r, const char *message)
 {
     if (report) {
         report->ids[0] = (uint32_t)t;
@@ -5516,19 +5734,23 @@ static const double *delaunay__corner(const delaunay_mesh *mesh, delaunay_handle
 }
 
 /* Facet f against its other side g: seen from both, in opposite order, with the same marks. */
-static const char *delaunay__check_facet(const delaunay_mesh *mesh, delaunay_handle f, delaunay_handle g)
+static const char *delaunay__check_facet(const delaunay_mesh *mesh, delaunay_handle f,
+                                         delaunay_handle g)
 {
     uint32_t v[3], w[3];
     int i, j;
-    if (g >> 2 >= mesh->num_tets || delaunay_is_deleted(mesh, g >> 2)) return "a neighbour that does not exist";
+    if (g >> 2 >= mesh->num_tets || delaunay_is_deleted(mesh, g >> 2))
+        return "a neighbour that does not exist";
     if (g >> 2 == f >> 2) return "a tetrahedron is its own neighbour";
     if (mesh->tets[g >> 2].n[g & 3] != f) return "neighbours that do not know each other";
     delaunay__get_facet(mesh, f, v);
     delaunay__get_facet(mesh, g, w);
     for (i = 0; i < 3 && v[0] != w[i]; i++) {}
-    if (i == 3 || v[1] != w[(i + 2) % 3] || v[2] != w[(i + 1) % 3]) return "neighbours whose facets do not match";
+    if (i == 3 || v[1] != w[(i + 2) % 3] || v[2] != w[(i + 1) % 3])
+        return "neighbours whose facets do not match";
     if (!mesh->flags) return NULL;
-    if (!(mesh->flags[f >> 2] & DELAUNAY_FACET_BIT(f & 3)) != !(mesh->flags[g >> 2] & DELAUNAY_FACET_BIT(g & 3)))
+    if (!(mesh->flags[f >> 2] & DELAUNAY_FACET_BIT(f & 3)) !=
+        !(mesh->flags[g >> 2] & DELAUNAY_FACET_BIT(g & 3)))
         return "a facet constrained on one side only";
     for (i = 0; i < 3; i++) {
         const delaunay_tet *t = &mesh->tets[f >> 2], *r = &mesh->tets[g >> 2];
@@ -5553,21 +5775,27 @@ static delaunay_result delaunay__check_topology(const delaunay_mesh *mesh, delau
         if (delaunay_is_deleted(mesh, t)) continue;
         for (i = 0; i < 4; i++) {
             const char *why = NULL;
-            if (x->v[i] >= mesh->num_vertices) return delaunay__offender(report, t, 0, "a vertex that does not exist");
-            if (x->v[i] == DELAUNAY_GHOST && i < 3) return delaunay__offender(report, t, 0, "the ghost is not the last vertex");
+            if (x->v[i] >= mesh->num_vertices)
+                return delaunay__offender(report, t, 0, "a vertex that does not exist");
+            if (x->v[i] == DELAUNAY_GHOST && i < 3)
+                return delaunay__offender(report, t, 0, "the ghost is not the last vertex");
             for (j = 0; j < i; j++)
-                if (x->v[i] == x->v[j]) return delaunay__offender(report, t, 0, "a vertex twice in a tetrahedron");
+                if (x->v[i] == x->v[j])
+                    return delaunay__offender(report, t, 0, "a vertex twice in a tetrahedron");
             if (x->n[i]) why = delaunay__check_facet(mesh, 4 * t + (delaunay_handle)i, x->n[i]);
             if (why) return delaunay__offender(report, t, x->n[i] >> 2, why);
         }
     }
     for (t = 0; t < mesh->num_free; t++)
-        if (mesh->free_tets[t] == 0 || mesh->free_tets[t] >= mesh->num_tets || !delaunay_is_deleted(mesh, mesh->free_tets[t]))
+        if (mesh->free_tets[t] == 0 || mesh->free_tets[t] >= mesh->num_tets ||
+            !delaunay_is_deleted(mesh, mesh->free_tets[t]))
             return delaunay__offender(report, mesh->free_tets[t], 0, "a free slot that is in use");
     for (v = 1; mesh->vertex_tet && v < mesh->num_vertices; v++) {
         t = mesh->vertex_tet[v];
-        if (t && (t >= mesh->num_tets || delaunay_is_deleted(mesh, t) || delaunay_local_index(&mesh->tets[t], v) < 0))
-            return delaunay__offender(report, t, 0, "vertex_tet names a tetrahedron without the vertex");
+        if (t && (t >= mesh->num_tets || delaunay_is_deleted(mesh, t) ||
+                  delaunay_local_index(&mesh->tets[t], v) < 0))
+            return delaunay__offender(report, t, 0,
+                                      "vertex_tet names a tetrahedron without the vertex");
     }
     return DELAUNAY_OK;
 }
@@ -5593,12 +5821,15 @@ static delaunay_result delaunay__check_geometry(const delaunay_mesh *mesh, delau
         }
         for (i = 0; i < 4; i++) {
             uint32_t q;
-            if (!mesh->tets[t].n[i]) return delaunay__offender(report, t, 0, "a ghost without a neighbour");
+            if (!mesh->tets[t].n[i])
+                return delaunay__offender(report, t, 0, "a ghost without a neighbour");
             q = delaunay__across(mesh, t, i);
-            if (q == DELAUNAY_GHOST) return delaunay__offender(report, t, 0, "a ghost on both sides of a hull facet");
+            if (q == DELAUNAY_GHOST)
+                return delaunay__offender(report, t, 0, "a ghost on both sides of a hull facet");
             if (delaunay_orient3d(delaunay__corner(mesh, t, 0), delaunay__corner(mesh, t, 1),
                                   delaunay__corner(mesh, t, 2), mesh->vertices[q].x) > 0)
-                return delaunay__offender(report, t, mesh->tets[t].n[i] >> 2, "the hull is not convex");
+                return delaunay__offender(report, t, mesh->tets[t].n[i] >> 2,
+                                          "the hull is not convex");
         }
     }
     return DELAUNAY_OK;
@@ -5617,29 +5848,36 @@ static delaunay_result delaunay__check_delaunay(const delaunay_mesh *mesh, delau
             q = delaunay__across(mesh, t, i);
             r = t;
             if (q == DELAUNAY_GHOST) continue;
-            if (delaunay_is_ghost(mesh, t)) { /* coplanar facets of the hull: as the tetrahedron behind */
+            if (delaunay_is_ghost(mesh,
+                                  t)) { /* coplanar facets of the hull: as the tetrahedron behind */
                 r = mesh->tets[t].n[3] >> 2;
                 if (i == 3 || delaunay_local_index(&mesh->tets[r], q) >= 0 ||
                     delaunay_orient3d(delaunay__corner(mesh, t, 0), delaunay__corner(mesh, t, 1),
-                                      delaunay__corner(mesh, t, 2), mesh->vertices[q].x) != 0) continue;
+                                      delaunay__corner(mesh, t, 2), mesh->vertices[q].x) != 0)
+                    continue;
             }
-            if (delaunay_insphere_perturbed(delaunay__corner(mesh, r, 0), delaunay__corner(mesh, r, 1),
-                                            delaunay__corner(mesh, r, 2), delaunay__corner(mesh, r, 3),
-                                            mesh->vertices[q].x) > 0)
-                return delaunay__offender(report, t, mesh->tets[t].n[i] >> 2, "a sphere that is not empty");
+            if (delaunay_insphere_perturbed(delaunay__corner(mesh, r, 0),
+                                            delaunay__corner(mesh, r, 1),
+                                            delaunay__corner(mesh, r, 2),
+                                            delaunay__corner(mesh, r, 3), mesh->vertices[q].x) > 0)
+                return delaunay__offender(report, t, mesh->tets[t].n[i] >> 2,
+                                          "a sphere that is not empty");
         }
     }
     return DELAUNAY_OK;
 }
 
-DELAUNAY_API delaunay_result delaunay_validate(const delaunay_mesh *mesh, int level, delaunay_report *report)
+DELAUNAY_API delaunay_result delaunay_validate(const delaunay_mesh *mesh, int level,
+                                               delaunay_report *report)
 {
     delaunay_result result;
     if (report) memset(report, 0, sizeof *report);
     if (!mesh) return DELAUNAY_ERROR_INVALID_ARGUMENT;
     result = delaunay__check_topology(mesh, report);
-    if (result == DELAUNAY_OK && level >= DELAUNAY_VALIDATE_GEOMETRY) result = delaunay__check_geometry(mesh, report);
-    if (result == DELAUNAY_OK && level >= DELAUNAY_VALIDATE_DELAUNAY) result = delaunay__check_delaunay(mesh, report);
+    if (result == DELAUNAY_OK && level >= DELAUNAY_VALIDATE_GEOMETRY)
+        result = delaunay__check_geometry(mesh, report);
+    if (result == DELAUNAY_OK && level >= DELAUNAY_VALIDATE_DELAUNAY)
+        result = delaunay__check_delaunay(mesh, report);
     return result;
 }
 
@@ -5648,24 +5886,38 @@ DELAUNAY_API delaunay_result delaunay_validate(const delaunay_mesh *mesh, int le
 DELAUNAY_API const char *delaunay_result_string(delaunay_result result)
 {
     switch (result) {
-    case DELAUNAY_OK: return "success";
-    case DELAUNAY_STOPPED_BY_BUDGET: return "stopped by a budget; the mesh is valid";
-    case DELAUNAY_GOAL_NOT_MET: return "a goal was not met; the mesh is valid";
-    case DELAUNAY_ERROR_INVALID_ARGUMENT: return "invalid argument";
-    case DELAUNAY_ERROR_OUT_OF_MEMORY: return "out of memory";
-    case DELAUNAY_CANCELLED: return "cancelled by the caller";
-    case DELAUNAY_ERROR_TOO_LARGE: return "too many points or tetrahedra for the index type";
-    case DELAUNAY_ERROR_INTERNAL: return "internal error";
-    case DELAUNAY_ERROR_DIMENSION: return "the points do not span three dimensions";
-    case DELAUNAY_ERROR_NOT_FINITE: return "a coordinate is not finite";
-    case DELAUNAY_ERROR_RANGE: return "the coordinates span too many orders of magnitude";
-    case DELAUNAY_ERROR_INVALID_MESH: return "the mesh is not valid";
-    case DELAUNAY_ERROR_BROKEN_ARITHMETIC: return "floating-point arithmetic does not follow IEEE 754";
+    case DELAUNAY_OK:
+        return "success";
+    case DELAUNAY_STOPPED_BY_BUDGET:
+        return "stopped by a budget; the mesh is valid";
+    case DELAUNAY_GOAL_NOT_MET:
+        return "a goal was not met; the mesh is valid";
+    case DELAUNAY_ERROR_INVALID_ARGUMENT:
+        return "invalid argument";
+    case DELAUNAY_ERROR_OUT_OF_MEMORY:
+        return "out of memory";
+    case DELAUNAY_CANCELLED:
+        return "cancelled by the caller";
+    case DELAUNAY_ERROR_TOO_LARGE:
+        return "too many points or tetrahedra for the index type";
+    case DELAUNAY_ERROR_INTERNAL:
+        return "internal error";
+    case DELAUNAY_ERROR_DIMENSION:
+        return "the points do not span three dimensions";
+    case DELAUNAY_ERROR_NOT_FINITE:
+        return "a coordinate is not finite";
+    case DELAUNAY_ERROR_RANGE:
+        return "the coordinates span too many orders of magnitude";
+    case DELAUNAY_ERROR_INVALID_MESH:
+        return "the mesh is not valid";
+    case DELAUNAY_ERROR_BROKEN_ARITHMETIC:
+        return "floating-point arithmetic does not follow IEEE 754";
     }
     return "unknown delaunay_result";
 }
 
-DELAUNAY_API uint64_t delaunay_export_tets(const delaunay_mesh *mesh, uint32_t *tets, uint64_t cap_tets)
+DELAUNAY_API uint64_t delaunay_export_tets(const delaunay_mesh *mesh, uint32_t *tets,
+                                           uint64_t cap_tets)
 {
     uint64_t n = 0;
     uint32_t first = 1, v, w, id;
@@ -5678,7 +5930,8 @@ DELAUNAY_API uint64_t delaunay_export_tets(const delaunay_mesh *mesh, uint32_t *
             v = mesh->tets[t].v[i];
             id = mesh->vertex_id[v];
             if (id == DELAUNAY_NO_ID) /* its rank among those that we added */
-                for (id = mesh->num_points, w = first; w < v; w++) id += mesh->vertex_id[w] == DELAUNAY_NO_ID;
+                for (id = mesh->num_points, w = first; w < v; w++)
+                    id += mesh->vertex_id[w] == DELAUNAY_NO_ID;
             tets[4 * n + (uint64_t)i] = id;
         }
         n++;
@@ -5687,7 +5940,8 @@ DELAUNAY_API uint64_t delaunay_export_tets(const delaunay_mesh *mesh, uint32_t *
 }
 
 /* Up to four points with a coordinate that is not finite, into the report. */
-static delaunay_result delaunay__check_finite(const double *xyz, size_t count, delaunay_report *report)
+static delaunay_result delaunay__check_finite(const double *xyz, size_t count,
+                                              delaunay_report *report)
 {
     size_t i;
     for (i = 0; i < count && report->num_ids < 4; i++) {
@@ -5700,32 +5954,37 @@ static delaunay_result delaunay__check_finite(const double *xyz, size_t count, d
 }
 
 /* Vertices in order of insertion, from the caller's points. */
-static delaunay_result delaunay__sort(delaunay_mesh *mesh, const double *xyz, size_t count, int threads, hilbert_box *box,
-                                      uint32_t *rounds)
+static delaunay_result delaunay__sort(delaunay_mesh *mesh, const double *xyz, size_t count,
+                                      int threads, hilbert_box *box, uint32_t *rounds)
 {
     size_t round_begin[DELAUNAY__MAX_ROUNDS + 1];
     hxtsort_pair *items = (hxtsort_pair *)delaunay_alloc(&mesh->memory, count, sizeof *items);
     delaunay_result result = items ? DELAUNAY_OK : DELAUNAY_ERROR_OUT_OF_MEMORY;
-    if (result == DELAUNAY_OK) result = delaunay__order_points(&mesh->memory, xyz, count, threads, items, box, round_begin);
+    if (result == DELAUNAY_OK)
+        result =
+            delaunay__order_points(&mesh->memory, xyz, count, threads, items, box, round_begin);
     if (result == DELAUNAY_OK) result = delaunay_reserve(mesh, count + 1, 1);
     if (result == DELAUNAY_OK) {
         mesh->vertex_of = (uint32_t *)delaunay_alloc(&mesh->memory, count, sizeof *mesh->vertex_of);
         mesh->num_points = (uint32_t)count;
         if (!mesh->vertex_of) result = DELAUNAY_ERROR_OUT_OF_MEMORY;
     }
-    if (result == DELAUNAY_OK) delaunay__place_vertices(mesh, xyz, items, count, round_begin, rounds);
+    if (result == DELAUNAY_OK)
+        delaunay__place_vertices(mesh, xyz, items, count, round_begin, rounds);
     delaunay_release(&mesh->memory, items);
     return result;
 }
 
-/* Rounds one after the other; each in sections if it is large, and not larger than what is there to divide. */
+/* Rounds one after the other; each in sections if it is large, and not larger than what is there to
+ * divide. */
 static delaunay_result delaunay__insert_rounds(delaunay__partitions *p, const uint32_t *rounds)
 {
     delaunay_mesh *mesh = p->mesh;
     uint32_t v = 5, n = mesh->num_vertices, end, i;
     int r, result = DELAUNAY_OK;
     size_t largest = 0;
-    for (r = 0; r < DELAUNAY__MAX_ROUNDS; r++) largest = rounds[r + 1] - rounds[r] > largest ? rounds[r + 1] - rounds[r] : largest;
+    for (r = 0; r < DELAUNAY__MAX_ROUNDS; r++)
+        largest = rounds[r + 1] - rounds[r] > largest ? rounds[r + 1] - rounds[r] : largest;
     p->items = (hxtsort_pair32 *)delaunay_alloc(&mesh->memory, largest, sizeof *p->items);
     if (!p->items) return DELAUNAY_ERROR_OUT_OF_MEMORY;
     for (r = 0; r < DELAUNAY__MAX_ROUNDS && result == DELAUNAY_OK; r++, v = end) {
@@ -5741,7 +6000,8 @@ static delaunay_result delaunay__insert_rounds(delaunay__partitions *p, const ui
 }
 
 /* rounds[r]: first vertex of round r. */
-static delaunay_result delaunay__insert_all(delaunay_mesh *mesh, const uint32_t *rounds, const hilbert_box *box, const delaunay_options *options)
+static delaunay_result delaunay__insert_all(delaunay_mesh *mesh, const uint32_t *rounds,
+                                            const hilbert_box *box, const delaunay_options *options)
 {
     delaunay__partitions p;
     delaunay_partition job;
@@ -5754,7 +6014,8 @@ static delaunay_result delaunay__insert_all(delaunay_mesh *mesh, const uint32_t 
     if (result != DELAUNAY_OK) return result;
     memset(&job, 0, sizeof job);
     delaunay__first_tet(mesh);
-    result = delaunay__partitions_init(&p, mesh, &job, &options->host, delaunay__exact_in_doubles(mesh));
+    result =
+        delaunay__partitions_init(&p, mesh, &job, &options->host, delaunay__exact_in_doubles(mesh));
     p.box = *box;
     p.box.depth = 0;
     p.all = (double)n;
@@ -5769,39 +6030,45 @@ static delaunay_result delaunay__insert_all(delaunay_mesh *mesh, const uint32_t 
     return result;
 }
 
-/* After vertices were swapped, the map from points follows. local: the old number of v; key: the new one. */
+/* After vertices were swapped, the map from points follows. local: the old number of v; key: the
+ * new one. */
 static void delaunay__renew_vertex_of(delaunay_mesh *mesh)
 {
     uint32_t i, v;
-    for (v = 1; v < mesh->num_vertices; v++) mesh->vertices[v].local = mesh->vertex_of[mesh->vertex_id[v]];
+    for (v = 1; v < mesh->num_vertices; v++)
+        mesh->vertices[v].local = mesh->vertex_of[mesh->vertex_id[v]];
     for (v = 1; v < mesh->num_vertices; v++) mesh->vertices[mesh->vertices[v].local].key = v;
-    for (i = 0; i < mesh->num_points; i++) mesh->vertex_of[i] = mesh->vertices[mesh->vertex_of[i]].key;
+    for (i = 0; i < mesh->num_points; i++)
+        mesh->vertex_of[i] = mesh->vertices[mesh->vertex_of[i]].key;
     for (v = 1; v < mesh->num_vertices; v++) mesh->vertices[v].local = mesh->vertices[v].key = 0;
 }
 
-/* Counts for the report; the scratch fields of the vertices are cleared, so that no trace of the threads is left. */
+/* Counts for the report; the scratch fields of the vertices are cleared, so that no trace of the
+ * threads is left. */
 static void delaunay__count(delaunay_mesh *mesh, delaunay_report *report, int threads)
 {
-    long t, num_tets = (long)mesh->num_tets, num_vertices = (long)mesh->num_vertices, real = 0, ghosts = 0;
+    long t, num_tets = (long)mesh->num_tets, num_vertices = (long)mesh->num_vertices, real = 0,
+            ghosts = 0;
     (void)threads;
-#if DELAUNAY__PARALLEL
-#pragma omp parallel for num_threads(threads) schedule(static) reduction(+ : real, ghosts)
-#endif
+#  if DELAUNAY__PARALLEL
+#    pragma omp parallel for num_threads(threads) schedule(static) reduction(+ : real, ghosts)
+#  endif
     for (t = 1; t < num_tets; t++) {
         const uint32_t *v = mesh->tets[t].v;
         real += v[0] != 0 && v[3] != 0;
         ghosts += v[0] != 0 && v[3] == 0;
     }
-#if DELAUNAY__PARALLEL
-#pragma omp parallel for num_threads(threads) schedule(static)
-#endif
+#  if DELAUNAY__PARALLEL
+#    pragma omp parallel for num_threads(threads) schedule(static)
+#  endif
     for (t = 0; t < num_vertices; t++) mesh->vertices[t].key = mesh->vertices[t].local = 0;
     report->num_tets = (uint64_t)real;
     report->num_ghosts = (uint64_t)ghosts;
 }
 
-DELAUNAY_API delaunay_result delaunay_tetrahedralize(delaunay_mesh *mesh, const double *xyz, size_t count,
-                                                     const delaunay_options *options, delaunay_report *report)
+DELAUNAY_API delaunay_result delaunay_tetrahedralize(delaunay_mesh *mesh, const double *xyz,
+                                                     size_t count, const delaunay_options *options,
+                                                     delaunay_report *report)
 {
     delaunay_options defaults;
     delaunay_report unused;
@@ -5814,14 +6081,17 @@ DELAUNAY_API delaunay_result delaunay_tetrahedralize(delaunay_mesh *mesh, const 
     memset(&defaults, 0, sizeof defaults);
     report->dimension = -1;
     if (!options) options = &defaults;
-    if (!mesh || (count && !xyz)) return delaunay__say(report, DELAUNAY_ERROR_INVALID_ARGUMENT, "a null pointer");
+    if (!mesh || (count && !xyz))
+        return delaunay__say(report, DELAUNAY_ERROR_INVALID_ARGUMENT, "a null pointer");
     delaunay_mesh_free(mesh);
-    if (count >= UINT32_MAX - 16) return delaunay__say(report, DELAUNAY_ERROR_TOO_LARGE, "too many points");
+    if (count >= UINT32_MAX - 16)
+        return delaunay__say(report, DELAUNAY_ERROR_TOO_LARGE, "too many points");
     start = sorted = inserted = delaunay_seconds(&options->host);
     report->num_points = count;
     result = delaunay_memory_init(&mesh->memory, &options->host);
     if (result == DELAUNAY_OK) result = delaunay__check_finite(xyz, count, report);
-    if (result == DELAUNAY_OK) result = delaunay__sort(mesh, xyz, count, delaunay_threads(&options->host), &box, rounds);
+    if (result == DELAUNAY_OK)
+        result = delaunay__sort(mesh, xyz, count, delaunay_threads(&options->host), &box, rounds);
     if (result == DELAUNAY_OK) {
         report->num_vertices = mesh->num_vertices - 1;
         report->num_duplicates = count - report->num_vertices;
@@ -5832,7 +6102,8 @@ DELAUNAY_API delaunay_result delaunay_tetrahedralize(delaunay_mesh *mesh, const 
     sorted = inserted = delaunay_seconds(&options->host);
     if (result == DELAUNAY_OK) result = delaunay__insert_all(mesh, rounds, &box, options);
     inserted = delaunay_seconds(&options->host);
-    if (result == DELAUNAY_OK && !options->any_order) result = delaunay_canonicalize(mesh, &options->host);
+    if (result == DELAUNAY_OK && !options->any_order)
+        result = delaunay_canonicalize(mesh, &options->host);
     report->seconds_sort = sorted - start;
     report->seconds_insert = inserted - sorted;
     report->seconds_finish = delaunay_seconds(&options->host) - inserted;

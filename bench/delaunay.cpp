@@ -1,14 +1,16 @@
 /* delaunay.cpp - delaunay.h beside CGAL, in turns in one process; CSV on stdout.
  *
  *   cc -O3 -fopenmp -DDELAUNAY_IMPLEMENTATION -include delaunay.h -x c -c /dev/null -o ours.o
- *   c++ -O3 -march=native -frounding-math -fopenmp -DBENCH_DELAUNAY_SEPARATE -DWITH_CGAL bench/delaunay.cpp \
- *       ours.o -o bench_delaunay -ltbb -ltbbmalloc -lgmp -lmpfr -lm    (apt-get install libcgal-dev libtbb-dev)
+ *   c++ -O3 -march=native -frounding-math -fopenmp -DBENCH_DELAUNAY_SEPARATE -DWITH_CGAL
+ * bench/delaunay.cpp \ ours.o -o bench_delaunay -ltbb -ltbbmalloc -lgmp -lmpfr -lm    (apt-get
+ * install libcgal-dev libtbb-dev)
  *
- * So ours has the flags of the README, the rival its best. Without -DWITH_CGAL and -DBENCH_DELAUNAY_SEPARATE it
- * builds alone, and the rival's times are nan..
+ * So ours has the flags of the README, the rival its best. Without -DWITH_CGAL and
+ * -DBENCH_DELAUNAY_SEPARATE it builds alone, and the rival's times are nan..
  *
- * Columns: bench,case,threads,ours_s,rival,rival_s,ratio; ratio = rival_s/ours_s, medians. Points in memory to
- * triangulation: sorting and numbering in, input, output and freeing out. QUICK=1: fewer and smaller cases. */
+ * Columns: bench,case,threads,ours_s,rival,rival_s,ratio; ratio = rival_s/ours_s, medians. Points
+ * in memory to triangulation: sorting and numbering in, input, output and freeing out. QUICK=1:
+ * fewer and smaller cases. */
 #ifndef BENCH_DELAUNAY_SEPARATE
 #  define DELAUNAY_IMPLEMENTATION
 #endif
@@ -31,7 +33,8 @@
 typedef CGAL::Exact_predicates_inexact_constructions_kernel K;
 typedef CGAL::Delaunay_triangulation_3<K> Serial;
 typedef CGAL::Triangulation_data_structure_3<CGAL::Triangulation_vertex_base_3<K>,
-                                             CGAL::Delaunay_triangulation_cell_base_3<K>, CGAL::Parallel_tag>
+                                             CGAL::Delaunay_triangulation_cell_base_3<K>,
+                                             CGAL::Parallel_tag>
     Parallel_structure;
 typedef CGAL::Delaunay_triangulation_3<K, Parallel_structure> Parallel;
 #endif
@@ -40,7 +43,8 @@ typedef CGAL::Delaunay_triangulation_3<K, Parallel_structure> Parallel;
 static double now(int threads)
 {
     if (threads == 1) return (double)clock() / (double)CLOCKS_PER_SEC;
-    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch())
+        .count();
 }
 
 static uint64_t random_state = 1;
@@ -65,14 +69,16 @@ static std::vector<double> make_points(const std::string &kind, size_t n)
         for (int k = 0; k < 3; k++) x[k] = random_unit();
         if (kind == "clusters")
             for (int k = 0; k < 3; k++)
-                x[k] = centre[i % 100][k] + 0.01 * std::sqrt(-2 * std::log(x[k] + 1e-300)) * std::cos(6.283185307179586 * random_unit());
+                x[k] = centre[i % 100][k] + 0.01 * std::sqrt(-2 * std::log(x[k] + 1e-300)) *
+                                                std::cos(6.283185307179586 * random_unit());
         if (kind == "sphere") {
             do a = 2 * random_unit() - 1, b = 2 * random_unit() - 1, q = a * a + b * b;
             while (q >= 1);
             x[0] = 2 * a * std::sqrt(1 - q), x[1] = 2 * b * std::sqrt(1 - q), x[2] = 1 - 2 * q;
         }
         if (kind == "grid" || kind == "grid-decimal")
-            x[0] = (double)(i % side), x[1] = (double)(i / side % side), x[2] = (double)(i / side / side);
+            x[0] = (double)(i % side), x[1] = (double)(i / side % side),
+            x[2] = (double)(i / side / side);
         if (kind == "grid-decimal")
             for (int k = 0; k < 3; k++) x[k] = x[k] * 0.1 + 0.3;
         if (kind == "lines") {
@@ -93,7 +99,8 @@ static double run_ours(const std::vector<double> &xyz, int threads, int any_orde
     options.host.num_threads = threads;
     options.any_order = any_order;
     double start = now(threads);
-    if (delaunay_tetrahedralize(&mesh, xyz.data(), xyz.size() / 3, &options, &report) != DELAUNAY_OK) {
+    if (delaunay_tetrahedralize(&mesh, xyz.data(), xyz.size() / 3, &options, &report) !=
+        DELAUNAY_OK) {
         fprintf(stderr, "bench_delaunay: %s\n", report.message);
         exit(1);
     }
@@ -108,7 +115,8 @@ static double run_cgal(const std::vector<double> &xyz, int threads)
 {
     std::vector<K::Point_3> points(xyz.size() / 3);
     double least[3], most[3];
-    for (size_t i = 0; i < points.size(); i++) points[i] = K::Point_3(xyz[3 * i], xyz[3 * i + 1], xyz[3 * i + 2]);
+    for (size_t i = 0; i < points.size(); i++)
+        points[i] = K::Point_3(xyz[3 * i], xyz[3 * i + 1], xyz[3 * i + 2]);
     for (int k = 0; k < 3; k++) least[k] = most[k] = xyz[k];
     for (size_t i = 0; i < xyz.size(); i++) {
         least[i % 3] = std::min(least[i % 3], xyz[i]);
@@ -120,7 +128,8 @@ static double run_cgal(const std::vector<double> &xyz, int threads)
         return now(threads) - start;
     }
     tbb::global_control limit(tbb::global_control::max_allowed_parallelism, (size_t)threads);
-    Parallel::Lock_data_structure locks(CGAL::Bbox_3(least[0], least[1], least[2], most[0], most[1], most[2]), 50);
+    Parallel::Lock_data_structure locks(
+        CGAL::Bbox_3(least[0], least[1], least[2], most[0], most[1], most[2]), 50);
     Parallel t(points.begin(), points.end(), &locks);
     return now(threads) - start;
 }
@@ -134,7 +143,8 @@ static double median(std::vector<double> v)
 
 typedef enum { CGAL_SERIAL, CGAL_PARALLEL, OURS_ONE_THREAD, OURS_ANY_ORDER } rival_kind;
 
-static void compare(const char *name, const std::vector<double> &xyz, int threads, rival_kind rival, int runs)
+static void compare(const char *name, const std::vector<double> &xyz, int threads, rival_kind rival,
+                    int runs)
 {
     static const char *const names[] = {"cgal", "cgal_par", "ours_1t", "ours_any_order"};
     std::vector<double> ours, theirs;
@@ -149,9 +159,11 @@ static void compare(const char *name, const std::vector<double> &xyz, int thread
 #endif
     }
     if (theirs.empty()) theirs.push_back(NAN);
-    printf("delaunay,%s,%d,%.4f,%s,%.4f,%.2f\n", name, threads, median(ours), names[rival], median(theirs), median(theirs) / median(ours));
+    printf("delaunay,%s,%d,%.4f,%s,%.4f,%.2f\n", name, threads, median(ours), names[rival],
+           median(theirs), median(theirs) / median(ours));
     if (rival == CGAL_SERIAL || rival == CGAL_PARALLEL)
-        fprintf(stderr, "%s: %.0f bytes a point by our own account\n", name, (double)peak / ((double)xyz.size() / 3));
+        fprintf(stderr, "%s: %.0f bytes a point by our own account\n", name,
+                (double)peak / ((double)xyz.size() / 3));
     fflush(stdout);
 }
 
@@ -161,7 +173,8 @@ int main()
     size_t large = quick ? 100000 : 1000000;
     int runs = quick ? 3 : 5;
 #ifndef WITH_CGAL
-    fprintf(stderr, "bench_delaunay: built without CGAL (apt-get install libcgal-dev libtbb-dev): no rival's times\n");
+    fprintf(stderr, "bench_delaunay: built without CGAL (apt-get install libcgal-dev libtbb-dev): "
+                    "no rival's times\n");
 #endif
     printf("bench,case,threads,ours_s,rival,rival_s,ratio\n");
     std::vector<double> p = make_points("uniform", large);
@@ -170,11 +183,14 @@ int main()
     compare(quick ? "uniform-1e5" : "uniform-1e6", p, 2, CGAL_PARALLEL, runs);
     compare(quick ? "uniform-1e5" : "uniform-1e6", p, 2, OURS_ANY_ORDER, runs);
     if (!quick) compare("uniform-1e5", make_points("uniform", 100000), 1, CGAL_SERIAL, runs);
-    compare(quick ? "clusters-1e5" : "clusters-1e6", make_points("clusters", large), 1, CGAL_SERIAL, runs);
+    compare(quick ? "clusters-1e5" : "clusters-1e6", make_points("clusters", large), 1, CGAL_SERIAL,
+            runs);
     compare("sphere-1e5", make_points("sphere", 100000), 1, CGAL_SERIAL, runs);
     if (!quick) compare("sphere-1e6", make_points("sphere", large), 1, CGAL_SERIAL, 3);
-    compare(quick ? "grid-46" : "grid-100", make_points("grid", quick ? 97336 : large), 1, CGAL_SERIAL, runs);
-    compare("grid-decimal", make_points("grid-decimal", quick ? 97336 : large), 1, CGAL_SERIAL, quick ? runs : 3);
+    compare(quick ? "grid-46" : "grid-100", make_points("grid", quick ? 97336 : large), 1,
+            CGAL_SERIAL, runs);
+    compare("grid-decimal", make_points("grid-decimal", quick ? 97336 : large), 1, CGAL_SERIAL,
+            quick ? runs : 3);
     compare("lines-2x2000", make_points("lines", 4000), 1, CGAL_SERIAL, 3);
     return 0;
 }

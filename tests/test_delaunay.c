@@ -1,4 +1,5 @@
-/* test_delaunay.c - delaunay.h: whole triangulations against brute force, invariants and themselves. */
+/* test_delaunay.c - delaunay.h: whole triangulations against brute force, invariants and
+ * themselves. */
 #define DELAUNAY_IMPLEMENTATION
 #include "../delaunay.h"
 #include "check.h"
@@ -38,13 +39,17 @@ static void brute_force(const double *xyz, uint32_t n, const delaunay_mesh *mesh
                 for (d = c + 1; d < n; d++) {
                     const double *p[4];
                     int sign, empty = 1;
-                    p[0] = xyz + 3 * a; p[1] = xyz + 3 * b; p[2] = xyz + 3 * c; p[3] = xyz + 3 * d;
+                    p[0] = xyz + 3 * a;
+                    p[1] = xyz + 3 * b;
+                    p[2] = xyz + 3 * c;
+                    p[3] = xyz + 3 * d;
                     sign = delaunay_orient3d(p[0], p[1], p[2], p[3]);
                     if (sign == 0) continue;
                     if (sign < 0) p[0] = xyz + 3 * b, p[1] = xyz + 3 * a;
                     for (e = 0; e < n && empty; e++)
                         if (e != a && e != b && e != c && e != d)
-                            empty = delaunay_insphere_perturbed(p[0], p[1], p[2], p[3], xyz + 3 * e) < 0;
+                            empty = delaunay_insphere_perturbed(p[0], p[1], p[2], p[3],
+                                                                xyz + 3 * e) < 0;
                     expected += (uint32_t)empty;
                 }
     CHECK(expected == delaunay_count_tets(mesh));
@@ -90,8 +95,11 @@ static double *make_points(int kind, size_t n)
     for (i = 0; i < n; i++) {
         double *x = xyz + 3 * i, l;
         x[0] = random_unit(), x[1] = random_unit(), x[2] = random_unit();
-        if (kind == GRID || kind == DECIMAL) x[0] = (double)(i % side), x[1] = (double)(i / side % side), x[2] = (double)(i / side / side);
-        if (kind == DECIMAL) x[0] = x[0] * 0.1 + 0.3, x[1] = x[1] * 0.1 + 0.3, x[2] = x[2] * 0.1 + 0.3;
+        if (kind == GRID || kind == DECIMAL)
+            x[0] = (double)(i % side), x[1] = (double)(i / side % side),
+            x[2] = (double)(i / side / side);
+        if (kind == DECIMAL)
+            x[0] = x[0] * 0.1 + 0.3, x[1] = x[1] * 0.1 + 0.3, x[2] = x[2] * 0.1 + 0.3;
         if (kind == SPHERE) {
             x[0] -= 0.5, x[1] -= 0.5, x[2] -= 0.5;
             l = sqrt(x[0] * x[0] + x[1] * x[1] + x[2] * x[2]) + 1e-9;
@@ -123,7 +131,8 @@ static void all_kinds_are_delaunay(void)
         CHECK(report.dimension == 3 && report.num_points == n);
         CHECK(report.num_tets == delaunay_count_tets(&mesh));
         CHECK(delaunay_validate(&mesh, DELAUNAY_VALIDATE_DELAUNAY, &report) == DELAUNAY_OK);
-        for (i = 0; i < n; i++) CHECK(memcmp(mesh.vertices[mesh.vertex_of[i]].x, xyz + 3 * i, 3 * sizeof *xyz) == 0);
+        for (i = 0; i < n; i++)
+            CHECK(memcmp(mesh.vertices[mesh.vertex_of[i]].x, xyz + 3 * i, 3 * sizeof *xyz) == 0);
         delaunay_mesh_free(&mesh);
         free(xyz);
     }
@@ -206,7 +215,8 @@ static void threads_do_not_matter(void)
 
 static void few_and_flat_points(void)
 {
-    double xyz[3 * 6] = {0, 0, 0, 1, 1, 1, 2, 2, 2, 0, 0, 0, 1, 0, 0, 3, 3, 3}, bad[12] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1};
+    double xyz[3 * 6] = {0, 0, 0, 1, 1, 1, 2, 2, 2, 0, 0, 0, 1, 0, 0, 3, 3, 3},
+                   bad[12] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1};
     static const int dimension[7] = {-1, 0, 1, 1, 1, 2, 2};
     delaunay_mesh mesh = {0};
     delaunay_report report;
@@ -220,7 +230,8 @@ static void few_and_flat_points(void)
     bad[11] = INFINITY;
     CHECK(delaunay_tetrahedralize(&mesh, bad, 4, NULL, &report) == DELAUNAY_ERROR_NOT_FINITE);
     CHECK(report.num_ids == 2 && report.ids[0] == 1 && report.ids[1] == 3);
-    CHECK(delaunay_tetrahedralize(&mesh, NULL, 4, NULL, &report) == DELAUNAY_ERROR_INVALID_ARGUMENT);
+    CHECK(delaunay_tetrahedralize(&mesh, NULL, 4, NULL, &report) ==
+          DELAUNAY_ERROR_INVALID_ARGUMENT);
 }
 
 static void duplicates_map_to_the_first(void)
@@ -299,7 +310,8 @@ static void import_and_validate(void)
     colors = (uint32_t *)malloc(4 * (size_t)count);
     CHECK(delaunay_export_tets(&mesh, tets, count) == count);
     for (i = 0; i < count; i++) colors[i] = (uint32_t)i % 3;
-    CHECK(delaunay_import(&copy, xyz, n, tets, colors, (size_t)count, NULL, &report) == DELAUNAY_OK);
+    CHECK(delaunay_import(&copy, xyz, n, tets, colors, (size_t)count, NULL, &report) ==
+          DELAUNAY_OK);
     CHECK(delaunay_count_tets(&copy) == count && copy.color[2] == 1);
     CHECK(delaunay_link_vertices(&copy) == DELAUNAY_OK);
     CHECK(delaunay_validate(&copy, DELAUNAY_VALIDATE_DELAUNAY, NULL) == DELAUNAY_OK);
@@ -309,16 +321,19 @@ static void import_and_validate(void)
     CHECK(delaunay_import(&copy, xyz, n, tets, NULL, (size_t)count, NULL, &report) == DELAUNAY_OK);
     CHECK(delaunay_validate(&copy, DELAUNAY_VALIDATE_DELAUNAY, NULL) == DELAUNAY_OK);
     t = tets[0], tets[0] = tets[1], tets[1] = t;
-    CHECK(delaunay_import(&copy, xyz, n, tets, NULL, (size_t)count, NULL, &report) == DELAUNAY_ERROR_INVALID_MESH);
+    CHECK(delaunay_import(&copy, xyz, n, tets, NULL, (size_t)count, NULL, &report) ==
+          DELAUNAY_ERROR_INVALID_MESH);
     CHECK(copy.tets == NULL && report.num_ids == 1);
 
     mesh.tets[7].n[2] ^= 1;
-    CHECK(delaunay_validate(&mesh, DELAUNAY_VALIDATE_TOPOLOGY, &report) == DELAUNAY_ERROR_INVALID_MESH);
+    CHECK(delaunay_validate(&mesh, DELAUNAY_VALIDATE_TOPOLOGY, &report) ==
+          DELAUNAY_ERROR_INVALID_MESH);
     CHECK(report.num_ids > 0 && report.message[0]);
     mesh.tets[7].n[2] ^= 1;
     CHECK(delaunay_validate(&mesh, DELAUNAY_VALIDATE_DELAUNAY, &report) == DELAUNAY_OK);
     mesh.vertices[20].x[0] += 10;
-    CHECK(delaunay_validate(&mesh, DELAUNAY_VALIDATE_GEOMETRY, &report) == DELAUNAY_ERROR_INVALID_MESH);
+    CHECK(delaunay_validate(&mesh, DELAUNAY_VALIDATE_GEOMETRY, &report) ==
+          DELAUNAY_ERROR_INVALID_MESH);
     delaunay_mesh_free(&mesh);
     delaunay_mesh_free(&copy);
     free(colors);
