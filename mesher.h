@@ -1969,7 +1969,8 @@ MESHER_API mesher_result mesher_empty_mesh(mesher_domain *domain, mesher_report 
 enum {
     MESHER__PIPE = 2048,        /* crossings or tetrahedra around one edge or facet at most */
     MESHER__MAX_WINDOWS = 4000, /* around one edge or facet */
-    MESHER__HOPELESS = 12,      /* interior points for one edge that bring nothing */
+    MESHER__PIECES = 16384,     /* of split edges, and of facets, at most; a power of two */
+    MESHER__HOPELESS = 4,       /* interior points for one edge that bring nothing */
     MESHER__GRID_CELLS = 64,    /* of one box; beyond, all edges are looked at */
     MESHER__NEAR = 4096         /* missing edges beside one window */
 };
@@ -1988,6 +1989,16 @@ typedef struct mesher__set {
     uint32_t         epoch;
     delaunay_memory *memory;
 } mesher__set;
+
+/* A point of ours on an edge or facet of the surface, to be taken off it again. */
+typedef struct mesher__split {
+    uint32_t vertex, edge, facet;   /* edge or facet: MESHER__ABSENT */
+    uint32_t num_facets;            /* of an edge, split with it: */
+    uint32_t facets[32];
+    uint32_t first_edge, first_facet, end_edge, end_facet; /* the pieces */
+    int      undone;
+} mesher__split;
+#define MESHER__IN_FACET 0x80000000u /* origin of a piece of an edge that lies in a facet */
 
 /* Where a missing edge crosses a face of the mesh. */
 typedef struct mesher__crossing {
@@ -2027,6 +2038,13 @@ typedef struct mesher__recovery {
     mesher_result    status;            /* the first failure; ends everything */
     /* constraints by mesh vertices, ascending; rows by the first vertex */
     uint32_t  num_rows;                 /* mesh vertices before any was added */
+    uint32_t  num_edges, num_facets;    /* those of the domain first, then pieces of split ones */
+    uint32_t  cap_at;                   /* vertices that can have missing constraints */
+    uint8_t  *edge_retired, *facet_retired; /* split, or a piece that is whole again: no constraint now */
+    uint32_t *edge_origin, *facet_origin;   /* of pieces: the domain's edge or facet they lie in */
+    uint32_t *edge_slots, *facet_slots;     /* open addressing: 1 + index of a piece; 0 is free */
+    mesher__split *splits;
+    uint32_t  num_splits;
     uint32_t *edges, *edge_row, *edge_other, *edge_index;
     uint32_t *facets, *facet_row, *facet_index;
     uint64_t *facet_others;
@@ -2044,6 +2062,9 @@ typedef struct mesher__recovery {
     uint32_t        num_windows;
     delaunay_window window;
     delaunay_search search;
+    uint32_t        shell[DELAUNAY_WINDOW_FACETS][3]; /* a polyhedron's facets, outward, mesh vertices */
+    uint32_t        num_shell;
+    double          inwards[3];         /* from a split's point into its sector, between the facets */
     delaunay_handle slots[DELAUNAY_WINDOW_FACETS];
     uint32_t        commit[4 * DELAUNAY_WINDOW_FACETS];
     uint32_t       *journal;            /* of the running transaction: old, new vertices, their numbers */
@@ -2170,13 +2191,16 @@ static void *mesher__zeros(mesher__recovery *r, size_t count, size_t size)
     return block;
 }
 
+/* Nothing more can come of this attempt. */
+static int mesher__ends(const mesher__recovery *r) { return r->status != MESHER_OK || r->defects || r->absent; }
+
 /* Now and then asks the host whether to go on; says whether the recovery has to end. */
 static int mesher__stopped(mesher__recovery *r)
 {
     const delaunay_host *host = &r->domain->options.host;
     if (r->status != MESHER_OK || r->work > r->max_work) return 1;
     if (host->progress && (r->ticks++ & 63) == 0) {
-        uint32_t all = r->domain->num_edges + r->domain->num_facets + 1;
+        uint32_t all = r->num_edges + r->num_facets + 1;
         double done = 1 - (double)(r->num_missing_edges + r->num_missing_facets) / all;
         if (host->progress(host->user, "recover", done)) r->status = MESHER_CANCELLED;
     }
@@ -2210,12 +2234,55 @@ static void mesher__sort3(uint32_t *v)
     if (v[0] > v[1]) t = v[0], v[0] = v[1], v[1] = t;
 }
 
+/* Pieces of split edges and facets, by their vertices; 0 edges or facets: none is known. */
+static uint32_t mesher__edge_piece(const mesher__recovery *r, uint32_t a, uint32_t b)
+{
+    uint32_t mask = MESHER__PIECES * 2 - 1, j;
+    if (!r->num_splits) return MESHER__ABSENT;
+    for (j = (uint32_t)mesher__mix(mesher__pair(a, b)) & mask; r->edge_slots[j]; j = (j + 1) & mask) {
+        uint32_t e = r->edge_slots[j] - 1;
+        if (r->edges[2 * (size_t)e] == (a < b ? a : b) && r->edges[2 * (size_t)e + 1] == (a < b ? b : a) &&
+            !r->edge_retired[e])
+            return e;
+    }
+    return MESHER__ABSENT;
+}
+
+static uint32_t mesher__facet_hash(const uint32_t *v)
+{
+    return (uint32_t)mesher__mix(mesher__pair(v[0], v[1]) + mesher__mix(v[2]));
+}
+
+static uint32_t mesher__facet_piece(const mesher__recovery *r, const uint32_t *v)
+{
+    uint32_t mask = MESHER__PIECES * 2 - 1, j;
+    if (!r->num_splits) return MESHER__ABSENT;
+    for (j = mesher__facet_hash(v) & mask; r->facet_slots[j]; j = (j + 1) & mask) {
+        uint32_t f = r->facet_slots[j] - 1;
+        if (!memcmp(r->facets + 3 * (size_t)f, v, 3 * sizeof *v) && !r->facet_retired[f]) return f;
+    }
+    return MESHER__ABSENT;
+}
+
+/* The caller's triangle or line of a constraint. */
+static uint32_t mesher__edge_source(const mesher__recovery *r, uint32_t e)
+{
+    if (e < r->domain->num_edges) return r->domain->edge_source[e];
+    e = r->edge_origin[e - r->domain->num_edges];
+    return e & MESHER__IN_FACET ? r->domain->facet_source[e & ~MESHER__IN_FACET] : r->domain->edge_source[e];
+}
+
+static uint32_t mesher__facet_source(const mesher__recovery *r, uint32_t f)
+{
+    return r->domain->facet_source[f < r->domain->num_facets ? f : r->facet_origin[f - r->domain->num_facets]];
+}
+
 /* The constrained edge between two mesh vertices, or MESHER__ABSENT. */
 static uint32_t mesher__edge_index(const mesher__recovery *r, uint32_t a, uint32_t b)
 {
     uint32_t low, high, t;
     if (a > b) t = a, a = b, b = t;
-    if (b >= r->num_rows) return MESHER__ABSENT;
+    if (b >= r->num_rows) return mesher__edge_piece(r, a, b);
     low = r->edge_row[a];
     high = r->edge_row[a + 1];
     while (high - low > 8) {
@@ -2224,8 +2291,8 @@ static uint32_t mesher__edge_index(const mesher__recovery *r, uint32_t a, uint32
         else high = middle;
     }
     for (; low < high; low++)
-        if (r->edge_other[low] == b) return r->edge_index[low];
-    return MESHER__ABSENT;
+        if (r->edge_other[low] == b) return r->edge_retired[r->edge_index[low]] ? MESHER__ABSENT : r->edge_index[low];
+    return mesher__edge_piece(r, a, b);
 }
 
 static uint32_t mesher__facet_index(const mesher__recovery *r, uint32_t a, uint32_t b, uint32_t c)
@@ -2236,7 +2303,7 @@ static uint32_t mesher__facet_index(const mesher__recovery *r, uint32_t a, uint3
     v[1] = b;
     v[2] = c;
     mesher__sort3(v);
-    if (v[2] >= r->num_rows) return MESHER__ABSENT;
+    if (v[2] >= r->num_rows) return mesher__facet_piece(r, v);
     others = (uint64_t)v[1] << 32 | v[2];
     low = r->facet_row[v[0]];
     high = r->facet_row[v[0] + 1];
@@ -2246,7 +2313,8 @@ static uint32_t mesher__facet_index(const mesher__recovery *r, uint32_t a, uint3
         else high = middle;
     }
     for (; low < high; low++)
-        if (r->facet_others[low] == others) return r->facet_index[low];
+        if (r->facet_others[low] == others)
+            return r->facet_retired[r->facet_index[low]] ? MESHER__ABSENT : r->facet_index[low];
     return MESHER__ABSENT;
 }
 
@@ -2409,7 +2477,7 @@ static void mesher__account_new(mesher__recovery *r, const delaunay_handle *slot
             const uint8_t *o = delaunay_edge_order(k);
             uint32_t a = mesh->tets[slots[i]].v[o[0]], b = mesh->tets[slots[i]].v[o[1]], e;
             int marked = (mesh->flags[slots[i]] & DELAUNAY_EDGE_BIT(k)) != 0;
-            if (a >= r->num_rows || b >= r->num_rows || !r->missing_edges_at[a] || !r->missing_edges_at[b]) continue;
+            if (a >= r->cap_at || b >= r->cap_at || !r->missing_edges_at[a] || !r->missing_edges_at[b]) continue;
             e = mesher__edge_index(r, a, b);
             if (e == MESHER__ABSENT) continue;
             mesher__set_edge_present(r, e, 1);
@@ -2422,7 +2490,7 @@ static void mesher__account_new(mesher__recovery *r, const delaunay_handle *slot
             int marked = (mesh->flags[slots[i]] & DELAUNAY_FACET_BIT(k)) != 0, j;
             uint32_t f;
             for (j = 0; j < 3; j++)
-                if (v[o[j]] >= r->num_rows || !r->missing_facets_at[v[o[j]]]) break;
+                if (v[o[j]] >= r->cap_at || !r->missing_facets_at[v[o[j]]]) break;
             if (j < 3) continue;
             f = mesher__facet_index(r, v[o[0]], v[o[1]], v[o[2]]);
             if (f == MESHER__ABSENT) continue;
@@ -3047,7 +3115,7 @@ static void mesher__report_vertex(mesher__recovery *r, uint32_t v, uint32_t sour
     if (r->domain->vertex_used[id] == MESHER_VERTEX_ABSENT) return;
     for (e = 0; r->edges[2 * (size_t)e] != v && r->edges[2 * (size_t)e + 1] != v; e++) {}
     r->defects++;
-    mesher_report_add(r->report, MESHER_DEFECT_T_JUNCTION, r->domain->edge_source[e], source, id,
+    mesher_report_add(r->report, MESHER_DEFECT_T_JUNCTION, mesher__edge_source(r, e), source, id,
                       edge ? mesher__id(r, edge[0]) : DELAUNAY_NO_ID, edge ? mesher__id(r, edge[1]) : DELAUNAY_NO_ID,
                       mesher__x(r, v));
 }
@@ -3065,19 +3133,19 @@ static int mesher__report_edge(mesher__recovery *r, uint32_t e)
 {
     const mesher__pipe *p = &r->pipe;
     const uint32_t *v = r->edges + 2 * (size_t)e, *w = p->blocker;
-    uint32_t source = r->domain->edge_source[e], other;
+    uint32_t source = mesher__edge_source(r, e), other;
     double xyz[3];
     if (p->vertex) mesher__report_vertex(r, p->vertex, source, v);
     if (p->vertex) return 1;
     if (!p->blocked) return 0;
     if (p->blocked == 3) {
         other = mesher__facet_index(r, w[0], w[1], w[2]);
-        other = other == MESHER__ABSENT ? DELAUNAY_NO_ID : r->domain->facet_source[other];
+        other = other == MESHER__ABSENT ? DELAUNAY_NO_ID : mesher__facet_source(r, other);
         mesher__blocked_at(r, v[0], v[1], w, xyz);
     } else {
         uint32_t corner[3];
         uint32_t off = mesher__edge_index(r, w[0], w[1]);
-        other = off == MESHER__ABSENT ? DELAUNAY_NO_ID : r->domain->edge_source[off];
+        other = off == MESHER__ABSENT ? DELAUNAY_NO_ID : mesher__edge_source(r, off);
         corner[0] = w[0];
         corner[1] = w[1];
         corner[2] = r->mesh->vertex_of[r->domain->first_corner];
@@ -3092,13 +3160,13 @@ static int mesher__report_edge(mesher__recovery *r, uint32_t e)
 static int mesher__report_facet(mesher__recovery *r, uint32_t f)
 {
     const mesher__pipe *p = &r->pipe;
-    uint32_t source = r->domain->facet_source[f], other;
+    uint32_t source = mesher__facet_source(r, f), other;
     double xyz[3];
     if (p->vertex) mesher__report_vertex(r, p->vertex, source, NULL);
     if (p->vertex) return 1;
     if (!p->blocked) return 0;
     other = mesher__edge_index(r, p->blocker[0], p->blocker[1]);
-    other = other == MESHER__ABSENT ? DELAUNAY_NO_ID : r->domain->edge_source[other];
+    other = other == MESHER__ABSENT ? DELAUNAY_NO_ID : mesher__edge_source(r, other);
     mesher__blocked_at(r, p->blocker[0], p->blocker[1], r->facets + 3 * (size_t)f, xyz);
     r->defects++;
     mesher_report_add(r->report, MESHER_DEFECT_INTERSECTION, source, other, mesher__id(r, p->blocker[0]),
@@ -3301,7 +3369,7 @@ static void mesher__list_edges(mesher__recovery *r, int by_crossings)
 {
     uint32_t e, i;
     r->num_todo = 0;
-    for (e = 0; e < r->domain->num_edges; e++)
+    for (e = 0; e < r->num_edges; e++)
         if (!r->edge_present[e]) r->todo[r->num_todo++] = e;
     if (!mesher__grid_build(r) || !by_crossings) return;
     for (i = 0; i < r->num_todo && !mesher__stopped(r); i++) {
@@ -3368,7 +3436,7 @@ static void mesher__list_facets(mesher__recovery *r)
 {
     uint32_t f;
     r->num_todo = 0;
-    for (f = 0; f < r->domain->num_facets; f++)
+    for (f = 0; f < r->num_facets; f++)
         if (!r->facet_present[f]) r->todo[r->num_todo++] = f;
 }
 
@@ -3454,18 +3522,18 @@ static int mesher__linear_program(mesher__recovery *r, int d, int rows, const do
 }
 
 /* Cholesky factor of the covariance of a window's boundary corners, about their mean; 0 if they are flat. */
-static int mesher__whiten(const mesher__recovery *r, const delaunay_window *w, double *mean, double (*l)[3])
+static int mesher__whiten(const mesher__recovery *r, double *mean, double (*l)[3])
 {
-    double m[3][3] = {{0}}, n = 3.0 * w->num_facets, trace, sum;
+    double m[3][3] = {{0}}, n = 3.0 * r->num_shell, trace, sum;
     uint32_t i;
     int j, k, c;
     for (j = 0; j < 3; j++) mean[j] = 0;
-    for (i = 0; i < w->num_facets; i++)
+    for (i = 0; i < r->num_shell; i++)
         for (c = 0; c < 3; c++)
-            for (j = 0; j < 3; j++) mean[j] += mesher__x(r, w->vertices[w->facets[i][c]])[j] / n;
-    for (i = 0; i < w->num_facets; i++)
+            for (j = 0; j < 3; j++) mean[j] += mesher__x(r, r->shell[i][c])[j] / n;
+    for (i = 0; i < r->num_shell; i++)
         for (c = 0; c < 3; c++) {
-            const double *x = mesher__x(r, w->vertices[w->facets[i][c]]);
+            const double *x = mesher__x(r, r->shell[i][c]);
             for (j = 0; j < 3; j++)
                 for (k = 0; k < 3; k++) m[j][k] += (x[j] - mean[j]) * (x[k] - mean[k]) / n;
         }
@@ -3481,30 +3549,38 @@ static int mesher__whiten(const mesher__recovery *r, const delaunay_window *w, d
     return 1;
 }
 
-/* Does the point see all facets of the window's boundary from within, exactly? */
-static int mesher__in_kernel(const mesher__recovery *r, const delaunay_window *w, const double *xyz)
+/* The window's boundary as the shell. */
+static void mesher__shell_of_window(mesher__recovery *r)
+{
+    const delaunay_window *w = &r->window;
+    uint32_t i, k;
+    for (i = 0; i < w->num_facets; i++)
+        for (k = 0; k < 3; k++) r->shell[i][k] = w->vertices[w->facets[i][k]];
+    r->num_shell = w->num_facets;
+}
+
+/* Does the point see all facets of the shell from within, exactly? */
+static int mesher__in_kernel(const mesher__recovery *r, const double *xyz)
 {
     uint32_t i;
-    for (i = 0; i < w->num_facets; i++) {
-        const uint8_t *f = w->facets[i];
-        if (delaunay_orient3d(mesher__x(r, w->vertices[f[0]]), mesher__x(r, w->vertices[f[1]]),
-                              mesher__x(r, w->vertices[f[2]]), xyz) >= 0)
-            return 0;
+    for (i = 0; i < r->num_shell; i++) {
+        const uint32_t *f = r->shell[i];
+        if (delaunay_orient3d(mesher__x(r, f[0]), mesher__x(r, f[1]), mesher__x(r, f[2]), xyz) >= 0) return 0;
     }
     return 1;
 }
 
-/* A point as deep as can be in the kernel of a window, in coordinates that make the window round. Returns its depth
- * there, or 0. */
-static double mesher__kernel(mesher__recovery *r, const delaunay_window *w, double *out)
+/* A point as deep as can be in the kernel of the shell, in coordinates that make the shell round. Returns its
+ * depth there, or 0. */
+static double mesher__kernel(mesher__recovery *r, double *out)
 {
     double (*a)[5] = r->lp[4], mean[3], l[3][3], c[4] = {0, 0, 0, 1}, x[4];
-    int n = (int)w->num_facets, i, j, k;
-    if (!mesher__whiten(r, w, mean, l)) return 0;
+    int n = (int)r->num_shell, i, j, k;
+    if (!mesher__whiten(r, mean, l)) return 0;
     for (i = 0; i < n; i++) {
         double p[3][3], u[3], v[3], normal[3], length = 0;
         for (k = 0; k < 3; k++) {
-            const double *y = mesher__x(r, w->vertices[w->facets[i][k]]);
+            const double *y = mesher__x(r, r->shell[i][k]);
             p[k][0] = (y[0] - mean[0]) / l[0][0];
             p[k][1] = (y[1] - mean[1] - l[1][0] * p[k][0]) / l[1][1];
             p[k][2] = (y[2] - mean[2] - l[2][0] * p[k][0] - l[2][1] * p[k][1]) / l[2][2];
@@ -3535,7 +3611,7 @@ static double mesher__kernel(mesher__recovery *r, const delaunay_window *w, doub
     out[0] = mean[0] + l[0][0] * x[0];
     out[1] = mean[1] + l[1][0] * x[0] + l[1][1] * x[1];
     out[2] = mean[2] + l[2][0] * x[0] + l[2][1] * x[1] + l[2][2] * x[2];
-    return mesher__in_kernel(r, w, out) ? x[3] : 0;
+    return mesher__in_kernel(r, out) ? x[3] : 0;
 }
 
 /* Replaces the window by tetrahedra between its boundary and a new vertex. */
@@ -3622,7 +3698,7 @@ static void mesher__try_sites(mesher__recovery *r, const uint32_t *ab, int windo
             double foot = a[k] + t * (b[k] - a[k]);
             x[k] = i ? foot + along[i] * (deep[k] - foot) : deep[k];
         }
-        if (i > 0 && !mesher__in_kernel(r, w, x)) continue;
+        if (i > 0 && !mesher__in_kernel(r, x)) continue;
         gain = (double)(old - mesher__star_crossings(r, w, num_near, x)) + (i ? 0 : 0.3) + 0.1 * (depth < 0.999 ? depth : 0.999);
         if (gain <= best->gain) continue;
         best->gain = gain;
@@ -3635,9 +3711,12 @@ static void mesher__try_sites(mesher__recovery *r, const uint32_t *ab, int windo
 static int mesher__clean_window(mesher__recovery *r, const mesher__window *w, int keep_facets)
 {
     const delaunay_window *set = &r->window;
-    return delaunay_window_set(&r->window, r->mesh, r->worker, r->pool.items + w->first, w->num_tets,
-                               DELAUNAY_WINDOW_VERTICES, 1, keep_facets) &&
-           set->num_kept_edges == 0 && set->interior == 0 && set->num_kept_facets == 0;
+    if (!delaunay_window_set(&r->window, r->mesh, r->worker, r->pool.items + w->first, w->num_tets,
+                             DELAUNAY_WINDOW_VERTICES, 1, keep_facets) ||
+        set->num_kept_edges || set->interior || set->num_kept_facets)
+        return 0;
+    mesher__shell_of_window(r);
+    return 1;
 }
 
 /* How much of the pipe a window holds: crossed faces, or pierced tetrahedra. */
@@ -3686,7 +3765,7 @@ static int mesher__point_for_edge(mesher__recovery *r, uint32_t e, int keep_face
         if (tested >= 40 && best.gain >= r->pipe.num_crossings) break;
         double lo[3] = {HUGE_VAL, HUGE_VAL, HUGE_VAL}, hi[3] = {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL}, deep[3], depth;
         if (!mesher__clean_window(r, w, keep_facets)) continue;
-        depth = mesher__kernel(r, &r->window, deep);
+        depth = mesher__kernel(r, deep);
         r->work += 10 * (uint64_t)r->window.num_facets;
         if (!(depth > 0)) continue;
         tested++;
@@ -3711,7 +3790,7 @@ static int mesher__point_for_facet(mesher__recovery *r)
         double share = (double)(MESHER__PIPE - (r->window_order[i] >> 48)), deep[3], depth;
         if (share < best.gain - 1) break;
         if (!mesher__clean_window(r, &r->windows[mesher__window_at(r, i)], 1)) continue;
-        depth = mesher__kernel(r, &r->window, deep);
+        depth = mesher__kernel(r, deep);
         if (!(depth > 0)) continue;
         tested++;
         share += depth < 0.999 ? depth : 0.999;
@@ -3851,6 +3930,531 @@ static void mesher__pack_points(mesher__recovery *r)
     mesh->num_vertices = n;
 }
 
+/* -- split and suppress: for what is still missing. Points on the edge or facet make it come in in pieces; then each
+ * point is taken off the surface again, last first: its star is refilled with the edge or facet whole, by a search,
+ * or sector by sector between the facets, around a point of its own within the sector. [George et al. 2003] */
+
+static void mesher__retire_edge(mesher__recovery *r, uint32_t e, int retired)
+{
+    if (retired) mesher__set_edge_present(r, e, 1);
+    r->edge_retired[e] = (uint8_t)retired;
+    if (!retired) mesher__set_edge_present(r, e, 0);
+}
+
+static void mesher__retire_facet(mesher__recovery *r, uint32_t f, int retired)
+{
+    if (retired) mesher__set_facet_present(r, f, 1);
+    r->facet_retired[f] = (uint8_t)retired;
+    if (!retired) mesher__set_facet_present(r, f, 0);
+}
+
+/* A new constraint between two mesh vertices; marked if it is there. */
+static void mesher__add_edge_piece(mesher__recovery *r, uint32_t a, uint32_t b, uint32_t origin)
+{
+    uint32_t e = r->num_edges++, mask = MESHER__PIECES * 2 - 1, j;
+    delaunay_handle t;
+    r->edges[2 * (size_t)e] = a < b ? a : b;
+    r->edges[2 * (size_t)e + 1] = a < b ? b : a;
+    r->edge_origin[e - r->domain->num_edges] = origin;
+    for (j = (uint32_t)mesher__mix(mesher__pair(a, b)) & mask; r->edge_slots[j]; j = (j + 1) & mask) {}
+    r->edge_slots[j] = e + 1;
+    r->edge_present[e] = 1;
+    mesher__set_edge_present(r, e, 0);
+    t = delaunay_find_edge(r->mesh, r->worker, a, b);
+    if (!t) return;
+    mesher__note_failure(r, delaunay_mark_edge(r->mesh, r->worker, t, a, b, 1));
+    mesher__set_edge_present(r, e, 1);
+}
+
+static void mesher__add_facet_piece(mesher__recovery *r, uint32_t a, uint32_t b, uint32_t c, uint32_t origin)
+{
+    uint32_t f = r->num_facets++, mask = MESHER__PIECES * 2 - 1, j, *v = r->facets + 3 * (size_t)f;
+    delaunay_handle h;
+    v[0] = a;
+    v[1] = b;
+    v[2] = c;
+    mesher__sort3(v);
+    r->facet_origin[f - r->domain->num_facets] = origin;
+    for (j = mesher__facet_hash(v) & mask; r->facet_slots[j]; j = (j + 1) & mask) {}
+    r->facet_slots[j] = f + 1;
+    r->facet_present[f] = 1;
+    mesher__set_facet_present(r, f, 0);
+    h = delaunay_find_facet(r->mesh, r->worker, a, b, c);
+    if (!h) return;
+    delaunay_mark_facet(r->mesh, h, 1);
+    mesher__set_facet_present(r, f, 1);
+}
+
+static uint32_t mesher__facet_root(const mesher__recovery *r, uint32_t f)
+{
+    return f < r->domain->num_facets ? f : r->facet_origin[f - r->domain->num_facets];
+}
+
+/* Is there room for one more split? */
+static int mesher__split_room(const mesher__recovery *r)
+{
+    return r->num_splits < MESHER__PIECES / 4 && r->num_edges + 64 < r->domain->num_edges + MESHER__PIECES &&
+           r->num_facets + 96 < r->domain->num_facets + MESHER__PIECES && r->mesh->num_vertices + 1 < r->cap_at;
+}
+
+/* Facets that have an edge and are constraints now, into the split; 0 if they are too many. */
+static int mesher__facets_of_edge(const mesher__recovery *r, uint32_t e, mesher__split *split)
+{
+    const uint32_t *v = r->edges + 2 * (size_t)e;
+    uint32_t f;
+    split->num_facets = 0;
+    for (f = 0; f < r->num_facets; f++) {
+        const uint32_t *w = r->facets + 3 * (size_t)f;
+        if (r->facet_retired[f]) continue;
+        if ((w[0] == v[0]) + (w[1] == v[0]) + (w[2] == v[0]) + (w[0] == v[1]) + (w[1] == v[1]) + (w[2] == v[1]) < 2) continue;
+        if (split->num_facets == 32) return 0;
+        split->facets[split->num_facets++] = f;
+    }
+    return 1;
+}
+
+/* A clean window around crossings of the pipe, that sees a point of the segment between them. */
+static int mesher__splitting_point(mesher__recovery *r, const double *a, const double *b, int of_facet, double *x)
+{
+    static const double places[5] = {0.5, 0.25, 0.75, 0, 1};
+    uint32_t i, j;
+    int k, p;
+    for (i = 0; i < r->num_windows && !mesher__stopped(r); i++) {
+        const mesher__window *w = &r->windows[mesher__window_at(r, i)];
+        double low = 2, high = -1;
+        if (!mesher__clean_window(r, w, 1)) continue;
+        for (j = 0; j < r->pipe.num_crossings && !of_facet; j++) {
+            const mesher__crossing *c = &r->pipe.crossings[j];
+            uint32_t m, found = 0;
+            for (m = 0; m < r->window.num_tets; m++)
+                found |= (uint32_t)(r->window.tets[m] == c->tets[0]) | (uint32_t)(r->window.tets[m] == c->tets[1]) << 1;
+            if (found != 3) continue;
+            if (c->where < low) low = c->where;
+            if (c->where > high) high = c->where;
+        }
+        for (p = 0; p < (of_facet || low == high ? 1 : 5); p++) {
+            double t = of_facet ? 0.5 : low + places[p] * (high - low);
+            if (!(t > 0 && t < 1)) continue;
+            for (k = 0; k < 3 && !of_facet; k++) x[k] = a[k] + t * (b[k] - a[k]);
+            if (mesher__in_kernel(r, x)) return 1;
+        }
+    }
+    return 0;
+}
+
+/* Puts a point on a missing edge, and on the facets that have it. */
+static int mesher__split_edge(mesher__recovery *r, uint32_t e)
+{
+    mesher__split *split = &r->splits[r->num_splits];
+    uint32_t a = r->edges[2 * (size_t)e], b = r->edges[2 * (size_t)e + 1], s, i, root;
+    double x[3];
+    if (!mesher__split_room(r)) return 0;
+    mesher__walk_edge(r, a, b);
+    if (r->status != MESHER_OK || mesher__report_edge(r, e) || r->pipe.too_long || !r->pipe.num_crossings) return 0;
+    mesher__windows_of_edge(r, 4, DELAUNAY_WINDOW_VERTICES);
+    mesher__windows_by_share(r, 0);
+    if (!mesher__splitting_point(r, mesher__x(r, a), mesher__x(r, b), 0, x)) return 0;
+    memset(split, 0, sizeof *split);
+    if (!mesher__facets_of_edge(r, e, split) || !mesher__star_window(r, &r->window, x)) return 0;
+    s = r->mesh->num_vertices - 1;
+    r->num_splits++;
+    r->added--;
+    split->vertex = s;
+    split->edge = e;
+    split->facet = MESHER__ABSENT;
+    split->first_edge = r->num_edges;
+    split->first_facet = r->num_facets;
+    root = e < r->domain->num_edges ? e : r->edge_origin[e - r->domain->num_edges];
+    mesher__retire_edge(r, e, 1);
+    for (i = 0; i < split->num_facets; i++) mesher__retire_facet(r, split->facets[i], 1);
+    mesher__add_edge_piece(r, a, s, root);
+    mesher__add_edge_piece(r, b, s, root);
+    for (i = 0; i < split->num_facets; i++) {
+        const uint32_t *w = r->facets + 3 * (size_t)split->facets[i];
+        uint32_t c = w[0] != a && w[0] != b ? w[0] : w[1] != a && w[1] != b ? w[1] : w[2];
+        root = mesher__facet_root(r, split->facets[i]);
+        mesher__add_edge_piece(r, c, s, root | MESHER__IN_FACET);
+        mesher__add_facet_piece(r, a, s, c, root);
+        mesher__add_facet_piece(r, b, s, c, root);
+    }
+    split->end_edge = r->num_edges;
+    split->end_facet = r->num_facets;
+    return 1;
+}
+
+/* Puts a point on a missing facet, where an edge of the mesh pierces it. */
+static int mesher__split_facet(mesher__recovery *r, uint32_t f)
+{
+    mesher__split *split = &r->splits[r->num_splits];
+    uint32_t v[3], s, i, root = mesher__facet_root(r, f);
+    int done = 0, k;
+    memcpy(v, r->facets + 3 * (size_t)f, sizeof v);
+    if (!mesher__split_room(r) || !mesher__edges_present(r, v)) return 0;
+    mesher__walk_facet(r, v);
+    if (r->status != MESHER_OK || mesher__report_facet(r, f) || r->pipe.too_long) return 0;
+    mesher__windows_of_facet(r, 0, DELAUNAY_WINDOW_VERTICES);
+    mesher__windows_by_share(r, 1);
+    for (i = 0; i < r->pipe.num_edges && !done; i++) {
+        const double *p = mesher__x(r, r->pipe.edges[i][0]), *q = mesher__x(r, r->pipe.edges[i][1]);
+        double t = mesher__where(r, r->pipe.edges[i][0], r->pipe.edges[i][1], v), x[3];
+        for (k = 0; k < 3; k++) x[k] = p[k] + t * (q[k] - p[k]);
+        done = mesher__splitting_point(r, p, q, 1, x) && mesher__star_window(r, &r->window, x);
+    }
+    if (!done) return 0;
+    memset(split, 0, sizeof *split);
+    s = r->mesh->num_vertices - 1;
+    r->num_splits++;
+    r->added--;
+    split->vertex = s;
+    split->edge = MESHER__ABSENT;
+    split->facet = f;
+    split->first_edge = r->num_edges;
+    split->first_facet = r->num_facets;
+    mesher__retire_facet(r, f, 1);
+    for (k = 0; k < 3; k++) mesher__add_edge_piece(r, v[k], s, root | MESHER__IN_FACET);
+    for (k = 0; k < 3; k++) mesher__add_facet_piece(r, v[k], v[(k + 1) % 3], s, root);
+    split->end_edge = r->num_edges;
+    split->end_facet = r->num_facets;
+    return 1;
+}
+
+/* Splits what is missing until everything is there, in pieces. */
+static void mesher__split_all(mesher__recovery *r)
+{
+    int round;
+    uint32_t i;
+    for (round = 0; round < 40 && !mesher__stopped(r); round++) {
+        int changed = 0;
+        if (mesher__ends(r) || (!r->num_missing_edges && !r->num_missing_facets)) return;
+        mesher__list_edges(r, 0);
+        for (i = 0; i < r->num_todo && !mesher__stopped(r); i++)
+            if (!r->edge_present[r->todo[i]]) changed |= mesher__split_edge(r, r->todo[i]);
+        if (r->num_missing_edges) mesher__edge_levels(r);
+        if (r->num_missing_edges == 0 && !mesher__ends(r)) {
+            mesher__facet_levels(r);
+            mesher__list_facets(r);
+            for (i = 0; i < r->num_todo && !mesher__stopped(r) && !r->num_missing_edges; i++)
+                if (!r->facet_present[r->todo[i]]) changed |= mesher__split_facet(r, r->todo[i]);
+        }
+        mesher__tell(r, "split, round", round);
+        if (!changed) return;
+    }
+}
+
+/* The local number of a vertex in a window under construction. */
+static int mesher__window_vertex(delaunay_window *w, uint32_t v)
+{
+    uint32_t i;
+    for (i = 0; i < w->num_vertices; i++)
+        if (w->vertices[i] == v) return (int)i;
+    if (w->num_vertices == DELAUNAY_WINDOW_VERTICES) return -1;
+    w->vertices[w->num_vertices] = v;
+    return (int)w->num_vertices++;
+}
+
+/* Constraints whole again in a window: what holds the point of the split goes, the edge and its facets come. */
+static int mesher__window_restore(const mesher__recovery *r, delaunay_window *w, const mesher__split *split)
+{
+    uint32_t i, n = 0, local;
+    int k;
+    for (local = 0; w->vertices[local] != split->vertex; local++) {}
+    if (!(w->interior >> local & 1)) return 0;
+    w->dropped = 1u << local;
+    for (i = 0; i < w->num_kept_edges; i++)
+        if (w->kept_edges[i][0] != local && w->kept_edges[i][1] != local) memmove(w->kept_edges[n++], w->kept_edges[i], 2);
+    w->num_kept_edges = n;
+    for (n = 0, i = 0; i < w->num_kept_facets; i++)
+        if (w->kept_facets[i][0] != local && w->kept_facets[i][1] != local && w->kept_facets[i][2] != local)
+            memmove(w->kept_facets[n++], w->kept_facets[i], 3);
+    w->num_kept_facets = n;
+    if (split->edge != MESHER__ABSENT) {
+        if (w->num_kept_edges == DELAUNAY_WINDOW_KEPT) return 0;
+        for (k = 0; k < 2; k++) {
+            int l = mesher__window_vertex(w, r->edges[2 * (size_t)split->edge + (size_t)k]);
+            if (l < 0) return 0;
+            w->kept_edges[w->num_kept_edges][k] = (uint8_t)l;
+        }
+        w->num_kept_edges++;
+    }
+    for (i = 0; i < (split->edge != MESHER__ABSENT ? split->num_facets : 1); i++) {
+        uint32_t f = split->edge != MESHER__ABSENT ? split->facets[i] : split->facet;
+        if (w->num_kept_facets == DELAUNAY_WINDOW_KEPT) return 0;
+        for (k = 0; k < 3; k++) {
+            int l = mesher__window_vertex(w, r->facets[3 * (size_t)f + (size_t)k]);
+            if (l < 0) return 0;
+            w->kept_facets[w->num_kept_facets][k] = (uint8_t)l;
+        }
+        w->num_kept_facets++;
+    }
+    return 1;
+}
+
+/* The pieces stop being constraints and the whole is one again, or back. */
+static void mesher__switch_split(mesher__recovery *r, const mesher__split *split, int whole)
+{
+    uint32_t i;
+    for (i = split->first_edge; i < split->end_edge; i++) mesher__retire_edge(r, i, whole);
+    for (i = split->first_facet; i < split->end_facet; i++) mesher__retire_facet(r, i, whole);
+    if (split->edge != MESHER__ABSENT) mesher__retire_edge(r, split->edge, !whole);
+    else mesher__retire_facet(r, split->facet, !whole);
+    for (i = 0; i < split->num_facets; i++) mesher__retire_facet(r, split->facets[i], !whole);
+}
+
+/* Commits num_new tetrahedra of r->commit in place of r->star, without the split. */
+static int mesher__commit_whole(mesher__recovery *r, mesher__split *split, uint32_t num_new)
+{
+    mesher__switch_split(r, split, 1);
+    if (!mesher__commit(r, r->star.items, r->star.count, r->commit, num_new)) {
+        mesher__switch_split(r, split, 0);
+        mesher__account_new(r, r->star.items, r->star.count);
+        return 0;
+    }
+    r->mesh->vertex_tet[split->vertex] = 0;
+    split->undone = 1;
+    return 1;
+}
+
+/* A search over the whole star of the point. */
+static int mesher__suppress_by_search(mesher__recovery *r, mesher__split *split, uint32_t max_nodes)
+{
+    delaunay_window *w = &r->window;
+    delaunay_search *s = &r->search;
+    uint32_t i, k;
+    if (!delaunay_window_set(w, r->mesh, r->worker, r->star.items, r->star.count, DELAUNAY_WINDOW_VERTICES, 1, 1)) return 0;
+    if (!mesher__window_restore(r, w, split)) return 0;
+    memset(s, 0, offsetof(delaunay_search, tets));
+    s->objective = DELAUNAY_ANY;
+    s->max_nodes = max_nodes;
+    i = (uint32_t)delaunay_reconnect(r->mesh, r->worker, w, s);
+    r->nodes += s->nodes;
+    r->work += 3 * (uint64_t)s->nodes;
+    if (!i) return 0;
+    for (i = 0; i < s->num_tets; i++)
+        for (k = 0; k < 4; k++) r->commit[4 * i + k] = w->vertices[s->tets[i][k]];
+    return mesher__commit_whole(r, split, s->num_tets);
+}
+
+/* The sector of the star that holds tetrahedron number first: numbers into sector; those it meets through
+ * constrained facets stay out. */
+static void mesher__flood_sector(const mesher__recovery *r, uint32_t vertex, uint32_t first, uint32_t number, uint32_t *sector)
+{
+    uint32_t stack[DELAUNAY_WINDOW_TETS], n = 0, j;
+    int k;
+    stack[n++] = first;
+    sector[first] = number;
+    while (n > 0) {
+        uint32_t i = stack[--n];
+        delaunay_handle t = r->star.items[i];
+        for (k = 0; k < 4; k++) {
+            if (r->mesh->tets[t].v[k] == vertex || (r->mesh->flags[t] & DELAUNAY_FACET_BIT(k))) continue;
+            for (j = 0; j < r->star.count && r->star.items[j] != r->mesh->tets[t].n[k] / 4; j++) {}
+            if (j == r->star.count || sector[j]) continue;
+            sector[j] = number;
+            stack[n++] = j;
+        }
+    }
+}
+
+/* What a vertex of a facet at the split's point stands for once the facet is whole; 0: another facet stands for it. */
+static uint32_t mesher__whole_vertex(const mesher__recovery *r, const mesher__split *split, const uint32_t *w)
+{
+    uint32_t k, seen = 0;
+    if (split->edge != MESHER__ABSENT) {
+        const uint32_t *ab = r->edges + 2 * (size_t)split->edge;
+        for (k = 0; k < 3; k++) seen |= (uint32_t)(w[k] == ab[0]) | (uint32_t)(w[k] == ab[1]) << 1;
+        return seen == 1 ? ab[1] : 0;
+    } else {
+        const uint32_t *abc = r->facets + 3 * (size_t)split->facet;
+        for (k = 0; k < 3; k++)
+            seen |= (uint32_t)(w[k] == abc[0]) | (uint32_t)(w[k] == abc[1]) << 1 | (uint32_t)(w[k] == abc[2]) << 2;
+        return seen == 3 ? abc[2] : 0;
+    }
+}
+
+/* Adds the inner normal of a shell's facet, of unit length. */
+static void mesher__add_normal(const mesher__recovery *r, const uint32_t *f, double *sum)
+{
+    const double *a = mesher__x(r, f[0]), *b = mesher__x(r, f[1]), *c = mesher__x(r, f[2]);
+    double u[3], v[3], n[3], length = 0;
+    int k;
+    for (k = 0; k < 3; k++) {
+        u[k] = b[k] - a[k];
+        v[k] = c[k] - a[k];
+    }
+    for (k = 0; k < 3; k++) {
+        n[k] = u[(k + 1) % 3] * v[(k + 2) % 3] - u[(k + 2) % 3] * v[(k + 1) % 3];
+        length += n[k] * n[k];
+    }
+    for (k = 0; k < 3; k++) sum[k] -= n[k] / sqrt(length);
+}
+
+/* The polyhedron of a sector with the facets whole, as the shell. Returns 0 if it is too large. */
+static int mesher__sector_shell(mesher__recovery *r, const mesher__split *split, const uint32_t *sector, uint32_t number)
+{
+    uint32_t i, c, *v;
+    int k;
+    r->num_shell = 0;
+    for (k = 0; k < 3; k++) r->inwards[k] = 0;
+    for (i = 0; i < r->star.count; i++) {
+        const delaunay_tet *t = &r->mesh->tets[r->star.items[i]];
+        if (sector[i] != number) continue;
+        for (k = 0; k < 4; k++) {
+            int constrained = (r->mesh->flags[r->star.items[i]] & DELAUNAY_FACET_BIT(k)) != 0;
+            if (t->v[k] != split->vertex && !constrained) continue;
+            if (r->num_shell == DELAUNAY_WINDOW_FACETS) return 0;
+            v = r->shell[r->num_shell];
+            for (c = 0; c < 3; c++) v[c] = t->v[delaunay_facet_order(k)[c]];
+            if (t->v[k] != split->vertex) {
+                uint32_t whole = mesher__whole_vertex(r, split, v);
+                if (!whole) continue;
+                for (c = 0; c < 3; c++)
+                    if (v[c] == split->vertex) v[c] = whole;
+                mesher__add_normal(r, v, r->inwards);
+            }
+            r->num_shell++;
+        }
+    }
+    return r->num_shell > 0;
+}
+
+/* The shell as a window without tetrahedra, for a search; 0 if it has too many vertices. */
+static int mesher__window_of_shell(mesher__recovery *r)
+{
+    delaunay_window *w = &r->window;
+    uint32_t i, c;
+    w->num_tets = w->num_vertices = w->num_facets = 0;
+    w->num_kept_edges = w->num_kept_facets = w->interior = w->dropped = 0;
+    for (i = 0; i < r->num_shell; i++, w->num_facets++)
+        for (c = 0; c < 3; c++) {
+            int l = mesher__window_vertex(w, r->shell[i][c]);
+            if (l < 0) return 0;
+            w->facets[i][c] = (uint8_t)l;
+        }
+    return 1;
+}
+
+/* A point that sees the whole sector: the deepest one, or one near the split's point, between the facets. */
+static int mesher__sector_point(mesher__recovery *r, const mesher__split *split, double *x)
+{
+    const double *s = mesher__x(r, split->vertex);
+    double size = 0, step;
+    uint32_t i;
+    int k, j;
+    if (mesher__kernel(r, x) > 0) return 1;
+    for (i = 0; i < r->num_shell; i++)
+        for (k = 0; k < 3; k++) {
+            double d = fabs(mesher__x(r, r->shell[i][0])[k] - s[k]);
+            if (d > size) size = d;
+        }
+    for (j = 0, step = size; j < 52; j++, step /= 2) {
+        for (k = 0; k < 3; k++) x[k] = s[k] + step * r->inwards[k];
+        if (mesher__in_kernel(r, x)) return 1;
+    }
+    return 0;
+}
+
+/* Fills the shell of a sector: by a search, or around a new point. Tetrahedra after *num_new in r->commit. */
+static int mesher__fill_sector(mesher__recovery *r, const mesher__split *split, uint32_t *num_new)
+{
+    const delaunay_window *w = &r->window;
+    delaunay_search *s = &r->search;
+    uint32_t i, k, v;
+    double x[3];
+    int found = 0;
+    if (mesher__window_of_shell(r)) {
+        memset(s, 0, offsetof(delaunay_search, tets));
+        s->objective = DELAUNAY_ANY;
+        s->max_nodes = 5000;
+        found = delaunay_reconnect(r->mesh, r->worker, w, s);
+        r->nodes += s->nodes;
+        r->work += 3 * (uint64_t)s->nodes;
+    }
+    if (*num_new + (found ? s->num_tets : r->num_shell) > DELAUNAY_WINDOW_FACETS) return 0;
+    if (found) {
+        for (i = 0; i < s->num_tets; i++, ++*num_new)
+            for (k = 0; k < 4; k++) r->commit[4 * *num_new + k] = w->vertices[s->tets[i][k]];
+        return 1;
+    }
+    if (!mesher__sector_point(r, split, x)) return 0;
+    v = delaunay_add_vertex(r->mesh, x, DELAUNAY_NO_ID);
+    if (!v) r->status = MESHER_ERROR_OUT_OF_MEMORY;
+    if (!v) return 0;
+    for (i = 0; i < r->num_shell; i++, ++*num_new) {
+        r->commit[4 * *num_new] = r->shell[i][0];
+        r->commit[4 * *num_new + 1] = r->shell[i][2];
+        r->commit[4 * *num_new + 2] = r->shell[i][1];
+        r->commit[4 * *num_new + 3] = v;
+    }
+    r->added++;
+    return 1;
+}
+
+/* Sector by sector. */
+static int mesher__suppress_by_sectors(mesher__recovery *r, mesher__split *split)
+{
+    uint32_t sector[DELAUNAY_WINDOW_TETS], i, number = 0, num_new = 0, vertices = r->mesh->num_vertices;
+    uint32_t added = r->added;
+    if (r->star.count > DELAUNAY_WINDOW_TETS) return 0;
+    memset(sector, 0, r->star.count * sizeof *sector);
+    for (i = 0; i < r->star.count; i++) {
+        if (sector[i]) continue;
+        mesher__flood_sector(r, split->vertex, i, ++number, sector);
+        if (!mesher__sector_shell(r, split, sector, number) || !mesher__fill_sector(r, split, &num_new)) break;
+    }
+    if (i == r->star.count && number > 1 && mesher__commit_whole(r, split, num_new)) return 1;
+    r->mesh->num_vertices = vertices;
+    r->added = added;
+    return 0;
+}
+
+/* Is a constraint that was made by one split part of another, later one that still stands? */
+static int mesher__split_again(const mesher__recovery *r, uint32_t i)
+{
+    const mesher__split *split = &r->splits[i];
+    uint32_t j, k;
+    for (j = i + 1; j < r->num_splits; j++) {
+        const mesher__split *later = &r->splits[j];
+        if (later->undone) continue;
+        if (later->edge != MESHER__ABSENT && later->edge >= split->first_edge && later->edge < split->end_edge) return 1;
+        if (later->facet != MESHER__ABSENT && later->facet >= split->first_facet && later->facet < split->end_facet) return 1;
+        for (k = 0; k < later->num_facets; k++)
+            if (later->facets[k] >= split->first_facet && later->facets[k] < split->end_facet) return 1;
+    }
+    return 0;
+}
+
+/* Takes one point off the surface, if it can. */
+static int mesher__suppress(mesher__recovery *r, mesher__split *split, int pass)
+{
+    mesher__note_failure(r, delaunay_vertex_star(r->mesh, r->worker, split->vertex, &r->star));
+    return r->status == MESHER_OK && (mesher__suppress_by_search(r, split, 2000) || mesher__suppress_by_sectors(r, split) ||
+                                      (pass > 0 && mesher__suppress_by_search(r, split, 50000)));
+}
+
+/* Takes the points off the surface, last first, as far as that goes. */
+static void mesher__suppress_all(mesher__recovery *r)
+{
+    uint32_t left = r->num_splits, i;
+    int pass, changed = 1;
+    for (pass = 0; pass < 12 && left > 0 && (changed || pass < 2); pass++) {
+        changed = 0;
+        for (i = r->num_splits; i-- > 0 && !mesher__stopped(r);) {
+            mesher__split *split = &r->splits[i];
+            if (split->undone || mesher__split_again(r, i) || !mesher__suppress(r, split, pass)) continue;
+            changed = 1;
+            left--;
+        }
+        mesher__tell(r, "points left on the surface", (int)left);
+    }
+}
+
+static uint32_t mesher__points_on_surface(const mesher__recovery *r)
+{
+    uint32_t i, n = 0;
+    for (i = 0; i < r->num_splits; i++) n += !r->splits[i].undone;
+    return n;
+}
+
 /* -- the whole */
 
 static void mesher__recovery_free(mesher__recovery *r)
@@ -3883,6 +4487,13 @@ static void mesher__recovery_free(mesher__recovery *r)
     delaunay_release(memory, r->edge_present);
     delaunay_release(memory, r->facet_present);
     delaunay_release(memory, r->hopeless);
+    delaunay_release(memory, r->edge_retired);
+    delaunay_release(memory, r->facet_retired);
+    delaunay_release(memory, r->edge_origin);
+    delaunay_release(memory, r->facet_origin);
+    delaunay_release(memory, r->edge_slots);
+    delaunay_release(memory, r->facet_slots);
+    delaunay_release(memory, r->splits);
     delaunay_release(memory, r->missing_edges_at);
     delaunay_release(memory, r->missing_facets_at);
     delaunay_release(memory, r->todo);
@@ -3898,7 +4509,7 @@ static mesher__recovery *mesher__recovery_new(mesher_domain *domain, mesher_repo
     delaunay_memory *memory = &domain->memory;
     mesher__recovery *r = (mesher__recovery *)delaunay_alloc(memory, 1, sizeof *r);
     size_t edges = domain->num_edges, facets = domain->num_facets, rows = domain->mesh.num_vertices;
-    size_t most = edges > facets ? edges : facets;
+    size_t most = (edges > facets ? edges : facets) + MESHER__PIECES;
     if (!r) return NULL;
     memset(r, 0, sizeof *r);
     r->domain = domain;
@@ -3911,19 +4522,29 @@ static mesher__recovery *mesher__recovery_new(mesher_domain *domain, mesher_repo
     r->seen.memory = r->seen_edges.memory = r->known.memory = r->known_near.memory = r->failed.memory = memory;
     r->queue.memory = r->star.memory = r->star2.memory = r->pool.memory = memory;
     mesher__set_clear(&r->failed);
-    r->edges = (uint32_t *)mesher__zeros(r, 2 * edges, sizeof(uint32_t));
+    r->num_edges = domain->num_edges;
+    r->num_facets = domain->num_facets;
+    r->cap_at = r->num_rows + MESHER__PIECES;
+    r->edges = (uint32_t *)mesher__zeros(r, 2 * (edges + MESHER__PIECES), sizeof(uint32_t));
     r->edge_row = (uint32_t *)mesher__zeros(r, rows + 1, sizeof(uint32_t));
     r->edge_other = (uint32_t *)mesher__zeros(r, edges, sizeof(uint32_t));
     r->edge_index = (uint32_t *)mesher__zeros(r, edges, sizeof(uint32_t));
-    r->facets = (uint32_t *)mesher__zeros(r, 3 * facets, sizeof(uint32_t));
+    r->facets = (uint32_t *)mesher__zeros(r, 3 * (facets + MESHER__PIECES), sizeof(uint32_t));
     r->facet_row = (uint32_t *)mesher__zeros(r, rows + 1, sizeof(uint32_t));
     r->facet_index = (uint32_t *)mesher__zeros(r, facets, sizeof(uint32_t));
     r->facet_others = (uint64_t *)mesher__zeros(r, facets, sizeof(uint64_t));
-    r->edge_present = (uint8_t *)mesher__zeros(r, edges, 1);
-    r->facet_present = (uint8_t *)mesher__zeros(r, facets, 1);
-    r->hopeless = (uint8_t *)mesher__zeros(r, edges, 1);
-    r->missing_edges_at = (uint32_t *)mesher__zeros(r, rows, sizeof(uint32_t));
-    r->missing_facets_at = (uint32_t *)mesher__zeros(r, rows, sizeof(uint32_t));
+    r->edge_present = (uint8_t *)mesher__zeros(r, edges + MESHER__PIECES, 1);
+    r->facet_present = (uint8_t *)mesher__zeros(r, facets + MESHER__PIECES, 1);
+    r->edge_retired = (uint8_t *)mesher__zeros(r, edges + MESHER__PIECES, 1);
+    r->facet_retired = (uint8_t *)mesher__zeros(r, facets + MESHER__PIECES, 1);
+    r->hopeless = (uint8_t *)mesher__zeros(r, edges + MESHER__PIECES, 1);
+    r->missing_edges_at = (uint32_t *)mesher__zeros(r, rows + MESHER__PIECES, sizeof(uint32_t));
+    r->missing_facets_at = (uint32_t *)mesher__zeros(r, rows + MESHER__PIECES, sizeof(uint32_t));
+    r->edge_origin = (uint32_t *)mesher__zeros(r, MESHER__PIECES, sizeof(uint32_t));
+    r->facet_origin = (uint32_t *)mesher__zeros(r, MESHER__PIECES, sizeof(uint32_t));
+    r->edge_slots = (uint32_t *)mesher__zeros(r, 2 * MESHER__PIECES, sizeof(uint32_t));
+    r->facet_slots = (uint32_t *)mesher__zeros(r, 2 * MESHER__PIECES, sizeof(uint32_t));
+    r->splits = (mesher__split *)mesher__zeros(r, MESHER__PIECES / 4, sizeof(mesher__split));
     r->todo = (uint32_t *)mesher__zeros(r, most, sizeof(uint32_t));
     r->order = (uint64_t *)mesher__zeros(r, most, sizeof(uint64_t));
     r->worker = delaunay_worker_new(memory);
@@ -3933,8 +4554,6 @@ static mesher__recovery *mesher__recovery_new(mesher_domain *domain, mesher_repo
     }
     return r;
 }
-
-static int mesher__ends(const mesher__recovery *r) { return r->status != MESHER_OK || r->defects || r->absent; }
 
 /* Before hard work, once: does the surface intersect itself? Then nothing can help, and the findings say why. */
 static void mesher__ask_for_defects(mesher__recovery *r)
@@ -3976,22 +4595,43 @@ static void mesher__recover_all(mesher__recovery *r)
 static void mesher__report_missing(mesher__recovery *r)
 {
     uint32_t i;
-    for (i = 0; i < r->domain->num_edges; i++) {
+    for (i = 0; i < r->num_edges; i++) {
         const uint32_t *v = r->edges + 2 * (size_t)i;
         if (r->edge_present[i]) continue;
-        mesher_report_add(r->report, MESHER_DEFECT_RECOVERY, r->domain->edge_source[i], DELAUNAY_NO_ID, mesher__id(r, v[0]),
+        mesher_report_add(r->report, MESHER_DEFECT_RECOVERY, mesher__edge_source(r, i), DELAUNAY_NO_ID, mesher__id(r, v[0]),
                           mesher__id(r, v[1]), DELAUNAY_NO_ID, mesher__x(r, v[0]));
     }
-    for (i = 0; i < r->domain->num_facets; i++) {
+    for (i = 0; i < r->num_facets; i++) {
         const uint32_t *v = r->facets + 3 * (size_t)i;
         if (r->facet_present[i] || !mesher__edges_present(r, v)) continue;
-        mesher_report_add(r->report, MESHER_DEFECT_RECOVERY, r->domain->facet_source[i], DELAUNAY_NO_ID,
+        mesher_report_add(r->report, MESHER_DEFECT_RECOVERY, mesher__facet_source(r, i), DELAUNAY_NO_ID,
                           mesher__id(r, v[0]), mesher__id(r, v[1]), mesher__id(r, v[2]), mesher__x(r, v[0]));
     }
     if (r->report)
         snprintf(r->report->message, sizeof r->report->message,
                  "%lu edges and %lu facets of the surface could not be recovered, and no defect of it explains why",
                  (unsigned long)r->num_missing_edges, (unsigned long)r->num_missing_facets);
+}
+
+/* Points that did not come off the surface: allowed, or a failure; listed in either case. */
+static mesher_result mesher__report_splits(mesher__recovery *r)
+{
+    int allowed = r->domain->options.allow_surface_steiner;
+    uint32_t i;
+    for (i = 0; i < r->num_splits; i++) {
+        const mesher__split *split = &r->splits[i];
+        int of_edge = split->edge != MESHER__ABSENT;
+        uint32_t source = of_edge ? mesher__edge_source(r, split->edge) : mesher__facet_source(r, split->facet);
+        if (split->undone) continue;
+        mesher_report_add(r->report, allowed ? MESHER_NOTE_SURFACE_STEINER : MESHER_DEFECT_RECOVERY, source, DELAUNAY_NO_ID,
+                          DELAUNAY_NO_ID, DELAUNAY_NO_ID, DELAUNAY_NO_ID, mesher__x(r, split->vertex));
+    }
+    if (r->report) r->report->surface_steiner = mesher__points_on_surface(r);
+    if (r->report && !allowed)
+        snprintf(r->report->message, sizeof r->report->message,
+                 "%lu points would have to stay on the surface, which allow_surface_steiner permits",
+                 (unsigned long)mesher__points_on_surface(r));
+    return allowed ? MESHER_OK : MESHER_ERROR_RECOVERY;
 }
 
 /* One attempt on the empty mesh as it is. *again: isolated points have to be left out first. */
@@ -4009,6 +4649,10 @@ static mesher_result mesher__recover_once(mesher_domain *domain, mesher_report *
         report->missing_facets = r->num_missing_facets;
     }
     mesher__recover_all(r);
+    if (!mesher__ends(r) && (r->num_missing_edges || r->num_missing_facets)) {
+        mesher__split_all(r);
+        if (!mesher__ends(r) && !r->num_missing_edges && !r->num_missing_facets) mesher__suppress_all(r);
+    }
     if (r->status == MESHER_OK && !r->defects && !r->absent && !r->num_missing_edges && !r->num_missing_facets)
         mesher__remove_points(r);
     mesher__tell(r, "points removed, now", (int)(r->added - r->removed));
@@ -4024,6 +4668,8 @@ static mesher_result mesher__recover_once(mesher_domain *domain, mesher_report *
     } else if (result == MESHER_OK && (r->num_missing_edges || r->num_missing_facets)) {
         result = MESHER_ERROR_RECOVERY;
         mesher__report_missing(r);
+    } else if (result == MESHER_OK && mesher__points_on_surface(r)) {
+        result = mesher__report_splits(r);
     }
     if (report) report->interior_steiner = r->added - r->removed;
     mesher__recovery_free(r);

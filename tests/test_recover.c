@@ -1,0 +1,611 @@
+/* test_recover.c - every edge and facet of a surface comes back, exactly, or the reason is said */
+#define MESHER_IMPLEMENTATION
+#include "mesher.h"
+#include <stdlib.h>
+#include "check.h"
+
+/* -- a surface under construction */
+
+typedef struct shape {
+    double   *xyz;
+    uint32_t *triangles, *edges;
+    size_t    num_vertices, num_triangles, num_edges;
+} shape;
+
+static uint32_t add_vertex(shape *s, double x, double y, double z)
+{
+    s->xyz = (double *)realloc(s->xyz, (s->num_vertices + 1) * 3 * sizeof *s->xyz);
+    s->xyz[3 * s->num_vertices] = x;
+    s->xyz[3 * s->num_vertices + 1] = y;
+    s->xyz[3 * s->num_vertices + 2] = z;
+    return (uint32_t)s->num_vertices++;
+}
+
+static void add_triangle(shape *s, uint32_t a, uint32_t b, uint32_t c)
+{
+    uint32_t *t;
+    s->triangles = (uint32_t *)realloc(s->triangles, (s->num_triangles + 1) * 3 * sizeof *s->triangles);
+    t = s->triangles + 3 * s->num_triangles++;
+    t[0] = a;
+    t[1] = b;
+    t[2] = c;
+}
+
+static void add_edge(shape *s, uint32_t a, uint32_t b)
+{
+    s->edges = (uint32_t *)realloc(s->edges, (s->num_edges + 1) * 2 * sizeof *s->edges);
+    s->edges[2 * s->num_edges] = a;
+    s->edges[2 * s->num_edges++ + 1] = b;
+}
+
+static void shape_free(shape *s)
+{
+    free(s->xyz);
+    free(s->triangles);
+    free(s->edges);
+    memset(s, 0, sizeof *s);
+}
+
+static uint64_t state = 88172645463325252u;
+static uint32_t random_below(uint32_t n)
+{
+    state ^= state << 13;
+    state ^= state >> 7;
+    state ^= state << 17;
+    return (uint32_t)(state >> 33) % n;
+}
+static double random_unit(void) { return random_below(1u << 30) / (double)(1u << 30); }
+
+/* x -> scale * R x + shift, R a rotation by some angles. */
+static void transform(shape *s, double angle, double scale, double shift)
+{
+    size_t i;
+    double c = cos(angle), d = sin(angle), e = cos(0.7 * angle), f = sin(0.7 * angle);
+    for (i = 0; i < s->num_vertices; i++) {
+        double *x = s->xyz + 3 * i, y[3];
+        y[0] = c * x[0] - d * x[1];
+        y[1] = e * (d * x[0] + c * x[1]) - f * x[2];
+        y[2] = f * (d * x[0] + c * x[1]) + e * x[2];
+        if (angle == 0) memcpy(y, x, sizeof y);
+        x[0] = scale * y[0] + shift;
+        x[1] = scale * y[1] + shift;
+        x[2] = scale * y[2] - shift;
+    }
+}
+
+/* A closed strip between two rings of n vertices, the diagonal of each quad chosen by a bit. */
+static void add_band(shape *s, uint32_t low, uint32_t high, uint32_t n, uint64_t bits)
+{
+    uint32_t i;
+    for (i = 0; i < n; i++) {
+        uint32_t a = low + i, b = low + (i + 1) % n, c = high + i, d = high + (i + 1) % n;
+        if (bits >> (i % 64) & 1) {
+            add_triangle(s, a, b, d);
+            add_triangle(s, a, d, c);
+        } else {
+            add_triangle(s, a, b, c);
+            add_triangle(s, b, d, c);
+        }
+    }
+}
+
+static void add_fan(shape *s, uint32_t ring, uint32_t n, int up)
+{
+    uint32_t i;
+    for (i = 1; i + 1 < n; i++) {
+        if (up) add_triangle(s, ring, ring + i, ring + i + 1);
+        else add_triangle(s, ring, ring + i + 1, ring + i);
+    }
+}
+
+/* A prism over an n-gon, twisted; its diagonals are reflex. n = 3: Schonhardt's polyhedron. Stacked: levels of it. */
+static void twisted_prism(shape *s, uint32_t n, double twist, int levels)
+{
+    uint32_t first = (uint32_t)s->num_vertices, i;
+    int l;
+    for (l = 0; l <= levels; l++)
+        for (i = 0; i < n; i++) {
+            double t = 6.283185307179586 * i / n + l * twist;
+            add_vertex(s, cos(t), sin(t), 1.2 * l);
+        }
+    for (l = 0; l < levels; l++) add_band(s, first + n * (uint32_t)l, first + n * (uint32_t)(l + 1), n, 0);
+    add_fan(s, first, n, 0);
+    add_fan(s, first + n * (uint32_t)levels, n, 1);
+}
+
+/* Chazelle's polyhedron: a box with notches from below up to z = xy + gap, and from above down to z = xy - gap. */
+static double saddle(double x, double y, int n) { return x * y / n; }
+static void chazelle(shape *s, int n, double gap)
+{
+    /* a coarse relative of it: wedges along x from above and along y from below, one vertex line each */
+    int i, side;
+    double top = n + 2.0, w = 0.25;
+    for (side = 0; side < 2; side++)
+        for (i = 1; i < n; i++) {
+            double p = i, q = side ? -1.0 : 1.0;
+            uint32_t v[6];
+            double z0 = saddle(p, 0, n) + q * gap, z1 = saddle(p, n, n) + q * gap;
+            /* a thin wedge, closed, as a body of its own: its sharp line lies near the saddle */
+            if (side == 0) {
+                v[0] = add_vertex(s, p, 0, z0);
+                v[1] = add_vertex(s, p, n, z1);
+                v[2] = add_vertex(s, p - w, 0, top);
+                v[3] = add_vertex(s, p - w, n, top);
+                v[4] = add_vertex(s, p + w, 0, top);
+                v[5] = add_vertex(s, p + w, n, top);
+            } else {
+                v[0] = add_vertex(s, 0, p, z0);
+                v[1] = add_vertex(s, n, p, z1);
+                v[2] = add_vertex(s, 0, p - w, -top);
+                v[3] = add_vertex(s, n, p - w, -top);
+                v[4] = add_vertex(s, 0, p + w, -top);
+                v[5] = add_vertex(s, n, p + w, -top);
+            }
+            add_triangle(s, v[0], v[2], v[4]);
+            add_triangle(s, v[1], v[5], v[3]);
+            add_triangle(s, v[0], v[1], v[2]);
+            add_triangle(s, v[1], v[3], v[2]);
+            add_triangle(s, v[0], v[4], v[1]);
+            add_triangle(s, v[1], v[4], v[5]);
+            add_triangle(s, v[2], v[3], v[4]);
+            add_triangle(s, v[3], v[5], v[4]);
+        }
+}
+
+/* A box of nx * ny * nz cells whose facets' diagonals are random: coplanar and cospherical everywhere. */
+static void random_box(shape *s, int nx, int ny, int nz, double thickness)
+{
+    int n[3], axis, side, i, j, k;
+    uint32_t base = (uint32_t)s->num_vertices, *id;
+    n[0] = nx;
+    n[1] = ny;
+    n[2] = nz;
+    id = (uint32_t *)malloc(sizeof *id * (size_t)((nx + 1) * (ny + 1) * (nz + 1)));
+    (void)base;
+    for (k = 0; k <= nz; k++)
+        for (j = 0; j <= ny; j++)
+            for (i = 0; i <= nx; i++)
+                if (i == 0 || j == 0 || k == 0 || i == nx || j == ny || k == nz)
+                    id[(k * (ny + 1) + j) * (nx + 1) + i] = add_vertex(s, i, j, k * thickness);
+    for (axis = 0; axis < 3; axis++)
+        for (side = 0; side < 2; side++) {
+            int u = (axis + 1) % 3, v = (axis + 2) % 3, p, q;
+            for (p = 0; p < n[u]; p++)
+                for (q = 0; q < n[v]; q++) {
+                    uint32_t c[4];
+                    int m;
+                    for (m = 0; m < 4; m++) {
+                        int x[3];
+                        x[axis] = side * n[axis];
+                        x[u] = p + (m == 1 || m == 2);
+                        x[v] = q + (m >= 2);
+                        c[m] = id[(x[2] * (ny + 1) + x[1]) * (nx + 1) + x[0]];
+                    }
+                    if (!side) {
+                        uint32_t t = c[1];
+                        c[1] = c[3];
+                        c[3] = t;
+                    }
+                    if (random_below(2)) {
+                        add_triangle(s, c[0], c[1], c[2]);
+                        add_triangle(s, c[0], c[2], c[3]);
+                    } else {
+                        add_triangle(s, c[1], c[2], c[3]);
+                        add_triangle(s, c[1], c[3], c[0]);
+                    }
+                }
+        }
+    free(id);
+}
+
+/* A torus in the xy plane, or stood up; its centre at x. */
+static void torus(shape *s, double x, int upright, uint32_t n, uint32_t m, double thick)
+{
+    uint32_t base = (uint32_t)s->num_vertices, i, j;
+    for (i = 0; i < n; i++)
+        for (j = 0; j < m; j++) {
+            double a = 6.283185307179586 * i / n, b = 6.283185307179586 * (j + 0.5 * (i % 2)) / m;
+            double r = 1 + thick * cos(b), h = thick * sin(b);
+            if (upright) add_vertex(s, x + r * cos(a), h, r * sin(a));
+            else add_vertex(s, x + r * cos(a), r * sin(a), h);
+        }
+    for (i = 0; i < n; i++)
+        for (j = 0; j < m; j++) {
+            uint32_t a = base + i * m + j, b = base + (i + 1) % n * m + j;
+            uint32_t c = base + i * m + (j + 1) % m, d = base + (i + 1) % n * m + (j + 1) % m;
+            add_triangle(s, a, b, c);
+            add_triangle(s, b, d, c);
+        }
+}
+
+/* An octahedron, each facet cut in four a few times, on a sphere. */
+static void sphere(shape *s, double x, double radius, uint32_t n)
+{
+    uint32_t base = (uint32_t)s->num_vertices, i, j, top, bottom;
+    for (i = 1; i < n; i++)
+        for (j = 0; j < 2 * n; j++) {
+            double a = 3.141592653589793 * i / n, b = 3.141592653589793 * (j + 0.37 * i) / n;
+            add_vertex(s, x + radius * sin(a) * cos(b), radius * sin(a) * sin(b), radius * cos(a));
+        }
+    top = add_vertex(s, x, 0, radius);
+    bottom = add_vertex(s, x, 0, -radius);
+    for (i = 0; i + 2 < n; i++) add_band(s, base + (i + 1) * 2 * n, base + i * 2 * n, 2 * n, state >> 3);
+    for (j = 0; j < 2 * n; j++) {
+        add_triangle(s, top, base + j, base + (j + 1) % (2 * n));
+        add_triangle(s, bottom, base + (n - 2) * 2 * n + (j + 1) % (2 * n), base + (n - 2) * 2 * n + j);
+    }
+}
+
+/* A star-shaped polyhedron over a sphere's triangulation: radii at random. */
+static void random_ball(shape *s, uint32_t n, double roughness)
+{
+    size_t i, first = s->num_vertices;
+    int k;
+    sphere(s, 0, 1, n);
+    for (i = first; i < s->num_vertices; i++) {
+        double f = 1 + roughness * random_unit();
+        for (k = 0; k < 3; k++) s->xyz[3 * i + (size_t)k] *= f;
+    }
+}
+
+static void tetrahedron(shape *s, double x, double y, double z, double size)
+{
+    uint32_t a = add_vertex(s, x, y, z), b = add_vertex(s, x + size, y, z);
+    uint32_t c = add_vertex(s, x, y + size, z), d = add_vertex(s, x, y, z + size);
+    add_triangle(s, a, c, b);
+    add_triangle(s, a, b, d);
+    add_triangle(s, b, c, d);
+    add_triangle(s, a, d, c);
+}
+
+/* -- what is checked */
+
+static mesher_finding findings[32];
+
+static mesher_result recover(mesher_domain *domain, const shape *s, mesher_report *report)
+{
+    mesher_surface surface;
+    mesher_result result;
+    memset(&surface, 0, sizeof surface);
+    memset(report, 0, sizeof *report);
+    memset(domain, 0, sizeof *domain);
+    report->findings = findings;
+    report->cap_findings = 32;
+    surface.xyz = s->xyz;
+    surface.num_vertices = s->num_vertices;
+    surface.triangles = s->triangles;
+    surface.num_triangles = s->num_triangles;
+    surface.edges = s->edges;
+    surface.num_edges = s->num_edges;
+    result = mesher_domain_init(domain, &surface, NULL, report);
+    if (result == MESHER_OK) result = mesher_empty_mesh(domain, report);
+    if (result == MESHER_OK) result = mesher_recover(domain, report);
+    return result;
+}
+
+/* Every edge and facet is there and marked on all tetrahedra that have it; nothing else is marked. */
+static int marks_are_right(mesher_domain *d)
+{
+    delaunay_mesh *m = &d->mesh;
+    delaunay_worker *worker = delaunay_worker_new(&d->memory);
+    uint64_t edges = 0, facets = 0, i;
+    delaunay_handle t, f;
+    int k, ok = worker != NULL;
+    for (i = 0; i < d->num_facets && ok; i++) {
+        const uint32_t *v = d->facets + 3 * i;
+        f = delaunay_find_facet(m, worker, m->vertex_of[v[0]], m->vertex_of[v[1]], m->vertex_of[v[2]]);
+        ok = f && (m->flags[f / 4] >> f % 4 & 1) && (m->flags[m->tets[f / 4].n[f % 4] / 4] >> m->tets[f / 4].n[f % 4] % 4 & 1);
+    }
+    for (i = 0; i < d->num_edges && ok; i++) {
+        uint32_t a = m->vertex_of[d->edges[2 * i]], b = m->vertex_of[d->edges[2 * i + 1]];
+        delaunay_list star;
+        size_t j;
+        memset(&star, 0, sizeof star);
+        star.memory = &d->memory;
+        t = delaunay_find_edge(m, worker, a, b);
+        ok = t != 0;
+        if (ok) ok = delaunay_edge_star(m, worker, t, a, b, &star) == DELAUNAY_OK;
+        for (j = 0; j < star.count && ok; j++) {
+            const delaunay_tet *q = &m->tets[star.items[j]];
+            int e = delaunay_edge_between(delaunay_local_index(q, a), delaunay_local_index(q, b));
+            ok = (m->flags[star.items[j]] & DELAUNAY_EDGE_BIT(e)) != 0;
+        }
+        edges += star.count;
+        delaunay_list_free(&star);
+    }
+    for (t = 1; t < m->num_tets && ok; t++) {
+        if (delaunay_is_deleted(m, t)) continue;
+        for (k = 0; k < 4; k++) facets += m->flags[t] >> k & 1;
+        for (k = 0; k < 6; k++) edges -= m->flags[t] >> (4 + k) & 1;
+    }
+    if (worker) delaunay_worker_free(worker);
+    return ok && edges == 0 && facets == 2 * (uint64_t)d->num_facets;
+}
+
+/* The input's vertices are there, bit for bit. */
+static int vertices_are_the_same(const mesher_domain *d)
+{
+    size_t i;
+    for (i = 0; i < d->surface.num_vertices; i++) {
+        uint32_t v = d->mesh.vertex_of[i];
+        if (d->vertex_used[i] != MESHER_VERTEX_ABSENT &&
+            memcmp(d->mesh.vertices[v].x, d->surface.xyz + 3 * i, 3 * sizeof(double)) != 0)
+            return 0;
+    }
+    return 1;
+}
+
+/* Recovered, valid, marked; returns the interior points added, or -1. */
+static long recovered(const shape *s, const char *name)
+{
+    mesher_domain domain;
+    mesher_report report;
+    mesher_result result = recover(&domain, s, &report);
+    delaunay_report offender;
+    long points = (long)report.interior_steiner;
+    int ok = result == MESHER_OK;
+    if (!ok) printf("%s: %s: %s\n", name, mesher_result_string(result), report.message);
+    CHECK(result == MESHER_OK);
+    if (ok) {
+        CHECK(delaunay_validate(&domain.mesh, DELAUNAY_VALIDATE_GEOMETRY, &offender) == DELAUNAY_OK);
+        CHECK(marks_are_right(&domain));
+        CHECK(vertices_are_the_same(&domain));
+        CHECK(report.num_findings == 0 || !mesher_is_defect(report.findings[0].kind));
+        CHECK(domain.mesh.num_vertices <= s->num_vertices + 9 + report.interior_steiner);
+    }
+    mesher_domain_free(&domain);
+    return ok ? points : -1;
+}
+
+/* The outcome, and the bytes of the mesh as a hash. */
+static uint64_t hash_of(const shape *s, int threads, mesher_result *result)
+{
+    mesher_surface surface;
+    mesher_domain domain;
+    mesher_report report;
+    mesher_options options;
+    uint64_t hash = 14695981039346656037u;
+    delaunay_handle t;
+    int k;
+    memset(&surface, 0, sizeof surface);
+    memset(&report, 0, sizeof report);
+    memset(&options, 0, sizeof options);
+    options.host.num_threads = threads;
+    surface.xyz = s->xyz;
+    surface.num_vertices = s->num_vertices;
+    surface.triangles = s->triangles;
+    surface.num_triangles = s->num_triangles;
+    *result = mesher_domain_init(&domain, &surface, &options, &report);
+    if (*result == MESHER_OK) *result = mesher_empty_mesh(&domain, &report);
+    if (*result == MESHER_OK) *result = mesher_recover(&domain, &report);
+    for (t = 0; t < domain.mesh.num_tets; t++)
+        for (k = 0; k < 4; k++) {
+            hash = (hash ^ domain.mesh.tets[t].v[k]) * 1099511628211u;
+            hash = (hash ^ domain.mesh.tets[t].n[k]) * 1099511628211u;
+        }
+    mesher_domain_free(&domain);
+    return hash;
+}
+
+/* -- tests */
+
+static void schonhardt_needs_one_point(void)
+{
+    int i;
+    for (i = 0; i < 4; i++) {
+        shape s = {0};
+        twisted_prism(&s, 3, -0.5, 1);
+        transform(&s, 0.4 * i, 1, 0);
+        CHECK(recovered(&s, "schonhardt") >= 1);
+        shape_free(&s);
+    }
+}
+
+static void twisted_prisms_and_stacks(void)
+{
+    uint32_t n;
+    for (n = 3; n <= 8; n++) {
+        shape s = {0};
+        twisted_prism(&s, n, -0.9 * 3.14159 / n, 1 + (int)n % 4);
+        transform(&s, 0.3 * n, 1, 0);
+        recovered(&s, "twisted prisms");
+        shape_free(&s);
+    }
+}
+
+static void wedges_around_a_saddle(void)
+{
+    shape s = {0};
+    chazelle(&s, 4, 0.05);
+    recovered(&s, "wedges around a saddle");
+    shape_free(&s);
+}
+
+static void flipped_grids_and_slabs(void)
+{
+    int i;
+    for (i = 0; i < 4; i++) {
+        shape s = {0};
+        random_box(&s, 7, 6, i + 1, i & 1 ? 1 : 0.05);
+        transform(&s, i < 2 ? 0 : 0.7, 1, 0);
+        recovered(&s, "random box");
+        shape_free(&s);
+    }
+}
+
+static void interlocked_tori_and_near_spheres(void)
+{
+    shape s = {0};
+    torus(&s, 0, 0, 30, 9, 0.47);
+    torus(&s, 1, 1, 30, 9, 0.47);
+    recovered(&s, "tori");
+    shape_free(&s);
+    sphere(&s, 0, 1, 9);
+    sphere(&s, 0, 1.12, 11);
+    sphere(&s, 2.1235, 1, 8);
+    recovered(&s, "spheres");
+    shape_free(&s);
+}
+
+static void sheets_and_dangling_edges(void)
+{
+    shape s = {0};
+    uint32_t a, b, c, d;
+    random_box(&s, 4, 4, 4, 1);
+    a = add_vertex(&s, 1.1, 1.2, 0.3);
+    b = add_vertex(&s, 3.2, 1.1, 3.4);
+    c = add_vertex(&s, 0.7, 3.3, 2.9);
+    d = add_vertex(&s, 3.1, 3.0, 1.2);
+    add_triangle(&s, a, b, c);
+    add_edge(&s, c, d);
+    add_vertex(&s, 2.2, 2.3, 0.2); /* isolated */
+    recovered(&s, "sheet, line and point");
+    shape_free(&s);
+}
+
+static void isolated_points_on_the_surface_stay_out(void)
+{
+    shape s = {0};
+    mesher_domain domain;
+    mesher_report report;
+    tetrahedron(&s, 0, 0, 0, 4);
+    add_vertex(&s, 2, 0, 0); /* on an edge */
+    add_vertex(&s, 1, 1, 0); /* within a facet */
+    add_vertex(&s, 1, 1, 1); /* inside */
+    CHECK(recover(&domain, &s, &report) == MESHER_OK);
+    CHECK(domain.vertex_used && domain.vertex_used[4] == MESHER_VERTEX_ABSENT);
+    CHECK(domain.vertex_used && domain.vertex_used[5] == MESHER_VERTEX_ABSENT);
+    CHECK(domain.vertex_used && domain.vertex_used[6] == MESHER_VERTEX_ISOLATED);
+    CHECK(domain.mesh.num_vertices == 4 + 1 + 8 + 1);
+    CHECK(report.counts[MESHER_NOTE_UNUSED_VERTEX] >= 2);
+    CHECK(marks_are_right(&domain));
+    mesher_domain_free(&domain);
+    shape_free(&s);
+}
+
+static void duplicates_change_nothing(void)
+{
+    shape s = {0};
+    size_t i, n;
+    random_box(&s, 3, 3, 3, 1);
+    n = s.num_vertices;
+    for (i = 0; i < n; i++) add_vertex(&s, s.xyz[3 * i], s.xyz[3 * i + 1], s.xyz[3 * i + 2]);
+    for (i = 0; i < s.num_triangles; i += 2) s.triangles[3 * i] += (uint32_t)n;
+    add_triangle(&s, s.triangles[0], s.triangles[1], s.triangles[2]);
+    add_triangle(&s, s.triangles[4], s.triangles[3], s.triangles[5]);
+    recovered(&s, "duplicates");
+    shape_free(&s);
+}
+
+/* The recovery gives up, and names a triangle pair or vertex. */
+static void refused(const shape *s, mesher_kind kind, const char *name)
+{
+    mesher_domain domain;
+    mesher_report report;
+    mesher_result result = recover(&domain, s, &report);
+    if (result == MESHER_OK || !report.counts[kind]) printf("%s: %s\n", name, report.message);
+    CHECK(result == MESHER_ERROR_SURFACE);
+    CHECK(report.counts[kind] > 0);
+    CHECK(report.num_findings > 0 && report.message[0]);
+    mesher_domain_free(&domain);
+}
+
+static void invalid_surfaces_are_refused(void)
+{
+    shape s = {0};
+    tetrahedron(&s, 0, 0, 0, 4); /* two that cross */
+    tetrahedron(&s, 1, 1, -1, 4);
+    refused(&s, MESHER_DEFECT_INTERSECTION, "crossing");
+    shape_free(&s);
+    tetrahedron(&s, 0, 0, 0, 4); /* a vertex of one on an edge of the other */
+    tetrahedron(&s, 2, 0, -2, 2);
+    refused(&s, MESHER_DEFECT_T_JUNCTION, "vertex on an edge");
+    shape_free(&s);
+    tetrahedron(&s, 0, 0, 0, 4); /* a vertex within a facet */
+    tetrahedron(&s, 1, 1, -1, 1);
+    refused(&s, MESHER_DEFECT_T_JUNCTION, "vertex in a facet");
+    shape_free(&s);
+}
+
+static void scale_and_shift_change_nothing(void)
+{
+    static const double scales[3] = {1, 1e-6, 1e6}, shifts[3] = {0, 0, 1e6};
+    int i;
+    for (i = 0; i < 3; i++) {
+        shape s = {0};
+        twisted_prism(&s, 5, -0.5, 2);
+        transform(&s, 0.4, scales[i], shifts[i]);
+        CHECK(recovered(&s, "scaled prism") >= 0);
+        shape_free(&s);
+        state = 4711;
+        random_box(&s, 6, 5, 2, 0.25);
+        transform(&s, 0, scales[i], shifts[i]);
+        CHECK(recovered(&s, "scaled box") >= 0);
+        shape_free(&s);
+    }
+}
+
+static void threads_give_the_same_bytes(void)
+{
+    static const int threads[4] = {1, 2, 3, 7};
+    shape s = {0};
+    uint64_t first = 0;
+    int i;
+    random_ball(&s, 14, 1.5);
+    for (i = 0; i < 4; i++) {
+        mesher_result result;
+        uint64_t hash = hash_of(&s, threads[i], &result);
+        if (i == 0) first = hash;
+        CHECK(result == MESHER_OK && hash == first);
+    }
+    shape_free(&s);
+}
+
+/* One hard case at random; the seed is printed if it is not recovered. */
+static void random_case(uint64_t seed)
+{
+    shape s = {0};
+    long points;
+    uint32_t kind;
+    state = seed * 0x9E3779B97F4A7C15u + 1;
+    for (kind = 0; kind < 8; kind++) random_below(2);
+    kind = random_below(6);
+    if (kind == 0) twisted_prism(&s, 3 + random_below(6), -0.1 - 0.4 * random_unit(), 1 + (int)random_below(6));
+    if (kind == 1) random_box(&s, 2 + (int)random_below(5), 2 + (int)random_below(5), 1 + (int)random_below(3), random_unit());
+    if (kind == 2) random_ball(&s, 4 + random_below(5), 4 * random_unit());
+    if (kind == 3) chazelle(&s, 3 + (int)random_below(3), 0.2 * random_unit() + 0.01);
+    if (kind == 4) {
+        double gap = 0.1 * random_unit() * random_unit() + 1e-4;
+        sphere(&s, 0, 1, 5 + random_below(5));
+        sphere(&s, 2.05 + gap, 1, 5 + random_below(5));
+    }
+    if (kind == 5) {
+        torus(&s, 0, 0, 12 + random_below(9), 5 + random_below(4), 0.3 + 0.12 * random_unit());
+        torus(&s, 1, 1, 12 + random_below(9), 5 + random_below(4), 0.3 + 0.12 * random_unit());
+    }
+    transform(&s, random_below(3) ? 6 * random_unit() : 0, random_below(2) ? 1 : random_unit(), 0);
+    points = recovered(&s, "random case");
+    if (points < 0) printf("    seed %lu, kind %u\n", (unsigned long)seed, (unsigned)kind);
+    shape_free(&s);
+}
+
+/* With arguments FIRST LAST: those random cases and nothing else. */
+int main(int argc, char **argv)
+{
+    uint64_t seed, last = argc > 2 ? (uint64_t)atol(argv[2]) : 60;
+    if (argc <= 2) {
+        schonhardt_needs_one_point();
+        twisted_prisms_and_stacks();
+        wedges_around_a_saddle();
+        flipped_grids_and_slabs();
+        interlocked_tori_and_near_spheres();
+        sheets_and_dangling_edges();
+        isolated_points_on_the_surface_stay_out();
+        duplicates_change_nothing();
+        invalid_surfaces_are_refused();
+        scale_and_shift_change_nothing();
+        threads_give_the_same_bytes();
+    }
+    for (seed = argc > 2 ? (uint64_t)atol(argv[1]) : 1; seed <= last; seed++) random_case(seed);
+    return check_report();
+}
