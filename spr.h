@@ -122,7 +122,8 @@ typedef struct spr_report {
     uint64_t  smoothed, edges_removed, reconnected, vertices_removed, vertices_inserted; /* successful operations */
     uint64_t  relaxed; /* vertices moved for the mean alone */
     uint64_t  rounds, plans, conflicts;
-    uint64_t  bounded;          /* bad tetrahedra left that the surface itself holds below the target */
+    /* bad tetrahedra left, by reason: held below the target by the surface; all vertices fixed; others */
+    uint64_t  bounded, fixed, stuck;
     spr_worst worst[5];
     int       num_worst;
     double    seconds, seconds_smoothing, seconds_edge_removal, seconds_reconnection;
@@ -355,10 +356,11 @@ static double spr__quality_of(const spr__state *s, const uint32_t *v)
     return spr__quality(s, spr__point(m, v[0]), spr__point(m, v[1]), spr__point(m, v[2]), spr__point(m, v[3]));
 }
 
-/* What a change must be better than: it reaches the target, or gains this much. Smaller gains would go on for long. */
+/* What a change must be better than: it reaches the target, or gains this much. Smaller gains would go on for long;
+ * those of the very worst are measured by what they are. */
 static double spr__floor(const spr__state *s, double before)
 {
-    double floor_ = before + (s->sweep == 1 ? 0.02 : 0.005);
+    double least = s->sweep == 1 ? 0.02 : 0.005, gain = spr__min(least, 0.25 * fabs(before) + 1e-12), floor_ = before + gain;
     return before < s->target && floor_ > s->target ? s->target : floor_;
 }
 
@@ -930,27 +932,27 @@ static int spr__plan_smooth(const spr__state *s, delaunay_worker *worker, delaun
 
 /* -- relaxation: better on average */
 
-/* Sum of the qualities of a cone, or -HUGE_VAL as soon as one is below floor. */
-static double spr__cone_sum(const spr__state *s, const spr__cone *cone, const double *p, double floor_)
+/* Sum of the qualities of a cone, or -HUGE_VAL as soon as one is below its least. */
+static double spr__cone_sum(const spr__state *s, const spr__cone *cone, const double *p, const double *least)
 {
     double sum = 0, q;
     size_t i;
     for (i = 0; i < cone->n; i++) {
         q = spr__facet_value(s, &cone->f[i], p);
-        if (q < floor_) return -HUGE_VAL;
+        if (q < least[i]) return -HUGE_VAL;
         sum += q;
     }
     return sum;
 }
 
 /* Item: a vertex. Moves it towards the mean of its link's facets, weighted by area, where that is better on average,
- * and nothing falls below the worst of the star or well above the target. */
+ * the worst of the star does not fall unless it stays well above the target, and no tetrahedron becomes bad or worse. */
 static int spr__plan_relax(void *user, const delaunay_mesh *m, delaunay_worker *worker, size_t item, delaunay_plan *plan)
 {
     const spr__state *s = (const spr__state *)user;
     uint32_t v = s->items.items[item] & UINT32_MAX;
     spr__cone cone;
-    double aim[3] = {0, 0, 0}, p[3], sum = 0, area = 0, worst, step, gain;
+    double aim[3] = {0, 0, 0}, p[3], least[SPR__MAX_STAR], sum = 0, area = 0, step, gain, worst;
     delaunay_result result = delaunay_vertex_star(m, worker, v, &plan->star);
     size_t i;
     int k;
@@ -960,13 +962,15 @@ static int spr__plan_relax(void *user, const delaunay_mesh *m, delaunay_worker *
     for (i = 0; i < cone.n; i++) {
         double q = spr__facet_value(s, &cone.f[i], spr__point(m, v));
         sum += q;
+        least[i] = spr__min(q, s->target + 0.02);
         worst = spr__min(worst, q);
         area += cone.f[i].area;
         for (k = 0; k < 3; k++) aim[k] += cone.f[i].area * (cone.f[i].a[k] + cone.f[i].b[k] + cone.f[i].c[k]) / 3;
     }
+    for (i = 0; i < cone.n; i++) least[i] = spr__max(least[i], worst);
     for (step = 1; step > 0.4; step *= 0.5) {
         for (k = 0; k < 3; k++) p[k] = spr__point(m, v)[k] + step * (aim[k] / area - spr__point(m, v)[k]);
-        gain = spr__cone_sum(s, &cone, p, worst) - sum;
+        gain = spr__cone_sum(s, &cone, p, least) - sum;
         if (gain > 2e-3 * (double)cone.n && spr__cone_is_positive(&cone, p))
             return delaunay_plan_move(plan, v, p, plan->star.items, plan->star.count);
     }
@@ -1499,12 +1503,14 @@ static double spr__lack_of(const spr__state *s, const delaunay_handle *t, size_t
     return sum;
 }
 
-/* A new vertex often makes several better but still bad tetrahedra of a very bad one: it must halve the sum. */
+/* A new vertex often makes several better but still bad tetrahedra of a very bad one: it must halve the sum, or
+ * lift the very worst by much. */
 static int spr__pit_pays(const spr__state *s, const spr__pit *c)
 {
     double after = 0;
     int i;
     for (i = 0; i < c->num_facets; i++) after += spr__lack(s, c->value[i]);
+    if (c->before < 0.4 * s->target && c->after > 2 * c->before && c->after > 0.3 * s->target) return 1;
     return after < 0.5 * spr__lack_of(s, c->t, (size_t)c->num_tets);
 }
 
@@ -1606,7 +1612,10 @@ static void spr__set_goal(delaunay_plan *plan, double goal) { memcpy(&plan->data
 /* What is worth trying for: the target, or nearly what the surface allows. */
 static double spr__goal(const spr__state *s, delaunay_handle t)
 {
-    return s->goal[t] > 0 ? (double)s->goal[t] : spr__min(s->target, 0.97 * spr__bound(s, t));
+    double bound;
+    if (s->goal[t] > 0) return (double)s->goal[t];
+    bound = spr__bound(s, t);
+    return bound >= s->target ? s->target : 0.97 * bound;
 }
 
 static int spr__plan(void *user, const delaunay_mesh *m, delaunay_worker *worker, size_t item, delaunay_plan *plan)
@@ -1689,7 +1698,10 @@ static int spr__renew(spr__state *s, delaunay_handle t, int is_new)
     int k;
     s->value[t] = spr__quality_of(s, v);
     s->level[t] = spr__level_from(s, 0);
-    if (is_new) s->goal[t] = 0;
+    if (is_new) {
+        s->goal[t] = 0;
+        s->listed[t] = s->listed[t] != 0;
+    }
     for (k = 0; k < 4; k++) s->stamp[v[k]] = delaunay_engine_round(s->engine);
     return s->value[t] >= s->target || spr__list(s, t);
 }
@@ -1706,6 +1718,19 @@ static void spr__count(spr__state *s, const delaunay_plan *plan)
     (void)plan;
 }
 
+/* Of listed: everything was tried for this very tetrahedron once; when something changes nearby, the dear ones are not. */
+enum { SPR__EXHAUSTED = 2 };
+
+/* How far one goes for a tetrahedron: what the surface holds anyway is not worth everything. */
+static int spr__last_level(const spr__state *s, delaunay_handle t)
+{
+    double goal = (double)s->goal[t];
+    if (goal > 0 && s->value[t] >= goal) return -1;
+    if (s->listed[t] == SPR__EXHAUSTED) return SPR__INSERT;
+    if (goal == 0 || s->goal[t] >= (float)s->target) return SPR__LARGE;
+    return s->value[t] >= 0.8 * goal ? SPR__INSERT : s->value[t] >= 0.4 * goal ? SPR__MEDIUM : SPR__LARGE;
+}
+
 static int spr__done(void *user, delaunay_mesh *m, delaunay_worker *worker, size_t item, const delaunay_plan *plan)
 {
     spr__state *s = (spr__state *)user;
@@ -1720,9 +1745,10 @@ static int spr__done(void *user, delaunay_mesh *m, delaunay_worker *worker, size
         double goal;
         memcpy(&goal, &plan->data[1], sizeof goal);
         if (delaunay_is_deleted(m, t) || s->value[t] >= s->target) return 0;
-        if (goal > 0) s->goal[t] = (float)goal;
+        if (goal > 0) s->goal[t] = goal >= s->target ? (float)s->target : (float)goal;
         if (s->level[t] == s->sweep) s->level[t] = spr__level_from(s, s->sweep + 1);
-        if (goal > 0 && s->value[t] >= goal) s->level[t] = SPR__HOPELESS;
+        if (s->level[t] > spr__last_level(s, t)) s->level[t] = SPR__HOPELESS;
+        if (s->level[t] == SPR__HOPELESS) s->listed[t] = SPR__EXHAUSTED;
         s->tried[t] = delaunay_engine_round(s->engine);
     } else {
         int ok = 1;
@@ -1950,6 +1976,12 @@ static int spr__find_bad(spr__state *s)
     return ok;
 }
 
+static int spr__is_fixed(const spr__state *s, delaunay_handle t)
+{
+    const uint32_t *v = s->mesh->tets[t].v;
+    return !s->movable[v[0]] && !s->movable[v[1]] && !s->movable[v[2]] && !s->movable[v[3]];
+}
+
 /* The worst that is left, and why. */
 static void spr__explain(spr__state *s)
 {
@@ -1957,11 +1989,13 @@ static void spr__explain(spr__state *s)
     size_t i;
     int j, k;
     r->num_worst = 0;
-    r->bounded = 0;
+    r->bounded = r->fixed = r->stuck = 0;
     for (i = 0; i < s->bad.count; i++) {
         delaunay_handle t = s->bad.items[i];
         if (delaunay_is_deleted(s->mesh, t) || s->value[t] >= s->target) continue;
-        r->bounded += s->goal[t] > 0 && (double)s->goal[t] < s->target;
+        if (s->goal[t] > 0 && s->goal[t] < (float)s->target) r->bounded++;
+        else if (spr__is_fixed(s, t)) r->fixed++;
+        else r->stuck++;
         for (j = r->num_worst; j > 0 && r->worst[j - 1].quality > s->value[t]; j--)
             if (j < 5) r->worst[j] = r->worst[j - 1];
         if (j == 5) continue;
@@ -1978,8 +2012,8 @@ static void spr__explain(spr__state *s)
                          spr__point(s->mesh, v[3])[k]) / 4;
         w->reason = w->bound < s->target ? SPR_BOUNDED
                     : s->level[w->tet] < SPR__HOPELESS ? SPR_BUDGET
-                    : s->movable[v[0]] || s->movable[v[1]] || s->movable[v[2]] || s->movable[v[3]] ? SPR_STUCK
-                                                                                                   : SPR_FIXED;
+                    : spr__is_fixed(s, w->tet) ? SPR_FIXED
+                                               : SPR_STUCK;
     }
 }
 

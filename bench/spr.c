@@ -51,11 +51,12 @@ static int run(const char *path, const spr_options *options, int verbose)
     print_line(path, "before", &report.before, 0);
     print_line(path, "after", &report.after, report.seconds);
     if (verbose) {
-        printf("# smoothed %lu edges %lu reconnected %lu removed %lu inserted %lu bounded %lu rounds %lu plans %lu "
+        printf("# smoothed %lu edges %lu reconnected %lu removed %lu inserted %lu bounded %lu fixed %lu stuck %lu rounds %lu plans %lu "
                "conflicts %lu; s %.3f e %.3f r %.3f\n",
                (unsigned long)report.smoothed, (unsigned long)report.edges_removed, (unsigned long)report.reconnected,
                (unsigned long)report.vertices_removed, (unsigned long)report.vertices_inserted,
-               (unsigned long)report.bounded, (unsigned long)report.rounds, (unsigned long)report.plans,
+               (unsigned long)report.bounded, (unsigned long)report.fixed, (unsigned long)report.stuck,
+               (unsigned long)report.rounds, (unsigned long)report.plans,
                (unsigned long)report.conflicts, report.seconds_smoothing, report.seconds_edge_removal,
                report.seconds_reconnection);
         for (i = 0; i < report.num_worst; i++)
