@@ -333,6 +333,8 @@ typedef struct spr__state {
     uint8_t         *level;       /* a tetrahedron: next operator */
     uint8_t         *listed;      /* a tetrahedron: is in the list */
     uint32_t        *stamp;       /* a vertex: round of the last change around it */
+    uint64_t         allowance[7]; /* plans left to each level */
+    uint8_t         *restarts;    /* a slot: times that its tetrahedron began again */
     uint8_t         *movable;     /* a vertex */
     delaunay_handle  cap_tets;
     uint32_t         cap_vertices, first_new, max_new; /* vertices from first_new on are new; room for max_new */
@@ -1651,17 +1653,20 @@ static int spr__fit(spr__state *s)
         double *value = (double *)delaunay_grow(s->memory, s->value, old, tets, sizeof *value);
         float *goal;
         uint32_t *tried;
-        uint8_t *level, *listed;
+        uint8_t *level, *listed, *restarts;
         if (value) s->value = value;
         goal = (float *)delaunay_grow(s->memory, s->goal, old, tets, sizeof *goal);
         if (goal) s->goal = goal;
         tried = (uint32_t *)delaunay_grow(s->memory, s->tried, old, tets, sizeof *tried);
         if (tried) s->tried = tried;
+        restarts = (uint8_t *)delaunay_grow(s->memory, s->restarts, old, tets, sizeof *restarts);
+        if (restarts) s->restarts = restarts;
         level = (uint8_t *)delaunay_grow(s->memory, s->level, old, tets, sizeof *level);
         if (level) s->level = level;
         listed = (uint8_t *)delaunay_grow(s->memory, s->listed, old, tets, sizeof *listed);
         if (listed) s->listed = listed;
-        if (!value || !goal || !tried || !level || !listed) return 0;
+        if (!value || !goal || !tried || !level || !listed || !restarts) return 0;
+        memset(s->restarts + old, 0, tets - old);
         memset(s->goal + old, 0, (tets - old) * sizeof *goal);
         memset(s->tried + old, 0, (tets - old) * sizeof *tried);
         memset(s->level + old, 0, tets - old);
@@ -1751,10 +1756,16 @@ static int spr__done(void *user, delaunay_mesh *m, delaunay_worker *worker, size
         if (s->level[t] == SPR__HOPELESS) s->listed[t] = SPR__EXHAUSTED;
         s->tried[t] = delaunay_engine_round(s->engine);
     } else {
+        uint8_t restarts = 0;
         int ok = 1;
         spr__count(s, plan);
         for (i = plan->num_tets; i < plan->old_tets.count; i++) s->value[plan->old_tets.items[i]] = HUGE_VAL;
-        for (i = 0; i < plan->num_tets; i++) ok &= spr__renew(s, plan->slots.items[i], 1);
+        for (i = 0; i < plan->old_tets.count; i++)
+            if (s->restarts[plan->old_tets.items[i]] > restarts) restarts = s->restarts[plan->old_tets.items[i]];
+        for (i = 0; i < plan->num_tets; i++) {
+            ok &= spr__renew(s, plan->slots.items[i], 1);
+            s->restarts[plan->slots.items[i]] = restarts;
+        }
         for (i = 0; plan->num_moved && i < plan->star.count; i++) ok &= spr__renew(s, plan->star.items[i], 0);
         if (!ok) {
             s->failure = SPR_ERROR_OUT_OF_MEMORY;
@@ -1762,6 +1773,13 @@ static int spr__done(void *user, delaunay_mesh *m, delaunay_worker *worker, size
         }
     }
     return s->deadline > 0 && delaunay_seconds(&s->options.host) > s->deadline;
+}
+
+/* How often a tetrahedron, or what became of it, begins again because something changed nearby. Where the bad ones
+ * are dense each success wakes dozens of them. */
+static int spr__patience(const spr__state *s, delaunay_handle t)
+{
+    return s->goal[t] > 0 && (double)s->goal[t] < s->target ? 3 : 16;
 }
 
 /* Drops what is good now from the list; what changed since it was last tried begins again. Returns the lowest level. */
@@ -1781,7 +1799,10 @@ static int spr__refresh(spr__state *s)
         s->bad.items[n++] = t;
         if (s->goal[t] > 0 && s->value[t] >= (double)s->goal[t]) continue;
         for (k = 0; k < 4 && s->level[t] > first; k++)
-            if (s->stamp[v[k]] >= s->tried[t]) s->level[t] = first;
+            if (s->stamp[v[k]] >= s->tried[t] && s->restarts[t] < spr__patience(s, t)) {
+                s->level[t] = first;
+                s->restarts[t]++;
+            }
         if (s->level[t] < lowest) lowest = s->level[t];
     }
     s->bad.count = n;
@@ -1802,6 +1823,17 @@ static spr_result spr__speculate(spr__state *s, delaunay_speculation *job)
     return s->failure != SPR_OK ? s->failure : (spr_result)result;
 }
 
+/* Plans that each level may make in all. On a clean mesh no limit is met; where the surface leaves thousands of bad
+ * tetrahedra in thin places, the dear searches stop at a cost that grows with the mesh alone. */
+static void spr__set_allowance(spr__state *s, uint64_t num_tets)
+{
+    int level;
+    for (level = 0; level < SPR__HOPELESS; level++) s->allowance[level] = UINT64_MAX;
+    s->allowance[SPR__REMOVE] = s->allowance[SPR__INSERT] = 20000 + num_tets / 10;
+    s->allowance[SPR__MEDIUM] = 5000 + num_tets / 50;
+    s->allowance[SPR__LARGE] = 1000 + num_tets / 400;
+}
+
 static spr_result spr__run(spr__state *s, int level)
 {
     static const uint32_t batch[SPR__HOPELESS] = {1024, 512, 512, 256, 256, 128, 32};
@@ -1811,8 +1843,11 @@ static spr_result spr__run(spr__state *s, int level)
     s->items.count = 0;
     for (i = 0; i < s->bad.count; i++) {
         delaunay_handle t = s->bad.items[i];
-        if (s->level[t] == level && delaunay_list_push(&s->items, t) != DELAUNAY_OK) return SPR_ERROR_OUT_OF_MEMORY;
+        if (s->level[t] != level) continue;
+        if (s->items.count >= s->allowance[level]) s->level[t] = SPR__HOPELESS;
+        else if (delaunay_list_push(&s->items, t) != DELAUNAY_OK) return SPR_ERROR_OUT_OF_MEMORY;
     }
+    s->allowance[level] -= s->items.count;
     if (s->items.count == 0) return SPR_OK;
     memset(&job, 0, sizeof job);
     job.plan = spr__plan;
@@ -1863,6 +1898,7 @@ static spr_result spr__schedule(spr__state *s)
 {
     spr_result result = SPR_OK;
     int sweeps, level;
+    spr__set_allowance(s, s->report->before.num_tets);
     for (sweeps = 0; result == SPR_OK; sweeps++) {
         double start = delaunay_seconds(&s->options.host), took;
         if (s->options.max_rounds > 0 && sweeps >= s->options.max_rounds) return SPR_STOPPED_BY_BUDGET;
@@ -2049,6 +2085,7 @@ static void spr__close(spr__state *s)
     delaunay_release(s->memory, s->goal);
     delaunay_release(s->memory, s->tried);
     delaunay_release(s->memory, s->level);
+    delaunay_release(s->memory, s->restarts);
     delaunay_release(s->memory, s->listed);
     delaunay_release(s->memory, s->stamp);
     delaunay_release(s->memory, s->movable);
