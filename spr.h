@@ -1775,11 +1775,17 @@ static int spr__done(void *user, delaunay_mesh *m, delaunay_worker *worker, size
     return s->deadline > 0 && delaunay_seconds(&s->options.host) > s->deadline;
 }
 
+/* The surface is known to hold t below the target; goals are floats. */
+static int spr__is_held(const spr__state *s, delaunay_handle t)
+{
+    return s->goal[t] > 0 && s->goal[t] < (float)s->target;
+}
+
 /* How often a tetrahedron, or what became of it, begins again because something changed nearby. Where the bad ones
  * are dense each success wakes dozens of them. */
 static int spr__patience(const spr__state *s, delaunay_handle t)
 {
-    return s->goal[t] > 0 && (double)s->goal[t] < s->target ? 3 : 16;
+    return spr__is_held(s, t) ? 3 : 16;
 }
 
 /* Drops what is good now from the list; what changed since it was last tried begins again. Returns the lowest level. */
@@ -2029,7 +2035,7 @@ static void spr__explain(spr__state *s)
     for (i = 0; i < s->bad.count; i++) {
         delaunay_handle t = s->bad.items[i];
         if (delaunay_is_deleted(s->mesh, t) || s->value[t] >= s->target) continue;
-        if (s->goal[t] > 0 && s->goal[t] < (float)s->target) r->bounded++;
+        if (spr__is_held(s, t)) r->bounded++;
         else if (spr__is_fixed(s, t)) r->fixed++;
         else r->stuck++;
         for (j = r->num_worst; j > 0 && r->worst[j - 1].quality > s->value[t]; j--)
