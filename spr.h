@@ -332,7 +332,9 @@ typedef struct spr__state {
     uint32_t        *tried;       /* a tetrahedron: round of the last failure */
     uint8_t         *level;       /* a tetrahedron: next operator */
     uint8_t         *listed;      /* a tetrahedron: is in the list */
+    uint32_t        *kept;        /* a tetrahedron: round in which no edge of it was worth removing */
     uint32_t        *stamp;       /* a vertex: round of the last change around it */
+    uint32_t        *still;       /* a vertex: round in which no better place was found */
     uint64_t         allowance[7]; /* plans left to each level */
     uint8_t         *restarts;    /* a slot: times that its tetrahedron began again */
     uint8_t         *movable;     /* a vertex */
@@ -910,6 +912,13 @@ static int spr__smooth(const spr__state *s, delaunay_worker *worker, uint32_t v,
     return spr__cone_is_positive(&cone, offer->xyz);
 }
 
+/* Of a plan's data: what done() is told. */
+enum {
+    SPR__GOAL = 1,   /* what is worth trying for, a double */
+    SPR__IN_VAIN = 2 /* bit i: vertex i of the tetrahedron has no better place */
+};
+
+/* Only vertices whose star has changed since they were last tried in vain. */
 static int spr__plan_smooth(const spr__state *s, delaunay_worker *worker, delaunay_handle t, delaunay_plan *plan)
 {
     spr__offer best, offer;
@@ -919,9 +928,10 @@ static int spr__plan_smooth(const spr__state *s, delaunay_worker *worker, delaun
     best.after = best.before = 0;
     for (i = 0; i < 4; i++) {
         uint32_t v = s->mesh->tets[t].v[i];
-        if (!s->movable[v]) continue;
+        if (!s->movable[v] || s->still[v] > s->stamp[v]) continue;
         answer = spr__smooth(s, worker, v, plan, &offer);
         if (answer < 0) return answer;
+        if (answer == 0) plan->data[SPR__IN_VAIN] |= 1u << i;
         if (answer == 0 || (best.vertex && offer.after - offer.before <= best.after - best.before)) continue;
         best = offer;
         if (best.after >= s->target) break;
@@ -1084,14 +1094,18 @@ static int spr__all_positive(const delaunay_mesh *m, uint32_t (*v)[4], int n)
     return 1;
 }
 
+/* Only edges around which something has changed since t was last tried: both ends saw it. */
 static int spr__plan_edges(const spr__state *s, delaunay_handle t, delaunay_plan *plan)
 {
+    const uint32_t *v = s->mesh->tets[t].v;
     uint32_t tets[2 * SPR__MAX_RING][4];
     spr__ring ring, best;
     int e, i, n, answer = DELAUNAY_PLAN_COMMIT;
     best.n = 0;
     best.after = -HUGE_VAL;
     for (e = 0; e < 6; e++) {
+        const uint8_t *o = delaunay_edge_order(e);
+        if (s->stamp[v[o[0]]] < s->kept[t] || s->stamp[v[o[1]]] < s->kept[t]) continue;
         if (!spr__ring_set(s, &ring, t, e) || !spr__ring_solve(s, &ring) || ring.after <= best.after) continue;
         n = spr__ring_tets(&ring, 0, ring.n - 1, tets);
         if (!spr__all_positive(s->mesh, tets, n)) continue;
@@ -1356,7 +1370,6 @@ static int spr__plan_removal(const spr__state *s, delaunay_worker *worker, delau
     result = delaunay_vertex_star(m, worker, best.vertex, &plan->star);
     if (result != DELAUNAY_OK) return (int)result;
     answer = spr__plan_contraction(s, plan, &best);
-    if (answer == DELAUNAY_PLAN_COMMIT) plan->data[0] = 1;
     return answer;
 }
 
@@ -1609,7 +1622,10 @@ static uint8_t spr__level_from(const spr__state *s, int level)
     return (uint8_t)level;
 }
 
-static void spr__set_goal(delaunay_plan *plan, double goal) { memcpy(&plan->data[1], &goal, sizeof goal); }
+static void spr__set_goal(delaunay_plan *plan, double goal)
+{
+    memcpy(&plan->data[SPR__GOAL], &goal, sizeof goal);
+}
 
 /* What is worth trying for: the target, or nearly what the surface allows. */
 static double spr__goal(const spr__state *s, delaunay_handle t)
@@ -1652,23 +1668,26 @@ static int spr__fit(spr__state *s)
     if (tets > old) {
         double *value = (double *)delaunay_grow(s->memory, s->value, old, tets, sizeof *value);
         float *goal;
-        uint32_t *tried;
+        uint32_t *tried, *kept;
         uint8_t *level, *listed, *restarts;
         if (value) s->value = value;
         goal = (float *)delaunay_grow(s->memory, s->goal, old, tets, sizeof *goal);
         if (goal) s->goal = goal;
         tried = (uint32_t *)delaunay_grow(s->memory, s->tried, old, tets, sizeof *tried);
         if (tried) s->tried = tried;
+        kept = (uint32_t *)delaunay_grow(s->memory, s->kept, old, tets, sizeof *kept);
+        if (kept) s->kept = kept;
         restarts = (uint8_t *)delaunay_grow(s->memory, s->restarts, old, tets, sizeof *restarts);
         if (restarts) s->restarts = restarts;
         level = (uint8_t *)delaunay_grow(s->memory, s->level, old, tets, sizeof *level);
         if (level) s->level = level;
         listed = (uint8_t *)delaunay_grow(s->memory, s->listed, old, tets, sizeof *listed);
         if (listed) s->listed = listed;
-        if (!value || !goal || !tried || !level || !listed || !restarts) return 0;
+        if (!value || !goal || !tried || !kept || !level || !listed || !restarts) return 0;
         memset(s->restarts + old, 0, tets - old);
         memset(s->goal + old, 0, (tets - old) * sizeof *goal);
         memset(s->tried + old, 0, (tets - old) * sizeof *tried);
+        memset(s->kept + old, 0, (tets - old) * sizeof *kept);
         memset(s->level + old, 0, tets - old);
         memset(s->listed + old, 0, tets - old);
         for (; old < tets; old++) s->value[old] = HUGE_VAL;
@@ -1676,11 +1695,15 @@ static int spr__fit(spr__state *s)
     }
     if (vertices > s->cap_vertices) {
         uint32_t *stamp = (uint32_t *)delaunay_grow(s->memory, s->stamp, s->cap_vertices, vertices, sizeof *stamp);
+        uint32_t *still;
         uint8_t *movable;
         if (stamp) s->stamp = stamp;
+        still = (uint32_t *)delaunay_grow(s->memory, s->still, s->cap_vertices, vertices, sizeof *still);
+        if (still) s->still = still;
         movable = (uint8_t *)delaunay_grow(s->memory, s->movable, s->cap_vertices, vertices, sizeof *movable);
         if (movable) s->movable = movable;
-        if (!stamp || !movable) return 0;
+        if (!stamp || !still || !movable) return 0;
+        memset(s->still + s->cap_vertices, 0, (vertices - s->cap_vertices) * sizeof *still);
         memset(s->stamp + s->cap_vertices, 0, (vertices - s->cap_vertices) * sizeof *stamp);
         memset(s->movable + s->cap_vertices, 2, vertices - s->cap_vertices);
         s->cap_vertices = (uint32_t)vertices;
@@ -1705,6 +1728,7 @@ static int spr__renew(spr__state *s, delaunay_handle t, int is_new)
     s->level[t] = spr__level_from(s, 0);
     if (is_new) {
         s->goal[t] = 0;
+        s->kept[t] = 0;
         s->listed[t] = s->listed[t] != 0;
     }
     for (k = 0; k < 4; k++) s->stamp[v[k]] = delaunay_engine_round(s->engine);
@@ -1748,13 +1772,16 @@ static int spr__done(void *user, delaunay_mesh *m, delaunay_worker *worker, size
     }
     if (!plan->committed) {
         double goal;
-        memcpy(&goal, &plan->data[1], sizeof goal);
+        memcpy(&goal, &plan->data[SPR__GOAL], sizeof goal);
         if (delaunay_is_deleted(m, t) || s->value[t] >= s->target) return 0;
         if (goal > 0) s->goal[t] = goal >= s->target ? (float)s->target : (float)goal;
         if (s->level[t] == s->sweep) s->level[t] = spr__level_from(s, s->sweep + 1);
         if (s->level[t] > spr__last_level(s, t)) s->level[t] = SPR__HOPELESS;
         if (s->level[t] == SPR__HOPELESS) s->listed[t] = SPR__EXHAUSTED;
         s->tried[t] = delaunay_engine_round(s->engine);
+        if (s->sweep == SPR__EDGES) s->kept[t] = s->tried[t];
+        for (i = 0; i < 4; i++)
+            if (plan->data[SPR__IN_VAIN] >> i & 1) s->still[m->tets[t].v[i]] = s->tried[t];
     } else {
         uint8_t restarts = 0;
         int ok = 1;
@@ -2093,7 +2120,9 @@ static void spr__close(spr__state *s)
     delaunay_release(s->memory, s->level);
     delaunay_release(s->memory, s->restarts);
     delaunay_release(s->memory, s->listed);
+    delaunay_release(s->memory, s->kept);
     delaunay_release(s->memory, s->stamp);
+    delaunay_release(s->memory, s->still);
     delaunay_release(s->memory, s->movable);
 }
 
