@@ -28,6 +28,7 @@
  *   >>build           order of insertion, duplicates, canonical numbering
  *   >>partitions      engine (a): sections of the Moore curve    [Marot 2020, 4.2-4.6]
  *   >>editing         stars, replacement of a cavity, constraint marks, locate
+ *   >>changing        points into and out of a finished triangulation
  *   >>reconnect       closure search over small polyhedra        [Marot 2020, 6.2]
  *   >>speculate       engine (b): plan on a frozen mesh, reserve, commit
  *   >>validate        a validator that trusts nothing
@@ -252,6 +253,22 @@ DELAUNAY_API const char *delaunay_result_string(delaunay_result result);
 DELAUNAY_API delaunay_result delaunay_tetrahedralize(delaunay_mesh *mesh, const double *xyz, size_t count,
                                                      const delaunay_options *options, delaunay_report *report);
 
+/* Inserts points into a triangulation that has been made: then it is that of all points.
+ *
+ *   mesh     in/out  of delaunay_tetrahedralize, or zeroed; without marks (delaunay_enable_marks).
+ *                    On failure still a triangulation, of the old points and perhaps some new ones
+ *   xyz      in      3*count doubles, finite; not kept. Their ids go on from mesh->num_points
+ *
+ * New vertices follow the old ones; a point that is there already maps to the vertex that it equals.
+ * Returns  as delaunay_tetrahedralize; _ERROR_INVALID_ARGUMENT: no hull, or marks
+ * Cost     O(count log count), and one pass over the mesh: for a few points a delaunay_editor
+ * Threads  options->host.num_threads; distinct meshes may run at once. The allocator is the mesh's
+ * Repeats  same bytes for the same mesh and points, any number of threads
+ */
+DELAUNAY_API delaunay_result delaunay_insert(delaunay_mesh *mesh, const double *xyz, size_t count,
+                                             const delaunay_options *options,
+                                             delaunay_report *report);
+
 /* Frees all arrays and zeroes the object. Accepts a zeroed one. */
 DELAUNAY_API void delaunay_mesh_free(delaunay_mesh *mesh);
 
@@ -432,6 +449,34 @@ DELAUNAY_API void delaunay_mark_facet(delaunay_mesh *mesh, delaunay_handle f, in
 DELAUNAY_API delaunay_result delaunay_mark_edge(delaunay_mesh *mesh, delaunay_worker *worker,
                                                 delaunay_handle t, uint32_t a, uint32_t b,
                                                 int constrained);
+
+/* -- points into and out of a Delaunay triangulation, one by one. After each call the triangulation
+ * is that of its vertices, the one that delaunay_tetrahedralize would make, ties included; only the
+ * order of the slots differs (delaunay_canonicalize). One editor at a time for a mesh; it keeps
+ * vertex_tet, and until it is freed some deleted slots. Other edits of the mesh may come between its
+ * calls. Constraint marks do not survive an insertion. */
+typedef struct delaunay_editor delaunay_editor;
+/* The mesh must have its hull (ghosts). NULL: it has none, it is empty, or out of memory. */
+DELAUNAY_API delaunay_editor *delaunay_editor_new(delaunay_mesh *mesh);
+DELAUNAY_API void delaunay_editor_free(delaunay_editor *editor);
+/* A new vertex with an id of the caller's, or the one that is at xyz already: *vertex, may be NULL.
+ * hint: a tetrahedron nearby, 0: where the editor was last.
+ * Returns DELAUNAY_OK; _ERROR_NOT_FINITE, _OUT_OF_MEMORY, _TOO_LARGE: nothing has changed.
+ * Cost     the walk from the hint, then about a microsecond */
+DELAUNAY_API delaunay_result delaunay_editor_insert(delaunay_editor *editor, const double *xyz,
+                                                    uint32_t id, delaunay_handle hint,
+                                                    uint32_t *vertex);
+/* The same for a vertex of the mesh that is in no tetrahedron: added, or removed before.
+ * _ERROR_INVALID_ARGUMENT: it is in one, or another vertex is at its place. */
+DELAUNAY_API delaunay_result delaunay_editor_insert_vertex(delaunay_editor *editor, uint32_t vertex,
+                                                           delaunay_handle hint);
+/* Takes a vertex out of the triangulation; it stays in the arrays, in no tetrahedron.
+ * Returns DELAUNAY_OK; _ERROR_DIMENSION: the others lie in one plane; _ERROR_INVALID_ARGUMENT: it is
+ * in no tetrahedron; _OUT_OF_MEMORY. Nothing has changed then.
+ * Cost     a small triangulation of its neighbours, some 30 microseconds
+ * Source   the hole is filled by those tetrahedra of its corners' own triangulation that are in it:
+ *          empty among all points, they are empty among few, and the perturbed tie has one answer */
+DELAUNAY_API delaunay_result delaunay_editor_remove(delaunay_editor *editor, uint32_t vertex);
 
 /* -- closure search: the best triangulation of one small polyhedron [Marot 2020, 6.2].
  * Recovery asks for fewer crossings of a missing edge or facet, improvement for the best worst
@@ -1312,12 +1357,13 @@ static int delaunay__lexicographic_less(const double *a, const double *b)
 
 /* The lifted points are perturbed by infinitesimals that shrink fast in lexicographic order: the
  * first nonzero cofactor of the greatest, then of the second greatest point decides; two steps are
- * enough for distinct points. If that point is e, it is lifted most and lies outside. */
+ * enough for distinct points. If that point is e, it is lifted most and lies outside. An e equal to
+ * another point is never inside. */
 static int delaunay__insphere_tie(const double *a, const double *b, const double *c,
                                   const double *d, const double *e)
 {
     const double *p[5], *s[4];
-    int first = 4, second = -1, i, k, o;
+    int first = 4, second = 4, i, k, o;
     p[0] = a;
     p[1] = b;
     p[2] = c;
@@ -1325,8 +1371,8 @@ static int delaunay__insphere_tie(const double *a, const double *b, const double
     p[4] = e;
     for (i = 0; i < 4; i++)
         if (delaunay__lexicographic_less(p[first], p[i])) first = i;
-    for (i = 0; i < 5; i++)
-        if (i != first && (second < 0 || delaunay__lexicographic_less(p[second], p[i]))) second = i;
+    for (i = 0; i < 4; i++)
+        if (i != first && delaunay__lexicographic_less(p[second], p[i])) second = i;
     for (k = 0; k < 2; k++) {
         i = k ? second : first;
         if (i == 4) return -1;
@@ -2352,6 +2398,7 @@ static int delaunay__insert(delaunay__kernel *k, uint32_t p)
         if (t == DELAUNAY_NONE)
             return k->parallel ? (int)DELAUNAY__FOREIGN : (int)DELAUNAY_ERROR_INTERNAL;
         result = delaunay__cavity(k, t, e);
+        if (result == DELAUNAY__NOT_HERE && !k->parallel) k->hint = t; /* has that vertex */
     }
     if (result != DELAUNAY_OK) return result;
     result = delaunay__ball_reserve(k);
@@ -3908,28 +3955,46 @@ static delaunay_result delaunay__replace_scratch(delaunay_worker *w, size_t num_
     return DELAUNAY_OK;
 }
 
-/* The entry of a triple in any order; a new one is in state OLD, unconstrained. */
-static delaunay__face *delaunay__face_entry(delaunay_worker *w, uint32_t a, uint32_t b, uint32_t c)
+/* Where a triple, in any order, is in the table or would be. */
+static delaunay__face *delaunay__face_place(const delaunay_worker *w, uint32_t a, uint32_t b,
+                                            uint32_t c, uint32_t *v)
 {
-    uint32_t lo = a < b ? a : b, hi = a < b ? b : a, mid;
-    uint32_t low = lo < c ? lo : c, high = hi > c ? hi : c;
+    uint32_t lo = a < b ? a : b, hi = a < b ? b : a;
     size_t mask = ((size_t)1 << w->face_bits) - 1, i;
     delaunay__face *f;
-    mid = a ^ b ^ c ^ low ^ high;
-    i = delaunay__hash(((uint64_t)low << 32 | mid) ^ (uint64_t)high * 0xD6E8FEB86659FD93u,
+    v[0] = lo < c ? lo : c;
+    v[2] = hi > c ? hi : c;
+    v[1] = a ^ b ^ c ^ v[0] ^ v[2];
+    i = delaunay__hash(((uint64_t)v[0] << 32 | v[1]) ^ (uint64_t)v[2] * 0xD6E8FEB86659FD93u,
                        w->face_bits);
     for (f = &w->faces[i]; f->stamp == w->face_stamp; f = &w->faces[i]) {
-        if (f->v[0] == low && f->v[1] == mid && f->v[2] == high) return f;
+        if (f->v[0] == v[0] && f->v[1] == v[1] && f->v[2] == v[2]) return f;
         i = (i + 1) & mask;
     }
-    f->v[0] = low;
-    f->v[1] = mid;
-    f->v[2] = high;
+    return f;
+}
+
+/* The entry of a triple; a new one is in state OLD, unconstrained. */
+static delaunay__face *delaunay__face_entry(delaunay_worker *w, uint32_t a, uint32_t b, uint32_t c)
+{
+    uint32_t v[3];
+    delaunay__face *f = delaunay__face_place(w, a, b, c, v);
+    if (f->stamp == w->face_stamp) return f;
+    memcpy(f->v, v, sizeof v);
     f->stamp = w->face_stamp;
     f->state = DELAUNAY__FACE_OLD;
     f->at = 0;
     f->odd = f->constrained = 0;
     return f;
+}
+
+/* The same; NULL if there is none. */
+static const delaunay__face *delaunay__face_find(const delaunay_worker *w, uint32_t a, uint32_t b,
+                                                 uint32_t c)
+{
+    uint32_t v[3];
+    const delaunay__face *f = delaunay__face_place(w, a, b, c, v);
+    return f->stamp == w->face_stamp ? f : NULL;
 }
 
 /* Edges share the table of the facets: no vertex has this number. */
@@ -4185,6 +4250,324 @@ DELAUNAY_API delaunay_result delaunay_mark_edge(delaunay_mesh *mesh, delaunay_wo
         *flags = (uint16_t)(constrained ? *flags | bit : *flags & ~bit);
     }
     return DELAUNAY_OK;
+}
+
+/* ---- >>changing  points into and out of a finished triangulation ----------------------------- */
+struct delaunay_editor {
+    delaunay_mesh    *mesh;
+    delaunay__kernel  kernel;
+    delaunay_worker  *worker;
+    delaunay_list     star;   /* of the vertex to be removed */
+    delaunay_list     inside; /* of the corners' triangulation: what is in the hole */
+    uint32_t         *corners; /* of the hole, the ghost apart; scratch for both triangulations: */
+    double           *xyz;
+    uint32_t         *tets; /* 4 a tetrahedron to be */
+    size_t            cap_corners, cap_tets;
+};
+
+/* Every facet has a neighbour, and some are the hull's. */
+static int delaunay__is_closed(const delaunay_mesh *mesh)
+{
+    delaunay_handle t, ghosts = 0;
+    for (t = 1; t < mesh->num_tets; t++) {
+        const delaunay_tet *x = &mesh->tets[t];
+        if (delaunay_is_deleted(mesh, t)) continue;
+        if (!x->n[0] || !x->n[1] || !x->n[2] || !x->n[3]) return 0;
+        if (delaunay_is_ghost(mesh, t)) ghosts++;
+    }
+    return ghosts > 0;
+}
+
+DELAUNAY_API void delaunay_editor_free(delaunay_editor *editor)
+{
+    delaunay_memory *m;
+    if (!editor) return;
+    m = &editor->mesh->memory;
+    if (editor->kernel.memory) /* without memory the slots stay deleted, and unused */
+        (void)delaunay__kernel_finish(&editor->kernel);
+    delaunay__kernel_free(&editor->kernel);
+    delaunay_worker_free(editor->worker);
+    delaunay_list_free(&editor->star);
+    delaunay_list_free(&editor->inside);
+    delaunay_release(m, editor->corners);
+    delaunay_release(m, editor->xyz);
+    delaunay_release(m, editor->tets);
+    delaunay_release(m, editor);
+}
+
+DELAUNAY_API delaunay_editor *delaunay_editor_new(delaunay_mesh *mesh)
+{
+    delaunay_editor *e;
+    if (!mesh || !mesh->tets || !delaunay__is_closed(mesh)) return NULL;
+    e = (delaunay_editor *)delaunay_alloc(&mesh->memory, 1, sizeof *e);
+    if (!e) return NULL;
+    memset(e, 0, sizeof *e);
+    e->mesh = mesh;
+    e->star.memory = e->inside.memory = &mesh->memory;
+    e->worker = delaunay_worker_new(&mesh->memory);
+    if (!e->worker || delaunay__kernel_init(&e->kernel, mesh) != DELAUNAY_OK ||
+        delaunay_link_vertices(mesh) != DELAUNAY_OK) {
+        delaunay_editor_free(e);
+        return NULL;
+    }
+    return e;
+}
+
+/* What the kernel does not keep: links of vertices, marks of new and of deleted tetrahedra. */
+static void delaunay__editor_link(delaunay_editor *e)
+{
+    delaunay_mesh *mesh = e->mesh;
+    const delaunay__kernel *k = &e->kernel;
+    size_t j;
+    int i;
+    for (j = 0; j < k->num_cavity; j++) {
+        delaunay_handle t = k->cavity[j] >> 2;
+        if (mesh->flags) mesh->flags[t] = 0;
+        if (mesh->color) mesh->color[t] = 0;
+    }
+    for (j = 0; j < k->num_border; j++) {
+        delaunay_handle h = k->border[j], t = mesh->tets[h >> 2].n[h & 3] >> 2;
+        for (i = 0; i < 4; i++) mesh->vertex_tet[mesh->tets[t].v[i]] = t;
+        if (mesh->flags) mesh->flags[t] = 0;
+        if (mesh->color) mesh->color[t] = 0;
+    }
+}
+
+/* A corner of tetrahedron t at xyz, or 0. */
+static uint32_t delaunay__corner_at(const delaunay_mesh *mesh, delaunay_handle t, const double *xyz)
+{
+    const uint32_t *v = mesh->tets[t].v;
+    int i;
+    for (i = 0; i < 4; i++)
+        if (v[i] && delaunay__compare_points(mesh->vertices[v[i]].x, xyz) == 0) return v[i];
+    return 0;
+}
+
+/* Inserts a loose vertex. *same: the vertex that is at its place; then nothing has changed. */
+static delaunay_result delaunay__editor_put(delaunay_editor *e, uint32_t v, delaunay_handle hint,
+                                            uint32_t *same)
+{
+    delaunay__kernel *k = &e->kernel;
+    int result;
+    *same = 0;
+    delaunay__kernel_view(k);
+    if (hint && hint < e->mesh->num_tets && !delaunay_is_deleted(e->mesh, hint)) k->hint = hint;
+    k->hint = delaunay__any_tet(e->mesh, k->hint);
+    if (k->hint == DELAUNAY_NONE) return DELAUNAY_ERROR_INVALID_ARGUMENT;
+    result = delaunay__insert(k, v);
+    if (result == DELAUNAY__NOT_HERE) {
+        *same = delaunay__corner_at(e->mesh, k->hint, e->mesh->vertices[v].x);
+        return *same ? DELAUNAY_OK : DELAUNAY_ERROR_INTERNAL;
+    }
+    if (result < 0) return (delaunay_result)result;
+    if (result != DELAUNAY_OK) return DELAUNAY_ERROR_INTERNAL;
+    delaunay__editor_link(e);
+    return DELAUNAY_OK;
+}
+
+DELAUNAY_API delaunay_result delaunay_editor_insert(delaunay_editor *editor, const double *xyz,
+                                                    uint32_t id, delaunay_handle hint,
+                                                    uint32_t *vertex)
+{
+    delaunay_mesh *mesh;
+    delaunay_result result;
+    uint32_t v, same;
+    if (vertex) *vertex = 0;
+    if (!editor || !xyz) return DELAUNAY_ERROR_INVALID_ARGUMENT;
+    if (xyz[0] - xyz[0] != 0 || xyz[1] - xyz[1] != 0 || xyz[2] - xyz[2] != 0)
+        return DELAUNAY_ERROR_NOT_FINITE;
+    mesh = editor->mesh;
+    if (mesh->num_vertices >= UINT32_MAX - 16) return DELAUNAY_ERROR_TOO_LARGE;
+    v = delaunay_add_vertex(mesh, xyz, id);
+    if (v == 0) return DELAUNAY_ERROR_OUT_OF_MEMORY;
+    result = delaunay__editor_put(editor, v, hint, &same);
+    if (result != DELAUNAY_OK || same) mesh->num_vertices--;
+    if (result == DELAUNAY_OK && vertex) *vertex = same ? same : v;
+    return result;
+}
+
+DELAUNAY_API delaunay_result delaunay_editor_insert_vertex(delaunay_editor *editor, uint32_t vertex,
+                                                           delaunay_handle hint)
+{
+    delaunay_result result;
+    uint32_t same;
+    if (!editor || vertex == DELAUNAY_GHOST || vertex >= editor->mesh->num_vertices ||
+        editor->mesh->vertex_tet[vertex])
+        return DELAUNAY_ERROR_INVALID_ARGUMENT;
+    result = delaunay__editor_put(editor, vertex, hint, &same);
+    return result == DELAUNAY_OK && same ? DELAUNAY_ERROR_INVALID_ARGUMENT : result;
+}
+
+/* Distinct vertices of the star but v and the ghost: corners, and their coordinates. */
+static delaunay_result delaunay__editor_corners(delaunay_editor *e, uint32_t v, size_t *num)
+{
+    delaunay_mesh *mesh = e->mesh;
+    delaunay_vertex *x = mesh->vertices;
+    size_t i, n = 0, most = 4 * e->star.count;
+    int j;
+    if (most > e->cap_corners) {
+        delaunay_release(&mesh->memory, e->corners);
+        delaunay_release(&mesh->memory, e->xyz);
+        e->cap_corners = 0;
+        e->corners = (uint32_t *)delaunay_alloc(&mesh->memory, 2 * most, sizeof *e->corners);
+        e->xyz = (double *)delaunay_alloc(&mesh->memory, 2 * most, 3 * sizeof *e->xyz);
+        if (!e->corners || !e->xyz) return DELAUNAY_ERROR_OUT_OF_MEMORY;
+        e->cap_corners = 2 * most;
+    }
+    for (i = 0; i < e->star.count; i++)
+        for (j = 0; j < 4; j++) x[mesh->tets[e->star.items[i]].v[j]].local = 0;
+    x[v].local = x[DELAUNAY_GHOST].local = 1;
+    for (i = 0; i < e->star.count; i++)
+        for (j = 0; j < 4; j++) {
+            uint32_t w = mesh->tets[e->star.items[i]].v[j];
+            if (x[w].local) continue;
+            x[w].local = 1;
+            e->corners[n] = w;
+            memcpy(e->xyz + 3 * n++, x[w].x, 3 * sizeof *e->xyz);
+        }
+    for (i = 0; i < n; i++) x[e->corners[i]].local = 0;
+    x[v].local = x[DELAUNAY_GHOST].local = 0;
+    *num = n;
+    return DELAUNAY_OK;
+}
+
+static delaunay_result delaunay__editor_reserve_tets(delaunay_editor *e, size_t count)
+{
+    if (count <= e->cap_tets) return DELAUNAY_OK;
+    delaunay_release(&e->mesh->memory, e->tets);
+    e->cap_tets = 0;
+    e->tets = (uint32_t *)delaunay_alloc(&e->mesh->memory, 2 * count, 4 * sizeof *e->tets);
+    if (!e->tets) return DELAUNAY_ERROR_OUT_OF_MEMORY;
+    e->cap_tets = 2 * count;
+    return DELAUNAY_OK;
+}
+
+/* The walls of the hole into the worker's table: facets opposite v, in the sense of the inside. */
+static delaunay_result delaunay__editor_walls(delaunay_editor *e, uint32_t v)
+{
+    size_t i;
+    delaunay_result result = delaunay__replace_scratch(e->worker, 1, e->star.count);
+    for (i = 0; result == DELAUNAY_OK && i < e->star.count; i++) {
+        const delaunay_tet *t = &e->mesh->tets[e->star.items[i]];
+        const uint8_t *o = delaunay_facet_order(delaunay_local_index(t, v));
+        uint32_t a = t->v[o[0]], b = t->v[o[1]], c = t->v[o[2]];
+        delaunay__face *f = delaunay__face_entry(e->worker, a, b, c);
+        f->state = DELAUNAY__FACE_WALL;
+        f->odd = delaunay__odd(a, b, c);
+    }
+    return result;
+}
+
+/* Corner j of a tetrahedron of the corners' triangulation, as a vertex of the mesh. */
+static uint32_t delaunay__editor_vertex(const delaunay_editor *e, const delaunay_mesh *small,
+                                        delaunay_handle t, int j)
+{
+    uint32_t v = small->tets[t].v[j];
+    return v == DELAUNAY_GHOST ? DELAUNAY_GHOST : e->corners[small->vertex_id[v]];
+}
+
+/* The wall that facet i of t is, or NULL. */
+static const delaunay__face *delaunay__editor_wall(const delaunay_editor *e,
+                                                   const delaunay_mesh *small, delaunay_handle t,
+                                                   int i, uint8_t *odd)
+{
+    const uint8_t *o = delaunay_facet_order(i);
+    uint32_t a = delaunay__editor_vertex(e, small, t, o[0]);
+    uint32_t b = delaunay__editor_vertex(e, small, t, o[1]);
+    uint32_t c = delaunay__editor_vertex(e, small, t, o[2]);
+    const delaunay__face *f = delaunay__face_find(e->worker, a, b, c);
+    *odd = delaunay__odd(a, b, c);
+    return f;
+}
+
+/* What of the corners' triangulation is in the hole: it has a wall on its side, or is reached from
+ * there without crossing one. Into tets. */
+static delaunay_result delaunay__editor_fill(delaunay_editor *e, delaunay_mesh *small, size_t *num)
+{
+    delaunay_handle t;
+    delaunay_result result = DELAUNAY_OK;
+    size_t i;
+    int j;
+    uint8_t odd;
+    e->inside.count = 0;
+    for (t = 1; t < small->num_tets; t++) {
+        for (j = 0; j < 4 && !delaunay_is_deleted(small, t) && !small->mark[t]; j++) {
+            const delaunay__face *f = delaunay__editor_wall(e, small, t, j, &odd);
+            if (!f || f->odd != odd) continue;
+            small->mark[t] = 1;
+            result = delaunay_list_push(&e->inside, t);
+            if (result != DELAUNAY_OK) return result;
+        }
+    }
+    for (i = 0; i < e->inside.count; i++)
+        for (j = 0; j < 4; j++) {
+            t = small->tets[e->inside.items[i]].n[j] >> 2;
+            if (small->mark[t] || delaunay__editor_wall(e, small, e->inside.items[i], j, &odd))
+                continue;
+            small->mark[t] = 1;
+            result = delaunay_list_push(&e->inside, t);
+            if (result != DELAUNAY_OK) return result;
+        }
+    result = delaunay__editor_reserve_tets(e, e->inside.count);
+    for (i = 0; result == DELAUNAY_OK && i < e->inside.count; i++)
+        for (j = 0; j < 4; j++)
+            e->tets[4 * i + (size_t)j] = delaunay__editor_vertex(e, small, e->inside.items[i], j);
+    *num = e->inside.count;
+    return result;
+}
+
+/* All corners in one plane: what is beyond keeps its tetrahedra, and gets ghosts; nothing beyond:
+ * only a plane would be left. */
+static delaunay_result delaunay__editor_cap(delaunay_editor *e, uint32_t v, size_t *num)
+{
+    size_t i, n = 0;
+    delaunay_result result = delaunay__editor_reserve_tets(e, e->star.count);
+    for (i = 0; result == DELAUNAY_OK && i < e->star.count; i++) {
+        const delaunay_tet *t = &e->mesh->tets[e->star.items[i]];
+        int j = delaunay_local_index(t, v);
+        const uint8_t *o = delaunay_facet_order(j);
+        if (t->v[3] == DELAUNAY_GHOST) continue;
+        if (delaunay_is_ghost(e->mesh, t->n[j] >> 2)) return DELAUNAY_ERROR_DIMENSION;
+        e->tets[4 * n] = t->v[o[0]];
+        e->tets[4 * n + 1] = t->v[o[2]];
+        e->tets[4 * n + 2] = t->v[o[1]];
+        e->tets[4 * n++ + 3] = DELAUNAY_GHOST;
+    }
+    *num = n;
+    return result;
+}
+
+DELAUNAY_API delaunay_result delaunay_editor_remove(delaunay_editor *editor, uint32_t vertex)
+{
+    delaunay_mesh small;
+    delaunay_options options;
+    delaunay_report report;
+    delaunay_result result;
+    size_t num_corners = 0, num = 0;
+    if (!editor || vertex == DELAUNAY_GHOST || vertex >= editor->mesh->num_vertices ||
+        !editor->mesh->vertex_tet[vertex])
+        return DELAUNAY_ERROR_INVALID_ARGUMENT;
+    memset(&small, 0, sizeof small);
+    memset(&options, 0, sizeof options);
+    options.any_order = 1;
+    options.host.num_threads = 1;
+    options.host.allocator.alloc = delaunay__counted_alloc;
+    options.host.allocator.release = delaunay__counted_release;
+    options.host.allocator.user = &editor->mesh->memory;
+    result = delaunay_vertex_star(editor->mesh, editor->worker, vertex, &editor->star);
+    if (result == DELAUNAY_OK) result = delaunay__editor_corners(editor, vertex, &num_corners);
+    if (result != DELAUNAY_OK) return result;
+    result = delaunay_tetrahedralize(&small, editor->xyz, num_corners, &options, &report);
+    if (result == DELAUNAY_ERROR_DIMENSION) {
+        result = delaunay__editor_cap(editor, vertex, &num);
+    } else if (result == DELAUNAY_OK) {
+        result = delaunay__editor_walls(editor, vertex);
+        if (result == DELAUNAY_OK) result = delaunay__editor_fill(editor, &small, &num);
+        delaunay_mesh_free(&small);
+    }
+    if (result != DELAUNAY_OK) return result;
+    return delaunay_replace(editor->mesh, editor->worker, editor->star.items, editor->star.count,
+                            editor->tets, num, NULL);
 }
 
 /* ---- >>reconnect  closure search over small polyhedra [Marot 2020, 6.2] --------------------- */
@@ -5920,17 +6303,18 @@ DELAUNAY_API uint64_t delaunay_export_tets(const delaunay_mesh *mesh, uint32_t *
                                            uint64_t cap_tets)
 {
     uint64_t n = 0;
-    uint32_t first = 1, v, w, id;
+    uint32_t first = 1, last, v, w, id; /* the first run of vertices that we added */
     delaunay_handle t;
     int i;
     while (first < mesh->num_vertices && mesh->vertex_id[first] != DELAUNAY_NO_ID) first++;
+    for (last = first; last < mesh->num_vertices && mesh->vertex_id[last] == DELAUNAY_NO_ID;) last++;
     for (t = 1; t < mesh->num_tets; t++) {
         if (delaunay_is_deleted(mesh, t) || delaunay_is_ghost(mesh, t)) continue;
         for (i = 0; tets && n < cap_tets && i < 4; i++) {
             v = mesh->tets[t].v[i];
             id = mesh->vertex_id[v];
             if (id == DELAUNAY_NO_ID) /* its rank among those that we added */
-                for (id = mesh->num_points, w = first; w < v; w++)
+                for (w = v < last ? v : last, id = mesh->num_points + w - first; w < v; w++)
                     id += mesh->vertex_id[w] == DELAUNAY_NO_ID;
             tets[4 * n + (uint64_t)i] = id;
         }
@@ -6114,6 +6498,154 @@ DELAUNAY_API delaunay_result delaunay_tetrahedralize(delaunay_mesh *mesh, const 
     }
     delaunay__count(mesh, report, delaunay_threads(&options->host));
     return DELAUNAY_OK;
+}
+
+/* -- many points into a mesh */
+
+/* Vertices 1 .. num_vertices-1 by their place; open addressing, 0: free. */
+typedef struct delaunay__places {
+    uint32_t *table;
+    size_t mask;
+} delaunay__places;
+
+/* The entry of a place: the vertex there, or 0 to be set. */
+static uint32_t *delaunay__place(const delaunay__places *p, const delaunay_mesh *mesh,
+                                 const double *xyz)
+{
+    size_t i = (size_t)delaunay__hash_point(xyz) & p->mask;
+    while (p->table[i] && delaunay__compare_points(mesh->vertices[p->table[i]].x, xyz) != 0)
+        i = (i + 1) & p->mask;
+    return &p->table[i];
+}
+
+static delaunay_result delaunay__places_init(delaunay__places *p, delaunay_mesh *mesh, size_t more)
+{
+    uint32_t v;
+    p->mask = 255;
+    while (p->mask < 2 * (mesh->num_vertices + more)) p->mask = 2 * p->mask + 1;
+    p->table = (uint32_t *)delaunay_alloc(&mesh->memory, p->mask + 1, sizeof *p->table);
+    if (!p->table) return DELAUNAY_ERROR_OUT_OF_MEMORY;
+    memset(p->table, 0, (p->mask + 1) * sizeof *p->table);
+    for (v = 1; v < mesh->num_vertices; v++) {
+        uint32_t *entry = delaunay__place(p, mesh, mesh->vertices[v].x);
+        if (!*entry) *entry = v;
+    }
+    return DELAUNAY_OK;
+}
+
+/* New vertices in order of insertion, one for each place that had none; the map from points. */
+static delaunay_result delaunay__append_vertices(delaunay_mesh *mesh, const double *xyz,
+                                                 const hxtsort_pair *items, size_t count,
+                                                 const size_t *round_begin, uint32_t *rounds)
+{
+    delaunay__places places;
+    uint32_t *vertex_of, n = mesh->num_points;
+    size_t i;
+    int r = 0;
+    delaunay_result result = delaunay_reserve(mesh, mesh->num_vertices + count, 1);
+    if (result != DELAUNAY_OK) return result;
+    vertex_of = (uint32_t *)delaunay_grow(&mesh->memory, mesh->vertex_of, n, n + count,
+                                          sizeof *vertex_of);
+    if (!vertex_of) return DELAUNAY_ERROR_OUT_OF_MEMORY;
+    mesh->vertex_of = vertex_of;
+    result = delaunay__places_init(&places, mesh, count);
+    if (result != DELAUNAY_OK) return result;
+    for (i = 0; i < count; i++) {
+        const double *x = xyz + 3 * items[i].value;
+        uint32_t *entry = delaunay__place(&places, mesh, x);
+        while (r < DELAUNAY__MAX_ROUNDS && round_begin[r] <= i) rounds[r++] = mesh->num_vertices;
+        if (!*entry) *entry = delaunay_add_vertex(mesh, x, n + (uint32_t)items[i].value);
+        mesh->vertex_of[n + items[i].value] = *entry;
+    }
+    while (r <= DELAUNAY__MAX_ROUNDS) rounds[r++] = mesh->num_vertices;
+    mesh->num_points = n + (uint32_t)count;
+    delaunay_release(&mesh->memory, places.table);
+    return DELAUNAY_OK;
+}
+
+/* The rounds, each as a job of engine (a). */
+static delaunay_result delaunay__insert_more(delaunay_mesh *mesh, const uint32_t *rounds,
+                                             const delaunay_host *host)
+{
+    delaunay_partition job;
+    delaunay_result result = DELAUNAY_OK;
+    uint32_t i, n = mesh->num_vertices - rounds[0];
+    uint32_t *list = (uint32_t *)delaunay_alloc(&mesh->memory, n, sizeof *list);
+    int r;
+    if (!list) return DELAUNAY_ERROR_OUT_OF_MEMORY;
+    for (i = 0; i < n; i++) list[i] = rounds[0] + i;
+    for (r = 0; r < DELAUNAY__MAX_ROUNDS && result == DELAUNAY_OK; r++) {
+        memset(&job, 0, sizeof job);
+        job.vertices = list + (rounds[r] - rounds[0]);
+        job.num_vertices = rounds[r + 1] - rounds[r];
+        if (job.num_vertices) result = delaunay_partition_run(mesh, &job, host);
+    }
+    delaunay_release(&mesh->memory, list);
+    return result;
+}
+
+/* Sorts, appends, inserts, links and numbers; seconds into the report. */
+static delaunay_result delaunay__insert_points(delaunay_mesh *mesh, const double *xyz, size_t count,
+                                               const delaunay_options *options,
+                                               delaunay_report *report)
+{
+    size_t round_begin[DELAUNAY__MAX_ROUNDS + 1];
+    uint32_t rounds[DELAUNAY__MAX_ROUNDS + 1];
+    hilbert_box box;
+    double start = delaunay_seconds(&options->host), sorted, inserted;
+    uint32_t before = mesh->num_vertices;
+    hxtsort_pair *items = (hxtsort_pair *)delaunay_alloc(&mesh->memory, count, sizeof *items);
+    delaunay_result result = items ? DELAUNAY_OK : DELAUNAY_ERROR_OUT_OF_MEMORY;
+    if (result == DELAUNAY_OK)
+        result = delaunay__order_points(&mesh->memory, xyz, count, delaunay_threads(&options->host),
+                                        items, &box, round_begin);
+    if (result == DELAUNAY_OK)
+        result = delaunay__append_vertices(mesh, xyz, items, count, round_begin, rounds);
+    delaunay_release(&mesh->memory, items);
+    sorted = inserted = delaunay_seconds(&options->host);
+    if (result == DELAUNAY_OK) {
+        report->num_duplicates = count - (mesh->num_vertices - before);
+        result = delaunay__insert_more(mesh, rounds, &options->host);
+        inserted = delaunay_seconds(&options->host);
+    }
+    if (result == DELAUNAY_OK && mesh->vertex_tet) result = delaunay_link_vertices(mesh);
+    if (result == DELAUNAY_OK && !options->any_order)
+        result = delaunay_canonicalize(mesh, &options->host);
+    report->seconds_sort = sorted - start;
+    report->seconds_insert = inserted - sorted;
+    report->seconds_finish = delaunay_seconds(&options->host) - inserted;
+    return result;
+}
+
+DELAUNAY_API delaunay_result delaunay_insert(delaunay_mesh *mesh, const double *xyz, size_t count,
+                                             const delaunay_options *options,
+                                             delaunay_report *report)
+{
+    delaunay_options defaults;
+    delaunay_report unused;
+    delaunay_result result;
+    if (!report) report = &unused;
+    memset(&defaults, 0, sizeof defaults);
+    if (!options) options = &defaults;
+    if (mesh && !mesh->tets) return delaunay_tetrahedralize(mesh, xyz, count, options, report);
+    memset(report, 0, sizeof *report);
+    report->dimension = 3;
+    report->num_points = count;
+    if (!mesh || (count && !xyz) || mesh->flags || mesh->color || !delaunay__is_closed(mesh))
+        return delaunay__say(report, DELAUNAY_ERROR_INVALID_ARGUMENT,
+                             "a null pointer, or a mesh with marks or without its hull");
+    if (count >= UINT32_MAX - 16 - (mesh->num_vertices > mesh->num_points ? mesh->num_vertices
+                                                                          : mesh->num_points))
+        return delaunay__say(report, DELAUNAY_ERROR_TOO_LARGE, "too many points");
+    result = delaunay__check_finite(xyz, count, report);
+    if (result == DELAUNAY_OK && count)
+        result = delaunay__insert_points(mesh, xyz, count, options, report);
+    report->num_points = mesh->num_points;
+    report->num_vertices = mesh->num_vertices - 1;
+    report->peak_bytes = mesh->memory.peak_bytes;
+    delaunay__count(mesh, report, delaunay_threads(&options->host));
+    return result == DELAUNAY_OK ? result
+                                 : delaunay__say(report, result, delaunay_result_string(result));
 }
 
 #endif /* DELAUNAY_IMPLEMENTATION */
