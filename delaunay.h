@@ -2181,9 +2181,10 @@ static int delaunay__cavity(delaunay__kernel *k, delaunay_handle seed, const dou
     return DELAUNAY_OK;
 }
 
-/* Writes the new tetrahedron (p, facet behind h), ghost last, and links it to the outside. */
-static void delaunay__ball_tet(delaunay__kernel *k, delaunay_handle h, delaunay_handle s,
-                               uint32_t p)
+/* Writes the new tetrahedron (p, facet behind h), ghost last, and links it to the outside. v: its
+ * other vertices. */
+DELAUNAY_INLINE void delaunay__ball_tet(const delaunay__kernel *k, delaunay_handle h,
+                                        delaunay_handle s, uint32_t p, uint32_t *v)
 {
     delaunay_tet *o = &k->tets[h >> 2], *w = &k->tets[s];
     const uint8_t *f = delaunay_facet_vertices[h & 3];
@@ -2191,9 +2192,9 @@ static void delaunay__ball_tet(delaunay__kernel *k, delaunay_handle h, delaunay_
     if (DELAUNAY__UNLIKELY(a == 0)) r = a, a = b, b = c, c = r;
     else if (DELAUNAY__UNLIKELY(b == 0)) r = b, b = a, a = c, c = r;
     w->v[0] = p;
-    w->v[1] = a;
-    w->v[2] = b;
-    w->v[3] = c;
+    w->v[1] = v[0] = a;
+    w->v[2] = v[1] = b;
+    w->v[3] = v[2] = c;
     w->n[0] = h;
     o->n[h & 3] = 4 * s;
     DELAUNAY__STORE(&k->mark[h >> 2], 0);
@@ -2203,32 +2204,33 @@ static void delaunay__ball_tet(delaunay__kernel *k, delaunay_handle h, delaunay_
  * of the vertices are those of the tetrahedra that brought them: each brings at most its apex over
  * the facet by which the search came, so the last number written to a vertex is its own. The ghost
  * has number 0, always. */
-DELAUNAY_INLINE void delaunay__ball_small(delaunay__kernel *k, const delaunay_handle *slot,
+DELAUNAY_INLINE void delaunay__ball_small(const delaunay__kernel *k, const delaunay_handle *slot,
                                           uint32_t p, const int bits)
 {
     size_t j, count = k->num_border;
+    const delaunay_vertex *vertices = k->vertices;
+    const delaunay_handle *border = k->border;
     delaunay_handle *edges = k->edges;
+    uint16_t(*keys)[4] = k->edge_keys;
     for (j = 0; j < count; j++) {
         delaunay_handle s = *(slot - j), f = 4 * s;
-        uint16_t *key = k->edge_keys[j];
-        uint32_t x, y, z;
-        delaunay__ball_tet(k, k->border[j], s, p);
-        x = k->vertices[k->tets[s].v[1]].local;
-        y = k->vertices[k->tets[s].v[2]].local;
-        z = k->vertices[k->tets[s].v[3]].local;
+        uint32_t v[3], x, y, z;
+        delaunay__ball_tet(k, border[j], s, p, v);
+        x = vertices[v[0]].local;
+        y = vertices[v[1]].local;
+        z = vertices[v[2]].local;
         edges[y << bits | z] = f + 1;
         edges[z << bits | x] = f + 2;
         edges[x << bits | y] = f + 3;
-        key[1] = (uint16_t)(z << bits | y);
-        key[2] = (uint16_t)(x << bits | z);
-        key[3] = (uint16_t)(y << bits | x);
+        keys[j][1] = (uint16_t)(z << bits | y);
+        keys[j][2] = (uint16_t)(x << bits | z);
+        keys[j][3] = (uint16_t)(y << bits | x);
     }
     for (j = 0; j < count; j++) {
         delaunay_handle *n = k->tets[*(slot - j)].n;
-        const uint16_t *key = k->edge_keys[j];
-        n[1] = edges[key[1]];
-        n[2] = edges[key[2]];
-        n[3] = edges[key[3]];
+        n[1] = edges[keys[j][1]];
+        n[2] = edges[keys[j][2]];
+        n[3] = edges[keys[j][3]];
     }
 }
 
@@ -2257,10 +2259,10 @@ static void delaunay__ball_big(delaunay__kernel *k, const delaunay_handle *slot,
     memset(k->hashed, 0, 3 * (mask + 1) * sizeof *k->hashed);
     for (j = 0; j < count; j++) {
         delaunay_handle s = *(slot - j);
-        const uint32_t *v = k->tets[s].v;
-        delaunay__ball_tet(k, k->border[j], s, p);
+        uint32_t v[3];
+        delaunay__ball_tet(k, k->border[j], s, p, v);
         for (i = 1; i < 4; i++) {
-            uint32_t a = v[i % 3 + 1], b = v[(i + 1) % 3 + 1];
+            uint32_t a = v[i % 3], b = v[(i + 1) % 3];
             e = delaunay__hashed_edge(k, a, b, mask);
             e[0] = a;
             e[1] = b;
@@ -2684,24 +2686,25 @@ static int delaunay__exact_in_doubles(const delaunay_mesh *mesh)
 
 /* -- canonical numbering */
 
-/* The rotation of a tetrahedron that puts its smallest vertex first and the smallest of the others
+/* The rotation of a tetrahedron that puts its greatest vertex first and the greatest of the others
  * second; of a ghost the last vertex stays last. Even permutations only. out[i]: which corner
- * becomes corner i. */
+ * becomes corner i. The greatest vertex was inserted last, by one thread: tetrahedra in the order of
+ * theirs are nearly in the order in which they were made, so little moves far. */
 static void delaunay__canonical_rotation(const uint32_t *v, uint8_t *out)
 {
     static const uint8_t first[4][4] = {{0, 1, 2, 3}, {1, 0, 3, 2}, {2, 0, 1, 3}, {3, 0, 2, 1}};
     const uint8_t *f;
     int i, m = 0, s;
     if (v[3] == DELAUNAY_GHOST) {
-        m = v[0] < v[1] ? (v[0] < v[2] ? 0 : 2) : (v[1] < v[2] ? 1 : 2);
+        m = v[0] > v[1] ? (v[0] > v[2] ? 0 : 2) : (v[1] > v[2] ? 1 : 2);
         for (i = 0; i < 3; i++) out[i] = (uint8_t)((m + i) % 3);
         out[3] = 3;
         return;
     }
     for (i = 1; i < 4; i++)
-        if (v[i] < v[m]) m = i;
+        if (v[i] > v[m]) m = i;
     f = first[m];
-    s = v[f[1]] < v[f[2]] ? (v[f[1]] < v[f[3]] ? 0 : 2) : (v[f[2]] < v[f[3]] ? 1 : 2);
+    s = v[f[1]] > v[f[2]] ? (v[f[1]] > v[f[3]] ? 0 : 2) : (v[f[2]] > v[f[3]] ? 1 : 2);
     out[0] = f[0];
     for (i = 0; i < 3; i++) out[i + 1] = f[1 + (s + i) % 3];
 }
