@@ -29,6 +29,7 @@
  *   >>partitions      engine (a): sections of the Moore curve    [Marot 2020, 4.2-4.6]
  *   >>editing         stars, replacement of a cavity, constraint marks, locate
  *   >>changing        points into and out of a finished triangulation
+ *   >>queries         hull, Voronoi cells, alpha values, nearest vertex
  *   >>reconnect       closure search over small polyhedra        [Marot 2020, 6.2]
  *   >>speculate       engine (b): plan on a frozen mesh, reserve, commit
  *   >>validate        a validator that trusts nothing
@@ -477,6 +478,66 @@ DELAUNAY_API delaunay_result delaunay_editor_insert_vertex(delaunay_editor *edit
  * Source   the hole is filled by those tetrahedra of its corners' own triangulation that are in it:
  *          empty among all points, they are empty among few, and the perturbed tie has one answer */
 DELAUNAY_API delaunay_result delaunay_editor_remove(delaunay_editor *editor, uint32_t vertex);
+
+/* -- what a triangulation knows. Results name vertices and slots of the mesh (mesh->vertex_id,
+ * mesh->vertex_of lead to the caller's points) and lie in arrays that the result owns. They are a
+ * function of the mesh alone. Each function replaces what the result, zeroed at first, had before;
+ * on failure it is empty: DELAUNAY_ERROR_INVALID_ARGUMENT (a null pointer, a mesh without its hull),
+ * _OUT_OF_MEMORY. Serial; calls may run at once on one mesh. */
+
+/* The convex hull, exactly, as triangles and as the flat polygons that they make up. */
+typedef struct delaunay_hull {
+    size_t    num_facets, num_polygons;
+    uint32_t *facets;           /* 3 a facet: vertices, counterclockwise seen from outside */
+    uint32_t *facet_polygon;    /* of each facet: its polygon; facets of one polygon are coplanar */
+    size_t   *polygon_begin;    /* num_polygons + 1: where a polygon's vertices are in: */
+    uint32_t *polygon_vertices; /* counterclockwise; vertices inside a side are among them */
+    delaunay_memory memory;
+} delaunay_hull;
+DELAUNAY_API delaunay_result delaunay_hull_of(delaunay_hull *hull, const delaunay_mesh *mesh,
+                                              const delaunay_host *host);
+DELAUNAY_API void delaunay_hull_free(delaunay_hull *hull);
+
+/* The Voronoi diagram: a cell for each vertex, a face for each edge. A face is the polygon of the
+ * centres of the tetrahedra around its edge. That of a hull edge is unbounded: it begins and ends
+ * with a ghost, whose centre is the direction in which the border goes. */
+typedef struct delaunay_voronoi {
+    size_t   num_cells; /* mesh->num_vertices; the ghost's, and those of loose vertices, are empty */
+    size_t   num_faces;
+    double  *centers;    /* 3 a slot of the mesh, rounded; ghost: outward unit normal; deleted: 0 */
+    uint32_t *face_cells; /* 2 a face: the vertices a < b on either side */
+    size_t  *face_begin; /* num_faces + 1: where a face's corners are in: */
+    delaunay_handle *face_tets; /* counterclockwise seen from b */
+    size_t  *cell_begin; /* num_cells + 1: where a cell's faces are in: */
+    size_t  *cell_faces;
+    delaunay_memory memory;
+} delaunay_voronoi;
+DELAUNAY_API delaunay_result delaunay_voronoi_of(delaunay_voronoi *voronoi,
+                                                 const delaunay_mesh *mesh,
+                                                 const delaunay_host *host);
+DELAUNAY_API void delaunay_voronoi_free(delaunay_voronoi *voronoi);
+
+/* Alpha values: a simplex is in the alpha complex of every alpha >= its own, the square of a radius.
+ * Its own smallest sphere counts if it is empty, else the least of the simplices that it bounds: so
+ * none comes before its faces. Vertices: 0. Rounded. */
+typedef struct delaunay_alpha {
+    double *tets;   /* a slot; DBL_MAX for ghosts and deleted ones */
+    double *facets; /* 4 a slot, equal on both sides; of ghosts: facet 3 only */
+    double *edges;  /* a face of the Voronoi diagram */
+    delaunay_memory memory;
+} delaunay_alpha;
+DELAUNAY_API delaunay_result delaunay_alpha_of(delaunay_alpha *alpha, const delaunay_mesh *mesh,
+                                               const delaunay_voronoi *voronoi,
+                                               const delaunay_host *host);
+DELAUNAY_API void delaunay_alpha_free(delaunay_alpha *alpha);
+
+/* The vertex nearest to a point, one of them if there are several, exactly; 0: out of memory, or an
+ * empty mesh. Needs vertex_tet. hint: a tetrahedron nearby, or 0. Where to look: delaunay_locate.
+ * Source: a vertex that is not the nearest has a Delaunay neighbour that is nearer. */
+DELAUNAY_API uint32_t delaunay_nearest(const delaunay_mesh *mesh, delaunay_worker *worker,
+                                       const double *xyz, delaunay_handle hint);
+/* -1: a is nearer to q than b, 0: neither, 1: b. Exact. */
+DELAUNAY_API int delaunay_compare_distance(const double *q, const double *a, const double *b);
 
 /* -- closure search: the best triangulation of one small polyhedron [Marot 2020, 6.2].
  * Recovery asks for fewer crossings of a missing edge or facet, improvement for the best worst
@@ -1160,6 +1221,23 @@ static DELAUNAY__NOINLINE int delaunay__insphere_long(const delaunay__exact *x)
     return sum.sign;
 }
 
+/* Sign of |p1 - p0|^2 - |p2 - p0|^2. */
+static DELAUNAY__NOINLINE int delaunay__compare_distance_long(const double *const *p)
+{
+    delaunay__exact x;
+    delaunay__big sum, difference, square;
+    int i;
+    delaunay__exact_set(&x, p, 3);
+    if (x.top == INT_MIN) return 0;
+    sum.sign = sum.n = 0;
+    for (i = 0; i < 6; i++) {
+        delaunay__big_difference(&difference, &x, 3 + i, i % 3);
+        delaunay__big_mul(&square, &difference, &difference);
+        delaunay__big_add(&sum, &sum, &square, i < 3 ? 1 : -1);
+    }
+    return sum.sign;
+}
+
 /* -- the short way: differences below 2^61 in units of the lowest bit */
 #  if defined(__SIZEOF_INT128__)
 enum { DELAUNAY__SHORT_BITS = 60 };
@@ -1400,6 +1478,20 @@ DELAUNAY_API int delaunay_orient2d(const double *a, const double *b, const doubl
     return delaunay__orient2d_exact(a, b, c, i, j);
 }
 
+/* Filter: ten roundings at most, each half an ulp of a sum of squares. */
+DELAUNAY_API int delaunay_compare_distance(const double *q, const double *a, const double *b)
+{
+    double ax = a[0] - q[0], ay = a[1] - q[1], az = a[2] - q[2];
+    double bx = b[0] - q[0], by = b[1] - q[1], bz = b[2] - q[2];
+    double l = ax * ax + ay * ay + az * az, r = bx * bx + by * by + bz * bz;
+    const double *p[3];
+    if (fabs(l - r) > 2e-15 * (l + r) + 1e-290 && l + r < 1e300) return l < r ? -1 : 1;
+    p[0] = q;
+    p[1] = a;
+    p[2] = b;
+    return delaunay__compare_distance_long(p);
+}
+
 DELAUNAY_API int delaunay_collinear(const double *a, const double *b, const double *c)
 {
     return !delaunay_orient2d(a, b, c, 0) && !delaunay_orient2d(a, b, c, 1) &&
@@ -1558,6 +1650,11 @@ DELAUNAY_API uint64_t delaunay_count_tets(const delaunay_mesh *mesh)
     for (t = 1; t < mesh->num_tets; t++)
         n += !delaunay_is_deleted(mesh, t) && !delaunay_is_ghost(mesh, t);
     return n;
+}
+
+static const double *delaunay__corner(const delaunay_mesh *mesh, delaunay_handle t, int i)
+{
+    return mesh->vertices[mesh->tets[t].v[i]].x;
 }
 
 /* ---- >>insertion  walk, cavity, ball [Marot 2020, 3.3-3.7] --------------------------------- */
@@ -4573,6 +4670,499 @@ DELAUNAY_API delaunay_result delaunay_editor_remove(delaunay_editor *editor, uin
                             editor->tets, num, NULL);
 }
 
+/* ---- >>queries  hull, Voronoi cells, alpha values, nearest vertex ---------------------------- */
+
+/* The account of a result: with the host's allocator, or the default one. */
+static delaunay_result delaunay__query_begin(const delaunay_mesh *mesh, const delaunay_host *host,
+                                             delaunay_memory *memory)
+{
+    if (!mesh || !mesh->tets || !delaunay__is_closed(mesh)) return DELAUNAY_ERROR_INVALID_ARGUMENT;
+    return delaunay_memory_init(memory, host);
+}
+
+DELAUNAY_API void delaunay_hull_free(delaunay_hull *hull)
+{
+    if (!hull) return;
+    if (hull->memory.allocator.release) {
+        delaunay_release(&hull->memory, hull->facets);
+        delaunay_release(&hull->memory, hull->facet_polygon);
+        delaunay_release(&hull->memory, hull->polygon_begin);
+        delaunay_release(&hull->memory, hull->polygon_vertices);
+    }
+    memset(hull, 0, sizeof *hull);
+}
+
+/* Scratch of the hull: its ghosts, and the number of each; a side is 3 * number + i, the edge
+ * opposite corner i. */
+typedef struct delaunay__shell {
+    delaunay_handle *ghosts, *number; /* number: a slot */
+    size_t *queue;
+} delaunay__shell;
+
+/* The facet beyond edge i of facet f. */
+static size_t delaunay__shell_across(const delaunay__shell *s, const delaunay_mesh *mesh, size_t f,
+                                     int i)
+{
+    return s->number[mesh->tets[s->ghosts[f]].n[i] >> 2];
+}
+
+static int delaunay__shell_is_flat(const delaunay__shell *s, const delaunay_mesh *mesh, size_t f,
+                                   int i)
+{
+    const delaunay_tet *t = &mesh->tets[s->ghosts[f]];
+    delaunay_handle n = t->n[i];
+    const delaunay_vertex *x = mesh->vertices;
+    return delaunay_orient3d(x[t->v[0]].x, x[t->v[1]].x, x[t->v[2]].x,
+                             x[mesh->tets[n >> 2].v[n & 3]].x) == 0;
+}
+
+/* Numbers the polygon of facet f, and all facets of it. */
+static void delaunay__shell_flood(delaunay__shell *s, const delaunay_mesh *mesh,
+                                  delaunay_hull *hull, size_t f)
+{
+    size_t head = 0, tail = 0;
+    int i;
+    hull->facet_polygon[f] = (uint32_t)hull->num_polygons;
+    s->queue[tail++] = f;
+    while (head < tail) {
+        f = s->queue[head++];
+        for (i = 0; i < 3; i++) {
+            size_t g = delaunay__shell_across(s, mesh, f, i);
+            if (hull->facet_polygon[g] != UINT32_MAX || !delaunay__shell_is_flat(s, mesh, f, i))
+                continue;
+            hull->facet_polygon[g] = (uint32_t)hull->num_polygons;
+            s->queue[tail++] = g;
+        }
+    }
+}
+
+/* The corner of facet f with vertex v. */
+static int delaunay__shell_corner(const delaunay_hull *hull, size_t f, uint32_t v)
+{
+    return hull->facets[3 * f] == v ? 0 : hull->facets[3 * f + 1] == v ? 1 : 2;
+}
+
+/* The sides of the polygon of facet f, from side i of it on: each next one begins where the last
+ * ends, and is found by turning around that vertex. Returns where the vertices end. */
+static size_t delaunay__shell_trace(const delaunay__shell *s, const delaunay_mesh *mesh,
+                                    delaunay_hull *hull, size_t f, int i, size_t end)
+{
+    const uint32_t polygon = hull->facet_polygon[f];
+    const uint32_t first = hull->facets[3 * f + (size_t)(i + 1) % 3];
+    do {
+        uint32_t turn = hull->facets[3 * f + (size_t)(i + 2) % 3];
+        hull->polygon_vertices[end++] = hull->facets[3 * f + (size_t)(i + 1) % 3];
+        i = (i + 1) % 3; /* the edge that begins at turn */
+        for (;;) {
+            size_t g = delaunay__shell_across(s, mesh, f, i);
+            if (hull->facet_polygon[g] != polygon) break;
+            f = g;
+            i = (delaunay__shell_corner(hull, f, turn) + 2) % 3;
+        }
+    } while (hull->facets[3 * f + (size_t)(i + 1) % 3] != first);
+    return end;
+}
+
+static void delaunay__shell_polygons(delaunay__shell *s, const delaunay_mesh *mesh,
+                                     delaunay_hull *hull)
+{
+    size_t f, end = 0, p = 0;
+    for (f = 0; f < hull->num_facets; f++) {
+        if (hull->facet_polygon[f] != UINT32_MAX) continue;
+        delaunay__shell_flood(s, mesh, hull, f);
+        hull->num_polygons++;
+    }
+    memset(s->queue, 0, hull->num_facets * sizeof *s->queue); /* from here on: traced */
+    for (f = 0; f < hull->num_facets; f++) {
+        int i;
+        p = hull->facet_polygon[f];
+        for (i = 0; i < 3 && !s->queue[p]; i++) {
+            if (hull->facet_polygon[delaunay__shell_across(s, mesh, f, i)] == p) continue;
+            hull->polygon_begin[p] = end;
+            end = delaunay__shell_trace(s, mesh, hull, f, i, end);
+            s->queue[p] = 1;
+        }
+    }
+    hull->polygon_begin[hull->num_polygons] = end;
+}
+
+DELAUNAY_API delaunay_result delaunay_hull_of(delaunay_hull *hull, const delaunay_mesh *mesh,
+                                              const delaunay_host *host)
+{
+    delaunay__shell s;
+    delaunay_memory *m;
+    delaunay_handle t;
+    size_t n = 0;
+    delaunay_result result;
+    if (!hull) return DELAUNAY_ERROR_INVALID_ARGUMENT;
+    delaunay_hull_free(hull);
+    m = &hull->memory;
+    result = delaunay__query_begin(mesh, host, m);
+    if (result != DELAUNAY_OK) return result;
+    for (t = 1; t < mesh->num_tets; t++)
+        n += !delaunay_is_deleted(mesh, t) && delaunay_is_ghost(mesh, t);
+    s.ghosts = (delaunay_handle *)delaunay_alloc(m, n, sizeof *s.ghosts);
+    s.number = (delaunay_handle *)delaunay_alloc(m, mesh->num_tets, sizeof *s.number);
+    s.queue = (size_t *)delaunay_alloc(m, n, sizeof *s.queue);
+    hull->facets = (uint32_t *)delaunay_alloc(m, n, 3 * sizeof *hull->facets);
+    hull->facet_polygon = (uint32_t *)delaunay_alloc(m, n, sizeof *hull->facet_polygon);
+    hull->polygon_begin = (size_t *)delaunay_alloc(m, n + 1, sizeof *hull->polygon_begin);
+    hull->polygon_vertices = (uint32_t *)delaunay_alloc(m, n, 3 * sizeof *hull->polygon_vertices);
+    if (!s.ghosts || !s.number || !s.queue || !hull->facets || !hull->facet_polygon ||
+        !hull->polygon_begin || !hull->polygon_vertices) {
+        result = DELAUNAY_ERROR_OUT_OF_MEMORY;
+    } else {
+        memset(hull->facet_polygon, 0xff, n * sizeof *hull->facet_polygon);
+        for (t = 1; t < mesh->num_tets; t++) {
+            if (delaunay_is_deleted(mesh, t) || !delaunay_is_ghost(mesh, t)) continue;
+            memcpy(hull->facets + 3 * hull->num_facets, mesh->tets[t].v, 3 * sizeof(uint32_t));
+            s.number[t] = (delaunay_handle)hull->num_facets;
+            s.ghosts[hull->num_facets++] = t;
+        }
+        delaunay__shell_polygons(&s, mesh, hull);
+    }
+    delaunay_release(m, s.ghosts);
+    delaunay_release(m, s.number);
+    delaunay_release(m, s.queue);
+    if (result != DELAUNAY_OK) delaunay_hull_free(hull);
+    return result;
+}
+
+/* -- spheres in rounded arithmetic */
+
+static void delaunay__cross(const double *a, const double *b, double *c)
+{
+    c[0] = a[1] * b[2] - a[2] * b[1];
+    c[1] = a[2] * b[0] - a[0] * b[2];
+    c[2] = a[0] * b[1] - a[1] * b[0];
+}
+
+static double delaunay__dot(const double *a, const double *b)
+{
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+/* The smallest sphere through two, three or four points: its centre; returns its squared radius. */
+static double delaunay__smallest_sphere(const double *const *p, int count, double *center)
+{
+    double u[3][3], c[3][3], lift[3], x[3], scale = 0;
+    int i, k;
+    for (i = 0; i + 1 < count; i++) {
+        for (k = 0; k < 3; k++) u[i][k] = p[i + 1][k] - p[0][k];
+        lift[i] = delaunay__dot(u[i], u[i]);
+    }
+    if (count == 2) {
+        memcpy(c[0], u[0], sizeof c[0]);
+        scale = lift[0];
+    } else if (count == 3) {
+        delaunay__cross(u[0], u[1], u[2]);
+        delaunay__cross(u[1], u[2], c[0]);
+        delaunay__cross(u[2], u[0], c[1]);
+        scale = delaunay__dot(u[2], u[2]);
+    } else {
+        for (i = 0; i < 3; i++) delaunay__cross(u[(i + 1) % 3], u[(i + 2) % 3], c[i]);
+        scale = delaunay__dot(u[0], c[0]);
+    }
+    for (k = 0; k < 3; k++) {
+        for (x[k] = 0, i = 0; i + 1 < count; i++) x[k] += lift[i] * c[i][k];
+        x[k] /= 2 * scale;
+        center[k] = p[0][k] + x[k];
+    }
+    return delaunay__dot(x, x);
+}
+
+static int delaunay__is_in_sphere(const double *center, double radius2, const double *p)
+{
+    double d[3];
+    int k;
+    for (k = 0; k < 3; k++) d[k] = p[k] - center[k];
+    return delaunay__dot(d, d) < radius2;
+}
+
+/* -- Voronoi */
+
+DELAUNAY_API void delaunay_voronoi_free(delaunay_voronoi *voronoi)
+{
+    if (!voronoi) return;
+    if (voronoi->memory.allocator.release) {
+        delaunay_release(&voronoi->memory, voronoi->centers);
+        delaunay_release(&voronoi->memory, voronoi->face_cells);
+        delaunay_release(&voronoi->memory, voronoi->face_begin);
+        delaunay_release(&voronoi->memory, voronoi->face_tets);
+        delaunay_release(&voronoi->memory, voronoi->cell_begin);
+        delaunay_release(&voronoi->memory, voronoi->cell_faces);
+    }
+    memset(voronoi, 0, sizeof *voronoi);
+}
+
+static void delaunay__center(const delaunay_mesh *mesh, delaunay_handle t, double *center)
+{
+    const double *p[4];
+    double u[3], v[3], length;
+    int i, k;
+    for (i = 0; i < 4; i++) p[i] = delaunay__corner(mesh, t, i);
+    if (!delaunay_is_ghost(mesh, t)) {
+        (void)delaunay__smallest_sphere(p, 4, center);
+        return;
+    }
+    for (k = 0; k < 3; k++) {
+        u[k] = p[1][k] - p[0][k];
+        v[k] = p[2][k] - p[0][k];
+    }
+    delaunay__cross(u, v, center);
+    length = sqrt(delaunay__dot(center, center));
+    for (k = 0; k < 3 && length > 0; k++) center[k] /= length;
+}
+
+/* A tetrahedron around an edge, and where to turn from it: across the facet opposite leave. */
+typedef struct delaunay__turning {
+    delaunay_handle t;
+    uint32_t leave, keep;
+} delaunay__turning;
+
+/* The first turn around edge e of t: counterclockwise seen from its greater vertex. */
+static delaunay__turning delaunay__turning_at(const delaunay_mesh *mesh, delaunay_handle t, int e)
+{
+    static const uint8_t others[6][2] = {{2, 3}, {3, 1}, {1, 2}, {0, 3}, {2, 0}, {0, 1}};
+    const uint32_t *v = mesh->tets[t].v;
+    int swap = v[delaunay_edge_order(e)[0]] > v[delaunay_edge_order(e)[1]];
+    delaunay__turning r;
+    r.t = t;
+    r.leave = v[others[e][swap]];
+    r.keep = v[others[e][1 - swap]];
+    return r;
+}
+
+/* Whether t is the lowest tetrahedron around its edge e; then *r is where the face begins: at t, or
+ * at the second of two ghosts. Returns the number of corners, or 0. */
+static size_t delaunay__face_start(const delaunay_mesh *mesh, delaunay_handle t, int e,
+                                   delaunay__turning *r)
+{
+    delaunay__turning at = delaunay__turning_at(mesh, t, e);
+    size_t n = 0;
+    *r = at;
+    do {
+        int ghost = delaunay_is_ghost(mesh, at.t);
+        delaunay__turn(mesh, &at.t, &at.leave, &at.keep);
+        if (at.t < t) return 0;
+        if (ghost && delaunay_is_ghost(mesh, at.t)) *r = at;
+        n++;
+    } while (at.t != t);
+    return n;
+}
+
+/* Faces and their corners; NULL arrays: only counted. */
+static void delaunay__voronoi_faces(delaunay_voronoi *voronoi, const delaunay_mesh *mesh)
+{
+    delaunay_handle t;
+    size_t n, i, faces = 0, corners = 0;
+    int e;
+    for (t = 1; t < mesh->num_tets; t++)
+        for (e = 0; e < 6 && !delaunay_is_deleted(mesh, t); e++) {
+            uint32_t a = mesh->tets[t].v[delaunay_edge_order(e)[0]];
+            uint32_t b = mesh->tets[t].v[delaunay_edge_order(e)[1]];
+            delaunay__turning r;
+            if (b == DELAUNAY_GHOST || !(n = delaunay__face_start(mesh, t, e, &r))) continue;
+            if (voronoi->face_cells) {
+                voronoi->face_cells[2 * faces] = a < b ? a : b;
+                voronoi->face_cells[2 * faces + 1] = a < b ? b : a;
+                voronoi->face_begin[faces] = corners;
+                for (i = 0; i < n; i++) {
+                    voronoi->face_tets[corners + i] = r.t;
+                    delaunay__turn(mesh, &r.t, &r.leave, &r.keep);
+                }
+            }
+            faces++;
+            corners += n;
+        }
+    voronoi->num_faces = faces;
+    if (voronoi->face_cells) voronoi->face_begin[faces] = corners;
+}
+
+/* Faces by cell, in order of their numbers. */
+static void delaunay__voronoi_cells(delaunay_voronoi *voronoi)
+{
+    size_t *begin = voronoi->cell_begin, i, sum = 0;
+    memset(begin, 0, (voronoi->num_cells + 1) * sizeof *begin);
+    for (i = 0; i < 2 * voronoi->num_faces; i++) begin[voronoi->face_cells[i]]++;
+    for (i = 0; i <= voronoi->num_cells; i++) {
+        size_t count = begin[i];
+        begin[i] = sum;
+        sum += count;
+    }
+    for (i = 0; i < 2 * voronoi->num_faces; i++)
+        voronoi->cell_faces[begin[voronoi->face_cells[i]]++] = i / 2;
+    for (i = voronoi->num_cells; i > 0; i--) begin[i] = begin[i - 1]; /* what were the ends */
+    begin[0] = 0;
+}
+
+DELAUNAY_API delaunay_result delaunay_voronoi_of(delaunay_voronoi *voronoi,
+                                                 const delaunay_mesh *mesh,
+                                                 const delaunay_host *host)
+{
+    delaunay_memory *m;
+    delaunay_handle t;
+    size_t corners = 0, faces;
+    delaunay_result result;
+    if (!voronoi) return DELAUNAY_ERROR_INVALID_ARGUMENT;
+    delaunay_voronoi_free(voronoi);
+    m = &voronoi->memory;
+    result = delaunay__query_begin(mesh, host, m);
+    if (result != DELAUNAY_OK) return result;
+    for (t = 1; t < mesh->num_tets; t++)
+        if (!delaunay_is_deleted(mesh, t)) corners += delaunay_is_ghost(mesh, t) ? 3 : 6;
+    delaunay__voronoi_faces(voronoi, mesh);
+    faces = voronoi->num_faces;
+    voronoi->num_cells = mesh->num_vertices;
+    voronoi->centers = (double *)delaunay_alloc(m, mesh->num_tets, 3 * sizeof(double));
+    voronoi->face_begin = (size_t *)delaunay_alloc(m, faces + 1, sizeof(size_t));
+    voronoi->face_tets = (delaunay_handle *)delaunay_alloc(m, corners, sizeof(delaunay_handle));
+    voronoi->cell_begin = (size_t *)delaunay_alloc(m, voronoi->num_cells + 1, sizeof(size_t));
+    voronoi->cell_faces = (size_t *)delaunay_alloc(m, faces, 2 * sizeof(size_t));
+    voronoi->face_cells = (uint32_t *)delaunay_alloc(m, faces, 2 * sizeof(uint32_t));
+    if (!voronoi->centers || !voronoi->face_begin || !voronoi->face_tets || !voronoi->cell_begin ||
+        !voronoi->cell_faces || !voronoi->face_cells) {
+        delaunay_voronoi_free(voronoi);
+        return DELAUNAY_ERROR_OUT_OF_MEMORY;
+    }
+    memset(voronoi->centers, 0, mesh->num_tets * 3 * sizeof(double));
+    for (t = 1; t < mesh->num_tets; t++)
+        if (!delaunay_is_deleted(mesh, t)) delaunay__center(mesh, t, voronoi->centers + 3 * t);
+    delaunay__voronoi_faces(voronoi, mesh);
+    delaunay__voronoi_cells(voronoi);
+    return DELAUNAY_OK;
+}
+
+/* -- alpha values */
+
+DELAUNAY_API void delaunay_alpha_free(delaunay_alpha *alpha)
+{
+    if (!alpha) return;
+    if (alpha->memory.allocator.release) {
+        delaunay_release(&alpha->memory, alpha->tets);
+        delaunay_release(&alpha->memory, alpha->facets);
+        delaunay_release(&alpha->memory, alpha->edges);
+    }
+    memset(alpha, 0, sizeof *alpha);
+}
+
+/* Of a facet, from the values of the tetrahedra on both sides. */
+static double delaunay__alpha_facet(const delaunay_alpha *alpha, const delaunay_mesh *mesh,
+                                    delaunay_handle f)
+{
+    const delaunay_handle side[2] = {f, mesh->tets[f >> 2].n[f & 3]};
+    const double *p[3];
+    double center[3], own, least = DBL_MAX;
+    uint32_t v[3];
+    int i, empty = 1;
+    delaunay__get_facet(mesh, f, v);
+    for (i = 0; i < 3; i++) p[i] = mesh->vertices[v[i]].x;
+    own = delaunay__smallest_sphere(p, 3, center);
+    for (i = 0; i < 2; i++) {
+        uint32_t apex = mesh->tets[side[i] >> 2].v[side[i] & 3];
+        double value = alpha->tets[side[i] >> 2];
+        if (value < least) least = value;
+        if (apex != DELAUNAY_GHOST && delaunay__is_in_sphere(center, own, mesh->vertices[apex].x))
+            empty = 0;
+    }
+    return empty && own < least ? own : least;
+}
+
+/* Of an edge, from the facets around it: each has the edge and a vertex of its tetrahedron. */
+static double delaunay__alpha_edge(const delaunay_alpha *alpha, const delaunay_mesh *mesh,
+                                   const delaunay_voronoi *voronoi, size_t face)
+{
+    const uint32_t *ab = voronoi->face_cells + 2 * face;
+    const double *p[2];
+    double center[3], own, least = DBL_MAX;
+    size_t j;
+    int i, empty = 1;
+    p[0] = mesh->vertices[ab[0]].x;
+    p[1] = mesh->vertices[ab[1]].x;
+    own = delaunay__smallest_sphere(p, 2, center);
+    for (j = voronoi->face_begin[face]; j < voronoi->face_begin[face + 1]; j++) {
+        delaunay_handle t = voronoi->face_tets[j];
+        const uint32_t *v = mesh->tets[t].v;
+        for (i = 0; i < 4; i++) {
+            if (v[i] == ab[0] || v[i] == ab[1]) continue;
+            if (alpha->facets[4 * t + (delaunay_handle)i] < least)
+                least = alpha->facets[4 * t + (delaunay_handle)i];
+            if (v[i] != DELAUNAY_GHOST &&
+                delaunay__is_in_sphere(center, own, mesh->vertices[v[i]].x))
+                empty = 0;
+        }
+    }
+    return empty && own < least ? own : least;
+}
+
+DELAUNAY_API delaunay_result delaunay_alpha_of(delaunay_alpha *alpha, const delaunay_mesh *mesh,
+                                               const delaunay_voronoi *voronoi,
+                                               const delaunay_host *host)
+{
+    delaunay_memory *m;
+    delaunay_handle t, f;
+    size_t i;
+    delaunay_result result;
+    if (!alpha) return DELAUNAY_ERROR_INVALID_ARGUMENT;
+    delaunay_alpha_free(alpha);
+    m = &alpha->memory;
+    result = delaunay__query_begin(mesh, host, m);
+    if (result != DELAUNAY_OK) return result;
+    if (!voronoi || voronoi->num_cells != mesh->num_vertices) return DELAUNAY_ERROR_INVALID_ARGUMENT;
+    alpha->tets = (double *)delaunay_alloc(m, mesh->num_tets, sizeof(double));
+    alpha->facets = (double *)delaunay_alloc(m, mesh->num_tets, 4 * sizeof(double));
+    alpha->edges = (double *)delaunay_alloc(m, voronoi->num_faces, sizeof(double));
+    if (!alpha->tets || !alpha->facets || !alpha->edges) {
+        delaunay_alpha_free(alpha);
+        return DELAUNAY_ERROR_OUT_OF_MEMORY;
+    }
+    for (t = 0; t < mesh->num_tets; t++) {
+        const double *p[4];
+        double center[3];
+        int k;
+        alpha->tets[t] = DBL_MAX;
+        for (k = 0; k < 4; k++) alpha->facets[4 * t + (delaunay_handle)k] = DBL_MAX;
+        if (t == 0 || delaunay_is_deleted(mesh, t) || delaunay_is_ghost(mesh, t)) continue;
+        for (k = 0; k < 4; k++) p[k] = delaunay__corner(mesh, t, k);
+        alpha->tets[t] = delaunay__smallest_sphere(p, 4, center);
+        if (!(alpha->tets[t] < DBL_MAX)) alpha->tets[t] = DBL_MAX;
+    }
+    for (f = 4; f < 4 * mesh->num_tets; f++)
+        if (!delaunay_is_deleted(mesh, f >> 2) &&
+            (!delaunay_is_ghost(mesh, f >> 2) || (f & 3) == 3)) {
+            delaunay_handle g = mesh->tets[f >> 2].n[f & 3];
+            alpha->facets[f] = g < f ? alpha->facets[g] : delaunay__alpha_facet(alpha, mesh, f);
+        }
+    for (i = 0; i < voronoi->num_faces; i++)
+        alpha->edges[i] = delaunay__alpha_edge(alpha, mesh, voronoi, i);
+    return DELAUNAY_OK;
+}
+
+/* -- nearest vertex */
+
+DELAUNAY_API uint32_t delaunay_nearest(const delaunay_mesh *mesh, delaunay_worker *worker,
+                                       const double *xyz, delaunay_handle hint)
+{
+    delaunay_handle t = delaunay_locate(mesh, worker, xyz, hint);
+    uint32_t best, before;
+    size_t i;
+    int k;
+    if (t == DELAUNAY_NONE || !mesh->vertex_tet) return 0;
+    best = mesh->tets[t].v[0];
+    do {
+        before = best;
+        if (delaunay_vertex_star(mesh, worker, before, &worker->queue) != DELAUNAY_OK) return 0;
+        for (i = 0; i < worker->queue.count; i++)
+            for (k = 0; k < 4; k++) {
+                uint32_t v = mesh->tets[worker->queue.items[i]].v[k];
+                if (v != DELAUNAY_GHOST && v != best &&
+                    delaunay_compare_distance(xyz, mesh->vertices[v].x, mesh->vertices[best].x) < 0)
+                    best = v;
+            }
+    } while (best != before);
+    return best;
+}
+
 /* ---- >>reconnect  closure search over small polyhedra [Marot 2020, 6.2] --------------------- */
 /* Closure search: the front is the set of oriented triangles that still wait for a tetrahedron on
  * their inner side; at first the boundary of the window, at last empty. A step takes a triangle abc
@@ -6112,11 +6702,6 @@ static delaunay_result delaunay__offender(delaunay_report *report, delaunay_hand
         report->num_ids = r ? 2 : 1;
     }
     return delaunay__say(report, DELAUNAY_ERROR_INVALID_MESH, message);
-}
-
-static const double *delaunay__corner(const delaunay_mesh *mesh, delaunay_handle t, int i)
-{
-    return mesh->vertices[mesh->tets[t].v[i]].x;
 }
 
 /* Facet f against its other side g: seen from both, in opposite order, with the same marks. */

@@ -15,7 +15,7 @@ enum { UNIFORM, GRID, DECIMAL, SPHERE, PRISM, PLANE_AND_FEW, NUM_KINDS };
 
 static void make_point(int kind, double *x)
 {
-    static const double circle[12][2] = {{5, 0}, {4, 3}, {3, 4}, {0, 5}, {-3, 4}, {-4, 3},
+    static const double circle[12][2] = {{5, 0},  {4, 3},   {3, 4},   {0, 5},  {-3, 4}, {-4, 3},
                                          {-5, 0}, {-4, -3}, {-3, -4}, {0, -5}, {3, -4}, {4, -3}};
     uint32_t i = random_u32() % 12;
     int k;
@@ -26,7 +26,8 @@ static void make_point(int kind, double *x)
         for (k = 0; k < 3; k++) x[k] = x[k] * 0.1 + 0.3;
     if (kind == PLANE_AND_FEW && random_u32() % 8) x[2] = 0;
     if (kind == SPHERE) { /* integers with x^2 + y^2 + z^2 = 81 */
-        static const int on[6][3] = {{9, 0, 0}, {8, 4, 1}, {7, 4, 4}, {6, 6, 3}, {4, 8, 1}, {4, 7, 4}};
+        static const int on[6][3] = {{9, 0, 0}, {8, 4, 1}, {7, 4, 4},
+                                     {6, 6, 3}, {4, 8, 1}, {4, 7, 4}};
         const int *p = on[random_u32() % 6];
         uint32_t turn = random_u32();
         for (k = 0; k < 3; k++)
