@@ -195,6 +195,7 @@ typedef struct delaunay_tet {
 typedef struct delaunay_mesh {
     delaunay_vertex *vertices;     /* [0] is the ghost */
     uint32_t        *vertex_id;    /* the caller's index of each vertex; DELAUNAY_NO_ID: added by us */
+    double          *weight;       /* of each vertex; NULL: not a weighted triangulation */
     delaunay_handle *vertex_tet;   /* a tetrahedron of each vertex's star; NULL until delaunay_link_vertices */
     uint32_t         num_vertices; /* the ghost counted */
     uint32_t         cap_vertices;
@@ -209,7 +210,8 @@ typedef struct delaunay_mesh {
     delaunay_handle  num_free;
     delaunay_handle  cap_free;
 
-    uint32_t        *vertex_of;    /* caller's point -> vertex; a duplicate has its survivor's */
+    uint32_t        *vertex_of;    /* caller's point -> vertex; a duplicate has its survivor's;
+                                      0: hidden by weights, in no tetrahedron */
     uint32_t         num_points;   /* length of vertex_of */
 
     delaunay_memory  memory;
@@ -224,6 +226,7 @@ typedef struct delaunay_options {
 typedef struct delaunay_report {
     uint64_t num_points, num_vertices, num_duplicates; /* duplicates: equal in all three coordinates */
     uint64_t num_tets, num_ghosts;
+    uint64_t num_hidden;                    /* vertices that weights keep out of the triangulation */
     int      dimension;                     /* affine dimension of the points, -1: none, .. 3 */
     uint32_t ids[4]; int num_ids;           /* offenders: caller's point ids, or tetrahedra for the validator */
     double   xyz[3];                        /* where */
@@ -254,6 +257,27 @@ DELAUNAY_API const char *delaunay_result_string(delaunay_result result);
 DELAUNAY_API delaunay_result delaunay_tetrahedralize(delaunay_mesh *mesh, const double *xyz, size_t count,
                                                      const delaunay_options *options, delaunay_report *report);
 
+/* Points as they lie in the caller's memory. Zero what is not needed. */
+typedef struct delaunay_points {
+    const void *xyz;     /* three coordinates in a row, of the first point */
+    size_t      count;
+    size_t      stride;  /* bytes from point to point; 0: packed */
+    int         is_float; /* nonzero: coordinates and weights are float, not double */
+    const void *weights; /* NULL: none. The square of a sphere's radius, negative ones too */
+    size_t      weight_stride; /* bytes; 0: packed */
+} delaunay_points;
+
+/* The same, from points in any layout, and with weights: the regular triangulation, dual to the power
+ * diagram. A tetrahedron's sphere, orthogonal to those of its vertices, has no other point deeper in
+ * it than its weight; points that are in no tetrahedron are hidden (mesh->vertex_of: 0). Of points at
+ * one place the heaviest counts. Equal weights give the Delaunay triangulation; exact, ties decided
+ * as there. A weighted mesh cannot be edited by delaunay_insert or a delaunay_editor.
+ * What is not packed doubles is copied for the time of sorting. */
+DELAUNAY_API delaunay_result delaunay_tetrahedralize_points(delaunay_mesh *mesh,
+                                                            const delaunay_points *points,
+                                                            const delaunay_options *options,
+                                                            delaunay_report *report);
+
 /* Inserts points into a triangulation that has been made: then it is that of all points.
  *
  *   mesh     in/out  of delaunay_tetrahedralize, or zeroed; without marks (delaunay_enable_marks).
@@ -261,7 +285,7 @@ DELAUNAY_API delaunay_result delaunay_tetrahedralize(delaunay_mesh *mesh, const 
  *   xyz      in      3*count doubles, finite; not kept. Their ids go on from mesh->num_points
  *
  * New vertices follow the old ones; a point that is there already maps to the vertex that it equals.
- * Returns  as delaunay_tetrahedralize; _ERROR_INVALID_ARGUMENT: no hull, or marks
+ * Returns  as delaunay_tetrahedralize; _ERROR_INVALID_ARGUMENT: no hull, weights, or marks
  * Cost     O(count log count), and one pass over the mesh: for a few points a delaunay_editor
  * Threads  options->host.num_threads; distinct meshes may run at once. The allocator is the mesh's
  * Repeats  same bytes for the same mesh and points, any number of threads
@@ -335,6 +359,14 @@ DELAUNAY_API int delaunay_insphere(const double *a, const double *b, const doubl
 /* The same, ties decided by the symbolic perturbation: never 0 for five distinct points. */
 DELAUNAY_API int delaunay_insphere_perturbed(const double *a, const double *b, const double *c,
                                              const double *d, const double *e);
+/* With weights of a, b, c, d, e: positive where e is deeper inside than its weight, lifting |x|^2 - w
+ * instead of |x|^2. Equal weights: delaunay_insphere. */
+DELAUNAY_API int delaunay_insphere_weighted(const double *a, const double *b, const double *c,
+                                            const double *d, const double *e, const double *weights);
+/* The same, never 0 for five distinct places. */
+DELAUNAY_API int delaunay_insphere_weighted_perturbed(const double *a, const double *b,
+                                                      const double *c, const double *d,
+                                                      const double *e, const double *weights);
 /* Sign of component axis of the cross product (b-a) x (c-a): the turn of a, b, c in the coordinate
  * plane with that normal. */
 DELAUNAY_API int delaunay_orient2d(const double *a, const double *b, const double *c, int axis);
@@ -457,7 +489,7 @@ DELAUNAY_API delaunay_result delaunay_mark_edge(delaunay_mesh *mesh, delaunay_wo
  * vertex_tet, and until it is freed some deleted slots. Other edits of the mesh may come between its
  * calls. Constraint marks do not survive an insertion. */
 typedef struct delaunay_editor delaunay_editor;
-/* The mesh must have its hull (ghosts). NULL: it has none, it is empty, or out of memory. */
+/* The mesh must have its hull (ghosts) and no weights. NULL: otherwise, or out of memory. */
 DELAUNAY_API delaunay_editor *delaunay_editor_new(delaunay_mesh *mesh);
 DELAUNAY_API void delaunay_editor_free(delaunay_editor *editor);
 /* A new vertex with an id of the caller's, or the one that is at xyz already: *vertex, may be NULL.
@@ -498,13 +530,13 @@ DELAUNAY_API delaunay_result delaunay_hull_of(delaunay_hull *hull, const delauna
                                               const delaunay_host *host);
 DELAUNAY_API void delaunay_hull_free(delaunay_hull *hull);
 
-/* The Voronoi diagram: a cell for each vertex, a face for each edge. A face is the polygon of the
+/* The Voronoi diagram, with weights the power diagram: a cell for each vertex, a face for each edge. A face is the polygon of the
  * centres of the tetrahedra around its edge. That of a hull edge is unbounded: it begins and ends
  * with a ghost, whose centre is the direction in which the border goes. */
 typedef struct delaunay_voronoi {
     size_t   num_cells; /* mesh->num_vertices; the ghost's, and those of loose vertices, are empty */
     size_t   num_faces;
-    double  *centers;    /* 3 a slot of the mesh, rounded; ghost: outward unit normal; deleted: 0 */
+    double  *centers; /* 3 a slot of the mesh, rounded; ghost: outward unit normal; deleted: 0 */
     uint32_t *face_cells; /* 2 a face: the vertices a < b on either side */
     size_t  *face_begin; /* num_faces + 1: where a face's corners are in: */
     delaunay_handle *face_tets; /* counterclockwise seen from b */
@@ -519,7 +551,8 @@ DELAUNAY_API void delaunay_voronoi_free(delaunay_voronoi *voronoi);
 
 /* Alpha values: a simplex is in the alpha complex of every alpha >= its own, the square of a radius.
  * Its own smallest sphere counts if it is empty, else the least of the simplices that it bounds: so
- * none comes before its faces. Vertices: 0. Rounded. */
+ * none comes before its faces. Vertices: 0. Rounded. With weights the spheres are orthogonal to
+ * those of the vertices, and a vertex's value is its weight's negative, or more. */
 typedef struct delaunay_alpha {
     double *tets;   /* a slot; DBL_MAX for ghosts and deleted ones */
     double *facets; /* 4 a slot, equal on both sides; of ghosts: facet 3 only */
@@ -531,8 +564,8 @@ DELAUNAY_API delaunay_result delaunay_alpha_of(delaunay_alpha *alpha, const dela
                                                const delaunay_host *host);
 DELAUNAY_API void delaunay_alpha_free(delaunay_alpha *alpha);
 
-/* The vertex nearest to a point, one of them if there are several, exactly; 0: out of memory, or an
- * empty mesh. Needs vertex_tet. hint: a tetrahedron nearby, or 0. Where to look: delaunay_locate.
+/* The vertex nearest to a point, one of them if there are several, exactly; 0: out of memory, an
+ * empty mesh, or one with weights. Needs vertex_tet. hint: a tetrahedron nearby, or 0. Where to look: delaunay_locate.
  * Source: a vertex that is not the nearest has a Delaunay neighbour that is nearer. */
 DELAUNAY_API uint32_t delaunay_nearest(const delaunay_mesh *mesh, delaunay_worker *worker,
                                        const double *xyz, delaunay_handle hint);
@@ -1202,7 +1235,9 @@ static DELAUNAY__NOINLINE int delaunay__orient3d_long(const delaunay__exact *x)
     return det.sign;
 }
 
-static DELAUNAY__NOINLINE int delaunay__insphere_long(const delaunay__exact *x)
+/* weights: five, or NULL; multiples of the square of the unit. */
+static DELAUNAY__NOINLINE int delaunay__insphere_long(const delaunay__exact *x,
+                                                      const delaunay__exact *weights)
 {
     delaunay__big row[4][3], sum, lift, part, det;
     int i, k;
@@ -1213,6 +1248,10 @@ static DELAUNAY__NOINLINE int delaunay__insphere_long(const delaunay__exact *x)
         for (k = 0; k < 3; k++) {
             delaunay__big_mul(&part, &row[i][k], &row[i][k]);
             delaunay__big_add(&lift, &lift, &part, 1);
+        }
+        if (weights) {
+            delaunay__big_difference(&part, weights, i, 4);
+            delaunay__big_add(&lift, &lift, &part, -1);
         }
         delaunay__big_det3(&det, row[(i + 1) & 3], row[(i + 2) & 3], row[(i + 3) & 3]);
         delaunay__big_mul(&part, &det, &lift);
@@ -1359,7 +1398,28 @@ DELAUNAY_API int delaunay_insphere_exact(const double *a, const double *b, const
 #  if defined(__SIZEOF_INT128__)
     if (x.top - x.unit <= DELAUNAY__SHORT_BITS) return delaunay__insphere_short(&x);
 #  endif
-    return delaunay__insphere_long(&x);
+    return delaunay__insphere_long(&x, NULL);
+}
+
+static DELAUNAY__NOINLINE int delaunay__insphere_weighted_exact(const double *const *p,
+                                                                const double *weights)
+{
+    delaunay__exact x, w;
+    const double *q[2];
+    double pad[6];
+    memset(pad, 0, sizeof pad);
+    memcpy(pad, weights, 5 * sizeof *pad);
+    q[0] = pad;
+    q[1] = pad + 3;
+    delaunay__exact_set(&x, p, 5);
+    delaunay__exact_set(&w, q, 2);
+    if (x.top == INT_MIN) return 0;
+    if (w.top != INT_MIN) { /* units of which weights are multiples of the square */
+        int half = w.unit >= 0 ? w.unit / 2 : -((1 - w.unit) / 2);
+        if (half < x.unit) x.unit = half;
+    }
+    w.unit = 2 * x.unit;
+    return delaunay__insphere_long(&x, &w);
 }
 
 static DELAUNAY__NOINLINE int delaunay__orient2d_exact(const double *a, const double *b,
@@ -1401,23 +1461,68 @@ static DELAUNAY__NOINLINE int delaunay__orient2d_exact(const double *a, const do
  * not overflow. */
 static const double delaunay__insphere_error2 = 1e-28, delaunay__insphere_least2 = 1e-290;
 
+typedef struct delaunay__rows {
+    double x[4][3], lift[4]; /* differences to e; squares of their lengths */
+} delaunay__rows;
+
+DELAUNAY_INLINE void delaunay__rows_set(delaunay__rows *r, const double *const *p, const double *e)
+{
+    int i;
+    for (i = 0; i < 4; i++) {
+        double *x = r->x[i];
+        x[0] = p[i][0] - e[0], x[1] = p[i][1] - e[1], x[2] = p[i][2] - e[2];
+        r->lift[i] = x[0] * x[0] + x[1] * x[1] + x[2] * x[2];
+    }
+}
+
+/* The determinant of rows (x, lift). */
+DELAUNAY_INLINE double delaunay__rows_det(const delaunay__rows *r, const double *lift)
+{
+    const double *a = r->x[0], *b = r->x[1], *c = r->x[2], *d = r->x[3];
+    double ab = a[0] * b[1] - b[0] * a[1], bc = b[0] * c[1] - c[0] * b[1];
+    double cd = c[0] * d[1] - d[0] * c[1], da = d[0] * a[1] - a[0] * d[1];
+    double ac = a[0] * c[1] - c[0] * a[1], bd = b[0] * d[1] - d[0] * b[1];
+    double abc = a[2] * bc - b[2] * ac + c[2] * ab, bcd = b[2] * cd - c[2] * bd + d[2] * bc;
+    double cda = c[2] * da + d[2] * ac + a[2] * cd, dab = d[2] * ab + a[2] * bd + b[2] * da;
+    return (lift[2] * dab - lift[3] * abc) + (lift[0] * bcd - lift[1] * cda);
+}
+
+DELAUNAY_INLINE double delaunay__insphere_bound2(const double *size)
+{
+    double l = size[0] > size[1] ? size[0] : size[1], m = size[2] > size[3] ? size[2] : size[3];
+    l = l > m ? l : m;
+    return delaunay__insphere_error2 * (l * l * l * l * l) + delaunay__insphere_least2;
+}
+
 static double delaunay__insphere_double(const double *a, const double *b, const double *c,
                                         const double *d, const double *e, double *bound2)
 {
-    double ax = a[0] - e[0], ay = a[1] - e[1], az = a[2] - e[2];
-    double bx = b[0] - e[0], by = b[1] - e[1], bz = b[2] - e[2];
-    double cx = c[0] - e[0], cy = c[1] - e[1], cz = c[2] - e[2];
-    double dx = d[0] - e[0], dy = d[1] - e[1], dz = d[2] - e[2];
-    double ab = ax * by - bx * ay, bc = bx * cy - cx * by, cd = cx * dy - dx * cy;
-    double da = dx * ay - ax * dy, ac = ax * cy - cx * ay, bd = bx * dy - dx * by;
-    double abc = az * bc - bz * ac + cz * ab, bcd = bz * cd - cz * bd + dz * bc;
-    double cda = cz * da + dz * ac + az * cd, dab = dz * ab + az * bd + bz * da;
-    double al = ax * ax + ay * ay + az * az, bl = bx * bx + by * by + bz * bz;
-    double cl = cx * cx + cy * cy + cz * cz, dl = dx * dx + dy * dy + dz * dz;
-    double l = al > bl ? al : bl, m = cl > dl ? cl : dl;
-    l = l > m ? l : m;
-    *bound2 = delaunay__insphere_error2 * (l * l * l * l * l) + delaunay__insphere_least2;
-    return (cl * dab - dl * abc) + (al * bcd - bl * cda);
+    const double *p[4];
+    delaunay__rows r;
+    p[0] = a;
+    p[1] = b;
+    p[2] = c;
+    p[3] = d;
+    delaunay__rows_set(&r, p, e);
+    *bound2 = delaunay__insphere_bound2(r.lift);
+    return delaunay__rows_det(&r, r.lift);
+}
+
+/* With a weight a lift has one rounding more, and its size is that of its summands: 17 eps. */
+static double delaunay__insphere_weighted_double(const double *const *p, const double *weights,
+                                                 double *bound2)
+{
+    delaunay__rows r;
+    double lift[4];
+    int i;
+    delaunay__rows_set(&r, p, p[4]);
+    for (i = 0; i < 4; i++) {
+        double w = weights[i] - weights[4];
+        lift[i] = r.lift[i] - w;
+        r.lift[i] += fabs(w);
+    }
+    *bound2 = delaunay__insphere_bound2(r.lift);
+    return delaunay__rows_det(&r, lift);
 }
 
 DELAUNAY_API int delaunay_insphere(const double *a, const double *b, const double *c,
@@ -1467,6 +1572,54 @@ DELAUNAY_API int delaunay_insphere_perturbed(const double *a, const double *b, c
 {
     int s = delaunay_insphere(a, b, c, d, e);
     return s ? s : delaunay__insphere_tie(a, b, c, d, e);
+}
+
+static int delaunay__insphere_of(const double *const *p, const double *weights)
+{
+    double bound2, det = delaunay__insphere_weighted_double(p, weights, &bound2);
+    if (det * det > bound2) return det > 0 ? 1 : -1;
+    return delaunay__insphere_weighted_exact(p, weights);
+}
+
+DELAUNAY_API int delaunay_insphere_weighted(const double *a, const double *b, const double *c,
+                                            const double *d, const double *e, const double *weights)
+{
+    const double *p[5];
+    p[0] = a;
+    p[1] = b;
+    p[2] = c;
+    p[3] = d;
+    p[4] = e;
+    return delaunay__insphere_of(p, weights);
+}
+
+/* As delaunay__insphere_tie, but any of the first points may have no cofactor: five steps. */
+DELAUNAY_API int delaunay_insphere_weighted_perturbed(const double *a, const double *b,
+                                                      const double *c, const double *d,
+                                                      const double *e, const double *weights)
+{
+    const double *p[5], *s[4];
+    int used = 0, i, k, o = delaunay_insphere_weighted(a, b, c, d, e, weights);
+    if (o) return o;
+    p[0] = a;
+    p[1] = b;
+    p[2] = c;
+    p[3] = d;
+    p[4] = e;
+    for (k = 0; k < 5; k++) {
+        int greatest = -1;
+        for (i = 4; i >= 0; i--)
+            if (!(used >> i & 1) &&
+                (greatest < 0 || delaunay__lexicographic_less(p[greatest], p[i])))
+                greatest = i;
+        if (greatest == 4) break;
+        used |= 1 << greatest;
+        memcpy(s, p, sizeof s);
+        s[greatest] = e;
+        o = delaunay_orient3d(s[0], s[1], s[2], s[3]);
+        if (o) return o;
+    }
+    return -1;
 }
 
 /* Filter: four roundings, each by at most half an ulp of a product or of the result. */
@@ -1545,6 +1698,7 @@ DELAUNAY_API void delaunay_mesh_free(delaunay_mesh *mesh)
     if (m->allocator.release) {
         delaunay_release(m, mesh->vertices);
         delaunay_release(m, mesh->vertex_id);
+        delaunay_release(m, mesh->weight);
         delaunay_release(m, mesh->vertex_tet);
         delaunay_release(m, mesh->tets);
         delaunay_release(m, mesh->flags);
@@ -1573,6 +1727,7 @@ static delaunay_result delaunay__reserve_vertices(delaunay_mesh *mesh, size_t ve
     if (vertices >= UINT32_MAX) return DELAUNAY_ERROR_TOO_LARGE;
     DELAUNAY__GROW(delaunay_vertex, vertices, used, vertices);
     DELAUNAY__GROW(uint32_t, vertex_id, used, vertices);
+    if (mesh->weight) DELAUNAY__GROW(double, weight, used, vertices);
     if (mesh->vertex_tet) DELAUNAY__GROW(delaunay_handle, vertex_tet, used, vertices);
     mesh->cap_vertices = (uint32_t)vertices;
     return DELAUNAY_OK;
@@ -1639,6 +1794,7 @@ DELAUNAY_API uint32_t delaunay_add_vertex(delaunay_mesh *mesh, const double *xyz
     memcpy(mesh->vertices[v].x, xyz, 3 * sizeof *xyz);
     mesh->vertices[v].key = mesh->vertices[v].local = 0;
     mesh->vertex_id[v] = id;
+    if (mesh->weight) mesh->weight[v] = 0;
     if (mesh->vertex_tet) mesh->vertex_tet[v] = 0;
     return v;
 }
@@ -1666,6 +1822,7 @@ struct delaunay_section {
     delaunay_vertex *vertices; /* of the mesh, copied to be near */
     delaunay_tet *tets;
     uint8_t *mark;
+    const double *weight; /* NULL: none */
     delaunay_handle hint; /* where the last ball is */
     int exact_doubles;    /* in-sphere determinants are exact in doubles */
     int simd;
@@ -1770,6 +1927,7 @@ static void delaunay__kernel_view(delaunay__kernel *k)
     k->vertices = k->mesh->vertices;
     k->tets = k->mesh->tets;
     k->mark = k->mesh->mark;
+    k->weight = k->mesh->weight;
 }
 
 static delaunay_result delaunay__kernel_init(delaunay__kernel *k, delaunay_mesh *mesh)
@@ -1816,6 +1974,32 @@ static delaunay_result delaunay__kernel_finish(delaunay__kernel *k)
     for (i = k->num_freed; i-- > 0;) mesh->free_tets[mesh->num_free++] = k->freed[i];
     k->num_freed = 0;
     return DELAUNAY_OK;
+}
+
+/* Of vertex q against a real tetrahedron of a weighted mesh. */
+static int delaunay__in_sphere_weighted(const delaunay_vertex *x, const double *weight,
+                                        const uint32_t *v, uint32_t q)
+{
+    double w[5];
+    int i;
+    for (i = 0; i < 4; i++) w[i] = weight[v[i]];
+    w[4] = weight[q];
+    return delaunay_insphere_weighted_perturbed(x[v[0]].x, x[v[1]].x, x[v[2]].x, x[v[3]].x, x[q].x,
+                                                w);
+}
+
+static int delaunay__in_conflict_weighted(const delaunay__kernel *k, delaunay_handle t, uint32_t q)
+{
+    const delaunay_vertex *x = k->vertices;
+    const uint32_t *v = k->tets[t].v;
+    if (v[3] == DELAUNAY_GHOST) {
+        int s = delaunay_orient3d(x[v[0]].x, x[v[1]].x, x[v[2]].x, x[q].x);
+        if (s) return s > 0;
+        t = k->tets[t].n[3] >> 2;
+        if (t == DELAUNAY_NONE) return 0;
+        v = k->tets[t].v;
+    }
+    return delaunay__in_sphere_weighted(x, k->weight, v, q) > 0;
 }
 
 /* Whether point e destroys tetrahedron t: inside its sphere; beyond the hull facet of a ghost, or
@@ -2170,9 +2354,23 @@ static DELAUNAY__TARGET delaunay_handle delaunay__walk_avx2(const delaunay__kern
 #    undef DELAUNAY__NMADD
 #  endif
 
+static DELAUNAY__NOINLINE unsigned delaunay__in_conflict4_weighted(const delaunay__kernel *k,
+                                                                   const delaunay_handle *h,
+                                                                   unsigned count, const double *e)
+{
+    /* e is in the vertex array */
+    uint32_t q = (uint32_t)((const delaunay_vertex *)(const void *)e - k->vertices);
+    unsigned i, in = 0;
+    for (i = 0; i < count; i++)
+        in |= (unsigned)delaunay__in_conflict_weighted(k, h[i] >> 2, q) << i;
+    return in;
+}
+
 static unsigned delaunay__in_conflict_few(const delaunay__kernel *k, const delaunay_handle *h,
                                           unsigned count, const double *e)
 {
+    if (DELAUNAY__UNLIKELY(k->weight != NULL))
+        return delaunay__in_conflict4_weighted(k, h, count, e);
 #  if defined(DELAUNAY__AVX2)
     if (k->simd) return delaunay__in_conflict4_avx2(k, h, count, e);
 #  endif
@@ -2700,8 +2898,9 @@ static delaunay_result delaunay__order_points(delaunay_memory *memory, const dou
     return result;
 }
 
-/* Vertices from ordered points: one for each distinct point, with the lowest index. */
-static void delaunay__place_vertices(delaunay_mesh *mesh, const double *xyz,
+/* Vertices from ordered points: one for each distinct point, with the lowest index, or the lowest of
+ * the greatest weight. */
+static void delaunay__place_vertices(delaunay_mesh *mesh, const double *xyz, const double *weights,
                                      const hxtsort_pair *items, size_t count,
                                      const size_t *round_begin, uint32_t *rounds)
 {
@@ -2717,6 +2916,10 @@ static void delaunay__place_vertices(delaunay_mesh *mesh, const double *xyz,
             memcpy(mesh->vertices[v].x, x, 3 * sizeof *x);
             mesh->vertices[v].key = mesh->vertices[v].local = 0;
             mesh->vertex_id[v] = (uint32_t)items[i].value;
+            if (weights) mesh->weight[v] = weights[items[i].value];
+        } else if (weights && weights[items[i].value] > mesh->weight[v]) {
+            mesh->vertex_id[v] = (uint32_t)items[i].value;
+            mesh->weight[v] = weights[items[i].value];
         }
         mesh->vertex_of[items[i].value] = v;
     }
@@ -2732,6 +2935,11 @@ static void delaunay__swap_vertices(delaunay_mesh *mesh, uint32_t a, uint32_t b)
     mesh->vertices[b] = x;
     mesh->vertex_id[a] = mesh->vertex_id[b];
     mesh->vertex_id[b] = id;
+    if (mesh->weight) {
+        double w = mesh->weight[a];
+        mesh->weight[a] = mesh->weight[b];
+        mesh->weight[b] = w;
+    }
 }
 
 /* Brings four points that span space to the front, positively oriented; returns the dimension of
@@ -2760,7 +2968,7 @@ static int delaunay__exact_in_doubles(const delaunay_mesh *mesh)
     double lo[3], hi[3], extent = 0, unit;
     uint32_t v;
     int i, e;
-    if (mesh->num_vertices < 2) return 0;
+    if (mesh->num_vertices < 2 || mesh->weight) return 0;
     memcpy(lo, mesh->vertices[1].x, sizeof lo);
     memcpy(hi, lo, sizeof hi);
     for (v = 2; v < mesh->num_vertices; v++)
@@ -4398,7 +4606,7 @@ DELAUNAY_API void delaunay_editor_free(delaunay_editor *editor)
 DELAUNAY_API delaunay_editor *delaunay_editor_new(delaunay_mesh *mesh)
 {
     delaunay_editor *e;
-    if (!mesh || !mesh->tets || !delaunay__is_closed(mesh)) return NULL;
+    if (!mesh || !mesh->tets || mesh->weight || !delaunay__is_closed(mesh)) return NULL;
     e = (delaunay_editor *)delaunay_alloc(&mesh->memory, 1, sizeof *e);
     if (!e) return NULL;
     memset(e, 0, sizeof *e);
@@ -4842,18 +5050,20 @@ static double delaunay__dot(const double *a, const double *b)
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 
-/* The smallest sphere through two, three or four points: its centre; returns its squared radius. */
-static double delaunay__smallest_sphere(const double *const *p, int count, double *center)
+/* The smallest sphere through two, three or four points, or orthogonal to theirs if weighted (w not
+ * NULL): its centre; returns its squared radius. */
+static double delaunay__smallest_sphere(const double *const *p, const double *w, int count,
+                                        double *center)
 {
     double u[3][3], c[3][3], lift[3], x[3], scale = 0;
     int i, k;
     for (i = 0; i + 1 < count; i++) {
         for (k = 0; k < 3; k++) u[i][k] = p[i + 1][k] - p[0][k];
-        lift[i] = delaunay__dot(u[i], u[i]);
+        lift[i] = delaunay__dot(u[i], u[i]) + (w ? w[0] - w[i + 1] : 0);
     }
     if (count == 2) {
         memcpy(c[0], u[0], sizeof c[0]);
-        scale = lift[0];
+        scale = delaunay__dot(u[0], u[0]);
     } else if (count == 3) {
         delaunay__cross(u[0], u[1], u[2]);
         delaunay__cross(u[1], u[2], c[0]);
@@ -4868,15 +5078,31 @@ static double delaunay__smallest_sphere(const double *const *p, int count, doubl
         x[k] /= 2 * scale;
         center[k] = p[0][k] + x[k];
     }
-    return delaunay__dot(x, x);
+    return delaunay__dot(x, x) - (w ? w[0] : 0);
 }
 
-static int delaunay__is_in_sphere(const double *center, double radius2, const double *p)
+/* The same for vertices of a mesh. */
+static double delaunay__sphere_of(const delaunay_mesh *mesh, const uint32_t *v, int count,
+                                  double *center)
+{
+    const double *p[4];
+    double w[4];
+    int i;
+    for (i = 0; i < count; i++) {
+        p[i] = mesh->vertices[v[i]].x;
+        if (mesh->weight) w[i] = mesh->weight[v[i]];
+    }
+    return delaunay__smallest_sphere(p, mesh->weight ? w : NULL, count, center);
+}
+
+static int delaunay__is_in_sphere(const delaunay_mesh *mesh, const double *center, double radius2,
+                                  uint32_t v)
 {
     double d[3];
     int k;
-    for (k = 0; k < 3; k++) d[k] = p[k] - center[k];
-    return delaunay__dot(d, d) < radius2;
+    if (v == DELAUNAY_GHOST) return 0;
+    for (k = 0; k < 3; k++) d[k] = mesh->vertices[v].x[k] - center[k];
+    return delaunay__dot(d, d) - (mesh->weight ? mesh->weight[v] : 0) < radius2;
 }
 
 /* -- Voronoi */
@@ -4897,17 +5123,15 @@ DELAUNAY_API void delaunay_voronoi_free(delaunay_voronoi *voronoi)
 
 static void delaunay__center(const delaunay_mesh *mesh, delaunay_handle t, double *center)
 {
-    const double *p[4];
     double u[3], v[3], length;
-    int i, k;
-    for (i = 0; i < 4; i++) p[i] = delaunay__corner(mesh, t, i);
+    int k;
     if (!delaunay_is_ghost(mesh, t)) {
-        (void)delaunay__smallest_sphere(p, 4, center);
+        (void)delaunay__sphere_of(mesh, mesh->tets[t].v, 4, center);
         return;
     }
     for (k = 0; k < 3; k++) {
-        u[k] = p[1][k] - p[0][k];
-        v[k] = p[2][k] - p[0][k];
+        u[k] = delaunay__corner(mesh, t, 1)[k] - delaunay__corner(mesh, t, 0)[k];
+        v[k] = delaunay__corner(mesh, t, 2)[k] - delaunay__corner(mesh, t, 0)[k];
     }
     delaunay__cross(u, v, center);
     length = sqrt(delaunay__dot(center, center));
@@ -5051,19 +5275,16 @@ static double delaunay__alpha_facet(const delaunay_alpha *alpha, const delaunay_
                                     delaunay_handle f)
 {
     const delaunay_handle side[2] = {f, mesh->tets[f >> 2].n[f & 3]};
-    const double *p[3];
     double center[3], own, least = DBL_MAX;
     uint32_t v[3];
     int i, empty = 1;
     delaunay__get_facet(mesh, f, v);
-    for (i = 0; i < 3; i++) p[i] = mesh->vertices[v[i]].x;
-    own = delaunay__smallest_sphere(p, 3, center);
+    own = delaunay__sphere_of(mesh, v, 3, center);
     for (i = 0; i < 2; i++) {
         uint32_t apex = mesh->tets[side[i] >> 2].v[side[i] & 3];
         double value = alpha->tets[side[i] >> 2];
         if (value < least) least = value;
-        if (apex != DELAUNAY_GHOST && delaunay__is_in_sphere(center, own, mesh->vertices[apex].x))
-            empty = 0;
+        if (delaunay__is_in_sphere(mesh, center, own, apex)) empty = 0;
     }
     return empty && own < least ? own : least;
 }
@@ -5073,13 +5294,9 @@ static double delaunay__alpha_edge(const delaunay_alpha *alpha, const delaunay_m
                                    const delaunay_voronoi *voronoi, size_t face)
 {
     const uint32_t *ab = voronoi->face_cells + 2 * face;
-    const double *p[2];
-    double center[3], own, least = DBL_MAX;
+    double center[3], own = delaunay__sphere_of(mesh, ab, 2, center), least = DBL_MAX;
     size_t j;
     int i, empty = 1;
-    p[0] = mesh->vertices[ab[0]].x;
-    p[1] = mesh->vertices[ab[1]].x;
-    own = delaunay__smallest_sphere(p, 2, center);
     for (j = voronoi->face_begin[face]; j < voronoi->face_begin[face + 1]; j++) {
         delaunay_handle t = voronoi->face_tets[j];
         const uint32_t *v = mesh->tets[t].v;
@@ -5087,9 +5304,7 @@ static double delaunay__alpha_edge(const delaunay_alpha *alpha, const delaunay_m
             if (v[i] == ab[0] || v[i] == ab[1]) continue;
             if (alpha->facets[4 * t + (delaunay_handle)i] < least)
                 least = alpha->facets[4 * t + (delaunay_handle)i];
-            if (v[i] != DELAUNAY_GHOST &&
-                delaunay__is_in_sphere(center, own, mesh->vertices[v[i]].x))
-                empty = 0;
+            if (delaunay__is_in_sphere(mesh, center, own, v[i])) empty = 0;
         }
     }
     return empty && own < least ? own : least;
@@ -5117,14 +5332,12 @@ DELAUNAY_API delaunay_result delaunay_alpha_of(delaunay_alpha *alpha, const dela
         return DELAUNAY_ERROR_OUT_OF_MEMORY;
     }
     for (t = 0; t < mesh->num_tets; t++) {
-        const double *p[4];
         double center[3];
         int k;
         alpha->tets[t] = DBL_MAX;
         for (k = 0; k < 4; k++) alpha->facets[4 * t + (delaunay_handle)k] = DBL_MAX;
         if (t == 0 || delaunay_is_deleted(mesh, t) || delaunay_is_ghost(mesh, t)) continue;
-        for (k = 0; k < 4; k++) p[k] = delaunay__corner(mesh, t, k);
-        alpha->tets[t] = delaunay__smallest_sphere(p, 4, center);
+        alpha->tets[t] = delaunay__sphere_of(mesh, mesh->tets[t].v, 4, center);
         if (!(alpha->tets[t] < DBL_MAX)) alpha->tets[t] = DBL_MAX;
     }
     for (f = 4; f < 4 * mesh->num_tets; f++)
@@ -5147,7 +5360,7 @@ DELAUNAY_API uint32_t delaunay_nearest(const delaunay_mesh *mesh, delaunay_worke
     uint32_t best, before;
     size_t i;
     int k;
-    if (t == DELAUNAY_NONE || !mesh->vertex_tet) return 0;
+    if (t == DELAUNAY_NONE || !mesh->vertex_tet || mesh->weight) return 0;
     best = mesh->tets[t].v[0];
     do {
         before = best;
@@ -6806,6 +7019,15 @@ static delaunay_result delaunay__check_geometry(const delaunay_mesh *mesh, delau
     return DELAUNAY_OK;
 }
 
+static int delaunay__in_sphere(const delaunay_mesh *mesh, delaunay_handle t, uint32_t q)
+{
+    if (mesh->weight)
+        return delaunay__in_sphere_weighted(mesh->vertices, mesh->weight, mesh->tets[t].v, q);
+    return delaunay_insphere_perturbed(delaunay__corner(mesh, t, 0), delaunay__corner(mesh, t, 1),
+                                       delaunay__corner(mesh, t, 2), delaunay__corner(mesh, t, 3),
+                                       mesh->vertices[q].x);
+}
+
 /* Every facet locally Delaunay, the perturbation included: then the whole triangulation is. */
 static delaunay_result delaunay__check_delaunay(const delaunay_mesh *mesh, delaunay_report *report)
 {
@@ -6827,10 +7049,7 @@ static delaunay_result delaunay__check_delaunay(const delaunay_mesh *mesh, delau
                                       delaunay__corner(mesh, t, 2), mesh->vertices[q].x) != 0)
                     continue;
             }
-            if (delaunay_insphere_perturbed(delaunay__corner(mesh, r, 0),
-                                            delaunay__corner(mesh, r, 1),
-                                            delaunay__corner(mesh, r, 2),
-                                            delaunay__corner(mesh, r, 3), mesh->vertices[q].x) > 0)
+            if (delaunay__in_sphere(mesh, r, q) > 0)
                 return delaunay__offender(report, t, mesh->tets[t].n[i] >> 2,
                                           "a sphere that is not empty");
         }
@@ -6926,8 +7145,8 @@ static delaunay_result delaunay__check_finite(const double *xyz, size_t count,
 }
 
 /* Vertices in order of insertion, from the caller's points. */
-static delaunay_result delaunay__sort(delaunay_mesh *mesh, const double *xyz, size_t count,
-                                      int threads, hilbert_box *box, uint32_t *rounds)
+static delaunay_result delaunay__sort(delaunay_mesh *mesh, const double *xyz, const double *weights,
+                                      size_t count, int threads, hilbert_box *box, uint32_t *rounds)
 {
     size_t round_begin[DELAUNAY__MAX_ROUNDS + 1];
     hxtsort_pair *items = (hxtsort_pair *)delaunay_alloc(&mesh->memory, count, sizeof *items);
@@ -6941,8 +7160,13 @@ static delaunay_result delaunay__sort(delaunay_mesh *mesh, const double *xyz, si
         mesh->num_points = (uint32_t)count;
         if (!mesh->vertex_of) result = DELAUNAY_ERROR_OUT_OF_MEMORY;
     }
+    if (result == DELAUNAY_OK && weights) {
+        mesh->weight = (double *)delaunay_alloc(&mesh->memory, mesh->cap_vertices, sizeof(double));
+        if (!mesh->weight) result = DELAUNAY_ERROR_OUT_OF_MEMORY;
+        else mesh->weight[DELAUNAY_GHOST] = 0;
+    }
     if (result == DELAUNAY_OK)
-        delaunay__place_vertices(mesh, xyz, items, count, round_begin, rounds);
+        delaunay__place_vertices(mesh, xyz, weights, items, count, round_begin, rounds);
     delaunay_release(&mesh->memory, items);
     return result;
 }
@@ -7038,11 +7262,106 @@ static void delaunay__count(delaunay_mesh *mesh, delaunay_report *report, int th
     report->num_ghosts = (uint64_t)ghosts;
 }
 
-DELAUNAY_API delaunay_result delaunay_tetrahedralize(delaunay_mesh *mesh, const double *xyz,
-                                                     size_t count, const delaunay_options *options,
-                                                     delaunay_report *report)
+/* Points and weights as packed doubles: the caller's, or a copy that is to be released. */
+typedef struct delaunay__packed {
+    const double *xyz, *weights;
+    double *copy_xyz, *copy_weights;
+} delaunay__packed;
+
+/* A copy of count rows of per values, stride bytes apart; NULL: out of memory. */
+static double *delaunay__pack(delaunay_memory *memory, const void *data, size_t count, size_t per,
+                              size_t stride, int is_float)
 {
-    delaunay_options defaults;
+    double *copy = (double *)delaunay_alloc(memory, count, per * sizeof *copy);
+    size_t i, k;
+    for (i = 0; copy && i < count; i++) {
+        const char *row = (const char *)data + i * stride;
+        for (k = 0; k < per; k++) {
+            float f;
+            if (is_float) {
+                memcpy(&f, row + k * sizeof f, sizeof f);
+                copy[per * i + k] = (double)f;
+            } else {
+                memcpy(&copy[per * i + k], row + k * sizeof *copy, sizeof *copy);
+            }
+        }
+    }
+    return copy;
+}
+
+static delaunay_result delaunay__unpack(delaunay__packed *packed, delaunay_memory *memory,
+                                        const delaunay_points *points)
+{
+    size_t value = points->is_float ? sizeof(float) : sizeof(double);
+    size_t stride = points->stride ? points->stride : 3 * value;
+    size_t weight_stride = points->weight_stride ? points->weight_stride : value;
+    memset(packed, 0, sizeof *packed);
+    packed->xyz = (const double *)points->xyz;
+    packed->weights = (const double *)points->weights;
+    if (points->count && (points->is_float || stride != 3 * value || (uintptr_t)points->xyz % 8)) {
+        packed->xyz = packed->copy_xyz =
+            delaunay__pack(memory, points->xyz, points->count, 3, stride, points->is_float);
+        if (!packed->xyz) return DELAUNAY_ERROR_OUT_OF_MEMORY;
+    }
+    if (points->count && points->weights &&
+        (points->is_float || weight_stride != value || (uintptr_t)points->weights % 8)) {
+        packed->weights = packed->copy_weights =
+            delaunay__pack(memory, points->weights, points->count, 1, weight_stride,
+                           points->is_float);
+        if (!packed->weights) return DELAUNAY_ERROR_OUT_OF_MEMORY;
+    }
+    return DELAUNAY_OK;
+}
+
+/* The caller's points become vertices in order of insertion; counts and dimension into the report. */
+static delaunay_result delaunay__take_points(delaunay_mesh *mesh, const delaunay_points *points,
+                                             const delaunay_options *options, hilbert_box *box,
+                                             uint32_t *rounds, delaunay_report *report)
+{
+    delaunay__packed packed;
+    size_t count = points->count, i;
+    delaunay_result result = delaunay__unpack(&packed, &mesh->memory, points);
+    if (result == DELAUNAY_OK) result = delaunay__check_finite(packed.xyz, count, report);
+    for (i = 0; result == DELAUNAY_OK && packed.weights && i < count; i++)
+        if (packed.weights[i] - packed.weights[i] != 0) {
+            report->ids[report->num_ids++] = (uint32_t)i;
+            memcpy(report->xyz, packed.xyz + 3 * i, sizeof report->xyz);
+            result = DELAUNAY_ERROR_NOT_FINITE;
+        }
+    if (result == DELAUNAY_OK)
+        result = delaunay__sort(mesh, packed.xyz, packed.weights, count,
+                                delaunay_threads(&options->host), box, rounds);
+    delaunay_release(&mesh->memory, packed.copy_xyz);
+    delaunay_release(&mesh->memory, packed.copy_weights);
+    if (result != DELAUNAY_OK) return result;
+    report->num_vertices = mesh->num_vertices - 1;
+    report->num_duplicates = count - report->num_vertices;
+    report->dimension = delaunay__first_four(mesh);
+    if (report->dimension < 3) return DELAUNAY_ERROR_DIMENSION;
+    delaunay__renew_vertex_of(mesh);
+    return DELAUNAY_OK;
+}
+
+/* Points whose vertices are in no tetrahedron map to none. */
+static void delaunay__hide(delaunay_mesh *mesh, delaunay_report *report)
+{
+    delaunay_handle t;
+    uint32_t v;
+    size_t i;
+    for (t = 1; t < mesh->num_tets; t++)
+        for (i = 0; i < 4; i++) mesh->vertices[mesh->tets[t].v[i]].local = 1;
+    for (v = 1; v < mesh->num_vertices; v++) report->num_hidden += !mesh->vertices[v].local;
+    for (i = 0; i < mesh->num_points; i++)
+        if (!mesh->vertices[mesh->vertex_of[i]].local) mesh->vertex_of[i] = 0;
+    for (v = 0; v < mesh->num_vertices; v++) mesh->vertices[v].local = 0;
+}
+
+DELAUNAY_API delaunay_result delaunay_tetrahedralize_points(delaunay_mesh *mesh,
+                                                            const delaunay_points *points,
+                                                            const delaunay_options *options,
+                                                            delaunay_report *report)
+{
+    delaunay_options local;
     delaunay_report unused;
     delaunay_result result;
     double start, sorted, inserted;
@@ -7050,27 +7369,21 @@ DELAUNAY_API delaunay_result delaunay_tetrahedralize(delaunay_mesh *mesh, const 
     hilbert_box box;
     if (!report) report = &unused;
     memset(report, 0, sizeof *report);
-    memset(&defaults, 0, sizeof defaults);
+    memset(&local, 0, sizeof local);
     report->dimension = -1;
-    if (!options) options = &defaults;
-    if (!mesh || (count && !xyz))
+    if (options) local = *options;
+    options = &local;
+    if (!mesh || !points || (points->count && !points->xyz))
         return delaunay__say(report, DELAUNAY_ERROR_INVALID_ARGUMENT, "a null pointer");
     delaunay_mesh_free(mesh);
-    if (count >= UINT32_MAX - 16)
+    if (points->count >= UINT32_MAX - 16)
         return delaunay__say(report, DELAUNAY_ERROR_TOO_LARGE, "too many points");
     start = sorted = inserted = delaunay_seconds(&options->host);
-    report->num_points = count;
+    report->num_points = points->count;
     result = delaunay_memory_init(&mesh->memory, &options->host);
-    if (result == DELAUNAY_OK) result = delaunay__check_finite(xyz, count, report);
+    if (points->count < 2 * DELAUNAY__ITEMS_A_SECTION) local.host.num_threads = 1;
     if (result == DELAUNAY_OK)
-        result = delaunay__sort(mesh, xyz, count, delaunay_threads(&options->host), &box, rounds);
-    if (result == DELAUNAY_OK) {
-        report->num_vertices = mesh->num_vertices - 1;
-        report->num_duplicates = count - report->num_vertices;
-        report->dimension = delaunay__first_four(mesh);
-        if (report->dimension < 3) result = DELAUNAY_ERROR_DIMENSION;
-        else delaunay__renew_vertex_of(mesh);
-    }
+        result = delaunay__take_points(mesh, points, options, &box, rounds, report);
     sorted = inserted = delaunay_seconds(&options->host);
     if (result == DELAUNAY_OK) result = delaunay__insert_all(mesh, rounds, &box, options);
     inserted = delaunay_seconds(&options->host);
@@ -7078,14 +7391,26 @@ DELAUNAY_API delaunay_result delaunay_tetrahedralize(delaunay_mesh *mesh, const 
         result = delaunay_canonicalize(mesh, &options->host);
     report->seconds_sort = sorted - start;
     report->seconds_insert = inserted - sorted;
-    report->seconds_finish = delaunay_seconds(&options->host) - inserted;
     report->peak_bytes = mesh->memory.peak_bytes;
     if (result != DELAUNAY_OK) {
         delaunay_mesh_free(mesh);
         return delaunay__say(report, result, delaunay_result_string(result));
     }
     delaunay__count(mesh, report, delaunay_threads(&options->host));
+    if (mesh->weight) delaunay__hide(mesh, report);
+    report->seconds_finish = delaunay_seconds(&options->host) - inserted;
     return DELAUNAY_OK;
+}
+
+DELAUNAY_API delaunay_result delaunay_tetrahedralize(delaunay_mesh *mesh, const double *xyz,
+                                                     size_t count, const delaunay_options *options,
+                                                     delaunay_report *report)
+{
+    delaunay_points points;
+    memset(&points, 0, sizeof points);
+    points.xyz = xyz;
+    points.count = count;
+    return delaunay_tetrahedralize_points(mesh, &points, options, report);
 }
 
 /* -- many points into a mesh */
@@ -7219,9 +7544,10 @@ DELAUNAY_API delaunay_result delaunay_insert(delaunay_mesh *mesh, const double *
     memset(report, 0, sizeof *report);
     report->dimension = 3;
     report->num_points = count;
-    if (!mesh || (count && !xyz) || mesh->flags || mesh->color || !delaunay__is_closed(mesh))
+    if (!mesh || (count && !xyz) || mesh->flags || mesh->color || mesh->weight ||
+        !delaunay__is_closed(mesh))
         return delaunay__say(report, DELAUNAY_ERROR_INVALID_ARGUMENT,
-                             "a null pointer, or a mesh with marks or without its hull");
+                             "a null pointer, or a mesh with marks or weights, or without its hull");
     if (count >= UINT32_MAX - 16 - (mesh->num_vertices > mesh->num_points ? mesh->num_vertices
                                                                           : mesh->num_points))
         return delaunay__say(report, DELAUNAY_ERROR_TOO_LARGE, "too many points");
