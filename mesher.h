@@ -1970,6 +1970,8 @@ enum {
     MESHER__PIPE = 2048,        /* crossings or tetrahedra around one edge or facet at most */
     MESHER__MAX_WINDOWS = 4000, /* around one edge or facet */
     MESHER__PIECES = 16384,     /* of split edges, and of facets, at most; a power of two */
+    MESHER__SECTOR_GROWTH = 96, /* tetrahedra that a sector takes in from behind it at most */
+    MESHER__ATTEMPTS = 3,       /* at the whole, with other places of points */
     MESHER__HOPELESS = 4,       /* interior points for one edge that bring nothing */
     MESHER__GRID_CELLS = 64,    /* of one box; beyond, all edges are looked at */
     MESHER__NEAR = 4096         /* missing edges beside one window */
@@ -2063,8 +2065,8 @@ typedef struct mesher__recovery {
     delaunay_window window;
     delaunay_search search;
     uint32_t        shell[DELAUNAY_WINDOW_FACETS][3]; /* a polyhedron's facets, outward, mesh vertices */
+    delaunay_handle shell_beyond[DELAUNAY_WINDOW_FACETS]; /* behind facets of a sector; 0: a constraint */
     uint32_t        num_shell;
-    double          inwards[3];         /* from a split's point into its sector, between the facets */
     delaunay_handle slots[DELAUNAY_WINDOW_FACETS];
     uint32_t        commit[4 * DELAUNAY_WINDOW_FACETS];
     uint32_t       *journal;            /* of the running transaction: old, new vertices, their numbers */
@@ -2077,6 +2079,7 @@ typedef struct mesher__recovery {
     } grid;                             /* over the missing edges of the list */
     double          lp[5][720][5];      /* of the linear program, a level each */
     uint64_t        random;
+    int             attempt;
     uint64_t        nodes, searches, ticks;
     uint64_t        work, max_work;    /* about as many predicates; a bound that no clock decides */
     uint8_t        *hopeless;           /* of each edge: points that brought it no nearer */
@@ -3570,17 +3573,18 @@ static int mesher__in_kernel(const mesher__recovery *r, const double *xyz)
     return 1;
 }
 
-/* A point as deep as can be in the kernel of the shell, in coordinates that make the shell round. Returns its
- * depth there, or 0. */
-static double mesher__kernel(mesher__recovery *r, double *out)
+/* A point as deep as can be below the facets of the shell, or those of them that are constraints, in coordinates
+ * mean + l x with |x| <= 4. Returns its depth there, or 0. */
+static double mesher__deepest(mesher__recovery *r, const double *mean, double (*l)[3], int constraints, double *out)
 {
-    double (*a)[5] = r->lp[4], mean[3], l[3][3], c[4] = {0, 0, 0, 1}, x[4];
-    int n = (int)r->num_shell, i, j, k;
-    if (!mesher__whiten(r, mean, l)) return 0;
-    for (i = 0; i < n; i++) {
+    double (*a)[5] = r->lp[4], c[4] = {0, 0, 0, 1}, x[4];
+    int n = 0, f, i, j, k;
+    for (f = 0; f < (int)r->num_shell; f++) {
         double p[3][3], u[3], v[3], normal[3], length = 0;
+        if (constraints && r->shell_beyond[f]) continue;
+        i = n++;
         for (k = 0; k < 3; k++) {
-            const double *y = mesher__x(r, r->shell[i][k]);
+            const double *y = mesher__x(r, r->shell[f][k]);
             p[k][0] = (y[0] - mean[0]) / l[0][0];
             p[k][1] = (y[1] - mean[1] - l[1][0] * p[k][0]) / l[1][1];
             p[k][2] = (y[2] - mean[2] - l[2][0] * p[k][0] - l[2][1] * p[k][1]) / l[2][2];
@@ -3611,7 +3615,15 @@ static double mesher__kernel(mesher__recovery *r, double *out)
     out[0] = mean[0] + l[0][0] * x[0];
     out[1] = mean[1] + l[1][0] * x[0] + l[1][1] * x[1];
     out[2] = mean[2] + l[2][0] * x[0] + l[2][1] * x[1] + l[2][2] * x[2];
-    return mesher__in_kernel(r, out) ? x[3] : 0;
+    return x[3];
+}
+
+/* A point as deep as can be in the kernel of the shell, in coordinates that make the shell round. Returns its
+ * depth there, or 0. */
+static double mesher__kernel(mesher__recovery *r, double *out)
+{
+    double mean[3], l[3][3], depth = mesher__whiten(r, mean, l) ? mesher__deepest(r, mean, l, 0, out) : 0;
+    return depth > 0 && mesher__in_kernel(r, out) ? depth : 0;
 }
 
 /* Replaces the window by tetrahedra between its boundary and a new vertex. */
@@ -3894,15 +3906,18 @@ static int mesher__remove_point(mesher__recovery *r, uint32_t v, uint32_t max_po
     return 1;
 }
 
-static void mesher__remove_points(mesher__recovery *r)
+/* Takes out what points of ours can go; 1 if one could. */
+static int mesher__remove_points(mesher__recovery *r)
 {
+    uint32_t start = r->removed;
     int pass;
     for (pass = 0; pass < 4; pass++) {
         uint32_t before = r->removed, v;
         for (v = r->mesh->num_vertices; v-- > r->num_rows && !mesher__stopped(r);)
             if (r->mesh->vertex_tet[v]) mesher__remove_point(r, v, pass < 2 ? 16 : 24, pass < 2 ? 3000 : 20000);
-        if (r->removed == before && pass > 0) return;
+        if (r->removed == before && pass > 0) break;
     }
+    return r->removed > start;
 }
 
 /* Vertices that were taken out leave the arrays; those that stay move up, in order. */
@@ -4034,6 +4049,7 @@ static int mesher__splitting_point(mesher__recovery *r, const double *a, const d
         }
         for (p = 0; p < (of_facet || low == high ? 1 : 5); p++) {
             double t = of_facet ? 0.5 : low + places[p] * (high - low);
+            if (r->attempt && !of_facet) t += 0.2 * (high - low) * ((double)mesher__random(r) / 4294967296.0 - 0.5);
             if (!(t > 0 && t < 1)) continue;
             for (k = 0; k < 3 && !of_facet; k++) x[k] = a[k] + t * (b[k] - a[k]);
             if (mesher__in_kernel(r, x)) return 1;
@@ -4236,7 +4252,8 @@ static int mesher__suppress_by_search(mesher__recovery *r, mesher__split *split,
 
 /* The sector of the star that holds tetrahedron number first: numbers into sector; those it meets through
  * constrained facets stay out. */
-static void mesher__flood_sector(const mesher__recovery *r, uint32_t vertex, uint32_t first, uint32_t number, uint32_t *sector)
+static void mesher__flood_sector(const mesher__recovery *r, uint32_t vertex, uint32_t first, uint32_t count,
+                                 uint32_t number, uint32_t *sector)
 {
     uint32_t stack[DELAUNAY_WINDOW_TETS], n = 0, j;
     int k;
@@ -4247,8 +4264,8 @@ static void mesher__flood_sector(const mesher__recovery *r, uint32_t vertex, uin
         delaunay_handle t = r->star.items[i];
         for (k = 0; k < 4; k++) {
             if (r->mesh->tets[t].v[k] == vertex || (r->mesh->flags[t] & DELAUNAY_FACET_BIT(k))) continue;
-            for (j = 0; j < r->star.count && r->star.items[j] != r->mesh->tets[t].n[k] / 4; j++) {}
-            if (j == r->star.count || sector[j]) continue;
+            for (j = 0; j < count && r->star.items[j] != r->mesh->tets[t].n[k] / 4; j++) {}
+            if (j == count || sector[j]) continue;
             sector[j] = number;
             stack[n++] = j;
         }
@@ -4271,21 +4288,13 @@ static uint32_t mesher__whole_vertex(const mesher__recovery *r, const mesher__sp
     }
 }
 
-/* Adds the inner normal of a shell's facet, of unit length. */
-static void mesher__add_normal(const mesher__recovery *r, const uint32_t *f, double *sum)
+/* Is t one of the tetrahedra of a sector? */
+static int mesher__in_sector(const mesher__recovery *r, const uint32_t *sector, uint32_t number, delaunay_handle t)
 {
-    const double *a = mesher__x(r, f[0]), *b = mesher__x(r, f[1]), *c = mesher__x(r, f[2]);
-    double u[3], v[3], n[3], length = 0;
-    int k;
-    for (k = 0; k < 3; k++) {
-        u[k] = b[k] - a[k];
-        v[k] = c[k] - a[k];
-    }
-    for (k = 0; k < 3; k++) {
-        n[k] = u[(k + 1) % 3] * v[(k + 2) % 3] - u[(k + 2) % 3] * v[(k + 1) % 3];
-        length += n[k] * n[k];
-    }
-    for (k = 0; k < 3; k++) sum[k] -= n[k] / sqrt(length);
+    size_t j;
+    for (j = 0; j < r->star.count; j++)
+        if (r->star.items[j] == t) return sector[j] == number;
+    return 0;
 }
 
 /* The polyhedron of a sector with the facets whole, as the shell. Returns 0 if it is too large. */
@@ -4294,27 +4303,122 @@ static int mesher__sector_shell(mesher__recovery *r, const mesher__split *split,
     uint32_t i, c, *v;
     int k;
     r->num_shell = 0;
-    for (k = 0; k < 3; k++) r->inwards[k] = 0;
     for (i = 0; i < r->star.count; i++) {
         const delaunay_tet *t = &r->mesh->tets[r->star.items[i]];
         if (sector[i] != number) continue;
         for (k = 0; k < 4; k++) {
             int constrained = (r->mesh->flags[r->star.items[i]] & DELAUNAY_FACET_BIT(k)) != 0;
-            if (t->v[k] != split->vertex && !constrained) continue;
+            if (!constrained && mesher__in_sector(r, sector, number, t->n[k] / 4)) continue;
             if (r->num_shell == DELAUNAY_WINDOW_FACETS) return 0;
             v = r->shell[r->num_shell];
             for (c = 0; c < 3; c++) v[c] = t->v[delaunay_facet_order(k)[c]];
-            if (t->v[k] != split->vertex) {
+            r->shell_beyond[r->num_shell] = constrained ? 0 : t->n[k] / 4;
+            if (v[0] == split->vertex || v[1] == split->vertex || v[2] == split->vertex) {
                 uint32_t whole = mesher__whole_vertex(r, split, v);
                 if (!whole) continue;
                 for (c = 0; c < 3; c++)
                     if (v[c] == split->vertex) v[c] = whole;
-                mesher__add_normal(r, v, r->inwards);
             }
             r->num_shell++;
         }
     }
     return r->num_shell > 0;
+}
+
+/* Takes the tetrahedra behind facets of a sector that x does not see into it. Returns 0 if nothing is in the way, or
+ * a constraint is, or too many would go. */
+static int mesher__grow_sector(mesher__recovery *r, uint32_t *sector, uint32_t number, const double *x, size_t most)
+{
+    size_t before = r->star.count, j;
+    uint32_t i;
+    for (i = 0; i < r->num_shell; i++) {
+        const uint32_t *f = r->shell[i];
+        delaunay_handle t = r->shell_beyond[i];
+        if (delaunay_orient3d(mesher__x(r, f[0]), mesher__x(r, f[1]), mesher__x(r, f[2]), x) < 0) continue;
+        if (!t || delaunay_is_ghost(r->mesh, t)) return 0;
+        for (j = 0; j < r->star.count && r->star.items[j] != t; j++) {}
+        if (j < before || j == most || j == DELAUNAY_WINDOW_TETS) return 0;
+        if (j < r->star.count) continue;
+        sector[j] = number;
+        mesher__push(r, &r->star, t);
+        if (r->status != MESHER_OK) return 0;
+    }
+    r->work += r->num_shell + r->star.count;
+    return r->star.count > before;
+}
+
+/* Has a facet of the shell both vertices? */
+static int mesher__on_shell(const mesher__recovery *r, uint32_t a, uint32_t b)
+{
+    uint32_t i;
+    for (i = 0; i < r->num_shell; i++) {
+        const uint32_t *f = r->shell[i];
+        if ((f[0] == a || f[1] == a || f[2] == a) && (f[0] == b || f[1] == b || f[2] == b)) return 1;
+    }
+    return 0;
+}
+
+/* May what is inside a grown sector vanish? Only points of ours, and no constraint. */
+static int mesher__sector_is_free(const mesher__recovery *r, const mesher__split *split, const uint32_t *sector, uint32_t number)
+{
+    size_t i;
+    int k;
+    for (i = 0; i < r->star.count; i++) {
+        const uint32_t *v = r->mesh->tets[r->star.items[i]].v;
+        if (sector[i] != number) continue;
+        for (k = 0; k < 4; k++)
+            if (v[k] < r->num_rows && !mesher__on_shell(r, v[k], v[k])) return 0;
+        for (k = 0; k < 6; k++) {
+            uint32_t a = v[delaunay_edge_order(k)[0]], b = v[delaunay_edge_order(k)[1]];
+            if (!(r->mesh->flags[r->star.items[i]] & DELAUNAY_EDGE_BIT(k)) || a == split->vertex || b == split->vertex) continue;
+            if (!mesher__on_shell(r, a, b)) return 0;
+        }
+    }
+    return 1;
+}
+
+/* A point that sees all of a sector, no farther from the split's than about so far. The sector grows where only
+ * what may go is in the way. */
+static int mesher__point_within(mesher__recovery *r, const mesher__split *split, uint32_t *sector, uint32_t number,
+                                double distance, double *x)
+{
+    const double *s = mesher__x(r, split->vertex);
+    double l[3][3] = {{0}};
+    size_t most = r->star.count + MESHER__SECTOR_GROWTH;
+    int k;
+    for (k = 0; k < 3; k++) l[k][k] = distance / 4;
+    for (;;) {
+        r->work += 20 * (uint64_t)r->num_shell;
+        if (mesher__deepest(r, s, l, 0, x) > 0 && mesher__in_kernel(r, x)) return 1;
+        if (!(mesher__deepest(r, s, l, 1, x) > 0)) return 0;
+        if (!mesher__grow_sector(r, sector, number, x, most)) return 0;
+        if (!mesher__sector_shell(r, split, sector, number)) return 0;
+    }
+}
+
+/* The same, from far to near. */
+static int mesher__grown_point(mesher__recovery *r, const mesher__split *split, uint32_t *sector, uint32_t number, double *x)
+{
+    const double *s = mesher__x(r, split->vertex);
+    double size = 0, deep[3];
+    size_t count = r->star.count;
+    uint32_t i;
+    int k;
+    for (i = 0; i < r->num_shell; i++)
+        for (k = 0; k < 3; k++) {
+            double d = fabs(mesher__x(r, r->shell[i][0])[k] - s[k]);
+            if (d > size) size = d;
+        }
+    for (k = 0; k < 24 && r->status == MESHER_OK; k++, size /= 4) {
+        r->star.count = count;
+        if (!mesher__sector_shell(r, split, sector, number)) return 0;
+        if (!mesher__point_within(r, split, sector, number, size, x)) continue;
+        if (!mesher__sector_is_free(r, split, sector, number)) continue;
+        if (mesher__kernel(r, deep) > 0) memcpy(x, deep, sizeof deep);
+        return 1;
+    }
+    r->star.count = count;
+    return 0;
 }
 
 /* The shell as a window without tetrahedra, for a search; 0 if it has too many vertices. */
@@ -4333,28 +4437,9 @@ static int mesher__window_of_shell(mesher__recovery *r)
     return 1;
 }
 
-/* A point that sees the whole sector: the deepest one, or one near the split's point, between the facets. */
-static int mesher__sector_point(mesher__recovery *r, const mesher__split *split, double *x)
-{
-    const double *s = mesher__x(r, split->vertex);
-    double size = 0, step;
-    uint32_t i;
-    int k, j;
-    if (mesher__kernel(r, x) > 0) return 1;
-    for (i = 0; i < r->num_shell; i++)
-        for (k = 0; k < 3; k++) {
-            double d = fabs(mesher__x(r, r->shell[i][0])[k] - s[k]);
-            if (d > size) size = d;
-        }
-    for (j = 0, step = size; j < 52; j++, step /= 2) {
-        for (k = 0; k < 3; k++) x[k] = s[k] + step * r->inwards[k];
-        if (mesher__in_kernel(r, x)) return 1;
-    }
-    return 0;
-}
-
 /* Fills the shell of a sector: by a search, or around a new point. Tetrahedra after *num_new in r->commit. */
-static int mesher__fill_sector(mesher__recovery *r, const mesher__split *split, uint32_t *num_new)
+static int mesher__fill_sector(mesher__recovery *r, const mesher__split *split, uint32_t *sector, uint32_t number,
+                               uint32_t *num_new)
 {
     const delaunay_window *w = &r->window;
     delaunay_search *s = &r->search;
@@ -4369,13 +4454,14 @@ static int mesher__fill_sector(mesher__recovery *r, const mesher__split *split, 
         r->nodes += s->nodes;
         r->work += 3 * (uint64_t)s->nodes;
     }
-    if (*num_new + (found ? s->num_tets : r->num_shell) > DELAUNAY_WINDOW_FACETS) return 0;
     if (found) {
+        if (*num_new + s->num_tets > DELAUNAY_WINDOW_FACETS) return 0;
         for (i = 0; i < s->num_tets; i++, ++*num_new)
             for (k = 0; k < 4; k++) r->commit[4 * *num_new + k] = w->vertices[s->tets[i][k]];
         return 1;
     }
-    if (!mesher__sector_point(r, split, x)) return 0;
+    if (!(mesher__kernel(r, x) > 0) && !mesher__grown_point(r, split, sector, number, x)) return 0;
+    if (*num_new + r->num_shell > DELAUNAY_WINDOW_FACETS) return 0;
     v = delaunay_add_vertex(r->mesh, x, DELAUNAY_NO_ID);
     if (!v) r->status = MESHER_ERROR_OUT_OF_MEMORY;
     if (!v) return 0;
@@ -4389,19 +4475,39 @@ static int mesher__fill_sector(mesher__recovery *r, const mesher__split *split, 
     return 1;
 }
 
+/* Vertices of r->star, without the split's, that r->commit does not have. */
+static uint32_t mesher__points_lost(mesher__recovery *r, const mesher__split *split, uint32_t num_new)
+{
+    uint32_t i, lost = 0;
+    int k;
+    mesher__set_clear(&r->seen);
+    mesher__add(r, &r->seen, split->vertex);
+    for (i = 0; i < 4 * num_new; i++) mesher__add(r, &r->seen, r->commit[i]);
+    for (i = 0; i < r->star.count; i++)
+        for (k = 0; k < 4; k++) lost += (uint32_t)mesher__add(r, &r->seen, r->mesh->tets[r->star.items[i]].v[k]);
+    return lost;
+}
+
 /* Sector by sector. */
 static int mesher__suppress_by_sectors(mesher__recovery *r, mesher__split *split)
 {
     uint32_t sector[DELAUNAY_WINDOW_TETS], i, number = 0, num_new = 0, vertices = r->mesh->num_vertices;
-    uint32_t added = r->added;
-    if (r->star.count > DELAUNAY_WINDOW_TETS) return 0;
-    memset(sector, 0, r->star.count * sizeof *sector);
-    for (i = 0; i < r->star.count; i++) {
+    uint32_t added = r->added, count = (uint32_t)r->star.count;
+    if (count > DELAUNAY_WINDOW_TETS) return 0;
+    memset(sector, 0, sizeof sector);
+    for (i = 0; i < count; i++) {
         if (sector[i]) continue;
-        mesher__flood_sector(r, split->vertex, i, ++number, sector);
-        if (!mesher__sector_shell(r, split, sector, number) || !mesher__fill_sector(r, split, &num_new)) break;
+        mesher__flood_sector(r, split->vertex, i, count, ++number, sector);
+        if (!mesher__sector_shell(r, split, sector, number)) break;
+        if (!mesher__fill_sector(r, split, sector, number, &num_new)) break;
     }
-    if (i == r->star.count && number > 1 && mesher__commit_whole(r, split, num_new)) return 1;
+    if (i == count && number > 1) {
+        uint32_t lost = mesher__points_lost(r, split, num_new);
+        if (mesher__commit_whole(r, split, num_new)) {
+            r->removed += lost;
+            return 1;
+        }
+    }
     r->mesh->num_vertices = vertices;
     r->added = added;
     return 0;
@@ -4431,12 +4537,48 @@ static int mesher__suppress(mesher__recovery *r, mesher__split *split, int pass)
                                       (pass > 0 && mesher__suppress_by_search(r, split, 50000)));
 }
 
+/* The facets of a vertex's star as the shell; 0 if it is too large, or has a constraint at the vertex. */
+static int mesher__shell_of_star(mesher__recovery *r, uint32_t v)
+{
+    size_t i;
+    int k;
+    mesher__note_failure(r, delaunay_vertex_star(r->mesh, r->worker, v, &r->star));
+    r->num_shell = 0;
+    for (i = 0; i < r->star.count && r->status == MESHER_OK; i++) {
+        const delaunay_tet *t = &r->mesh->tets[r->star.items[i]];
+        int local = delaunay_local_index(t, v);
+        const uint8_t *o = delaunay_facet_order(local);
+        if (r->num_shell == DELAUNAY_WINDOW_FACETS) return 0;
+        for (k = 0; k < 3; k++) {
+            if (r->mesh->flags[r->star.items[i]] & DELAUNAY_EDGE_BIT(delaunay_edge_between(local, o[k]))) return 0;
+            r->shell[r->num_shell][k] = t->v[o[k]];
+        }
+        r->num_shell++;
+    }
+    return r->num_shell > 0;
+}
+
+/* Moves our points that no constraint holds to where their stars are deepest: room beside the surface. */
+static void mesher__relax_points(mesher__recovery *r)
+{
+    int round;
+    uint32_t v;
+    double x[3];
+    for (round = 0; round < 3; round++)
+        for (v = r->num_rows; v < r->mesh->num_vertices && !mesher__stopped(r); v++) {
+            if (!r->mesh->vertex_tet[v] || !mesher__shell_of_star(r, v)) continue;
+            r->work += 20 * (uint64_t)r->num_shell;
+            if (mesher__kernel(r, x) > 0) memcpy(r->mesh->vertices[v].x, x, sizeof x);
+        }
+}
+
 /* Takes the points off the surface, last first, as far as that goes. */
 static void mesher__suppress_all(mesher__recovery *r)
 {
     uint32_t left = r->num_splits, i;
     int pass, changed = 1;
-    for (pass = 0; pass < 12 && left > 0 && (changed || pass < 2); pass++) {
+    mesher__relax_points(r);
+    for (pass = 0; pass < 12 && left > 0 && (changed || pass < 4); pass++) {
         changed = 0;
         for (i = r->num_splits; i-- > 0 && !mesher__stopped(r);) {
             mesher__split *split = &r->splits[i];
@@ -4444,6 +4586,8 @@ static void mesher__suppress_all(mesher__recovery *r)
             changed = 1;
             left--;
         }
+        if (left > 0) changed |= mesher__remove_points(r);
+        if (left > 0) mesher__relax_points(r);
         mesher__tell(r, "points left on the surface", (int)left);
     }
 }
@@ -4634,13 +4778,16 @@ static mesher_result mesher__report_splits(mesher__recovery *r)
     return allowed ? MESHER_OK : MESHER_ERROR_RECOVERY;
 }
 
-/* One attempt on the empty mesh as it is. *again: isolated points have to be left out first. */
-static mesher_result mesher__recover_once(mesher_domain *domain, mesher_report *report, int *again)
+/* One attempt on the empty mesh as it is; only the last one reports what it failed on. *again: isolated points have
+ * to be left out first. */
+static mesher_result mesher__recover_once(mesher_domain *domain, mesher_report *report, int attempt, int *again)
 {
     mesher__recovery *r = mesher__recovery_new(domain, report);
     mesher_result result;
     *again = 0;
     if (!r) return MESHER_ERROR_OUT_OF_MEMORY;
+    r->attempt = attempt;
+    r->random += 2 * (uint64_t)attempt;
     mesher__translate(r);
     mesher__build_rows(r);
     mesher__detect(r);
@@ -4653,8 +4800,10 @@ static mesher_result mesher__recover_once(mesher_domain *domain, mesher_report *
         mesher__split_all(r);
         if (!mesher__ends(r) && !r->num_missing_edges && !r->num_missing_facets) mesher__suppress_all(r);
     }
-    if (r->status == MESHER_OK && !r->defects && !r->absent && !r->num_missing_edges && !r->num_missing_facets)
+    if (r->status == MESHER_OK && !r->defects && !r->absent && !r->num_missing_edges && !r->num_missing_facets) {
         mesher__remove_points(r);
+        mesher__relax_points(r);
+    }
     mesher__tell(r, "points removed, now", (int)(r->added - r->removed));
     if (r->status == MESHER_OK) mesher__pack_points(r);
     result = r->status;
@@ -4667,9 +4816,9 @@ static mesher_result mesher__recover_once(mesher_domain *domain, mesher_report *
         *again = 1;
     } else if (result == MESHER_OK && (r->num_missing_edges || r->num_missing_facets)) {
         result = MESHER_ERROR_RECOVERY;
-        mesher__report_missing(r);
+        if (attempt == MESHER__ATTEMPTS - 1) mesher__report_missing(r);
     } else if (result == MESHER_OK && mesher__points_on_surface(r)) {
-        result = mesher__report_splits(r);
+        result = attempt == MESHER__ATTEMPTS - 1 ? mesher__report_splits(r) : MESHER_ERROR_RECOVERY;
     }
     if (report) report->interior_steiner = r->added - r->removed;
     mesher__recovery_free(r);
@@ -4680,8 +4829,11 @@ MESHER_API mesher_result mesher_recover(mesher_domain *domain, mesher_report *re
 {
     double start = delaunay_seconds(&domain->options.host);
     mesher_result result;
-    int again;
-    while ((result = mesher__recover_once(domain, report, &again)) == MESHER_OK && again) {
+    int again, attempt = 0;
+    for (;;) {
+        result = mesher__recover_once(domain, report, attempt, &again);
+        if (result == MESHER_ERROR_RECOVERY && attempt < MESHER__ATTEMPTS - 1) attempt++;
+        else if (result != MESHER_OK || !again) break;
         delaunay_mesh_free(&domain->mesh);
         result = mesher_empty_mesh(domain, report);
         if (result != MESHER_OK) break;
