@@ -5809,7 +5809,7 @@ enum {
 #endif
 
 /* Nearest distance between two vertices, relative to the mean of their sizes. */
-#define MESHER__NEAR 0.8
+#define MESHER__SPACING 0.8
 /* Least height of a point over a constrained facet, relative to the mean of the sizes of the facet. */
 #define MESHER__LOW 0.35
 
@@ -5932,11 +5932,11 @@ static int mesher__room(delaunay_memory *memory, void *array, size_t *cap, size_
     return 1;
 }
 
-/* Distance below MESHER__NEAR times the mean of two sizes, given their sum. */
+/* Distance below MESHER__SPACING times the mean of two sizes, given their sum. */
 static inline int mesher__too_near(const double *a, const double *b, double sum)
 {
     double x = a[0] - b[0], y = a[1] - b[1], z = a[2] - b[2];
-    return x * x + y * y + z * z < MESHER__NEAR * MESHER__NEAR / 4 * sum * sum;
+    return x * x + y * y + z * z < MESHER__SPACING * MESHER__SPACING / 4 * sum * sum;
 }
 
 /* -- points by cells */
@@ -5953,7 +5953,7 @@ static inline double mesher__power(int e)
 /* The level of a point of size h: its cells are one to two times as wide as its distance from others. */
 static inline int mesher__level(double h)
 {
-    double reach = MESHER__NEAR * h;
+    double reach = MESHER__SPACING * h;
     uint64_t bits;
     memcpy(&bits, &reach, sizeof bits);
     return (int)(bits >> 52) - 1022;
@@ -5990,11 +5990,11 @@ static int mesher__is_alone(const mesher__grid *g, const mesher__proposal *point
     if (l < g->low) l = g->low;
     if (last > g->high) last = g->high;
     for (; l <= last; l++) {
-        double scale = mesher__power(-l), reach = MESHER__NEAR * most * scale;
+        double scale = mesher__power(-l), reach = MESHER__SPACING * most * scale;
         double px = (x[0] - g->origin[0]) * scale, py = (x[1] - g->origin[1]) * scale;
         double pz = (x[2] - g->origin[2]) * scale;
         int64_t x1, y0, y1, z0, z1, i, j, k;
-        reach = 0.5 * (MESHER__NEAR * h * scale + (reach < 1 ? reach : 1));
+        reach = 0.5 * (MESHER__SPACING * h * scale + (reach < 1 ? reach : 1));
         x1 = (int64_t)(px + reach);
         y0 = (int64_t)(py - reach);
         y1 = (int64_t)(py + reach);
@@ -6015,7 +6015,7 @@ static int mesher__is_alone(const mesher__grid *g, const mesher__proposal *point
 static int mesher__is_crowded(const mesher__grid *g, const mesher__proposal *points, const double *x, double h)
 {
     int level = mesher__level(h);
-    double scale = mesher__power(-level), reach = 0.5 * MESHER__NEAR * h * scale;
+    double scale = mesher__power(-level), reach = 0.5 * MESHER__SPACING * h * scale;
     double px = (x[0] - g->origin[0]) * scale, py = (x[1] - g->origin[1]) * scale;
     double pz = (x[2] - g->origin[2]) * scale;
     int64_t x1 = (int64_t)(px + reach), y0 = (int64_t)(py - reach), y1 = (int64_t)(py + reach);
@@ -6193,7 +6193,7 @@ static int mesher__propose(const mesher__refiner *r, delaunay_handle t, mesher__
         if (size[v[i]] > most) most = size[v[i]];
     }
     rr = mesher__circumcentre(x[0], x[1], x[2], x[3], p->x);
-    bound = 0.98 * MESHER__NEAR / 2 * (sum / 4 + most);
+    bound = 0.98 * MESHER__SPACING / 2 * (sum / 4 + most);
     if (rr >= 0 && rr < bound * bound) return MESHER__SMALL;
     p->source = t;
     p->stamp = mesher__stamp(mesh, t);

@@ -226,7 +226,8 @@ static void complain(job *j, const char *text)
 static int on_progress(void *user, const char *phase, double fraction)
 {
     const job *j = (const job *)user;
-    if (j->set.progress) fprintf(stderr, "\r%-24.24s %3.0f %%", phase, 100 * fraction);
+    if (j->set.progress && fraction < 0) fprintf(stderr, "\r%-30.30s", phase); /* nobody knows how far */
+    else if (j->set.progress) fprintf(stderr, "\r%-24.24s %3.0f %%", phase, 100 * fraction);
     return tool_interrupted;
 }
 
@@ -791,6 +792,15 @@ static void print_quality(const job *j)
     print_bars("dihedral angles", q->dihedral_histogram, 18, 10);
 }
 
+/* How well refinement honours the wanted sizes. */
+static void print_sizes(const job *j)
+{
+    const mesher_report *r = &j->report;
+    if (r->refined_vertices == 0) return;
+    printf("edge/size   10 %% %.2f, 50 %% %.2f, 90 %% %.2f; %.1f %% within [0.7, 1.4]\n", r->size_p10, r->size_p50,
+           r->size_p90, 100 * r->size_in_band);
+}
+
 static void print_statistics(const job *j)
 {
     uint64_t n = j->out.num_vertices, added = n - j->in.num_vertices;
@@ -803,6 +813,7 @@ static void print_statistics(const job *j)
     printf("tetrahedra  %llu in %llu region%s\n", (unsigned long long)j->out.num_tets,
            (unsigned long long)j->report.num_regions, j->report.num_regions == 1 ? "" : "s");
     print_regions(j);
+    print_sizes(j);
     print_phases(j);
     print_quality(j);
 }
@@ -855,6 +866,10 @@ static void json_body(FILE *f, const job *j, int code)
                "\"missing_facets\": %llu,\n",
             (unsigned long long)j->report.interior_steiner, (unsigned long long)j->report.surface_steiner,
             (unsigned long long)j->report.missing_edges, (unsigned long long)j->report.missing_facets);
+    fprintf(f, "  \"refined_vertices\": %llu, \"size_p10\": %.4g, \"size_p50\": %.4g, \"size_p90\": %.4g, "
+               "\"size_in_band\": %.4g,\n",
+            (unsigned long long)j->report.refined_vertices, j->report.size_p10, j->report.size_p50, j->report.size_p90,
+            j->report.size_in_band);
     if (j->out.num_tets) json_quality(f, &j->quality);
     fprintf(f, "  \"threads\": %d, \"peak_bytes\": %.0f,\n  \"seconds\": {",
             delaunay_threads(&j->set.mesher.host), tool_peak_bytes());
