@@ -5961,10 +5961,11 @@ static inline int mesher__level(double h)
 
 static inline size_t mesher__grid_cell(const mesher__grid *g, int level, int64_t x, int64_t y, int64_t z)
 {
-    uint64_t k = (uint64_t)x * 0x9e3779b97f4a7c15u + (uint64_t)y * 0xc2b2ae3d27d4eb4fu +
-                 (uint64_t)z * 0x165667b19e3779f9u + (uint64_t)(int64_t)level * 0xd6e8feb86659fd93u;
+    uint64_t k = (uint64_t)(x >> 2) * 0x9e3779b97f4a7c15u + (uint64_t)(y >> 2) * 0xc2b2ae3d27d4eb4fu +
+                 (uint64_t)(z >> 2) * 0x165667b19e3779f9u + (uint64_t)(int64_t)level * 0xd6e8feb86659fd93u;
     k ^= k >> 32;
-    return (size_t)((k * 0xbf58476d1ce4e5b9u) >> 24) & g->mask;
+    k = (k * 0xbf58476d1ce4e5b9u) >> 24 << 6; /* blocks of 4 x 4 x 4 cells lie together */
+    return (size_t)(k | (uint64_t)(x & 3) | (uint64_t)(y & 3) << 2 | (uint64_t)(z & 3) << 4) & g->mask;
 }
 
 /* Empties a grid for at most so many points. */
@@ -6604,6 +6605,26 @@ static int mesher__find_starts(mesher__refiner *r, size_t *count)
     return mesher__sort(r->domain, r->order, n) == MESHER_OK;
 }
 
+/* What only lattices need. */
+static void mesher__lattice_free(mesher__refiner *r)
+{
+    delaunay_release(r->memory, r->nodes);
+    delaunay_release(r->memory, r->seen);
+    delaunay_release(r->memory, r->front);
+    r->nodes = r->seen = NULL;
+    r->front = NULL;
+    r->cap_nodes = r->num_seen = r->cap_seen = r->cap_front = 0;
+}
+
+/* Room for the mesh that a lattice of so many points will end in, at once rather than in steps that copy; where
+ * there is none, steps will do. */
+static void mesher__foresee(mesher__refiner *r, size_t points)
+{
+    size_t vertices = r->mesh->num_vertices + points + points / 4, tets = r->mesh->num_tets + 8 * points;
+    if (vertices >= UINT32_MAX / 2 || tets >= ((delaunay_handle)-1) / 4 || r->memory->limit_bytes) return;
+    if (delaunay_reserve(r->mesh, vertices, tets) == DELAUNAY_OK) r->field.vertices = r->mesh->vertices;
+}
+
 /* Body-centred lattices all over the inside, away from the surface, as far as the size is nearly uniform: their
  * Delaunay tetrahedra are all alike and good, and nothing has to be tried. */
 static mesher_result mesher__lattice(mesher__refiner *r)
@@ -6636,6 +6657,8 @@ static mesher_result mesher__lattice(mesher__refiner *r)
     }
     if (r->num_points > first) memmove(r->points, r->points + first, (r->num_points - first) * sizeof *r->points);
     r->num_points -= first;
+    mesher__lattice_free(r);
+    mesher__foresee(r, r->num_points);
     return result;
 }
 
@@ -7301,17 +7324,34 @@ static mesher_result mesher__insert_serially(mesher__refiner *r, size_t begin, s
  * nobody's, and nobody writes its vertices. Its handle to my tetrahedron is written by me alone. Numbers, links
  * and marks are written for vertices and tetrahedra of mine alone. */
 
-enum { MESHER__FEW = 4096, MESHER__PASSES = 4 }; /* fewer points than this in a round are for one thread */
+enum {
+    MESHER__FEW = 4096,     /* fewer points than this in a round are for one thread */
+    MESHER__SECTION = 8192, /* points of a section: what lies at its border is tried in vain */
+    MESHER__PASSES = 4
+};
+
+static uint32_t mesher__section_of(const uint64_t *border, uint32_t parts, uint64_t key)
+{
+    uint32_t i = 0, j = parts;
+    while (j - i > 1) {
+        uint32_t middle = (i + j) / 2;
+        if (border[middle] <= key) i = middle;
+        else j = middle;
+    }
+    return i;
+}
 
 /* Keys of points pos of the order, and the section of every vertex of the mesh. */
 static uint32_t mesher__cut_curve(mesher__refiner *r, size_t begin, size_t count, int pass)
 {
     delaunay_mesh *mesh = r->mesh;
-    uint32_t parts = (uint32_t)(count / (MESHER__FEW / 2)), i, j, v;
+    uint32_t parts = (uint32_t)(count / MESHER__SECTION), i;
     uint64_t border[MESHER__SECTIONS];
-    int threads = r->options->host.num_threads;
+    int threads = delaunay_threads(&r->options->host);
+    int64_t n;
     hilbert_box box = r->box;
     size_t k;
+    if (parts < 2) parts = 2;
     if (parts > MESHER__SECTIONS) parts = MESHER__SECTIONS;
     for (i = 0; i < 3; i++) box.middle[i] = pass ? 0.35 + 0.1 * ((pass + (int)i) % 4) : 0.5;
     if (!mesher__room(r->memory, &r->keys, &r->cap_keys, 0, mesh->num_vertices > count ? mesh->num_vertices : count,
@@ -7327,14 +7367,9 @@ static uint32_t mesher__cut_curve(mesher__refiner *r, size_t begin, size_t count
         s->end = begin + count * (i + 1) / parts;
         border[i] = i ? r->order[s->first].key : 0;
     }
-    for (v = 1; v < mesh->num_vertices; v++) {
-        for (i = 0, j = parts; j - i > 1;) {
-            uint32_t middle = (i + j) / 2;
-            if (border[middle] <= r->keys[v]) i = middle;
-            else j = middle;
-        }
-        mesh->vertices[v].key = i;
-    }
+    /* Shared: the keys and borders, read only; each vertex is written once. */
+    MESHER__OMP(omp parallel for num_threads(threads))
+    for (n = 1; n < (int64_t)mesh->num_vertices; n++) mesh->vertices[n].key = mesher__section_of(border, parts, r->keys[n]);
     mesh->vertices[0].key = UINT32_MAX;
     return parts;
 }
@@ -7343,22 +7378,29 @@ static uint32_t mesher__cut_curve(mesher__refiner *r, size_t begin, size_t count
 static void mesher__find_hints(mesher__refiner *r, uint32_t parts)
 {
     delaunay_mesh *mesh = r->mesh;
-    uint32_t i, v;
-    int j;
-    for (v = 1; v < mesh->num_vertices; v++) {
+    int threads = delaunay_threads(&r->options->host);
+    uint32_t v, found = 0;
+    int i, j;
+    for (v = 1; v < mesh->num_vertices && found < parts; v++) {
         mesher__section *s = r->sections + mesh->vertices[v].key;
         const uint32_t *corner = mesh->tets[mesh->vertex_tet[v]].v;
         if (s->start || !mesh->vertex_tet[v] || s >= r->sections + parts) continue;
         for (j = 0; j < 4 && mesh->vertices[corner[j]].key == mesh->vertices[v].key; j++) {}
-        if (j == 4) s->start = v;
+        if (j == 4) {
+            s->start = v;
+            found++;
+        }
     }
-    for (i = 0; i < parts; i++) {
+    (void)threads;
+    /* Shared: the mesh, read only; points are written by section. */
+    MESHER__OMP(omp parallel for private(j) schedule(dynamic, 1) num_threads(threads))
+    for (i = 0; i < (int)parts; i++) {
         size_t k;
         for (k = r->sections[i].first; k < r->sections[i].end; k++) {
             mesher__proposal *p = r->points + r->order[k].value;
             p->hint = 0;
             for (j = 0; j < 4 && p->tet && !delaunay_is_deleted(mesh, p->tet); j++)
-                if (mesh->vertices[mesh->tets[p->tet].v[j]].key == i) p->hint = mesh->tets[p->tet].v[j];
+                if (mesh->vertices[mesh->tets[p->tet].v[j]].key == (uint32_t)i) p->hint = mesh->tets[p->tet].v[j];
         }
     }
 }
@@ -7671,9 +7713,7 @@ static void mesher__refiner_free(mesher__refiner *r)
     delaunay_release(r->memory, r->points);
     delaunay_release(r->memory, r->order);
     delaunay_release(r->memory, r->keys);
-    delaunay_release(r->memory, r->nodes);
-    delaunay_release(r->memory, r->seen);
-    delaunay_release(r->memory, r->front);
+    mesher__lattice_free(r);
     delaunay_release(r->memory, r->grid.cells);
     delaunay_release(r->memory, r->grid.chain);
 }
