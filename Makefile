@@ -6,7 +6,7 @@
 #   make sanitize                 the same under the address and undefined-behaviour sanitizers
 #   make test-models MODELS=DIR   the tools over a folder of models with an INDEX.tsv
 #   make league MODELS=DIR        times and qualities over the same folder, beside rivals if installed
-#   make bench-NAME               build and run bench/NAME.c
+#   make bench-NAME               build and run bench/NAME.c; bench-mesh takes MODELS=DIR too
 #   make include-test             every way to include the headers
 #   make dist                     standalone headers in dist/
 #   make clean
@@ -74,6 +74,9 @@ test-models: all
 
 league: all
 	@BUILD=$(BUILD) sh bench/league.sh '$(MODELS)'
+
+bench-mesh: $(BUILD)/bench_mesh
+	$< $(ARGS) $(if $(MODELS),$$(find '$(MODELS)' -name '*.off' -o -name '*.stl' -o -name '*.obj' -o -name '*.ply'))
 
 bench-%: $(BUILD)/bench_%
 	$< $(ARGS)
