@@ -37,11 +37,11 @@
  *   fused. With centres away from the middle the grid is finer on one side (2.4).
  *
  *   Plain C walks three levels a step through a table of 14 KB that lives on the stack of the call.
- *   With AVX2, 32 points go level by level, a byte each, through six tables of 16 bytes in
+ *   With AVX2, 32 points go level by level, a byte each, through two tables of 24 bytes in
  *   registers; with AVX-512 VBMI, 64 points through one instruction. All three give the same keys.
- *   1e7 points in 3D, doubles to 63-bit Moore keys, one core of a Zen 5 server, November 2026:
- *   AVX-512 1.5 ns a point, AVX2 about 5, plain C about 20; their bounding box 0.8; one level a step
- *   through a table of 96 bytes, 28.
+ *   1e7 points in 3D, doubles to 63-bit Moore keys, one core of a server of 2023 (Zen 4, 2.6 GHz),
+ *   November 2026: AVX2 2.7 ns a point, plain C 33; their bounding box 0.95; one level a step
+ *   through a table of 96 bytes, 60. On Zen 5, AVX-512 took 1.5, the bounding box 0.8.
  *
  *   A partition is a section of the sorted keys; since unsigned numbers wrap, one subtraction and one
  *   comparison tell whether a key is in it, even in the one that contains the end (2.9).
@@ -267,8 +267,8 @@ typedef struct hilbert_kd {
 
 /* Builds the tree; the same points in another order give the same tree.
  *
- * Cost     n * dimension * levels steps of selection in one thread, 0.5 us a point for 1e6 points in
- *          4 levels of 3D, and 0.1 us for its key, where the grid takes 2 ns. Build it from a
+ * Cost     n * dimension * levels steps of selection in one thread, 0.3 us a point for 1e6 points in
+ *          4 levels of 3D, and 0.07 us for its key, where the grid takes 3 ns. Build it from a
  *          sample if that is too much. Scratch of 16 bytes a point
  * Gain     64 parts of uniform points are as compact as those of the grid (rms distance to the
  *          centre of the part 3 % less); of points in clusters 10 % less, at 8 parts 30 %
@@ -862,8 +862,9 @@ static hilbert_key128 hilbert__deep_key(const hilbert__grid *g, const hilbert_po
 
 /* ---- >>steps  three levels of a curve at once, for plain C -- */
 /* Built on the stack of a call: 14 KB in 3D (7 steps for 21 levels), 5 KB in 2D (8 steps for 32).
- * A step less deep needs 1.5 KB and was slower by a half, one deeper needs 112 KB of somebody's L2.
- * The vectors need 96 bytes, in registers. */
+ * A step deeper would need 112 KB of somebody's L2. The vectors need two registers. */
+#define HILBERT__POINTS_FOR_STEPS 2000 /* for as many the table saves what it costs to build */
+
 typedef struct hilbert__steps {
     uint16_t entry[14 * 512]; /* state, then the octants of 3 (quadrants of 4) levels */
 } hilbert__steps;
@@ -944,100 +945,149 @@ static uint64_t hilbert__walk2(const hilbert__steps *steps, unsigned state, uint
     return key;
 }
 
+static void hilbert__make_steps(hilbert__steps *steps, const hilbert__grid *g)
+{
+    if (g->dimension == 3) hilbert__make_steps3(steps, g->curve);
+    else hilbert__make_steps2(steps, g->curve);
+}
+
+/* Key of a cell of the grid; level by level without steps. */
+static uint64_t hilbert__key_of_cell(const hilbert__grid *g, const hilbert__steps *steps,
+                                     const uint32_t c[3])
+{
+    const unsigned start = hilbert__start_state(g->curve, g->dimension);
+    const int up = (g->dimension == 3 ? 21 : 32) - g->depth;
+
+    if (g->dimension == 3)
+        return steps ? hilbert__walk3(steps, start, c[0] << up, c[1] << up, c[2] << up) >> 3 * up
+                     : hilbert_encode3(g->curve, g->depth, c[0], c[1], c[2]);
+    return steps ? hilbert__walk2(steps, start, c[0] << up, c[1] << up) >> 2 * up
+                 : hilbert_encode2(g->curve, g->depth, c[0], c[1]);
+}
+
 /* Keys of the points [from, to); returns how many are not finite. */
 static size_t hilbert__keys_plain(uint64_t *keys, const hilbert__grid *g,
                                   const hilbert_points *points, const hilbert__steps *steps,
                                   size_t from, size_t to)
 {
-    const unsigned start = hilbert__start_state(g->curve, g->dimension);
-    const int up = (g->dimension == 3 ? 21 : 32) - g->depth;
     size_t bad = 0, p;
 
     for (p = from; p < to; p++) {
         uint32_t c[3] = {0, 0, 0};
-        uint64_t key;
         if (!hilbert__cells_of_point(c, g, points, p)) {
             keys[p] = UINT64_MAX;
             bad++;
             continue;
         }
-        if (g->dimension == 3)
-            key = hilbert__walk3(steps, start, c[0] << up, c[1] << up, c[2] << up) >> 3 * up;
-        else
-            key = hilbert__walk2(steps, start, c[0] << up, c[1] << up) >> 2 * up;
-        keys[p] = (key + g->shift) & g->mask;
+        keys[p] = (hilbert__key_of_cell(g, steps, c) + g->shift) & g->mask;
     }
     return bad;
 }
 
 /* ---- >>vectors  32 points at a time, a byte for each, level by level -- */
 #ifdef HILBERT__AVX2
-/* The state machine of the curve in six registers: byte 8*state + octant -> 8*next + digit. */
+/* The state machine of the curve in two registers. A state is a cyclic shift r of the axes and a
+ * mirroring f of some: the row of the table for (r, f) is that of (r, 0) with its octants xor f. So
+ * a byte is looked up by its octant xor the state: bits 2 to 0 mirror, bit 3 says r = 1, bit 7 r = 2.
+ * An entry is what changes in the state, with the digit in bits 6 to 4, that no look-up sees. */
 typedef struct hilbert__machine {
-    __m256i table[6], start;
+    __m256i shifted01, shifted2, start;
 } hilbert__machine;
 
-/* Two rows of the table in both halves of a register; for Z-order the octants themselves. */
-HILBERT__AVX2 static __m256i hilbert__row_pair(const unsigned char *a, const unsigned char *b,
-                                               hilbert_curve curve)
+enum { HILBERT__SHIFT1 = 8, HILBERT__SHIFT2 = 128 };
+
+/* The state as a byte: where its curve begins is the mirroring, where it goes first the shift. */
+static int hilbert__frame(unsigned state)
+{
+    static const unsigned char shift_of[8] = {0, 0, 1, 0, 2, 0, 0, 0}; /* by the axis, 1, 2 or 4 */
+    const unsigned char *row = hilbert__decode_table3[state], *first = hilbert__decode_table3[0];
+    int r = (shift_of[(row[0] ^ row[1]) & 7] + 3 - shift_of[(first[0] ^ first[1]) & 7]) % 3;
+
+    return (row[0] & 7) | (r == 1 ? HILBERT__SHIFT1 : 0) | (r == 2 ? HILBERT__SHIFT2 : 0);
+}
+
+HILBERT__AVX2 static __m256i hilbert__row_pair(const unsigned char a[8], const unsigned char b[8])
 {
     unsigned char rows[16];
-    int o;
 
-    for (o = 0; o < 8; o++) {
-        rows[o] = curve == HILBERT_CURVE_Z ? (unsigned char)o : a[o];
-        rows[o + 8] = curve == HILBERT_CURVE_Z ? (unsigned char)o : b[o];
-    }
+    memcpy(rows, a, 8);
+    memcpy(rows + 8, b, 8);
     return _mm256_broadcastsi128_si256(_mm_loadu_si128((const __m128i *)(const void *)rows));
 }
 
 HILBERT__AVX2 static void hilbert__make_machine(hilbert__machine *m, hilbert_curve curve)
 {
-    int i;
+    unsigned char rows[4][8]; /* no shift, shift by 1, by 2; the first digit */
+    unsigned state, o;
 
-    for (i = 0; i < 6; i++)
-        m->table[i] = hilbert__row_pair(hilbert__encode_table3[2 * i],
-                                        hilbert__encode_table3[2 * i + 1], curve);
-    i = curve == HILBERT_CURVE_MOORE ? HILBERT__START3 : 0;
-    m->start = hilbert__row_pair(hilbert__encode_table3[i], hilbert__encode_table3[i], curve);
+    for (state = 0; state < 12; state++) {
+        int frame = hilbert__frame(state);
+        int shift = frame & HILBERT__SHIFT2 ? 2 : frame & HILBERT__SHIFT1 ? 1 : 0;
+        for (o = 0; o < 8; o++) {
+            unsigned entry = hilbert__encode_table3[state][o];
+            int change = frame ^ hilbert__frame(entry >> 3);
+            int digit = (int)(entry & 7);
+            rows[shift][o ^ (unsigned)(frame & 7)] = (unsigned char)(change | digit << 4);
+        }
+    }
+    for (o = 0; o < 8; o++) {
+        unsigned entry = hilbert__encode_table3[curve == HILBERT_CURVE_MOORE ? HILBERT__START3 : 0][o];
+        rows[3][o] = (unsigned char)(hilbert__frame(entry >> 3) | (int)(entry & 7) << 4);
+        if (curve == HILBERT_CURVE_Z) rows[0][o] = rows[3][o] = (unsigned char)(o << 4);
+    }
+    m->shifted01 = hilbert__row_pair(rows[0], rows[1]);
+    m->shifted2 = hilbert__row_pair(rows[2], rows[2]);
+    m->start = hilbert__row_pair(rows[3], rows[3]);
 }
 
-/* Looks 32 bytes below 96 up: bits 4 to 6 choose among the six tables. */
-HILBERT__AVX2 static inline __m256i hilbert__look_up(const hilbert__machine *m, __m256i i)
+/* Octants of levels b+4 and b from bits 2*b', with x above y, of `xy` and bit b of z: in bits 6 to 4
+ * and 2 to 0 of each byte, the others 0. */
+HILBERT__AVX2 static inline __m256i hilbert__octant_pair(__m256i xy, __m256i z)
 {
-    __m256i bit4 = _mm256_slli_epi16(i, 3), bit5 = _mm256_slli_epi16(i, 2);
-    __m256i bit6 = _mm256_slli_epi16(i, 1);
-    __m256i a = _mm256_blendv_epi8(_mm256_shuffle_epi8(m->table[0], i),
-                                   _mm256_shuffle_epi8(m->table[1], i), bit4);
-    __m256i b = _mm256_blendv_epi8(_mm256_shuffle_epi8(m->table[2], i),
-                                   _mm256_shuffle_epi8(m->table[3], i), bit4);
-    __m256i c = _mm256_blendv_epi8(_mm256_shuffle_epi8(m->table[4], i),
-                                   _mm256_shuffle_epi8(m->table[5], i), bit4);
-    return _mm256_blendv_epi8(_mm256_blendv_epi8(a, b, bit5), c, bit6);
+    return _mm256_or_si256(_mm256_and_si256(xy, _mm256_set1_epi8(0x66)),
+                           _mm256_and_si256(z, _mm256_set1_epi8(0x11)));
 }
 
-/* Octants of a level: bit b of three bytes, as bits 2, 1 and 0. */
-HILBERT__AVX2 static inline __m256i hilbert__octants(const __m256i plane[3], int b)
+/* Octants of eight levels of three bytes: pair b has those of b+4 and b. */
+HILBERT__AVX2 static inline void hilbert__octants(__m256i pair[4], __m256i x, __m256i y, __m256i z)
 {
-    __m256i one = _mm256_set1_epi8(1);
-    __m256i x = _mm256_and_si256(_mm256_srli_epi16(plane[0], b), one);
-    __m256i y = _mm256_and_si256(_mm256_srli_epi16(plane[1], b), one);
-    __m256i z = _mm256_and_si256(_mm256_srli_epi16(plane[2], b), one);
+    const __m256i odd = _mm256_set1_epi8((char)0xaa), even = _mm256_set1_epi8(0x55);
+    __m256i xy1 = _mm256_or_si256(_mm256_and_si256(x, odd),
+                                  _mm256_srli_epi16(_mm256_and_si256(y, odd), 1));
+    __m256i xy0 = _mm256_or_si256(_mm256_slli_epi16(_mm256_and_si256(x, even), 1),
+                                  _mm256_and_si256(y, even));
 
-    x = _mm256_add_epi8(x, x);
-    x = _mm256_or_si256(x, y);
-    x = _mm256_add_epi8(x, x);
-    return _mm256_or_si256(x, z);
+    pair[3] = hilbert__octant_pair(_mm256_srli_epi16(xy1, 1), _mm256_srli_epi16(z, 3));
+    pair[2] = hilbert__octant_pair(_mm256_srli_epi16(xy0, 1), _mm256_srli_epi16(z, 2));
+    pair[1] = hilbert__octant_pair(_mm256_slli_epi16(xy1, 1), _mm256_srli_epi16(z, 1));
+    pair[0] = hilbert__octant_pair(_mm256_slli_epi16(xy0, 1), z);
 }
 
-/* Byte j of 32 cells of one axis; within each half of the register 4 of every 8 points. */
-HILBERT__AVX2 static inline __m256i hilbert__plane(const __m256i cells[4], int j)
+/* The three bytes of 32 cells of one axis; within each half of a register 4 of every 8 points, in
+ * an order that `by_byte` makes ascending. */
+HILBERT__AVX2 static inline void hilbert__planes(__m256i plane[3], const __m256i cells[4],
+                                                 __m256i by_byte)
 {
-    __m256i low = _mm256_set1_epi32(255), t[4];
+    __m256i t[4], low01, low23, high01, high23;
     int k;
 
-    for (k = 0; k < 4; k++) t[k] = _mm256_and_si256(_mm256_srli_epi32(cells[k], 8 * j), low);
-    return _mm256_packus_epi16(_mm256_packus_epi32(t[0], t[1]), _mm256_packus_epi32(t[2], t[3]));
+    for (k = 0; k < 4; k++) t[k] = _mm256_shuffle_epi8(cells[k], by_byte);
+    low01 = _mm256_unpacklo_epi32(t[0], t[1]);
+    low23 = _mm256_unpacklo_epi32(t[2], t[3]);
+    high01 = _mm256_unpackhi_epi32(t[0], t[1]);
+    high23 = _mm256_unpackhi_epi32(t[2], t[3]);
+    plane[0] = _mm256_unpacklo_epi64(low01, low23);
+    plane[1] = _mm256_unpackhi_epi64(low01, low23);
+    plane[2] = _mm256_unpacklo_epi64(high01, high23);
+}
+
+/* The shuffle that sorts four cells by byte, given where the first to the fourth of them stand. */
+HILBERT__AVX2 static inline __m256i hilbert__by_byte(int first, int second, int third, int fourth)
+{
+    int places = 4 * (first | second << 8 | third << 16 | fourth << 24);
+    return _mm256_broadcastsi128_si256(
+        _mm_add_epi8(_mm_set1_epi32(places),
+                     _mm_setr_epi8(0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2, 3, 3, 3, 3)));
 }
 
 HILBERT__AVX2 static inline __m256i hilbert__bits(__m256i v, int mask)
@@ -1045,21 +1095,21 @@ HILBERT__AVX2 static inline __m256i hilbert__bits(__m256i v, int mask)
     return _mm256_and_si256(v, _mm256_set1_epi8((char)mask));
 }
 
-/* Eight digits, highest last, to three bytes of a key, highest last. */
+/* Eight digits, in bits 6 to 4, highest last, to three bytes of a key, highest last. */
 HILBERT__AVX2 static inline void hilbert__join_digits(__m256i bytes[3], const __m256i d[8])
 {
     __m256i hi, mid, lo;
 
-    hi = _mm256_slli_epi16(hilbert__bits(d[7], 7), 5);
-    hi = _mm256_or_si256(hi, _mm256_slli_epi16(hilbert__bits(d[6], 7), 2));
-    bytes[2] = _mm256_or_si256(hi, _mm256_srli_epi16(hilbert__bits(d[5], 6), 1));
-    mid = _mm256_slli_epi16(hilbert__bits(d[5], 1), 7);
-    mid = _mm256_or_si256(mid, _mm256_slli_epi16(hilbert__bits(d[4], 7), 4));
-    mid = _mm256_or_si256(mid, _mm256_slli_epi16(hilbert__bits(d[3], 7), 1));
-    bytes[1] = _mm256_or_si256(mid, _mm256_srli_epi16(hilbert__bits(d[2], 4), 2));
-    lo = _mm256_slli_epi16(hilbert__bits(d[2], 3), 6);
-    lo = _mm256_or_si256(lo, _mm256_slli_epi16(hilbert__bits(d[1], 7), 3));
-    bytes[0] = _mm256_or_si256(lo, hilbert__bits(d[0], 7));
+    hi = _mm256_slli_epi16(hilbert__bits(d[7], 0x70), 1);
+    hi = _mm256_or_si256(hi, _mm256_srli_epi16(hilbert__bits(d[6], 0x70), 2));
+    bytes[2] = _mm256_or_si256(hi, _mm256_srli_epi16(hilbert__bits(d[5], 0x60), 5));
+    mid = _mm256_slli_epi16(hilbert__bits(d[5], 0x10), 3);
+    mid = _mm256_or_si256(mid, hilbert__bits(d[4], 0x70));
+    mid = _mm256_or_si256(mid, _mm256_srli_epi16(hilbert__bits(d[3], 0x70), 3));
+    bytes[1] = _mm256_or_si256(mid, _mm256_srli_epi16(hilbert__bits(d[2], 0x40), 6));
+    lo = _mm256_slli_epi16(hilbert__bits(d[2], 0x30), 2);
+    lo = _mm256_or_si256(lo, _mm256_srli_epi16(hilbert__bits(d[1], 0x70), 1));
+    bytes[0] = _mm256_or_si256(lo, _mm256_srli_epi16(hilbert__bits(d[0], 0x70), 4));
 }
 
 /* Eight bytes of 32 keys to the keys, in the order that hilbert__plane took. */
@@ -1070,6 +1120,7 @@ HILBERT__AVX2 static inline void hilbert__store_keys(uint64_t *keys, const __m25
     __m256i shift = _mm256_set1_epi64x((long long)g->shift);
     __m256i mask = _mm256_set1_epi64x((long long)g->mask);
     __m128i down = _mm_cvtsi32_si128(3 * up);
+    const int is_moved = up != 0 || g->shift != 0;
     int i;
 
     for (i = 0; i < 4; i++) {
@@ -1087,42 +1138,60 @@ HILBERT__AVX2 static inline void hilbert__store_keys(uint64_t *keys, const __m25
         __m256i k1 = _mm256_unpackhi_epi32(w[2 * i], w[2 * i + 1]);
         __m256i lo = _mm256_permute2x128_si256(k0, k1, 0x20);
         __m256i hi = _mm256_permute2x128_si256(k0, k1, 0x31);
-        lo = _mm256_and_si256(_mm256_add_epi64(_mm256_srl_epi64(lo, down), shift), mask);
-        hi = _mm256_and_si256(_mm256_add_epi64(_mm256_srl_epi64(hi, down), shift), mask);
+        if (is_moved) {
+            lo = _mm256_and_si256(_mm256_add_epi64(_mm256_srl_epi64(lo, down), shift), mask);
+            hi = _mm256_and_si256(_mm256_add_epi64(_mm256_srl_epi64(hi, down), shift), mask);
+        }
         _mm256_storeu_si256((__m256i *)(void *)(keys + 8 * i), lo);
         _mm256_storeu_si256((__m256i *)(void *)(keys + 8 * i + 4), hi);
     }
 }
 
+/* One level down: the entries, of which the digits are kept, and the states after them. A look-up by
+ * a byte with bit 7 gives 0, so one of the two does. */
+HILBERT__AVX2 static inline __m256i hilbert__level(const hilbert__machine *m, __m256i *state,
+                                                   __m256i octants)
+{
+    __m256i other = _mm256_xor_si256(octants, _mm256_set1_epi8((char)HILBERT__SHIFT2));
+    __m256i entry = _mm256_or_si256(
+        _mm256_shuffle_epi8(m->shifted01, _mm256_xor_si256(*state, octants)),
+        _mm256_shuffle_epi8(m->shifted2, _mm256_xor_si256(*state, other)));
+    *state = _mm256_xor_si256(*state, entry);
+    return entry;
+}
+
 /* Keys of 32 cells, given as 21 bits an axis in four registers of 8. */
 HILBERT__AVX2 static inline void hilbert__keys_of_cells(uint64_t *keys,
                                                         const __m256i cells[3][4],
+                                                        const __m256i by_byte[3],
                                                         const hilbert__machine *m,
                                                         const hilbert__grid *g, int up)
 {
-    __m256i bytes[9], digits[8], entry = _mm256_setzero_si256();
-    __m256i state_bits = _mm256_set1_epi8(0x78);
-    int j, b;
+    __m256i bytes[9], x[3], y[3], z[3], pair[4], d[8], state;
+    int j;
 
-    for (j = 2; j >= 0; j--) {
-        __m256i plane[3];
-        plane[0] = hilbert__plane(cells[0], j);
-        plane[1] = hilbert__plane(cells[1], j);
-        plane[2] = hilbert__plane(cells[2], j);
-        for (b = 7; b >= 0; b--) {
-            if (j == 2 && b > 4) { /* 21 levels, not 24 */
-                digits[b] = _mm256_setzero_si256();
-                continue;
-            }
-            if (j == 2 && b == 4) {
-                entry = _mm256_shuffle_epi8(m->start, hilbert__octants(plane, b));
-            } else {
-                entry = _mm256_and_si256(entry, state_bits);
-                entry = hilbert__look_up(m, _mm256_or_si256(entry, hilbert__octants(plane, b)));
-            }
-            digits[b] = entry;
-        }
-        hilbert__join_digits(bytes + 3 * j, digits);
+    hilbert__planes(x, cells[0], by_byte[0]);
+    hilbert__planes(y, cells[1], by_byte[1]);
+    hilbert__planes(z, cells[2], by_byte[2]);
+    hilbert__octants(pair, x[2], y[2], z[2]);
+    d[7] = d[6] = d[5] = _mm256_setzero_si256(); /* 21 levels, not 24 */
+    d[4] = state = _mm256_shuffle_epi8(m->start, _mm256_srli_epi16(pair[0], 4));
+    d[3] = hilbert__level(m, &state, pair[3]);
+    d[2] = hilbert__level(m, &state, pair[2]);
+    d[1] = hilbert__level(m, &state, pair[1]);
+    d[0] = hilbert__level(m, &state, pair[0]);
+    hilbert__join_digits(bytes + 6, d);
+    for (j = 1; j >= 0; j--) {
+        hilbert__octants(pair, x[j], y[j], z[j]);
+        d[7] = hilbert__level(m, &state, _mm256_srli_epi16(pair[3], 4));
+        d[6] = hilbert__level(m, &state, _mm256_srli_epi16(pair[2], 4));
+        d[5] = hilbert__level(m, &state, _mm256_srli_epi16(pair[1], 4));
+        d[4] = hilbert__level(m, &state, _mm256_srli_epi16(pair[0], 4));
+        d[3] = hilbert__level(m, &state, pair[3]);
+        d[2] = hilbert__level(m, &state, pair[2]);
+        d[1] = hilbert__level(m, &state, pair[1]);
+        d[0] = hilbert__level(m, &state, pair[0]);
+        hilbert__join_digits(bytes + 3 * j, d);
     }
     hilbert__store_keys(keys, bytes, g, up);
 }
@@ -1178,45 +1247,135 @@ HILBERT__AVX2 static inline void hilbert__four_points(__m256d v[3], const hilber
     }
 }
 
+/* Whether the cell of a coordinate inside the box is just floor((v - centre) * factor of its side):
+ * no product is so small that it becomes 0 on the lower side. */
+static int hilbert__is_normal(const hilbert__grid *g)
+{
+    int i;
+
+    for (i = 0; i < 3; i++) {
+        double f = g->factor[i][1];
+        int is_far = g->centre[i] > 1e-200 || g->centre[i] < -1e-200;
+        if (!(f >= 1 || (f > 1e-90 && is_far))) return 0;
+    }
+    return 1;
+}
+
+/* Four packed points are three registers, x y z x, y z x y and z x y z: each with the centres and
+ * factors of its places. */
+typedef struct hilbert__packed {
+    __m256d centre[3], above[3], below[3];
+} hilbert__packed;
+
+HILBERT__AVX2 static void hilbert__make_packed(hilbert__packed *to, const hilbert__grid *g)
+{
+    int r, i;
+
+    for (r = 0; r < 3; r++) {
+        double centre[4], above[4], below[4];
+        for (i = 0; i < 4; i++) {
+            int axis = (4 * r + i) % 3;
+            centre[i] = g->centre[axis];
+            above[i] = g->factor[axis][0];
+            below[i] = g->factor[axis][1];
+        }
+        to->centre[r] = _mm256_loadu_pd(centre);
+        to->above[r] = _mm256_loadu_pd(above);
+        to->below[r] = _mm256_loadu_pd(below);
+    }
+}
+
+/* Cells of 32 packed points that lie inside the box of a normal grid; 0 if one does not. Of each
+ * four, x stand in the order 0 3 2 1, y 1 0 3 2, z 2 1 0 3. */
+HILBERT__AVX2 static inline int hilbert__inner_cells(__m256i cells[3][4], const hilbert__grid *g,
+                                                     const hilbert__packed *to, const double *xyz)
+{
+    const __m256i half = _mm256_set1_epi32((int)g->half);
+    const __m256i outside = _mm256_set1_epi32(~(2 * (int)g->half - 1));
+    __m256i all = _mm256_setzero_si256();
+    int k, r, h;
+
+    for (k = 0; k < 4; k++) {
+        __m256i c[3];
+        for (r = 0; r < 3; r++) {
+            __m128i four[2];
+            for (h = 0; h < 2; h++) {
+                __m256d v = _mm256_loadu_pd(xyz + 24 * k + 12 * h + 4 * r);
+                __m256d w = _mm256_sub_pd(v, to->centre[r]);
+                __m256d f = _mm256_blendv_pd(to->above[r], to->below[r], w); /* by its sign */
+                four[h] = _mm256_cvttpd_epi32(_mm256_floor_pd(_mm256_mul_pd(w, f)));
+            }
+            c[r] = _mm256_inserti128_si256(_mm256_castsi128_si256(four[0]), four[1], 1);
+            c[r] = _mm256_add_epi32(c[r], half);
+            all = _mm256_or_si256(all, c[r]);
+        }
+        cells[0][k] = _mm256_blend_epi32(_mm256_blend_epi32(c[0], c[1], 0x44), c[2], 0x22);
+        cells[1][k] = _mm256_blend_epi32(_mm256_blend_epi32(c[0], c[1], 0x99), c[2], 0x44);
+        cells[2][k] = _mm256_blend_epi32(_mm256_blend_epi32(c[0], c[1], 0x22), c[2], 0x99);
+    }
+    return _mm256_testz_si256(all, outside);
+}
+
+/* Cells of any 32 points; returns whether all are finite. */
+HILBERT__AVX2 static inline int hilbert__any_cells(__m256i cells[3][4], const hilbert__grid *g,
+                                                   const hilbert_points *points, size_t p)
+{
+    const __m128i half = _mm_set1_epi32((int)g->half);
+    __m256d strange = _mm256_setzero_pd();
+    int k, i;
+
+    for (k = 0; k < 4; k++) {
+        __m256d v[3], w[3];
+        hilbert__four_points(v, points, p + 8 * (size_t)k);
+        hilbert__four_points(w, points, p + 8 * (size_t)k + 4);
+        for (i = 0; i < 3; i++) {
+            __m128i lo = _mm_add_epi32(hilbert__four_cells(v[i], g, i), half);
+            __m128i hi = _mm_add_epi32(hilbert__four_cells(w[i], g, i), half);
+            cells[i][k] = _mm256_inserti128_si256(_mm256_castsi128_si256(lo), hi, 1);
+            strange = _mm256_or_pd(strange, _mm256_sub_pd(v[i], v[i]));
+            strange = _mm256_or_pd(strange, _mm256_sub_pd(w[i], w[i]));
+        }
+    }
+    return _mm256_testz_si256(_mm256_castpd_si256(strange), _mm256_castpd_si256(strange));
+}
+
 /* Keys of the points [from, to) with coordinates in 3D; returns how many are not finite. */
 HILBERT__AVX2 static size_t hilbert__keys_avx2(uint64_t *keys, const hilbert__grid *g,
                                                const hilbert_points *points,
-                                               const hilbert__steps *steps, size_t from, size_t to)
+                                               size_t from, size_t to)
 {
     const int up = 21 - g->depth;
-    const __m128i half = _mm_set1_epi32((int)g->half), shift = _mm_cvtsi32_si128(up);
+    const int is_packed = points->scalar == HILBERT_DOUBLE &&
+                          points->stride == 3 * sizeof(double) && hilbert__is_normal(g);
+    const double *xyz = (const double *)points->coordinates;
+    const __m256i ascending = hilbert__by_byte(0, 1, 2, 3);
+    const __m256i any[3] = {ascending, ascending, ascending};
+    const __m256i inner[3] = {hilbert__by_byte(0, 3, 2, 1), hilbert__by_byte(1, 0, 3, 2),
+                              hilbert__by_byte(2, 1, 0, 3)};
+    hilbert__packed packed;
     hilbert__machine m;
     size_t bad = 0, p, q;
 
     hilbert__make_machine(&m, g->curve);
+    hilbert__make_packed(&packed, g);
     for (p = from; p + 32 <= to; p += 32) {
         __m256i cells[3][4];
-        __m256d strange = _mm256_setzero_pd();
-        int k, i;
+        int is_inner = is_packed && hilbert__inner_cells(cells, g, &packed, xyz + 3 * p);
+        int is_finite = is_inner || hilbert__any_cells(cells, g, points, p), k, i;
 
-        for (k = 0; k < 4; k++) {
-            __m256d v[3], w[3];
-            hilbert__four_points(v, points, p + 8 * (size_t)k);
-            hilbert__four_points(w, points, p + 8 * (size_t)k + 4);
-            for (i = 0; i < 3; i++) {
-                __m128i lo = _mm_add_epi32(hilbert__four_cells(v[i], g, i), half);
-                __m128i hi = _mm_add_epi32(hilbert__four_cells(w[i], g, i), half);
-                cells[i][k] = _mm256_sll_epi32(
-                    _mm256_inserti128_si256(_mm256_castsi128_si256(lo), hi, 1), shift);
-                strange = _mm256_or_pd(strange, _mm256_sub_pd(v[i], v[i]));
-                strange = _mm256_or_pd(strange, _mm256_sub_pd(w[i], w[i]));
-            }
+        for (k = 0; up && k < 4; k++)
+            for (i = 0; i < 3; i++)
+                cells[i][k] = _mm256_sll_epi32(cells[i][k], _mm_cvtsi32_si128(up));
+        hilbert__keys_of_cells(keys + p, (const __m256i(*)[4])cells, is_inner ? inner : any, &m, g,
+                               up);
+        for (q = p; !is_finite && q < p + 32; q++) {
+            uint32_t c[3];
+            if (hilbert__cells_of_point(c, g, points, q)) continue;
+            keys[q] = UINT64_MAX;
+            bad++;
         }
-        hilbert__keys_of_cells(keys + p, (const __m256i(*)[4])cells, &m, g, up);
-        if (!_mm256_testz_si256(_mm256_castpd_si256(strange), _mm256_castpd_si256(strange)))
-            for (q = p; q < p + 32; q++) {
-                uint32_t c[3];
-                if (hilbert__cells_of_point(c, g, points, q)) continue;
-                keys[q] = UINT64_MAX;
-                bad++;
-            }
     }
-    return bad + hilbert__keys_plain(keys, g, points, steps, p, to);
+    return bad + hilbert__keys_plain(keys, g, points, NULL, p, to);
 }
 
 /* Box of the packed 3D doubles [from, to), four points at a time, into box[0..2] and [3..5].
@@ -1456,7 +1615,7 @@ HILBERT__AVX512 static inline __m256i hilbert__eight_cells(__m512d v, const hilb
 /* As hilbert__keys_avx2. */
 HILBERT__AVX512 static size_t hilbert__keys_avx512(uint64_t *keys, const hilbert__grid *g,
                                                    const hilbert_points *points,
-                                                   const hilbert__steps *steps, size_t from,
+                                                   size_t from,
                                                    size_t to)
 {
     const int up = 21 - g->depth;
@@ -1492,7 +1651,7 @@ HILBERT__AVX512 static size_t hilbert__keys_avx512(uint64_t *keys, const hilbert
             bad++;
         }
     }
-    return bad + hilbert__keys_plain(keys, g, points, steps, p, to);
+    return bad + hilbert__keys_plain(keys, g, points, NULL, p, to);
 }
 #  if !defined(__clang__)
 #    pragma GCC diagnostic pop
@@ -1521,10 +1680,8 @@ static size_t hilbert__keys_range(uint64_t *keys, const hilbert__grid *g,
                                   size_t from, size_t to, int vectors)
 {
 #ifdef HILBERT__AVX2
-    if (vectors == 5 && points->dimension == 3 && points->scalar != HILBERT_UINT32)
-        return hilbert__keys_avx512(keys, g, points, steps, from, to);
-    if (vectors && points->dimension == 3 && points->scalar != HILBERT_UINT32)
-        return hilbert__keys_avx2(keys, g, points, steps, from, to);
+    if (vectors == 5) return hilbert__keys_avx512(keys, g, points, from, to);
+    if (vectors) return hilbert__keys_avx2(keys, g, points, from, to);
 #endif
     (void)vectors;
     return hilbert__keys_plain(keys, g, points, steps, from, to);
@@ -1839,7 +1996,7 @@ HILBERT_API hilbert_result hilbert_keys(uint64_t *keys, const hilbert_points *po
     hilbert__grid grid;
     hilbert__steps steps;
     size_t bad[HILBERT__MOST_PARTS];
-    int parts, t;
+    int parts, vectors, by_steps, t;
     hilbert_result result = hilbert__resolve_points(&pts, points);
 
     if (result == HILBERT_OK) result = hilbert__resolve(&opt, options, pts.count);
@@ -1852,14 +2009,15 @@ HILBERT_API hilbert_result hilbert_keys(uint64_t *keys, const hilbert_points *po
     }
     result = hilbert__make_grid(&grid, box, pts.dimension, pts.dimension == 3 ? 21 : 32);
     if (result != HILBERT_OK) return result;
-    if (pts.dimension == 3) hilbert__make_steps3(&steps, grid.curve);
-    else hilbert__make_steps2(&steps, grid.curve);
     parts = hilbert__num_parts(&opt);
+    vectors = pts.dimension == 3 && pts.scalar != HILBERT_UINT32 ? hilbert__vectors(&opt) : 0;
+    by_steps = !vectors && pts.count >= HILBERT__POINTS_FOR_STEPS;
+    if (by_steps) hilbert__make_steps(&steps, &grid);
     HILBERT__PARALLEL_FOR(parts)
     for (t = 0; t < parts; t++)
-        bad[t] = hilbert__keys_range(keys, &grid, &pts, &steps, hilbert__share(pts.count, t, parts),
-                                     hilbert__share(pts.count, t + 1, parts),
-                                     hilbert__vectors(&opt));
+        bad[t] = hilbert__keys_range(keys, &grid, &pts, by_steps ? &steps : NULL,
+                                     hilbert__share(pts.count, t, parts),
+                                     hilbert__share(pts.count, t + 1, parts), vectors);
     for (t = 1; t < parts; t++) bad[0] += bad[t];
     if (num_nonfinite) *num_nonfinite = bad[0];
     return HILBERT_OK;
