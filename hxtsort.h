@@ -790,10 +790,11 @@ static size_t hxtsort__share(size_t n, int t, int num_threads)
     return each * (size_t)t + ((size_t)t < rest ? (size_t)t : rest);
 }
 
+/* thread: of the job's own team. Outside of its regions that is 0, whatever team the caller is in. */
 static void hxtsort__sort_leaf(const hxtsort__job *job, const unsigned char *src,
-                               unsigned char *dst, size_t n, uint64_t differ)
+                               unsigned char *dst, size_t n, uint64_t differ, int thread)
 {
-    hxtsort__space *space = hxtsort__space_of(job, HXTSORT__THREAD());
+    hxtsort__space *space = hxtsort__space_of(job, thread);
     unsigned char *s1 = (unsigned char *)(space + 1);
 
     job->k.leaf(job->map, src, s1, s1 + job->cap * job->k.bytes, dst, n, differ, space);
@@ -909,7 +910,7 @@ static void hxtsort__sort(const hxtsort__job *job, unsigned char *src, unsigned 
     uint64_t differ, frequent;
 
     if (n <= job->cap) {
-        hxtsort__sort_leaf(job, src, dst, n, HXTSORT__UNKNOWN);
+        hxtsort__sort_leaf(job, src, dst, n, HXTSORT__UNKNOWN, 0);
         return;
     }
     differ = job->k.guess(job->map, src, n, &frequent, &dominates);
@@ -938,7 +939,8 @@ static void hxtsort__sort(const hxtsort__job *job, unsigned char *src, unsigned 
     for (b = 0; b < num_buckets; b++) {
         size_t m = start[b + 1] - start[b];
         if (m != 0 && m <= job->cap)
-            hxtsort__sort_leaf(job, other + start[b] * bytes, dst + start[b] * bytes, m, differ);
+            hxtsort__sort_leaf(job, other + start[b] * bytes, dst + start[b] * bytes, m, differ,
+                               HXTSORT__THREAD());
     }
     for (b = 0; b < num_buckets; b++) {
         size_t m = start[b + 1] - start[b], at = start[b] * bytes;

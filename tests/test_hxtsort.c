@@ -444,8 +444,25 @@ static void hints_and_bad_arguments(void)
     CHECK(strcmp(hxtsort_result_string(HXTSORT_OK), "success") == 0);
 }
 
+/* From within somebody else's team: each caller's sort is its own. */
+static void callers_in_a_team(void)
+{
+    enum { CALLERS = 5, N = 3000 };
+    uint64_t keys[CALLERS][N];
+    int c, i;
+    for (c = 0; c < CALLERS; c++)
+        for (i = 0; i < N; i++) keys[c][i] = random_u64();
+#ifdef _OPENMP
+#  pragma omp parallel for num_threads(CALLERS) schedule(static, 1)
+#endif
+    for (c = 0; c < CALLERS; c++) (void)hxtsort_u64(keys[c], N, NULL);
+    for (c = 0; c < CALLERS; c++)
+        for (i = 1; i < N; i++) CHECK(keys[c][i - 1] <= keys[c][i]);
+}
+
 int main(void)
 {
+    callers_in_a_team();
     every_type_and_pattern();
     large_arrays();
     pairs_for_every_thread_count();
