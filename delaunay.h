@@ -5874,7 +5874,7 @@ static int delaunay__try_candidate(delaunay__search_tables *s, uint32_t id, cons
     return result;
 }
 
-/* What decides whether the front can be completed, of this search: the front; interior vertices and
+/* What decides whether the front can be completed: the front; interior vertices and
  * kept edges that are used already. Two fronts with the same 64 bits could hide a result, never
  * make a wrong one. */
 static uint64_t delaunay__front_key(const delaunay__search_tables *s)
@@ -5887,8 +5887,7 @@ static uint64_t delaunay__front_key(const delaunay__search_tables *s)
             (uint64_t)(s->pair_used[delaunay__pair(s, w->kept_edges[i][0], w->kept_edges[i][1])] !=
                        0)
             << i;
-    return s->front_sum + delaunay__mix((uint64_t)s->search << 32 | (s->interior & s->used)) +
-           (kept ? delaunay__mix(kept) : 0);
+    return s->front_sum + delaunay__mix(s->interior & s->used) + (kept ? delaunay__mix(kept) : 0);
 }
 
 static int delaunay__search_front(delaunay__search_tables *s, double worst, uint32_t cost)
@@ -5902,7 +5901,8 @@ static int delaunay__search_front(delaunay__search_tables *s, double worst, uint
     s->out->nodes++;
     if (s->num_front == 0) return delaunay__accept(s, worst, cost);
     key = delaunay__front_key(s);
-    dead = &s->dead[key >> (64 - DELAUNAY__DEAD_BITS)];
+    dead = &s->dead[key >> (64 - DELAUNAY__DEAD_BITS)]; /* the same place in whichever search */
+    key += delaunay__mix((uint64_t)s->search << 32);
     if (dead->front == key && dead->budget >= s->cost_bound - cost) return 0;
     id = delaunay__choose_facet(s, &mask, &minimax);
     if (!mask) return 0;

@@ -635,17 +635,17 @@ static void tables_are_reused_safely(void)
     long pass;
     CHECK(small_delaunay(&m, &w, NULL, 60));
     for (pass = 0; pass < 150; pass++) {
-        size_t n = grow(&m, tets, 12, pass & 1), k;
+        size_t n = grow(&m, tets, pass % 5 ? 12 : 32, pass & 1), k;
         for (k = 1; k <= n; k++) {
             size_t count = small_random(4) ? k : 1 + small_random((uint32_t)n);
-            if (!delaunay_window_set(&window, &m, w, tets, count, 12, 0, 0)) continue;
+            if (!delaunay_window_set(&window, &m, w, tets, count, 32, 0, 0)) continue;
             if (small_random(10) == 0) { /* a vertex moves */
                 double *x = m.vertices[window.vertices[small_random(window.num_vertices)]].x;
                 x[small_random(3)] += 0.25;
             }
             if (k % 4) continue;
             search_init(&s, DELAUNAY_BEST_QUALITY, 0);
-            s.max_nodes = 100;
+            s.max_nodes = pass % 5 ? 100 : 20000; /* fills the memory of dead ends */
             r = s;
             fresh = delaunay_worker_new(&m.memory);
             CHECK(delaunay_reconnect(&m, w, &window, &s) ==
