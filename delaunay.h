@@ -110,9 +110,17 @@
 #  define DELAUNAY_INLINE static inline
 #endif
 
-/* Files compiled with different layouts must not link silently. */
+/* Files compiled with different layouts must not link silently: whatever makes or frees a mesh, or
+ * keeps one, has another name. */
 #ifdef DELAUNAY_INDEX64
-#  define delaunay_tetrahedralize delaunay_tetrahedralize_index64
+#  define delaunay_tetrahedralize        delaunay_tetrahedralize_index64
+#  define delaunay_tetrahedralize_points delaunay_tetrahedralize_points_index64
+#  define delaunay_insert                delaunay_insert_index64
+#  define delaunay_import                delaunay_import_index64
+#  define delaunay_reserve               delaunay_reserve_index64
+#  define delaunay_mesh_free             delaunay_mesh_free_index64
+#  define delaunay_editor_new            delaunay_editor_new_index64
+#  define delaunay_engine_new            delaunay_engine_new_index64
 #endif
 
 #ifdef __cplusplus
@@ -372,8 +380,9 @@ DELAUNAY_API int delaunay_insphere_weighted_perturbed(const double *a, const dou
 DELAUNAY_API int delaunay_orient2d(const double *a, const double *b, const double *c, int axis);
 /* True if a, b, c lie on one line, exactly. */
 DELAUNAY_API int delaunay_collinear(const double *a, const double *b, const double *c);
-/* DELAUNAY_OK, or DELAUNAY_ERROR_BROKEN_ARITHMETIC under flags or FPU modes that break exactness.
- */
+/* DELAUNAY_OK, or DELAUNAY_ERROR_BROKEN_ARITHMETIC under flags or FPU modes that break exactness
+ * (rounding, flushing to zero, excess precision, reordered sums); _OUT_OF_MEMORY. Below a
+ * millisecond; call it in the thread that will triangulate, for the modes are a thread's. */
 DELAUNAY_API delaunay_result delaunay_selftest(void);
 
 /* -- mesh object */
@@ -1651,6 +1660,31 @@ DELAUNAY_API int delaunay_collinear(const double *a, const double *b, const doub
            !delaunay_orient2d(a, b, c, 2);
 }
 
+/* Near ties by every stage of the filters: points that would be on a sphere but for rounding,
+ * triangulated, and proven by the predicates that stand alone. */
+static delaunay_result delaunay__selftest_mesh(void)
+{
+    static const double on[4][3] = {{8, 4, 1}, {7, 4, 4}, {6, 6, 3}, {9, 0, 0}}; /* 9^2 */
+    double xyz[3 * 4 * 24];
+    delaunay_mesh mesh;
+    delaunay_options options;
+    delaunay_result result;
+    int i, k, n = 0;
+    memset(&mesh, 0, sizeof mesh);
+    memset(&options, 0, sizeof options);
+    options.host.num_threads = 1;
+    for (i = 0; i < 4 * 24; i++, n++)
+        for (k = 0; k < 3; k++) {
+            double x = on[i / 24][(k + i % 3) % 3];
+            xyz[3 * n + k] = 0.1 * ((i / 3 >> k & 1) ? -x : x) + 0.3;
+        }
+    result = delaunay_tetrahedralize(&mesh, xyz, (size_t)n, &options, NULL);
+    if (result == DELAUNAY_OK) result = delaunay_validate(&mesh, DELAUNAY_VALIDATE_DELAUNAY, NULL);
+    delaunay_mesh_free(&mesh);
+    if (result == DELAUNAY_OK || result == DELAUNAY_ERROR_OUT_OF_MEMORY) return result;
+    return DELAUNAY_ERROR_BROKEN_ARITHMETIC;
+}
+
 /* Signs that are wrong if the compiler reorders sums, keeps excess precision or flushes small
  * numbers. */
 DELAUNAY_API delaunay_result delaunay_selftest(void)
@@ -1659,7 +1693,7 @@ DELAUNAY_API delaunay_result delaunay_selftest(void)
     double a[3] = {0, 0, 0}, b[3] = {1, 0, 0}, c[3] = {0, 1, 0}, d[3] = {0, 0, 1}, q[3] = {1, 1, 1};
     double s = one + e, t = s - one, far[3];
     int i;
-    if (s != 1 || t != 0 || tiny * 0.5 == 0 || (one + 2 * e) - one == 0)
+    if (s != 1 || t != 0 || tiny * 0.5 == 0 || (one + 1.5 * e) - one == 0)
         return DELAUNAY_ERROR_BROKEN_ARITHMETIC;
     if ((big + 0.25) - big != 0) return DELAUNAY_ERROR_BROKEN_ARITHMETIC;
     if (delaunay_orient3d(a, b, c, d) != 1 || delaunay_orient3d(a, c, b, d) != -1)
@@ -1685,7 +1719,7 @@ DELAUNAY_API delaunay_result delaunay_selftest(void)
     d[2] = 0.5 + 2 * e;
     if (delaunay_orient3d(a, b, c, d) != delaunay_orient3d_exact(a, b, c, d))
         return DELAUNAY_ERROR_BROKEN_ARITHMETIC;
-    return DELAUNAY_OK;
+    return delaunay__selftest_mesh();
 }
 
 /* ---- >>mesh ------------------------------------------------------------------------------- */
@@ -2150,9 +2184,13 @@ DELAUNAY__TARGET DELAUNAY_INLINE delaunay__dd4 delaunay__dd_difference(__m256d a
     return r;
 }
 
+/* Compilers may contract intrinsics, too (-ffp-contract=fast): a product that is also subtracted
+ * from itself must not be fused into a sum. */
 DELAUNAY__TARGET DELAUNAY_INLINE delaunay__dd4 delaunay__dd_mul(delaunay__dd4 a, delaunay__dd4 b)
 {
-    __m256d p = _mm256_mul_pd(a.h, b.h), e = DELAUNAY__MSUB(a.h, b.h, p);
+    __m256d p = _mm256_mul_pd(a.h, b.h), e;
+    __asm__("" : "+x"(p));
+    e = DELAUNAY__MSUB(a.h, b.h, p);
     e = DELAUNAY__MADD(a.h, b.l, e);
     e = DELAUNAY__MADD(a.l, b.h, e);
     return delaunay__dd_renormal(p, e);

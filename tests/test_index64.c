@@ -1,0 +1,4 @@
+/* Handles of 64 bits: insertion and removal once more. */
+#define DELAUNAY_INDEX64
+#include "test_changing.c"
+typedef char handles_have_64_bits[sizeof(delaunay_handle) == 8 ? 1 : -1];
