@@ -253,6 +253,20 @@ MESHER_API mesher_result mesher_region_tags(mesher_domain *domain, uint32_t i, i
 MESHER_API mesher_result mesher_size(mesher_domain *domain, mesher_report *report);
 /* Points inserted until edges have the wanted length. */
 MESHER_API mesher_result mesher_refine(mesher_domain *domain, mesher_report *report);
+/* A small part of a surface on which mesher_mesh fails as it did on all of it, to send to who can mend it.
+ *
+ *   failure        in      what mesher_mesh returned: MESHER_ERROR_RECOVERY or _SURFACE
+ *   where          in      3 doubles: where it failed, such as findings[0].xyz
+ *   xyz, triangles in/out  room for 3*(num_vertices + 8) doubles, 3*(num_triangles + 12) indices
+ *   part           out     of these arrays: triangles near the place, and a box around them (the last 12)
+ *
+ * Returns  MESHER_OK; MESHER_GOAL_NOT_MET: no small part fails by itself, the triangles nearest to the place are in
+ *          part; MESHER_ERROR_OUT_OF_MEMORY, MESHER_CANCELLED
+ * Cost     up to 100 runs on parts of at most 4096 triangles
+ * Repeats  same bytes for any thread count */
+MESHER_API mesher_result mesher_reproduce(const mesher_surface *surface, const mesher_options *options,
+                                          mesher_result failure, const double *where, double *xyz,
+                                          uint32_t *triangles, mesher_surface *part);
 /* Adds a finding to a report (which may be NULL). */
 MESHER_API void mesher_report_add(mesher_report *report, mesher_kind kind, uint32_t triangle0, uint32_t triangle1,
                                   uint32_t vertex0, uint32_t vertex1, uint32_t vertex2, const double *xyz);
@@ -432,7 +446,8 @@ static void mesher__sentence(char *text, size_t size, const mesher_report *repor
         snprintf(text, size, "%s lies outside every cell, %s", a, at);
         break;
     case MESHER_DEFECT_RECOVERY:
-        if (f->vertices[2] != DELAUNAY_NO_ID)
+        if (f->vertices[0] == DELAUNAY_NO_ID) snprintf(text, size, "a point would have to stay on %s, %s", a, at);
+        else if (f->vertices[2] != DELAUNAY_NO_ID)
             snprintf(text, size, "facet %lu-%lu-%lu of %s could not be recovered, %s", u, v, w, a, at);
         else snprintf(text, size, "edge %lu-%lu of %s could not be recovered, %s", u, v, a, at);
         break;
@@ -4778,8 +4793,8 @@ static mesher_result mesher__report_splits(mesher__recovery *r)
     return allowed ? MESHER_OK : MESHER_ERROR_RECOVERY;
 }
 
-/* One attempt on the empty mesh as it is; only the last one reports what it failed on. *again: isolated points have
- * to be left out first. */
+/* One attempt on the empty mesh as it is. *again: 1: isolated points have to be left out first; 2: it failed, and
+ * another attempt is worth its while; nothing is reported then. */
 static mesher_result mesher__recover_once(mesher_domain *domain, mesher_report *report, int attempt, int *again)
 {
     mesher__recovery *r = mesher__recovery_new(domain, report);
@@ -4814,11 +4829,15 @@ static mesher_result mesher__recover_once(mesher_domain *domain, mesher_report *
                      "the surface intersects itself: %d of its edges or facets meet others", r->defects);
     } else if (result == MESHER_OK && r->absent) {
         *again = 1;
-    } else if (result == MESHER_OK && (r->num_missing_edges || r->num_missing_facets)) {
-        result = MESHER_ERROR_RECOVERY;
-        if (attempt == MESHER__ATTEMPTS - 1) mesher__report_missing(r);
-    } else if (result == MESHER_OK && mesher__points_on_surface(r)) {
-        result = attempt == MESHER__ATTEMPTS - 1 ? mesher__report_splits(r) : MESHER_ERROR_RECOVERY;
+    } else if (result == MESHER_OK && (r->num_missing_edges || r->num_missing_facets || mesher__points_on_surface(r))) {
+        if (attempt < MESHER__ATTEMPTS - 1 && r->work < MESHER__WORK_FIRST) {
+            *again = 2;
+        } else if (r->num_missing_edges || r->num_missing_facets) {
+            result = MESHER_ERROR_RECOVERY;
+            mesher__report_missing(r);
+        } else {
+            result = mesher__report_splits(r);
+        }
     }
     if (report) report->interior_steiner = r->added - r->removed;
     mesher__recovery_free(r);
@@ -4830,13 +4849,11 @@ MESHER_API mesher_result mesher_recover(mesher_domain *domain, mesher_report *re
     double start = delaunay_seconds(&domain->options.host);
     mesher_result result;
     int again, attempt = 0;
-    for (;;) {
-        result = mesher__recover_once(domain, report, attempt, &again);
-        if (result == MESHER_ERROR_RECOVERY && attempt < MESHER__ATTEMPTS - 1) attempt++;
-        else if (result != MESHER_OK || !again) break;
+    while ((result = mesher__recover_once(domain, report, attempt, &again)) == MESHER_OK && again) {
         delaunay_mesh_free(&domain->mesh);
         result = mesher_empty_mesh(domain, report);
         if (result != MESHER_OK) break;
+        attempt += again - 1;
     }
     if (report) report->seconds_recover += delaunay_seconds(&domain->options.host) - start;
     return result;
@@ -8136,6 +8153,181 @@ MESHER_API mesher_result mesher_mesh(mesher_domain *domain, const mesher_surface
     }
     report->message[0] = 0;
     report->num_vertices = mesher__number_output(domain, &report->num_tets);
+    return result;
+}
+
+/* -- a small part that fails like the whole */
+
+enum { MESHER__PART_TRIANGLES = 4096, MESHER__PART_RUNS = 100 };
+
+typedef struct mesher__part {
+    const mesher_surface *whole;
+    mesher_options  options;
+    mesher_result   failure;
+    delaunay_memory memory;
+    uint64_t *order;            /* of the whole's triangles, nearest first: 32 bits of distance, then the triangle */
+    uint32_t *chosen, *trial;   /* triangles of the whole */
+    uint32_t *number;           /* of the whole's vertices in the part; 0: none, else plus 1 */
+    double   *xyz;
+    uint32_t *triangles;
+    mesher_surface *out;
+    int       runs;
+} mesher__part;
+
+/* Distance of the box around a triangle. */
+static double mesher__triangle_distance(const mesher_surface *s, size_t t, const double *where)
+{
+    double sum = 0;
+    int k, j;
+    for (k = 0; k < 3; k++) {
+        double lo = HUGE_VAL, hi = -HUGE_VAL, d = 0;
+        for (j = 0; j < 3; j++) {
+            double x = s->xyz[3 * (size_t)s->triangles[3 * t + (size_t)j] + (size_t)k];
+            if (x < lo) lo = x;
+            if (x > hi) hi = x;
+        }
+        if (where[k] < lo) d = lo - where[k];
+        if (where[k] > hi) d = where[k] - hi;
+        sum += d * d;
+    }
+    return sqrt(sum);
+}
+
+static void mesher__part_order(mesher__part *p, const double *where)
+{
+    size_t i, n = p->whole->num_triangles;
+    double far = 0;
+    for (i = 0; i < n; i++) {
+        double d = mesher__triangle_distance(p->whole, i, where);
+        if (d > far) far = d;
+    }
+    for (i = 0; i < n; i++) {
+        double d = far > 0 ? mesher__triangle_distance(p->whole, i, where) / far : 0;
+        p->order[i] = (uint64_t)(d * 4294967295.0) << 32 | i;
+    }
+    if (n > 1) qsort(p->order, n, sizeof *p->order, mesher__compare_u64);
+}
+
+/* Triangles of the whole, and a box around them, as the part. */
+static void mesher__part_build(mesher__part *p, const uint32_t *chosen, size_t count)
+{
+    static const uint8_t faces[12][3] = {{0, 2, 1}, {1, 2, 3}, {4, 5, 6}, {5, 7, 6}, {0, 1, 4}, {1, 5, 4},
+                                         {2, 6, 3}, {3, 6, 7}, {0, 4, 2}, {2, 4, 6}, {1, 3, 5}, {3, 7, 5}};
+    double lo[3] = {HUGE_VAL, HUGE_VAL, HUGE_VAL}, hi[3] = {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL}, room = 0;
+    size_t i, n = 0;
+    int k;
+    for (i = 0; i < 3 * count; i++) p->number[p->whole->triangles[3 * (size_t)chosen[i / 3] + i % 3]] = 0;
+    for (i = 0; i < 3 * count; i++) {
+        uint32_t v = p->whole->triangles[3 * (size_t)chosen[i / 3] + i % 3];
+        if (!p->number[v]) {
+            memcpy(p->xyz + 3 * n, p->whole->xyz + 3 * (size_t)v, 3 * sizeof *p->xyz);
+            p->number[v] = (uint32_t)++n;
+        }
+        p->triangles[i] = p->number[v] - 1;
+    }
+    for (i = 0; i < 3 * n; i++) {
+        if (p->xyz[i] < lo[i % 3]) lo[i % 3] = p->xyz[i];
+        if (p->xyz[i] > hi[i % 3]) hi[i % 3] = p->xyz[i];
+    }
+    for (k = 0; k < 3; k++)
+        if (hi[k] - lo[k] > room) room = hi[k] - lo[k];
+    for (i = 0; i < 24; i++) p->xyz[3 * n + i] = i / 3 >> i % 3 & 1 ? hi[i % 3] + room : lo[i % 3] - room;
+    for (i = 0; i < 36; i++) p->triangles[3 * count + i] = (uint32_t)n + faces[i / 3][i % 3];
+    memset(p->out, 0, sizeof *p->out);
+    p->out->xyz = p->xyz;
+    p->out->num_vertices = n + 8;
+    p->out->triangles = p->triangles;
+    p->out->num_triangles = count + 12;
+}
+
+/* Does the part with these triangles fail like the whole? Negative: cancelled, or out of memory. */
+static int mesher__part_fails(mesher__part *p, const uint32_t *chosen, size_t count)
+{
+    mesher_domain domain;
+    mesher_result result;
+    mesher__part_build(p, chosen, count);
+    p->runs++;
+    memset(&domain, 0, sizeof domain);
+    result = mesher_mesh(&domain, p->out, &p->options, NULL);
+    mesher_domain_free(&domain);
+    if (result == MESHER_CANCELLED || result == MESHER_ERROR_OUT_OF_MEMORY) return (int)result;
+    return result == p->failure;
+}
+
+/* Leaves out pieces of the chosen triangles, large ones first, while what is left fails. */
+static int mesher__part_shrink(mesher__part *p, size_t *count)
+{
+    size_t piece, i, n;
+    int fails;
+    for (piece = (*count + 1) / 2; piece > 0 && p->runs < MESHER__PART_RUNS; piece = piece > 1 ? (piece + 1) / 2 : 0)
+        for (i = 0; i < *count && p->runs < MESHER__PART_RUNS;) {
+            size_t end = i + piece < *count ? i + piece : *count;
+            n = i;
+            memcpy(p->trial, p->chosen, i * sizeof *p->trial);
+            memcpy(p->trial + i, p->chosen + end, (*count - end) * sizeof *p->trial);
+            n += *count - end;
+            fails = n > 0 ? mesher__part_fails(p, p->trial, n) : 0;
+            if (fails < 0) return fails;
+            if (!fails) {
+                i = end;
+                continue;
+            }
+            memcpy(p->chosen, p->trial, n * sizeof *p->trial);
+            *count = n;
+        }
+    return 1;
+}
+
+static mesher_result mesher__part_find(mesher__part *p)
+{
+    size_t all = p->whole->num_triangles, n, i;
+    int fails = 0;
+    for (n = 8; fails == 0; n *= 2) {
+        if (n > all) n = all;
+        for (i = 0; i < n; i++) p->chosen[i] = (uint32_t)p->order[i];
+        fails = mesher__part_fails(p, p->chosen, n);
+        if (n == all || n >= MESHER__PART_TRIANGLES || fails) break;
+    }
+    if (fails > 0) fails = mesher__part_shrink(p, &n) < 0 ? -1 : 1;
+    mesher__part_build(p, p->chosen, n);
+    return fails < 0 ? MESHER_CANCELLED : fails ? MESHER_OK : MESHER_GOAL_NOT_MET;
+}
+
+MESHER_API mesher_result mesher_reproduce(const mesher_surface *surface, const mesher_options *options,
+                                          mesher_result failure, const double *where, double *xyz,
+                                          uint32_t *triangles, mesher_surface *part)
+{
+    mesher__part p;
+    mesher_result result;
+    size_t i;
+    if (!surface || !where || !xyz || !triangles || !part || !surface->num_triangles) return MESHER_ERROR_INVALID_ARGUMENT;
+    for (i = 0; i < 3 * surface->num_triangles; i++)
+        if (surface->triangles[i] >= surface->num_vertices) return MESHER_ERROR_INVALID_ARGUMENT;
+    memset(&p, 0, sizeof p);
+    result = mesher_options_resolve(&p.options, options);
+    if (result == MESHER_OK) result = (mesher_result)delaunay_memory_init(&p.memory, &p.options.host);
+    if (result != MESHER_OK) return result;
+    p.whole = surface;
+    p.failure = failure;
+    p.xyz = xyz;
+    p.triangles = triangles;
+    p.out = part;
+    p.options.no_refine = 1;
+    p.options.regions = MESHER_REGIONS_ALL;
+    p.options.host.log = NULL;
+    p.order = (uint64_t *)delaunay_alloc(&p.memory, surface->num_triangles, sizeof *p.order);
+    p.chosen = (uint32_t *)delaunay_alloc(&p.memory, surface->num_triangles, sizeof *p.chosen);
+    p.trial = (uint32_t *)delaunay_alloc(&p.memory, surface->num_triangles, sizeof *p.trial);
+    p.number = (uint32_t *)delaunay_alloc(&p.memory, surface->num_vertices, sizeof *p.number);
+    result = MESHER_ERROR_OUT_OF_MEMORY;
+    if (p.order && p.chosen && p.trial && p.number) {
+        mesher__part_order(&p, where);
+        result = mesher__part_find(&p);
+    }
+    delaunay_release(&p.memory, p.order);
+    delaunay_release(&p.memory, p.chosen);
+    delaunay_release(&p.memory, p.trial);
+    delaunay_release(&p.memory, p.number);
     return result;
 }
 

@@ -57,7 +57,8 @@ static const char help_options[] =
     "\n"
     "exit codes: 0 ok, 1 valid mesh but a goal or budget not met, 2 usage, 3 cannot read, 4 cannot\n"
     "write, 5 the surface is invalid, 6 a facet could not be recovered, 7 memory, 8 interrupted or out\n"
-    "of time, 70 internal error. With 5 and 6 the findings are in OUTPUT's name, ending .defects.vtu\n";
+    "of time, 70 internal error. With 5 and 6 the findings are in OUTPUT's name, ending .defects.vtu;\n"
+    "with 6, a small surface that fails in the same way is in OUTPUT's name, ending .reproducer.off\n";
 
 /* ---- settings ---- */
 
@@ -317,7 +318,7 @@ static int set_surface(job *j)
 /* ---- findings ---- */
 
 /* OUTPUT's name, else the input's without its folder, with another ending. */
-static void defects_name(const job *j, char *name, size_t size)
+static void side_name(const job *j, const char *ending, char *name, size_t size)
 {
     const char *base = j->set.output ? j->set.output : j->name, *dot, *slash;
     size_t stem;
@@ -326,7 +327,7 @@ static void defects_name(const job *j, char *name, size_t size)
     slash = strrchr(base, '/');
     dot = strrchr(base, '.');
     stem = dot && (!slash || dot > slash) ? (size_t)(dot - base) : strlen(base);
-    snprintf(name, size, "%.*s.defects.vtu", (int)(stem < 900 ? stem : 900), base);
+    snprintf(name, size, "%.*s%s", (int)(stem < 900 ? stem : 900), base, ending);
 }
 
 /* The triangles of all findings, one cell for each, with the finding's kind and the triangle's number. */
@@ -369,13 +370,44 @@ static void write_defects(const job *j)
         options.fields = fields;
         options.num_fields = 2;
         options.format = MESHIO_FORMAT_VTU;
-        defects_name(j, name, sizeof name);
+        side_name(j, ".defects.vtu", name, sizeof name);
         if (meshio_write(name, &m, &options, &io) != MESHIO_OK) fprintf(stderr, "mesh: %s\n", io.message);
         else if (!j->set.quiet) printf("findings    %s\n", name);
     }
     free(triangles);
     free(kinds);
     free(numbers);
+}
+
+/* A small part of the surface that fails as it did. */
+static void write_reproducer(const job *j, mesher_result failure)
+{
+    double *xyz = (double *)malloc((3 * j->surface.num_vertices + 24) * sizeof *xyz);
+    uint32_t *triangles = (uint32_t *)malloc((3 * j->surface.num_triangles + 36) * sizeof *triangles);
+    mesher_surface part;
+    mesher_result result = MESHER_ERROR_OUT_OF_MEMORY;
+    meshio_mesh m;
+    meshio_report io;
+    meshio_write_options options;
+    char name[1024];
+    if (xyz && triangles && j->report.num_findings)
+        result = mesher_reproduce(&j->surface, &j->set.mesher, failure, j->report.findings[0].xyz, xyz, triangles, &part);
+    if (result >= 0) {
+        memset(&m, 0, sizeof m);
+        memset(&options, 0, sizeof options);
+        m.xyz = xyz;
+        m.num_vertices = part.num_vertices;
+        m.triangles = triangles;
+        m.num_triangles = part.num_triangles;
+        options.format = MESHIO_FORMAT_OFF;
+        side_name(j, ".reproducer.off", name, sizeof name);
+        if (meshio_write(name, &m, &options, &io) != MESHIO_OK) fprintf(stderr, "mesh: %s\n", io.message);
+        else if (!j->set.quiet)
+            printf("reproducer  %s: %llu triangles near the failure%s\n", name, (unsigned long long)part.num_triangles,
+                   result == MESHER_OK ? ", and a box around them" : ", which are recovered by themselves");
+    }
+    free(xyz);
+    free(triangles);
 }
 
 static void print_findings(const job *j, int defects)
@@ -442,6 +474,7 @@ static int fail(job *j, mesher_result result)
         }
         write_defects(j);
     }
+    if (code == TOOL_NOT_RECOVERED) write_reproducer(j, result);
     complain(j, j->report.message[0] ? j->report.message : mesher_result_string(result));
     return code;
 }

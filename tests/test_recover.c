@@ -3,260 +3,7 @@
 #include "mesher.h"
 #include <stdlib.h>
 #include "check.h"
-
-/* -- a surface under construction */
-
-typedef struct shape {
-    double   *xyz;
-    uint32_t *triangles, *edges;
-    size_t    num_vertices, num_triangles, num_edges;
-} shape;
-
-static uint32_t add_vertex(shape *s, double x, double y, double z)
-{
-    s->xyz = (double *)realloc(s->xyz, (s->num_vertices + 1) * 3 * sizeof *s->xyz);
-    s->xyz[3 * s->num_vertices] = x;
-    s->xyz[3 * s->num_vertices + 1] = y;
-    s->xyz[3 * s->num_vertices + 2] = z;
-    return (uint32_t)s->num_vertices++;
-}
-
-static void add_triangle(shape *s, uint32_t a, uint32_t b, uint32_t c)
-{
-    uint32_t *t;
-    s->triangles = (uint32_t *)realloc(s->triangles, (s->num_triangles + 1) * 3 * sizeof *s->triangles);
-    t = s->triangles + 3 * s->num_triangles++;
-    t[0] = a;
-    t[1] = b;
-    t[2] = c;
-}
-
-static void add_edge(shape *s, uint32_t a, uint32_t b)
-{
-    s->edges = (uint32_t *)realloc(s->edges, (s->num_edges + 1) * 2 * sizeof *s->edges);
-    s->edges[2 * s->num_edges] = a;
-    s->edges[2 * s->num_edges++ + 1] = b;
-}
-
-static void shape_free(shape *s)
-{
-    free(s->xyz);
-    free(s->triangles);
-    free(s->edges);
-    memset(s, 0, sizeof *s);
-}
-
-static uint64_t state = 88172645463325252u;
-static uint32_t random_below(uint32_t n)
-{
-    state ^= state << 13;
-    state ^= state >> 7;
-    state ^= state << 17;
-    return (uint32_t)(state >> 33) % n;
-}
-static double random_unit(void) { return random_below(1u << 30) / (double)(1u << 30); }
-
-/* x -> scale * R x + shift, R a rotation by some angles. */
-static void transform(shape *s, double angle, double scale, double shift)
-{
-    size_t i;
-    double c = cos(angle), d = sin(angle), e = cos(0.7 * angle), f = sin(0.7 * angle);
-    for (i = 0; i < s->num_vertices; i++) {
-        double *x = s->xyz + 3 * i, y[3];
-        y[0] = c * x[0] - d * x[1];
-        y[1] = e * (d * x[0] + c * x[1]) - f * x[2];
-        y[2] = f * (d * x[0] + c * x[1]) + e * x[2];
-        if (angle == 0) memcpy(y, x, sizeof y);
-        x[0] = scale * y[0] + shift;
-        x[1] = scale * y[1] + shift;
-        x[2] = scale * y[2] - shift;
-    }
-}
-
-/* A closed strip between two rings of n vertices, the diagonal of each quad chosen by a bit. */
-static void add_band(shape *s, uint32_t low, uint32_t high, uint32_t n, uint64_t bits)
-{
-    uint32_t i;
-    for (i = 0; i < n; i++) {
-        uint32_t a = low + i, b = low + (i + 1) % n, c = high + i, d = high + (i + 1) % n;
-        if (bits >> (i % 64) & 1) {
-            add_triangle(s, a, b, d);
-            add_triangle(s, a, d, c);
-        } else {
-            add_triangle(s, a, b, c);
-            add_triangle(s, b, d, c);
-        }
-    }
-}
-
-static void add_fan(shape *s, uint32_t ring, uint32_t n, int up)
-{
-    uint32_t i;
-    for (i = 1; i + 1 < n; i++) {
-        if (up) add_triangle(s, ring, ring + i, ring + i + 1);
-        else add_triangle(s, ring, ring + i + 1, ring + i);
-    }
-}
-
-/* A prism over an n-gon, twisted; its diagonals are reflex. n = 3: Schonhardt's polyhedron. Stacked: levels of it. */
-static void twisted_prism(shape *s, uint32_t n, double twist, int levels)
-{
-    uint32_t first = (uint32_t)s->num_vertices, i;
-    int l;
-    for (l = 0; l <= levels; l++)
-        for (i = 0; i < n; i++) {
-            double t = 6.283185307179586 * i / n + l * twist;
-            add_vertex(s, cos(t), sin(t), 1.2 * l);
-        }
-    for (l = 0; l < levels; l++) add_band(s, first + n * (uint32_t)l, first + n * (uint32_t)(l + 1), n, 0);
-    add_fan(s, first, n, 0);
-    add_fan(s, first + n * (uint32_t)levels, n, 1);
-}
-
-/* Chazelle's polyhedron: a box with notches from below up to z = xy + gap, and from above down to z = xy - gap. */
-static double saddle(double x, double y, int n) { return x * y / n; }
-static void chazelle(shape *s, int n, double gap)
-{
-    /* a coarse relative of it: wedges along x from above and along y from below, one vertex line each */
-    int i, side;
-    double top = n + 2.0, w = 0.25;
-    for (side = 0; side < 2; side++)
-        for (i = 1; i < n; i++) {
-            double p = i, q = side ? -1.0 : 1.0;
-            uint32_t v[6];
-            double z0 = saddle(p, 0, n) + q * gap, z1 = saddle(p, n, n) + q * gap;
-            /* a thin wedge, closed, as a body of its own: its sharp line lies near the saddle */
-            if (side == 0) {
-                v[0] = add_vertex(s, p, 0, z0);
-                v[1] = add_vertex(s, p, n, z1);
-                v[2] = add_vertex(s, p - w, 0, top);
-                v[3] = add_vertex(s, p - w, n, top);
-                v[4] = add_vertex(s, p + w, 0, top);
-                v[5] = add_vertex(s, p + w, n, top);
-            } else {
-                v[0] = add_vertex(s, 0, p, z0);
-                v[1] = add_vertex(s, n, p, z1);
-                v[2] = add_vertex(s, 0, p - w, -top);
-                v[3] = add_vertex(s, n, p - w, -top);
-                v[4] = add_vertex(s, 0, p + w, -top);
-                v[5] = add_vertex(s, n, p + w, -top);
-            }
-            add_triangle(s, v[0], v[2], v[4]);
-            add_triangle(s, v[1], v[5], v[3]);
-            add_triangle(s, v[0], v[1], v[2]);
-            add_triangle(s, v[1], v[3], v[2]);
-            add_triangle(s, v[0], v[4], v[1]);
-            add_triangle(s, v[1], v[4], v[5]);
-            add_triangle(s, v[2], v[3], v[4]);
-            add_triangle(s, v[3], v[5], v[4]);
-        }
-}
-
-/* A box of nx * ny * nz cells whose facets' diagonals are random: coplanar and cospherical everywhere. */
-static void random_box(shape *s, int nx, int ny, int nz, double thickness)
-{
-    int n[3], axis, side, i, j, k;
-    uint32_t base = (uint32_t)s->num_vertices, *id;
-    n[0] = nx;
-    n[1] = ny;
-    n[2] = nz;
-    id = (uint32_t *)malloc(sizeof *id * (size_t)((nx + 1) * (ny + 1) * (nz + 1)));
-    (void)base;
-    for (k = 0; k <= nz; k++)
-        for (j = 0; j <= ny; j++)
-            for (i = 0; i <= nx; i++)
-                if (i == 0 || j == 0 || k == 0 || i == nx || j == ny || k == nz)
-                    id[(k * (ny + 1) + j) * (nx + 1) + i] = add_vertex(s, i, j, k * thickness);
-    for (axis = 0; axis < 3; axis++)
-        for (side = 0; side < 2; side++) {
-            int u = (axis + 1) % 3, v = (axis + 2) % 3, p, q;
-            for (p = 0; p < n[u]; p++)
-                for (q = 0; q < n[v]; q++) {
-                    uint32_t c[4];
-                    int m;
-                    for (m = 0; m < 4; m++) {
-                        int x[3];
-                        x[axis] = side * n[axis];
-                        x[u] = p + (m == 1 || m == 2);
-                        x[v] = q + (m >= 2);
-                        c[m] = id[(x[2] * (ny + 1) + x[1]) * (nx + 1) + x[0]];
-                    }
-                    if (!side) {
-                        uint32_t t = c[1];
-                        c[1] = c[3];
-                        c[3] = t;
-                    }
-                    if (random_below(2)) {
-                        add_triangle(s, c[0], c[1], c[2]);
-                        add_triangle(s, c[0], c[2], c[3]);
-                    } else {
-                        add_triangle(s, c[1], c[2], c[3]);
-                        add_triangle(s, c[1], c[3], c[0]);
-                    }
-                }
-        }
-    free(id);
-}
-
-/* A torus in the xy plane, or stood up; its centre at x. */
-static void torus(shape *s, double x, int upright, uint32_t n, uint32_t m, double thick)
-{
-    uint32_t base = (uint32_t)s->num_vertices, i, j;
-    for (i = 0; i < n; i++)
-        for (j = 0; j < m; j++) {
-            double a = 6.283185307179586 * i / n, b = 6.283185307179586 * (j + 0.5 * (i % 2)) / m;
-            double r = 1 + thick * cos(b), h = thick * sin(b);
-            if (upright) add_vertex(s, x + r * cos(a), h, r * sin(a));
-            else add_vertex(s, x + r * cos(a), r * sin(a), h);
-        }
-    for (i = 0; i < n; i++)
-        for (j = 0; j < m; j++) {
-            uint32_t a = base + i * m + j, b = base + (i + 1) % n * m + j;
-            uint32_t c = base + i * m + (j + 1) % m, d = base + (i + 1) % n * m + (j + 1) % m;
-            add_triangle(s, a, b, c);
-            add_triangle(s, b, d, c);
-        }
-}
-
-/* An octahedron, each facet cut in four a few times, on a sphere. */
-static void sphere(shape *s, double x, double radius, uint32_t n)
-{
-    uint32_t base = (uint32_t)s->num_vertices, i, j, top, bottom;
-    for (i = 1; i < n; i++)
-        for (j = 0; j < 2 * n; j++) {
-            double a = 3.141592653589793 * i / n, b = 3.141592653589793 * (j + 0.37 * i) / n;
-            add_vertex(s, x + radius * sin(a) * cos(b), radius * sin(a) * sin(b), radius * cos(a));
-        }
-    top = add_vertex(s, x, 0, radius);
-    bottom = add_vertex(s, x, 0, -radius);
-    for (i = 0; i + 2 < n; i++) add_band(s, base + (i + 1) * 2 * n, base + i * 2 * n, 2 * n, state >> 3);
-    for (j = 0; j < 2 * n; j++) {
-        add_triangle(s, top, base + j, base + (j + 1) % (2 * n));
-        add_triangle(s, bottom, base + (n - 2) * 2 * n + (j + 1) % (2 * n), base + (n - 2) * 2 * n + j);
-    }
-}
-
-/* A star-shaped polyhedron over a sphere's triangulation: radii at random. */
-static void random_ball(shape *s, uint32_t n, double roughness)
-{
-    size_t i, first = s->num_vertices;
-    int k;
-    sphere(s, 0, 1, n);
-    for (i = first; i < s->num_vertices; i++) {
-        double f = 1 + roughness * random_unit();
-        for (k = 0; k < 3; k++) s->xyz[3 * i + (size_t)k] *= f;
-    }
-}
-
-static void tetrahedron(shape *s, double x, double y, double z, double size)
-{
-    uint32_t a = add_vertex(s, x, y, z), b = add_vertex(s, x + size, y, z);
-    uint32_t c = add_vertex(s, x, y + size, z), d = add_vertex(s, x, y, z + size);
-    add_triangle(s, a, c, b);
-    add_triangle(s, a, b, d);
-    add_triangle(s, b, c, d);
-    add_triangle(s, a, d, c);
-}
+#include "shapes.h"
 
 /* -- what is checked */
 
@@ -527,6 +274,42 @@ static void invalid_surfaces_are_refused(void)
     shape_free(&s);
 }
 
+/* Of a large surface with one pair of triangles that intersect, nothing but them is in the part that fails. */
+static void a_failure_is_reproduced_by_few_triangles(void)
+{
+    static const uint32_t crossing[6] = {0, 1, 2, 3, 4, 5};
+    static const double where[3] = {0.3, 0.3, 3};
+    shape s = {0};
+    mesher_surface surface, part;
+    mesher_domain domain;
+    double *xyz;
+    uint32_t *triangles, i;
+    add_vertex(&s, 0, 0, 3);
+    add_vertex(&s, 1, 0, 3);
+    add_vertex(&s, 0, 1, 3);
+    add_vertex(&s, 0.2, 0.2, 2);
+    add_vertex(&s, 0.2, 0.2, 4);
+    add_vertex(&s, 3, 2, 4);
+    for (i = 0; i < 6; i += 3) add_triangle(&s, crossing[i], crossing[i + 1], crossing[i + 2]);
+    sphere(&s, 0, 1, 12);
+    sphere(&s, 2.5, 1, 12);
+    memset(&surface, 0, sizeof surface);
+    surface.xyz = s.xyz;
+    surface.num_vertices = s.num_vertices;
+    surface.triangles = s.triangles;
+    surface.num_triangles = s.num_triangles;
+    xyz = (double *)malloc((3 * s.num_vertices + 24) * sizeof *xyz);
+    triangles = (uint32_t *)malloc((3 * s.num_triangles + 36) * sizeof *triangles);
+    CHECK(mesher_reproduce(&surface, NULL, MESHER_ERROR_SURFACE, where, xyz, triangles, &part) == MESHER_OK);
+    CHECK(part.num_triangles == 2 + 12 && part.num_vertices == 6 + 8);
+    CHECK(mesher_mesh(&domain, &part, NULL, NULL) == MESHER_ERROR_SURFACE);
+    CHECK(mesher_reproduce(&surface, NULL, MESHER_ERROR_RECOVERY, where, xyz, triangles, &part) == MESHER_GOAL_NOT_MET);
+    CHECK(mesher_reproduce(&surface, NULL, MESHER_ERROR_SURFACE, NULL, xyz, triangles, &part) == MESHER_ERROR_INVALID_ARGUMENT);
+    free(xyz);
+    free(triangles);
+    shape_free(&s);
+}
+
 static void scale_and_shift_change_nothing(void)
 {
     static const double scales[3] = {1, 1e-6, 1e6}, shifts[3] = {0, 0, 1e6};
@@ -603,6 +386,7 @@ int main(int argc, char **argv)
         isolated_points_on_the_surface_stay_out();
         duplicates_change_nothing();
         invalid_surfaces_are_refused();
+        a_failure_is_reproduced_by_few_triangles();
         scale_and_shift_change_nothing();
         threads_give_the_same_bytes();
     }
