@@ -3,6 +3,7 @@
 #   make                          the tools: mesh, delaunay, improve, sort_points
 #   make demo                     mesh a part that the program makes itself, write demo.vtu
 #   make test                     all tests, below two minutes
+#   make hard                     a thousand surfaces that are hard to recover, each result proved
 #   make sanitize                 the same under the address and undefined-behaviour sanitizers
 #   make test-models MODELS=DIR   the tools over a folder of models with an INDEX.tsv
 #   make league MODELS=DIR        times and qualities over the same folder, beside rivals if installed
@@ -28,7 +29,7 @@ SCRIPTS := $(wildcard tests/test_*.sh)
 BENCHES := $(patsubst bench/%.c,$(BUILD)/bench_%,$(wildcard bench/*.c)) \
            $(patsubst bench/%.cpp,$(BUILD)/bench_%,$(wildcard bench/*.cpp))
 
-.PHONY: all demo test sanitize test-models league include-test dist clean benches
+.PHONY: all demo test hard sanitize test-models league include-test dist clean benches
 .SECONDARY:
 
 all: $(TOOLS)
@@ -63,6 +64,9 @@ demo: $(BUILD)/mesh
 
 test: $(TESTS) $(TOOLS)
 	@BUILD=$(BUILD) sh tests/run_tests.sh $(TESTS) $(SCRIPTS)
+
+hard: $(BUILD)/test_hard
+	HARD_CASES=1000 $<
 
 sanitize:
 	@$(MAKE) --no-print-directory test BUILD=build/sanitize OPENMP= \
