@@ -314,6 +314,11 @@ static double spr__measure_sine(void *user, const double *a, const double *b, co
     return spr_min_sine(a, b, c, d);
 }
 
+enum {
+    SPR__EDGES, SPR__SMOOTH, SPR__SMALL, SPR__REMOVE, SPR__INSERT, SPR__MEDIUM, SPR__LARGE, SPR__UTMOST,
+    SPR__HOPELESS /* level of a tetrahedron for which everything was tried */
+};
+
 typedef double (*spr__function)(void *user, const double *a, const double *b, const double *c, const double *d);
 
 /* Of the running call; shared by all threads, written between rounds only. */
@@ -335,7 +340,7 @@ typedef struct spr__state {
     uint32_t        *kept;        /* a tetrahedron: round in which no edge of it was worth removing */
     uint32_t        *stamp;       /* a vertex: round of the last change around it */
     uint32_t        *still;       /* a vertex: round in which no better place was found */
-    uint64_t         allowance[7]; /* plans left to each level */
+    uint64_t         allowance[8]; /* plans left to each level */
     uint8_t         *restarts;    /* a slot: times that its tetrahedron began again */
     uint8_t         *movable;     /* a vertex */
     delaunay_handle  cap_tets;
@@ -343,6 +348,7 @@ typedef struct spr__state {
     uint64_t         max_gone;    /* vertices that may be taken away */
     delaunay_list    bad, items;
     int              sweep;       /* the level that is running */
+    int              tidy;        /* what leaves fewer bad tetrahedra is worth doing, however small the gain */
     int              gamma;       /* the measure is gamma: the quick way */
     spr_result       failure;     /* in done */
 } spr__state;
@@ -367,6 +373,9 @@ static double spr__floor(const spr__state *s, double before)
     double least = s->sweep == 1 ? 0.02 : 0.005, gain = spr__min(least, 0.25 * fabs(before) + 1e-12), floor_ = before + gain;
     return before < s->target && floor_ > s->target ? s->target : floor_;
 }
+
+/* More than rounding: where any gain will do, none can be undone and done again. */
+#define SPR__MORE (1 + 1e-9)
 
 /* -- triangles that wait for an apex: a cone */
 
@@ -998,6 +1007,7 @@ typedef struct spr__ring {
     delaunay_handle t[SPR__MAX_RING];
     uint8_t         apex[SPR__MAX_RING][SPR__MAX_RING]; /* of the triangle on chord (i,j), in the best of polygon i..j */
     double          before, after;
+    int             num_bad; /* of the tetrahedra that are there */
 } spr__ring;
 
 /* Turns around edge e of t. Returns 0 if it is constrained, or meets a wall, or has too many tetrahedra. */
@@ -1016,12 +1026,14 @@ static int spr__ring_set(const spr__state *s, spr__ring *r, delaunay_handle t, i
     r->a = m->tets[t].v[i];
     r->b = m->tets[t].v[j];
     r->before = HUGE_VAL;
+    r->num_bad = 0;
     for (r->n = 0; r->n < SPR__MAX_RING; r->n++) {
         const delaunay_tet *x = &m->tets[t];
         uint32_t next = x->v[l];
         r->t[r->n] = t;
         r->v[r->n] = x->v[k];
         r->before = spr__min(r->before, s->value[t]);
+        r->num_bad += s->value[t] < s->target;
         if (spr__is_wall(m, t, k)) return 0;
         t = x->n[k] / 4;
         if (t == first) {
@@ -1046,11 +1058,26 @@ static double spr__ring_triangle(const spr__state *s, const spr__ring *r, int i,
     return spr__min(up, spr__quality(s, p, o, q, spr__point(m, r->a)));
 }
 
-/* Dynamic programming over the polygon [Klincsek 1980; Shewchuk 2002]. Returns 1 if it gains. */
+/* Bad tetrahedra among those of chord (i,j) and below it. */
+static int spr__ring_num_bad(const spr__state *s, const spr__ring *r, int i, int j)
+{
+    const delaunay_mesh *m = s->mesh;
+    const double *p = spr__point(m, r->v[i]), *q, *o = spr__point(m, r->v[j]);
+    int k = r->apex[i][j], n;
+    if (j - i < 2) return 0;
+    q = spr__point(m, r->v[k]);
+    n = (spr__quality(s, p, q, o, spr__point(m, r->b)) < s->target) +
+        (spr__quality(s, p, o, q, spr__point(m, r->a)) < s->target);
+    return n + spr__ring_num_bad(s, r, i, k) + spr__ring_num_bad(s, r, k, j);
+}
+
+/* Dynamic programming over the polygon [Klincsek 1980; Shewchuk 2002]. Returns 1 if it gains: enough, or anything
+ * with fewer bad tetrahedra. */
 static int spr__ring_solve(const spr__state *s, spr__ring *r)
 {
     double best[SPR__MAX_RING][SPR__MAX_RING], floor_ = spr__floor(s, r->before), q;
     int n = r->n, i, j, k, span;
+    if (s->tidy && r->num_bad > 1) floor_ = SPR__MORE * r->before;
     if (n < 3) return 0;
     for (i = 0; i + 1 < n; i++) best[i][i + 1] = HUGE_VAL;
     for (span = 2; span < n; span++)
@@ -1068,7 +1095,8 @@ static int spr__ring_solve(const spr__state *s, spr__ring *r)
             }
         }
     r->after = best[0][n - 1];
-    return r->after > floor_;
+    if (!(r->after > floor_)) return 0;
+    return r->after > spr__floor(s, r->before) || (s->tidy && r->num_bad > 1 && spr__ring_num_bad(s, r, 0, n - 1) < r->num_bad);
 }
 
 /* The new tetrahedra of the chord (i,j) and of those below it. */
@@ -1227,6 +1255,20 @@ static double spr__search_quality(void *user, const double *a, const double *b, 
     return spr__quality(s, a, b, c, d);
 }
 
+static int spr__has_fewer_bad(const spr__state *s, const delaunay_handle *t, int n, const delaunay_window *window,
+                              const delaunay_search *search)
+{
+    int less = 0, i;
+    uint32_t k;
+    for (i = 0; i < n; i++) less += s->value[t[i]] < s->target;
+    for (k = 0; k < search->num_tets && less > 0; k++) {
+        uint32_t v[4];
+        for (i = 0; i < 4; i++) v[i] = window->vertices[search->tets[k][i]];
+        less -= spr__quality_of(s, v) < s->target;
+    }
+    return less > 0;
+}
+
 /* The best triangulation of a set of tetrahedra, if it gains. drop: an inner vertex to leave out, or 0. */
 static int spr__reconnect(const spr__state *s, delaunay_worker *worker, const delaunay_handle *t, int n, uint32_t drop,
                           double before, uint32_t max_nodes, delaunay_window *window, delaunay_search *search)
@@ -1240,9 +1282,10 @@ static int spr__reconnect(const spr__state *s, delaunay_worker *worker, const de
     search->objective = DELAUNAY_BEST_QUALITY;
     search->quality = spr__search_quality;
     search->user = (void *)(uintptr_t)s;
-    search->bound = spr__floor(s, spr__max(before, 0));
+    search->bound = s->tidy ? SPR__MORE * before : spr__floor(s, spr__max(before, 0));
     search->max_nodes = max_nodes;
-    return delaunay_reconnect(s->mesh, worker, window, search) > 0;
+    if (delaunay_reconnect(s->mesh, worker, window, search) <= 0) return 0;
+    return search->value > spr__floor(s, before) || spr__has_fewer_bad(s, t, n, window, search);
 }
 
 /* Sizes at which a growing cavity is searched, and nodes of the search; level by level. */
@@ -1524,6 +1567,7 @@ static int spr__pit_pays(const spr__state *s, const spr__pit *c)
 {
     double after = 0;
     int i;
+    if (s->sweep == SPR__UTMOST) return 1;
     for (i = 0; i < c->num_facets; i++) after += spr__lack(s, c->value[i]);
     if (c->before < 0.4 * s->target && c->after > 2 * c->before && c->after > 0.3 * s->target) return 1;
     return after < 0.5 * spr__lack_of(s, c->t, (size_t)c->num_tets);
@@ -1578,7 +1622,7 @@ static int spr__plan_insertion(const spr__state *s, delaunay_handle t, delaunay_
     int k, answer;
     best.num_tets = 0;
     best.after = best.before = 0;
-    if (m->num_vertices - s->first_new >= s->max_new) return DELAUNAY_PLAN_NOTHING;
+    if (m->num_vertices - s->first_new >= (s->sweep == SPR__UTMOST ? s->max_new : s->max_new - s->max_new / 3)) return DELAUNAY_PLAN_NOTHING;
     for (k = 0; k < 7; k++) {
         if (!spr__pit_set(s, &pit, t, k) || !spr__pit_solve(s, &pit)) continue;
         if (best.num_tets && pit.after - pit.before <= best.after - best.before) continue;
@@ -1597,11 +1641,6 @@ static int spr__plan_insertion(const spr__state *s, delaunay_handle t, delaunay_
 }
 
 /* ---- >>schedule --------------------------------------------------------------------------- */
-
-enum {
-    SPR__EDGES, SPR__SMOOTH, SPR__SMALL, SPR__REMOVE, SPR__INSERT, SPR__MEDIUM, SPR__LARGE,
-    SPR__HOPELESS /* level of a tetrahedron for which everything was tried */
-};
 
 static int spr__is_off(const spr__state *s, int level)
 {
@@ -1638,7 +1677,7 @@ static double spr__goal(const spr__state *s, delaunay_handle t)
 
 static int spr__plan(void *user, const delaunay_mesh *m, delaunay_worker *worker, size_t item, delaunay_plan *plan)
 {
-    static const spr__effort small = {7, 2, 10, 300}, medium = {12, 2, 16, 1500}, large = {20, 4, 32, 6000};
+    static const spr__effort small = {7, 2, 10, 300}, medium = {12, 2, 16, 1500}, large = {20, 4, 32, 6000}, utmost = {14, 3, 32, 10000};
     const spr__state *s = (const spr__state *)user;
     delaunay_handle t = s->items.items[item];
     double goal;
@@ -1657,7 +1696,10 @@ static int spr__plan(void *user, const delaunay_mesh *m, delaunay_worker *worker
         return answer != DELAUNAY_PLAN_NOTHING ? answer : spr__plan_removal(s, worker, t, plan, 1);
     case SPR__INSERT: return spr__plan_insertion(s, t, plan);
     case SPR__MEDIUM: return spr__plan_grow(s, worker, t, plan, medium);
-    default: return spr__plan_grow(s, worker, t, plan, large);
+    case SPR__LARGE: return spr__plan_grow(s, worker, t, plan, large);
+    default:
+        answer = s->max_new ? spr__plan_insertion(s, t, plan) : DELAUNAY_PLAN_NOTHING;
+        return answer != DELAUNAY_PLAN_NOTHING ? answer : spr__plan_grow(s, worker, t, plan, utmost);
     }
 }
 
@@ -1737,27 +1779,34 @@ static int spr__renew(spr__state *s, delaunay_handle t, int is_new)
 
 static void spr__count(spr__state *s, const delaunay_plan *plan)
 {
-    switch (s->sweep) {
-    case SPR__EDGES: s->report->edges_removed++; break;
-    case SPR__SMOOTH: s->report->smoothed++; break;
-    case SPR__REMOVE: s->report->vertices_removed++; break;
-    case SPR__INSERT: s->report->vertices_inserted++; break;
-    default: s->report->reconnected++; break;
-    }
-    (void)plan;
+    if (plan->num_new) s->report->vertices_inserted++;
+    else if (s->sweep == SPR__EDGES) s->report->edges_removed++;
+    else if (s->sweep == SPR__SMOOTH) s->report->smoothed++;
+    else if (s->sweep == SPR__REMOVE) s->report->vertices_removed++;
+    else s->report->reconnected++;
 }
 
 /* Of listed: everything was tried for this very tetrahedron once; when something changes nearby, the dear ones are not. */
 enum { SPR__EXHAUSTED = 2 };
 
-/* How far one goes for a tetrahedron: what the surface holds anyway is not worth everything. */
+/* How far one goes for a tetrahedron: what the surface holds anyway is not worth everything, unless it is among the
+ * very worst in the end. */
 static int spr__last_level(const spr__state *s, delaunay_handle t)
 {
     double goal = (double)s->goal[t];
-    if (goal > 0 && s->value[t] >= goal) return -1;
     if (s->listed[t] == SPR__EXHAUSTED) return SPR__INSERT;
     if (goal == 0 || s->goal[t] >= (float)s->target) return SPR__LARGE;
     return s->value[t] >= 0.8 * goal ? SPR__INSERT : s->value[t] >= 0.4 * goal ? SPR__MEDIUM : SPR__LARGE;
+}
+
+/* After this level was tried in vain. */
+static uint8_t spr__next_level(const spr__state *s, delaunay_handle t, int level)
+{
+    uint8_t next = spr__level_from(s, level + 1);
+    if (next == SPR__HOPELESS || (s->goal[t] > 0 && s->value[t] >= (double)s->goal[t])) return SPR__HOPELESS;
+    if (next <= spr__last_level(s, t)) return next;
+    if (s->listed[t] == SPR__EXHAUSTED) return SPR__HOPELESS;
+    return spr__level_from(s, SPR__UTMOST);
 }
 
 static int spr__done(void *user, delaunay_mesh *m, delaunay_worker *worker, size_t item, const delaunay_plan *plan)
@@ -1775,8 +1824,7 @@ static int spr__done(void *user, delaunay_mesh *m, delaunay_worker *worker, size
         memcpy(&goal, &plan->data[SPR__GOAL], sizeof goal);
         if (delaunay_is_deleted(m, t) || s->value[t] >= s->target) return 0;
         if (goal > 0) s->goal[t] = goal >= s->target ? (float)s->target : (float)goal;
-        if (s->level[t] == s->sweep) s->level[t] = spr__level_from(s, s->sweep + 1);
-        if (s->level[t] > spr__last_level(s, t)) s->level[t] = SPR__HOPELESS;
+        if (s->level[t] == s->sweep) s->level[t] = spr__next_level(s, t, s->sweep);
         if (s->level[t] == SPR__HOPELESS) s->listed[t] = SPR__EXHAUSTED;
         s->tried[t] = delaunay_engine_round(s->engine);
         if (s->sweep == SPR__EDGES) s->kept[t] = s->tried[t];
@@ -1865,23 +1913,71 @@ static void spr__set_allowance(spr__state *s, uint64_t num_tets)
     s->allowance[SPR__REMOVE] = s->allowance[SPR__INSERT] = 20000 + num_tets / 10;
     s->allowance[SPR__MEDIUM] = 5000 + num_tets / 50;
     s->allowance[SPR__LARGE] = 1000 + num_tets / 400;
+    s->allowance[SPR__UTMOST] = num_tets < 16000 ? 16 + num_tets / 100 : 176;
+}
+
+enum { SPR__FEW = 32 }; /* of the worst, for which everything possible is done, at a time */
+
+static int spr__is_worse(const spr__state *s, delaunay_handle a, delaunay_handle b)
+{
+    return s->value[a] != s->value[b] ? s->value[a] < s->value[b] : a < b;
+}
+
+/* A heap with the best on top: element i sinks among the first n. */
+static void spr__sink(const spr__state *s, delaunay_handle *t, size_t i, size_t n)
+{
+    delaunay_handle moving = t[i];
+    size_t child;
+    for (; (child = 2 * i + 1) < n; i = child) {
+        if (child + 1 < n && spr__is_worse(s, t[child], t[child + 1])) child++;
+        if (!spr__is_worse(s, moving, t[child])) break;
+        t[i] = t[child];
+    }
+    t[i] = moving;
+}
+
+/* The worst first. */
+static void spr__sort(const spr__state *s, delaunay_handle *t, size_t n)
+{
+    size_t i;
+    for (i = n / 2; i-- > 0;) spr__sink(s, t, i, n);
+    for (i = n; i-- > 1;) {
+        delaunay_handle best = t[0];
+        t[0] = t[i];
+        t[i] = best;
+        spr__sink(s, t, 0, i);
+    }
+}
+
+/* The tetrahedra of the list that have this level: the worst of them, if there are too many. */
+static spr_result spr__gather(spr__state *s, int level)
+{
+    size_t i, most;
+    s->items.count = 0;
+    for (i = 0; i < s->bad.count; i++) {
+        delaunay_handle t = s->bad.items[i];
+        if (s->level[t] == level && delaunay_list_push(&s->items, t) != DELAUNAY_OK)
+            return SPR_ERROR_OUT_OF_MEMORY;
+    }
+    most = (size_t)s->allowance[level];
+    if (level == SPR__UTMOST && most > SPR__FEW) most = SPR__FEW;
+    if (s->items.count > most) {
+        spr__sort(s, s->items.items, s->items.count);
+        for (i = most; i < s->items.count && most == s->allowance[level]; i++)
+            s->level[s->items.items[i]] = SPR__HOPELESS;
+        s->items.count = most;
+    }
+    s->allowance[level] -= s->items.count;
+    return SPR_OK;
 }
 
 static spr_result spr__run(spr__state *s, int level)
 {
-    static const uint32_t batch[SPR__HOPELESS] = {1024, 512, 512, 256, 256, 128, 32};
-    static const uint32_t from[SPR__HOPELESS] = {64, 32, 16, 16, 16, 4, 2}; /* by the time that a plan takes */
+    static const uint32_t batch[SPR__HOPELESS] = {1024, 512, 512, 256, 256, 128, 32, 16};
+    static const uint32_t from[SPR__HOPELESS] = {64, 32, 16, 16, 16, 4, 2, 2}; /* by the time that a plan takes */
     delaunay_speculation job;
-    size_t i;
-    s->items.count = 0;
-    for (i = 0; i < s->bad.count; i++) {
-        delaunay_handle t = s->bad.items[i];
-        if (s->level[t] != level) continue;
-        if (s->items.count >= s->allowance[level]) s->level[t] = SPR__HOPELESS;
-        else if (delaunay_list_push(&s->items, t) != DELAUNAY_OK) return SPR_ERROR_OUT_OF_MEMORY;
-    }
-    s->allowance[level] -= s->items.count;
-    if (s->items.count == 0) return SPR_OK;
+    spr_result result = spr__gather(s, level);
+    if (result != SPR_OK || s->items.count == 0) return result;
     memset(&job, 0, sizeof job);
     job.plan = spr__plan;
     job.done = spr__done;
@@ -1927,6 +2023,18 @@ static spr_result spr__relax(spr__state *s)
     return result;
 }
 
+/* When nothing more can be gained, the bad ones that are left are made fewer. */
+static void spr__tidy(spr__state *s)
+{
+    size_t i;
+    s->tidy = 1;
+    for (i = 0; i < s->bad.count; i++) {
+        delaunay_handle t = s->bad.items[i];
+        s->kept[t] = 0;
+        s->level[t] = spr__level_from(s, SPR__EDGES);
+    }
+}
+
 static spr_result spr__schedule(spr__state *s)
 {
     spr_result result = SPR_OK;
@@ -1936,7 +2044,11 @@ static spr_result spr__schedule(spr__state *s)
         double start = delaunay_seconds(&s->options.host), took;
         if (s->options.max_rounds > 0 && sweeps >= s->options.max_rounds) return SPR_STOPPED_BY_BUDGET;
         level = spr__refresh(s);
-        if (level == SPR__HOPELESS) break;
+        if (level == SPR__HOPELESS && s->tidy) break;
+        if (level == SPR__HOPELESS) {
+            spr__tidy(s);
+            continue;
+        }
         result = spr__run(s, level);
         took = delaunay_seconds(&s->options.host) - start;
         if (level == SPR__EDGES) s->report->seconds_edge_removal += took;
@@ -2142,7 +2254,7 @@ static spr_result spr__improve(spr__state *s, uint32_t max_new)
     result = spr__statistics(s, &s->report->before);
     if (result != SPR_OK) return result;
     s->first_new = s->mesh->num_vertices;
-    most = s->report->before.num_tets / SPR__TETS_A_VERTEX + 16;
+    most = s->report->before.num_tets / SPR__TETS_A_VERTEX + 6;
     s->max_gone = most;
     s->max_new = s->options.keep_vertices ? 0 : most < max_new ? (uint32_t)most : max_new;
     spr__find_movable(s);

@@ -426,6 +426,32 @@ static void test_same_bytes_for_any_number_of_threads(void)
     for (k = 0; k < 4; k++) delaunay_mesh_free(&m[k]);
 }
 
+/* Points of a cube pressed flat: hardly a tetrahedron can be good, long searches meet their limits. */
+static void test_where_hardly_anything_can_be_good(void)
+{
+    static const int threads[] = {1, 3};
+    delaunay_mesh m[2];
+    spr_report r;
+    uint64_t seed = small_state;
+    uint32_t v;
+    int k;
+    for (k = 0; k < 2; k++) {
+        spr_options o = open_options();
+        small_state = seed;
+        o.host.num_threads = threads[k];
+        CHECK(random_mesh(&m[k], 200, 0, NULL));
+        color_mesh(&m[k], 2);
+        for (v = 1; v < m[k].num_vertices; v++) m[k].vertices[v].x[2] *= 0.0625;
+        improve_and_check(&m[k], &o, &r, SPR_OK);
+        CHECK(10 * r.after.num_below < 9 * r.before.num_below && r.after.mean > 1.1 * r.before.mean);
+        CHECK(r.vertices_inserted <= r.before.num_tets / 50 + 6 && r.stuck + r.fixed + r.bounded == r.after.num_below);
+    }
+    CHECK(m[1].num_tets == m[0].num_tets && m[1].num_vertices == m[0].num_vertices);
+    CHECK(m[1].num_tets == m[0].num_tets && !memcmp(m[1].tets, m[0].tets, m[0].num_tets * sizeof *m[0].tets));
+    for (k = 0; k < 2; k++) delaunay_mesh_free(&m[k]);
+    small_state = seed;
+}
+
 /* ---- arrays -------------------------------------------------------------------------------- */
 
 typedef struct soup {
@@ -679,6 +705,7 @@ int main(void)
     test_constrained_edges_and_facets_stay();
     test_other_measures();
     test_same_bytes_for_any_number_of_threads();
+    test_where_hardly_anything_can_be_good();
     test_arrays();
     test_arrays_without_room_or_sense();
     test_says_what_the_surface_holds();
