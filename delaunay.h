@@ -2036,6 +2036,33 @@ static int delaunay__in_conflict_weighted(const delaunay__kernel *k, delaunay_ha
     return delaunay__in_sphere_weighted(x, k->weight, v, q) > 0;
 }
 
+/* delaunay__insphere_tie where differences are small integers of one unit, so that all of this is
+ * exact: the sum of a difference, weighted by 2^20, 2^10, 1, has its lexicographic sign and order. */
+static int delaunay__insphere_tie_doubles(const double *const *p, const double *e)
+{
+    delaunay__rows r;
+    double rank[4];
+    int i, k;
+    delaunay__rows_set(&r, p, e);
+    for (i = 0; i < 4; i++)
+        rank[i] = 1048576 * r.x[i][0] + 1024 * r.x[i][1] + r.x[i][2];
+    for (k = 0; k < 2; k++) {
+        const double *a, *b, *c;
+        double det;
+        int m = rank[1] > rank[0], n = 2 + (rank[3] > rank[2]);
+        m = rank[n] > rank[m] ? n : m;
+        if (rank[m] <= 0) return -1; /* e is the greatest */
+        a = r.x[m == 0];
+        b = r.x[m <= 1 ? 2 : 1];
+        c = r.x[m <= 2 ? 3 : 2];
+        det = a[0] * (b[1] * c[2] - b[2] * c[1]) + a[1] * (b[2] * c[0] - b[0] * c[2]) +
+              a[2] * (b[0] * c[1] - b[1] * c[0]);
+        if (det != 0) return (det > 0) == !(m & 1) ? 1 : -1;
+        rank[m] = -1;
+    }
+    return 0;
+}
+
 /* Whether point e destroys tetrahedron t: inside its sphere; beyond the hull facet of a ghost, or
  * in its plane and inside the sphere of the tetrahedron behind. Exact and perturbed. */
 static DELAUNAY__NOINLINE int delaunay__in_conflict_exact(const delaunay__kernel *k,
@@ -2043,8 +2070,8 @@ static DELAUNAY__NOINLINE int delaunay__in_conflict_exact(const delaunay__kernel
 {
     const delaunay_vertex *x = k->vertices;
     const uint32_t *v = k->tets[t].v;
-    double det, bound2;
-    int s;
+    const double *p[4];
+    int s, i;
     if (v[3] == DELAUNAY_GHOST) {
         s = delaunay_orient3d(x[v[0]].x, x[v[1]].x, x[v[2]].x, e);
         if (s) return s > 0;
@@ -2052,13 +2079,14 @@ static DELAUNAY__NOINLINE int delaunay__in_conflict_exact(const delaunay__kernel
         if (t == DELAUNAY_NONE) return 0;
         v = k->tets[t].v;
     }
+    for (i = 0; i < 4; i++) p[i] = x[v[i]].x;
     if (k->exact_doubles) {
-        det = delaunay__insphere_double(x[v[0]].x, x[v[1]].x, x[v[2]].x, x[v[3]].x, e, &bound2);
-        s = det > 0 ? 1 : det < 0 ? -1 : 0;
-    } else {
-        s = delaunay_insphere_exact(x[v[0]].x, x[v[1]].x, x[v[2]].x, x[v[3]].x, e);
+        double bound2, det = delaunay__insphere_double(p[0], p[1], p[2], p[3], e, &bound2);
+        if (det != 0) return det > 0;
+        return delaunay__insphere_tie_doubles(p, e) > 0;
     }
-    if (s == 0) s = delaunay__insphere_tie(x[v[0]].x, x[v[1]].x, x[v[2]].x, x[v[3]].x, e);
+    s = delaunay_insphere_exact(p[0], p[1], p[2], p[3], e);
+    if (s == 0) s = delaunay__insphere_tie(p[0], p[1], p[2], p[3], e);
     return s > 0;
 }
 
@@ -2267,6 +2295,27 @@ delaunay__insphere4_dd(__m256d xyz[4][3], const double *e, __m256d ghost, __m256
                .h;
 }
 
+/* delaunay__insphere_tie_doubles for four: ranks of the points, their cofactors; bit i: inside. */
+DELAUNAY__TARGET DELAUNAY_INLINE unsigned delaunay__ties4(__m256d *rank, const __m256d *cofactor)
+{
+    const __m256d zero = _mm256_setzero_pd(), none = _mm256_set1_pd(-1);
+    __m256d sign[2];
+    int i, k;
+    for (k = 0; k < 2; k++) {
+        __m256d m = _mm256_max_pd(_mm256_max_pd(rank[0], rank[1]),
+                                  _mm256_max_pd(rank[2], rank[3]));
+        sign[k] = none;
+        for (i = 0; i < 4; i++) {
+            __m256d is = _mm256_cmp_pd(rank[i], m, _CMP_EQ_OQ);
+            sign[k] = _mm256_blendv_pd(sign[k], cofactor[i], is);
+            rank[i] = _mm256_blendv_pd(rank[i], none, is);
+        }
+        sign[k] = _mm256_blendv_pd(none, sign[k], _mm256_cmp_pd(m, zero, _CMP_GT_OQ));
+    }
+    sign[0] = _mm256_blendv_pd(sign[0], sign[1], _mm256_cmp_pd(sign[0], zero, _CMP_EQ_OQ));
+    return (unsigned)_mm256_movemask_pd(_mm256_cmp_pd(sign[0], zero, _CMP_GT_OQ));
+}
+
 /* A ghost is the row (0, 0, 0, l) of the determinant: l times the orientation of its hull facet, l
  * the greatest lift of the others, so that the bound on the error is that of a sphere. */
 static DELAUNAY__TARGET unsigned delaunay__in_conflict4_avx2(const delaunay__kernel *k,
@@ -2327,7 +2376,17 @@ static DELAUNAY__TARGET unsigned delaunay__in_conflict4_avx2(const delaunay__ker
     if (DELAUNAY__UNLIKELY(sure != 15)) {
         unsigned i;
         if (k->exact_doubles) {
+            const __m256d large = _mm256_set1_pd(1048576), small = _mm256_set1_pd(1024);
+            __m256d rank[4], cofactor[4];
             sure |= (unsigned)_mm256_movemask_pd(_mm256_cmp_pd(det, zero, _CMP_NEQ_OQ));
+            rank[0] = DELAUNAY__MADD(ax, large, DELAUNAY__MADD(ay, small, az));
+            rank[1] = DELAUNAY__MADD(bx, large, DELAUNAY__MADD(by, small, bz));
+            rank[2] = DELAUNAY__MADD(cx, large, DELAUNAY__MADD(cy, small, cz));
+            rank[3] = DELAUNAY__MADD(dx, large, DELAUNAY__MADD(dy, small, dz));
+            cofactor[0] = bcd, cofactor[1] = _mm256_sub_pd(zero, cda);
+            cofactor[2] = dab, cofactor[3] = _mm256_sub_pd(zero, abc);
+            in = (in & sure) | (delaunay__ties4(rank, cofactor) & ~sure);
+            sure |= ~(unsigned)_mm256_movemask_pd(ghost);
         } else {
             delaunay__insphere4_dd(xyz, e, ghost, l, &det);
             rest = ~sure;
