@@ -30,6 +30,7 @@ command -v clang > /dev/null && compilers="$compilers clang-c99"
 command -v g++ > /dev/null && compilers="$compilers g++-c++11"
 command -v clang++ > /dev/null && compilers="$compilers clang++-c++11"
 [ -n "$compilers" ] || compilers="cc-c99"
+if [ -n "${FAST:-}" ]; then compilers="${compilers%%-*}-c99 ${compilers##* }"; fi
 line() { # the command behind a compiler's name
     case $1 in
     gcc-c99) echo "gcc -std=c99 $W" ;;
