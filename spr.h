@@ -17,7 +17,7 @@
  *   >>edge removal                                                [Marot 2020, 6.1]
  *   >>reconnection    SPR of a grown cavity                       [Marot 2020, 6.2, 6.3]
  *   >>schedule        which operator when                         [Marot 2020, Algorithm 5]
- *   >>public          the everyday functions
+ *   >>public          the everyday functions; a polyhedron in arrays
  *
  * LICENCE: MIT or public domain, at the end of the file.
  */
@@ -85,7 +85,6 @@ typedef struct spr_options {
     int           keep_vertices;         /* no vertex is added or taken away; they may move */
     int           free_vertices;         /* vertices with an id, the caller's own points, may move and go too;
                                           * by default only those that mesher.h or this header added may */
-    int           allow_surface_changes; /* flips of coplanar pairs of facets; off */
     int           require_target;        /* return SPR_GOAL_NOT_MET when something is left below the target */
     /* Larger is better, at most 1, 0 or less for an inverted one; any order of the four points gives the same
      * value; called from all threads. For SPR_USER. */
@@ -166,6 +165,50 @@ SPR_API double spr_min_sine(const double *a, const double *b, const double *c, c
 SPR_API void spr_dihedrals(const double *a, const double *b, const double *c, const double *d, double *out6);
 /* The best gamma that any tetrahedron on this triangle can have: over all apices. */
 SPR_API double spr_gamma_bound(const double *a, const double *b, const double *c);
+
+enum {
+    SPR_MAX_POINTS = 32,      /* of a polyhedron */
+    SPR_MAX_FACETS = 512,
+    SPR_MAX_CONSTRAINTS = 64, /* edges, and facets, inside */
+    SPR_MAX_RESULT = 400      /* tetrahedra */
+};
+
+/* A small polyhedron in arrays of the caller's. Its facets are its whole boundary, each once, and must not cross
+ * one another (not checked); it may have holes, cavities, several parts, and points and edges where it touches itself. */
+typedef struct spr_polyhedron {
+    const double   *xyz;         /* 3 a point */
+    const uint32_t *facets;      /* 3 points each, counter-clockwise seen from outside */
+    const uint32_t *edges;       /* 2 points each: to be in the result; NULL if num_edges is 0 */
+    const uint32_t *walls;       /* 3 points each, inside, in any order: to be in the result; NULL if there are none */
+    size_t          num_points;  /* at most SPR_MAX_POINTS; what is on no facet is inside, and is to be used */
+    size_t          num_facets, num_edges, num_walls;
+} spr_polyhedron;
+
+typedef struct spr_reconnection {
+    uint32_t nodes;  /* of the search tree */
+    int      found;  /* there is a result, better than the bound */
+    int      proven; /* the search ended by itself: the result is the best, or there is none above the bound */
+    double   value;  /* worst quality of the result */
+    size_t   num_tets;
+    uint32_t tets[SPR_MAX_RESULT][4]; /* positive */
+    char     message[128];            /* what is wrong with the polyhedron */
+} spr_reconnection;
+
+/* Small polyhedron reconnection: the tetrahedra that fill a polyhedron, on its points alone, with the best worst
+ * quality.
+ *
+ *   bound      in   the result must be better; what is there already makes the search much shorter; 0: none, every
+ *                   result is positive
+ *   max_nodes  in   of the search tree; 0: 100000. Some microseconds for 10 points, milliseconds for 20
+ *   options    in   the measure; NULL: gamma
+ *
+ * Returns  SPR_OK: found; SPR_GOAL_NOT_MET: not found, and out->proven says whether there is none or the limit was
+ *          met; SPR_ERROR_INVALID_ARGUMENT, with out->message
+ * Cost     1 MB of tables a call; with a worker of one's own and windows of a mesh: delaunay_reconnect
+ * Threads  any number of calls at once; same result every time
+ * Source   Marot 2020, 6.2 */
+SPR_API spr_result spr_reconnect(const spr_polyhedron *polyhedron, double bound, uint32_t max_nodes,
+                                 const spr_options *options, spr_reconnection *out);
 
 #ifdef __cplusplus
 }
@@ -2267,6 +2310,156 @@ static spr_result spr__improve(spr__state *s, uint32_t max_new)
     if (after != SPR_OK && result >= 0) return after;
     if (result == SPR_OK && s->options.require_target && s->report->after.num_below > 0) result = SPR_GOAL_NOT_MET;
     return result;
+}
+
+/* -- a polyhedron in arrays */
+
+static spr_result spr__refuse(spr_reconnection *out, const char *what, size_t which)
+{
+    snprintf(out->message, sizeof out->message, "%.80s (number %lu)", what, (unsigned long)which);
+    return SPR_ERROR_INVALID_ARGUMENT;
+}
+
+/* Points of a constraint or facet: below num_points, all different. */
+static int spr__has_points(const spr_polyhedron *p, const uint32_t *v, int n)
+{
+    int i;
+    for (i = 0; i < n; i++)
+        if (v[i] >= p->num_points || v[i] == v[(i + 1) % n]) return 0;
+    return 1;
+}
+
+static spr_result spr__check_polyhedron(const spr_polyhedron *p, spr_reconnection *out)
+{
+    size_t i;
+    if (!p->xyz || p->num_points < 4 || p->num_points > SPR_MAX_POINTS)
+        return spr__refuse(out, "not 4 to 32 points", p->num_points);
+    if (!p->facets || p->num_facets < 4 || p->num_facets > SPR_MAX_FACETS)
+        return spr__refuse(out, "not 4 to 512 facets", p->num_facets);
+    if (p->num_edges > SPR_MAX_CONSTRAINTS || (p->num_edges && !p->edges))
+        return spr__refuse(out, "too many edges, or none given", p->num_edges);
+    if (p->num_walls > SPR_MAX_CONSTRAINTS || (p->num_walls && !p->walls))
+        return spr__refuse(out, "too many walls, or none given", p->num_walls);
+    for (i = 0; i < 3 * p->num_points; i++)
+        if (!(fabs(p->xyz[i]) <= 1e300)) return spr__refuse(out, "a point that is not finite", i / 3);
+    for (i = 0; i < p->num_facets; i++)
+        if (!spr__has_points(p, p->facets + 3 * i, 3)) return spr__refuse(out, "a facet without three points", i);
+    for (i = 0; i < p->num_edges; i++)
+        if (!spr__has_points(p, p->edges + 2 * i, 2)) return spr__refuse(out, "an edge without two points", i);
+    for (i = 0; i < p->num_walls; i++)
+        if (!spr__has_points(p, p->walls + 3 * i, 3)) return spr__refuse(out, "a wall without three points", i);
+    return SPR_OK;
+}
+
+/* The same three points. */
+static int spr__is_triangle(const uint32_t *f, const uint32_t *g)
+{
+    int i, k, n = 0;
+    for (i = 0; i < 3; i++)
+        for (k = 0; k < 3; k++) n += f[i] == g[k];
+    return n == 3;
+}
+
+/* Each triangle once, closed, turned outwards. on: row a, bit b: edge ab is on the boundary. */
+static spr_result spr__check_boundary(const spr_polyhedron *p, spr_reconnection *out, uint32_t *on)
+{
+    signed char turn[SPR_MAX_POINTS][SPR_MAX_POINTS];
+    double volume = 0, u[3][3], n[3];
+    size_t i, j;
+    int k;
+    memset(turn, 0, sizeof turn);
+    memset(on, 0, SPR_MAX_POINTS * sizeof *on);
+    for (i = 0; i < p->num_facets; i++) {
+        const uint32_t *f = p->facets + 3 * i;
+        for (j = 0; j < i; j++)
+            if (spr__is_triangle(f, p->facets + 3 * j)) return spr__refuse(out, "a facet that is there twice", i);
+        for (k = 0; k < 3; k++) {
+            uint32_t a = f[k], b = f[(k + 1) % 3];
+            turn[a][b]++;
+            turn[b][a]--;
+            on[a] |= 1u << b;
+            on[b] |= 1u << a;
+            spr__sub(p->xyz + 3 * a, p->xyz + 3 * p->facets[0], u[k]);
+        }
+        spr__cross(u[0], u[1], n);
+        volume += spr__dot(n, u[2]);
+    }
+    for (i = 0; i < p->num_facets; i++)
+        for (k = 0; k < 3; k++)
+            if (turn[p->facets[3 * i + (size_t)k]][p->facets[3 * i + (size_t)(k + 1) % 3]])
+                return spr__refuse(out, "the boundary is open at a facet", i);
+    if (!(volume > 0)) return spr__refuse(out, "the facets turn inwards", 0);
+    return SPR_OK;
+}
+
+static void spr__window_of(delaunay_window *w, const spr_polyhedron *p, const uint32_t *on)
+{
+    size_t i;
+    int k;
+    memset(w, 0, sizeof *w);
+    w->num_vertices = (uint32_t)p->num_points;
+    w->interior = p->num_points < 32 ? (1u << p->num_points) - 1 : ~0u;
+    for (i = 0; i < p->num_points; i++) {
+        w->vertices[i] = (uint32_t)i + 1;
+        if (on[i]) w->interior &= ~(1u << i);
+    }
+    w->num_facets = (uint32_t)p->num_facets;
+    for (i = 0; i < p->num_facets; i++)
+        for (k = 0; k < 3; k++) w->facets[i][k] = (uint8_t)p->facets[3 * i + (size_t)k];
+    for (i = 0; i < p->num_edges; i++) {
+        const uint32_t *e = p->edges + 2 * i;
+        if (on[e[0]] >> e[1] & 1) continue; /* it is there */
+        w->kept_edges[w->num_kept_edges][0] = (uint8_t)e[0];
+        w->kept_edges[w->num_kept_edges++][1] = (uint8_t)e[1];
+    }
+    w->num_kept_facets = (uint32_t)p->num_walls;
+    for (i = 0; i < p->num_walls; i++)
+        for (k = 0; k < 3; k++) w->kept_facets[i][k] = (uint8_t)p->walls[3 * i + (size_t)k];
+}
+
+SPR_API spr_result spr_reconnect(const spr_polyhedron *polyhedron, double bound, uint32_t max_nodes,
+                                 const spr_options *options, spr_reconnection *out)
+{
+    spr__state s;
+    spr_report unused;
+    delaunay_memory memory;
+    delaunay_mesh mesh;
+    delaunay_vertex vertices[SPR_MAX_POINTS + 1];
+    delaunay_window window;
+    delaunay_search search;
+    delaunay_worker *worker;
+    uint32_t on[SPR_MAX_POINTS];
+    spr_result result;
+    size_t i;
+    if (!polyhedron || !out || !(bound >= 0)) return SPR_ERROR_INVALID_ARGUMENT;
+    memset(out, 0, sizeof *out);
+    memset(&mesh, 0, sizeof mesh);
+    memset(vertices, 0, sizeof vertices);
+    result = spr__check_polyhedron(polyhedron, out);
+    if (result == SPR_OK) result = spr__check_boundary(polyhedron, out, on);
+    if (result == SPR_OK) result = spr__open(&s, &mesh, options, &unused, &memory);
+    if (result != SPR_OK) return result;
+    for (i = 0; i < polyhedron->num_points; i++)
+        memcpy(vertices[i + 1].x, polyhedron->xyz + 3 * i, sizeof vertices->x);
+    mesh.vertices = vertices;
+    mesh.num_vertices = (uint32_t)polyhedron->num_points + 1;
+    spr__window_of(&window, polyhedron, on);
+    worker = delaunay_worker_new(&memory);
+    if (!worker) return SPR_ERROR_OUT_OF_MEMORY;
+    memset(&search, 0, sizeof search);
+    search.objective = DELAUNAY_BEST_QUALITY;
+    search.quality = spr__search_quality;
+    search.user = &s;
+    search.bound = bound;
+    search.max_nodes = max_nodes;
+    out->found = delaunay_reconnect(&mesh, worker, &window, &search) > 0;
+    delaunay_worker_free(worker);
+    out->proven = search.proven;
+    out->nodes = search.nodes;
+    out->value = search.value;
+    out->num_tets = search.num_tets;
+    for (i = 0; i < 4 * out->num_tets; i++) out->tets[i / 4][i % 4] = search.tets[i / 4][i % 4];
+    return out->found ? SPR_OK : SPR_GOAL_NOT_MET;
 }
 
 static spr_result spr__improve_mesh(delaunay_mesh *mesh, const spr_options *options, spr_report *report, uint32_t max_new)

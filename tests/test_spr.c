@@ -46,9 +46,8 @@ static int random_mesh(delaunay_mesh *m, uint32_t n, int ball, const delaunay_ho
 
 static const double *point(const delaunay_mesh *m, delaunay_handle t, int i) { return m->vertices[m->tets[t].v[i]].x; }
 
-static double determinant(const delaunay_mesh *m, delaunay_handle t)
+static double triple(const double *a, const double *b, const double *c, const double *d)
 {
-    const double *a = point(m, t, 0), *b = point(m, t, 1), *c = point(m, t, 2), *d = point(m, t, 3);
     double u[3], v[3], w[3];
     int k;
     for (k = 0; k < 3; k++) {
@@ -57,6 +56,11 @@ static double determinant(const delaunay_mesh *m, delaunay_handle t)
         w[k] = d[k] - a[k];
     }
     return u[0] * (v[1] * w[2] - v[2] * w[1]) + u[1] * (v[2] * w[0] - v[0] * w[2]) + u[2] * (v[0] * w[1] - v[1] * w[0]);
+}
+
+static double determinant(const delaunay_mesh *m, delaunay_handle t)
+{
+    return triple(point(m, t, 0), point(m, t, 1), point(m, t, 2), point(m, t, 3));
 }
 
 static int is_real(const delaunay_mesh *m, delaunay_handle t) { return !delaunay_is_deleted(m, t) && !delaunay_is_ghost(m, t); }
@@ -575,6 +579,210 @@ static void test_arrays_without_room_or_sense(void)
 }
 
 /* A tetrahedron split at its middle into four, and one of these again: nothing can be better than its facets allow. */
+/* ---- a polyhedron in arrays ------------------------------------------------------------------ */
+
+/* All closures of a boundary, with nothing left out: the lowest open triangle takes every point in turn. */
+typedef struct closure {
+    const spr_polyhedron *p;
+    int      open[8][8][8]; /* oriented triangles that wait for a tetrahedron, by their least turn */
+    int      used[8], edge[8][8];
+    double   best;
+    long     count;
+} closure;
+
+static int *waits(closure *c, uint32_t a, uint32_t b, uint32_t d)
+{
+    if (a < b && a < d) return &c->open[a][b][d];
+    return b < d ? &c->open[b][d][a] : &c->open[d][a][b];
+}
+
+static void close_all(closure *c, double worst);
+
+static void close_with(closure *c, uint32_t a, uint32_t b, uint32_t d, uint32_t e, double worst)
+{
+    const double *x = c->p->xyz;
+    uint32_t f[3][3] = {{a, b, e}, {b, d, e}, {d, a, e}};
+    int cancels[3], i, ok = 1;
+    double q = spr_gamma(x + 3 * a, x + 3 * b, x + 3 * d, x + 3 * e);
+    if (delaunay_orient3d(x + 3 * a, x + 3 * b, x + 3 * d, x + 3 * e) <= 0) return;
+    for (i = 0; i < 3; i++) {
+        cancels[i] = *waits(c, f[i][1], f[i][0], f[i][2]) > 0;
+        ok &= cancels[i] || *waits(c, f[i][0], f[i][1], f[i][2]) == 0;
+    }
+    if (!ok) return;
+    *waits(c, a, b, d) -= 1;
+    for (i = 0; i < 3; i++)
+        if (cancels[i]) *waits(c, f[i][1], f[i][0], f[i][2]) -= 1;
+        else *waits(c, f[i][0], f[i][1], f[i][2]) += 1;
+    c->used[e]++;
+    for (i = 0; i < 3; i++) c->edge[f[i][0]][e]++;
+    close_all(c, q < worst ? q : worst);
+    for (i = 0; i < 3; i++) c->edge[f[i][0]][e]--;
+    c->used[e]--;
+    for (i = 0; i < 3; i++)
+        if (cancels[i]) *waits(c, f[i][1], f[i][0], f[i][2]) += 1;
+        else *waits(c, f[i][0], f[i][1], f[i][2]) -= 1;
+    *waits(c, a, b, d) += 1;
+}
+
+static void close_all(closure *c, double worst)
+{
+    uint32_t a, b, d, e, n = (uint32_t)c->p->num_points;
+    size_t i;
+    for (a = 0; a < n; a++)
+        for (b = 0; b < n; b++)
+            for (d = 0; d < n; d++)
+                if (c->open[a][b][d] > 0) {
+                    for (e = 0; e < n; e++)
+                        if (e != a && e != b && e != d) close_with(c, a, b, d, e, worst);
+                    return;
+                }
+    for (a = 0; a < n; a++)
+        if (!c->used[a]) return;
+    for (i = 0; i < c->p->num_edges; i++)
+        if (!c->edge[c->p->edges[2 * i]][c->p->edges[2 * i + 1]] && !c->edge[c->p->edges[2 * i + 1]][c->p->edges[2 * i]]) return;
+    c->count++;
+    if (worst > c->best) c->best = worst;
+}
+
+static void enumerate_closures(closure *c, const spr_polyhedron *p)
+{
+    size_t i;
+    uint32_t on = 0, k;
+    memset(c, 0, sizeof *c);
+    c->p = p;
+    for (i = 0; i < p->num_facets + 2 * p->num_walls; i++) { /* inner sides: turned round; walls have two */
+        const uint32_t *f = i < p->num_facets ? p->facets + 3 * i : p->walls + 3 * ((i - p->num_facets) / 2);
+        int turned = i >= p->num_facets && (i - p->num_facets) % 2;
+        *waits(c, f[0], f[turned ? 1 : 2], f[turned ? 2 : 1]) += 1;
+        for (k = 0; k < 3; k++) {
+            on |= 1u << f[k];
+            c->edge[f[k]][f[(k + 1) % 3]]++;
+        }
+    }
+    for (k = 0; k < p->num_points; k++) c->used[k] = on >> k & 1;
+    close_all(c, 2);
+}
+
+/* Part of a Delaunay mesh of few points with integer coordinates: facets, turned outwards. */
+static int random_polyhedron(spr_polyhedron *p, double *xyz, uint32_t *facets, uint32_t *constraint)
+{
+    delaunay_mesh m;
+    delaunay_options options;
+    uint32_t i, n = 5 + small_random(3), number[9], count = 0;
+    delaunay_handle t;
+    uint8_t in[200];
+    int f, k;
+    memset(&m, 0, sizeof m);
+    memset(&options, 0, sizeof options);
+    memset(p, 0, sizeof *p);
+    memset(number, 0xff, sizeof number);
+    for (i = 0; i < 3 * n; i++) xyz[i] = small_random(12);
+    if (delaunay_tetrahedralize(&m, xyz, n, &options, NULL) != DELAUNAY_OK) return 0;
+    for (t = 1; t < m.num_tets && t < 200; t++) in[t] = (uint8_t)(is_real(&m, t) && small_random(6) > 0);
+    p->facets = facets;
+    p->edges = p->walls = constraint;
+    for (t = 1; t < m.num_tets && t < 200; t++)
+        for (f = 0; f < 4 && in[t]; f++) {
+            const uint8_t *o = delaunay_facet_order(f);
+            uint32_t v[3];
+            for (k = 0; k < 3; k++) v[k] = m.tets[t].v[o[k]];
+            if (in[m.tets[t].n[f] / 4]) { /* perhaps a constraint */
+                memcpy(constraint, v, sizeof v);
+                count++;
+            } else memcpy(facets + 3 * p->num_facets++, v, sizeof v);
+        }
+    p->num_edges = count > 0 && small_random(3) == 0;
+    p->num_walls = count > 0 && !p->num_edges && small_random(3) == 0;
+    for (i = 0; i < 3 * p->num_facets + 3; i++) { /* numbers of their own, without points that nothing has */
+        uint32_t *v = i < 3 * p->num_facets ? facets + i : count ? constraint + (i - 3 * p->num_facets) : NULL;
+        if (!v) break;
+        if (number[*v] == UINT32_MAX) {
+            number[*v] = (uint32_t)p->num_points;
+            for (k = 0; k < 3; k++) xyz[24 + 3 * p->num_points + (size_t)k] = m.vertices[*v].x[k];
+            p->num_points++;
+        }
+        *v = number[*v];
+    }
+    p->xyz = xyz + 24;
+    delaunay_mesh_free(&m);
+    return p->num_points >= 4 && p->num_facets >= 4;
+}
+
+static void test_reconnect_against_all_closures(void)
+{
+    static closure c;
+    static spr_reconnection r;
+    uint64_t seed = small_state;
+    double xyz[48];
+    uint32_t facets[3 * 200], constraint[3];
+    long several = 0, edges = 0, walls = 0, refused = 0;
+    int pass;
+    for (pass = 0; pass < 1500; pass++) {
+        spr_polyhedron p;
+        spr_result result;
+        double six = 0;
+        size_t i;
+        if (!random_polyhedron(&p, xyz, facets, constraint)) continue;
+        result = spr_reconnect(&p, 0, 0, NULL, &r);
+        if (result == SPR_ERROR_INVALID_ARGUMENT) { /* nothing is left of it but a triangle with two sides */
+            refused++;
+            continue;
+        }
+        enumerate_closures(&c, &p);
+        CHECK(r.proven && r.found == (c.count > 0) && result == (c.count > 0 ? SPR_OK : SPR_GOAL_NOT_MET));
+        if (!r.found) continue;
+        CHECK(fabs(r.value - c.best) < 1e-14);
+        for (i = 0; i < r.num_tets; i++) {
+            const double *a = p.xyz + 3 * r.tets[i][0], *b = p.xyz + 3 * r.tets[i][1];
+            const double *d = p.xyz + 3 * r.tets[i][2], *e = p.xyz + 3 * r.tets[i][3];
+            CHECK(delaunay_orient3d(a, b, d, e) > 0 && spr_gamma(a, b, d, e) >= r.value * (1 - 1e-12));
+            six += triple(a, b, d, e);
+        }
+        for (i = 0; i < p.num_facets; i++)
+            six -= triple(p.xyz, p.xyz + 3 * p.facets[3 * i], p.xyz + 3 * p.facets[3 * i + 1], p.xyz + 3 * p.facets[3 * i + 2]);
+        CHECK(six == 0); /* integers: the volumes are the same */
+        CHECK(spr_reconnect(&p, r.value, 0, NULL, &r) == SPR_GOAL_NOT_MET && r.proven && r.num_tets == 0);
+        several += c.count > 1;
+        edges += p.num_edges > 0;
+        walls += p.num_walls > 0;
+    }
+    CHECK(several > 300 && edges > 100 && walls > 100 && refused < 100);
+    small_state = seed;
+}
+
+static void test_reconnect_without_sense(void)
+{
+    static spr_reconnection r;
+    double xyz[12] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1};
+    const uint32_t out[12] = {1, 2, 3, 0, 3, 2, 0, 1, 3, 0, 2, 1}, in[12] = {1, 3, 2, 0, 2, 3, 0, 3, 1, 0, 1, 2};
+    uint32_t bad[12];
+    spr_polyhedron p;
+    memset(&p, 0, sizeof p);
+    p.xyz = xyz;
+    p.facets = out;
+    p.num_points = p.num_facets = 4;
+    CHECK(spr_reconnect(&p, 0, 0, NULL, &r) == SPR_OK && r.num_tets == 1 && r.proven && r.nodes > 0);
+    CHECK(spr_reconnect(&p, 0, 1, NULL, &r) == SPR_GOAL_NOT_MET && !r.proven); /* an honest limit */
+    p.facets = in;
+    CHECK(spr_reconnect(&p, 0, 0, NULL, &r) == SPR_ERROR_INVALID_ARGUMENT && strstr(r.message, "inwards"));
+    p.facets = bad;
+    memcpy(bad, out, sizeof bad);
+    bad[11] = 4;
+    CHECK(spr_reconnect(&p, 0, 0, NULL, &r) == SPR_ERROR_INVALID_ARGUMENT && strstr(r.message, "number 3"));
+    memcpy(bad + 9, out, 3 * sizeof *bad);
+    CHECK(spr_reconnect(&p, 0, 0, NULL, &r) == SPR_ERROR_INVALID_ARGUMENT && strstr(r.message, "twice"));
+    bad[9] = 0, bad[10] = 1, bad[11] = 2;
+    CHECK(spr_reconnect(&p, 0, 0, NULL, &r) == SPR_ERROR_INVALID_ARGUMENT && strstr(r.message, "open"));
+    p.facets = out;
+    xyz[4] = NAN;
+    CHECK(spr_reconnect(&p, 0, 0, NULL, &r) == SPR_ERROR_INVALID_ARGUMENT && strstr(r.message, "number 1"));
+    xyz[4] = 0;
+    p.num_points = 33;
+    CHECK(spr_reconnect(&p, 0, 0, NULL, &r) == SPR_ERROR_INVALID_ARGUMENT);
+    CHECK(spr_reconnect(NULL, 0, 0, NULL, &r) == SPR_ERROR_INVALID_ARGUMENT);
+}
+
 static void test_says_what_the_surface_holds(void)
 {
     double xyz[3 * 8] = {0, 0, 0, 1, 0, 0, 0.5, 0.05, 0, 0.5, 0.02, 0.9};
@@ -708,6 +916,8 @@ int main(void)
     test_where_hardly_anything_can_be_good();
     test_arrays();
     test_arrays_without_room_or_sense();
+    test_reconnect_against_all_closures();
+    test_reconnect_without_sense();
     test_says_what_the_surface_holds();
     test_failing_allocations();
     test_cancel_and_budgets();
