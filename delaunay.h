@@ -2626,45 +2626,47 @@ DELAUNAY_INLINE void delaunay__ball_small(const delaunay__kernel *k, const delau
     }
 }
 
-/* The entry of a directed edge in the table of triples. */
-static delaunay_handle *delaunay__hashed_edge(const delaunay__kernel *k, uint32_t a, uint32_t b,
-                                              size_t mask)
+/* The entry of an edge, whatever its direction, in the table of triples; the third 0: free. */
+DELAUNAY_INLINE delaunay_handle *delaunay__hashed_edge(delaunay_handle *table, uint32_t a,
+                                                       uint32_t b, size_t mask)
 {
-    uint32_t h = a * 0x9e3779b1u ^ b * 0x85ebca6bu;
-    size_t i = (h ^ h >> 15) & mask;
-    while (k->hashed[3 * i + 2] && (k->hashed[3 * i] != a || k->hashed[3 * i + 1] != b))
+    uint32_t low = a < b ? a : b, high = a < b ? b : a;
+    uint64_t h = ((uint64_t)high << 32 | low) * UINT64_C(0x9e3779b97f4a7c15);
+    size_t i = (size_t)(h >> 32) & mask;
+    while (table[3 * i + 2] && (table[3 * i] != low || table[3 * i + 1] != high))
         i = (i + 1) & mask;
-    return k->hashed + 3 * i;
+    table[3 * i] = low;
+    table[3 * i + 1] = high;
+    return table + 3 * i + 2;
 }
 
 static size_t delaunay__hashed_mask(size_t num_border)
 {
     size_t mask = 255;
-    while (mask < 6 * num_border) mask = 2 * mask + 1;
+    while (mask < 3 * num_border) mask = 2 * mask + 1;
     return mask;
 }
 
+/* Balls too big for the matrix: each edge is met twice, and the second facet links both. */
 static void delaunay__ball_big(delaunay__kernel *k, const delaunay_handle *slot, uint32_t p)
 {
     size_t j, count = k->num_border, mask = delaunay__hashed_mask(count);
-    delaunay_handle i, *e;
-    memset(k->hashed, 0, 3 * (mask + 1) * sizeof *k->hashed);
+    delaunay_handle i, *table = k->hashed;
+    memset(table, 0, 3 * (mask + 1) * sizeof *table);
     for (j = 0; j < count; j++) {
         delaunay_handle s = *(slot - j);
         uint32_t v[3];
         delaunay__ball_tet(k, k->border[j], s, p, v);
         for (i = 1; i < 4; i++) {
-            uint32_t a = v[i % 3], b = v[(i + 1) % 3];
-            e = delaunay__hashed_edge(k, a, b, mask);
-            e[0] = a;
-            e[1] = b;
-            e[2] = 4 * s + i;
+            delaunay_handle *other =
+                delaunay__hashed_edge(table, v[i % 3], v[(i + 1) % 3], mask);
+            if (*other) {
+                k->tets[s].n[i] = *other;
+                k->tets[*other >> 2].n[*other & 3] = 4 * s + i;
+            } else {
+                *other = 4 * s + i;
+            }
         }
-    }
-    for (j = 0; j < count; j++) {
-        delaunay_tet *w = &k->tets[*(slot - j)];
-        for (i = 1; i < 4; i++)
-            w->n[i] = delaunay__hashed_edge(k, w->v[(i + 1) % 3 + 1], w->v[i % 3 + 1], mask)[2];
     }
 }
 
@@ -3169,7 +3171,7 @@ typedef struct delaunay__numbering {
     int threads;
 } delaunay__numbering;
 
-enum { DELAUNAY__FEW_TETS = 48 };
+enum { DELAUNAY__FEW_TETS = 48, DELAUNAY__MANY_TETS = 300 };
 
 /* Corners in canonical order in every slot; mark: which rotation that was. */
 static DELAUNAY__NOINLINE void delaunay__rotate_all(delaunay__numbering *c)
@@ -3274,13 +3276,45 @@ static void delaunay__sort_bucket(const delaunay__numbering *c, size_t begin, si
     }
 }
 
+/* Buckets that are worth a radix sort, one by one; without memory for that, by heap sort. */
+static void delaunay__sort_large_buckets(const delaunay__numbering *c, size_t begin, size_t most)
+{
+    delaunay_memory *m = &c->mesh->memory;
+    hxtsort_pair *pairs = (hxtsort_pair *)delaunay_alloc(m, most, sizeof *pairs);
+    hxtsort_options sort;
+    uint32_t v;
+    size_t i, from = begin, to;
+    memset(&sort, 0, sizeof sort);
+    sort.num_threads = c->threads;
+    sort.allocator.alloc = delaunay__counted_alloc;
+    sort.allocator.release = delaunay__counted_release;
+    sort.allocator.user = m;
+    for (v = 0; v < c->mesh->num_vertices; v++, from = to) {
+        size_t n = (to = c->first[v]) - from;
+        if (n <= DELAUNAY__MANY_TETS) continue;
+        for (i = 0; pairs && i < n; i++) {
+            pairs[i].value = c->order[from + i];
+            pairs[i].key = delaunay__second_key(&c->mesh->tets[c->order[from + i]]);
+        }
+        if (!pairs || hxtsort_pairs(pairs, n, &sort) != HXTSORT_OK) {
+            delaunay__sort_bucket(c, from, to);
+            continue;
+        }
+        for (i = 0; i < n; i++) {
+            c->order[from + i] = (delaunay_handle)pairs[i].value;
+            c->moved[pairs[i].value] = (delaunay_handle)(from + i);
+        }
+    }
+    delaunay_release(m, pairs);
+}
+
 static DELAUNAY__NOINLINE void delaunay__sort_buckets(const delaunay__numbering *c, size_t begin)
 {
     enum { CHUNK = 4096, AHEAD = 24 };
     long chunk, num = (long)(c->mesh->num_vertices / CHUNK + 1);
-    size_t last = c->first[c->mesh->num_vertices - 1];
+    size_t last = c->first[c->mesh->num_vertices - 1], most = 0;
 #  if DELAUNAY__PARALLEL
-#    pragma omp parallel for num_threads(c->threads) schedule(dynamic, 1)
+#    pragma omp parallel for num_threads(c->threads) schedule(dynamic, 1) reduction(max : most)
 #  endif
     for (chunk = 0; chunk < num; chunk++) {
         uint32_t v = (uint32_t)chunk * CHUNK, end = v + CHUNK;
@@ -3290,10 +3324,12 @@ static DELAUNAY__NOINLINE void delaunay__sort_buckets(const delaunay__numbering 
             size_t to = c->first[v];
             for (i = from + AHEAD; i < to + AHEAD && i < last; i++)
                 DELAUNAY__PREFETCH(&c->mesh->tets[c->order[i]]);
-            if (to > from) delaunay__sort_bucket(c, from, to);
+            if (to - from > DELAUNAY__MANY_TETS) most = most > to - from ? most : to - from;
+            else if (to > from) delaunay__sort_bucket(c, from, to);
             from = to;
         }
     }
+    if (most) delaunay__sort_large_buckets(c, begin, most);
 }
 
 /* Handles in terms of the new slots and rotations, still in the old places. */
