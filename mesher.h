@@ -104,6 +104,27 @@ typedef enum mesher_regions {
     MESHER_REGIONS_SEEDS    /* cells that contain a seed with a tag > 0; if no such seed is given, all but holes */
 } mesher_regions;
 
+/* Where a size is wanted: size within radius of the shape, growing by slope per unit of length from there. */
+typedef enum mesher_shape {
+    MESHER_SHAPE_BALL,    /* around the point xyz[0..2]; radius 0: the point */
+    MESHER_SHAPE_BOX,     /* from xyz[0..2] to xyz[3..5], along the axes */
+    MESHER_SHAPE_SEGMENT, /* between xyz[0..2] and xyz[3..5] */
+    MESHER_SHAPE_TRIANGLE /* with corners xyz[0..2], xyz[3..5] and xyz[6..8] */
+} mesher_shape;
+typedef struct mesher_source {
+    mesher_shape shape;
+    double xyz[9], radius;
+    double size;  /* > 0 */
+    double slope; /* 0: that of the gradation; infinite: the field ends at the border */
+} mesher_source;
+
+/* Sizes at the nodes of a regular grid, interpolated trilinearly; outside, those of the nearest place in it. */
+typedef struct mesher_size_grid {
+    double        origin[3], spacing[3];
+    uint32_t      count[3]; /* nodes on each axis, 2 at least */
+    const double *size;     /* count[0]*count[1]*count[2], the first axis fastest; <= 0 or NaN: no wish around it */
+} mesher_size_grid;
+
 typedef struct mesher_options {
     delaunay_host  host;
     mesher_regions regions;
@@ -111,11 +132,22 @@ typedef struct mesher_options {
     int    allow_surface_steiner; /* at the very last, points on edges and facets of the surface; counted, listed */
     int    no_intersection_test;  /* mesher_check: only the cheap checks */
     double size;                  /* wanted edge length, at most; 0: from the surface alone */
+    double size_factor;           /* all sizes but the bounds times this; 0: 1 */
     double min_size, max_size;    /* bounds of the size field; 0: none */
     double gradation;             /* largest ratio of sizes one edge apart; 0: 1.4 */
     double growth;                /* > 1: sizes grow inwards by this ratio, instead of interpolating the surface's */
-    /* Size field in batches, thread-safe: out[i] = wanted length at xyz+3*i; <= 0 or NaN: no wish. May be NULL.
-     * Combined with the others by the minimum. */
+    double layers;                /* > 0: about so many tetrahedra between facets that face each other, or more */
+    double curvature_degrees;     /* > 0: an edge beside a curved surface spans at most this angle of it; creases of more
+                                   * than 45 degrees do not count */
+    /* Sizes that the caller wants. Vertices: instead of the mean of the surface's edges there, one a vertex of the
+     * surface, <= 0 or NaN: that mean; NULL: none. All others are combined by the minimum: of regions
+     * (region_sizes[number - 1], <= 0: none), sources, a grid (NULL: none), and the function below. */
+    const double           *vertex_sizes;
+    const double           *region_sizes; size_t num_region_sizes;
+    const mesher_source    *sources;      size_t num_sources;
+    const mesher_size_grid *size_grid;
+    /* Size field in batches, called by several threads at once: out[i] = wanted length at xyz+3*i, in the region of
+     * that number; <= 0 or NaN: no wish. The same place must get the same answer. May be NULL. */
     void (*size_function)(void *user, size_t count, const double *xyz, const uint32_t *region, double *out);
     void  *size_user;
     uint64_t max_vertices, max_tets; double max_seconds; /* budgets of refinement; 0: none */
@@ -251,6 +283,9 @@ MESHER_API mesher_result mesher_region_tags(mesher_domain *domain, uint32_t i, i
                                             size_t *count);
 /* Wanted edge lengths at the vertices. */
 MESHER_API mesher_result mesher_size(mesher_domain *domain, mesher_report *report);
+/* The size that a source, or a grid (0: no wish), asks for at x. */
+MESHER_API double mesher_source_size(const mesher_source *source, double gradation, const double *x);
+MESHER_API double mesher_size_grid_at(const mesher_size_grid *grid, const double *x);
 /* Points inserted until edges have the wanted length. */
 MESHER_API mesher_result mesher_refine(mesher_domain *domain, mesher_report *report);
 /* A small part of a surface on which mesher_mesh fails as it did on all of it, to send to who can mend it.
@@ -5556,11 +5591,11 @@ static double mesher__clamp_size(const mesher_options *o, double h)
     return h;
 }
 
-/* Mean length of the edges of the surface at each vertex; 0 where there are none. */
+/* Mean length of the edges of the surface at each vertex, or what the caller wants there; 0 where there is neither. */
 static mesher_result mesher__edge_sizes(mesher_domain *domain)
 {
     delaunay_mesh *mesh = &domain->mesh;
-    double *size = domain->size;
+    double *size = domain->size, factor = domain->options.size_factor > 0 ? domain->options.size_factor : 1;
     uint32_t e, v, *count = (uint32_t *)delaunay_alloc(&mesh->memory, mesh->num_vertices, sizeof *count);
     if (!count) return MESHER_ERROR_OUT_OF_MEMORY;
     memset(count, 0, mesh->num_vertices * sizeof *count);
@@ -5574,8 +5609,12 @@ static mesher_result mesher__edge_sizes(mesher_domain *domain)
         count[a]++;
         count[b]++;
     }
-    for (v = 1; v < mesh->num_vertices; v++)
-        if (count[v]) size[v] /= count[v];
+    for (v = 1; v < mesh->num_vertices; v++) {
+        uint32_t id = mesh->vertex_id[v];
+        double own = domain->options.vertex_sizes && id < domain->surface.num_vertices ? domain->options.vertex_sizes[id] : 0;
+        if (count[v]) size[v] *= factor / count[v];
+        if (own > 0 && own <= DBL_MAX) size[v] = factor * own;
+    }
     delaunay_release(&mesh->memory, count);
     return MESHER_OK;
 }
@@ -5624,11 +5663,136 @@ static mesher_result mesher__spread_sizes(mesher_domain *domain)
 
 enum { MESHER__BATCH = 1024 };
 
-/* The caller's size function on a batch, and the caller's bounds. Counts the answers that are no size. */
+static double mesher__slope(const mesher_options *o) { return (o->gradation > 1 ? o->gradation : 1.4) - 1; }
+
+/* What options say about sizes besides the surface. */
+static int mesher__has_wishes(const mesher_options *o)
+{
+    return o->size_function || o->num_region_sizes || o->num_sources || o->size_grid;
+}
+
+/* The place on segment a-b that is nearest to x, as a share of it. */
+static double mesher__along(const double *a, const double *b, const double *x)
+{
+    double dot = 0, ll = 0;
+    int i;
+    for (i = 0; i < 3; i++) {
+        dot += (b[i] - a[i]) * (x[i] - a[i]);
+        ll += (b[i] - a[i]) * (b[i] - a[i]);
+    }
+    if (!(dot > 0)) return 0;
+    return dot < ll ? dot / ll : 1;
+}
+
+static double mesher__segment_distance(const double *a, const double *b, const double *x)
+{
+    double t = mesher__along(a, b, x), c[3];
+    int i;
+    for (i = 0; i < 3; i++) c[i] = a[i] + t * (b[i] - a[i]);
+    return mesher__distance(c, x);
+}
+
+/* From x to a triangle: over its inside the height, else the nearest of its sides. */
+static double mesher__shape_distance(const double *a, const double *b, const double *c, const double *x)
+{
+    const double *p[4];
+    double n[3], u[3], v[3], d, best, inside = 1, height = 0, nn = 0;
+    int i, k;
+    p[0] = p[3] = a;
+    p[1] = b;
+    p[2] = c;
+    for (i = 0; i < 3; i++) {
+        u[i] = b[i] - a[i];
+        v[i] = c[i] - a[i];
+    }
+    for (i = 0; i < 3; i++) n[i] = u[(i + 1) % 3] * v[(i + 2) % 3] - u[(i + 2) % 3] * v[(i + 1) % 3];
+    for (i = 0; i < 3; i++) {
+        height += n[i] * (x[i] - a[i]);
+        nn += n[i] * n[i];
+    }
+    best = mesher__segment_distance(a, b, x);
+    for (k = 0; k < 3; k++) {
+        double side = 0;
+        for (i = 0; i < 3; i++) {
+            int j = (i + 1) % 3, l = (i + 2) % 3;
+            side += n[i] * ((p[k + 1][j] - p[k][j]) * (x[l] - p[k][l]) - (p[k + 1][l] - p[k][l]) * (x[j] - p[k][j]));
+        }
+        if (side < 0) inside = 0;
+        d = mesher__segment_distance(p[k], p[k + 1], x);
+        if (d < best) best = d;
+    }
+    return inside > 0 && nn > 0 ? fabs(height) / sqrt(nn) : best;
+}
+
+static double mesher__box_distance(const double *lo, const double *hi, const double *x)
+{
+    double sum = 0;
+    int i;
+    for (i = 0; i < 3; i++) {
+        double d = x[i] < lo[i] ? lo[i] - x[i] : x[i] > hi[i] ? x[i] - hi[i] : 0;
+        sum += d * d;
+    }
+    return sqrt(sum);
+}
+
+MESHER_API double mesher_source_size(const mesher_source *s, double gradation, const double *x)
+{
+    double d = 0, slope = s->slope > 0 ? s->slope : (gradation > 1 ? gradation : 1.4) - 1;
+    switch (s->shape) {
+    case MESHER_SHAPE_BALL: d = mesher__distance(s->xyz, x); break;
+    case MESHER_SHAPE_BOX: d = mesher__box_distance(s->xyz, s->xyz + 3, x); break;
+    case MESHER_SHAPE_SEGMENT: d = mesher__segment_distance(s->xyz, s->xyz + 3, x); break;
+    case MESHER_SHAPE_TRIANGLE: d = mesher__shape_distance(s->xyz, s->xyz + 3, s->xyz + 6, x); break;
+    }
+    d -= s->radius;
+    return d > 0 ? s->size + slope * d : s->size;
+}
+
+MESHER_API double mesher_size_grid_at(const mesher_size_grid *g, const double *x)
+{
+    double w[3], sum = 0, weight = 0;
+    size_t cell[3], k;
+    int i;
+    for (i = 0; i < 3; i++) {
+        double at = (x[i] - g->origin[i]) / g->spacing[i], last = g->count[i] - 1.0;
+        at = at > 0 ? at < last ? at : last : 0;
+        cell[i] = (size_t)at;
+        if (cell[i] > g->count[i] - 2) cell[i] = g->count[i] - 2;
+        w[i] = at - (double)cell[i];
+    }
+    for (k = 0; k < 8; k++) {
+        double share = (k & 1 ? w[0] : 1 - w[0]) * (k & 2 ? w[1] : 1 - w[1]) * (k & 4 ? w[2] : 1 - w[2]);
+        double h = g->size[cell[0] + (k & 1) +
+                           g->count[0] * (cell[1] + (k >> 1 & 1) + (size_t)g->count[1] * (cell[2] + (k >> 2)))];
+        if (!(h > 0) || h > DBL_MAX || !(share > 0)) continue;
+        sum += share * h;
+        weight += share;
+    }
+    return weight > 0.5 ? sum / weight : 0;
+}
+
+/* Takes the caller's wishes at one place, but for the function, into account. */
+static double mesher__wish_at(const mesher_options *o, const double *x, uint32_t region, double h)
+{
+    double factor = o->size_factor > 0 ? o->size_factor : 1, wish;
+    size_t i;
+    if (region >= 1 && region <= o->num_region_sizes) {
+        wish = factor * o->region_sizes[region - 1];
+        if (wish > 0 && wish < h) h = wish;
+    }
+    for (i = 0; i < o->num_sources; i++) {
+        wish = factor * mesher_source_size(o->sources + i, o->gradation, x);
+        if (wish < h) h = wish;
+    }
+    wish = o->size_grid ? factor * mesher_size_grid_at(o->size_grid, x) : 0;
+    return wish > 0 && wish < h ? wish : h;
+}
+
+/* All of the caller's wishes on a batch, and the caller's bounds. Counts the answers that are no size. */
 static uint64_t mesher__wishes(const mesher_options *o, size_t count, const double *xyz, const uint32_t *region,
                                double *h)
 {
-    double wish[MESHER__BATCH];
+    double wish[MESHER__BATCH], factor = o->size_factor > 0 ? o->size_factor : 1;
     uint64_t ignored = 0;
     size_t first, i, n;
     for (first = 0; o->size_function && first < count; first += n) {
@@ -5638,9 +5802,9 @@ static uint64_t mesher__wishes(const mesher_options *o, size_t count, const doub
         o->size_function(o->size_user, n, xyz + 3 * first, region + first, wish);
         for (i = 0; i < n; i++)
             if (!(wish[i] > 0)) ignored++;
-            else if (wish[i] < h[first + i]) h[first + i] = wish[i];
+            else if (factor * wish[i] < h[first + i]) h[first + i] = factor * wish[i];
     }
-    for (i = 0; i < count; i++) h[i] = mesher__clamp_size(o, h[i]);
+    for (i = 0; i < count; i++) h[i] = mesher__clamp_size(o, mesher__wish_at(o, xyz + 3 * i, region[i], h[i]));
     return ignored;
 }
 
@@ -5675,7 +5839,146 @@ static mesher_result mesher__wish_at_vertices(mesher_domain *domain, uint64_t *i
     return MESHER_OK;
 }
 
-static double mesher__slope(const mesher_options *o) { return (o->gradation > 1 ? o->gradation : 1.4) - 1; }
+/* The unit normal of facet i of tetrahedron t, inwards, and its middle; 0 if it has none. */
+static int mesher__inward(const delaunay_mesh *mesh, delaunay_handle t, int i, double *n, double *middle)
+{
+    const uint8_t *f = delaunay_facet_order(i);
+    const double *a = mesh->vertices[mesh->tets[t].v[f[0]]].x, *b = mesh->vertices[mesh->tets[t].v[f[1]]].x;
+    const double *c = mesh->vertices[mesh->tets[t].v[f[2]]].x;
+    double l = 0;
+    int k;
+    for (k = 0; k < 3; k++) {
+        int p = (k + 1) % 3, q = (k + 2) % 3;
+        n[k] = (b[q] - a[q]) * (c[p] - a[p]) - (b[p] - a[p]) * (c[q] - a[q]);
+        l += n[k] * n[k];
+        middle[k] = (a[k] + b[k] + c[k]) / 3;
+    }
+    if (!(l > 0)) return 0;
+    for (k = 0; k < 3; k++) n[k] /= sqrt(l);
+    return 1;
+}
+
+/* Follows a ray that enters tetrahedron *t through facet *i at x until it meets a constrained facet, *i of *t then.
+ * Returns how far that is, or -1. */
+static double mesher__cast(const delaunay_mesh *mesh, const double *x, const double *ray, delaunay_handle *t, int *i)
+{
+    double n[3], middle[3];
+    int step, j, k;
+    for (step = 0; step < 1000; step++) {
+        double nearest = 1e300;
+        int exit = -1;
+        for (j = 0; j < 4; j++) {
+            double along = 0, away = 0;
+            if (j == *i || !mesher__inward(mesh, *t, j, n, middle)) continue;
+            for (k = 0; k < 3; k++) {
+                along -= n[k] * ray[k];
+                away -= n[k] * (middle[k] - x[k]);
+            }
+            if (!(along > 1e-12)) continue;
+            if (away < nearest * along) {
+                nearest = away / along;
+                exit = j;
+            }
+        }
+        if (exit < 0) return -1;
+        *i = exit;
+        if ((mesh->flags[*t] & DELAUNAY_FACET_BIT(exit)) || !mesh->tets[*t].n[exit]) return nearest > 0 ? nearest : -1;
+        j = (int)(mesh->tets[*t].n[exit] & 3);
+        *t = mesh->tets[*t].n[exit] >> 2;
+        *i = j;
+        if (!mesher__is_inside(mesh, *t)) return -1;
+    }
+    return -1;
+}
+
+static void mesher__at_most(double *size, double h)
+{
+    if (h > 0 && h < *size) *size = h;
+}
+
+/* The distance to what is opposite of each facet, by a ray from its middle, divided by the number of layers. */
+static void mesher__gap_sizes(mesher_domain *domain)
+{
+    const delaunay_mesh *mesh = &domain->mesh;
+    delaunay_handle t, met;
+    double n[3], x[3], h;
+    int i, j, k;
+    for (t = 1; t < mesh->num_tets; t++)
+        for (i = 0; i < 4 && mesher__is_inside(mesh, t); i++) {
+            if (mesh->tets[t].n[i] && !(mesh->flags[t] & DELAUNAY_FACET_BIT(i))) continue;
+            if (!mesher__inward(mesh, t, i, n, x)) continue;
+            met = t;
+            j = i;
+            h = mesher__cast(mesh, x, n, &met, &j) / domain->options.layers;
+            for (k = 0; k < 4; k++) {
+                if (k != i) mesher__at_most(domain->size + mesh->tets[t].v[k], h);
+                if (k != j) mesher__at_most(domain->size + mesh->tets[met].v[k], h);
+            }
+        }
+}
+
+/* Sizes by the angle between the normals at both ends of an edge of the surface. */
+static mesher_result mesher__curvature_sizes(mesher_domain *domain)
+{
+    const double crease = cos(45 * 3.14159265358979323846 / 180);
+    const delaunay_mesh *mesh = &domain->mesh;
+    double n[3], x[3], *normals = (double *)delaunay_alloc(&domain->memory, mesh->num_vertices, 3 * sizeof *normals);
+    double most = domain->options.curvature_degrees * 3.14159265358979323846 / 180;
+    delaunay_handle t;
+    uint32_t e;
+    int i, j, k;
+    if (!normals) return MESHER_ERROR_OUT_OF_MEMORY;
+    memset(normals, 0, mesh->num_vertices * 3 * sizeof *normals);
+    for (t = 1; t < mesh->num_tets; t++)
+        for (i = 0; i < 4 && mesher__is_inside(mesh, t); i++) {
+            if (mesh->tets[t].n[i] && !(mesh->flags[t] & DELAUNAY_FACET_BIT(i))) continue;
+            if (!mesher__inward(mesh, t, i, n, x)) continue;
+            for (j = 0; j < 4; j++)
+                for (k = 0; k < 3 && j != i; k++) normals[3 * (size_t)mesh->tets[t].v[j] + (size_t)k] += n[k];
+        }
+    for (e = 0; e < domain->num_edges; e++) {
+        uint32_t a = mesh->vertex_of[domain->edges[2 * e]], b = mesh->vertex_of[domain->edges[2 * e + 1]];
+        const double *p = normals + 3 * (size_t)a, *q = normals + 3 * (size_t)b;
+        double pp = 0, qq = 0, pq = 0, angle, h;
+        for (k = 0; k < 3; k++) {
+            pp += p[k] * p[k];
+            qq += q[k] * q[k];
+            pq += p[k] * q[k];
+        }
+        if (!a || !b || !(pp > 0) || !(qq > 0)) continue;
+        pq /= sqrt(pp) * sqrt(qq);
+        if (pq < crease || pq > 1 - 1e-12) continue;
+        angle = acos(pq);
+        h = most / angle * mesher__distance(mesh->vertices[a].x, mesh->vertices[b].x);
+        mesher__at_most(domain->size + a, h);
+        mesher__at_most(domain->size + b, h);
+    }
+    delaunay_release(&domain->memory, normals);
+    return MESHER_OK;
+}
+
+/* Sizes of vertices that share a tetrahedron differ by no more than the gradation allows; the least ones stay. */
+static void mesher__limit_gradation(mesher_domain *domain)
+{
+    const delaunay_mesh *mesh = &domain->mesh;
+    double slope = mesher__slope(&domain->options), *size = domain->size;
+    delaunay_handle t;
+    int sweep, e, changed = 1;
+    for (sweep = 0; sweep < 100 && changed; sweep++)
+        for (changed = 0, t = 1; t < mesh->num_tets; t++) {
+            if (!mesher__is_inside(mesh, t)) continue;
+            for (e = 0; e < 6; e++) {
+                uint32_t a = mesh->tets[t].v[delaunay_edge_order(e)[0]], b = mesh->tets[t].v[delaunay_edge_order(e)[1]];
+                double most;
+                if (!(size[a] > 0) || !(size[b] > 0)) continue;
+                most = slope * mesher__distance(mesh->vertices[a].x, mesh->vertices[b].x);
+                if (size[a] > (1 + 1e-9) * (size[b] + most)) size[a] = size[b] + most;
+                else if (size[b] > (1 + 1e-9) * (size[a] + most)) size[b] = size[a] + most;
+                else continue;
+                changed = 1;
+            }
+        }
+}
 
 MESHER_API mesher_result mesher_size(mesher_domain *domain, mesher_report *report)
 {
@@ -5694,8 +5997,11 @@ MESHER_API mesher_result mesher_size(mesher_domain *domain, mesher_report *repor
     }
     result = mesher__edge_sizes(domain);
     if (result == MESHER_OK) result = mesher__spread_sizes(domain);
+    if (result == MESHER_OK && domain->options.layers > 0) mesher__gap_sizes(domain);
+    if (result == MESHER_OK && domain->options.curvature_degrees > 0) result = mesher__curvature_sizes(domain);
     if (result == MESHER_OK) result = mesher__wish_at_vertices(domain, &ignored);
     if (result != MESHER_OK) return result;
+    mesher__limit_gradation(domain);
     least = mesher__size_floor(mesh);
     for (v = 1; v < mesh->num_vertices; v++)
         if (domain->size[v] > 0 && domain->size[v] < least) domain->size[v] = least;
@@ -6229,22 +6535,42 @@ static int mesher__propose(const mesher__refiner *r, delaunay_handle t, mesher__
     return mesher__settle(r, p, t, &met) && mesher__is_clear(r, p, t) ? MESHER__POINT : MESHER__SMALL;
 }
 
-/* The size function for all proposals of the sweep. */
-static void mesher__wish_at_points(mesher__refiner *r)
+/* The caller's wishes at count proposals, stride bytes apart, in batches shared by the threads. */
+static void mesher__wish_at_points(mesher__refiner *r, mesher__proposal *points, size_t stride, size_t count)
 {
-    double xyz[3 * MESHER__BATCH], h[MESHER__BATCH];
-    uint32_t region[MESHER__BATCH];
-    size_t first, n, i;
-    for (first = 0; first < r->num_points; first += n) {
-        n = r->num_points - first;
-        if (n > MESHER__BATCH) n = MESHER__BATCH;
+    int threads = count > 2 * MESHER__BATCH ? delaunay_threads(&r->options->host) : 1, b;
+    int batches = (int)((count + MESHER__BATCH - 1) / MESHER__BATCH);
+    uint64_t ignored = 0;
+    if (!mesher__has_wishes(r->options)) return;
+    (void)threads;
+    /* Shared: the points, each of one batch; private: the batch's arrays. */
+    MESHER__OMP(omp parallel for schedule(dynamic, 1) num_threads(threads) reduction(+ : ignored) if(threads > 1))
+    for (b = 0; b < batches; b++) {
+        double xyz[3 * MESHER__BATCH], h[MESHER__BATCH];
+        uint32_t region[MESHER__BATCH];
+        size_t first = (size_t)b * MESHER__BATCH, n = count - first < MESHER__BATCH ? count - first : MESHER__BATCH, i;
         for (i = 0; i < n; i++) {
-            memcpy(xyz + 3 * i, r->points[first + i].x, 3 * sizeof *xyz);
-            region[i] = r->points[first + i].region;
-            h[i] = r->points[first + i].h;
+            const mesher__proposal *p = (const mesher__proposal *)(const void *)((const char *)points + (first + i) * stride);
+            memcpy(xyz + 3 * i, p->x, sizeof p->x);
+            region[i] = p->region;
+            h[i] = p->h;
         }
-        r->ignored += mesher__wishes(r->options, n, xyz, region, h);
-        for (i = 0; i < n; i++) r->points[first + i].h = h[i] > r->field.least ? h[i] : r->field.least;
+        ignored += mesher__wishes(r->options, n, xyz, region, h);
+        for (i = 0; i < n; i++) {
+            mesher__proposal *p = (mesher__proposal *)(void *)((char *)points + (first + i) * stride);
+            p->h = h[i] > r->field.least ? h[i] : r->field.least;
+        }
+    }
+    r->ignored += ignored;
+}
+
+/* The caller's bounds on all proposals of the sweep. */
+static void mesher__bound_points(mesher__refiner *r)
+{
+    size_t i;
+    for (i = 0; i < r->num_points; i++) {
+        double h = mesher__clamp_size(r->options, r->points[i].h);
+        r->points[i].h = h > r->field.least ? h : r->field.least;
     }
 }
 
@@ -6261,7 +6587,7 @@ static void mesher__gather_some(const mesher__refiner *r, mesher__harvest *h, de
 {
     delaunay_mesh *mesh = r->mesh;
     delaunay_handle t;
-    int alone = !r->options->size_function;
+    int alone = !mesher__has_wishes(r->options);
     h->num_points = 0;
     mesher__grid_reset(&h->grid, r->memory, MESHER__SLOTS);
     for (t = begin; t < end; t++) {
@@ -6336,7 +6662,8 @@ static int mesher__gather(mesher__refiner *r)
             r->num_points += h->num_points;
         }
     }
-    mesher__wish_at_points(r);
+    if (mesher__has_wishes(r->options)) mesher__wish_at_points(r, r->points, sizeof *r->points, r->num_points);
+    else mesher__bound_points(r);
     return 1;
 }
 
@@ -6528,23 +6855,40 @@ static void mesher__judge(const mesher__refiner *r, mesher__candidate *c)
     c->p.state = mesher__is_alone(&r->grid, r->points, c->p.x, c->p.h);
 }
 
-/* Places the candidates of a batch; several threads share them. */
-static void mesher__judge_all(mesher__refiner *r, mesher__candidate *all, size_t count)
+/* Places the candidates of a batch, several threads sharing them; returns how many are left to look at. */
+static size_t mesher__judge_all(mesher__refiner *r, mesher__candidate *all, size_t count)
 {
     int threads = count < 1024 ? 1 : delaunay_threads(&r->options->host), i, n = (int)count;
+    int wishes = mesher__has_wishes(r->options);
+    size_t k, placed = 0;
     (void)threads;
     MESHER__OMP(omp parallel for schedule(dynamic, 64) num_threads(threads) if(threads > 1))
     for (i = 0; i < n; i++) {
         mesher__candidate *c = all + i;
         c->p.state = mesher__beside(r, c, r->points[c->parent].h, r->points[c->parent].home);
-        if (r->options->size_function || !c->p.state) continue;
+        if (wishes || !c->p.state) continue;
         c->p.h = mesher__clamp_size(r->options, c->p.h);
         mesher__judge(r, c);
     }
-    for (i = 0; i < n && r->options->size_function; i++) {
-        if (all[i].p.state) r->ignored += mesher__wishes(r->options, 1, all[i].p.x, &all[i].p.region, &all[i].p.h);
-        mesher__judge(r, all + i);
-    }
+    if (!wishes) return count;
+    for (k = 0; k < count; k++)
+        if (all[k].p.state) all[placed++] = all[k];
+    mesher__wish_at_points(r, &all[0].p, sizeof *all, placed);
+    n = (int)placed;
+    MESHER__OMP(omp parallel for schedule(dynamic, 64) num_threads(threads) if(threads > 1))
+    for (i = 0; i < n; i++) mesher__judge(r, all + i);
+    return placed;
+}
+
+/* Keeps the grid in proportion where there are more points than the surface let expect. */
+static int mesher__grid_follow(mesher__refiner *r)
+{
+    size_t k;
+    if (r->num_points <= 4 * (r->grid.mask + 1)) return 1;
+    if (!mesher__grid_reset(&r->grid, r->memory, 4 * r->num_points)) return 0;
+    for (k = 0; k < r->num_points; k++)
+        if (!mesher__put_in_grid(&r->grid, r->memory, r->points, (uint32_t)k)) return 0;
+    return 1;
 }
 
 /* All points of the lattice that grows from point p on. */
@@ -6568,7 +6912,8 @@ static mesher_result mesher__grow_lattice(mesher__refiner *r, size_t p)
                 if (is_new < 0) return mesher__no_memory(r);
                 count += (size_t)is_new;
             }
-        mesher__judge_all(r, r->front, count);
+        count = mesher__judge_all(r, r->front, count);
+        if (!mesher__grid_follow(r)) return mesher__no_memory(r);
         for (k = 0; k < count; k++) {
             if (!r->front[k].p.state) continue;
             if (!mesher__lattice_room(r)) return mesher__no_memory(r);
@@ -6687,7 +7032,7 @@ static int mesher__filter(mesher__refiner *r)
     for (k = 0; k < n; k++) {
         uint32_t i = (uint32_t)r->order[k].value;
         const mesher__proposal *p = r->points + i;
-        if (r->options->size_function && !mesher__is_clear(r, p, p->tet)) {
+        if (mesher__has_wishes(r->options) && !mesher__is_clear(r, p, p->tet)) {
             r->mesh->flags[p->source] |= MESHER__SEEN;
         } else if (mesher__is_alone(&r->grid, r->points, p->x, p->h)) {
             r->order[kept++].value = i;
@@ -7870,6 +8215,25 @@ MESHER_API const char *mesher_kind_string(mesher_kind kind)
 /* A length or ratio that an option may have: finite and not negative. */
 static int mesher__sane(double x) { return x >= 0 && x <= DBL_MAX; }
 
+/* Sources and the grid are what their comments ask for. */
+static int mesher__sane_wishes(const mesher_options *o)
+{
+    const mesher_size_grid *g = o->size_grid;
+    size_t i, k;
+    if ((o->num_region_sizes && !o->region_sizes) || (o->num_sources && !o->sources)) return 0;
+    for (i = 0; i < o->num_sources; i++) {
+        const mesher_source *s = o->sources + i;
+        if ((int)s->shape < 0 || s->shape > MESHER_SHAPE_TRIANGLE) return 0;
+        if (!(s->size > 0 && s->size <= DBL_MAX && s->slope >= 0) || !mesher__sane(s->radius)) return 0;
+        for (k = 0; k < 9; k++)
+            if (!(fabs(s->xyz[k]) <= MESHER__LARGEST_COORDINATE)) return 0;
+    }
+    for (k = 0; g && k < 3; k++)
+        if (!g->size || g->count[k] < 2 || !(g->spacing[k] > 0 && g->spacing[k] <= DBL_MAX) ||
+            !(fabs(g->origin[k]) <= DBL_MAX)) return 0;
+    return 1;
+}
+
 MESHER_API mesher_result mesher_options_resolve(mesher_options *out, const mesher_options *in)
 {
     mesher_options o;
@@ -7880,10 +8244,12 @@ MESHER_API mesher_result mesher_options_resolve(mesher_options *out, const meshe
         return MESHER_ERROR_INVALID_ARGUMENT;
     if ((int)o.regions < 0 || o.regions > MESHER_REGIONS_SEEDS) return MESHER_ERROR_INVALID_ARGUMENT;
     if (!mesher__sane(o.size) || !mesher__sane(o.min_size) || !mesher__sane(o.max_size) ||
-        !mesher__sane(o.gradation) || !mesher__sane(o.growth) || !mesher__sane(o.max_seconds))
+        !mesher__sane(o.gradation) || !mesher__sane(o.growth) || !mesher__sane(o.max_seconds) ||
+        !mesher__sane(o.size_factor) || !mesher__sane(o.layers) || !mesher__sane(o.curvature_degrees) || !mesher__sane_wishes(&o))
         return MESHER_ERROR_INVALID_ARGUMENT;
     if (o.max_size > 0 && o.min_size > o.max_size) return MESHER_ERROR_INVALID_ARGUMENT;
     if (o.gradation == 0) o.gradation = 1.4;
+    if (o.size_factor == 0) o.size_factor = 1;
     if (o.gradation < 1 || (o.growth != 0 && o.growth <= 1)) return MESHER_ERROR_INVALID_ARGUMENT;
     *out = o;
     return MESHER_OK;

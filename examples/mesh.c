@@ -29,11 +29,20 @@ static const char help_usage[] =
     "  --ascii, --binary    the other form of a format that has both\n"
     "  --demo [N]           a part that the program makes itself instead of INPUT; fineness N, 1 .. 12\n"
     "\n"
-    "sizes (default: those of the surface, interpolated inwards)\n"
-    "  --size H             edges inside no longer than H\n"
+    "sizes (default: those of the surface, interpolated inwards; the smallest wish counts)\n"
+    "  --size H             edges inside of about H, where the surface is not finer\n"
+    "  --size-factor F      all sizes but the bounds times F\n"
     "  --min-size H, --max-size H\n"
     "  --gradation R        largest ratio of sizes one edge apart; default 1.4\n"
     "  --growth R           > 1: sizes grow inwards by this ratio\n"
+    "  --coarse             few, well-shaped tetrahedra: as --growth 1.3\n"
+    "  --region-size N=H    H in region N; may be repeated, as the next ones\n"
+    "  --ball X,Y,Z,R,H     H within R of a point; --box X,Y,Z,X,Y,Z,H: in a box; --segment X,Y,Z,X,Y,Z,R,H:\n"
+    "                       within R of a segment; from there growing by the gradation\n"
+    "  --size-grid FILE     sizes on a regular grid: text, the numbers of nodes NX NY NZ, the first node's X Y Z,\n"
+    "                       the spacings DX DY DZ, then NX*NY*NZ sizes, X fastest; 0: no wish\n"
+    "  --layers N           about N tetrahedra or more between facets that face each other\n"
+    "  --curvature DEG      edges beside a curved surface span at most DEG degrees of it\n"
     "\n";
 static const char help_options[] =
     "stages\n"
@@ -62,8 +71,12 @@ static const char help_options[] =
 
 /* ---- settings ---- */
 
+enum { MAX_SOURCES = 64, MAX_REGION_SIZES = 1000 };
+
 typedef struct settings {
-    const char *input, *output, *json, *format;
+    const char *input, *output, *json, *format, *size_grid;
+    mesher_source sources[MAX_SOURCES];
+    double region_sizes[MAX_REGION_SIZES];
     mesher_options mesher;
     spr_options spr;
     double max_seconds;
@@ -81,12 +94,69 @@ static int parse_regions(const char *name, mesher_regions *regions)
     return 1;
 }
 
+/* n numbers with commas between them; 0 if they are not. */
+static int parse_list(const char *text, int n, double *v)
+{
+    char *end;
+    int i;
+    if (!text || strspn(text, "0123456789.eE+-,") != strlen(text)) return 0;
+    for (i = 0; i < n; i++) {
+        v[i] = strtod(text, &end);
+        if (end == text || *end != (i + 1 < n ? ',' : 0) || !(v[i] >= -1e300 && v[i] <= 1e300)) return 0;
+        text = end + 1;
+    }
+    return 1;
+}
+
+/* --ball, --box, --segment. */
+static int parse_source(const char *a, const char *text, settings *s)
+{
+    mesher_source *source = s->sources + s->mesher.num_sources;
+    double v[8];
+    int i, n;
+    if (s->mesher.num_sources == MAX_SOURCES) return 0;
+    if (strcmp(a, "--ball") == 0) {
+        source->shape = MESHER_SHAPE_BALL;
+        n = 5;
+    } else if (strcmp(a, "--box") == 0) {
+        source->shape = MESHER_SHAPE_BOX;
+        n = 7;
+    } else if (strcmp(a, "--segment") == 0) {
+        source->shape = MESHER_SHAPE_SEGMENT;
+        n = 8;
+    } else return 0;
+    if (!parse_list(text, n, v)) return 0;
+    for (i = 0; i < (n == 5 ? 3 : 6); i++) source->xyz[i] = v[i];
+    if (n != 7) source->radius = v[n - 2];
+    source->size = v[n - 1];
+    if (!(source->size > 0) || source->radius < 0) return 0;
+    s->mesher.sources = s->sources;
+    s->mesher.num_sources++;
+    return 1;
+}
+
+/* --region-size N=H */
+static int parse_region_size(const char *a, const char *text, settings *s)
+{
+    double h;
+    char *end;
+    long n;
+    if (strcmp(a, "--region-size") != 0 || !text) return 0;
+    n = strtol(text, &end, 10);
+    if (end == text || *end != '=' || n < 1 || n > MAX_REGION_SIZES || !tool_number(end + 1, 1e-300, 1e300, &h)) return 0;
+    s->region_sizes[n - 1] = h;
+    s->mesher.region_sizes = s->region_sizes;
+    if (s->mesher.num_region_sizes < (size_t)n) s->mesher.num_region_sizes = (size_t)n;
+    return 1;
+}
+
 /* An option without a value; 0 if there is none of that name. */
 static int parse_flag(const char *a, settings *s)
 {
     if (strcmp(a, "--check") == 0) s->check = 1;
     else if (strcmp(a, "--no-refine") == 0) s->mesher.no_refine = 1;
     else if (strcmp(a, "--no-improve") == 0) s->no_improve = 1;
+    else if (strcmp(a, "--coarse") == 0) s->mesher.growth = 1.3;
     else if (strcmp(a, "--allow-surface-steiner") == 0) s->mesher.allow_surface_steiner = 1;
     else if (strcmp(a, "--ascii") == 0) s->ascii = 1;
     else if (strcmp(a, "--binary") == 0) s->binary = 1;
@@ -104,6 +174,9 @@ static int parse_number(const char *a, const char *text, settings *s)
     else if (strcmp(a, "--min-size") == 0 && tool_number(text, 1e-300, 1e300, &v)) s->mesher.min_size = v;
     else if (strcmp(a, "--max-size") == 0 && tool_number(text, 1e-300, 1e300, &v)) s->mesher.max_size = v;
     else if (strcmp(a, "--gradation") == 0 && tool_number(text, 1.0001, 100, &v)) s->mesher.gradation = v;
+    else if (strcmp(a, "--size-factor") == 0 && tool_number(text, 1e-6, 1e6, &v)) s->mesher.size_factor = v;
+    else if (strcmp(a, "--layers") == 0 && tool_number(text, 1, 1000, &v)) s->mesher.layers = v;
+    else if (strcmp(a, "--curvature") == 0 && tool_number(text, 0.1, 180, &v)) s->mesher.curvature_degrees = v;
     else if (strcmp(a, "--growth") == 0 && tool_number(text, 1.0001, 100, &v)) s->mesher.growth = v;
     else if (strcmp(a, "--target") == 0 && tool_number(text, 1e-9, 1, &v)) {
         s->spr.target = v;
@@ -126,6 +199,7 @@ static int parse_word(const char *a, const char *text, settings *s)
     if (!text) return 0;
     if (strcmp(a, "-o") == 0 || strcmp(a, "--output") == 0) s->output = text;
     else if (strcmp(a, "--json") == 0) s->json = text;
+    else if (strcmp(a, "--size-grid") == 0) s->size_grid = text;
     else if (strcmp(a, "--format") == 0) s->format = text;
     else if (strcmp(a, "--regions") == 0 && parse_regions(text, &s->mesher.regions)) s->regions_given = 1;
     else return 0;
@@ -170,7 +244,8 @@ static int parse(int argc, char **argv, settings *s)
                 s->demo = (int)level;
                 i++;
             }
-        } else if (parse_number(a, next, s) || parse_word(a, next, s)) {
+        } else if (parse_number(a, next, s) || parse_word(a, next, s) || parse_source(a, next, s) ||
+                   parse_region_size(a, next, s)) {
             i++;
         } else if (parse_flag(a, s)) {
             continue;
@@ -206,7 +281,8 @@ typedef struct job {
     const char *name; /* of the input, for messages */
     meshio_mesh in;
     int32_t *seed_tags;
-    double *seeds;
+    double *seeds, *grid_sizes;
+    mesher_size_grid grid;
     mesher_surface surface;
     mesher_domain domain;
     mesher_report report;
@@ -269,6 +345,48 @@ static int read_input(job *j)
         complain(j, "the file has no triangles, so it bounds no volume");
         return TOOL_BAD_SURFACE;
     }
+    return TOOL_OK;
+}
+
+/* The file of --size-grid. */
+static int read_grid(job *j)
+{
+    mesher_size_grid *g = &j->grid;
+    char text[300];
+    FILE *f;
+    size_t n = 1, i;
+    int k, good;
+    if (!j->set.size_grid) return TOOL_OK;
+    f = fopen(j->set.size_grid, "r");
+    if (!f) {
+        snprintf(text, sizeof text, "cannot open the size grid '%.200s': %s", j->set.size_grid, strerror(errno));
+        complain(j, text);
+        return TOOL_CANNOT_READ;
+    }
+    for (k = 0, good = 1; k < 3 && good; k++) {
+        unsigned long count;
+        good = fscanf(f, "%lu", &count) == 1 && count >= 2 && count <= 100000 && n * count <= 1000000000;
+        g->count[k] = good ? (uint32_t)count : 0;
+        n *= good ? count : 1;
+    }
+    for (k = 0; k < 3 && good; k++) good = fscanf(f, "%lf", &g->origin[k]) == 1;
+    for (k = 0; k < 3 && good; k++) good = fscanf(f, "%lf", &g->spacing[k]) == 1 && g->spacing[k] > 0;
+    if (good) j->grid_sizes = (double *)malloc(n * sizeof(double));
+    if (good && !j->grid_sizes) {
+        fclose(f);
+        complain(j, "out of memory");
+        return TOOL_NO_MEMORY;
+    }
+    for (i = 0; i < n && good; i++) good = fscanf(f, "%lf", &j->grid_sizes[i]) == 1;
+    fclose(f);
+    if (!good) {
+        snprintf(text, sizeof text, "'%.200s' is no size grid: it must hold NX NY NZ, X Y Z, DX DY DZ and NX*NY*NZ sizes",
+                 j->set.size_grid);
+        complain(j, text);
+        return TOOL_CANNOT_READ;
+    }
+    g->size = j->grid_sizes;
+    j->set.mesher.size_grid = g;
     return TOOL_OK;
 }
 
@@ -832,6 +950,9 @@ static void print_sizes(const job *j)
     if (r->refined_vertices == 0) return;
     printf("edge/size   10 %% %.2f, 50 %% %.2f, 90 %% %.2f; %.1f %% within [0.7, 1.4]\n", r->size_p10, r->size_p50,
            r->size_p90, 100 * r->size_in_band);
+    if (r->size_ignored)
+        printf("sizes       %llu wishes were no size (0, negative or no number) and were ignored\n",
+               (unsigned long long)r->size_ignored);
 }
 
 static void print_statistics(const job *j)
@@ -938,6 +1059,8 @@ static int run(job *j)
         return TOOL_NO_MEMORY;
     }
     if (j->set.check) return check_surface(j);
+    code = read_grid(j);
+    if (code != TOOL_OK) return code;
     if (!can_write(j)) return TOOL_CANNOT_WRITE;
     code = mesh_surface(j);
     if (code != TOOL_OK) return code;
@@ -973,6 +1096,7 @@ int main(int argc, char **argv)
     mesher_domain_free(&j->domain);
     free(j->report.findings);
     free(j->seeds);
+    free(j->grid_sizes);
     free(j->seed_tags);
     meshio_free(&j->in);
     return code;

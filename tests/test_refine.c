@@ -343,6 +343,225 @@ static void size_functions_of_every_kind(void)
     }
 }
 
+/* Mean length of the edges with both ends in a box, one end at least not of the input. */
+static double mean_edge(const mesher_domain *d, const double *lo, const double *hi)
+{
+    const delaunay_mesh *m = &d->mesh;
+    double sum = 0, count = 0;
+    delaunay_handle t;
+    int e, k, i;
+    for (t = 1; t < m->num_tets; t++)
+        for (e = 0; e < 6 && !delaunay_is_deleted(m, t); e++) {
+            double l = 0;
+            int in = 1;
+            uint32_t v[2];
+            for (k = 0; k < 2; k++) {
+                v[k] = m->tets[t].v[delaunay_edge_order(e)[k]];
+                for (i = 0; i < 3; i++) in = in && m->vertices[v[k]].x[i] >= lo[i] && m->vertices[v[k]].x[i] <= hi[i];
+            }
+            if (!in || (v[0] <= m->num_points && v[1] <= m->num_points)) continue;
+            for (i = 0; i < 3; i++) l += pow(m->vertices[v[0]].x[i] - m->vertices[v[1]].x[i], 2);
+            sum += sqrt(l);
+            count++;
+        }
+    return count ? sum / count : 0;
+}
+
+static void sources_have_their_sizes(void)
+{
+    static const double lo[3] = {1.2, 1.2, 1.2}, hi[3] = {1.8, 1.8, 1.8};
+    int kind;
+    for (kind = 0; kind < 4; kind++) {
+        mesher_domain d;
+        mesher_report r;
+        mesher_options o;
+        mesher_source s;
+        double near, far;
+        int k;
+        memset(&o, 0, sizeof o);
+        memset(&s, 0, sizeof s);
+        s.shape = (mesher_shape)kind;
+        s.size = 0.1;
+        s.radius = kind == MESHER_SHAPE_BOX ? 0 : 0.55;
+        for (k = 0; k < 3; k++) {
+            s.xyz[k] = kind == MESHER_SHAPE_BOX ? 1.1 : 1.5;
+            s.xyz[3 + k] = kind == MESHER_SHAPE_BOX ? 1.9 : 1.51;
+            s.xyz[6 + k] = k == 0 ? 1.6 : 1.5;
+        }
+        o.sources = &s;
+        o.num_sources = 1;
+        CHECK(box(&d, 9, 9, 9, 1 / 3.0, 9, &o));
+        CHECK(refine_and_check(&d, &r) == MESHER_OK);
+        near = mean_edge(&d, lo, hi);
+        CHECK(near > 0.08 && near < 0.125);
+        CHECK(r.size_in_band > 0.85);
+        far = mesher_source_size(&s, 1.4, s.xyz);
+        CHECK(far == 0.1);
+        mesher_domain_free(&d);
+    }
+}
+
+static void distances_to_shapes(void)
+{
+    static const double at[4][3] = {{3, 0, 0}, {0, 2, 5}, {-1, -1, 0}, {0.25, 0.25, -2}};
+    static const double expected[4][4] = {{3, 2, 2, 2}, {5.385164807134504, 4.123105625617661, 5.385164807134504, 5.099019513592785},
+                                          {1.4142135623730951, 1.4142135623730951, 1.4142135623730951, 1.4142135623730951},
+                                          {2.0310096011589902, 2, 2.0155644370746373, 2}};
+    int kind, k;
+    for (kind = 0; kind < 4; kind++)
+        for (k = 0; k < 4; k++) {
+            mesher_source s;
+            memset(&s, 0, sizeof s);
+            s.shape = (mesher_shape)kind;
+            s.size = 1;
+            s.slope = 1;
+            s.xyz[3] = 1; /* x axis, and the triangle (0,0,0) (1,0,0) (0,1,0); the unit box */
+            s.xyz[4] = s.xyz[5] = kind == MESHER_SHAPE_BOX;
+            s.xyz[7] = 1;
+            CHECK(fabs(mesher_source_size(&s, 0, at[k]) - 1 - expected[k][kind]) < 1e-12);
+        }
+}
+
+static void regions_and_vertices_have_their_sizes(void)
+{
+    static const double sizes[2] = {0, 0.2}, lo[3] = {2.3, 0.2, 0.2}, hi[3] = {3.7, 1.8, 1.8};
+    static const double left_lo[3] = {0, 0, 0}, left_hi[3] = {1.4, 2, 2};
+    double wish[5 * 3 * 3], fine, coarse;
+    mesher_domain d;
+    mesher_report r;
+    mesher_options o;
+    int i;
+    memset(&o, 0, sizeof o);
+    o.size = 0.6;
+    o.region_sizes = sizes;
+    o.num_region_sizes = 2;
+    CHECK(box(&d, 4, 2, 2, 1, 2, &o));
+    CHECK(refine_and_check(&d, &r) == MESHER_OK);
+    fine = mean_edge(&d, lo, hi);
+    coarse = mean_edge(&d, left_lo, left_hi);
+    CHECK(fine > 0.16 && fine < 0.25);
+    CHECK(coarse > 0.4);
+    mesher_domain_free(&d);
+    memset(&o, 0, sizeof o);
+    for (i = 0; i < 45; i++) wish[i] = i % 5 == 4 ? 0.1 : i % 5 == 0 ? -1 : 1;
+    o.vertex_sizes = wish;
+    CHECK(box(&d, 4, 2, 2, 1, 9, &o));
+    d.surface.num_vertices = 45;
+    CHECK(refine_and_check(&d, &r) == MESHER_OK);
+    CHECK(r.refined_vertices > 300);
+    CHECK(fabs(d.size[5] - 0.1) < 1e-12);
+    CHECK(d.size[1] > 1);
+    CHECK(fabs(d.size[4] - 0.5) < 1e-9); /* the gradation, over the distance of 1 */
+    mesher_domain_free(&d);
+}
+
+static void a_grid_of_sizes(void)
+{
+    static double sizes[27];
+    static const double lo[3] = {1.1, 1.1, 1.1}, hi[3] = {1.9, 1.9, 1.9};
+    double x[3] = {0.75, 1.5, 1.5}, zero = 0;
+    mesher_size_grid g;
+    mesher_domain d;
+    mesher_report r;
+    mesher_options o;
+    int i;
+    memset(&o, 0, sizeof o);
+    memset(&g, 0, sizeof g);
+    for (i = 0; i < 27; i++) sizes[i] = i == 13 ? 0.1 : 0.9;
+    for (i = 0; i < 3; i++) {
+        g.spacing[i] = 1.5;
+        g.count[i] = 3;
+    }
+    g.size = sizes;
+    CHECK(fabs(mesher_size_grid_at(&g, x) - 0.5) < 1e-12);
+    x[0] = -5;
+    x[1] = x[2] = 9;
+    CHECK(mesher_size_grid_at(&g, x) == 0.9);
+    o.size_grid = &g;
+    CHECK(box(&d, 3, 3, 3, 1, 9, &o));
+    CHECK(refine_and_check(&d, &r) == MESHER_OK);
+    CHECK(mean_edge(&d, lo, hi) < 0.5);
+    CHECK(r.refined_vertices > 20);
+    mesher_domain_free(&d);
+    for (i = 0; i < 27; i++) sizes[i] = i & 1 ? zero / zero : 0; /* no wish anywhere: as if there were no grid */
+    CHECK(mesher_size_grid_at(&g, x) == 0);
+    CHECK(box(&d, 3, 3, 3, 1, 9, &o));
+    CHECK(refine_and_check(&d, &r) == MESHER_OK);
+    i = (int)r.refined_vertices;
+    mesher_domain_free(&d);
+    o.size_grid = NULL;
+    CHECK(box(&d, 3, 3, 3, 1, 9, &o));
+    CHECK(refine_and_check(&d, &r) == MESHER_OK);
+    CHECK(i == (int)r.refined_vertices);
+    mesher_domain_free(&d);
+    g.count[1] = 1;
+    o.size_grid = &g;
+    CHECK(mesher_options_resolve(&o, &o) == MESHER_ERROR_INVALID_ARGUMENT);
+}
+
+static void layers_between_facets(void)
+{
+    uint64_t before = 0;
+    int layers;
+    for (layers = 0; layers < 5; layers += 2) { /* a plate as thick as its edges are long */
+        mesher_domain d;
+        mesher_report r;
+        mesher_options o;
+        uint32_t v;
+        memset(&o, 0, sizeof o);
+        o.layers = layers;
+        CHECK(box(&d, 6, 6, 1, 1, 99, &o));
+        CHECK(refine_and_check(&d, &r) == MESHER_OK);
+        for (v = 1; v <= d.mesh.num_points && layers; v++) CHECK(d.size[v] <= 1.0 / layers + 1e-12);
+        CHECK(layers ? r.refined_vertices > before : r.refined_vertices == 0);
+        before = r.refined_vertices;
+        mesher_domain_free(&d);
+    }
+}
+
+static void a_factor_scales_all_sizes(void)
+{
+    uint64_t before = 0;
+    int k;
+    for (k = 0; k < 3; k++) {
+        mesher_domain d;
+        mesher_report r;
+        mesher_options o;
+        memset(&o, 0, sizeof o);
+        o.size_factor = k == 0 ? 1 : k == 1 ? 0.5 : 0.25;
+        CHECK(box(&d, 4, 4, 4, 1, 9, &o));
+        CHECK(refine_and_check(&d, &r) == MESHER_OK);
+        CHECK(k == 0 || r.refined_vertices > 5 * before);
+        before = r.refined_vertices;
+        mesher_domain_free(&d);
+    }
+}
+
+static void nonsense_is_refused(void)
+{
+    mesher_options o, out;
+    mesher_source s;
+    memset(&o, 0, sizeof o);
+    memset(&s, 0, sizeof s);
+    o.num_sources = 1;
+    CHECK(mesher_options_resolve(&out, &o) == MESHER_ERROR_INVALID_ARGUMENT);
+    o.sources = &s;
+    CHECK(mesher_options_resolve(&out, &o) == MESHER_ERROR_INVALID_ARGUMENT); /* size 0 */
+    s.size = 1;
+    CHECK(mesher_options_resolve(&out, &o) == MESHER_OK);
+    s.radius = -1;
+    CHECK(mesher_options_resolve(&out, &o) == MESHER_ERROR_INVALID_ARGUMENT);
+    memset(&o, 0, sizeof o);
+    o.num_region_sizes = 3;
+    CHECK(mesher_options_resolve(&out, &o) == MESHER_ERROR_INVALID_ARGUMENT);
+    memset(&o, 0, sizeof o);
+    o.layers = -1;
+    CHECK(mesher_options_resolve(&out, &o) == MESHER_ERROR_INVALID_ARGUMENT);
+    o.layers = 0;
+    o.size_factor = -2;
+    CHECK(mesher_options_resolve(&out, &o) == MESHER_ERROR_INVALID_ARGUMENT);
+}
+
 static void bounds_and_gradation(void)
 {
     mesher_domain d;
@@ -530,6 +749,13 @@ int main(void)
     outside_is_never_refined();
     an_embedded_line_stays();
     size_functions_of_every_kind();
+    distances_to_shapes();
+    sources_have_their_sizes();
+    regions_and_vertices_have_their_sizes();
+    a_grid_of_sizes();
+    layers_between_facets();
+    a_factor_scales_all_sizes();
+    nonsense_is_refused();
     bounds_and_gradation();
     budgets_leave_a_valid_mesh();
     a_cancelled_mesh_is_valid();
