@@ -6658,7 +6658,8 @@ static int mesher__gather(mesher__refiner *r)
             const mesher__harvest *h = r->harvests + i;
             if (!mesher__room(r->memory, &r->points, &r->cap_points, r->num_points, r->num_points + h->num_points,
                               sizeof *r->points)) return 0;
-            memcpy(r->points + r->num_points, h->points, h->num_points * sizeof *h->points);
+            if (h->num_points)
+                memcpy(r->points + r->num_points, h->points, h->num_points * sizeof *h->points);
             r->num_points += h->num_points;
         }
     }
