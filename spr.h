@@ -1,4 +1,4 @@
-/* spr.h - v0.1.0 - improves tetrahedral meshes: Small Polyhedron Reconnection, Growing SPR Cavity, smoothing
+/* spr.h - v0.1.0 - improves tetrahedral meshes by reconnection and smoothing
  *
  *     #define SPR_IMPLEMENTATION          // in one file of your program
  *     #include "spr.h"                    // needs delaunay.h, hilbert.h and hxtsort.h beside it
@@ -19,12 +19,34 @@
  *   >>schedule        which operator when                         [Marot 2020, Algorithm 5]
  *   >>public          the everyday functions; a polyhedron in arrays
  *
+ * WHAT IT DOES NOT DO
+ *   The surface, the interfaces between regions, constrained edges and facets stay as they are, so a
+ *   sharp angle or a needle of the surface bounds what can be reached; the report says where it does.
+ *   Sizes are kept, not made: about one new vertex in 60 tetrahedra at most, none that makes an edge
+ *   much shorter than those around it. Limits: those of delaunay.h.
+ *
+ * HOW IT WORKS
+ *   Every bad tetrahedron has a level, the next operator to be tried for it, cheapest first: edge
+ *   removal; smoothing, a golden section and then the common ascent of the worst of the star;
+ *   reconnection of a cavity of 7 to 10 points that grows around it; taking away one of its vertices;
+ *   a new vertex in it or on an edge; reconnection up to 16, then up to 32 points; and for the very
+ *   worst in the end all that again, further. A level runs when nothing waits at a cheaper one. What
+ *   changes sends the bad tetrahedra that it touches back to the first level, some times; edges and
+ *   vertices around which nothing has changed are not tried again. What is as good as its facets on
+ *   the surface allow is not tried at all. Each change raises the worst quality among what it
+ *   replaces, by a margin; at last, changes that leave fewer bad tetrahedra need none. One sweep
+ *   over all vertices then betters the mean.
+ *   Plans are made side by side and committed in order (delaunay_speculate). Positions are accepted
+ *   by exact signs only.
+ *
  * LICENCE: MIT or public domain, at the end of the file.
  */
 
 /* ---- >>dependencies (outside the guard: a second include may ask for bodies) -------------- */
-#if defined(SPR_IMPLEMENTATION) && !defined(SPR_NO_DEPENDENCIES) && !defined(DELAUNAY_IMPLEMENTATION)
-#  define DELAUNAY_IMPLEMENTATION
+#if defined(SPR_IMPLEMENTATION) && !defined(SPR_NO_DEPENDENCIES)
+#  ifndef DELAUNAY_IMPLEMENTATION
+#    define DELAUNAY_IMPLEMENTATION
+#  endif
 #endif
 #if defined(SPR_STATIC) && !defined(DELAUNAY_H)
 #  define DELAUNAY_STATIC
@@ -58,7 +80,7 @@ extern "C" {
 typedef enum spr_result {
     SPR_OK                     = 0,
     SPR_STOPPED_BY_BUDGET      = 1,
-    SPR_GOAL_NOT_MET           = 2, /* a target that the caller asked for was not reached everywhere */
+    SPR_GOAL_NOT_MET           = 2, /* what the caller asked for was not reached everywhere */
     SPR_ERROR_INVALID_ARGUMENT = -1,
     SPR_ERROR_OUT_OF_MEMORY    = -2,
     SPR_CANCELLED              = -3, /* the mesh is valid, improved so far */
@@ -70,7 +92,7 @@ typedef enum spr_result {
 typedef enum spr_measure {
     SPR_GAMMA,        /* sqrt(24) * inradius / longest edge: 1 for the regular one */
     SPR_SICN,         /* signed inverse condition number */
-    SPR_MIN_DIHEDRAL, /* smallest sine of the six dihedral angles: dislikes small and large ones alike */
+    SPR_MIN_DIHEDRAL, /* smallest sine of the six dihedral angles: dislikes small and large ones */
     SPR_USER          /* options.quality */
 } spr_measure;
 
@@ -82,15 +104,18 @@ typedef struct spr_options {
     double        max_seconds; /* 0: none */
     int           max_rounds;  /* sweeps over the work list; 0: until nothing changes */
     int           no_smoothing, no_edge_removal, no_reconnection;
-    int           keep_vertices;         /* no vertex is added or taken away; they may move */
-    int           free_vertices;         /* vertices with an id, the caller's own points, may move and go too;
-                                          * by default only those that mesher.h or this header added may */
-    int           require_target;        /* return SPR_GOAL_NOT_MET when something is left below the target */
-    /* Larger is better, at most 1, 0 or less for an inverted one; any order of the four points gives the same
-     * value; called from all threads. For SPR_USER. */
-    double (*quality)(void *user, const double *a, const double *b, const double *c, const double *d);
+    int           keep_vertices;  /* no vertex is added or taken away; they may move */
+    /* Vertices with an id, the caller's own points, may move and go too; by default only those that
+     * mesher.h or this header added may. */
+    int           free_vertices;
+    int           require_target; /* SPR_GOAL_NOT_MET when something is left below the target */
+    /* For SPR_USER. Larger is better, at most 1, 0 or less for an inverted one; any order of the
+     * four points gives the same value; called from all threads. */
+    double (*quality)(void *user, const double *a, const double *b, const double *c,
+                      const double *d);
     void          *quality_user;
-    const uint8_t *fixed_vertices;       /* one a mesh vertex, nonzero: must not move; NULL: none but the constrained */
+    /* One a mesh vertex, nonzero: must not move; NULL: none but the constrained. */
+    const uint8_t *fixed_vertices;
 } spr_options;
 
 typedef struct spr_statistics {
@@ -103,7 +128,7 @@ typedef struct spr_statistics {
 
 /* Why a bad tetrahedron is left. */
 typedef enum spr_reason {
-    SPR_BOUNDED, /* the surface itself holds it below the target: a facet, or the angle between two of them */
+    SPR_BOUNDED, /* the surface itself holds it below the target: facets, and angles between them */
     SPR_FIXED,   /* all its vertices are fixed */
     SPR_STUCK,   /* every operator was tried around it as it is now */
     SPR_BUDGET   /* not everything was tried: a budget, or cancelled */
@@ -118,10 +143,12 @@ typedef struct spr_worst {
 
 typedef struct spr_report {
     spr_statistics before, after;
-    uint64_t  smoothed, edges_removed, reconnected, vertices_removed, vertices_inserted; /* successful operations */
+    /* successful operations */
+    uint64_t  smoothed, edges_removed, reconnected, vertices_removed, vertices_inserted;
     uint64_t  relaxed; /* vertices moved for the mean alone */
     uint64_t  rounds, plans, conflicts;
-    /* bad tetrahedra left, by reason: held below the target by the surface; all vertices fixed; others */
+    /* bad tetrahedra left, by reason: held below the target by the surface; all vertices fixed;
+     * others */
     uint64_t  bounded, fixed, stuck;
     spr_worst worst[5];
     int       num_worst;
@@ -133,25 +160,38 @@ typedef struct spr_report {
 /* ---- >>everyday --------------------------------------------------------------------------- */
 
 SPR_API const char *spr_result_string(spr_result result);
-/* Improves the worst tetrahedra of every coloured region (all real ones if the mesh has no colours). Constrained
- * facets, constrained edges and their vertices, and facets without neighbour or between colours stay.
- * The worst quality never falls and nothing is ever inverted, exactly. */
+/* Improves the worst tetrahedra of every coloured region (all real ones if the mesh has no
+ * colours). Constrained facets, constrained edges and their vertices, and facets without neighbour
+ * or between colours stay. The worst quality never falls and nothing is ever inverted, exactly.
+ *
+ *   mesh     in/out  valid, and so afterwards, whatever is returned
+ *   options  in      NULL or zeroed: defaults
+ *   report   out     may be NULL
+ *
+ * Returns  SPR_OK; a positive code: stopped by a budget, or a target that is not met
+ * Cost     what is bad decides: 1-5 us a tetrahedron of a clean mesh, 0.1-1.5 ms where most are bad
+ *          for good; 27 bytes a slot and 9 a vertex
+ * Threads  options->host.num_threads; distinct meshes may be improved at once
+ * Repeats  same bytes for any number of threads, except under max_seconds
+ * Source   Marot 2020, chapter 6 */
 SPR_API spr_result spr_improve(delaunay_mesh *mesh, const spr_options *options, spr_report *report);
 /* Statistics of the real tetrahedra that are not outside. */
-SPR_API spr_result spr_measure_mesh(const delaunay_mesh *mesh, const spr_options *options, spr_statistics *out);
+SPR_API spr_result spr_measure_mesh(const delaunay_mesh *mesh, const spr_options *options,
+                                    spr_statistics *out);
 /* On plain arrays of anybody's mesh; the boundary and the interfaces between colours stay.
  *
  *   xyz           in/out  3 doubles a vertex, moved in place; room for cap_vertices
- *   num_vertices  in/out  new vertices come after the caller's; one that went stays in the array, unused
+ *   num_vertices  in/out  new vertices come after the caller's; one that went stays there, unused
  *   cap_vertices  in      equal to *num_vertices: none is added
- *   tets, colors  in/out  4 vertices and (colors may be NULL) a region each; room for cap_tets; either sign
- *                         convention, ours afterwards; colours by tetrahedron, any value
+ *   tets, colors  in/out  4 vertices and (colors may be NULL) a region each; room for cap_tets;
+ *                         either sign convention, ours afterwards; any values of colours
  *   fixed         in      one byte a vertex, nonzero: must not move; may be NULL
  *
  * Returns SPR_ERROR_TOO_LARGE, and the arrays as they were, if the result needs more than cap_tets;
  *         SPR_ERROR_INVALID_MESH with the place in report->message */
-SPR_API spr_result spr_improve_arrays(double *xyz, size_t *num_vertices, size_t cap_vertices, uint32_t *tets,
-                                      uint32_t *colors, size_t *num_tets, size_t cap_tets, const uint8_t *fixed,
+SPR_API spr_result spr_improve_arrays(double *xyz, size_t *num_vertices, size_t cap_vertices,
+                                      uint32_t *tets, uint32_t *colors, size_t *num_tets,
+                                      size_t cap_tets, const uint8_t *fixed,
                                       const spr_options *options, spr_report *report);
 
 /* ---- >>expert ----------------------------------------------------------------------------- */
@@ -162,7 +202,8 @@ SPR_API double spr_sicn(const double *a, const double *b, const double *c, const
 /* The smallest sine of the six dihedral angles; not positive when inverted. */
 SPR_API double spr_min_sine(const double *a, const double *b, const double *c, const double *d);
 /* Dihedral angles in degrees, in order of the edges of delaunay.h. */
-SPR_API void spr_dihedrals(const double *a, const double *b, const double *c, const double *d, double *out6);
+SPR_API void spr_dihedrals(const double *a, const double *b, const double *c, const double *d,
+                           double *out6);
 /* The best gamma that any tetrahedron on this triangle can have: over all apices. */
 SPR_API double spr_gamma_bound(const double *a, const double *b, const double *c);
 
@@ -173,39 +214,42 @@ enum {
     SPR_MAX_RESULT = 400      /* tetrahedra */
 };
 
-/* A small polyhedron in arrays of the caller's. Its facets are its whole boundary, each once, and must not cross
- * one another (not checked); it may have holes, cavities, several parts, and points and edges where it touches itself. */
+/* A small polyhedron in arrays of the caller's. Its facets are its whole boundary, each once, and
+ * must not cross one another (not checked); it may have holes, cavities, several parts, and points
+ * and edges where it touches itself. A point that is on no facet is inside, and will be used. */
 typedef struct spr_polyhedron {
-    const double   *xyz;         /* 3 a point */
-    const uint32_t *facets;      /* 3 points each, counter-clockwise seen from outside */
-    const uint32_t *edges;       /* 2 points each: to be in the result; NULL if num_edges is 0 */
-    const uint32_t *walls;       /* 3 points each, inside, in any order: to be in the result; NULL if there are none */
-    size_t          num_points;  /* at most SPR_MAX_POINTS; what is on no facet is inside, and is to be used */
+    const double   *xyz;        /* 3 a point */
+    const uint32_t *facets;     /* 3 points each, counter-clockwise seen from outside */
+    const uint32_t *edges;      /* 2 points each: to be in the result */
+    const uint32_t *walls;      /* 3 points each, inside, in any order: to be in the result */
+    size_t          num_points; /* at most SPR_MAX_POINTS */
     size_t          num_facets, num_edges, num_walls;
 } spr_polyhedron;
 
 typedef struct spr_reconnection {
     uint32_t nodes;  /* of the search tree */
     int      found;  /* there is a result, better than the bound */
-    int      proven; /* the search ended by itself: the result is the best, or there is none above the bound */
+    int      proven; /* searched to the end: it is the best, or there is none above the bound */
     double   value;  /* worst quality of the result */
     size_t   num_tets;
     uint32_t tets[SPR_MAX_RESULT][4]; /* positive */
     char     message[128];            /* what is wrong with the polyhedron */
 } spr_reconnection;
 
-/* Small polyhedron reconnection: the tetrahedra that fill a polyhedron, on its points alone, with the best worst
- * quality.
+/* Small polyhedron reconnection: the tetrahedra that fill a polyhedron, on its points alone, with
+ * the best worst quality.
  *
- *   bound      in   the result must be better; what is there already makes the search much shorter; 0: none, every
- *                   result is positive
- *   max_nodes  in   of the search tree; 0: 100000. Some microseconds for 10 points, milliseconds for 20
+ *   bound      in   the result must be better: the quality of what is there already makes the
+ *                   search much shorter; 0: none, every result is positive
+ *   max_nodes  in   of the search tree; 0: 100000
  *   options    in   the measure; NULL: gamma
  *
- * Returns  SPR_OK: found; SPR_GOAL_NOT_MET: not found, and out->proven says whether there is none or the limit was
- *          met; SPR_ERROR_INVALID_ARGUMENT, with out->message
- * Cost     1 MB of tables a call; with a worker of one's own and windows of a mesh: delaunay_reconnect
- * Threads  any number of calls at once; same result every time
+ * Returns  SPR_OK: found; SPR_GOAL_NOT_MET: not found, and out->proven says whether there is none
+ *          or the limit was met; SPR_ERROR_INVALID_ARGUMENT, with out->message
+ * Cost     some microseconds for 10 points, milliseconds for 20, and 1 MB of tables a call; with a
+ *          worker of one's own, on windows of a mesh: delaunay_reconnect
+ * Threads  any number of calls at once
+ * Repeats  same result every time
  * Source   Marot 2020, 6.2 */
 SPR_API spr_result spr_reconnect(const spr_polyhedron *polyhedron, double bound, uint32_t max_nodes,
                                  const spr_options *options, spr_reconnection *out);
@@ -233,7 +277,10 @@ SPR_API spr_result spr_reconnect(const spr_polyhedron *polyhedron, double bound,
 
 /* ---- >>quality ---------------------------------------------------------------------------- */
 
-static double spr__dot(const double *a, const double *b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+static double spr__dot(const double *a, const double *b)
+{
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
 static void spr__sub(const double *a, const double *b, double *out)
 {
     out[0] = a[0] - b[0];
@@ -251,12 +298,14 @@ static double spr__min(double a, double b) { return a < b ? a : b; }
 
 #define SPR__SQRT24 4.898979485566356
 
-/* What the measures are made of: normals of the facets (twice their area long), squared edges, six times the volume. */
+/* What the measures are made of: normals of the facets (twice their area long), squared edges, six
+ * times the volume. */
 typedef struct spr__shape {
     double normal[4][3], length2[6], det;
 } spr__shape;
 
-static void spr__shape_set(spr__shape *s, const double *a, const double *b, const double *c, const double *d)
+static void spr__shape_set(spr__shape *s, const double *a, const double *b, const double *c,
+                           const double *d)
 {
     double e[6][3];
     int i;
@@ -284,7 +333,8 @@ static double spr__shape_gamma(const spr__shape *s)
     return below > 0 ? SPR__SQRT24 * s->det / below : 0;
 }
 
-/* 3 / (|S| |S^-1|), S from the regular tetrahedron: the norms are sums of squared edges and of squared areas. */
+/* 3 / (|S| |S^-1|), S from the regular tetrahedron: the norms are sums of squared edges and of
+ * squared areas. */
 static double spr__shape_sicn(const spr__shape *s)
 {
     double area2 = 0, length2 = 0, below;
@@ -330,39 +380,46 @@ SPR_API double spr_min_sine(const double *a, const double *b, const double *c, c
     return spr__shape_sine(&s);
 }
 
-SPR_API void spr_dihedrals(const double *a, const double *b, const double *c, const double *d, double *out6)
+SPR_API void spr_dihedrals(const double *a, const double *b, const double *c, const double *d,
+                           double *out6)
 {
     spr__shape s;
     int i;
     spr__shape_set(&s, a, b, c, d);
     for (i = 0; i < 6; i++) {
         const uint8_t *f = delaunay_edge_order(5 - i);
-        out6[i] = atan2(s.det * sqrt(s.length2[i]), -spr__dot(s.normal[f[0]], s.normal[f[1]])) * 57.29577951308232;
+        out6[i] = atan2(s.det * sqrt(s.length2[i]), -spr__dot(s.normal[f[0]], s.normal[f[1]])) *
+                  57.29577951308232;
     }
 }
 
-static double spr__measure_gamma(void *user, const double *a, const double *b, const double *c, const double *d)
+static double spr__measure_gamma(void *user, const double *a, const double *b, const double *c,
+                                 const double *d)
 {
     (void)user;
     return spr_gamma(a, b, c, d);
 }
-static double spr__measure_sicn(void *user, const double *a, const double *b, const double *c, const double *d)
+static double spr__measure_sicn(void *user, const double *a, const double *b, const double *c,
+                                const double *d)
 {
     (void)user;
     return spr_sicn(a, b, c, d);
 }
-static double spr__measure_sine(void *user, const double *a, const double *b, const double *c, const double *d)
+static double spr__measure_sine(void *user, const double *a, const double *b, const double *c,
+                                const double *d)
 {
     (void)user;
     return spr_min_sine(a, b, c, d);
 }
 
 enum {
-    SPR__EDGES, SPR__SMOOTH, SPR__SMALL, SPR__REMOVE, SPR__INSERT, SPR__MEDIUM, SPR__LARGE, SPR__UTMOST,
+    SPR__EDGES, SPR__SMOOTH, SPR__SMALL, SPR__REMOVE, SPR__INSERT, SPR__MEDIUM, SPR__LARGE,
+    SPR__UTMOST,  /* for the very worst */
     SPR__HOPELESS /* level of a tetrahedron for which everything was tried */
 };
 
-typedef double (*spr__function)(void *user, const double *a, const double *b, const double *c, const double *d);
+typedef double (*spr__function)(void *user, const double *a, const double *b, const double *c,
+                                const double *d);
 
 /* Of the running call; shared by all threads, written between rounds only. */
 typedef struct spr__state {
@@ -375,30 +432,32 @@ typedef struct spr__state {
     void            *quality_user;
     double           target;
     double           deadline;    /* by the host's clock; 0: none */
-    double          *value;       /* a tetrahedron: its quality; large for what is not to be improved */
+    double          *value;       /* a tetrahedron: its quality; large: not to be improved */
     float           *goal;        /* a tetrahedron: what is worth trying for; 0: not known yet */
     uint32_t        *tried;       /* a tetrahedron: round of the last failure */
     uint8_t         *level;       /* a tetrahedron: next operator */
     uint8_t         *listed;      /* a tetrahedron: is in the list */
-    uint32_t        *kept;        /* a tetrahedron: round in which no edge of it was worth removing */
+    uint32_t        *kept;        /* a tetrahedron: round in which no edge was worth removing */
     uint32_t        *stamp;       /* a vertex: round of the last change around it */
     uint32_t        *still;       /* a vertex: round in which no better place was found */
     uint64_t         allowance[8]; /* plans left to each level */
     uint8_t         *restarts;    /* a slot: times that its tetrahedron began again */
     uint8_t         *movable;     /* a vertex */
     delaunay_handle  cap_tets;
-    uint32_t         cap_vertices, first_new, max_new; /* vertices from first_new on are new; room for max_new */
+    uint32_t         cap_vertices;
+    uint32_t         first_new, max_new; /* vertices from first_new on are new; room for max_new */
     uint64_t         max_gone;    /* vertices that may be taken away */
     delaunay_list    bad, items;
     int              sweep;       /* the level that is running */
-    int              tidy;        /* what leaves fewer bad tetrahedra is worth doing, however small the gain */
+    int              tidy;        /* fewer bad tetrahedra are worth it, however small the gain */
     int              gamma;       /* the measure is gamma: the quick way */
     spr_result       failure;     /* in done */
 } spr__state;
 
 static const double *spr__point(const delaunay_mesh *m, uint32_t v) { return m->vertices[v].x; }
 
-static double spr__quality(const spr__state *s, const double *a, const double *b, const double *c, const double *d)
+static double spr__quality(const spr__state *s, const double *a, const double *b, const double *c,
+                           const double *d)
 {
     return s->gamma ? spr_gamma(a, b, c, d) : s->quality(s->quality_user, a, b, c, d);
 }
@@ -406,14 +465,16 @@ static double spr__quality(const spr__state *s, const double *a, const double *b
 static double spr__quality_of(const spr__state *s, const uint32_t *v)
 {
     const delaunay_mesh *m = s->mesh;
-    return spr__quality(s, spr__point(m, v[0]), spr__point(m, v[1]), spr__point(m, v[2]), spr__point(m, v[3]));
+    return spr__quality(s, spr__point(m, v[0]), spr__point(m, v[1]), spr__point(m, v[2]),
+                        spr__point(m, v[3]));
 }
 
-/* What a change must be better than: it reaches the target, or gains this much. Smaller gains would go on for long;
- * those of the very worst are measured by what they are. */
+/* What a change must be better than: it reaches the target, or gains this much. Smaller gains would
+ * go on for long; those of the very worst are measured by what they are. */
 static double spr__floor(const spr__state *s, double before)
 {
-    double least = s->sweep == 1 ? 0.02 : 0.005, gain = spr__min(least, 0.25 * fabs(before) + 1e-12), floor_ = before + gain;
+    double least = s->sweep == 1 ? 0.02 : 0.005,
+           gain = spr__min(least, 0.25 * fabs(before) + 1e-12), floor_ = before + gain;
     return before < s->target && floor_ > s->target ? s->target : floor_;
 }
 
@@ -490,17 +551,20 @@ static double spr__facet_gamma(const spr__facet *f, const double *p, double *gra
                 for (j = 0; j < 3; j++) grow[j] += g[j] / r[i];
             }
         for (j = 0; j < 3; j++)
-            gradient[j] = k * (f->normal[j] - det * (grow[j] / sum + (far >= 0 ? u[far][j] / longest : 0)));
+            gradient[j] =
+                k * (f->normal[j] - det * (grow[j] / sum + (far >= 0 ? u[far][j] / longest : 0)));
     }
     return k * det;
 }
 
 static double spr__facet_value(const spr__state *s, const spr__facet *f, const double *p)
 {
-    return s->gamma ? spr__facet_gamma(f, p, NULL) : s->quality(s->quality_user, f->a, f->b, f->c, p);
+    return s->gamma ? spr__facet_gamma(f, p, NULL)
+                    : s->quality(s->quality_user, f->a, f->b, f->c, p);
 }
 
-static double spr__facet_gradient(const spr__state *s, const spr__facet *f, const double *p, double *gradient)
+static double spr__facet_gradient(const spr__state *s, const spr__facet *f, const double *p,
+                                  double *gradient)
 {
     double value, h = 1e-5 * sqrt(f->longest), q[3];
     int i;
@@ -515,7 +579,8 @@ static double spr__facet_gradient(const spr__state *s, const spr__facet *f, cons
 }
 
 /* The worst quality of a cone, or something below floor as soon as one is. */
-static double spr__cone_value(const spr__state *s, const spr__cone *cone, const double *p, double floor_)
+static double spr__cone_value(const spr__state *s, const spr__cone *cone, const double *p,
+                              double floor_)
 {
     double worst = HUGE_VAL, q;
     size_t i;
@@ -535,7 +600,8 @@ static int spr__cone_is_positive(const spr__cone *cone, const double *p)
 }
 
 /* The link of v as seen from v. */
-static int spr__cone_of_star(spr__cone *cone, const delaunay_mesh *m, uint32_t v, const delaunay_list *star)
+static int spr__cone_of_star(spr__cone *cone, const delaunay_mesh *m, uint32_t v,
+                             const delaunay_list *star)
 {
     size_t i;
     if (star->count > SPR__MAX_STAR) return 0;
@@ -543,14 +609,16 @@ static int spr__cone_of_star(spr__cone *cone, const delaunay_mesh *m, uint32_t v
     for (i = 0; i < star->count; i++) {
         const delaunay_tet *t = &m->tets[star->items[i]];
         const uint8_t *o = delaunay_facet_order(delaunay_local_index(t, v));
-        spr__facet_set(&cone->f[i], spr__point(m, t->v[o[0]]), spr__point(m, t->v[o[2]]), spr__point(m, t->v[o[1]]));
+        spr__facet_set(&cone->f[i], spr__point(m, t->v[o[0]]), spr__point(m, t->v[o[2]]),
+                       spr__point(m, t->v[o[1]]));
     }
     return 1;
 }
 
 /* -- bounds: how good a tetrahedron on a facet of the surface can be */
 
-/* Apices must lie on this side of so many planes: those of surface facets that meet the facet at less than 180 degrees. */
+/* Apices must lie on this side of so many planes: those of surface facets that meet the facet at
+ * less than 180 degrees. */
 typedef struct spr__wedge {
     int    n;
     double point[3][3], normal[3][3];
@@ -568,12 +636,14 @@ static int spr__wedge_has(const spr__wedge *w, const double *p)
 }
 
 /* Pattern search from p for the best apex. */
-static double spr__best_apex(const spr__state *s, const spr__facet *f, const spr__wedge *w, double *p)
+static double spr__best_apex(const spr__state *s, const spr__facet *f, const spr__wedge *w,
+                             double *p)
 {
-    static const signed char way[14][3] = {{1, 0, 0},  {-1, 0, 0}, {0, 1, 0},   {0, -1, 0},  {0, 0, 1},
-                                           {0, 0, -1}, {1, 1, 1},  {-1, -1, -1}, {1, -1, 1},  {-1, 1, -1},
-                                           {1, 1, -1}, {-1, -1, 1}, {-1, 1, 1},  {1, -1, -1}};
-    double step = 0.4 * sqrt(f->longest), least = 2e-3 * step, best = spr__facet_value(s, f, p), q[3], value;
+    static const signed char way[14][3] = {
+        {1, 0, 0},    {-1, 0, 0}, {0, 1, 0},   {0, -1, 0}, {0, 0, 1},   {0, 0, -1}, {1, 1, 1},
+        {-1, -1, -1}, {1, -1, 1}, {-1, 1, -1}, {1, 1, -1}, {-1, -1, 1}, {-1, 1, 1}, {1, -1, -1}};
+    double step = 0.4 * sqrt(f->longest), least = 2e-3 * step, best = spr__facet_value(s, f, p),
+           q[3], value;
     int i, k, tries, moved;
     for (tries = 0; step > least && tries < 100; tries++) {
         for (moved = i = 0; i < 14; i++) {
@@ -591,12 +661,14 @@ static double spr__best_apex(const spr__state *s, const spr__facet *f, const spr
 }
 
 /* The best quality over all apices; here: an apex that is known to be possible, or NULL. */
-static double spr__facet_bound(const spr__state *s, const spr__facet *f, const spr__wedge *w, const double *here)
+static double spr__facet_bound(const spr__state *s, const spr__facet *f, const spr__wedge *w,
+                               const double *here)
 {
     double p[3], best = 0, height = 0.6 * sqrt(f->longest);
     int k;
     for (k = 0; k < 3; k++)
-        p[k] = (f->a[k] + f->b[k] + f->c[k]) / 3 + (f->area > 0 ? height * f->normal[k] / f->area : 0);
+        p[k] =
+            (f->a[k] + f->b[k] + f->c[k]) / 3 + (f->area > 0 ? height * f->normal[k] / f->area : 0);
     if (spr__wedge_has(w, p)) best = spr__best_apex(s, f, w, p);
     if (here) {
         memcpy(p, here, sizeof p);
@@ -619,12 +691,15 @@ SPR_API double spr_gamma_bound(const double *a, const double *b, const double *c
 static int spr__is_wall(const delaunay_mesh *m, delaunay_handle t, int i)
 {
     delaunay_handle n = m->tets[t].n[i] / 4;
-    return n == 0 || delaunay_is_ghost(m, n) || (m->flags && (m->flags[t] & DELAUNAY_FACET_BIT(i))) ||
+    return n == 0 || delaunay_is_ghost(m, n) ||
+           (m->flags && (m->flags[t] & DELAUNAY_FACET_BIT(i))) ||
            (m->color && m->color[n] != m->color[t]);
 }
 
-/* The wall that one meets turning around edge uv of t away from its facet i: a facet handle, 0 if there is none. */
-static delaunay_handle spr__next_wall(const delaunay_mesh *m, delaunay_handle t, int i, uint32_t u, uint32_t v)
+/* The wall that one meets turning around edge uv of t away from its facet i: a facet handle, 0 if
+ * there is none. */
+static delaunay_handle spr__next_wall(const delaunay_mesh *m, delaunay_handle t, int i, uint32_t u,
+                                      uint32_t v)
 {
     int steps, j, k;
     for (steps = 0; steps < 1000; steps++) {
@@ -701,10 +776,12 @@ static double spr__select(double *x, size_t n, size_t k)
 }
 
 /* Cosines of 10, 20, .. 170 degrees. */
-static const double spr__cosine[17] = {
-    0.984807753012208,   0.939692620785908,   0.866025403784439,  0.766044443118978,  0.642787609686539, 0.5,
-    0.342020143325669,   0.173648177666930,   0,                  -0.173648177666930, -0.342020143325669, -0.5,
-    -0.642787609686539,  -0.766044443118978,  -0.866025403784439, -0.939692620785908, -0.984807753012208};
+static const double spr__cosine[17] = {0.984807753012208,  0.939692620785908,  0.866025403784439,
+                                       0.766044443118978,  0.642787609686539,  0.5,
+                                       0.342020143325669,  0.173648177666930,  0,
+                                       -0.173648177666930, -0.342020143325669, -0.5,
+                                       -0.642787609686539, -0.766044443118978, -0.866025403784439,
+                                       -0.939692620785908, -0.984807753012208};
 
 static double spr__shape_value(const spr__state *s, const spr__shape *shape, const double *const *p)
 {
@@ -713,7 +790,8 @@ static double spr__shape_value(const spr__state *s, const spr__shape *shape, con
 }
 
 /* Adds one tetrahedron; cosines of the extreme angles in range. */
-static double spr__statistics_add(const spr__state *s, spr_statistics *out, delaunay_handle t, double *range)
+static double spr__statistics_add(const spr__state *s, spr_statistics *out, delaunay_handle t,
+                                  double *range)
 {
     const uint32_t *v = s->mesh->tets[t].v;
     spr__shape shape;
@@ -733,7 +811,8 @@ static double spr__statistics_add(const spr__state *s, spr_statistics *out, dela
     for (i = 0; i < 4; i++) root[i] = sqrt(spr__dot(shape.normal[i], shape.normal[i]));
     for (i = 0; i < 6; i++) {
         const uint8_t *f = delaunay_edge_order(i);
-        double below = root[f[0]] * root[f[1]], c = below > 0 ? -spr__dot(shape.normal[f[0]], shape.normal[f[1]]) / below : 1;
+        double below = root[f[0]] * root[f[1]],
+               c = below > 0 ? -spr__dot(shape.normal[f[0]], shape.normal[f[1]]) / below : 1;
         range[0] = spr__max(range[0], c);
         range[1] = spr__min(range[1], c);
         k = c > 0 ? 0 : 8;
@@ -745,7 +824,8 @@ static double spr__statistics_add(const spr__state *s, spr_statistics *out, dela
 
 static int spr__is_inside(const delaunay_mesh *m, delaunay_handle t)
 {
-    return !delaunay_is_deleted(m, t) && !delaunay_is_ghost(m, t) && (!m->color || m->color[t] != DELAUNAY_OUTSIDE);
+    return !delaunay_is_deleted(m, t) && !delaunay_is_ghost(m, t) &&
+           (!m->color || m->color[t] != DELAUNAY_OUTSIDE);
 }
 
 static void spr__statistics_merge(spr_statistics *out, const spr_statistics *part)
@@ -767,15 +847,19 @@ static double spr__degrees(double cosine)
 
 enum { SPR__STATISTICS_BLOCKS = 256 };
 
-/* Blocks of slots, added up in order: the same sums for any number of threads. value: scratch, one a slot. */
+/* Blocks of slots, added up in order: the same sums for any number of threads. value: scratch, one
+ * a slot. */
 static spr_result spr__statistics(const spr__state *s, spr_statistics *out)
 {
     const delaunay_mesh *m = s->mesh;
     size_t slots = m->num_tets, n = 0, block = slots / SPR__STATISTICS_BLOCKS + 1;
     int threads = delaunay_threads(&s->options.host), b;
-    double *value = (double *)delaunay_alloc(s->memory, slots, sizeof *value), range[2] = {-1, 1}, sum = 0;
-    spr_statistics *part = (spr_statistics *)delaunay_alloc(s->memory, SPR__STATISTICS_BLOCKS, sizeof *part);
-    double(*extra)[3] = (double(*)[3])delaunay_alloc(s->memory, SPR__STATISTICS_BLOCKS, sizeof *extra);
+    double *value = (double *)delaunay_alloc(s->memory, slots, sizeof *value), range[2] = {-1, 1},
+           sum = 0;
+    spr_statistics *part =
+        (spr_statistics *)delaunay_alloc(s->memory, SPR__STATISTICS_BLOCKS, sizeof *part);
+    double(*extra)[3] =
+        (double(*)[3])delaunay_alloc(s->memory, SPR__STATISTICS_BLOCKS, sizeof *extra);
     size_t *count = (size_t *)delaunay_alloc(s->memory, SPR__STATISTICS_BLOCKS, sizeof *count);
     spr_result result = SPR_ERROR_OUT_OF_MEMORY;
     (void)threads;
@@ -784,7 +868,8 @@ static spr_result spr__statistics(const spr__state *s, spr_statistics *out)
     /* each thread writes its blocks' parts and their slots' values; the mesh is read */
     SPR__OMP(omp parallel for schedule(dynamic, 4) num_threads(threads))
     for (b = 0; b < SPR__STATISTICS_BLOCKS; b++) {
-        size_t t, first = (size_t)b * block, last = first + block < slots ? first + block : slots, k = first;
+        size_t t, first = (size_t)b * block, last = first + block < slots ? first + block : slots,
+                  k = first;
         memset(&part[b], 0, sizeof part[b]);
         part[b].min = part[b].gamma_min = part[b].sicn_min = HUGE_VAL;
         extra[b][0] = -1;
@@ -826,8 +911,8 @@ done:
 
 /* ---- >>smoothing -------------------------------------------------------------------------- */
 
-/* Golden section for the best worst quality on the segment from p to the mean of the facets' centroids
- * [Marot 2020, 6.1]. p and the value returned are better than before, or unchanged. */
+/* Golden section for the best worst quality on the segment from p to the mean of the facets'
+ * centroids [Marot 2020, 6.1]. p and the value returned are better than before, or unchanged. */
 static double spr__laplacian(const spr__state *s, const spr__cone *cone, double *p, double value)
 {
     const double ratio = 0.6180339887498949;
@@ -862,7 +947,8 @@ static double spr__laplacian(const spr__state *s, const spr__cone *cone, double 
     return best_value;
 }
 
-/* The shortest vector in the convex hull of n gradients: all of them rise along it [Freitag, Jones, Plassmann 1995]. */
+/* The shortest vector in the convex hull of n gradients: all of them rise along it [Freitag, Jones,
+ * Plassmann 1995]. */
 static double spr__common_ascent(double (*g)[3], int n, double *x)
 {
     double d[3], t, xx, least;
@@ -889,11 +975,14 @@ static double spr__common_ascent(double (*g)[3], int n, double *x)
 /* Facets this much better than the worst do not limit a step beforehand. */
 #define SPR__NEAR 0.2
 
-/* Maximises the worst quality of the cone: steps along the common ascent of the worst facets, up to where another
- * one becomes the worst. p and the value returned are better than before, or unchanged. */
-static double spr__max_min(const spr__state *s, const spr__cone *cone, double *p, double value, int steps)
+/* Maximises the worst quality of the cone: steps along the common ascent of the worst facets, up to
+ * where another one becomes the worst. p and the value returned are better than before, or
+ * unchanged. */
+static double spr__max_min(const spr__state *s, const spr__cone *cone, double *p, double value,
+                           int steps)
 {
-    double q[SPR__MAX_STAR], g[SPR__MAX_STAR][3], active[SPR__MAX_ACTIVE][3], way[3], here[3], rise, step, slope, v;
+    double q[SPR__MAX_STAR], g[SPR__MAX_STAR][3], active[SPR__MAX_ACTIVE][3], way[3], here[3], rise,
+        step, slope, v;
     int k, num, halvings;
     size_t i;
     while (steps-- > 0) {
@@ -918,7 +1007,8 @@ static double spr__max_min(const spr__state *s, const spr__cone *cone, double *p
         for (i = 0; i < cone->n; i++) {
             if (q[i] >= worst + SPR__NEAR) continue;
             slope = spr__dot(g[i], way);
-            if (q[i] >= band && slope < rise) step = spr__min(step, (q[i] - worst) / (rise - slope));
+            if (q[i] >= band && slope < rise)
+                step = spr__min(step, (q[i] - worst) / (rise - slope));
         }
         for (v = value, halvings = 0; halvings < 6 && v <= value; halvings++, step *= 0.5) {
             for (k = 0; k < 3; k++) here[k] = p[k] + step * way[k];
@@ -947,8 +1037,10 @@ static double spr__worst_of(const spr__state *s, const delaunay_handle *t, size_
     return worst;
 }
 
-/* Offers a better place for v, the star of which is left in plan->star. Returns 1, 0 for none, or an error. */
-static int spr__smooth(const spr__state *s, delaunay_worker *worker, uint32_t v, delaunay_plan *plan, spr__offer *offer)
+/* Offers a better place for v, the star of which is left in plan->star. Returns 1, 0 for none, or
+ * an error. */
+static int spr__smooth(const spr__state *s, delaunay_worker *worker, uint32_t v,
+                       delaunay_plan *plan, spr__offer *offer)
 {
     const delaunay_mesh *m = s->mesh;
     spr__cone cone;
@@ -959,7 +1051,8 @@ static int spr__smooth(const spr__state *s, delaunay_worker *worker, uint32_t v,
     offer->before = spr__worst_of(s, plan->star.items, plan->star.count);
     memcpy(offer->xyz, spr__point(m, v), sizeof offer->xyz);
     offer->after = spr__laplacian(s, &cone, offer->xyz, offer->before);
-    if (offer->after < s->target) offer->after = spr__max_min(s, &cone, offer->xyz, offer->after, 8);
+    if (offer->after < s->target)
+        offer->after = spr__max_min(s, &cone, offer->xyz, offer->after, 8);
     if (!(offer->after > spr__floor(s, offer->before))) return 0;
     return spr__cone_is_positive(&cone, offer->xyz);
 }
@@ -971,7 +1064,8 @@ enum {
 };
 
 /* Only vertices whose star has changed since they were last tried in vain. */
-static int spr__plan_smooth(const spr__state *s, delaunay_worker *worker, delaunay_handle t, delaunay_plan *plan)
+static int spr__plan_smooth(const spr__state *s, delaunay_worker *worker, delaunay_handle t,
+                            delaunay_plan *plan)
 {
     spr__offer best, offer;
     int i, answer;
@@ -984,7 +1078,8 @@ static int spr__plan_smooth(const spr__state *s, delaunay_worker *worker, delaun
         answer = spr__smooth(s, worker, v, plan, &offer);
         if (answer < 0) return answer;
         if (answer == 0) plan->data[SPR__IN_VAIN] |= 1u << i;
-        if (answer == 0 || (best.vertex && offer.after - offer.before <= best.after - best.before)) continue;
+        if (answer == 0 || (best.vertex && offer.after - offer.before <= best.after - best.before))
+            continue;
         best = offer;
         if (best.after >= s->target) break;
     }
@@ -997,7 +1092,8 @@ static int spr__plan_smooth(const spr__state *s, delaunay_worker *worker, delaun
 /* -- relaxation: better on average */
 
 /* Sum of the qualities of a cone, or -HUGE_VAL as soon as one is below its least. */
-static double spr__cone_sum(const spr__state *s, const spr__cone *cone, const double *p, const double *least)
+static double spr__cone_sum(const spr__state *s, const spr__cone *cone, const double *p,
+                            const double *least)
 {
     double sum = 0, q;
     size_t i;
@@ -1009,9 +1105,11 @@ static double spr__cone_sum(const spr__state *s, const spr__cone *cone, const do
     return sum;
 }
 
-/* Item: a vertex. Moves it towards the mean of its link's facets, weighted by area, where that is better on average,
- * the worst of the star does not fall unless it stays well above the target, and no tetrahedron becomes bad or worse. */
-static int spr__plan_relax(void *user, const delaunay_mesh *m, delaunay_worker *worker, size_t item, delaunay_plan *plan)
+/* Item: a vertex. Moves it towards the mean of its link's facets, weighted by area, where that is
+ * better on average, the worst of the star does not fall unless it stays well above the target, and
+ * no tetrahedron becomes bad or worse. */
+static int spr__plan_relax(void *user, const delaunay_mesh *m, delaunay_worker *worker, size_t item,
+                           delaunay_plan *plan)
 {
     const spr__state *s = (const spr__state *)user;
     uint32_t v = s->items.items[item] & UINT32_MAX;
@@ -1029,11 +1127,13 @@ static int spr__plan_relax(void *user, const delaunay_mesh *m, delaunay_worker *
         least[i] = spr__min(q, s->target + 0.02);
         worst = spr__min(worst, q);
         area += cone.f[i].area;
-        for (k = 0; k < 3; k++) aim[k] += cone.f[i].area * (cone.f[i].a[k] + cone.f[i].b[k] + cone.f[i].c[k]) / 3;
+        for (k = 0; k < 3; k++)
+            aim[k] += cone.f[i].area * (cone.f[i].a[k] + cone.f[i].b[k] + cone.f[i].c[k]) / 3;
     }
     for (i = 0; i < cone.n; i++) least[i] = spr__max(least[i], worst);
     for (step = 1; step > 0.4; step *= 0.5) {
-        for (k = 0; k < 3; k++) p[k] = spr__point(m, v)[k] + step * (aim[k] / area - spr__point(m, v)[k]);
+        for (k = 0; k < 3; k++)
+            p[k] = spr__point(m, v)[k] + step * (aim[k] / area - spr__point(m, v)[k]);
         gain = spr__cone_sum(s, &cone, p, least) - sum;
         if (gain > 2e-3 * (double)cone.n && spr__cone_is_positive(&cone, p))
             return delaunay_plan_move(plan, v, p, plan->star.items, plan->star.count);
@@ -1043,17 +1143,20 @@ static int spr__plan_relax(void *user, const delaunay_mesh *m, delaunay_worker *
 
 /* ---- >>edge removal ----------------------------------------------------------------------- */
 
-/* The tetrahedra around edge (a,b), their ring of vertices, and the best triangulation of the ring. */
+/* The tetrahedra around edge (a,b), their ring of vertices, and the best triangulation of the ring.
+ */
 typedef struct spr__ring {
     int             n;
     uint32_t        a, b, v[SPR__MAX_RING];  /* (a, b, v[k], v[k+1]) is positive */
     delaunay_handle t[SPR__MAX_RING];
-    uint8_t         apex[SPR__MAX_RING][SPR__MAX_RING]; /* of the triangle on chord (i,j), in the best of polygon i..j */
+    uint8_t apex[SPR__MAX_RING]
+                [SPR__MAX_RING]; /* of the triangle on chord (i,j), in the best of polygon i..j */
     double          before, after;
     int             num_bad; /* of the tetrahedra that are there */
 } spr__ring;
 
-/* Turns around edge e of t. Returns 0 if it is constrained, or meets a wall, or has too many tetrahedra. */
+/* Turns around edge e of t. Returns 0 if it is constrained, or meets a wall, or has too many
+ * tetrahedra. */
 static int spr__ring_set(const spr__state *s, spr__ring *r, delaunay_handle t, int e)
 {
     const delaunay_mesh *m = s->mesh;
@@ -1092,10 +1195,12 @@ static int spr__ring_set(const spr__state *s, spr__ring *r, delaunay_handle t, i
     return 0;
 }
 
-static double spr__ring_triangle(const spr__state *s, const spr__ring *r, int i, int k, int j, double floor_)
+static double spr__ring_triangle(const spr__state *s, const spr__ring *r, int i, int k, int j,
+                                 double floor_)
 {
     const delaunay_mesh *m = s->mesh;
-    const double *p = spr__point(m, r->v[i]), *q = spr__point(m, r->v[k]), *o = spr__point(m, r->v[j]);
+    const double *p = spr__point(m, r->v[i]), *q = spr__point(m, r->v[k]),
+                 *o = spr__point(m, r->v[j]);
     double up = spr__quality(s, p, q, o, spr__point(m, r->b));
     if (up <= floor_) return up;
     return spr__min(up, spr__quality(s, p, o, q, spr__point(m, r->a)));
@@ -1114,8 +1219,8 @@ static int spr__ring_num_bad(const spr__state *s, const spr__ring *r, int i, int
     return n + spr__ring_num_bad(s, r, i, k) + spr__ring_num_bad(s, r, k, j);
 }
 
-/* Dynamic programming over the polygon [Klincsek 1980; Shewchuk 2002]. Returns 1 if it gains: enough, or anything
- * with fewer bad tetrahedra. */
+/* Dynamic programming over the polygon [Klincsek 1980; Shewchuk 2002]. Returns 1 if it gains:
+ * enough, or anything with fewer bad tetrahedra. */
 static int spr__ring_solve(const spr__state *s, spr__ring *r)
 {
     double best[SPR__MAX_RING][SPR__MAX_RING], floor_ = spr__floor(s, r->before), q;
@@ -1139,7 +1244,8 @@ static int spr__ring_solve(const spr__state *s, spr__ring *r)
         }
     r->after = best[0][n - 1];
     if (!(r->after > floor_)) return 0;
-    return r->after > spr__floor(s, r->before) || (s->tidy && r->num_bad > 1 && spr__ring_num_bad(s, r, 0, n - 1) < r->num_bad);
+    return r->after > spr__floor(s, r->before) ||
+           (s->tidy && r->num_bad > 1 && spr__ring_num_bad(s, r, 0, n - 1) < r->num_bad);
 }
 
 /* The new tetrahedra of the chord (i,j) and of those below it. */
@@ -1159,8 +1265,8 @@ static int spr__all_positive(const delaunay_mesh *m, uint32_t (*v)[4], int n)
 {
     int i;
     for (i = 0; i < n; i++)
-        if (delaunay_orient3d(spr__point(m, v[i][0]), spr__point(m, v[i][1]), spr__point(m, v[i][2]),
-                              spr__point(m, v[i][3])) <= 0)
+        if (delaunay_orient3d(spr__point(m, v[i][0]), spr__point(m, v[i][1]),
+                              spr__point(m, v[i][2]), spr__point(m, v[i][3])) <= 0)
             return 0;
     return 1;
 }
@@ -1177,7 +1283,9 @@ static int spr__plan_edges(const spr__state *s, delaunay_handle t, delaunay_plan
     for (e = 0; e < 6; e++) {
         const uint8_t *o = delaunay_edge_order(e);
         if (s->stamp[v[o[0]]] < s->kept[t] || s->stamp[v[o[1]]] < s->kept[t]) continue;
-        if (!spr__ring_set(s, &ring, t, e) || !spr__ring_solve(s, &ring) || ring.after <= best.after) continue;
+        if (!spr__ring_set(s, &ring, t, e) || !spr__ring_solve(s, &ring) ||
+            ring.after <= best.after)
+            continue;
         n = spr__ring_tets(&ring, 0, ring.n - 1, tets);
         if (!spr__all_positive(s->mesh, tets, n)) continue;
         best = ring;
@@ -1186,7 +1294,8 @@ static int spr__plan_edges(const spr__state *s, delaunay_handle t, delaunay_plan
     if (best.n == 0) return DELAUNAY_PLAN_NOTHING;
     n = spr__ring_tets(&best, 0, best.n - 1, tets);
     for (i = 0; i < best.n && answer > 0; i++) answer = delaunay_plan_remove(plan, best.t[i]);
-    for (i = 0; i < n && answer > 0; i++) answer = delaunay_plan_add(plan, tets[i][0], tets[i][1], tets[i][2], tets[i][3]);
+    for (i = 0; i < n && answer > 0; i++)
+        answer = delaunay_plan_add(plan, tets[i][0], tets[i][1], tets[i][2], tets[i][3]);
     return answer;
 }
 
@@ -1220,7 +1329,8 @@ static int spr__cavity_has_vertex(const spr__cavity *c, uint32_t v)
     return 0;
 }
 
-/* Looks over the facets of tetrahedra not yet scanned; those behind that have all vertices in the cavity join it. */
+/* Looks over the facets of tetrahedra not yet scanned; those behind that have all vertices in the
+ * cavity join it. */
 static int spr__cavity_scan(const spr__state *s, spr__cavity *c)
 {
     const delaunay_mesh *m = s->mesh;
@@ -1260,7 +1370,8 @@ static int spr__cavity_set(const spr__state *s, spr__cavity *c, delaunay_handle 
     return spr__cavity_scan(s, c);
 }
 
-/* Adds the vertex behind most facets, ties to the least sum of qualities, and all tetrahedra that are then inside. */
+/* Adds the vertex behind most facets, ties to the least sum of qualities, and all tetrahedra that
+ * are then inside. */
 static int spr__cavity_grow(const spr__state *s, spr__cavity *c)
 {
     uint32_t best = 0;
@@ -1292,14 +1403,15 @@ static int spr__cavity_grow(const spr__state *s, spr__cavity *c)
     return spr__cavity_scan(s, c);
 }
 
-static double spr__search_quality(void *user, const double *a, const double *b, const double *c, const double *d)
+static double spr__search_quality(void *user, const double *a, const double *b, const double *c,
+                                  const double *d)
 {
     const spr__state *s = (const spr__state *)user;
     return spr__quality(s, a, b, c, d);
 }
 
-static int spr__has_fewer_bad(const spr__state *s, const delaunay_handle *t, int n, const delaunay_window *window,
-                              const delaunay_search *search)
+static int spr__has_fewer_bad(const spr__state *s, const delaunay_handle *t, int n,
+                              const delaunay_window *window, const delaunay_search *search)
 {
     int less = 0, i;
     uint32_t k;
@@ -1312,12 +1424,15 @@ static int spr__has_fewer_bad(const spr__state *s, const delaunay_handle *t, int
     return less > 0;
 }
 
-/* The best triangulation of a set of tetrahedra, if it gains. drop: an inner vertex to leave out, or 0. */
-static int spr__reconnect(const spr__state *s, delaunay_worker *worker, const delaunay_handle *t, int n, uint32_t drop,
-                          double before, uint32_t max_nodes, delaunay_window *window, delaunay_search *search)
+/* The best triangulation of a set of tetrahedra, if it gains. drop: an inner vertex to leave out,
+ * or 0. */
+static int spr__reconnect(const spr__state *s, delaunay_worker *worker, const delaunay_handle *t,
+                          int n, uint32_t drop, double before, uint32_t max_nodes,
+                          delaunay_window *window, delaunay_search *search)
 {
     uint32_t i;
-    if (!delaunay_window_set(window, s->mesh, worker, t, (size_t)n, DELAUNAY_WINDOW_VERTICES, 1, 1)) return 0;
+    if (!delaunay_window_set(window, s->mesh, worker, t, (size_t)n, DELAUNAY_WINDOW_VERTICES, 1, 1))
+        return 0;
     for (i = 0; drop && i < window->num_vertices; i++)
         if (window->vertices[i] == drop) window->dropped = 1u << i;
     if (drop && (window->dropped & ~window->interior)) return 0;
@@ -1337,8 +1452,8 @@ typedef struct spr__effort {
     uint32_t nodes;
 } spr__effort;
 
-static int spr__plan_grow(const spr__state *s, delaunay_worker *worker, delaunay_handle t, delaunay_plan *plan,
-                          spr__effort effort)
+static int spr__plan_grow(const spr__state *s, delaunay_worker *worker, delaunay_handle t,
+                          delaunay_plan *plan, spr__effort effort)
 {
     spr__cavity c;
     delaunay_window window;
@@ -1365,7 +1480,8 @@ static double spr__distance2(const double *a, const double *b)
 }
 
 /* All facets of the link of v joined to one of its vertices. */
-static int spr__contract(const spr__state *s, uint32_t v, const delaunay_list *star, spr__offer *offer)
+static int spr__contract(const spr__state *s, uint32_t v, const delaunay_list *star,
+                         spr__offer *offer)
 {
     const delaunay_mesh *m = s->mesh;
     double longest = 0, floor_ = spr__max(offer->after, spr__floor(s, offer->before));
@@ -1377,7 +1493,8 @@ static int spr__contract(const spr__state *s, uint32_t v, const delaunay_list *s
         for (k = 0; k < 4; k++) {
             if (x[k] == v) continue;
             longest = spr__max(longest, spr__distance2(spr__point(m, x[k]), spr__point(m, v)));
-            longest = spr__max(longest, spr__distance2(spr__point(m, x[k]), spr__point(m, x[(k + 1) & 3])));
+            longest = spr__max(longest,
+                               spr__distance2(spr__point(m, x[k]), spr__point(m, x[(k + 1) & 3])));
             for (i = 0; i < num && seen[i] != x[k]; i++) {}
             if (i == num) seen[num++] = x[k];
         }
@@ -1391,7 +1508,8 @@ static int spr__contract(const spr__state *s, uint32_t v, const delaunay_list *s
             double q;
             if (delaunay_local_index(t, seen[i]) >= 0) continue;
             o = delaunay_facet_order(delaunay_local_index(t, v));
-            q = spr__quality(s, spr__point(m, t->v[o[0]]), spr__point(m, t->v[o[2]]), spr__point(m, t->v[o[1]]), p);
+            q = spr__quality(s, spr__point(m, t->v[o[0]]), spr__point(m, t->v[o[2]]),
+                             spr__point(m, t->v[o[1]]), p);
             for (k = 0; k < 3; k++)
                 if (spr__distance2(spr__point(m, t->v[o[k]]), p) > 1.6 * longest) q = -1;
             worst = spr__min(worst, q);
@@ -1421,14 +1539,17 @@ static int spr__plan_contraction(const spr__state *s, delaunay_plan *plan, const
         tets[n++][3] = offer->ring;
     }
     if (!spr__all_positive(m, tets, n)) return DELAUNAY_PLAN_NOTHING;
-    for (j = 0; j < plan->star.count && answer > 0; j++) answer = delaunay_plan_remove(plan, plan->star.items[j]);
-    for (i = 0; i < n && answer > 0; i++) answer = delaunay_plan_add(plan, tets[i][0], tets[i][1], tets[i][2], tets[i][3]);
+    for (j = 0; j < plan->star.count && answer > 0; j++)
+        answer = delaunay_plan_remove(plan, plan->star.items[j]);
+    for (i = 0; i < n && answer > 0; i++)
+        answer = delaunay_plan_add(plan, tets[i][0], tets[i][1], tets[i][2], tets[i][3]);
     return answer;
 }
 
-/* Contracts an edge at one of the vertices of t; thorough: retriangulates the whole star without it. */
-static int spr__plan_removal(const spr__state *s, delaunay_worker *worker, delaunay_handle t, delaunay_plan *plan,
-                             int thorough)
+/* Contracts an edge at one of the vertices of t; thorough: retriangulates the whole star without
+ * it. */
+static int spr__plan_removal(const spr__state *s, delaunay_worker *worker, delaunay_handle t,
+                             delaunay_plan *plan, int thorough)
 {
     const delaunay_mesh *m = s->mesh;
     spr__offer best, offer;
@@ -1446,7 +1567,8 @@ static int spr__plan_removal(const spr__state *s, delaunay_worker *worker, delau
         if (thorough) {
             delaunay_window window;
             delaunay_search search;
-            if (spr__reconnect(s, worker, plan->star.items, (int)plan->star.count, v, offer.before, 3000, &window, &search))
+            if (spr__reconnect(s, worker, plan->star.items, (int)plan->star.count, v, offer.before,
+                               3000, &window, &search))
                 return delaunay_plan_window(plan, &window, &search);
         } else if (spr__contract(s, v, &plan->star, &offer) &&
                    (!best.vertex || offer.after - offer.before > best.after - best.before))
@@ -1461,7 +1583,8 @@ static int spr__plan_removal(const spr__state *s, delaunay_worker *worker, delau
 
 /* -- a new vertex */
 
-/* A cavity for a new vertex: grows over a facet while the facets behind it are better for the vertex. */
+/* A cavity for a new vertex: grows over a facet while the facets behind it are better for the
+ * vertex. */
 typedef struct spr__pit {
     int             num_tets, num_facets;
     delaunay_handle t[SPR__MAX_CAVITY];
@@ -1483,7 +1606,8 @@ static double spr__pit_facet(const spr__state *s, const spr__pit *c, delaunay_ha
     const delaunay_mesh *m = s->mesh;
     const uint32_t *v = m->tets[f / 4].v;
     const uint8_t *o = delaunay_facet_order((int)(f % 4));
-    return spr__quality(s, spr__point(m, v[o[0]]), spr__point(m, v[o[2]]), spr__point(m, v[o[1]]), c->xyz);
+    return spr__quality(s, spr__point(m, v[o[0]]), spr__point(m, v[o[2]]), spr__point(m, v[o[1]]),
+                        c->xyz);
 }
 
 static int spr__pit_add(const spr__state *s, spr__pit *c, delaunay_handle t)
@@ -1535,7 +1659,8 @@ static void spr__pit_grow(const spr__state *s, spr__pit *c)
             worst = c->value[i];
             at = i;
         }
-        if (at < 0 || !spr__pit_add(s, c, m->tets[c->facet[at] / 4].n[c->facet[at] % 4] / 4)) return;
+        if (at < 0 || !spr__pit_add(s, c, m->tets[c->facet[at] / 4].n[c->facet[at] % 4] / 4))
+            return;
     }
 }
 
@@ -1547,14 +1672,16 @@ static int spr__pit_is_hollow(const spr__state *s, const spr__pit *c)
     for (i = 0; i < c->num_tets; i++) {
         delaunay_handle t = c->t[i];
         for (k = 0; k < 4; k++)
-            if (spr__is_wall(m, t, k) && m->tets[t].n[k] && spr__pit_has(c, m->tets[t].n[k] / 4)) return 0;
+            if (spr__is_wall(m, t, k) && m->tets[t].n[k] && spr__pit_has(c, m->tets[t].n[k] / 4))
+                return 0;
         for (k = 0; k < 10; k++) {
             uint32_t a = m->tets[t].v[k < 4 ? k : delaunay_edge_order(k - 4)[0]];
             uint32_t b = m->tets[t].v[k < 4 ? k : delaunay_edge_order(k - 4)[1]];
             if (k >= 4 && (!m->flags || !(m->flags[t] & DELAUNAY_EDGE_BIT(k - 4)))) continue;
             for (j = 0; j < c->num_facets; j++) {
                 const delaunay_tet *x = &m->tets[c->facet[j] / 4];
-                int la = delaunay_local_index(x, a), lb = delaunay_local_index(x, b), o = (int)(c->facet[j] % 4);
+                int la = delaunay_local_index(x, a), lb = delaunay_local_index(x, b),
+                    o = (int)(c->facet[j] % 4);
                 if (la >= 0 && lb >= 0 && la != o && lb != o) break;
             }
             if (j == c->num_facets) return 0;
@@ -1571,7 +1698,8 @@ static void spr__pit_cone(const spr__state *s, const spr__pit *c, spr__cone *con
     for (i = 0; i < c->num_facets; i++) {
         const uint32_t *v = m->tets[c->facet[i] / 4].v;
         const uint8_t *o = delaunay_facet_order((int)(c->facet[i] % 4));
-        spr__facet_set(&cone->f[i], spr__point(m, v[o[0]]), spr__point(m, v[o[2]]), spr__point(m, v[o[1]]));
+        spr__facet_set(&cone->f[i], spr__point(m, v[o[0]]), spr__point(m, v[o[2]]),
+                       spr__point(m, v[o[1]]));
     }
 }
 
@@ -1582,9 +1710,12 @@ static int spr__pit_is_roomy(const spr__cone *cone, const double *p)
     size_t i;
     for (i = 0; i < cone->n; i++) {
         const spr__facet *f = &cone->f[i];
-        nearest = spr__min(nearest, spr__min(spr__distance2(p, f->a), spr__min(spr__distance2(p, f->b), spr__distance2(p, f->c))));
-        shortest = spr__min(shortest, spr__min(spr__distance2(f->a, f->b),
-                                               spr__min(spr__distance2(f->b, f->c), spr__distance2(f->c, f->a))));
+        nearest =
+            spr__min(nearest, spr__min(spr__distance2(p, f->a),
+                                       spr__min(spr__distance2(p, f->b), spr__distance2(p, f->c))));
+        shortest = spr__min(
+            shortest, spr__min(spr__distance2(f->a, f->b),
+                               spr__min(spr__distance2(f->b, f->c), spr__distance2(f->c, f->a))));
     }
     return nearest > 0.25 * shortest;
 }
@@ -1604,15 +1735,16 @@ static double spr__lack_of(const spr__state *s, const delaunay_handle *t, size_t
     return sum;
 }
 
-/* A new vertex often makes several better but still bad tetrahedra of a very bad one: it must halve the sum, or
- * lift the very worst by much. */
+/* A new vertex often makes several better but still bad tetrahedra of a very bad one: it must halve
+ * the sum, or lift the very worst by much. */
 static int spr__pit_pays(const spr__state *s, const spr__pit *c)
 {
     double after = 0;
     int i;
     if (s->sweep == SPR__UTMOST) return 1;
     for (i = 0; i < c->num_facets; i++) after += spr__lack(s, c->value[i]);
-    if (c->before < 0.4 * s->target && c->after > 2 * c->before && c->after > 0.3 * s->target) return 1;
+    if (c->before < 0.4 * s->target && c->after > 2 * c->before && c->after > 0.3 * s->target)
+        return 1;
     return after < 0.5 * spr__lack_of(s, c->t, (size_t)c->num_tets);
 }
 
@@ -1634,8 +1766,9 @@ static int spr__pit_solve(const spr__state *s, spr__pit *c)
     }
     c->after = HUGE_VAL;
     for (i = 0; i < c->num_facets; i++) c->after = spr__min(c->after, c->value[i]);
-    return c->after > spr__floor(s, c->before) && cone.n == (size_t)c->num_facets && spr__pit_pays(s, c) &&
-           spr__cone_is_positive(&cone, c->xyz) && spr__pit_is_roomy(&cone, c->xyz) && spr__pit_is_hollow(s, c);
+    return c->after > spr__floor(s, c->before) && cone.n == (size_t)c->num_facets &&
+           spr__pit_pays(s, c) && spr__cone_is_positive(&cone, c->xyz) &&
+           spr__pit_is_roomy(&cone, c->xyz) && spr__pit_is_hollow(s, c);
 }
 
 /* The k-th place to begin with: the middle of t, then of its edges, with all tetrahedra around. */
@@ -1648,9 +1781,12 @@ static int spr__pit_set(const spr__state *s, spr__pit *c, delaunay_handle t, int
     c->num_tets = c->num_facets = 0;
     c->before = HUGE_VAL;
     for (i = 0; i < 3; i++)
-        c->xyz[i] = k == 0 ? (spr__point(m, v[0])[i] + spr__point(m, v[1])[i] + spr__point(m, v[2])[i] + spr__point(m, v[3])[i]) / 4
+        c->xyz[i] = k == 0 ? (spr__point(m, v[0])[i] + spr__point(m, v[1])[i] +
+                              spr__point(m, v[2])[i] + spr__point(m, v[3])[i]) /
+                                 4
                            : (spr__point(m, v[delaunay_edge_order(k - 1)[0]])[i] +
-                              spr__point(m, v[delaunay_edge_order(k - 1)[1]])[i]) / 2;
+                              spr__point(m, v[delaunay_edge_order(k - 1)[1]])[i]) /
+                                 2;
     if (k == 0) return spr__pit_add(s, c, t);
     if (!spr__ring_set(s, &ring, t, k - 1)) return 0;
     for (i = 0; i < ring.n; i++)
@@ -1665,7 +1801,9 @@ static int spr__plan_insertion(const spr__state *s, delaunay_handle t, delaunay_
     int k, answer;
     best.num_tets = 0;
     best.after = best.before = 0;
-    if (m->num_vertices - s->first_new >= (s->sweep == SPR__UTMOST ? s->max_new : s->max_new - s->max_new / 3)) return DELAUNAY_PLAN_NOTHING;
+    if (m->num_vertices - s->first_new >=
+        (s->sweep == SPR__UTMOST ? s->max_new : s->max_new - s->max_new / 3))
+        return DELAUNAY_PLAN_NOTHING;
     for (k = 0; k < 7; k++) {
         if (!spr__pit_set(s, &pit, t, k) || !spr__pit_solve(s, &pit)) continue;
         if (best.num_tets && pit.after - pit.before <= best.after - best.before) continue;
@@ -1674,7 +1812,8 @@ static int spr__plan_insertion(const spr__state *s, delaunay_handle t, delaunay_
     }
     if (best.num_tets == 0) return DELAUNAY_PLAN_NOTHING;
     answer = delaunay_plan_vertex(plan, best.xyz);
-    for (k = 0; k < best.num_tets && answer > 0; k++) answer = delaunay_plan_remove(plan, best.t[k]);
+    for (k = 0; k < best.num_tets && answer > 0; k++)
+        answer = delaunay_plan_remove(plan, best.t[k]);
     for (k = 0; k < best.num_facets && answer > 0; k++) {
         const uint32_t *v = m->tets[best.facet[k] / 4].v;
         const uint8_t *o = delaunay_facet_order((int)(best.facet[k] % 4));
@@ -1718,9 +1857,11 @@ static double spr__goal(const spr__state *s, delaunay_handle t)
     return bound >= s->target ? s->target : 0.97 * bound;
 }
 
-static int spr__plan(void *user, const delaunay_mesh *m, delaunay_worker *worker, size_t item, delaunay_plan *plan)
+static int spr__plan(void *user, const delaunay_mesh *m, delaunay_worker *worker, size_t item,
+                     delaunay_plan *plan)
 {
-    static const spr__effort small = {7, 2, 10, 300}, medium = {12, 2, 16, 1500}, large = {20, 4, 32, 6000}, utmost = {14, 3, 32, 10000};
+    static const spr__effort small = {7, 2, 10, 300}, medium = {12, 2, 16, 1500},
+                             large = {20, 4, 32, 6000}, utmost = {14, 3, 32, 10000};
     const spr__state *s = (const spr__state *)user;
     delaunay_handle t = s->items.items[item];
     double goal;
@@ -1742,7 +1883,8 @@ static int spr__plan(void *user, const delaunay_mesh *m, delaunay_worker *worker
     case SPR__LARGE: return spr__plan_grow(s, worker, t, plan, large);
     default:
         answer = s->max_new ? spr__plan_insertion(s, t, plan) : DELAUNAY_PLAN_NOTHING;
-        return answer != DELAUNAY_PLAN_NOTHING ? answer : spr__plan_grow(s, worker, t, plan, utmost);
+        return answer != DELAUNAY_PLAN_NOTHING ? answer
+                                               : spr__plan_grow(s, worker, t, plan, utmost);
     }
 }
 
@@ -1779,13 +1921,16 @@ static int spr__fit(spr__state *s)
         s->cap_tets = (delaunay_handle)tets;
     }
     if (vertices > s->cap_vertices) {
-        uint32_t *stamp = (uint32_t *)delaunay_grow(s->memory, s->stamp, s->cap_vertices, vertices, sizeof *stamp);
+        uint32_t *stamp = (uint32_t *)delaunay_grow(s->memory, s->stamp, s->cap_vertices, vertices,
+                                                    sizeof *stamp);
         uint32_t *still;
         uint8_t *movable;
         if (stamp) s->stamp = stamp;
-        still = (uint32_t *)delaunay_grow(s->memory, s->still, s->cap_vertices, vertices, sizeof *still);
+        still = (uint32_t *)delaunay_grow(s->memory, s->still, s->cap_vertices, vertices,
+                                          sizeof *still);
         if (still) s->still = still;
-        movable = (uint8_t *)delaunay_grow(s->memory, s->movable, s->cap_vertices, vertices, sizeof *movable);
+        movable = (uint8_t *)delaunay_grow(s->memory, s->movable, s->cap_vertices, vertices,
+                                           sizeof *movable);
         if (movable) s->movable = movable;
         if (!stamp || !still || !movable) return 0;
         memset(s->still + s->cap_vertices, 0, (vertices - s->cap_vertices) * sizeof *still);
@@ -1829,30 +1974,35 @@ static void spr__count(spr__state *s, const delaunay_plan *plan)
     else s->report->reconnected++;
 }
 
-/* Of listed: everything was tried for this very tetrahedron once; when something changes nearby, the dear ones are not. */
+/* Of listed: everything was tried for this very tetrahedron once; when something changes nearby,
+ * the dear ones are not. */
 enum { SPR__EXHAUSTED = 2 };
 
-/* How far one goes for a tetrahedron: what the surface holds anyway is not worth everything, unless it is among the
- * very worst in the end. */
+/* How far one goes for a tetrahedron: what the surface holds anyway is not worth everything, unless
+ * it is among the very worst in the end. */
 static int spr__last_level(const spr__state *s, delaunay_handle t)
 {
     double goal = (double)s->goal[t];
     if (s->listed[t] == SPR__EXHAUSTED) return SPR__INSERT;
     if (goal == 0 || s->goal[t] >= (float)s->target) return SPR__LARGE;
-    return s->value[t] >= 0.8 * goal ? SPR__INSERT : s->value[t] >= 0.4 * goal ? SPR__MEDIUM : SPR__LARGE;
+    return s->value[t] >= 0.8 * goal   ? SPR__INSERT
+           : s->value[t] >= 0.4 * goal ? SPR__MEDIUM
+                                       : SPR__LARGE;
 }
 
 /* After this level was tried in vain. */
 static uint8_t spr__next_level(const spr__state *s, delaunay_handle t, int level)
 {
     uint8_t next = spr__level_from(s, level + 1);
-    if (next == SPR__HOPELESS || (s->goal[t] > 0 && s->value[t] >= (double)s->goal[t])) return SPR__HOPELESS;
+    if (next == SPR__HOPELESS || (s->goal[t] > 0 && s->value[t] >= (double)s->goal[t]))
+        return SPR__HOPELESS;
     if (next <= spr__last_level(s, t)) return next;
     if (s->listed[t] == SPR__EXHAUSTED) return SPR__HOPELESS;
     return spr__level_from(s, SPR__UTMOST);
 }
 
-static int spr__done(void *user, delaunay_mesh *m, delaunay_worker *worker, size_t item, const delaunay_plan *plan)
+static int spr__done(void *user, delaunay_mesh *m, delaunay_worker *worker, size_t item,
+                     const delaunay_plan *plan)
 {
     spr__state *s = (spr__state *)user;
     delaunay_handle t = s->items.items[item];
@@ -1877,14 +2027,17 @@ static int spr__done(void *user, delaunay_mesh *m, delaunay_worker *worker, size
         uint8_t restarts = 0;
         int ok = 1;
         spr__count(s, plan);
-        for (i = plan->num_tets; i < plan->old_tets.count; i++) s->value[plan->old_tets.items[i]] = HUGE_VAL;
+        for (i = plan->num_tets; i < plan->old_tets.count; i++)
+            s->value[plan->old_tets.items[i]] = HUGE_VAL;
         for (i = 0; i < plan->old_tets.count; i++)
-            if (s->restarts[plan->old_tets.items[i]] > restarts) restarts = s->restarts[plan->old_tets.items[i]];
+            if (s->restarts[plan->old_tets.items[i]] > restarts)
+                restarts = s->restarts[plan->old_tets.items[i]];
         for (i = 0; i < plan->num_tets; i++) {
             ok &= spr__renew(s, plan->slots.items[i], 1);
             s->restarts[plan->slots.items[i]] = restarts;
         }
-        for (i = 0; plan->num_moved && i < plan->star.count; i++) ok &= spr__renew(s, plan->star.items[i], 0);
+        for (i = 0; plan->num_moved && i < plan->star.count; i++)
+            ok &= spr__renew(s, plan->star.items[i], 0);
         if (!ok) {
             s->failure = SPR_ERROR_OUT_OF_MEMORY;
             return 1;
@@ -1899,14 +2052,15 @@ static int spr__is_held(const spr__state *s, delaunay_handle t)
     return s->goal[t] > 0 && s->goal[t] < (float)s->target;
 }
 
-/* How often a tetrahedron, or what became of it, begins again because something changed nearby. Where the bad ones
- * are dense each success wakes dozens of them. */
+/* How often a tetrahedron, or what became of it, begins again because something changed nearby.
+ * Where the bad ones are dense each success wakes dozens of them. */
 static int spr__patience(const spr__state *s, delaunay_handle t)
 {
     return spr__is_held(s, t) ? 3 : 16;
 }
 
-/* Drops what is good now from the list; what changed since it was last tried begins again. Returns the lowest level. */
+/* Drops what is good now from the list; what changed since it was last tried begins again. Returns
+ * the lowest level. */
 static int spr__refresh(spr__state *s)
 {
     const delaunay_mesh *m = s->mesh;
@@ -1947,8 +2101,9 @@ static spr_result spr__speculate(spr__state *s, delaunay_speculation *job)
     return s->failure != SPR_OK ? s->failure : (spr_result)result;
 }
 
-/* Plans that each level may make in all. On a clean mesh no limit is met; where the surface leaves thousands of bad
- * tetrahedra in thin places, the dear searches stop at a cost that grows with the mesh alone. */
+/* Plans that each level may make in all. On a clean mesh no limit is met; where the surface leaves
+ * thousands of bad tetrahedra in thin places, the dear searches stop at a cost that grows with the
+ * mesh alone. */
 static void spr__set_allowance(spr__state *s, uint64_t num_tets)
 {
     int level;
@@ -2017,7 +2172,8 @@ static spr_result spr__gather(spr__state *s, int level)
 static spr_result spr__run(spr__state *s, int level)
 {
     static const uint32_t batch[SPR__HOPELESS] = {1024, 512, 512, 256, 256, 128, 32, 16};
-    static const uint32_t from[SPR__HOPELESS] = {64, 32, 16, 16, 16, 4, 2, 2}; /* by the time that a plan takes */
+    /* by the time that a plan takes */
+    static const uint32_t from[SPR__HOPELESS] = {64, 32, 16, 16, 16, 4, 2, 2};
     delaunay_speculation job;
     spr_result result = spr__gather(s, level);
     if (result != SPR_OK || s->items.count == 0) return result;
@@ -2031,14 +2187,16 @@ static spr_result spr__run(spr__state *s, int level)
 }
 
 /* Item: a vertex that was to be relaxed. */
-static int spr__done_relax(void *user, delaunay_mesh *m, delaunay_worker *worker, size_t item, const delaunay_plan *plan)
+static int spr__done_relax(void *user, delaunay_mesh *m, delaunay_worker *worker, size_t item,
+                           const delaunay_plan *plan)
 {
     spr__state *s = (spr__state *)user;
     size_t i;
     (void)worker;
     (void)item;
     s->report->relaxed += (uint64_t)plan->committed;
-    for (i = 0; plan->committed && i < plan->star.count; i++) { /* of what is good nobody asks the quality any more */
+    /* of what is good nobody asks the quality any more */
+    for (i = 0; plan->committed && i < plan->star.count; i++) {
         delaunay_handle t = plan->star.items[i];
         if (s->value[t] < s->target) s->value[t] = spr__quality_of(s, m->tets[t].v);
     }
@@ -2054,7 +2212,8 @@ static spr_result spr__relax(spr__state *s)
     uint32_t v;
     s->items.count = 0;
     for (v = 1; v < s->mesh->num_vertices; v++)
-        if (s->movable[v] && s->mesh->vertex_tet[v] && delaunay_list_push(&s->items, v) != DELAUNAY_OK)
+        if (s->movable[v] && s->mesh->vertex_tet[v] &&
+            delaunay_list_push(&s->items, v) != DELAUNAY_OK)
             return SPR_ERROR_OUT_OF_MEMORY;
     memset(&job, 0, sizeof job);
     job.plan = spr__plan_relax;
@@ -2085,7 +2244,8 @@ static spr_result spr__schedule(spr__state *s)
     spr__set_allowance(s, s->report->before.num_tets);
     for (sweeps = 0; result == SPR_OK; sweeps++) {
         double start = delaunay_seconds(&s->options.host), took;
-        if (s->options.max_rounds > 0 && sweeps >= s->options.max_rounds) return SPR_STOPPED_BY_BUDGET;
+        if (s->options.max_rounds > 0 && sweeps >= s->options.max_rounds)
+            return SPR_STOPPED_BY_BUDGET;
         level = spr__refresh(s);
         if (level == SPR__HOPELESS && s->tidy) break;
         if (level == SPR__HOPELESS) {
@@ -2120,16 +2280,16 @@ SPR_API const char *spr_result_string(spr_result result)
 }
 
 /* Options with the defaults filled in, the measure, and the memory account. */
-static spr_result spr__open(spr__state *s, const delaunay_mesh *mesh, const spr_options *options, spr_report *report,
-                            delaunay_memory *memory)
+static spr_result spr__open(spr__state *s, const delaunay_mesh *mesh, const spr_options *options,
+                            spr_report *report, delaunay_memory *memory)
 {
     memset(s, 0, sizeof *s);
     if (options) s->options = *options;
     s->report = report;
     s->memory = memory;
     s->mesh = (delaunay_mesh *)(uintptr_t)mesh;
-    if (!mesh || s->options.measure < SPR_GAMMA || s->options.measure > SPR_USER || !(s->options.target >= 0) ||
-        !(s->options.max_seconds >= 0) || s->options.max_rounds < 0 ||
+    if (!mesh || s->options.measure < SPR_GAMMA || s->options.measure > SPR_USER ||
+        !(s->options.target >= 0) || !(s->options.max_seconds >= 0) || s->options.max_rounds < 0 ||
         (s->options.measure == SPR_USER && !s->options.quality))
         return SPR_ERROR_INVALID_ARGUMENT;
     s->target = s->options.target > 0 ? s->options.target : 0.35;
@@ -2142,7 +2302,8 @@ static spr_result spr__open(spr__state *s, const delaunay_mesh *mesh, const spr_
     return (spr_result)delaunay_memory_init(memory, &s->options.host);
 }
 
-SPR_API spr_result spr_measure_mesh(const delaunay_mesh *mesh, const spr_options *options, spr_statistics *out)
+SPR_API spr_result spr_measure_mesh(const delaunay_mesh *mesh, const spr_options *options,
+                                    spr_statistics *out)
 {
     spr__state s;
     spr_report report;
@@ -2152,8 +2313,8 @@ SPR_API spr_result spr_measure_mesh(const delaunay_mesh *mesh, const spr_options
     return spr__statistics(&s, out);
 }
 
-/* Which vertices may move (1) or go as well (2): those of tetrahedra of one region, on no wall and no constrained
- * edge. stamp: scratch, the region of each vertex. */
+/* Which vertices may move (1) or go as well (2): those of tetrahedra of one region, on no wall and
+ * no constrained edge. stamp: scratch, the region of each vertex. */
 static void spr__find_movable(spr__state *s)
 {
     const delaunay_mesh *m = s->mesh;
@@ -2161,7 +2322,8 @@ static void spr__find_movable(spr__state *s)
     uint32_t v;
     int i, k;
     for (v = 1; v < m->num_vertices; v++)
-        s->movable[v] = (uint8_t)(m->vertex_id[v] == DELAUNAY_NO_ID || s->options.free_vertices ? 2 : 0);
+        s->movable[v] =
+            (uint8_t)(m->vertex_id[v] == DELAUNAY_NO_ID || s->options.free_vertices ? 2 : 0);
     for (v = 1; v < m->num_vertices && s->options.fixed_vertices; v++)
         if (s->options.fixed_vertices[v]) s->movable[v] = 0;
     s->movable[0] = 0;
@@ -2178,7 +2340,8 @@ static void spr__find_movable(spr__state *s)
             for (k = 0; k < 3; k++) s->movable[x->v[delaunay_facet_order(i)[k]]] = 0;
         }
         for (i = 0; i < 6 && m->flags && (m->flags[t] & DELAUNAY_EDGE_BITS); i++)
-            for (k = 0; k < 2 && (m->flags[t] & DELAUNAY_EDGE_BIT(i)); k++) s->movable[x->v[delaunay_edge_order(i)[k]]] = 0;
+            for (k = 0; k < 2 && (m->flags[t] & DELAUNAY_EDGE_BIT(i)); k++)
+                s->movable[x->v[delaunay_edge_order(i)[k]]] = 0;
     }
     memset(s->stamp, 0, m->num_vertices * sizeof *s->stamp);
 }
@@ -2194,7 +2357,8 @@ static int spr__find_bad(spr__state *s)
     /* each thread writes the values of its slots */
     SPR__OMP(omp parallel for schedule(static) num_threads(threads))
     for (i = 1; i < n; i++)
-        s->value[i] = spr__is_inside(m, (delaunay_handle)i) ? spr__quality_of(s, m->tets[i].v) : HUGE_VAL;
+        s->value[i] =
+            spr__is_inside(m, (delaunay_handle)i) ? spr__quality_of(s, m->tets[i].v) : HUGE_VAL;
     for (i = 1; i < n && ok; i++)
         if (s->value[i] < s->target) ok = spr__list(s, (delaunay_handle)i);
     return ok;
@@ -2232,8 +2396,9 @@ static void spr__explain(spr__state *s)
         const uint32_t *v = s->mesh->tets[w->tet].v;
         w->bound = spr__bound(s, w->tet);
         for (k = 0; k < 3; k++)
-            w->xyz[k] = (spr__point(s->mesh, v[0])[k] + spr__point(s->mesh, v[1])[k] + spr__point(s->mesh, v[2])[k] +
-                         spr__point(s->mesh, v[3])[k]) / 4;
+            w->xyz[k] = (spr__point(s->mesh, v[0])[k] + spr__point(s->mesh, v[1])[k] +
+                         spr__point(s->mesh, v[2])[k] + spr__point(s->mesh, v[3])[k]) /
+                        4;
         w->reason = w->bound < s->target ? SPR_BOUNDED
                     : s->level[w->tet] < SPR__HOPELESS ? SPR_BUDGET
                     : spr__is_fixed(s, w->tet) ? SPR_FIXED
@@ -2241,7 +2406,8 @@ static void spr__explain(spr__state *s)
     }
 }
 
-/* Vertices without id that no tetrahedron has any more leave the arrays; the others keep their order. */
+/* Vertices without id that no tetrahedron has any more leave the arrays; the others keep their
+ * order. */
 static spr_result spr__compact(spr__state *s)
 {
     delaunay_mesh *m = s->mesh;
@@ -2281,7 +2447,8 @@ static void spr__close(spr__state *s)
     delaunay_release(s->memory, s->movable);
 }
 
-/* A new vertex brings some six tetrahedra: so many tetrahedra of the mesh to one keep it within a tenth of its size. */
+/* A new vertex brings some six tetrahedra: so many tetrahedra of the mesh to one keep it within a
+ * tenth of its size. */
 enum { SPR__TETS_A_VERTEX = 60 };
 
 /* Everything but opening and closing. */
@@ -2308,7 +2475,8 @@ static spr_result spr__improve(spr__state *s, uint32_t max_new)
     if (!s->options.keep_vertices) spr__compact(s);
     after = spr__statistics(s, &s->report->after);
     if (after != SPR_OK && result >= 0) return after;
-    if (result == SPR_OK && s->options.require_target && s->report->after.num_below > 0) result = SPR_GOAL_NOT_MET;
+    if (result == SPR_OK && s->options.require_target && s->report->after.num_below > 0)
+        result = SPR_GOAL_NOT_MET;
     return result;
 }
 
@@ -2341,13 +2509,17 @@ static spr_result spr__check_polyhedron(const spr_polyhedron *p, spr_reconnectio
     if (p->num_walls > SPR_MAX_CONSTRAINTS || (p->num_walls && !p->walls))
         return spr__refuse(out, "too many walls, or none given", p->num_walls);
     for (i = 0; i < 3 * p->num_points; i++)
-        if (!(fabs(p->xyz[i]) <= 1e300)) return spr__refuse(out, "a point that is not finite", i / 3);
+        if (!(fabs(p->xyz[i]) <= 1e300))
+            return spr__refuse(out, "a point that is not finite", i / 3);
     for (i = 0; i < p->num_facets; i++)
-        if (!spr__has_points(p, p->facets + 3 * i, 3)) return spr__refuse(out, "a facet without three points", i);
+        if (!spr__has_points(p, p->facets + 3 * i, 3))
+            return spr__refuse(out, "a facet without three points", i);
     for (i = 0; i < p->num_edges; i++)
-        if (!spr__has_points(p, p->edges + 2 * i, 2)) return spr__refuse(out, "an edge without two points", i);
+        if (!spr__has_points(p, p->edges + 2 * i, 2))
+            return spr__refuse(out, "an edge without two points", i);
     for (i = 0; i < p->num_walls; i++)
-        if (!spr__has_points(p, p->walls + 3 * i, 3)) return spr__refuse(out, "a wall without three points", i);
+        if (!spr__has_points(p, p->walls + 3 * i, 3))
+            return spr__refuse(out, "a wall without three points", i);
     return SPR_OK;
 }
 
@@ -2372,7 +2544,8 @@ static spr_result spr__check_boundary(const spr_polyhedron *p, spr_reconnection 
     for (i = 0; i < p->num_facets; i++) {
         const uint32_t *f = p->facets + 3 * i;
         for (j = 0; j < i; j++)
-            if (spr__is_triangle(f, p->facets + 3 * j)) return spr__refuse(out, "a facet that is there twice", i);
+            if (spr__is_triangle(f, p->facets + 3 * j))
+                return spr__refuse(out, "a facet that is there twice", i);
         for (k = 0; k < 3; k++) {
             uint32_t a = f[k], b = f[(k + 1) % 3];
             turn[a][b]++;
@@ -2462,7 +2635,8 @@ SPR_API spr_result spr_reconnect(const spr_polyhedron *polyhedron, double bound,
     return out->found ? SPR_OK : SPR_GOAL_NOT_MET;
 }
 
-static spr_result spr__improve_mesh(delaunay_mesh *mesh, const spr_options *options, spr_report *report, uint32_t max_new)
+static spr_result spr__improve_mesh(delaunay_mesh *mesh, const spr_options *options,
+                                    spr_report *report, uint32_t max_new)
 {
     spr__state s;
     spr_report unused;
@@ -2478,7 +2652,8 @@ static spr_result spr__improve_mesh(delaunay_mesh *mesh, const spr_options *opti
     report->seconds += delaunay_seconds(&s.options.host);
     spr__close(&s);
     report->peak_bytes = memory.peak_bytes + mesh->memory.peak_bytes;
-    if (result != SPR_OK) snprintf(report->message, sizeof report->message, "%s", spr_result_string(result));
+    if (result != SPR_OK)
+        snprintf(report->message, sizeof report->message, "%s", spr_result_string(result));
     return result;
 }
 
@@ -2487,9 +2662,11 @@ SPR_API spr_result spr_improve(delaunay_mesh *mesh, const spr_options *options, 
     return spr__improve_mesh(mesh, options, report, UINT32_MAX);
 }
 
-/* Writes an improved mesh over the caller's arrays. color_of: the caller's colour of each of ours, or NULL. */
-static spr_result spr__export(const delaunay_mesh *m, double *xyz, size_t *num_vertices, uint32_t *tets, uint32_t *colors,
-                              size_t *num_tets, size_t cap_tets, uint32_t *number)
+/* Writes an improved mesh over the caller's arrays. color_of: the caller's colour of each of ours,
+ * or NULL. */
+static spr_result spr__export(const delaunay_mesh *m, double *xyz, size_t *num_vertices,
+                              uint32_t *tets, uint32_t *colors, size_t *num_tets, size_t cap_tets,
+                              uint32_t *number)
 {
     size_t n = *num_vertices, count = (size_t)delaunay_count_tets(m), k = 0;
     delaunay_handle t;
@@ -2511,8 +2688,9 @@ static spr_result spr__export(const delaunay_mesh *m, double *xyz, size_t *num_v
     return SPR_OK;
 }
 
-SPR_API spr_result spr_improve_arrays(double *xyz, size_t *num_vertices, size_t cap_vertices, uint32_t *tets,
-                                      uint32_t *colors, size_t *num_tets, size_t cap_tets, const uint8_t *fixed,
+SPR_API spr_result spr_improve_arrays(double *xyz, size_t *num_vertices, size_t cap_vertices,
+                                      uint32_t *tets, uint32_t *colors, size_t *num_tets,
+                                      size_t cap_tets, const uint8_t *fixed,
                                       const spr_options *options, spr_report *report)
 {
     delaunay_mesh mesh;
@@ -2530,14 +2708,16 @@ SPR_API spr_result spr_improve_arrays(double *xyz, size_t *num_vertices, size_t 
     memset(&mesh, 0, sizeof mesh);
     memset(&own, 0, sizeof own);
     if (options) own = *options;
-    if (!xyz || !tets || !num_vertices || !num_tets || cap_vertices < *num_vertices || cap_tets < *num_tets)
+    if (!xyz || !tets || !num_vertices || !num_tets || cap_vertices < *num_vertices ||
+        cap_tets < *num_tets)
         return SPR_ERROR_INVALID_ARGUMENT;
     result = (spr_result)delaunay_memory_init(&memory, &own.host);
     if (result != SPR_OK) return result;
     read = delaunay_import(&mesh, xyz, *num_vertices, tets, NULL, *num_tets, &own.host, &import);
     if (read != DELAUNAY_OK) {
         snprintf(report->message, sizeof report->message, "%.255s",
-                 read == DELAUNAY_ERROR_INVALID_MESH ? import.message : delaunay_result_string(read));
+                 read == DELAUNAY_ERROR_INVALID_MESH ? import.message
+                                                     : delaunay_result_string(read));
         result = read == DELAUNAY_ERROR_INVALID_MESH ? SPR_ERROR_INVALID_MESH
                  : read < -15                        ? SPR_ERROR_INVALID_ARGUMENT
                                                      : (spr_result)read;
@@ -2548,14 +2728,17 @@ SPR_API spr_result spr_improve_arrays(double *xyz, size_t *num_vertices, size_t 
     mask = (uint8_t *)delaunay_alloc(&memory, mesh.num_vertices, 1);
     if (!mask) goto done;
     for (v = 1, mask[0] = 1; v < mesh.num_vertices; v++)
-        mask[v] = (uint8_t)(fixed && mesh.vertex_id[v] != DELAUNAY_NO_ID && fixed[mesh.vertex_id[v]]);
+        mask[v] =
+            (uint8_t)(fixed && mesh.vertex_id[v] != DELAUNAY_NO_ID && fixed[mesh.vertex_id[v]]);
     for (i = 0; i < *num_tets; i++) mesh.color[i + 1] = colors ? colors[i] + 1 : 1;
     own.fixed_vertices = mask;
     own.free_vertices = 1;
     result = spr__improve_mesh(&mesh, &own, report, (uint32_t)(cap_vertices - *num_vertices));
     if (result < 0 && result != SPR_CANCELLED) goto done;
     number = (uint32_t *)delaunay_alloc(&memory, mesh.num_vertices, sizeof *number);
-    written = number ? spr__export(&mesh, xyz, num_vertices, tets, colors, num_tets, cap_tets, number) : SPR_ERROR_OUT_OF_MEMORY;
+    written = number
+                  ? spr__export(&mesh, xyz, num_vertices, tets, colors, num_tets, cap_tets, number)
+                  : SPR_ERROR_OUT_OF_MEMORY;
     if (written != SPR_OK) result = written;
 done:
     delaunay_release(&memory, mask);

@@ -1,7 +1,8 @@
 /* quality.c - an independent judge of tetrahedral meshes: build/bench_quality MESH ..
  *
- * Reads Medit ASCII and prints one CSV line: the measures as the textbooks define them, computed here and not by
- * the headers. Either orientation is accepted; a mesh with both has inverted tetrahedra and negative measures. */
+ * Reads Medit ASCII and prints one CSV line: the measures as the textbooks define them, computed
+ * here and not by the headers. Either orientation is accepted; a mesh with both has inverted
+ * tetrahedra and negative measures. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -12,7 +13,10 @@ typedef struct mesh {
     long   *tets, num_vertices, num_tets;
 } mesh;
 
-static int read_count(FILE *f, long *n) { return fscanf(f, "%ld", n) == 1 && *n >= 0 && *n < 1000000000L; }
+static int read_count(FILE *f, long *n)
+{
+    return fscanf(f, "%ld", n) == 1 && *n >= 0 && *n < 1000000000L;
+}
 
 static int read_mesh(FILE *f, mesh *m)
 {
@@ -29,7 +33,9 @@ static int read_mesh(FILE *f, mesh *m)
             m->xyz = (double *)malloc((size_t)(3 * n + 1) * sizeof *m->xyz);
             if (!m->xyz) return 0;
             for (i = 0; i < n; i++)
-                if (fscanf(f, "%lf %lf %lf %*s", &m->xyz[3 * i], &m->xyz[3 * i + 1], &m->xyz[3 * i + 2]) != 3) return 0;
+                if (fscanf(f, "%lf %lf %lf %*s", &m->xyz[3 * i], &m->xyz[3 * i + 1],
+                           &m->xyz[3 * i + 2]) != 3)
+                    return 0;
         } else if (!strcmp(word, "Tetrahedra") && !m->tets) {
             if (!read_count(f, &n)) return 0;
             m->num_tets = n;
@@ -46,7 +52,10 @@ static int read_mesh(FILE *f, mesh *m)
     return m->xyz && m->tets;
 }
 
-static double dot(const double *a, const double *b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+static double dot(const double *a, const double *b)
+{
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
 static void cross(const double *a, const double *b, double *c)
 {
     c[0] = a[1] * b[2] - a[2] * b[1];
@@ -61,9 +70,10 @@ typedef struct measures {
 /* S maps the regular tetrahedron's edges to these: S = E W^-1; 3 / (|S| |S^-1|), signed. */
 static double inverse_condition(double e[3][3])
 {
-    const double w[3][3] = {{1, -0.57735026918962576, -0.40824829046386302}, /* W^-1, W = (w1 w2 w3) by columns */
-                            {0, 1.1547005383792515, -0.40824829046386302},
-                            {0, 0, 1.2247448713915889}};
+    const double w[3][3] = {
+        {1, -0.57735026918962576, -0.40824829046386302}, /* W^-1, W = (w1 w2 w3) by columns */
+        {0, 1.1547005383792515, -0.40824829046386302},
+        {0, 0, 1.2247448713915889}};
     double s[3][3], c[3][3], det, a = 0, b = 0;
     int i, j, k;
     for (i = 0; i < 3; i++) /* s[j] is column j */
@@ -153,8 +163,9 @@ static int judge(const char *path)
         largest = fmax(largest, r.largest);
     }
     qsort(gamma, (size_t)m.num_tets, sizeof *gamma, compare);
-    printf("%ld,%.4g,%.4g,%.4g,%.4f,%ld,%ld,%.4g,%.2f,%.2f\n", m.num_tets, gamma[0], gamma[m.num_tets / 1000],
-           gamma[m.num_tets / 100], mean, below, below30, sicn, smallest, largest);
+    printf("%ld,%.4g,%.4g,%.4g,%.4f,%ld,%ld,%.4g,%.2f,%.2f\n", m.num_tets, gamma[0],
+           gamma[m.num_tets / 1000], gamma[m.num_tets / 100], mean, below, below30, sicn, smallest,
+           largest);
     free(gamma);
     free(m.xyz);
     free(m.tets);
@@ -169,7 +180,9 @@ int main(int argc, char **argv)
             header = 0;
             continue;
         }
-        if (header) printf("tets,gamma_min,gamma_p001,gamma_p01,gamma_mean,below35,below30,sicn_min,dihedral_min,dihedral_max\n");
+        if (header)
+            printf("tets,gamma_min,gamma_p001,gamma_p01,gamma_mean,below35,below30,sicn_min,"
+                   "dihedral_min,dihedral_max\n");
         header = 0;
         failed |= judge(argv[i]);
     }

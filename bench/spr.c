@@ -1,7 +1,9 @@
-/* spr.c - times and qualities of improvement: build/bench_spr [--threads N] [--measure M] [--off OPERATOR].. MESH ..
+/* spr.c - times and qualities of improvement: build/bench_spr [--threads N] [--measure M] [--off
+ * OPERATOR].. MESH ..
  *
- * Each MESH is a tetrahedral mesh in any format of meshio.h; its border and interfaces stay. One CSV line before
- * and one after; seconds are of spr_improve alone. OPERATOR: smooth, edge, spr, vertices. */
+ * Each MESH is a tetrahedral mesh in any format of meshio.h; its border and interfaces stay. One
+ * CSV line before and one after; seconds are of spr_improve alone. OPERATOR: smooth, edge, spr,
+ * vertices. */
 #define SPR_IMPLEMENTATION
 #include "spr.h"
 #define MESHIO_IMPLEMENTATION
@@ -18,9 +20,9 @@ static const char *name_of(const char *path)
 
 static void print_line(const char *path, const char *when, const spr_statistics *s, double seconds)
 {
-    printf("%s,%s,%lu,%lu,%.4g,%.4g,%.4g,%.4f,%.4g,%.2f,%.2f,%.3f\n", name_of(path), when, (unsigned long)s->num_tets,
-           (unsigned long)s->num_below, s->gamma_min, s->p001, s->p01, s->mean, s->sicn_min, s->dihedral_min_degrees,
-           s->dihedral_max_degrees, seconds);
+    printf("%s,%s,%lu,%lu,%.4g,%.4g,%.4g,%.4f,%.4g,%.2f,%.2f,%.3f\n", name_of(path), when,
+           (unsigned long)s->num_tets, (unsigned long)s->num_below, s->gamma_min, s->p001, s->p01,
+           s->mean, s->sicn_min, s->dihedral_min_degrees, s->dihedral_max_degrees, seconds);
 }
 
 static int run(const char *path, const spr_options *options, int verbose)
@@ -39,8 +41,9 @@ static int run(const char *path, const spr_options *options, int verbose)
         return 1;
     }
     for (i = 0; (size_t)i < file.num_tets; i++) file.tet_tags[i]++;
-    if (delaunay_import(&mesh, file.xyz, file.num_vertices, file.tets, (const uint32_t *)file.tet_tags, file.num_tets,
-                        &options->host, &import) != DELAUNAY_OK) {
+    if (delaunay_import(&mesh, file.xyz, file.num_vertices, file.tets,
+                        (const uint32_t *)file.tet_tags, file.num_tets, &options->host,
+                        &import) != DELAUNAY_OK) {
         fprintf(stderr, "%s: %s\n", path, import.message);
         meshio_free(&file);
         return 1;
@@ -51,17 +54,20 @@ static int run(const char *path, const spr_options *options, int verbose)
     print_line(path, "before", &report.before, 0);
     print_line(path, "after", &report.after, report.seconds);
     if (verbose) {
-        printf("# smoothed %lu edges %lu reconnected %lu removed %lu inserted %lu bounded %lu fixed %lu stuck %lu rounds %lu plans %lu "
+        printf("# smoothed %lu edges %lu reconnected %lu removed %lu inserted %lu bounded %lu "
+               "fixed %lu stuck %lu rounds %lu plans %lu "
                "conflicts %lu; s %.3f e %.3f r %.3f\n",
-               (unsigned long)report.smoothed, (unsigned long)report.edges_removed, (unsigned long)report.reconnected,
-               (unsigned long)report.vertices_removed, (unsigned long)report.vertices_inserted,
-               (unsigned long)report.bounded, (unsigned long)report.fixed, (unsigned long)report.stuck,
+               (unsigned long)report.smoothed, (unsigned long)report.edges_removed,
+               (unsigned long)report.reconnected, (unsigned long)report.vertices_removed,
+               (unsigned long)report.vertices_inserted, (unsigned long)report.bounded,
+               (unsigned long)report.fixed, (unsigned long)report.stuck,
                (unsigned long)report.rounds, (unsigned long)report.plans,
-               (unsigned long)report.conflicts, report.seconds_smoothing, report.seconds_edge_removal,
-               report.seconds_reconnection);
+               (unsigned long)report.conflicts, report.seconds_smoothing,
+               report.seconds_edge_removal, report.seconds_reconnection);
         for (i = 0; i < report.num_worst; i++)
-            printf("# %.4f bound %.4f %s at %g %g %g\n", report.worst[i].quality, report.worst[i].bound,
-                   reason[report.worst[i].reason], report.worst[i].xyz[0], report.worst[i].xyz[1], report.worst[i].xyz[2]);
+            printf("# %.4f bound %.4f %s at %g %g %g\n", report.worst[i].quality,
+                   report.worst[i].bound, reason[report.worst[i].reason], report.worst[i].xyz[0],
+                   report.worst[i].xyz[1], report.worst[i].xyz[2]);
     }
     if (delaunay_validate(&mesh, DELAUNAY_VALIDATE_GEOMETRY, &import) != DELAUNAY_OK) {
         fprintf(stderr, "%s: %s\n", path, import.message);
@@ -77,15 +83,19 @@ int main(int argc, char **argv)
     int i, failed = 0, verbose = 0;
     memset(&options, 0, sizeof options);
     options.free_vertices = 1;
-    printf("mesh,when,tets,below,gamma_min,p001,p01,mean,sicn_min,dihedral_min,dihedral_max,seconds\n");
+    printf("mesh,when,tets,below,gamma_min,p001,p01,mean,sicn_min,dihedral_min,dihedral_max,"
+           "seconds\n");
     for (i = 1; i < argc; i++) {
         if (!strcmp(argv[i], "-v")) verbose = 1;
-        else if (i + 1 < argc && !strcmp(argv[i], "--threads")) options.host.num_threads = atoi(argv[++i]);
+        else if (i + 1 < argc && !strcmp(argv[i], "--threads"))
+            options.host.num_threads = atoi(argv[++i]);
         else if (i + 1 < argc && !strcmp(argv[i], "--rounds")) options.max_rounds = atoi(argv[++i]);
         else if (i + 1 < argc && !strcmp(argv[i], "--target")) options.target = atof(argv[++i]);
         else if (i + 1 < argc && !strcmp(argv[i], "--measure")) {
             i++;
-            options.measure = !strcmp(argv[i], "sicn") ? SPR_SICN : !strcmp(argv[i], "dihedral") ? SPR_MIN_DIHEDRAL : SPR_GAMMA;
+            options.measure = !strcmp(argv[i], "sicn")       ? SPR_SICN
+                              : !strcmp(argv[i], "dihedral") ? SPR_MIN_DIHEDRAL
+                                                             : SPR_GAMMA;
         } else if (i + 1 < argc && !strcmp(argv[i], "--off")) {
             i++;
             options.no_smoothing |= !strcmp(argv[i], "smooth");

@@ -1,4 +1,5 @@
-/* test_spr.c - spr.h: measures against known shapes, and what every improvement must leave as it was */
+/* test_spr.c - spr.h: measures against known shapes, and what every improvement must leave as it
+ * was */
 #define SPR_IMPLEMENTATION
 #include "spr.h"
 #include "check.h"
@@ -24,7 +25,10 @@ static void random_points(double *xyz, uint32_t n, int ball)
             }
             if (ball && r > .25) continue;
             for (j = 0; j < i; j++)
-                if (pow(p[0] - xyz[3 * j], 2) + pow(p[1] - xyz[3 * j + 1], 2) + pow(p[2] - xyz[3 * j + 2], 2) < closest) break;
+                if (pow(p[0] - xyz[3 * j], 2) + pow(p[1] - xyz[3 * j + 1], 2) +
+                        pow(p[2] - xyz[3 * j + 2], 2) <
+                    closest)
+                    break;
             if (j == i) break;
         }
 }
@@ -44,7 +48,10 @@ static int random_mesh(delaunay_mesh *m, uint32_t n, int ball, const delaunay_ho
     return delaunay_enable_marks(m) == DELAUNAY_OK && delaunay_link_vertices(m) == DELAUNAY_OK;
 }
 
-static const double *point(const delaunay_mesh *m, delaunay_handle t, int i) { return m->vertices[m->tets[t].v[i]].x; }
+static const double *point(const delaunay_mesh *m, delaunay_handle t, int i)
+{
+    return m->vertices[m->tets[t].v[i]].x;
+}
 
 static double triple(const double *a, const double *b, const double *c, const double *d)
 {
@@ -55,7 +62,8 @@ static double triple(const double *a, const double *b, const double *c, const do
         v[k] = c[k] - a[k];
         w[k] = d[k] - a[k];
     }
-    return u[0] * (v[1] * w[2] - v[2] * w[1]) + u[1] * (v[2] * w[0] - v[0] * w[2]) + u[2] * (v[0] * w[1] - v[1] * w[0]);
+    return u[0] * (v[1] * w[2] - v[2] * w[1]) + u[1] * (v[2] * w[0] - v[0] * w[2]) +
+           u[2] * (v[0] * w[1] - v[1] * w[0]);
 }
 
 static double determinant(const delaunay_mesh *m, delaunay_handle t)
@@ -63,9 +71,13 @@ static double determinant(const delaunay_mesh *m, delaunay_handle t)
     return triple(point(m, t, 0), point(m, t, 1), point(m, t, 2), point(m, t, 3));
 }
 
-static int is_real(const delaunay_mesh *m, delaunay_handle t) { return !delaunay_is_deleted(m, t) && !delaunay_is_ghost(m, t); }
+static int is_real(const delaunay_mesh *m, delaunay_handle t)
+{
+    return !delaunay_is_deleted(m, t) && !delaunay_is_ghost(m, t);
+}
 
-/* Colours 1 and 2 by which side of a plane the middle is; 0 (outside) in one corner if there is a third. */
+/* Colours 1 and 2 by which side of a plane the middle is; 0 (outside) in one corner if there is a
+ * third. */
 static void color_mesh(delaunay_mesh *m, int colors)
 {
     delaunay_handle t;
@@ -90,8 +102,8 @@ static double volume(const delaunay_mesh *m, uint32_t color)
     return sum;
 }
 
-/* Sum over the walls of a hash of their corners' coordinates and of the colours on both sides: the same as long as
- * the walls are. */
+/* Sum over the walls of a hash of their corners' coordinates and of the colours on both sides: the
+ * same as long as the walls are. */
 static uint64_t walls(const delaunay_mesh *m)
 {
     uint64_t sum = 0, count = 0;
@@ -165,10 +177,12 @@ static void test_measures_of_known_shapes(void)
     CHECK(spr_gamma(o, o, o, o) == 0 && spr_sicn(o, o, o, o) == 0 && spr_gamma(o, x, y, x) == 0);
 }
 
-/* Best gamma over all apices, of isosceles triangles by the angle at the tip (ALGORITHMS of the field: numeric). */
+/* Best gamma over all apices, of isosceles triangles by the angle at the tip (ALGORITHMS of the
+ * field: numeric). */
 static void test_bound_of_triangles(void)
 {
-    static const double needle[][2] = {{60, 1}, {45, .93}, {30, .77}, {20, .60}, {15, .49}, {10, .35}, {5, .19}, {1, .04}};
+    static const double needle[][2] = {{60, 1},   {45, .93}, {30, .77}, {20, .60},
+                                       {15, .49}, {10, .35}, {5, .19},  {1, .04}};
     double a[3] = {0, 0, 0}, b[3] = {0, 0, 0}, c[3] = {0, 0, 0}, bound, best = 0;
     size_t i;
     int k;
@@ -182,7 +196,9 @@ static void test_bound_of_triangles(void)
     }
     for (k = 0; k < 20000; k++) { /* no apex is better than the bound */
         double p[3];
-        p[0] = 3 * random_double() - 1; p[1] = 3 * random_double() - 1.5; p[2] = 2 * random_double() - 1;
+        p[0] = 3 * random_double() - 1;
+        p[1] = 3 * random_double() - 1.5;
+        p[2] = 2 * random_double() - 1;
         best = fmax(best, fabs(spr_gamma(a, b, c, p)));
     }
     CHECK(best <= bound * 1.01 && best > 0.5 * bound);
@@ -221,9 +237,11 @@ static void test_statistics_against_sorting(void)
     qsort(q, n, sizeof *q, compare_doubles);
     CHECK(spr_measure_mesh(&m, NULL, &s) == SPR_OK);
     CHECK(s.num_tets == n && s.num_below == below && n > 1000);
-    CHECK(fabs(s.min - q[0]) < 1e-15 && fabs(s.p001 - q[n / 1000]) < 1e-15 && fabs(s.p01 - q[n / 100]) < 1e-15);
+    CHECK(fabs(s.min - q[0]) < 1e-15 && fabs(s.p001 - q[n / 1000]) < 1e-15 &&
+          fabs(s.p01 - q[n / 100]) < 1e-15);
     CHECK(fabs(s.mean - sum / (double)n) < 1e-12);
-    CHECK(fabs(s.dihedral_min_degrees - lowest) < 1e-5 && fabs(s.dihedral_max_degrees - highest) < 1e-5);
+    CHECK(fabs(s.dihedral_min_degrees - lowest) < 1e-5 &&
+          fabs(s.dihedral_max_degrees - highest) < 1e-5);
     for (i = 0; i < 18; i++) angles += s.dihedral_histogram[i];
     CHECK(angles == 6 * n);
     free(q);
@@ -233,7 +251,8 @@ static void test_statistics_against_sorting(void)
 /* ---- improvement --------------------------------------------------------------------------- */
 
 /* Improves, and checks what must hold whatever the options are. */
-static void improve_and_check(delaunay_mesh *m, const spr_options *options, spr_report *report, spr_result expected)
+static void improve_and_check(delaunay_mesh *m, const spr_options *options, spr_report *report,
+                              spr_result expected)
 {
     double volumes[3];
     uint64_t border = walls(m);
@@ -254,7 +273,8 @@ static void improve_and_check(delaunay_mesh *m, const spr_options *options, spr_
     for (v = 1; v < m->num_vertices; v++) ids -= m->vertex_id[v] != DELAUNAY_NO_ID;
     CHECK(ids == 0);
     for (v = 1; v < n && options; v++) /* what is added comes after */
-        if (!options->free_vertices || (options->fixed_vertices && options->fixed_vertices[v])) CHECK(!memcmp(fixed + 3 * v, m->vertices[v].x, 3 * sizeof *fixed));
+        if (!options->free_vertices || (options->fixed_vertices && options->fixed_vertices[v]))
+            CHECK(!memcmp(fixed + 3 * v, m->vertices[v].x, 3 * sizeof *fixed));
     free(fixed);
 }
 
@@ -271,7 +291,8 @@ static void test_improves_a_cube_and_a_ball(void)
             CHECK(random_mesh(&m, 250, ball, NULL));
             color_mesh(&m, colors);
             improve_and_check(&m, &o, &r, SPR_OK);
-            CHECK(r.after.num_below * 2 < r.before.num_below && (!ball || colors > 1 || r.stuck * 20 < r.before.num_below));
+            CHECK(r.after.num_below * 2 < r.before.num_below &&
+                  (!ball || colors > 1 || r.stuck * 20 < r.before.num_below));
             CHECK(r.bounded + r.fixed + r.stuck == r.after.num_below);
             CHECK(r.after.mean > r.before.mean && r.edges_removed > 0 && r.smoothed > 0);
             reconnected += r.reconnected;
@@ -279,7 +300,8 @@ static void test_improves_a_cube_and_a_ball(void)
                 CHECK(r.worst[i].quality <= r.worst[i].bound * 1.01 && r.worst[i].quality < 0.35);
                 CHECK(i == 0 || r.worst[i].quality >= r.worst[i - 1].quality);
             }
-            CHECK((r.num_worst > 0) == (r.after.num_below > 0) && fabs(r.worst[0].quality - r.after.min) < 1e-12);
+            CHECK((r.num_worst > 0) == (r.after.num_below > 0) &&
+                  fabs(r.worst[0].quality - r.after.min) < 1e-12);
             delaunay_mesh_free(&m);
         }
     CHECK(reconnected > 0);
@@ -325,7 +347,8 @@ static void test_each_operator_alone(void)
         CHECK(random_mesh(&m, 250, 1, NULL));
         color_mesh(&m, 2);
         improve_and_check(&m, &o, &r, SPR_OK);
-        CHECK((r.smoothed > 0) == (k == 0) && (r.edges_removed > 0) == (k == 1) && (r.reconnected > 0) == (k == 2));
+        CHECK((r.smoothed > 0) == (k == 0) && (r.edges_removed > 0) == (k == 1) &&
+              (r.reconnected > 0) == (k == 2));
         CHECK((r.vertices_removed + r.vertices_inserted > 0) == (k == 3));
         CHECK(k == 0 ? r.after.p01 > r.before.p01 : r.after.num_below < r.before.num_below);
         delaunay_mesh_free(&m);
@@ -350,10 +373,12 @@ static void test_constrained_edges_and_facets_stay(void)
         if (num_edges < 60) {
             ends[num_edges][0] = m.tets[t].v[delaunay_edge_order(e)[0]];
             ends[num_edges][1] = m.tets[t].v[delaunay_edge_order(e)[1]];
-            CHECK(delaunay_mark_edge(&m, w, t, ends[num_edges][0], ends[num_edges][1], 1) == DELAUNAY_OK);
+            CHECK(delaunay_mark_edge(&m, w, t, ends[num_edges][0], ends[num_edges][1], 1) ==
+                  DELAUNAY_OK);
             num_edges++;
         } else {
-            for (i = 0; i < 3; i++) corners[num_facets][i] = m.tets[t].v[delaunay_facet_order(f)[i]];
+            for (i = 0; i < 3; i++)
+                corners[num_facets][i] = m.tets[t].v[delaunay_facet_order(f)[i]];
             delaunay_mark_facet(&m, 4 * t + (delaunay_handle)f, 1);
             num_facets++;
         }
@@ -377,7 +402,8 @@ static void test_constrained_edges_and_facets_stay(void)
     delaunay_mesh_free(&m);
 }
 
-static double stretched(void *user, const double *a, const double *b, const double *c, const double *d)
+static double stretched(void *user, const double *a, const double *b, const double *c,
+                        const double *d)
 {
     const double *p[4];
     double q[4][3];
@@ -430,7 +456,8 @@ static void test_same_bytes_for_any_number_of_threads(void)
     for (k = 0; k < 4; k++) delaunay_mesh_free(&m[k]);
 }
 
-/* Points of a cube pressed flat: hardly a tetrahedron can be good, long searches meet their limits. */
+/* Points of a cube pressed flat: hardly a tetrahedron can be good, long searches meet their limits.
+ */
 static void test_where_hardly_anything_can_be_good(void)
 {
     static const int threads[] = {1, 3};
@@ -447,11 +474,14 @@ static void test_where_hardly_anything_can_be_good(void)
         color_mesh(&m[k], 2);
         for (v = 1; v < m[k].num_vertices; v++) m[k].vertices[v].x[2] *= 0.0625;
         improve_and_check(&m[k], &o, &r, SPR_OK);
-        CHECK(10 * r.after.num_below < 9 * r.before.num_below && r.after.mean > 1.1 * r.before.mean);
-        CHECK(r.vertices_inserted <= r.before.num_tets / 50 + 6 && r.stuck + r.fixed + r.bounded == r.after.num_below);
+        CHECK(10 * r.after.num_below < 9 * r.before.num_below &&
+              r.after.mean > 1.1 * r.before.mean);
+        CHECK(r.vertices_inserted <= r.before.num_tets / 50 + 6 &&
+              r.stuck + r.fixed + r.bounded == r.after.num_below);
     }
     CHECK(m[1].num_tets == m[0].num_tets && m[1].num_vertices == m[0].num_vertices);
-    CHECK(m[1].num_tets == m[0].num_tets && !memcmp(m[1].tets, m[0].tets, m[0].num_tets * sizeof *m[0].tets));
+    CHECK(m[1].num_tets == m[0].num_tets &&
+          !memcmp(m[1].tets, m[0].tets, m[0].num_tets * sizeof *m[0].tets));
     for (k = 0; k < 2; k++) delaunay_mesh_free(&m[k]);
     small_state = seed;
 }
@@ -519,7 +549,8 @@ static double soup_volume(const soup *s, uint32_t color, double *worst)
             v[k] = c[k] - a[k];
             w[k] = d[k] - a[k];
         }
-        sum += fabs(u[0] * (v[1] * w[2] - v[2] * w[1]) + u[1] * (v[2] * w[0] - v[0] * w[2]) + u[2] * (v[0] * w[1] - v[1] * w[0]));
+        sum += fabs(u[0] * (v[1] * w[2] - v[2] * w[1]) + u[1] * (v[2] * w[0] - v[0] * w[2]) +
+                    u[2] * (v[0] * w[1] - v[1] * w[0]));
     }
     return sum;
 }
@@ -540,11 +571,13 @@ static void test_arrays(void)
             v0 = soup_volume(&s, 0, &sign);
             v7 = soup_volume(&s, 7, &sign);
             CHECK(sign == (turned ? -1 : 1));
-            CHECK(spr_improve_arrays(s.xyz, &s.nv, room ? s.cap_v : s.nv, s.tets, s.colors, &s.nt, s.cap_t, fixed, &o, &r) == SPR_OK);
+            CHECK(spr_improve_arrays(s.xyz, &s.nv, room ? s.cap_v : s.nv, s.tets, s.colors, &s.nt,
+                                     s.cap_t, fixed, &o, &r) == SPR_OK);
             CHECK(fabs(soup_volume(&s, 0, &sign) - v0) < 1e-12);
             CHECK(fabs(soup_volume(&s, 7, &sign) - v7) < 1e-12 && sign == 1);
             CHECK(r.after.num_tets == s.nt && r.after.num_below < r.before.num_below);
-            CHECK(room ? s.nv > nv && r.vertices_inserted >= s.nv - nv : s.nv == nv && r.vertices_inserted == 0);
+            CHECK(room ? s.nv > nv && r.vertices_inserted >= s.nv - nv
+                       : s.nv == nv && r.vertices_inserted == 0);
             for (i = 0; i < nv; i += 3) CHECK(!memcmp(old + 3 * i, s.xyz + 3 * i, 3 * sizeof *old));
             free(fixed);
             free(old);
@@ -560,31 +593,41 @@ static void test_arrays_without_room_or_sense(void)
     size_t nt = s.nt, nv = s.nv;
     uint32_t *old = (uint32_t *)malloc(4 * nt * sizeof *old);
     memcpy(old, s.tets, 4 * nt * sizeof *old);
-    CHECK(spr_improve_arrays(s.xyz, &s.nv, s.nv, s.tets, s.colors, &s.nt, s.nt - 1, NULL, NULL, &r) == SPR_ERROR_INVALID_ARGUMENT);
-    CHECK(spr_improve_arrays(NULL, &s.nv, s.nv, s.tets, s.colors, &s.nt, s.nt, NULL, NULL, &r) == SPR_ERROR_INVALID_ARGUMENT);
+    CHECK(spr_improve_arrays(s.xyz, &s.nv, s.nv, s.tets, s.colors, &s.nt, s.nt - 1, NULL, NULL,
+                             &r) == SPR_ERROR_INVALID_ARGUMENT);
+    CHECK(spr_improve_arrays(NULL, &s.nv, s.nv, s.tets, s.colors, &s.nt, s.nt, NULL, NULL, &r) ==
+          SPR_ERROR_INVALID_ARGUMENT);
     CHECK(spr_improve(NULL, NULL, &r) == SPR_ERROR_INVALID_ARGUMENT);
     o.target = -1;
-    CHECK(spr_improve_arrays(s.xyz, &s.nv, s.nv, s.tets, s.colors, &s.nt, s.nt, NULL, &o, &r) == SPR_ERROR_INVALID_ARGUMENT);
+    CHECK(spr_improve_arrays(s.xyz, &s.nv, s.nv, s.tets, s.colors, &s.nt, s.nt, NULL, &o, &r) ==
+          SPR_ERROR_INVALID_ARGUMENT);
     o.target = 0;
     o.measure = SPR_USER; /* no function */
-    CHECK(spr_improve_arrays(s.xyz, &s.nv, s.nv, s.tets, s.colors, &s.nt, s.nt, NULL, &o, &r) == SPR_ERROR_INVALID_ARGUMENT);
+    CHECK(spr_improve_arrays(s.xyz, &s.nv, s.nv, s.tets, s.colors, &s.nt, s.nt, NULL, &o, &r) ==
+          SPR_ERROR_INVALID_ARGUMENT);
     s.tets[8] = (uint32_t)s.nv; /* no such vertex */
-    CHECK(spr_improve_arrays(s.xyz, &s.nv, s.nv, s.tets, s.colors, &s.nt, s.nt, NULL, NULL, &r) < 0 && r.message[0]);
+    CHECK(spr_improve_arrays(s.xyz, &s.nv, s.nv, s.tets, s.colors, &s.nt, s.nt, NULL, NULL, &r) <
+              0 &&
+          r.message[0]);
     s.tets[8] = old[8];
     memcpy(s.tets, s.tets + 4, 4 * sizeof *s.tets); /* the same tetrahedron twice */
-    CHECK(spr_improve_arrays(s.xyz, &s.nv, s.nv, s.tets, s.colors, &s.nt, s.nt, NULL, NULL, &r) == SPR_ERROR_INVALID_MESH);
-    CHECK(r.message[0] && s.nt == nt && s.nv == nv && !memcmp(s.tets + 4, old + 4, (4 * nt - 4) * sizeof *old));
+    CHECK(spr_improve_arrays(s.xyz, &s.nv, s.nv, s.tets, s.colors, &s.nt, s.nt, NULL, NULL, &r) ==
+          SPR_ERROR_INVALID_MESH);
+    CHECK(r.message[0] && s.nt == nt && s.nv == nv &&
+          !memcmp(s.tets + 4, old + 4, (4 * nt - 4) * sizeof *old));
     free(old);
     free_soup(&s);
 }
 
-/* A tetrahedron split at its middle into four, and one of these again: nothing can be better than its facets allow. */
+/* A tetrahedron split at its middle into four, and one of these again: nothing can be better than
+ * its facets allow. */
 /* ---- a polyhedron in arrays ------------------------------------------------------------------ */
 
-/* All closures of a boundary, with nothing left out: the lowest open triangle takes every point in turn. */
+/* All closures of a boundary, with nothing left out: the lowest open triangle takes every point in
+ * turn. */
 typedef struct closure {
     const spr_polyhedron *p;
-    int      open[8][8][8]; /* oriented triangles that wait for a tetrahedron, by their least turn */
+    int open[8][8][8]; /* oriented triangles that wait for a tetrahedron, by their least turn */
     int      used[8], edge[8][8];
     double   best;
     long     count;
@@ -640,7 +683,9 @@ static void close_all(closure *c, double worst)
     for (a = 0; a < n; a++)
         if (!c->used[a]) return;
     for (i = 0; i < c->p->num_edges; i++)
-        if (!c->edge[c->p->edges[2 * i]][c->p->edges[2 * i + 1]] && !c->edge[c->p->edges[2 * i + 1]][c->p->edges[2 * i]]) return;
+        if (!c->edge[c->p->edges[2 * i]][c->p->edges[2 * i + 1]] &&
+            !c->edge[c->p->edges[2 * i + 1]][c->p->edges[2 * i]])
+            return;
     c->count++;
     if (worst > c->best) c->best = worst;
 }
@@ -651,8 +696,10 @@ static void enumerate_closures(closure *c, const spr_polyhedron *p)
     uint32_t on = 0, k;
     memset(c, 0, sizeof *c);
     c->p = p;
-    for (i = 0; i < p->num_facets + 2 * p->num_walls; i++) { /* inner sides: turned round; walls have two */
-        const uint32_t *f = i < p->num_facets ? p->facets + 3 * i : p->walls + 3 * ((i - p->num_facets) / 2);
+    for (i = 0; i < p->num_facets + 2 * p->num_walls;
+         i++) { /* inner sides: turned round; walls have two */
+        const uint32_t *f =
+            i < p->num_facets ? p->facets + 3 * i : p->walls + 3 * ((i - p->num_facets) / 2);
         int turned = i >= p->num_facets && (i - p->num_facets) % 2;
         *waits(c, f[0], f[turned ? 1 : 2], f[turned ? 2 : 1]) += 1;
         for (k = 0; k < 3; k++) {
@@ -679,7 +726,8 @@ static int random_polyhedron(spr_polyhedron *p, double *xyz, uint32_t *facets, u
     memset(number, 0xff, sizeof number);
     for (i = 0; i < 3 * n; i++) xyz[i] = small_random(12);
     if (delaunay_tetrahedralize(&m, xyz, n, &options, NULL) != DELAUNAY_OK) return 0;
-    for (t = 1; t < m.num_tets && t < 200; t++) in[t] = (uint8_t)(is_real(&m, t) && small_random(6) > 0);
+    for (t = 1; t < m.num_tets && t < 200; t++)
+        in[t] = (uint8_t)(is_real(&m, t) && small_random(6) > 0);
     p->facets = facets;
     p->edges = p->walls = constraint;
     for (t = 1; t < m.num_tets && t < 200; t++)
@@ -694,8 +742,11 @@ static int random_polyhedron(spr_polyhedron *p, double *xyz, uint32_t *facets, u
         }
     p->num_edges = count > 0 && small_random(3) == 0;
     p->num_walls = count > 0 && !p->num_edges && small_random(3) == 0;
-    for (i = 0; i < 3 * p->num_facets + 3; i++) { /* numbers of their own, without points that nothing has */
-        uint32_t *v = i < 3 * p->num_facets ? facets + i : count ? constraint + (i - 3 * p->num_facets) : NULL;
+    for (i = 0; i < 3 * p->num_facets + 3;
+         i++) { /* numbers of their own, without points that nothing has */
+        uint32_t *v = i < 3 * p->num_facets ? facets + i
+                      : count               ? constraint + (i - 3 * p->num_facets)
+                                            : NULL;
         if (!v) break;
         if (number[*v] == UINT32_MAX) {
             number[*v] = (uint32_t)p->num_points;
@@ -725,24 +776,29 @@ static void test_reconnect_against_all_closures(void)
         size_t i;
         if (!random_polyhedron(&p, xyz, facets, constraint)) continue;
         result = spr_reconnect(&p, 0, 0, NULL, &r);
-        if (result == SPR_ERROR_INVALID_ARGUMENT) { /* nothing is left of it but a triangle with two sides */
+        if (result ==
+            SPR_ERROR_INVALID_ARGUMENT) { /* nothing is left of it but a triangle with two sides */
             refused++;
             continue;
         }
         enumerate_closures(&c, &p);
-        CHECK(r.proven && r.found == (c.count > 0) && result == (c.count > 0 ? SPR_OK : SPR_GOAL_NOT_MET));
+        CHECK(r.proven && r.found == (c.count > 0) &&
+              result == (c.count > 0 ? SPR_OK : SPR_GOAL_NOT_MET));
         if (!r.found) continue;
         CHECK(fabs(r.value - c.best) < 1e-14);
         for (i = 0; i < r.num_tets; i++) {
             const double *a = p.xyz + 3 * r.tets[i][0], *b = p.xyz + 3 * r.tets[i][1];
             const double *d = p.xyz + 3 * r.tets[i][2], *e = p.xyz + 3 * r.tets[i][3];
-            CHECK(delaunay_orient3d(a, b, d, e) > 0 && spr_gamma(a, b, d, e) >= r.value * (1 - 1e-12));
+            CHECK(delaunay_orient3d(a, b, d, e) > 0 &&
+                  spr_gamma(a, b, d, e) >= r.value * (1 - 1e-12));
             six += triple(a, b, d, e);
         }
         for (i = 0; i < p.num_facets; i++)
-            six -= triple(p.xyz, p.xyz + 3 * p.facets[3 * i], p.xyz + 3 * p.facets[3 * i + 1], p.xyz + 3 * p.facets[3 * i + 2]);
+            six -= triple(p.xyz, p.xyz + 3 * p.facets[3 * i], p.xyz + 3 * p.facets[3 * i + 1],
+                          p.xyz + 3 * p.facets[3 * i + 2]);
         CHECK(six == 0); /* integers: the volumes are the same */
-        CHECK(spr_reconnect(&p, r.value, 0, NULL, &r) == SPR_GOAL_NOT_MET && r.proven && r.num_tets == 0);
+        CHECK(spr_reconnect(&p, r.value, 0, NULL, &r) == SPR_GOAL_NOT_MET && r.proven &&
+              r.num_tets == 0);
         several += c.count > 1;
         edges += p.num_edges > 0;
         walls += p.num_walls > 0;
@@ -755,28 +811,35 @@ static void test_reconnect_without_sense(void)
 {
     static spr_reconnection r;
     double xyz[12] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1};
-    const uint32_t out[12] = {1, 2, 3, 0, 3, 2, 0, 1, 3, 0, 2, 1}, in[12] = {1, 3, 2, 0, 2, 3, 0, 3, 1, 0, 1, 2};
+    const uint32_t out[12] = {1, 2, 3, 0, 3, 2, 0, 1, 3, 0, 2, 1},
+                   in[12] = {1, 3, 2, 0, 2, 3, 0, 3, 1, 0, 1, 2};
     uint32_t bad[12];
     spr_polyhedron p;
     memset(&p, 0, sizeof p);
     p.xyz = xyz;
     p.facets = out;
     p.num_points = p.num_facets = 4;
-    CHECK(spr_reconnect(&p, 0, 0, NULL, &r) == SPR_OK && r.num_tets == 1 && r.proven && r.nodes > 0);
+    CHECK(spr_reconnect(&p, 0, 0, NULL, &r) == SPR_OK && r.num_tets == 1 && r.proven &&
+          r.nodes > 0);
     CHECK(spr_reconnect(&p, 0, 1, NULL, &r) == SPR_GOAL_NOT_MET && !r.proven); /* an honest limit */
     p.facets = in;
-    CHECK(spr_reconnect(&p, 0, 0, NULL, &r) == SPR_ERROR_INVALID_ARGUMENT && strstr(r.message, "inwards"));
+    CHECK(spr_reconnect(&p, 0, 0, NULL, &r) == SPR_ERROR_INVALID_ARGUMENT &&
+          strstr(r.message, "inwards"));
     p.facets = bad;
     memcpy(bad, out, sizeof bad);
     bad[11] = 4;
-    CHECK(spr_reconnect(&p, 0, 0, NULL, &r) == SPR_ERROR_INVALID_ARGUMENT && strstr(r.message, "number 3"));
+    CHECK(spr_reconnect(&p, 0, 0, NULL, &r) == SPR_ERROR_INVALID_ARGUMENT &&
+          strstr(r.message, "number 3"));
     memcpy(bad + 9, out, 3 * sizeof *bad);
-    CHECK(spr_reconnect(&p, 0, 0, NULL, &r) == SPR_ERROR_INVALID_ARGUMENT && strstr(r.message, "twice"));
+    CHECK(spr_reconnect(&p, 0, 0, NULL, &r) == SPR_ERROR_INVALID_ARGUMENT &&
+          strstr(r.message, "twice"));
     bad[9] = 0, bad[10] = 1, bad[11] = 2;
-    CHECK(spr_reconnect(&p, 0, 0, NULL, &r) == SPR_ERROR_INVALID_ARGUMENT && strstr(r.message, "open"));
+    CHECK(spr_reconnect(&p, 0, 0, NULL, &r) == SPR_ERROR_INVALID_ARGUMENT &&
+          strstr(r.message, "open"));
     p.facets = out;
     xyz[4] = NAN;
-    CHECK(spr_reconnect(&p, 0, 0, NULL, &r) == SPR_ERROR_INVALID_ARGUMENT && strstr(r.message, "number 1"));
+    CHECK(spr_reconnect(&p, 0, 0, NULL, &r) == SPR_ERROR_INVALID_ARGUMENT &&
+          strstr(r.message, "number 1"));
     xyz[4] = 0;
     p.num_points = 33;
     CHECK(spr_reconnect(&p, 0, 0, NULL, &r) == SPR_ERROR_INVALID_ARGUMENT);
@@ -826,7 +889,8 @@ static void test_failing_allocations(void)
         finished = a.countdown > 0;
         a.countdown = -1;
         CHECK(result == (finished ? SPR_OK : SPR_ERROR_OUT_OF_MEMORY));
-        CHECK(delaunay_validate(&m, DELAUNAY_VALIDATE_GEOMETRY, &found) == DELAUNAY_OK && walls(&m) == border);
+        CHECK(delaunay_validate(&m, DELAUNAY_VALIDATE_GEOMETRY, &found) == DELAUNAY_OK &&
+              walls(&m) == border);
         delaunay_mesh_free(&m);
         CHECK(a.outstanding == 0);
     }
@@ -898,7 +962,8 @@ static void test_results_have_sentences(void)
 {
     int k;
     for (k = -80; k <= 2; k++)
-        if (k >= -5 || k == -80) CHECK(strncmp(spr_result_string((spr_result)k), "unknown", 7) != 0);
+        if (k >= -5 || k == -80)
+            CHECK(strncmp(spr_result_string((spr_result)k), "unknown", 7) != 0);
     CHECK(!strncmp(spr_result_string((spr_result)-79), "unknown", 7));
 }
 
