@@ -20,24 +20,23 @@
  *   >>public          the everyday functions; a polyhedron in arrays
  *
  * WHAT IT DOES NOT DO
- *   The surface, the interfaces between regions, constrained edges and facets stay as they are, so a
- *   sharp angle or a needle of the surface bounds what can be reached; the report says where it does.
- *   Sizes are kept, not made: about one new vertex in 60 tetrahedra at most, none that makes an edge
- *   much shorter than those around it. Limits: those of delaunay.h.
+ *   The surface, the interfaces between regions, constrained edges and facets stay as they are, so
+ *   a sharp angle or a needle of the surface bounds what can be reached; the report says where it
+ *   does. Sizes are kept, not made: about one new vertex in 60 tetrahedra at most, none that makes
+ *   an edge much shorter than those around it. Limits: those of delaunay.h.
  *
  * HOW IT WORKS
  *   Every bad tetrahedron has a level, the next operator to be tried for it, cheapest first: edge
  *   removal; smoothing, a golden section and then the common ascent of the worst of the star;
- *   reconnection of a cavity of 7 to 10 points that grows around it; taking away one of its vertices;
- *   a new vertex in it or on an edge; reconnection up to 16, then up to 32 points; and for the very
- *   worst in the end all that again, further. A level runs when nothing waits at a cheaper one. What
- *   changes sends the bad tetrahedra that it touches back to the first level, some times; edges and
- *   vertices around which nothing has changed are not tried again. What is as good as its facets on
- *   the surface allow is not tried at all. Each change raises the worst quality among what it
- *   replaces, by a margin; at last, changes that leave fewer bad tetrahedra need none. One sweep
- *   over all vertices then betters the mean.
- *   Plans are made side by side and committed in order (delaunay_speculate). Positions are accepted
- *   by exact signs only.
+ *   reconnection of a cavity of 7 to 10 points that grows around it; taking away one of its
+ *   vertices; a new vertex in it or on an edge; reconnection up to 16, then up to 32 points; and
+ *   for the very worst in the end all that again, further. A level runs when nothing waits at a
+ *   cheaper one. What changes sends the bad tetrahedra that it touches back to the first level,
+ *   some times; edges and vertices around which nothing has changed are not tried again. What is
+ *   as good as its facets on the surface allow is not tried at all. Each change raises the worst
+ *   quality among what it replaces, by a margin; at last, changes that leave fewer bad tetrahedra
+ *   need none. One sweep over all vertices then betters the mean. Plans are made side by side and
+ *   committed in order (delaunay_speculate). Positions are accepted by exact signs only.
  *
  * LICENCE: MIT or public domain, at the end of the file.
  */
