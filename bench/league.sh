@@ -20,7 +20,7 @@ now() { date +%s.%N; }
 row() { # MESHER MODEL START MESH IMPROVEMENT-SECONDS
     end=$(now)
     if [ -s "$4" ]; then line=$("$T/quality" --no-header "$4" 2> /dev/null); else line=; fi
-    awk -v m="$1" -v f="$2" -v s="$3" -v e="$end" -v q="${line:-,,,,,,,,,}" -v i="$5" \
+    awk -v m="$1" -v f="$2" -v s="$3" -v e="$end" -v q="${line:-,,,,,,,,,,}" -v i="$5" \
         'BEGIN { printf "%s,%s,%s,%.3f,%s\n", f, m, q, e - s, i }'
 }
 # OFF to MSH 2.2: one surface
@@ -33,7 +33,7 @@ to_msh() {
         f < nf { f++; for (i = 2; i < $1; i++) t[n++] = ($2 + 1) " " ($(i + 1) + 1) " " ($(i + 2) + 1) }
         END { print n; for (i = 0; i < n; i++) print i + 1, 2, 2, 1, 1, t[i]; print "$EndElements" }' > "$2"
 }
-echo "model,mesher,tets,gamma_min,gamma_p001,gamma_p01,gamma_mean,below35,below30,sicn_min,dihedral_min,dihedral_max,seconds,seconds_improve"
+echo "model,mesher,tets,gamma_min,gamma_p001,gamma_p01,gamma_mean,below35,below30,sicn_min,dihedral_min,dihedral_max,free35,seconds,seconds_improve"
 awk -F '\t' 'NR == 1 { for (i = 1; i <= NF; i++) c[$i] = i; next }
              $c["expect"] == "ok" && $c["file"] ~ /\.(off|stl|mesh)$/ { print $c["file"] "\t" $c["class"] }' \
     "$folder/INDEX.tsv" > "$T/list"
