@@ -1767,12 +1767,17 @@ static delaunay_result delaunay__reserve_vertices(delaunay_mesh *mesh, size_t ve
     return DELAUNAY_OK;
 }
 
+/* Slots that are not in use hold anything: memory that is not touched costs nothing. */
 static delaunay_result delaunay__reserve_tets(delaunay_mesh *mesh, size_t tets)
 {
     size_t used = mesh->num_tets;
+    delaunay_tet *grown;
     if (tets <= mesh->cap_tets) return DELAUNAY_OK;
     if (tets >= (size_t)((delaunay_handle)-1) / 4) return DELAUNAY_ERROR_TOO_LARGE;
-    DELAUNAY__GROW(delaunay_tet, tets, used, tets);
+    grown = (delaunay_tet *)delaunay_grow(&mesh->memory, mesh->tets, used, tets, sizeof *grown);
+    if (!grown) return DELAUNAY_ERROR_OUT_OF_MEMORY;
+    if (used == 0) memset((void *)grown, 0, sizeof *grown); /* the dummy */
+    mesh->tets = grown;
     DELAUNAY__GROW(uint8_t, mark, used, tets);
     if (mesh->flags) DELAUNAY__GROW(uint16_t, flags, used, tets);
     if (mesh->color) DELAUNAY__GROW(uint32_t, color, used, tets);
