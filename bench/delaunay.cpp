@@ -1,12 +1,12 @@
 /* delaunay.cpp - delaunay.h beside CGAL, in turns in one process; CSV on stdout.
  *
  *   cc -O3 -fopenmp -DDELAUNAY_IMPLEMENTATION -include delaunay.h -x c -c /dev/null -o ours.o
- *   c++ -O3 -march=native -frounding-math -fopenmp -DBENCH_DELAUNAY_SEPARATE -DWITH_CGAL
- * bench/delaunay.cpp \ ours.o -o bench_delaunay -ltbb -ltbbmalloc -lgmp -lmpfr -lm    (apt-get
- * install libcgal-dev libtbb-dev)
+ *   c++ -O3 -march=native -frounding-math -fopenmp -DBENCH_DELAUNAY_SEPARATE -DWITH_CGAL -I. \
+ *       bench/delaunay.cpp ours.o -o bench_delaunay -ltbb -ltbbmalloc -lgmp -lmpfr -lm
+ *   (apt-get install libcgal-dev libtbb-dev)
  *
  * So ours has the flags of the README, the rival its best. Without -DWITH_CGAL and
- * -DBENCH_DELAUNAY_SEPARATE it builds alone, and the rival's times are nan..
+ * -DBENCH_DELAUNAY_SEPARATE it builds alone, and the rival's times are nan.
  *
  * Columns: bench,case,threads,ours_s,rival,rival_s,ratio; ratio = rival_s/ours_s, medians. Points
  * in memory to triangulation: sorting and numbering in, input, output and freeing out. QUICK=1:
@@ -135,6 +135,17 @@ static double run_cgal(const std::vector<double> &xyz, int threads)
 }
 #endif
 
+/* Peak memory of the process so far in bytes; 0 where the system does not say. */
+static double peak_of_process()
+{
+    std::ifstream status("/proc/self/status");
+    std::string word;
+    double kilobytes = 0;
+    while (status >> word)
+        if (word == "VmHWM:") status >> kilobytes;
+    return 1024 * kilobytes;
+}
+
 static double median(std::vector<double> v)
 {
     std::sort(v.begin(), v.end());
@@ -178,6 +189,11 @@ int main()
 #endif
     printf("bench,case,threads,ours_s,rival,rival_s,ratio\n");
     std::vector<double> p = make_points("uniform", large);
+    size_t unused;
+    double before = peak_of_process();
+    run_ours(p, 1, 0, &unused);
+    fprintf(stderr, "%s: the process grew by %.0f bytes a point over the input\n",
+            quick ? "uniform-1e5" : "uniform-1e6", (peak_of_process() - before) / (double)large);
     compare(quick ? "uniform-1e5" : "uniform-1e6", p, 1, CGAL_SERIAL, runs);
     compare(quick ? "uniform-1e5" : "uniform-1e6", p, 2, OURS_ONE_THREAD, runs);
     compare(quick ? "uniform-1e5" : "uniform-1e6", p, 2, CGAL_PARALLEL, runs);
