@@ -24,6 +24,7 @@ static const char help[] =
     "  --no-smoothing       vertices stay where they are\n"
     "  --max-seconds S\n"
     "  --threads N          default: what OpenMP chooses\n"
+    "  --histogram          of the measure and of the dihedral angles, before and after\n"
     "  -q, --quiet          print nothing but errors\n"
     "  --help, --version\n"
     "\n"
@@ -33,7 +34,7 @@ static const char help[] =
 typedef struct arguments {
     const char *input, *output;
     spr_options options;
-    int quiet;
+    int quiet, histogram;
 } arguments;
 
 static int progress(void *user, const char *phase, double fraction)
@@ -81,6 +82,8 @@ static int parse(int argc, char **argv, arguments *args)
             i++;
         } else if (strcmp(a, "--keep-vertices") == 0) {
             args->options.keep_vertices = 1;
+        } else if (strcmp(a, "--histogram") == 0) {
+            args->histogram = 1;
         } else if (strcmp(a, "--no-smoothing") == 0) {
             args->options.no_smoothing = 1;
         } else if (strcmp(a, "-q") == 0 || strcmp(a, "--quiet") == 0) {
@@ -135,6 +138,42 @@ static void print_statistics(const spr_report *report)
            report->seconds_smoothing, report->seconds_edge_removal, report->seconds_reconnection);
 }
 
+/* What is left, and why. */
+static void print_worst(const spr_report *r)
+{
+    static const char *const reason[] = {"held by the surface", "all vertices fixed",
+                                         "nothing helps", "not everything was tried"};
+    int i;
+    if (r->after.num_below == 0) return;
+    printf("bad ones left: %llu held by the surface, %llu with all vertices fixed, %llu others; "
+           "the worst:\n",
+           (unsigned long long)r->bounded, (unsigned long long)r->fixed,
+           (unsigned long long)r->stuck);
+    for (i = 0; i < r->num_worst; i++) {
+        const spr_worst *w = &r->worst[i];
+        printf("  %.4g at (%.6g, %.6g, %.6g): %s", w->quality, w->xyz[0], w->xyz[1], w->xyz[2],
+               reason[w->reason]);
+        if (w->reason == SPR_BOUNDED) printf(", at most %.4g", w->bound);
+        printf("\n");
+    }
+}
+
+static void print_counts(const char *what, double first, double step, const uint64_t *before,
+                         const uint64_t *after, int n)
+{
+    int i;
+    printf("%-14s %12s %12s\n", what, "before", "after");
+    for (i = 0; i < n; i++)
+        printf("%6.6g - %-5.4g %12llu %12llu\n", first + step * i, first + step * (i + 1),
+               (unsigned long long)before[i], (unsigned long long)after[i]);
+}
+
+static void print_histograms(const spr_report *r)
+{
+    print_counts("measure", 0, 0.05, r->before.histogram, r->after.histogram, 20);
+    print_counts("degrees", 0, 10, r->before.dihedral_histogram, r->after.dihedral_histogram, 18);
+}
+
 /* Room in the arrays for what the improvement may add. */
 static int make_room(meshio_mesh *m, size_t cap_vertices, size_t cap_tets)
 {
@@ -176,7 +215,11 @@ static int improve(const arguments *args, meshio_mesh *m)
         fprintf(stderr, "improve: %s\n", io.message);
         return TOOL_CANNOT_WRITE;
     }
-    if (!args->quiet) print_statistics(&report);
+    if (!args->quiet) {
+        print_statistics(&report);
+        print_worst(&report);
+        if (args->histogram) print_histograms(&report);
+    }
     return code;
 }
 

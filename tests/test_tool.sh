@@ -190,6 +190,13 @@ code 0 $improve --help
 code 2 $improve "$T/cube.mesh" --target 7
 code 3 $improve "$T/missing.mesh"
 code 5 $improve "$T/cube.off"
+code 1 $improve "$T/t1.mesh" --target 0.99 --histogram
+cp "$T/out" "$T/improve.txt"
+ok "what is left has reasons" grep -q '^bad ones left: ' "$T/improve.txt"
+ok "the worst have places" grep -q ' at (.*): ' "$T/improve.txt"
+ok "six angles a tetrahedron" awk '/^measure/ { m = 1 } /^degrees/ { m = 2 }
+    m == 1 && $2 == "-" { a += $4; b += $5 } m == 2 && $2 == "-" { c += $4; d += $5 }
+    END { exit !(c == 6 * a && d == 6 * b && b > 0) }' "$T/improve.txt"
 code 1 $improve "$T/t1.mesh" --target 0.99 -o "$T/best.mesh"
 prints 'after'
 ok "a goal that is not met leaves a mesh" grep -q '^End$' "$T/best.mesh"
