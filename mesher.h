@@ -131,7 +131,8 @@ typedef struct mesher_options {
     int    no_refine;             /* the surface recovered, and nothing else */
     int    allow_surface_steiner; /* at the very last, points on edges and facets of the surface; counted, listed */
     int    no_intersection_test;  /* mesher_check: only the cheap checks */
-    double size;                  /* wanted edge length, at most; 0: from the surface alone */
+    double size;                  /* wanted edge length, at most; 0: from the surface alone, where edges
+                                     inside are 1.25 times as long as those around them */
     double size_factor;           /* all sizes but the bounds times this; 0: 1 */
     double min_size, max_size;    /* bounds of the size field; 0: none */
     double gradation;             /* largest ratio of sizes one edge apart; 0: 1.4 */
@@ -5591,7 +5592,12 @@ static double mesher__clamp_size(const mesher_options *o, double h)
     return h;
 }
 
-/* Mean length of the edges of the surface at each vertex, or what the caller wants there; 0 where there is neither. */
+/* Edges inside are this much longer than those of the surface around them, where nothing else is
+ * wanted. With 1, scans get 1.6 to 2.2 times the tetrahedra that HXT makes of them (its edges come
+ * out longer than its sizes); with 1.2 to 1.3 as many, still with the better mean gamma. */
+#define MESHER__INWARDS 1.25
+
+/* What the edges of the surface at each vertex ask for, or the caller; 0 where there is neither. */
 static mesher_result mesher__edge_sizes(mesher_domain *domain)
 {
     delaunay_mesh *mesh = &domain->mesh;
@@ -5612,7 +5618,7 @@ static mesher_result mesher__edge_sizes(mesher_domain *domain)
     for (v = 1; v < mesh->num_vertices; v++) {
         uint32_t id = mesh->vertex_id[v];
         double own = domain->options.vertex_sizes && id < domain->surface.num_vertices ? domain->options.vertex_sizes[id] : 0;
-        if (count[v]) size[v] *= factor / count[v];
+        if (count[v]) size[v] *= MESHER__INWARDS * factor / count[v];
         if (own > 0 && own <= DBL_MAX) size[v] = factor * own;
     }
     delaunay_release(&mesh->memory, count);
