@@ -3317,14 +3317,16 @@ static DELAUNAY__NOINLINE void delaunay__sort_buckets(const delaunay__numbering 
 {
     enum { CHUNK = 4096, AHEAD = 24 };
     long chunk, num = (long)(c->mesh->num_vertices / CHUNK + 1);
-    size_t last = c->first[c->mesh->num_vertices - 1], most = 0;
+    size_t most = 0;
 #  if DELAUNAY__PARALLEL
 #    pragma omp parallel for num_threads(c->threads) schedule(dynamic, 1) reduction(max : most)
 #  endif
     for (chunk = 0; chunk < num; chunk++) {
         uint32_t v = (uint32_t)chunk * CHUNK, end = v + CHUNK;
-        size_t from = v ? c->first[v - 1] : begin, i;
+        size_t from = v ? c->first[v - 1] : begin, i, last;
         if (end > c->mesh->num_vertices) end = c->mesh->num_vertices;
+        if (v >= end) continue;
+        last = c->first[end - 1]; /* of this chunk: what follows is another thread's */
         for (; v < end; v++) {
             size_t to = c->first[v];
             for (i = from + AHEAD; i < to + AHEAD && i < last; i++)
