@@ -18,6 +18,8 @@ static const char help[] =
     "not depend on the number of threads. Without -o only the statistics are printed.\n"
     "\n"
     "  -o, --output FILE   where the tetrahedra go\n"
+    "  --hull FILE         the triangles of the convex hull; a tag for each of its flat polygons\n"
+    "  --weights FILE      a number for each point, text: the regular triangulation (power diagram)\n"
     "  --threads N         default: what OpenMP chooses\n"
     "  --any-order         leave the tetrahedra in the order in which they were made (faster)\n"
     "  --validate          prove that the result is Delaunay\n"
@@ -29,7 +31,7 @@ static const char help[] =
     "range, 7 memory, 8 interrupted, 70 internal error\n";
 
 typedef struct arguments {
-    const char *input, *output;
+    const char *input, *output, *hull, *weights;
     int threads, any_order, validate, quiet;
 } arguments;
 
@@ -49,6 +51,10 @@ static int parse(int argc, char **argv, arguments *args)
             return 1;
         } else if ((strcmp(a, "-o") == 0 || strcmp(a, "--output") == 0) && i + 1 < argc) {
             args->output = argv[++i];
+        } else if (strcmp(a, "--hull") == 0 && i + 1 < argc) {
+            args->hull = argv[++i];
+        } else if (strcmp(a, "--weights") == 0 && i + 1 < argc) {
+            args->weights = argv[++i];
         } else if (strcmp(a, "--threads") == 0 && tool_number(argv[i + 1], 1, 4096, &value)) {
             args->threads = (int)value;
             i++;
@@ -108,6 +114,8 @@ static void print_statistics(const delaunay_report *report, uint64_t num_tets, d
 {
     printf("points      %llu (%llu duplicates)\n", (unsigned long long)report->num_points,
            (unsigned long long)report->num_duplicates);
+    if (report->num_hidden)
+        printf("hidden      %llu\n", (unsigned long long)report->num_hidden);
     printf("tetrahedra  %llu\n", (unsigned long long)num_tets);
     printf("read        %9.3f s\n", seconds_read);
     printf("sort        %9.3f s\n", report->seconds_sort);
@@ -144,23 +152,86 @@ static void drop_elements(meshio_mesh *m)
     m->num_edges = m->num_triangles = m->num_tets = 0;
 }
 
+/* As many numbers as there are points, or NULL; *code says why. */
+static double *read_weights(const char *name, size_t count, int *code)
+{
+    FILE *file = fopen(name, "r");
+    double *weights = (double *)malloc(count * sizeof *weights + 1), more;
+    size_t n = 0;
+    *code = weights ? TOOL_CANNOT_READ : TOOL_NO_MEMORY;
+    while (file && weights && n < count && fscanf(file, "%lf", &weights[n]) == 1) n++;
+    if (file && n == count && fscanf(file, "%lf", &more) != 1) *code = TOOL_OK;
+    if (file) fclose(file);
+    if (*code == TOOL_OK) return weights;
+    if (!file) fprintf(stderr, "delaunay: %s: cannot open\n", name);
+    else fprintf(stderr, "delaunay: %s: not one number for each of %lu points\n", name,
+                 (unsigned long)count);
+    free(weights);
+    return NULL;
+}
+
+/* The hull instead of the elements of the mesh that holds the points, to a file. */
+static int write_hull(const arguments *args, const delaunay_mesh *mesh, meshio_mesh *points)
+{
+    delaunay_hull hull;
+    meshio_report io;
+    size_t i;
+    int code = TOOL_NO_MEMORY;
+    memset(&hull, 0, sizeof hull);
+    drop_elements(points);
+    if (delaunay_hull_of(&hull, mesh, NULL) == DELAUNAY_OK) {
+        points->triangles = (uint32_t *)malloc(hull.num_facets * 3 * sizeof(uint32_t));
+        points->triangle_tags = (int32_t *)malloc(hull.num_facets * sizeof(int32_t));
+    }
+    if (!points->triangles || !points->triangle_tags) {
+        fprintf(stderr, "delaunay: out of memory\n");
+    } else {
+        for (i = 0; i < 3 * hull.num_facets; i++)
+            points->triangles[i] = mesh->vertex_id[hull.facets[i]];
+        for (i = 0; i < hull.num_facets; i++)
+            points->triangle_tags[i] = (int32_t)hull.facet_polygon[i] + 1;
+        points->num_triangles = hull.num_facets;
+        code = TOOL_OK;
+        if (meshio_write(args->hull, points, NULL, &io) != MESHIO_OK) {
+            fprintf(stderr, "delaunay: %s\n", io.message);
+            code = TOOL_CANNOT_WRITE;
+        }
+        if (!args->quiet)
+            printf("hull        %lu triangles, %lu polygons\n", (unsigned long)hull.num_facets,
+                   (unsigned long)hull.num_polygons);
+    }
+    delaunay_hull_free(&hull);
+    return code;
+}
+
+
 static int triangulate(const arguments *args, meshio_mesh *points, double seconds_read)
 {
     delaunay_mesh mesh;
     delaunay_options options;
     delaunay_report report;
     delaunay_result result;
+    delaunay_points input;
     meshio_report io;
-    double start;
+    double start, *weights = NULL;
     int code;
+    memset(&input, 0, sizeof input);
     memset(&mesh, 0, sizeof mesh);
     memset(&options, 0, sizeof options);
     memset(&report, 0, sizeof report);
     options.any_order = args->any_order;
     options.host.num_threads = args->threads;
     options.host.progress = progress;
+    if (args->weights) {
+        weights = read_weights(args->weights, points->num_vertices, &code);
+        if (!weights) return code;
+    }
+    input.xyz = points->xyz;
+    input.count = points->num_vertices;
+    input.weights = weights;
     start = tool_seconds();
-    result = delaunay_tetrahedralize(&mesh, points->xyz, points->num_vertices, &options, &report);
+    result = delaunay_tetrahedralize_points(&mesh, &input, &options, &report);
+    free(weights);
     code = exit_code(result);
     if (code != TOOL_OK) {
         fprintf(stderr, "delaunay: %s: %s\n", args->input, reason(result, &report));
@@ -175,6 +246,10 @@ static int triangulate(const arguments *args, meshio_mesh *points, double second
             delaunay_mesh_free(&mesh);
             return TOOL_INTERNAL;
         }
+    }
+    if (args->hull && (code = write_hull(args, &mesh, points)) != TOOL_OK) {
+        delaunay_mesh_free(&mesh);
+        return code;
     }
     drop_elements(points);
     if (!export_tets(&mesh, points)) {

@@ -182,6 +182,14 @@ absent "$T/flat.mesh"
 code 0 $delaunay "$T/double.xyz" -o "$T/double.mesh"
 ok "duplicates stay as vertices" test "$(sed -n 4p "$T/double.mesh")" = 6
 code 0 $delaunay "$T/grid.xyz" --validate -o "$T/g1.mesh" --threads 1
+code 0 $delaunay "$T/grid.xyz" --hull "$T/hull.mesh"
+ok "the hull of a grid has six polygons" grep -q ' 6 polygons' "$T/out"
+ok "the hull is written" grep -q Triangles "$T/hull.mesh"
+sed 's/.*/0.25/' "$T/grid.xyz" > "$T/weights.txt"
+code 0 $delaunay "$T/grid.xyz" --weights "$T/weights.txt" --validate -o "$T/g4.mesh"
+ok "equal weights change nothing" cmp "$T/g1.mesh" "$T/g4.mesh"
+code 3 $delaunay "$T/flat.xyz" --weights "$T/weights.txt"
+code 3 $delaunay "$T/flat.xyz" --weights "$T/none.txt"
 code 0 $delaunay "$T/grid.xyz" -q -o "$T/g3.mesh" --threads 3
 ok "same bytes for any number of threads" cmp "$T/g1.mesh" "$T/g3.mesh"
 
