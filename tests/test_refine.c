@@ -2,6 +2,9 @@
  * size functions of every kind, the same bytes for any number of threads. */
 #define MESHER_IMPLEMENTATION
 #include "mesher.h"
+#define MESHIO_IMPLEMENTATION
+#include "meshio.h"
+#include "demo_part.h"
 #include "check.h"
 #include "small_mesh.h"
 
@@ -739,8 +742,47 @@ static void a_ball_end_to_end(void)
     }
 }
 
+/* A real part, end to end, with sizes of its own and a size function. */
+static void a_part_is_the_same_for_any_number_of_threads(void)
+{
+    static const int threads[4] = {1, 2, 3, 8};
+    uint64_t hash[2] = {0, 0};
+    int kind = BALL_WISH, k;
+    meshio_mesh part;
+    memset(&part, 0, sizeof part);
+    CHECK(demo_part_make(&part, 1));
+    for (k = 0; k < 8; k++) {
+        mesher_domain d;
+        mesher_surface surface;
+        mesher_options o;
+        mesher_report r;
+        memset(&surface, 0, sizeof surface);
+        memset(&o, 0, sizeof o);
+        memset(&r, 0, sizeof r);
+        surface.xyz = part.xyz;
+        surface.num_vertices = part.num_vertices;
+        surface.triangles = part.triangles;
+        surface.num_triangles = part.num_triangles;
+        o.host.num_threads = threads[k / 2];
+        o.size_factor = 0.8; /* enough points for several sections */
+        if (k == 3 || k == 7) continue; /* the function with 1 and 3 threads */
+        if (k & 1) {
+            o.size_function = wish;
+            o.size_user = &kind;
+        }
+        CHECK(mesher_mesh(&d, &surface, &o, &r) == MESHER_OK);
+        CHECK(r.refined_vertices > 14000);
+        if (k < 2) hash[k] = mesh_hash(&d);
+        CHECK(mesh_hash(&d) == hash[k & 1]);
+        mesher_domain_free(&d);
+    }
+    CHECK(hash[0] != hash[1]);
+    meshio_free(&part);
+}
+
 int main(void)
 {
+    a_part_is_the_same_for_any_number_of_threads();
     a_ball_end_to_end();
     one_cube_gets_the_wanted_size();
     a_fine_surface_is_honoured();
