@@ -234,6 +234,7 @@ typedef struct mesher_domain {
     uint32_t       *facet_sides;  /* 2*num_facets: what is behind and in front of the source triangle: a place in
                                    * regions plus 1; 0: the outside; NO_ID: unknown. NULL before mesher_color */
     uint32_t        first_corner; /* input id of box corner 0: the number of input vertices */
+    int             keeps_mesh;   /* the mesh is the caller's: sizes are those of all of its edges */
     int             stage;
     delaunay_memory memory;       /* account of the arrays above; the mesh has its own */
 } mesher_domain;
@@ -261,6 +262,23 @@ MESHER_API mesher_result mesher_check(const mesher_surface *surface, const meshe
 /* All stages. On failure the domain is freed and zeroed, and the report says what and where. */
 MESHER_API mesher_result mesher_mesh(mesher_domain *domain, const mesher_surface *surface,
                                      const mesher_options *options, mesher_report *report);
+/* A finished tetrahedral mesh instead of a surface: what is there is kept, and points are added where the sizes ask for
+ * it; the default size of a vertex is the mean length of its edges, so nothing is added without a wish.
+ *
+ *   domain    out   as mesher_mesh leaves it; on failure zeroed
+ *   surface   in    vertices, and the triangles and lines to keep: all on the border and between regions, and any
+ *                   others that are facets and edges of the mesh
+ *   tets      in    4*num_tets indices into the vertices, of one orientation, meeting facet to facet
+ *   regions   in    num_tets numbers from 1 on, or NULL: all 1
+ *   options   in    NULL or zeroed: defaults; regions, and all that is about recovery, is not used
+ *   report    out   may be NULL
+ *
+ * Returns   as mesher_mesh; _ERROR_INVALID_ARGUMENT also for tetrahedra that are flat, mixed or overlap;
+ *           _ERROR_SURFACE: a triangle or line is not in the mesh (findings)
+ * Threads, Repeats   as mesher_mesh */
+MESHER_API mesher_result mesher_refine_mesh(mesher_domain *domain, const mesher_surface *surface, const uint32_t *tets,
+                                            const uint32_t *regions, size_t num_tets, const mesher_options *options,
+                                            mesher_report *report);
 MESHER_API mesher_result mesher_export(mesher_domain *domain, mesher_output *out);
 MESHER_API void mesher_output_free(mesher_domain *domain, mesher_output *out);
 MESHER_API void mesher_domain_free(mesher_domain *domain);
@@ -5603,10 +5621,12 @@ static mesher_result mesher__edge_sizes(mesher_domain *domain)
     delaunay_mesh *mesh = &domain->mesh;
     double *size = domain->size, factor = domain->options.size_factor > 0 ? domain->options.size_factor : 1;
     uint32_t e, v, *count = (uint32_t *)delaunay_alloc(&mesh->memory, mesh->num_vertices, sizeof *count);
+    delaunay_handle t;
+    int i;
     if (!count) return MESHER_ERROR_OUT_OF_MEMORY;
     memset(count, 0, mesh->num_vertices * sizeof *count);
     memset(size, 0, mesh->num_vertices * sizeof *size);
-    for (e = 0; e < domain->num_edges; e++) {
+    for (e = 0; e < domain->num_edges && !domain->keeps_mesh; e++) {
         uint32_t a = mesh->vertex_of[domain->edges[2 * e]], b = mesh->vertex_of[domain->edges[2 * e + 1]];
         double l = mesher__distance(mesh->vertices[a].x, mesh->vertices[b].x);
         if (a == 0 || b == 0) continue;
@@ -5615,6 +5635,15 @@ static mesher_result mesher__edge_sizes(mesher_domain *domain)
         count[a]++;
         count[b]++;
     }
+    for (t = 1; domain->keeps_mesh && t < mesh->num_tets; t++) /* each edge once a tetrahedron */
+        for (i = 0; i < 6; i++) {
+            uint32_t a = mesh->tets[t].v[delaunay_edge_order(i)[0]], b = mesh->tets[t].v[delaunay_edge_order(i)[1]];
+            double l = mesher__distance(mesh->vertices[a].x, mesh->vertices[b].x);
+            size[a] += l;
+            size[b] += l;
+            count[a]++;
+            count[b]++;
+        }
     for (v = 1; v < mesh->num_vertices; v++) {
         uint32_t id = mesh->vertex_id[v];
         double own = domain->options.vertex_sizes && id < domain->surface.num_vertices ? domain->options.vertex_sizes[id] : 0;
@@ -8701,6 +8730,157 @@ MESHER_API mesher_result mesher_reproduce(const mesher_surface *surface, const m
     delaunay_release(&p.memory, p.chosen);
     delaunay_release(&p.memory, p.trial);
     delaunay_release(&p.memory, p.number);
+    return result;
+}
+
+/* -- a mesh of the caller's */
+
+/* Marks facet f and its edges. */
+static mesher_result mesher__keep_facet(delaunay_mesh *mesh, delaunay_worker *worker, delaunay_handle f)
+{
+    const uint8_t *order = delaunay_facet_order((int)(f & 3));
+    int i;
+    delaunay_mark_facet(mesh, f, 1);
+    for (i = 0; i < 3; i++) {
+        const uint32_t *v = mesh->tets[f >> 2].v;
+        mesher_result result = (mesher_result)delaunay_mark_edge(mesh, worker, f >> 2, v[order[i]], v[order[(i + 1) % 3]], 1);
+        if (result != MESHER_OK) return result;
+    }
+    return MESHER_OK;
+}
+
+/* Marks the border, what lies between regions, and all facets and lines of the surface, which must be there. */
+static mesher_result mesher__keep_surface(mesher_domain *domain, delaunay_worker *worker, mesher_report *report)
+{
+    delaunay_mesh *mesh = &domain->mesh;
+    mesher_result result = MESHER_OK;
+    delaunay_handle t;
+    uint32_t k;
+    int i;
+    for (t = 1; t < mesh->num_tets; t++)
+        for (i = 0; i < 4; i++) {
+            delaunay_handle n = mesh->tets[t].n[i] >> 2;
+            if (n && mesh->color[n] == mesh->color[t]) continue;
+            result = mesher__keep_facet(mesh, worker, 4 * t + (delaunay_handle)i);
+            if (result != MESHER_OK) return result;
+        }
+    for (k = 0; k < domain->num_facets; k++) {
+        const uint32_t *f = domain->facets + 3 * (size_t)k;
+        t = delaunay_find_facet(mesh, worker, mesh->vertex_of[f[0]], mesh->vertex_of[f[1]], mesh->vertex_of[f[2]]);
+        if (t) result = mesher__keep_facet(mesh, worker, t);
+        else mesher_report_add(report, MESHER_DEFECT_RECOVERY, domain->facet_source[k], DELAUNAY_NO_ID, f[0], f[1], f[2],
+                               domain->surface.xyz + 3 * (size_t)f[0]);
+        if (result != MESHER_OK) return result;
+    }
+    for (k = 0; k < domain->num_edges; k++) {
+        const uint32_t *e = domain->edges + 2 * (size_t)k;
+        if (domain->edge_source[k] < domain->surface.num_triangles) continue;
+        t = delaunay_find_edge(mesh, worker, mesh->vertex_of[e[0]], mesh->vertex_of[e[1]]);
+        if (t) result = (mesher_result)delaunay_mark_edge(mesh, worker, t, mesh->vertex_of[e[0]], mesh->vertex_of[e[1]], 1);
+        else mesher_report_add(report, MESHER_DEFECT_RECOVERY, domain->edge_source[k], DELAUNAY_NO_ID, e[0], e[1],
+                               DELAUNAY_NO_ID, domain->surface.xyz + 3 * (size_t)e[0]);
+        if (result != MESHER_OK) return result;
+    }
+    return mesher__count_defects(report) ? MESHER_ERROR_SURFACE : MESHER_OK;
+}
+
+/* The regions of a mesh of the caller's: numbers, tetrahedra and volumes. */
+static mesher_result mesher__list_regions(mesher_domain *domain, mesher_report *report)
+{
+    const delaunay_mesh *mesh = &domain->mesh;
+    uint32_t most = 0, i, n = 0;
+    delaunay_handle t;
+    mesher_region *all;
+    for (t = 1; t < mesh->num_tets; t++)
+        if (mesh->color[t] > most) most = mesh->color[t];
+    if (most > mesh->num_tets + 65536) return MESHER_ERROR_INVALID_ARGUMENT; /* numbers, not labels */
+    all = (mesher_region *)delaunay_alloc(&domain->memory, (size_t)most + 1, sizeof *all);
+    if (!all) return MESHER_ERROR_OUT_OF_MEMORY;
+    memset(all, 0, ((size_t)most + 1) * sizeof *all);
+    for (t = 1; t < mesh->num_tets; t++) {
+        mesher_region *r = all + mesh->color[t];
+        double w[4];
+        mesher__weights(mesh->vertices, mesh->tets[t].v, mesh->vertices[mesh->tets[t].v[0]].x, w);
+        r->num_tets++;
+        r->volume += w[0] / 6;
+    }
+    for (i = 0; i <= most; i++) {
+        if (!all[i].num_tets) continue;
+        all[n] = all[i];
+        all[n].number = i;
+        all[n].first_facet = DELAUNAY_NO_ID;
+        all[n].depth = 1;
+        all[n++].kept = 1;
+    }
+    domain->regions = all;
+    domain->num_regions = n;
+    report->num_regions = n;
+    return MESHER_OK;
+}
+
+static mesher_result mesher__take_mesh(mesher_domain *domain, const uint32_t *tets, const uint32_t *regions,
+                                       size_t num_tets, mesher_report *report)
+{
+    const mesher_surface *s = &domain->surface;
+    delaunay_report import;
+    delaunay_worker *worker = NULL;
+    delaunay_handle t;
+    size_t i;
+    mesher_result result;
+    for (i = 0; i < num_tets && regions; i++)
+        if (regions[i] == DELAUNAY_OUTSIDE) return MESHER_ERROR_INVALID_ARGUMENT;
+    memset(&import, 0, sizeof import);
+    result = (mesher_result)delaunay_import(&domain->mesh, s->xyz, s->num_vertices, tets, regions, num_tets,
+                                            &domain->options.host, &import);
+    if (result != MESHER_OK) {
+        snprintf(report->message, sizeof report->message, "%.400s", import.message);
+        return result == MESHER_ERROR_OUT_OF_MEMORY || result == MESHER_ERROR_TOO_LARGE ? result : MESHER_ERROR_INVALID_ARGUMENT;
+    }
+    result = (mesher_result)delaunay_enable_marks(&domain->mesh);
+    for (t = 1; result == MESHER_OK && !regions && t < domain->mesh.num_tets; t++) domain->mesh.color[t] = 1;
+    if (result == MESHER_OK) result = (mesher_result)delaunay_link_vertices(&domain->mesh);
+    if (result != MESHER_OK) return result;
+    worker = delaunay_worker_new(&domain->mesh.memory);
+    if (!worker) return MESHER_ERROR_OUT_OF_MEMORY;
+    result = mesher__keep_surface(domain, worker, report);
+    delaunay_worker_free(worker);
+    if (result == MESHER_OK) result = mesher__list_regions(domain, report);
+    return result;
+}
+
+MESHER_API mesher_result mesher_refine_mesh(mesher_domain *domain, const mesher_surface *surface, const uint32_t *tets,
+                                            const uint32_t *regions, size_t num_tets, const mesher_options *options,
+                                            mesher_report *report)
+{
+    mesher_report local;
+    mesher_result result;
+    int usable;
+    if (!domain || !surface || !tets || num_tets == 0) return MESHER_ERROR_INVALID_ARGUMENT;
+    memset(&local, 0, sizeof local);
+    memset(domain, 0, sizeof *domain);
+    if (!report) report = &local;
+    mesher__report_reset(report, surface);
+    result = mesher__domain_init(domain, surface, options, report, &usable);
+    if (result == MESHER_ERROR_SURFACE && usable &&
+        mesher__count_defects(report) == report->counts[MESHER_DEFECT_NO_CELL] + report->counts[MESHER_DEFECT_FLAT]) {
+        mesher__report_drop_defects(report); /* the tetrahedra say what is inside */
+        result = MESHER_OK;
+    }
+    if (result == MESHER_OK) result = mesher__take_mesh(domain, tets, regions, num_tets, report);
+    if (result == MESHER_ERROR_SURFACE) mesher__message_finish(report);
+    if (result == MESHER_OK) {
+        domain->keeps_mesh = 1;
+        domain->stage = MESHER__STAGE_COLORED;
+        if (!domain->options.no_refine) result = mesher__mesh_size(domain, report);
+    }
+    report->peak_bytes = domain->memory.peak_bytes + domain->mesh.memory.peak_bytes;
+    if (result < 0) {
+        mesher_domain_free(domain);
+        if (!report->message[0]) snprintf(report->message, sizeof report->message, "%s", mesher_result_string(result));
+        return result;
+    }
+    report->message[0] = 0;
+    report->num_vertices = mesher__number_output(domain, &report->num_tets);
     return result;
 }
 

@@ -48,6 +48,8 @@ static const char help_options[] =
     "stages\n"
     "  --check              look for defects of the surface, and stop\n"
     "  --no-refine          the surface recovered, and no points inside but where they are needed\n"
+    "  --refine-mesh        INPUT is a tetrahedral mesh: what it has is kept, and points are added where the\n"
+    "                       sizes above ask for them (default: the lengths of its own edges)\n"
     "  --no-improve         the mesh as refinement leaves it\n"
     "  --regions R          all: every bounded cell (default); parity: what an odd number of facets\n"
     "                       encloses; winding: what the facets' orientation encloses; seeds: by the\n"
@@ -80,7 +82,7 @@ typedef struct settings {
     mesher_options mesher;
     spr_options spr;
     double max_seconds;
-    int demo, check, no_improve, regions_given, ascii, binary, verbose, quiet, progress;
+    int demo, check, refine_mesh, no_improve, regions_given, ascii, binary, verbose, quiet, progress;
 } settings;
 
 static int parse_regions(const char *name, mesher_regions *regions)
@@ -156,6 +158,7 @@ static int parse_flag(const char *a, settings *s)
     if (strcmp(a, "--check") == 0) s->check = 1;
     else if (strcmp(a, "--no-refine") == 0) s->mesher.no_refine = 1;
     else if (strcmp(a, "--no-improve") == 0) s->no_improve = 1;
+    else if (strcmp(a, "--refine-mesh") == 0) s->refine_mesh = 1;
     else if (strcmp(a, "--coarse") == 0) s->mesher.growth = 1.3;
     else if (strcmp(a, "--allow-surface-steiner") == 0) s->mesher.allow_surface_steiner = 1;
     else if (strcmp(a, "--ascii") == 0) s->ascii = 1;
@@ -321,6 +324,66 @@ static void clear_progress(const job *j)
 
 /* ---- reading ---- */
 
+/* A facet of a tetrahedron: its corners, ascending, and the tetrahedron's region. */
+typedef struct tet_side {
+    uint32_t v[3];
+    int32_t tag;
+} tet_side;
+
+static void set_side(tet_side *s, const uint32_t *v, int a, int b, int c, int32_t tag)
+{
+    int i, k;
+    s->v[0] = v[a];
+    s->v[1] = v[b];
+    s->v[2] = v[c];
+    s->tag = tag;
+    for (i = 0; i < 2; i++)
+        for (k = 0; k < 2 - i; k++)
+            if (s->v[k] > s->v[k + 1]) {
+                uint32_t swap = s->v[k];
+                s->v[k] = s->v[k + 1];
+                s->v[k + 1] = swap;
+            }
+}
+
+static int compare_sides(const void *a, const void *b)
+{
+    return memcmp(a, b, 3 * sizeof(uint32_t));
+}
+
+/* Adds the border of the tetrahedra, and what lies between their regions, to the file's triangles; those that are
+ * there already are found to be duplicates later. Regions without a number get 1. */
+static int add_border(job *j)
+{
+    meshio_mesh *m = &j->in;
+    size_t n = 4 * m->num_tets, i, k, count = m->num_triangles;
+    tet_side *all = (tet_side *)malloc(n * sizeof *all);
+    uint32_t *triangles;
+    int32_t *tags;
+    int f;
+    for (i = 0; all && i < m->num_tets; i++) {
+        if (m->tet_tags[i] < 1) m->tet_tags[i] = 1;
+        for (f = 0; f < 4; f++) {
+            const uint8_t *o = delaunay_facet_order(f);
+            set_side(all + 4 * i + (size_t)f, m->tets + 4 * i, o[0], o[1], o[2], m->tet_tags[i]);
+        }
+    }
+    if (all) qsort(all, n, sizeof *all, compare_sides);
+    triangles = all ? (uint32_t *)realloc(m->triangles, 3 * (count + n) * sizeof *triangles) : NULL;
+    if (triangles) m->triangles = triangles;
+    tags = triangles ? (int32_t *)realloc(m->triangle_tags, (count + n) * sizeof *tags) : NULL;
+    if (tags) m->triangle_tags = tags;
+    for (i = 0; tags && i < n; i = k) {
+        for (k = i + 1; k < n && compare_sides(all + i, all + k) == 0; k++) {}
+        if (k == i + 2 && all[i].tag == all[i + 1].tag) continue;
+        memcpy(m->triangles + 3 * m->num_triangles, all[i].v, sizeof all[i].v);
+        m->triangle_tags[m->num_triangles++] = all[i].tag < all[k - 1].tag ? all[i].tag : all[k - 1].tag;
+    }
+    free(all);
+    if (!tags) complain(j, "out of memory");
+    return tags != NULL;
+}
+
 static int read_input(job *j)
 {
     meshio_report io;
@@ -341,6 +404,11 @@ static int read_input(job *j)
         }
     }
     j->seconds[PHASE_READ] = tool_seconds() - start;
+    if (j->set.refine_mesh && j->in.num_tets == 0) {
+        complain(j, "the file has no tetrahedra to refine");
+        return TOOL_BAD_SURFACE;
+    }
+    if (j->set.refine_mesh) return add_border(j) ? TOOL_OK : TOOL_NO_MEMORY;
     if (j->in.num_triangles == 0) {
         complain(j, "the file has no triangles, so it bounds no volume");
         return TOOL_BAD_SURFACE;
@@ -746,7 +814,10 @@ static int mesh_surface(job *j)
 {
     mesher_result result;
     j->set.mesher.max_seconds = j->set.max_seconds;
-    result = mesher_mesh(&j->domain, &j->surface, &j->set.mesher, &j->report);
+    if (j->set.refine_mesh)
+        result = mesher_refine_mesh(&j->domain, &j->surface, j->in.tets, (const uint32_t *)j->in.tet_tags, j->in.num_tets,
+                                    &j->set.mesher, &j->report);
+    else result = mesher_mesh(&j->domain, &j->surface, &j->set.mesher, &j->report);
     if (result < 0) return fail(j, result);
     if (result > 0) {
         clear_progress(j);

@@ -780,8 +780,70 @@ static void a_part_is_the_same_for_any_number_of_threads(void)
     meshio_free(&part);
 }
 
+/* A mesh that is there already: kept as it is without a wish, refined with one; its surface must be in it. */
+static void a_finished_mesh_is_refined(void)
+{
+    mesher_domain d, e;
+    mesher_output out;
+    mesher_surface surface;
+    mesher_options o;
+    mesher_report r;
+    mesher_source ball;
+    uint32_t bad[3] = {0, 1, 0}, i;
+    memset(&o, 0, sizeof o);
+    memset(&surface, 0, sizeof surface);
+    memset(&r, 0, sizeof r);
+    memset(&ball, 0, sizeof ball);
+    memset(&out, 0, sizeof out);
+    o.size = 0.5;
+    CHECK(box(&d, 3, 2, 2, 1, 1, &o));
+    CHECK(refine_and_check(&d, &r) == MESHER_OK);
+    surface.num_vertices = d.mesh.num_vertices - 1;
+    surface.xyz = (double *)malloc(3 * surface.num_vertices * sizeof(double));
+    out.tets = (uint32_t *)malloc(4 * (size_t)d.mesh.num_tets * sizeof(uint32_t));
+    out.regions = (uint32_t *)malloc((size_t)d.mesh.num_tets * sizeof(uint32_t));
+    for (i = 1; i < d.mesh.num_vertices; i++)
+        memcpy((double *)surface.xyz + 3 * (i - 1), d.mesh.vertices[i].x, 3 * sizeof(double));
+    for (i = 1; i < d.mesh.num_tets; i++) {
+        int k;
+        if (delaunay_is_deleted(&d.mesh, i)) continue;
+        for (k = 0; k < 4; k++) out.tets[4 * out.num_tets + (uint64_t)k] = d.mesh.tets[i].v[k] - 1;
+        out.regions[out.num_tets++] = d.mesh.color[i];
+    }
+    o.size = 0;
+    ball.size = 0.05;
+    ball.radius = 0.2;
+    ball.xyz[0] = ball.xyz[1] = ball.xyz[2] = 1.0;
+    for (i = 0; i < 2; i++) {
+        mesher_result result;
+        o.num_sources = i;
+        o.sources = &ball;
+        result = mesher_refine_mesh(&e, &surface, out.tets, out.regions, (size_t)out.num_tets, &o, &r);
+        CHECK(result == MESHER_OK);
+        CHECK(i ? r.refined_vertices > 300 : r.refined_vertices < 20);
+        CHECK(r.num_regions == 2 && e.num_regions == 2);
+        CHECK(fabs(e.regions[0].volume - 4) < 1e-9 && fabs(e.regions[1].volume - 8) < 1e-9);
+        CHECK(surface_hash(&e) == surface_hash(&d));
+        CHECK(delaunay_validate(&e.mesh, DELAUNAY_VALIDATE_GEOMETRY, NULL) == DELAUNAY_OK);
+        mesher_domain_free(&e);
+    }
+    out.regions[0] = 0; /* no number of a region */
+    CHECK(mesher_refine_mesh(&e, &surface, out.tets, out.regions, (size_t)out.num_tets, &o, &r) ==
+          MESHER_ERROR_INVALID_ARGUMENT);
+    bad[2] = (uint32_t)surface.num_vertices - 1; /* no facet of the mesh */
+    surface.triangles = bad;
+    surface.num_triangles = 1;
+    CHECK(mesher_refine_mesh(&e, &surface, out.tets, NULL, (size_t)out.num_tets, &o, &r) == MESHER_ERROR_SURFACE);
+    CHECK(r.message[0] && r.counts[MESHER_DEFECT_RECOVERY] == 1);
+    free((void *)surface.xyz);
+    free(out.tets);
+    free(out.regions);
+    mesher_domain_free(&d);
+}
+
 int main(void)
 {
+    a_finished_mesh_is_refined();
     a_part_is_the_same_for_any_number_of_threads();
     a_ball_end_to_end();
     one_cube_gets_the_wanted_size();
