@@ -1478,42 +1478,66 @@ static double spr__distance2(const double *a, const double *b)
     return spr__dot(d, d);
 }
 
-/* All facets of the link of v joined to one of its vertices. */
-static int spr__contract(const spr__state *s, uint32_t v, const delaunay_list *star,
-                         spr__offer *offer)
+/* Neighbours of v, and the longest squared edge of its star. Returns their number. */
+static int spr__neighbours(const delaunay_mesh *m, uint32_t v, const delaunay_list *star,
+                           uint32_t *seen, double *longest)
 {
-    const delaunay_mesh *m = s->mesh;
-    double longest = 0, floor_ = spr__max(offer->after, spr__floor(s, offer->before));
-    uint32_t seen[4 * SPR__MAX_STAR];
-    int found = 0, num = 0, i, k;
-    size_t j, at;
+    int num = 0, i, k;
+    size_t j;
+    *longest = 0;
     for (j = 0; j < star->count; j++) {
         const uint32_t *x = m->tets[star->items[j]].v;
         for (k = 0; k < 4; k++) {
+            const double *p = spr__point(m, x[k]);
             if (x[k] == v) continue;
-            longest = spr__max(longest, spr__distance2(spr__point(m, x[k]), spr__point(m, v)));
-            longest = spr__max(longest,
-                               spr__distance2(spr__point(m, x[k]), spr__point(m, x[(k + 1) & 3])));
+            *longest = spr__max(*longest, spr__distance2(p, spr__point(m, v)));
+            *longest = spr__max(*longest, spr__distance2(p, spr__point(m, x[(k + 1) & 3])));
             for (i = 0; i < num && seen[i] != x[k]; i++) {}
             if (i == num) seen[num++] = x[k];
         }
     }
+    return num;
+}
+
+/* The worst of the facets of the link of v, joined to a neighbour, or something below floor as soon
+ * as one is; *num_bad: how many are bad. No edge much longer than those that were there. */
+static double spr__contracted(const spr__state *s, uint32_t v, const delaunay_list *star,
+                              uint32_t neighbour, double longest, double floor_, int *num_bad)
+{
+    const delaunay_mesh *m = s->mesh;
+    const double *p = spr__point(m, neighbour);
+    double worst = HUGE_VAL, q;
+    size_t i;
+    int k;
+    *num_bad = 0;
+    for (i = 0; i < star->count && worst > floor_; i++) {
+        const delaunay_tet *t = &m->tets[star->items[i]];
+        const uint8_t *o;
+        if (delaunay_local_index(t, neighbour) >= 0) continue;
+        o = delaunay_facet_order(delaunay_local_index(t, v));
+        q = spr__quality(s, spr__point(m, t->v[o[0]]), spr__point(m, t->v[o[2]]),
+                         spr__point(m, t->v[o[1]]), p);
+        for (k = 0; k < 3; k++)
+            if (spr__distance2(spr__point(m, t->v[o[k]]), p) > 1.6 * longest) q = -1;
+        *num_bad += q < s->target;
+        worst = spr__min(worst, q);
+    }
+    return worst;
+}
+
+/* The best neighbour to contract v to, if that gains. */
+static int spr__contract(const spr__state *s, uint32_t v, const delaunay_list *star,
+                         spr__offer *offer)
+{
+    uint32_t seen[4 * SPR__MAX_STAR];
+    double longest, least = spr__floor(s, offer->before), floor_, worst;
+    int found = 0, num = spr__neighbours(s->mesh, v, star, seen, &longest), i, bad, num_bad = 0;
+    size_t k;
+    for (k = 0; k < star->count; k++) num_bad += s->value[star->items[k]] < s->target;
+    floor_ = s->tidy ? SPR__MORE * offer->before : least;
     for (i = 0; i < num; i++) {
-        const double *p = spr__point(m, seen[i]);
-        double worst = HUGE_VAL;
-        for (at = 0; at < star->count && worst > floor_; at++) {
-            const delaunay_tet *t = &m->tets[star->items[at]];
-            const uint8_t *o;
-            double q;
-            if (delaunay_local_index(t, seen[i]) >= 0) continue;
-            o = delaunay_facet_order(delaunay_local_index(t, v));
-            q = spr__quality(s, spr__point(m, t->v[o[0]]), spr__point(m, t->v[o[2]]),
-                             spr__point(m, t->v[o[1]]), p);
-            for (k = 0; k < 3; k++)
-                if (spr__distance2(spr__point(m, t->v[o[k]]), p) > 1.6 * longest) q = -1;
-            worst = spr__min(worst, q);
-        }
-        if (worst <= floor_) continue;
+        worst = spr__contracted(s, v, star, seen[i], longest, floor_, &bad);
+        if (worst <= floor_ || (worst <= least && bad >= num_bad)) continue;
         floor_ = offer->after = worst;
         offer->vertex = v;
         offer->ring = seen[i];
@@ -1553,7 +1577,7 @@ static int spr__plan_removal(const spr__state *s, delaunay_worker *worker, delau
     const delaunay_mesh *m = s->mesh;
     spr__offer best, offer;
     delaunay_result result;
-    int i, answer;
+    int i;
     memset(&best, 0, sizeof best);
     for (i = 0; i < 4; i++) {
         uint32_t v = m->tets[t].v[i];
@@ -1576,8 +1600,7 @@ static int spr__plan_removal(const spr__state *s, delaunay_worker *worker, delau
     if (!best.vertex) return DELAUNAY_PLAN_NOTHING;
     result = delaunay_vertex_star(m, worker, best.vertex, &plan->star);
     if (result != DELAUNAY_OK) return (int)result;
-    answer = spr__plan_contraction(s, plan, &best);
-    return answer;
+    return spr__plan_contraction(s, plan, &best);
 }
 
 /* -- a new vertex */

@@ -470,7 +470,7 @@ static void test_where_hardly_anything_can_be_good(void)
         spr_options o = open_options();
         small_state = seed;
         o.host.num_threads = threads[k];
-        CHECK(random_mesh(&m[k], 200, 0, NULL));
+        CHECK(random_mesh(&m[k], 100, 0, NULL));
         color_mesh(&m[k], 2);
         for (v = 1; v < m[k].num_vertices; v++) m[k].vertices[v].x[2] *= 0.0625;
         improve_and_check(&m[k], &o, &r, SPR_OK);
