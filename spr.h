@@ -2132,7 +2132,7 @@ static void spr__set_allowance(spr__state *s, uint64_t num_tets)
     for (level = 0; level < SPR__HOPELESS; level++) s->allowance[level] = UINT64_MAX;
     s->allowance[SPR__REMOVE] = s->allowance[SPR__INSERT] = 20000 + num_tets / 10;
     s->allowance[SPR__MEDIUM] = 5000 + num_tets / 50;
-    s->allowance[SPR__LARGE] = 1000 + num_tets / 400;
+    s->allowance[SPR__LARGE] = 600 + num_tets / 400;
     s->allowance[SPR__UTMOST] = num_tets < 16000 ? 16 + num_tets / 100 : 176;
 }
 
