@@ -1,4 +1,4 @@
-/* delaunay.h - v0.1.0 - exact 3D Delaunay triangulation, and the mesh engine that mesher.h and spr.h stand on
+/* delaunay.h - v0.1.0 - exact 3D Delaunay triangulation, and the engine of mesher.h and spr.h
  *
  *     #define DELAUNAY_IMPLEMENTATION      // in one file of your program
  *     #include "delaunay.h"                // needs hilbert.h and hxtsort.h beside it
@@ -38,20 +38,22 @@
  * WHAT IT DOES NOT DO: no constraints (mesher.h), no quality (spr.h), no 2D meshes.
  *
  * HOW IT WORKS
- *   A mesh is two arrays. vertices[0] is the ghost, the vertex at infinity that closes the hull (thesis
- *   3.7); the caller's points are vertices 1 .. num_vertices-1, in the order of the curve. tets[0] is a
- *   dummy, so that handle 0 means "none". A tetrahedron is a record of four vertices and four handles; the
- *   handle 4*t+i names facet i of tetrahedron t, the one opposite its vertex i, and tets[t].n[i] is the same
- *   facet seen from the other side. Facets in outward order: {1,2,3} {0,3,2} {0,1,3} {0,2,1}.
- *   The determinant det(b-a, c-a, d-a) of a tetrahedron (a,b,c,d) is positive. A ghost tetrahedron has
- *   the ghost as its last vertex, and its first three see the outside: (a,b,c,q) is positive for a point q
- *   beyond the hull facet. A deleted tetrahedron has v[0] == 0.
- *   Cospherical points are decided by a perturbation of the lifting in lexicographic order of the coordinates:
- *   the triangulation is a function of the set of points, whatever their order or the number of threads.
+ *   A mesh is two arrays. vertices[0] is the ghost, the vertex at infinity that closes the hull
+ *   (thesis 3.7); the caller's points are vertices 1 .. num_vertices-1, in the order of the curve.
+ *   tets[0] is a dummy, so that handle 0 means "none". A tetrahedron is a record of four vertices
+ *   and four handles; the handle 4*t+i names facet i of tetrahedron t, the one opposite its vertex
+ *   i, and tets[t].n[i] is the same facet seen from the other side. Facets in outward order:
+ *   {1,2,3} {0,3,2} {0,1,3} {0,2,1}.
+ *   The determinant det(b-a, c-a, d-a) of a tetrahedron (a,b,c,d) is positive. A ghost tetrahedron
+ *   has the ghost as its last vertex, and its first three see the outside: (a,b,c,q) is positive
+ *   for a point q beyond the hull facet. A deleted tetrahedron has v[0] == 0.
+ *   Cospherical points are decided by a perturbation of the lifting in lexicographic order of the
+ *   coordinates: the triangulation is a function of the set of points, whatever their order or the
+ *   number of threads.
  *
  * COMPILE-TIME SWITCHES
- *   DELAUNAY_IMPLEMENTATION   implementation file  the bodies (and those of hilbert.h and hxtsort.h)
- *   DELAUNAY_NO_DEPENDENCIES  implementation file  another file has the bodies of hilbert.h and hxtsort.h
+ *   DELAUNAY_IMPLEMENTATION   implementation file  the bodies (and those of the two it needs)
+ *   DELAUNAY_NO_DEPENDENCIES  implementation file  another file has the bodies of those two
  *   DELAUNAY_STATIC           implementation file  everything static
  *   DELAUNAY_NO_SIMD          implementation file  plain C only; same results
  *   DELAUNAY_INDEX64          whole program        64-bit handles: more than 2^30 tetrahedra
@@ -89,10 +91,10 @@
 #include <float.h>
 
 #if defined(__FAST_MATH__) || defined(__ASSOCIATIVE_MATH__) || defined(_M_FP_FAST)
-#  error "delaunay.h: exact predicates need IEEE arithmetic; compile without -ffast-math and -Ofast"
+#  error "delaunay.h: exact predicates need IEEE arithmetic; no -ffast-math, no -Ofast"
 #endif
 #if defined(FLT_EVAL_METHOD) && FLT_EVAL_METHOD != 0
-#  error "delaunay.h: exact predicates need doubles without excess precision (x87: use -mfpmath=sse)"
+#  error "delaunay.h: exact predicates need doubles, no excess precision (x87: -mfpmath=sse)"
 #endif
 
 #ifndef DELAUNAY_API
@@ -130,7 +132,8 @@ extern "C" {
 /* ---- >>types ------------------------------------------------------------------------------ */
 
 /* 0: success. Positive: the mesh is valid, but a goal or a budget of the caller was not met.
- * Negative: failure; -1..-15 mean the same in the whole family, so a code of another header passes by a cast. */
+ * Negative: failure; -1..-15 mean the same in the whole family, so a code of another header passes
+ * by a cast. */
 typedef enum delaunay_result {
     DELAUNAY_OK                       = 0,
     DELAUNAY_STOPPED_BY_BUDGET        = 1,  /* valid; the report says which budget */
@@ -139,15 +142,16 @@ typedef enum delaunay_result {
     DELAUNAY_ERROR_OUT_OF_MEMORY      = -2,
     DELAUNAY_CANCELLED                = -3,
     DELAUNAY_ERROR_TOO_LARGE          = -4, /* a count beyond what indices can hold */
-    DELAUNAY_ERROR_INTERNAL           = -5, /* a belief of this library did not hold: please report */
-    DELAUNAY_ERROR_DIMENSION          = -48, /* the points span 0, 1 or 2 dimensions: report->dimension */
-    DELAUNAY_ERROR_NOT_FINITE         = -49, /* NaN or infinity among the coordinates: report->ids */
+    DELAUNAY_ERROR_INTERNAL           = -5, /* a belief of ours did not hold: please report */
+    DELAUNAY_ERROR_DIMENSION          = -48, /* fewer than 3 dimensions: report->dimension */
+    DELAUNAY_ERROR_NOT_FINITE         = -49, /* NaN or infinity: report->ids */
     DELAUNAY_ERROR_RANGE              = -50, /* coordinates beyond the exact range: report->ids */
     DELAUNAY_ERROR_INVALID_MESH       = -51, /* the validator found an offender: report */
     DELAUNAY_ERROR_BROKEN_ARITHMETIC  = -52  /* the self-test failed: compiler flags or FPU mode */
 } delaunay_result;
 
-typedef hxtsort_allocator delaunay_allocator; /* {alloc, release, user}; all zero: malloc and free */
+/* {alloc, release, user}; all zero: malloc and free. */
+typedef hxtsort_allocator delaunay_allocator;
 
 enum { DELAUNAY_LOG_ERROR, DELAUNAY_LOG_WARNING, DELAUNAY_LOG_INFO, DELAUNAY_LOG_DEBUG };
 
@@ -191,27 +195,27 @@ typedef struct delaunay_tet {
     delaunay_handle n[4]; /* n[i]: the facet of the neighbour that is facet i; 0: none */
 } delaunay_tet;
 
-/* Bits of delaunay_mesh.flags[t]. Both sides of a facet, and all tetrahedra around an edge, agree. */
+/* Bits of delaunay_mesh.flags[t]. Both sides of a facet agree, and all tetrahedra of an edge. */
 #define DELAUNAY_FACET_BIT(i)  (1u << (i))         /* facet i is constrained */
 #define DELAUNAY_FACET_BITS    0xfu
-#define DELAUNAY_EDGE_BIT(e)   (1u << (4 + (e)))   /* edge e is constrained; order (01)(02)(03)(12)(13)(23) */
+#define DELAUNAY_EDGE_BIT(e)   (1u << (4 + (e)))   /* edge e is: (01)(02)(03)(12)(13)(23) */
 #define DELAUNAY_EDGE_BITS     0x3f0u
-#define DELAUNAY_STAGE_BITS    0xfc00u             /* free for the running stage; 0 in a new tetrahedron */
+#define DELAUNAY_STAGE_BITS    0xfc00u             /* the running stage's; 0 in a new tetrahedron */
 
 /* The mesh object: open arrays, read them directly. Zero-initialise before first use.
  * Any call that may add vertices or tetrahedra may move the arrays. */
 typedef struct delaunay_mesh {
     delaunay_vertex *vertices;     /* [0] is the ghost */
-    uint32_t        *vertex_id;    /* the caller's index of each vertex; DELAUNAY_NO_ID: added by us */
+    uint32_t        *vertex_id;    /* the caller's index; DELAUNAY_NO_ID: added by us */
     double          *weight;       /* of each vertex; NULL: not a weighted triangulation */
-    delaunay_handle *vertex_tet;   /* a tetrahedron of each vertex's star; NULL until delaunay_link_vertices */
+    delaunay_handle *vertex_tet;   /* a tetrahedron of its star; delaunay_link_vertices */
     uint32_t         num_vertices; /* the ghost counted */
     uint32_t         cap_vertices;
 
     delaunay_tet    *tets;         /* [0] is a dummy */
     uint16_t        *flags;        /* constraint and stage bits; NULL until delaunay_enable_marks */
-    uint32_t        *color;        /* region of each tetrahedron; NULL until delaunay_enable_marks */
-    uint8_t         *mark;         /* scratch of the kernel, one byte a tetrahedron; 0 between calls */
+    uint32_t        *color;        /* region; NULL until delaunay_enable_marks */
+    uint8_t         *mark;         /* scratch of the kernel; 0 between calls */
     delaunay_handle  num_tets;     /* slots in use, the dummy and deleted ones counted */
     delaunay_handle  cap_tets;
     delaunay_handle *free_tets;    /* deleted slots, last in first out */
@@ -227,16 +231,17 @@ typedef struct delaunay_mesh {
 
 typedef struct delaunay_options {
     delaunay_host host;
-    int any_order;       /* nonzero: leave tetrahedra as they were made, not in canonical order (faster) */
+    int any_order; /* nonzero: tetrahedra as they were made, not in canonical order (faster) */
 } delaunay_options;
 
 /* What happened and where. Every function that takes a report overwrites it whole. */
 typedef struct delaunay_report {
-    uint64_t num_points, num_vertices, num_duplicates; /* duplicates: equal in all three coordinates */
+    uint64_t num_points, num_vertices;
+    uint64_t num_duplicates;                /* equal in all three coordinates */
     uint64_t num_tets, num_ghosts;
-    uint64_t num_hidden;                    /* vertices that weights keep out of the triangulation */
+    uint64_t num_hidden;                    /* vertices that weights keep out */
     int      dimension;                     /* affine dimension of the points, -1: none, .. 3 */
-    uint32_t ids[4]; int num_ids;           /* offenders: caller's point ids, or tetrahedra for the validator */
+    uint32_t ids[4]; int num_ids;           /* offenders: point ids; of the validator: slots */
     double   xyz[3];                        /* where */
     double   seconds_sort, seconds_insert, seconds_finish;
     size_t   peak_bytes;
@@ -256,14 +261,15 @@ DELAUNAY_API const char *delaunay_result_string(delaunay_result result);
  *   options  in      NULL or zeroed: defaults
  *   report   out     may be NULL
  *
- * Returns  DELAUNAY_OK; _ERROR_DIMENSION: fewer than 4 affinely independent points (report->dimension);
- *          _ERROR_NOT_FINITE, _ERROR_RANGE with ids; _ERROR_OUT_OF_MEMORY; _CANCELLED
+ * Returns  DELAUNAY_OK; _ERROR_DIMENSION: fewer than 4 affinely independent points
+ *          (report->dimension); _ERROR_NOT_FINITE with ids; _ERROR_OUT_OF_MEMORY; _CANCELLED
  * Threads  options->host.num_threads; distinct meshes may run at once
  * Repeats  same bytes for the same set of points in the same order, any number of threads
  * Source   Marot 2020, chapters 3 and 4
  */
-DELAUNAY_API delaunay_result delaunay_tetrahedralize(delaunay_mesh *mesh, const double *xyz, size_t count,
-                                                     const delaunay_options *options, delaunay_report *report);
+DELAUNAY_API delaunay_result delaunay_tetrahedralize(delaunay_mesh *mesh, const double *xyz,
+                                                     size_t count, const delaunay_options *options,
+                                                     delaunay_report *report);
 
 /* Points as they lie in the caller's memory. Zero what is not needed. */
 typedef struct delaunay_points {
@@ -275,11 +281,11 @@ typedef struct delaunay_points {
     size_t      weight_stride; /* bytes; 0: packed */
 } delaunay_points;
 
-/* The same, from points in any layout, and with weights: the regular triangulation, dual to the power
- * diagram. A tetrahedron's sphere, orthogonal to those of its vertices, has no other point deeper in
- * it than its weight; points that are in no tetrahedron are hidden (mesh->vertex_of: 0). Of points at
- * one place the heaviest counts. Equal weights give the Delaunay triangulation; exact, ties decided
- * as there. A weighted mesh cannot be edited by delaunay_insert or a delaunay_editor.
+/* The same, from points in any layout, and with weights: the regular triangulation, dual to the
+ * power diagram. A tetrahedron's sphere, orthogonal to those of its vertices, has no other point
+ * deeper in it than its weight; points in no tetrahedron are hidden (mesh->vertex_of: 0). Of points
+ * at one place the heaviest counts. Equal weights give the Delaunay triangulation; exact, ties
+ * decided as there. A weighted mesh cannot be edited by delaunay_insert or a delaunay_editor.
  * What is not packed doubles is copied for the time of sorting. */
 DELAUNAY_API delaunay_result delaunay_tetrahedralize_points(delaunay_mesh *mesh,
                                                             const delaunay_points *points,
@@ -292,7 +298,7 @@ DELAUNAY_API delaunay_result delaunay_tetrahedralize_points(delaunay_mesh *mesh,
  *                    On failure still a triangulation, of the old points and perhaps some new ones
  *   xyz      in      3*count doubles, finite; not kept. Their ids go on from mesh->num_points
  *
- * New vertices follow the old ones; a point that is there already maps to the vertex that it equals.
+ * New vertices follow the old ones; a point that is there already maps to the vertex it equals.
  * Returns  as delaunay_tetrahedralize; _ERROR_INVALID_ARGUMENT: no hull, weights, or marks
  * Cost     O(count log count), and one pass over the mesh: for a few points a delaunay_editor
  * Threads  options->host.num_threads; distinct meshes may run at once. The allocator is the mesh's
@@ -309,26 +315,30 @@ DELAUNAY_API void delaunay_mesh_free(delaunay_mesh *mesh);
 DELAUNAY_API uint64_t delaunay_count_tets(const delaunay_mesh *mesh);
 
 /* The real tetrahedra as caller's point ids, in canonical order of the slots; returns their number.
- * tets may be NULL to count; vertices added by us get ids from num_points on, in order of the array. */
-DELAUNAY_API uint64_t delaunay_export_tets(const delaunay_mesh *mesh, uint32_t *tets, uint64_t cap_tets);
+ * tets may be NULL to count; vertices added by us get ids from num_points on, in order. */
+DELAUNAY_API uint64_t delaunay_export_tets(const delaunay_mesh *mesh, uint32_t *tets,
+                                           uint64_t cap_tets);
 
 /* Levels of delaunay_validate; each includes those before. */
 enum {
-    DELAUNAY_VALIDATE_TOPOLOGY,   /* handles mutual, shared triples opposite, no deleted neighbour, marks agree */
-    DELAUNAY_VALIDATE_GEOMETRY,   /* every real tetrahedron positive, exactly; ghosts on the hull (if any) */
+    DELAUNAY_VALIDATE_TOPOLOGY,   /* handles mutual, facets match, none deleted, marks agree */
+    DELAUNAY_VALIDATE_GEOMETRY,   /* every real tetrahedron positive, the hull convex, exactly */
     DELAUNAY_VALIDATE_DELAUNAY    /* every facet locally Delaunay, perturbed: the whole mesh is */
 };
-/* Proves what the level lists, or returns DELAUNAY_ERROR_INVALID_MESH with the first offender in the report. */
-DELAUNAY_API delaunay_result delaunay_validate(const delaunay_mesh *mesh, int level, delaunay_report *report);
+/* Proves what the level lists, or returns DELAUNAY_ERROR_INVALID_MESH and the first offender. */
+DELAUNAY_API delaunay_result delaunay_validate(const delaunay_mesh *mesh, int level,
+                                               delaunay_report *report);
 
 /* ---- >>expert ------------------------------------------------------------------------------
  * What mesher.h and spr.h are built on; stable names, sharper edges. */
 
 /* -- memory: overflow-checked, counted, 64-byte aligned; NULL on failure. release accepts NULL. */
-DELAUNAY_API delaunay_result delaunay_memory_init(delaunay_memory *memory, const delaunay_host *host);
+DELAUNAY_API delaunay_result delaunay_memory_init(delaunay_memory *memory,
+                                                  const delaunay_host *host);
 DELAUNAY_API void *delaunay_alloc(delaunay_memory *memory, size_t count, size_t size);
-/* The first keep elements of old, in room for count; old is released on success and untouched on failure. */
-DELAUNAY_API void *delaunay_grow(delaunay_memory *memory, void *old, size_t keep, size_t count, size_t size);
+/* The first keep elements of old, in room for count; old is released, on failure untouched. */
+DELAUNAY_API void *delaunay_grow(delaunay_memory *memory, void *old, size_t keep, size_t count,
+                                 size_t size);
 DELAUNAY_API void  delaunay_release(delaunay_memory *memory, void *block);
 /* Seconds by the host's clock; differences count. */
 DELAUNAY_API double delaunay_seconds(const delaunay_host *host);
@@ -367,10 +377,11 @@ DELAUNAY_API int delaunay_insphere(const double *a, const double *b, const doubl
 /* The same, ties decided by the symbolic perturbation: never 0 for five distinct points. */
 DELAUNAY_API int delaunay_insphere_perturbed(const double *a, const double *b, const double *c,
                                              const double *d, const double *e);
-/* With weights of a, b, c, d, e: positive where e is deeper inside than its weight, lifting |x|^2 - w
- * instead of |x|^2. Equal weights: delaunay_insphere. */
+/* With weights of a, b, c, d, e: positive where e is deeper inside than its weight, lifting
+ * |x|^2 - w instead of |x|^2. Equal weights: delaunay_insphere. */
 DELAUNAY_API int delaunay_insphere_weighted(const double *a, const double *b, const double *c,
-                                            const double *d, const double *e, const double *weights);
+                                            const double *d, const double *e,
+                                            const double *weights);
 /* The same, never 0 for five distinct places. */
 DELAUNAY_API int delaunay_insphere_weighted_perturbed(const double *a, const double *b,
                                                       const double *c, const double *d,
@@ -434,7 +445,8 @@ DELAUNAY_INLINE int delaunay_local_index(const delaunay_tet *t, uint32_t v)
 
 /* -- a worker: the scratch memory of one thread. */
 typedef struct delaunay_worker delaunay_worker;
-DELAUNAY_API delaunay_worker *delaunay_worker_new(delaunay_memory *memory); /* NULL: out of memory */
+/* NULL: out of memory. */
+DELAUNAY_API delaunay_worker *delaunay_worker_new(delaunay_memory *memory);
 DELAUNAY_API void delaunay_worker_free(delaunay_worker *worker);
 
 /* A list of tetrahedra that grows in a worker's or a caller's hands. Zero to start. */
@@ -478,8 +490,8 @@ DELAUNAY_API delaunay_handle delaunay_locate(const delaunay_mesh *mesh, delaunay
  * Links the new ones to each other and to what surrounds them; constrained facets and edges of the
  * old tetrahedra stay marked on the new ones wherever the same triple or pair of vertices is still
  * there; colours: that of old[0]. Sets vertex_tet of every vertex of a new tetrahedron.
- * Returns DELAUNAY_ERROR_INTERNAL, with the mesh untouched, if the new facets do not close the polyhedron;
- * _OUT_OF_MEMORY, untouched.
+ * Returns DELAUNAY_ERROR_INTERNAL, with the mesh untouched, if the new facets do not close the
+ * polyhedron; _OUT_OF_MEMORY, untouched.
  */
 DELAUNAY_API delaunay_result delaunay_replace(delaunay_mesh *mesh, delaunay_worker *worker,
                                               const delaunay_handle *old_tets, size_t num_old,
@@ -495,8 +507,8 @@ DELAUNAY_API delaunay_result delaunay_mark_edge(delaunay_mesh *mesh, delaunay_wo
 /* -- points into and out of a Delaunay triangulation, one by one. After each call the triangulation
  * is that of its vertices, the one that delaunay_tetrahedralize would make, ties included; only the
  * order of the slots differs (delaunay_canonicalize). One editor at a time for a mesh; it keeps
- * vertex_tet, and until it is freed some deleted slots. Other edits of the mesh may come between its
- * calls. Constraint marks do not survive an insertion. */
+ * vertex_tet, and until it is freed some deleted slots. Other edits of the mesh may come between
+ * its calls. Constraint marks do not survive an insertion. */
 typedef struct delaunay_editor delaunay_editor;
 /* The mesh must have its hull (ghosts) and no weights. NULL: otherwise, or out of memory. */
 DELAUNAY_API delaunay_editor *delaunay_editor_new(delaunay_mesh *mesh);
@@ -513,18 +525,18 @@ DELAUNAY_API delaunay_result delaunay_editor_insert(delaunay_editor *editor, con
 DELAUNAY_API delaunay_result delaunay_editor_insert_vertex(delaunay_editor *editor, uint32_t vertex,
                                                            delaunay_handle hint);
 /* Takes a vertex out of the triangulation; it stays in the arrays, in no tetrahedron.
- * Returns DELAUNAY_OK; _ERROR_DIMENSION: the others lie in one plane; _ERROR_INVALID_ARGUMENT: it is
- * in no tetrahedron; _OUT_OF_MEMORY. Nothing has changed then.
+ * Returns DELAUNAY_OK; _ERROR_DIMENSION: the others lie in one plane; _ERROR_INVALID_ARGUMENT: it
+ * is in no tetrahedron; _OUT_OF_MEMORY. Nothing has changed then.
  * Cost     a small triangulation of its neighbours, some 30 microseconds
  * Source   the hole is filled by those tetrahedra of its corners' own triangulation that are in it:
- *          empty among all points, they are empty among few, and the perturbed tie has one answer */
+ *          empty among all points, they are empty among few, and a perturbed tie has one answer */
 DELAUNAY_API delaunay_result delaunay_editor_remove(delaunay_editor *editor, uint32_t vertex);
 
 /* -- what a triangulation knows. Results name vertices and slots of the mesh (mesh->vertex_id,
  * mesh->vertex_of lead to the caller's points) and lie in arrays that the result owns. They are a
  * function of the mesh alone. Each function replaces what the result, zeroed at first, had before;
- * on failure it is empty: DELAUNAY_ERROR_INVALID_ARGUMENT (a null pointer, a mesh without its hull),
- * _OUT_OF_MEMORY. Serial; calls may run at once on one mesh. */
+ * on failure it is empty: DELAUNAY_ERROR_INVALID_ARGUMENT (a null pointer, a mesh without its
+ * hull), _OUT_OF_MEMORY. Serial; calls may run at once on one mesh. */
 
 /* The convex hull, exactly, as triangles and as the flat polygons that they make up. */
 typedef struct delaunay_hull {
@@ -539,11 +551,11 @@ DELAUNAY_API delaunay_result delaunay_hull_of(delaunay_hull *hull, const delauna
                                               const delaunay_host *host);
 DELAUNAY_API void delaunay_hull_free(delaunay_hull *hull);
 
-/* The Voronoi diagram, with weights the power diagram: a cell for each vertex, a face for each edge. A face is the polygon of the
- * centres of the tetrahedra around its edge. That of a hull edge is unbounded: it begins and ends
- * with a ghost, whose centre is the direction in which the border goes. */
+/* The Voronoi diagram, with weights the power diagram: a cell for each vertex, a face for each
+ * edge. A face is the polygon of the centres of the tetrahedra around its edge. That of a hull edge
+ * is unbounded: it begins and ends with a ghost, whose centre is the direction of the border. */
 typedef struct delaunay_voronoi {
-    size_t   num_cells; /* mesh->num_vertices; the ghost's, and those of loose vertices, are empty */
+    size_t   num_cells; /* mesh->num_vertices; those of the ghost and loose vertices are empty */
     size_t   num_faces;
     double  *centers; /* 3 a slot of the mesh, rounded; ghost: outward unit normal; deleted: 0 */
     uint32_t *face_cells; /* 2 a face: the vertices a < b on either side */
@@ -558,8 +570,8 @@ DELAUNAY_API delaunay_result delaunay_voronoi_of(delaunay_voronoi *voronoi,
                                                  const delaunay_host *host);
 DELAUNAY_API void delaunay_voronoi_free(delaunay_voronoi *voronoi);
 
-/* Alpha values: a simplex is in the alpha complex of every alpha >= its own, the square of a radius.
- * Its own smallest sphere counts if it is empty, else the least of the simplices that it bounds: so
+/* Alpha values: a simplex is in the alpha complex of every alpha >= its own, a squared radius. Its
+ * own smallest sphere counts if it is empty, else the least of the simplices that it bounds: so
  * none comes before its faces. Vertices: 0. Rounded. With weights the spheres are orthogonal to
  * those of the vertices, and a vertex's value is its weight's negative, or more. */
 typedef struct delaunay_alpha {
@@ -574,7 +586,7 @@ DELAUNAY_API delaunay_result delaunay_alpha_of(delaunay_alpha *alpha, const dela
 DELAUNAY_API void delaunay_alpha_free(delaunay_alpha *alpha);
 
 /* The vertex nearest to a point, one of them if there are several, exactly; 0: out of memory, an
- * empty mesh, or one with weights. Needs vertex_tet. hint: a tetrahedron nearby, or 0. Where to look: delaunay_locate.
+ * empty mesh, or one with weights. Needs vertex_tet. hint: a tetrahedron nearby, or 0.
  * Source: a vertex that is not the nearest has a Delaunay neighbour that is nearer. */
 DELAUNAY_API uint32_t delaunay_nearest(const delaunay_mesh *mesh, delaunay_worker *worker,
                                        const double *xyz, delaunay_handle hint);
@@ -737,10 +749,10 @@ DELAUNAY_API int delaunay_section_give(delaunay_section *section, const delaunay
                                        size_t count);
 
 /* -- engine (b): many small edits, the same bytes for any number of threads. Each round plans the
- * next items of a list in parallel on the frozen mesh; plans that would meet are sorted out by their
- * order in the list; those that win are written in parallel, the others are tried again in the next
- * round, and planned again only if something they read has changed. The first one always wins. No
- * locks, nothing is ever undone.
+ * next items of a list in parallel on the frozen mesh; plans that would meet are sorted out by
+ * their order in the list; those that win are written in parallel, the others are tried again in
+ * the next round, and planned again only if something they read has changed. The first one always
+ * wins. No locks, nothing is ever undone.
  *
  *     // each vertex to the mean of its neighbours, where that leaves all tetrahedra positive
  *     static int plan(void *user, const delaunay_mesh *m, delaunay_worker *worker, size_t item,
@@ -819,7 +831,7 @@ DELAUNAY_API int delaunay_plan_read(delaunay_plan *plan, delaunay_handle t);
 DELAUNAY_API int delaunay_plan_remove(delaunay_plan *plan, delaunay_handle t);
 DELAUNAY_API int delaunay_plan_add(delaunay_plan *plan, uint32_t a, uint32_t b, uint32_t c,
                                    uint32_t d);
-/* A new vertex, with id DELAUNAY_NO_ID; at most 8. Write DELAUNAY_PLAN_VERTEX(0), (1), .. for it. */
+/* A new vertex, with id DELAUNAY_NO_ID; at most 8. DELAUNAY_PLAN_VERTEX(0), (1), .. name it. */
 DELAUNAY_API int delaunay_plan_vertex(delaunay_plan *plan, const double *xyz);
 /* A vertex moves; star: all tetrahedra that contain it. At most 8. */
 DELAUNAY_API int delaunay_plan_move(delaunay_plan *plan, uint32_t v, const double *xyz,
@@ -845,7 +857,7 @@ typedef struct delaunay_speculation {
     uint32_t    batch;   /* items in flight at most; part of what determines the result; 0: 1024 */
     int scatter; /* nonzero: a scattered order, for lists whose neighbours are so in space */
     const char *phase;   /* for the host's progress callback */
-    uint32_t    parallel_from; /* rounds of fewer items run on the calling thread: cheap plans; 0: 2 */
+    uint32_t    parallel_from; /* rounds of fewer items are the calling thread's; 0: 2 */
     uint64_t rounds, plans, commits, conflicts; /* out; conflict: an item had to wait for another */
 } delaunay_speculation;
 
@@ -2042,7 +2054,7 @@ static int delaunay__in_conflict_weighted(const delaunay__kernel *k, delaunay_ha
 }
 
 /* delaunay__insphere_tie where differences are small integers of one unit, so that all of this is
- * exact: the sum of a difference, weighted by 2^20, 2^10, 1, has its lexicographic sign and order. */
+ * exact: the sum of a difference weighted by 2^20, 2^10, 1 has its lexicographic sign and order. */
 static int delaunay__insphere_tie_doubles(const double *const *p, const double *e)
 {
     delaunay__rows r;
@@ -3002,8 +3014,8 @@ static delaunay_result delaunay__order_points(delaunay_memory *memory, const dou
     return result;
 }
 
-/* Vertices from ordered points: one for each distinct point, with the lowest index, or the lowest of
- * the greatest weight. */
+/* Vertices from ordered points: one for each distinct point, with the lowest index, or the lowest
+ * of the greatest weight. */
 static void delaunay__place_vertices(delaunay_mesh *mesh, const double *xyz, const double *weights,
                                      const hxtsort_pair *items, size_t count,
                                      const size_t *round_begin, uint32_t *rounds)
@@ -3097,8 +3109,8 @@ static int delaunay__exact_in_doubles(const delaunay_mesh *mesh)
 
 /* The rotation of a tetrahedron that puts its greatest vertex first and the greatest of the others
  * second; of a ghost the last vertex stays last. Even permutations only. out[i]: which corner
- * becomes corner i. The greatest vertex was inserted last, by one thread: tetrahedra in the order of
- * theirs are nearly in the order in which they were made, so little moves far. */
+ * becomes corner i. The greatest vertex was inserted last, by one thread: tetrahedra in the order
+ * of theirs are nearly in the order in which they were made, so little moves far. */
 static void delaunay__canonical_rotation(const uint32_t *v, uint8_t *out)
 {
     static const uint8_t first[4][4] = {{0, 1, 2, 3}, {1, 0, 3, 2}, {2, 0, 1, 3}, {3, 0, 2, 1}};
@@ -5463,7 +5475,8 @@ DELAUNAY_API delaunay_result delaunay_alpha_of(delaunay_alpha *alpha, const dela
     m = &alpha->memory;
     result = delaunay__query_begin(mesh, host, m);
     if (result != DELAUNAY_OK) return result;
-    if (!voronoi || voronoi->num_cells != mesh->num_vertices) return DELAUNAY_ERROR_INVALID_ARGUMENT;
+    if (!voronoi || voronoi->num_cells != mesh->num_vertices)
+        return DELAUNAY_ERROR_INVALID_ARGUMENT;
     alpha->tets = (double *)delaunay_alloc(m, mesh->num_tets, sizeof(double));
     alpha->facets = (double *)delaunay_alloc(m, mesh->num_tets, 4 * sizeof(double));
     alpha->edges = (double *)delaunay_alloc(m, voronoi->num_faces, sizeof(double));
@@ -7254,7 +7267,8 @@ DELAUNAY_API uint64_t delaunay_export_tets(const delaunay_mesh *mesh, uint32_t *
     delaunay_handle t;
     int i;
     while (first < mesh->num_vertices && mesh->vertex_id[first] != DELAUNAY_NO_ID) first++;
-    for (last = first; last < mesh->num_vertices && mesh->vertex_id[last] == DELAUNAY_NO_ID;) last++;
+    last = first;
+    while (last < mesh->num_vertices && mesh->vertex_id[last] == DELAUNAY_NO_ID) last++;
     for (t = 1; t < mesh->num_tets; t++) {
         if (delaunay_is_deleted(mesh, t) || delaunay_is_ghost(mesh, t)) continue;
         for (i = 0; tets && n < cap_tets && i < 4; i++) {
@@ -7453,7 +7467,7 @@ static delaunay_result delaunay__unpack(delaunay__packed *packed, delaunay_memor
     return DELAUNAY_OK;
 }
 
-/* The caller's points become vertices in order of insertion; counts and dimension into the report. */
+/* The caller's points become vertices in order of insertion; report: counts and dimension. */
 static delaunay_result delaunay__take_points(delaunay_mesh *mesh, const delaunay_points *points,
                                              const delaunay_options *options, hilbert_box *box,
                                              uint32_t *rounds, delaunay_report *report)
@@ -7687,7 +7701,7 @@ DELAUNAY_API delaunay_result delaunay_insert(delaunay_mesh *mesh, const double *
     if (!mesh || (count && !xyz) || mesh->flags || mesh->color || mesh->weight ||
         !delaunay__is_closed(mesh))
         return delaunay__say(report, DELAUNAY_ERROR_INVALID_ARGUMENT,
-                             "a null pointer, or a mesh with marks or weights, or without its hull");
+                             "a null pointer, or a mesh with marks, weights, or no hull");
     if (count >= UINT32_MAX - 16 - (mesh->num_vertices > mesh->num_points ? mesh->num_vertices
                                                                           : mesh->num_points))
         return delaunay__say(report, DELAUNAY_ERROR_TOO_LARGE, "too many points");
