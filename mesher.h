@@ -192,6 +192,7 @@ typedef struct mesher_report {
     uint64_t refined_vertices, refinement_sweeps;
     uint64_t size_ignored;                   /* answers of the size function that were no size: NaN, 0, negative */
     double   seconds_check, seconds_empty, seconds_recover, seconds_regions, seconds_size, seconds_refine;
+    double   seconds_detect;                 /* of the recovery: what is missing? */
     double   size_p10, size_p50, size_p90, size_in_band; /* edge length / wanted; share within [0.7, 1.4] */
     size_t   peak_bytes;
     char     message[512];                   /* a sentence that says what and where; empty on success */
@@ -3157,15 +3158,31 @@ static int mesher__try_window(mesher__recovery *r, const mesher__window *w, dela
     return mesher__commit(r, r->window.tets, r->window.num_tets, r->commit, s->num_tets);
 }
 
-/* Tries the windows in order until one is committed. */
-static int mesher__try_windows(mesher__recovery *r, delaunay_objective objective, const uint32_t *target,
-                               const mesher__effort *effort, int keep_facets)
+/* Are the window's tetrahedra still those that it was made of? */
+static int mesher__window_stands(const mesher__recovery *r, const mesher__window *w)
 {
+    const delaunay_handle *tets = r->pool.items + w->first;
+    uint64_t signature = 0;
     uint32_t i;
-    for (i = 0; i < r->num_windows && !mesher__stopped(r); i++)
-        if (mesher__try_window(r, &r->windows[(uint32_t)r->window_order[i]], objective, target, effort, keep_facets))
-            return 1;
-    return 0;
+    for (i = 0; i < w->num_tets; i++) {
+        if (delaunay_is_deleted(r->mesh, tets[i])) return 0;
+        signature += mesher__tet_signature(&r->mesh->tets[tets[i]]);
+    }
+    return signature == w->signature;
+}
+
+/* Tries the windows in order, until the target is there; those that others changed are left out. Returns how many
+ * were committed. */
+static uint32_t mesher__try_windows(mesher__recovery *r, delaunay_objective objective, const uint32_t *target,
+                                    const mesher__effort *effort, const uint8_t *present, int keep_facets)
+{
+    uint32_t i, done = 0;
+    for (i = 0; i < r->num_windows && !*present && !mesher__stopped(r); i++) {
+        const mesher__window *w = &r->windows[(uint32_t)r->window_order[i]];
+        if (done && !mesher__window_stands(r, w)) continue;
+        done += (uint32_t)mesher__try_window(r, w, objective, target, effort, keep_facets);
+    }
+    return done;
 }
 
 /* -- defects met on the way */
@@ -3261,7 +3278,7 @@ static int mesher__reduce_edge(mesher__recovery *r, uint32_t e, const mesher__ef
         if (r->status != MESHER_OK || mesher__report_edge(r, e)) return 0;
         if (r->pipe.too_long || r->pipe.num_crossings == 0) return 0;
         mesher__windows_of_edge(r, effort->level, effort->max_points);
-        if (!mesher__try_windows(r, DELAUNAY_FEWER_FACES, target, effort, 0)) return 0;
+        if (!mesher__try_windows(r, DELAUNAY_FEWER_FACES, target, effort, &r->edge_present[e], 0)) return r->edge_present[e];
         ++*steps;
     }
     return r->edge_present[e];
@@ -3499,7 +3516,7 @@ static int mesher__recover_facet(mesher__recovery *r, uint32_t f, const mesher__
         if (r->status != MESHER_OK || mesher__report_facet(r, f)) return 0;
         if (r->pipe.too_long || r->pipe.num_edges == 0) return 0;
         mesher__windows_of_facet(r, effort->level, effort->max_points);
-        if (!mesher__try_windows(r, DELAUNAY_FEWER_EDGES, v, effort, 1)) return 0;
+        if (!mesher__try_windows(r, DELAUNAY_FEWER_EDGES, v, effort, &r->facet_present[f], 1)) return r->facet_present[f];
     }
     return r->facet_present[f];
 }
@@ -4853,14 +4870,17 @@ static mesher_result mesher__recover_once(mesher_domain *domain, mesher_report *
 {
     mesher__recovery *r = mesher__recovery_new(domain, report);
     mesher_result result;
+    double start;
     *again = 0;
     if (!r) return MESHER_ERROR_OUT_OF_MEMORY;
     r->attempt = attempt;
     r->random += 2 * (uint64_t)attempt;
     mesher__translate(r);
     mesher__build_rows(r);
+    start = delaunay_seconds(&domain->options.host);
     mesher__detect(r);
     if (report) {
+        report->seconds_detect = delaunay_seconds(&domain->options.host) - start;
         report->missing_edges = r->num_missing_edges;
         report->missing_facets = r->num_missing_facets;
     }
