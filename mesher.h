@@ -2041,6 +2041,7 @@ enum {
     MESHER__MAX_WINDOWS = 4000, /* around one edge or facet */
     MESHER__PIECES = 16384,     /* of split edges, and of facets, at most; a power of two */
     MESHER__SECTOR_GROWTH = 96, /* tetrahedra that a sector takes in from behind it at most */
+    MESHER__FEW_EDGES = 32,     /* worth large searches before a point is added: one in hundreds comes in by them */
     MESHER__ATTEMPTS = 3,       /* at the whole, with other places of points */
     MESHER__HOPELESS = 4,       /* interior points for one edge that bring nothing */
     MESHER__GRID_CELLS = 64,    /* of one box; beyond, all edges are looked at */
@@ -2153,6 +2154,7 @@ typedef struct mesher__recovery {
     uint64_t        nodes, searches, ticks;
     uint64_t        work, max_work;    /* about as many predicates; a bound that no clock decides */
     uint8_t        *hopeless;           /* of each edge: points that brought it no nearer */
+    int             stuck;              /* points within bring in few edges more */
     int             checked;            /* the intersection test has run, and found nothing */
     uint32_t        added, removed;
     int             absent;             /* isolated vertices found on the surface: start again */
@@ -3484,6 +3486,7 @@ static void mesher__edge_levels(mesher__recovery *r)
         for (pass = 0; pass < efforts[l].passes; pass++) {
             int progress = 0;
             if (r->num_missing_edges == 0 || r->defects || r->absent) return;
+            if (l == 2 && r->num_missing_edges > MESHER__FEW_EDGES) return;
             mesher__list_edges(r, 1);
             if (r->defects || r->absent) return;
             for (i = 0; i < r->num_todo && !mesher__stopped(r); i++)
@@ -3926,22 +3929,38 @@ static int mesher__points_for_edge(mesher__recovery *r, uint32_t e)
     return changed;
 }
 
+/* Before hard work, once: does the surface intersect itself? Then nothing can help, and the findings say why. */
+static void mesher__ask_for_defects(mesher__recovery *r)
+{
+    mesher_report none;
+    mesher_result result;
+    if (r->checked) return;
+    r->checked = 1;
+    memset(&none, 0, sizeof none);
+    result = mesher__check_space(r->domain, r->report ? r->report : &none);
+    if (result == MESHER_ERROR_SURFACE) r->defects++;
+    else if (result != MESHER_OK) r->status = result;
+}
+
 /* Rounds of interior points for all missing edges. */
 static int mesher__edge_points(mesher__recovery *r)
 {
     int round, any = 0;
     uint32_t i;
-    for (round = 0; round < 6 && r->num_missing_edges && !mesher__stopped(r); round++) {
+    for (round = 0; round < 6 && r->num_missing_edges && !r->stuck && !mesher__stopped(r); round++) {
+        uint32_t before = r->num_missing_edges;
         int changed = 0;
         mesher__list_edges(r, 0);
         for (i = 0; i < r->num_todo && !mesher__stopped(r); i++)
             if (!r->edge_present[r->todo[i]] && r->hopeless[r->todo[i]] < MESHER__HOPELESS)
                 changed |= mesher__points_for_edge(r, r->todo[i]);
         mesher__tell(r, "points for edges, round", round);
+        if (round == 1 && r->num_missing_edges) mesher__ask_for_defects(r);
         if (r->status != MESHER_OK || r->defects || r->absent) return any;
         mesher__edge_levels(r);
         any |= changed;
         if (!changed) break;
+        r->stuck = round > 0 && 4 * (uint64_t)r->num_missing_edges > 3 * (uint64_t)before;
     }
     return any;
 }
@@ -4785,26 +4804,13 @@ static mesher__recovery *mesher__recovery_new(mesher_domain *domain, mesher_repo
     return r;
 }
 
-/* Before hard work, once: does the surface intersect itself? Then nothing can help, and the findings say why. */
-static void mesher__ask_for_defects(mesher__recovery *r)
-{
-    mesher_report none;
-    mesher_result result;
-    if (r->checked) return;
-    r->checked = 1;
-    memset(&none, 0, sizeof none);
-    result = mesher__check_space(r->domain, r->report ? r->report : &none);
-    if (result == MESHER_ERROR_SURFACE) r->defects++;
-    else if (result != MESHER_OK) r->status = result;
-}
-
 /* Edges, then facets, then interior points for what is left, over and over. */
 static void mesher__recover_all(mesher__recovery *r)
 {
     int round;
     mesher__edge_levels(r);
     if (mesher__ends(r)) return;
-    if (r->num_missing_edges) mesher__ask_for_defects(r);
+    if (r->num_missing_edges > r->num_facets / 32) mesher__ask_for_defects(r);
     r->max_work = r->work + MESHER__WORK_THEN;
     for (round = 0; round < 12 && !mesher__stopped(r); round++) {
         int changed = 0;
@@ -4812,7 +4818,7 @@ static void mesher__recover_all(mesher__recovery *r)
         if (r->num_missing_edges) changed |= mesher__edge_points(r);
         if (r->num_missing_facets) mesher__facet_levels(r);
         if (mesher__ends(r)) return;
-        if (r->num_missing_facets) mesher__ask_for_defects(r);
+        if (r->num_missing_edges || r->num_missing_facets) mesher__ask_for_defects(r);
         if (mesher__ends(r)) return;
         if (r->num_missing_facets) changed |= mesher__facet_points(r);
         mesher__tell(r, "points for facets, round", round);
