@@ -3740,19 +3740,34 @@ typedef struct mesher__site {
     double   gain, xyz[3];
 } mesher__site;
 
-/* Crossings of near missing edges by the interior faces of a window, twice, less what the boundary counts. */
-static long mesher__window_crossings(const mesher__recovery *r, const delaunay_window *w, uint32_t num_near)
+/* Crossings of one missing edge by the boundary of a window; -1: it has nothing to do with the window. */
+static long mesher__boundary_crossings(const mesher__recovery *r, const delaunay_window *w, const uint32_t *ab)
+{
+    long crossings = 0;
+    uint32_t j, ends = 0;
+    for (j = 0; j < w->num_facets; j++)
+        crossings += delaunay_segment_crosses(r->mesh, ab[0], ab[1], w->vertices[w->facets[j][0]],
+                                              w->vertices[w->facets[j][1]], w->vertices[w->facets[j][2]], NULL);
+    for (j = 0; j < w->num_vertices; j++) ends += w->vertices[j] == ab[0] || w->vertices[j] == ab[1];
+    return crossings || ends == 2 ? crossings : -1;
+}
+
+/* Crossings of near missing edges by the interior faces of a window, less what the boundary counts. Near edges that
+ * do not enter the window leave the list. */
+static long mesher__window_crossings(mesher__recovery *r, const delaunay_window *w, uint32_t *num_near)
 {
     long inside = 0, boundary = 0;
-    uint32_t i, j;
-    for (i = 0; i < num_near; i++) {
+    uint32_t i, j, n = 0;
+    for (i = 0; i < *num_near; i++) {
         const uint32_t *ab = r->edges + 2 * (size_t)r->near_edges[i];
+        long crossed = mesher__boundary_crossings(r, w, ab);
+        if (crossed < 0) continue;
+        boundary += crossed;
         for (j = 0; j < w->num_tets; j++)
             inside += mesher__count_crossings(r, ab, r->mesh->tets[w->tets[j]].v, 1);
-        for (j = 0; j < w->num_facets; j++)
-            boundary += delaunay_segment_crosses(r->mesh, ab[0], ab[1], w->vertices[w->facets[j][0]],
-                                                 w->vertices[w->facets[j][1]], w->vertices[w->facets[j][2]], NULL);
+        r->near_edges[n++] = r->near_edges[i];
     }
+    *num_near = n;
     return (inside - boundary) / 2;
 }
 
@@ -3784,7 +3799,8 @@ static void mesher__try_sites(mesher__recovery *r, const uint32_t *ab, int windo
     static const double along[6] = {1, .5, .1, .02, -.1, -.02};
     const delaunay_window *w = &r->window;
     const double *a = mesher__x(r, ab[0]), *b = mesher__x(r, ab[1]);
-    long old = mesher__window_crossings(r, w, num_near);
+    uint32_t all = num_near;
+    long old = mesher__window_crossings(r, w, &num_near);
     double t = 0, length = 0, x[3], gain;
     int i, k;
     for (k = 0; k < 3; k++) {
@@ -3792,7 +3808,7 @@ static void mesher__try_sites(mesher__recovery *r, const uint32_t *ab, int windo
         length += (b[k] - a[k]) * (b[k] - a[k]);
     }
     t /= length;
-    r->work += (uint64_t)num_near * (4 * w->num_tets + 12 * w->num_facets);
+    r->work += (uint64_t)all * w->num_facets + (uint64_t)num_near * (4 * w->num_tets + 9 * w->num_facets);
     for (i = 0; i < 6; i++) {
         if (i > 0 && !(t > 0 && t < 1)) return;
         for (k = 0; k < 3; k++) {
@@ -3960,7 +3976,8 @@ static int mesher__edge_points(mesher__recovery *r)
         mesher__edge_levels(r);
         any |= changed;
         if (!changed) break;
-        r->stuck = round > 0 && 4 * (uint64_t)r->num_missing_edges > 3 * (uint64_t)before;
+        r->stuck = (round > 0 || r->num_missing_edges > MESHER__FEW_EDGES) &&
+                   4 * (uint64_t)r->num_missing_edges > 3 * (uint64_t)before;
     }
     return any;
 }
