@@ -27,6 +27,7 @@ static const char help_usage[] =
     "                       without it nothing is written: statistics only\n"
     "  --format F           that extension instead of FILE's own\n"
     "  --ascii, --binary    the other form of a format that has both\n"
+    "  --order 2            tetrahedra of ten nodes, those at the middles of edges last; .msh (2.2) and .vtu\n"
     "  --demo [N]           a part that the program makes itself instead of INPUT; fineness N, 1 .. 12\n"
     "\n"
     "sizes (default: those of the surface, interpolated inwards; the smallest wish counts)\n"
@@ -82,7 +83,7 @@ typedef struct settings {
     mesher_options mesher;
     spr_options spr;
     double max_seconds;
-    int demo, check, refine_mesh, no_improve, regions_given, ascii, binary, verbose, quiet, progress;
+    int order, demo, check, refine_mesh, no_improve, regions_given, ascii, binary, verbose, quiet, progress;
 } settings;
 
 static int parse_regions(const char *name, mesher_regions *regions)
@@ -178,6 +179,7 @@ static int parse_number(const char *a, const char *text, settings *s)
     else if (strcmp(a, "--max-size") == 0 && tool_number(text, 1e-300, 1e300, &v)) s->mesher.max_size = v;
     else if (strcmp(a, "--gradation") == 0 && tool_number(text, 1.0001, 100, &v)) s->mesher.gradation = v;
     else if (strcmp(a, "--size-factor") == 0 && tool_number(text, 1e-6, 1e6, &v)) s->mesher.size_factor = v;
+    else if (strcmp(a, "--order") == 0 && tool_number(text, 1, 2, &v) && (v == 1 || v == 2)) s->order = (int)v;
     else if (strcmp(a, "--layers") == 0 && tool_number(text, 1, 1000, &v)) s->mesher.layers = v;
     else if (strcmp(a, "--curvature") == 0 && tool_number(text, 0.1, 180, &v)) s->mesher.curvature_degrees = v;
     else if (strcmp(a, "--growth") == 0 && tool_number(text, 1.0001, 100, &v)) s->mesher.growth = v;
@@ -266,6 +268,10 @@ static int parse(int argc, char **argv, settings *s)
     }
     if (s->output && !holds_tetrahedra(output_format(s))) {
         fprintf(stderr, "mesh: no tetrahedra can be written to '%s'; try .mesh, .msh or .vtu\n", s->output);
+        return 2;
+    }
+    if (s->output && s->order == 2 && output_format(s) != MESHIO_FORMAT_MSH && output_format(s) != MESHIO_FORMAT_VTU) {
+        fprintf(stderr, "mesh: no second-order elements can be written to '%s'; try .msh or .vtu\n", s->output);
         return 2;
     }
     return 0;
@@ -880,6 +886,92 @@ static double *output_quality(const job *j)
     return gamma;
 }
 
+/* The vertex in the middle of edge a-b, new if there is none, by a hash of edges: keys are (smaller, larger) + 1. */
+typedef struct middles {
+    uint64_t *keys;
+    uint32_t *vertices;
+    size_t mask;
+    double *xyz;
+    uint32_t num_vertices, most; /* most: there is room for no more */
+    int full;
+} middles;
+
+static uint32_t middle_of(middles *m, uint32_t a, uint32_t b)
+{
+    uint64_t key = a < b ? ((uint64_t)a << 32 | b) + 1 : ((uint64_t)b << 32 | a) + 1;
+    size_t k = (size_t)((key * UINT64_C(0x9E3779B97F4A7C15)) >> 20) & m->mask;
+    int i;
+    while (m->keys[k] && m->keys[k] != key) k = (k + 1) & m->mask;
+    if (m->keys[k]) return m->vertices[k];
+    if (m->num_vertices == m->most) {
+        m->full = 1;
+        return a;
+    }
+    m->keys[k] = key;
+    for (i = 0; i < 3; i++)
+        m->xyz[3 * (size_t)m->num_vertices + (size_t)i] =
+            0.5 * m->xyz[3 * (size_t)a + (size_t)i] + 0.5 * m->xyz[3 * (size_t)b + (size_t)i];
+    m->vertices[k] = m->num_vertices;
+    return m->num_vertices++;
+}
+
+/* n elements of corners vertices, with the middles of the edges after them; NULL: no memory. */
+static uint32_t *with_middles(middles *m, const uint32_t *v, size_t n, int corners)
+{
+    static const int edges[6][2] = {{0, 1}, {1, 2}, {0, 2}, {0, 3}, {1, 3}, {2, 3}};
+    int each = corners == 4 ? 10 : corners == 3 ? 6 : 3, k;
+    uint32_t *all = (uint32_t *)malloc((n * (size_t)each + 1) * sizeof *all);
+    size_t i;
+    for (i = 0; all && i < n; i++) {
+        const uint32_t *from = v + i * (size_t)corners;
+        uint32_t *to = all + i * (size_t)each;
+        for (k = 0; k < corners; k++) to[k] = from[k];
+        for (k = 0; k < each - corners; k++) to[corners + k] = middle_of(m, from[edges[k][0]], from[edges[k][1]]);
+    }
+    return all;
+}
+
+/* Replaces the elements of m by those of second order; *tets and *xyz are the caller's to free. */
+static int raise_order(meshio_mesh *m, uint32_t **tets, double **xyz)
+{
+    middles work;
+    size_t most = 6 * m->num_tets, size = 1024;
+    uint32_t *triangles = NULL, *edges = NULL;
+    memset(&work, 0, sizeof work);
+    if (most > m->num_vertices + 3 * m->num_tets + 65536) most = m->num_vertices + 3 * m->num_tets + 65536;
+    if (most + m->num_vertices > UINT32_MAX - 2) return 0;
+    while (size < 2 * most) size *= 2;
+    work.mask = size - 1;
+    work.num_vertices = (uint32_t)m->num_vertices;
+    work.most = (uint32_t)(m->num_vertices + most);
+    work.keys = (uint64_t *)calloc(size, sizeof *work.keys);
+    work.vertices = (uint32_t *)malloc(size * sizeof *work.vertices);
+    work.xyz = (double *)malloc(3 * (m->num_vertices + most) * sizeof *work.xyz);
+    *xyz = work.xyz;
+    if (work.keys && work.vertices && work.xyz) {
+        memcpy(work.xyz, m->xyz, 3 * m->num_vertices * sizeof *work.xyz);
+        *tets = with_middles(&work, m->tets, m->num_tets, 4);
+        triangles = with_middles(&work, m->triangles, m->num_triangles, 3);
+        edges = with_middles(&work, m->edges, m->num_edges, 2);
+    }
+    free(work.keys);
+    free(work.vertices);
+    if (!*tets || !triangles || !edges || work.full) {
+        free(triangles);
+        free(edges);
+        return 0;
+    }
+    free(m->triangles);
+    free(m->edges);
+    m->triangles = triangles;
+    m->edges = edges;
+    m->tets = *tets;
+    m->xyz = work.xyz;
+    m->num_vertices = work.num_vertices;
+    m->second_order = 1;
+    return 1;
+}
+
 /* Viewers get the tetrahedra and their quality; the other formats the surface too. */
 static int write_output(job *j)
 {
@@ -889,7 +981,8 @@ static int write_output(job *j)
     meshio_report io;
     meshio_write_options options;
     meshio_field field;
-    double *gamma = NULL, start = tool_seconds();
+    double *gamma = NULL, *xyz = NULL, start = tool_seconds();
+    uint32_t *tets = NULL;
     memset(&m, 0, sizeof m);
     memset(&options, 0, sizeof options);
     memset(&field, 0, sizeof field);
@@ -902,7 +995,7 @@ static int write_output(job *j)
     options.ascii = j->set.ascii;
     options.binary = j->set.binary;
     if (viewer) gamma = output_quality(j);
-    if (viewer ? gamma == NULL : !output_surface(j, &m)) {
+    if ((viewer ? gamma == NULL : !output_surface(j, &m)) || (j->set.order == 2 && !raise_order(&m, &tets, &xyz))) {
         complain(j, "out of memory");
         code = TOOL_NO_MEMORY;
     } else {
@@ -916,6 +1009,8 @@ static int write_output(job *j)
         }
     }
     free(gamma);
+    free(tets);
+    free(xyz);
     free(m.triangles);
     free(m.triangle_tags);
     free(m.edges);

@@ -135,6 +135,9 @@ typedef struct meshio_mesh {
     double *regions;        /* 5*num_regions: x y z, attribute, largest volume or -1 (TetGen) */
     size_t num_vertices, num_edges, num_triangles, num_tets, num_holes, num_regions;
     size_t num_other;       /* elements of other kinds, not kept */
+    int second_order;       /* for writing .msh (2.2) and .vtu: edges, triangles and tets hold 3, 6 and 10 vertices
+                             * an element, those at the middles of edges last: of triangles 01 12 20, of tets
+                             * 01 12 02 03 13 23, whatever the format's own order */
     size_t num_corners;     /* STL: corners in the file, before equal ones became one vertex */
     char name[64];          /* what the file calls itself, or "" */
 } meshio_mesh;
@@ -3510,6 +3513,16 @@ static void meshio__kinds(const meshio_mesh *m, meshio__kind kinds[3])
     kinds[2].corners = 4;
     kinds[2].gmsh = 4;
     kinds[2].vtk = 10;
+    if (!m->second_order) return;
+    kinds[0].corners = 3;
+    kinds[0].gmsh = 8;
+    kinds[0].vtk = 21;
+    kinds[1].corners = 6;
+    kinds[1].gmsh = 9;
+    kinds[1].vtk = 22;
+    kinds[2].corners = 10;
+    kinds[2].gmsh = 11;
+    kinds[2].vtk = 24;
 }
 
 /* An integer, in binary of the given width or in text with a blank after it. */
@@ -3569,9 +3582,10 @@ static void meshio__write_msh2(meshio__writer *w, const meshio_mesh *m, int bina
             }
             meshio__put_any(w, binary, 4, tag);
             meshio__put_any(w, binary, 4, tag);
-            for (c = 0; c < kinds[k].corners; c++)
-                meshio__put_any(w, binary, 4,
-                                (int64_t)kinds[k].v[i * (size_t)kinds[k].corners + (size_t)c] + 1);
+            for (c = 0; c < kinds[k].corners; c++) { /* the last two middles of a tetrahedron: 23, 13 */
+                size_t at = (size_t)(kinds[k].corners == 10 && c >= 8 ? 17 - c : c);
+                meshio__put_any(w, binary, 4, (int64_t)kinds[k].v[i * (size_t)kinds[k].corners + at] + 1);
+            }
             meshio__put_newline(w, binary);
         }
     }
@@ -3809,8 +3823,9 @@ static void meshio__write_vtu(meshio__writer *w, const meshio_mesh *m,
     meshio__vtu_writer u;
     meshio__kind kinds[3];
     uint64_t cells = (uint64_t)m->num_edges + m->num_triangles + m->num_tets;
-    uint64_t corners = 2 * (uint64_t)m->num_edges + 3 * (uint64_t)m->num_triangles +
-                       4 * (uint64_t)m->num_tets;
+    uint64_t corners = (m->second_order ? 3u : 2u) * (uint64_t)m->num_edges +
+                       (m->second_order ? 6u : 3u) * (uint64_t)m->num_triangles +
+                       (m->second_order ? 10u : 4u) * (uint64_t)m->num_tets;
     static const char *const names[] = {"connectivity", "offsets", "types", "region"};
     uint64_t bytes[4];
     size_t i, f;
@@ -4336,7 +4351,7 @@ static meshio_result meshio__write(meshio__writer *w, const char *path, const me
 {
     meshio_format format = options->format ? options->format : meshio_format_of(path);
     if (format == MESHIO_FORMAT_NODE) return meshio__write_tetgen(w, path, mesh, ".node", report);
-    if (format == MESHIO_FORMAT_ELE) {
+    if (format == MESHIO_FORMAT_ELE && !mesh->second_order) {
         MESHIO__TRY(meshio__write_tetgen(w, path, mesh, ".node", report));
         if (mesh->num_triangles)
             MESHIO__TRY(meshio__write_tetgen(w, path, mesh, ".face", report));
@@ -4345,6 +4360,8 @@ static meshio_result meshio__write(meshio__writer *w, const char *path, const me
     if (format == MESHIO_FORMAT_AUTO || format == MESHIO_FORMAT_PLY || format >= MESHIO_FORMAT_POLY)
         return meshio__report_plain(report, MESHIO_ERROR_FORMAT, "no writer for the format of", path,
                                     0);
+    if (mesh->second_order && format != MESHIO_FORMAT_MSH && format != MESHIO_FORMAT_VTU)
+        return meshio__report_plain(report, MESHIO_ERROR_FORMAT, "no second-order elements in the format of", path, 0);
     MESHIO__TRY(meshio__create(w, path, report));
     switch (format) {
     case MESHIO_FORMAT_MEDIT: meshio__write_medit(w, mesh); break;

@@ -193,6 +193,30 @@ code 3 $delaunay "$T/flat.xyz" --weights "$T/none.txt"
 code 0 $delaunay "$T/grid.xyz" -q -o "$T/g3.mesh" --threads 3
 ok "same bytes for any number of threads" cmp "$T/g1.mesh" "$T/g3.mesh"
 
+# ---- sizes, order, a mesh that is there already ----
+code 0 $mesh "$T/cube.off" --size 0.3 -q -o "$T/s1.mesh"
+code 0 $mesh "$T/cube.off" --size 0.3 --ball 0.5,0.5,0.5,0.1,0.05 -q -o "$T/s2.mesh"
+count() { sed -n '/^Tetrahedra/{n;p;}' "$1"; }
+ok "a ball of small sizes makes more tetrahedra" test "$(count "$T/s2.mesh")" -gt "$(count "$T/s1.mesh")"
+code 2 $mesh "$T/cube.off" --ball 0.5,0.5,0.5
+code 2 $mesh "$T/cube.off" --region-size 0=1
+code 3 $mesh "$T/cube.off" --size-grid "$T/missing.txt"
+code 0 $mesh "$T/s1.mesh" --refine-mesh --ball 0.5,0.5,0.5,0.1,0.05 -q -o "$T/s3.mesh"
+ok "a mesh is refined" test "$(count "$T/s3.mesh")" -gt "$(count "$T/s1.mesh")"
+code 5 $mesh "$T/cube.off" --refine-mesh
+code 2 $mesh "$T/cube.off" --order 2 -o "$T/s4.mesh"
+code 0 $mesh "$T/cube.off" --size 0.3 --order 2 -q -o "$T/s4.msh"
+ok "ten different nodes a tetrahedron, each in the middle of its edge" awk '
+    /^\$Nodes/ { n = 1; next } /^\$EndNodes/ { n = 0 }
+    n && NF == 4 { for (k = 1; k < 4; k++) x[$1, k] = $(k + 1) }
+    $2 == 11 && NF == 15 {
+        seen++; split("1 2 2 3 1 3 1 4 3 4 2 4", e, " ")
+        for (i = 0; i < 6; i++) for (k = 1; k < 4; k++) {
+            d = 2 * x[$(10 + i), k] - x[$(5 + e[2 * i + 1]), k] - x[$(5 + e[2 * i + 2]), k]
+            if (d > 1e-9 || d < -1e-9) bad = 1
+        } }
+    END { exit bad || !seen }' "$T/s4.msh"
+
 # ---- improve ----
 code 0 $improve --help
 code 2 $improve "$T/cube.mesh" --target 7
