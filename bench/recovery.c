@@ -1,11 +1,14 @@
-/* recovery.c - time of boundary recovery beside TetGen's and HXT's printed phases, on surfaces made here
+/* recovery.c - time of boundary recovery beside TetGen's and HXT's printed phases, on surfaces made
+ * here
  *
- *     make bench-recovery [ARGS="SCALE"]      SCALE 1: about 50 000 triangles each (default), 3: about 500 000
+ *     make bench-recovery [ARGS="SCALE"]      SCALE 1: about 50 000 triangles each (default), 3:
+ * about 500 000
  *
- * CSV: bench,case,triangles,threads,ours_s,rival,rival_s,ratio. Ours: mesher_recover, the best of three runs, first to
- * last byte; TetGen 'Boundary recovery seconds' with -BNEFIVVYp; HXT tBndRecovery of gmsh -algo hxt, one thread each.
- * A rival that is not installed is named, with no numbers. Lines "detect" have the microseconds per tetrahedron
- * of the search for what is missing. Files go into build/recovery.tmp. */
+ * CSV: bench,case,triangles,threads,ours_s,rival,rival_s,ratio. Ours: mesher_recover, the best of
+ * three runs, first to last byte; TetGen 'Boundary recovery seconds' with -BNEFIVVYp; HXT
+ * tBndRecovery of gmsh -algo hxt, one thread each. A rival that is not installed is named, with no
+ * numbers. Lines "detect" have the microseconds per tetrahedron of the search for what is missing.
+ * Files go into build/recovery.tmp. */
 #define MESHER_IMPLEMENTATION
 #include "mesher.h"
 #define MESHIO_IMPLEMENTATION
@@ -20,10 +23,10 @@
 /* -- surfaces; tag 1: outside, 2: what is within */
 
 typedef struct surface {
-    double   *xyz;
+    double *xyz;
     uint32_t *triangles;
-    int32_t  *tags;
-    size_t    num_vertices, num_triangles, cap_vertices, cap_triangles;
+    int32_t *tags;
+    size_t num_vertices, num_triangles, cap_vertices, cap_triangles;
 } surface;
 
 static void *grown(void *block, size_t size)
@@ -72,7 +75,8 @@ static double unit(void)
 }
 
 /* A cylinder of n by m quads along an axis, closed by fans. */
-static void fibre(surface *s, const double *foot, int axis, double length, double radius, uint32_t n, uint32_t m)
+static void fibre(surface *s, const double *foot, int axis, double length, double radius,
+                  uint32_t n, uint32_t m)
 {
     uint32_t first = (uint32_t)s->num_vertices, i, j, end[2];
     double x[3];
@@ -112,8 +116,9 @@ static void fibres(surface *s, double scale)
     uint32_t around = (uint32_t)(8 * scale), along = 60, each = (uint32_t)(7 * scale), i, l, k;
     double radius = 0.4 / each, lo[3] = {0, 0, 0};
     uint32_t v[8];
-    static const uint8_t faces[12][3] = {{0, 2, 1}, {1, 2, 3}, {4, 5, 6}, {5, 7, 6}, {0, 1, 4}, {1, 5, 4},
-                                         {2, 6, 3}, {3, 6, 7}, {0, 4, 2}, {2, 4, 6}, {1, 3, 5}, {3, 7, 5}};
+    static const uint8_t faces[12][3] = {{0, 2, 1}, {1, 2, 3}, {4, 5, 6}, {5, 7, 6},
+                                         {0, 1, 4}, {1, 5, 4}, {2, 6, 3}, {3, 6, 7},
+                                         {0, 4, 2}, {2, 4, 6}, {1, 3, 5}, {3, 7, 5}};
     for (i = 0; i < 8; i++) v[i] = vertex(s, i & 1, i >> 1 & 1, i >> 2);
     for (i = 0; i < 12; i++) triangle(s, v[faces[i][0]], v[faces[i][1]], v[faces[i][2]], 1);
     for (l = 0; l < each; l++)
@@ -132,7 +137,8 @@ static void part(surface *s, double scale)
     size_t i;
     memset(&mesh, 0, sizeof mesh);
     if (!demo_part_make(&mesh, scale < 2 ? 1 : (int)scale)) exit(1);
-    for (i = 0; i < mesh.num_vertices; i++) vertex(s, mesh.xyz[3 * i], mesh.xyz[3 * i + 1], mesh.xyz[3 * i + 2]);
+    for (i = 0; i < mesh.num_vertices; i++)
+        vertex(s, mesh.xyz[3 * i], mesh.xyz[3 * i + 1], mesh.xyz[3 * i + 2]);
     for (i = 0; i < mesh.num_triangles; i++)
         triangle(s, mesh.triangles[3 * i], mesh.triangles[3 * i + 1], mesh.triangles[3 * i + 2], 1);
     meshio_free(&mesh);
@@ -146,7 +152,8 @@ static void scan(surface *s, double scale)
         for (i = 0; i < m; i++) {
             double a = demo_part_turn / 2 * (j + 0.2 * (unit() - 0.5)) / n;
             double b = demo_part_turn * (i + 0.5 * (j % 2) + 0.2 * (unit() - 0.5)) / m;
-            double r = 1 + 0.1 * sin(7 * a) * cos(9 * b) + 0.05 * sin(23 * b + 5 * a) + 0.4 / n * unit();
+            double r =
+                1 + 0.1 * sin(7 * a) * cos(9 * b) + 0.05 * sin(23 * b + 5 * a) + 0.4 / n * unit();
             vertex(s, r * sin(a) * cos(b), r * sin(a) * sin(b), r * cos(a));
         }
     top = vertex(s, 0, 0, 1);
@@ -192,8 +199,10 @@ static double ours(const surface *s, int threads, double *detect)
         if (result == MESHER_OK) result = mesher_recover(&domain, &report);
         if (result != MESHER_OK) fprintf(stderr, "recovery: %s\n", report.message);
         if (result == MESHER_OK && report.seconds_recover < best) best = report.seconds_recover;
-        if (result == MESHER_OK && run == 0) fprintf(stderr, "# %lu edges, %lu facets missing, %lu points\n", (unsigned long)report.missing_edges,
-                (unsigned long)report.missing_facets, (unsigned long)report.interior_steiner);
+        if (result == MESHER_OK && run == 0)
+            fprintf(stderr, "# %lu edges, %lu facets missing, %lu points\n",
+                    (unsigned long)report.missing_edges, (unsigned long)report.missing_facets,
+                    (unsigned long)report.interior_steiner);
         *detect = report.seconds_detect * 1e6 / (double)(domain.mesh.num_tets + 1);
         mesher_domain_free(&domain);
     }
@@ -208,9 +217,11 @@ static void write_off(const surface *s, const char *path)
     size_t i;
     if (!f) exit(1);
     fprintf(f, "OFF\n%lu %lu 0\n", (unsigned long)s->num_vertices, (unsigned long)s->num_triangles);
-    for (i = 0; i < s->num_vertices; i++) fprintf(f, "%.17g %.17g %.17g\n", s->xyz[3 * i], s->xyz[3 * i + 1], s->xyz[3 * i + 2]);
+    for (i = 0; i < s->num_vertices; i++)
+        fprintf(f, "%.17g %.17g %.17g\n", s->xyz[3 * i], s->xyz[3 * i + 1], s->xyz[3 * i + 2]);
     for (i = 0; i < s->num_triangles; i++)
-        fprintf(f, "3 %u %u %u\n", s->triangles[3 * i], s->triangles[3 * i + 1], s->triangles[3 * i + 2]);
+        fprintf(f, "3 %u %u %u\n", s->triangles[3 * i], s->triangles[3 * i + 1],
+                s->triangles[3 * i + 2]);
     fclose(f);
 }
 
@@ -220,15 +231,18 @@ static void write_msh(const surface *s, const char *path, const char *geo)
     size_t i;
     int within = s->tags[s->num_triangles - 1] == 2;
     if (!f || !g) exit(1);
-    fprintf(f, "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n%lu\n", (unsigned long)s->num_vertices);
+    fprintf(f, "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n%lu\n",
+            (unsigned long)s->num_vertices);
     for (i = 0; i < s->num_vertices; i++)
-        fprintf(f, "%lu %.17g %.17g %.17g\n", (unsigned long)(i + 1), s->xyz[3 * i], s->xyz[3 * i + 1], s->xyz[3 * i + 2]);
+        fprintf(f, "%lu %.17g %.17g %.17g\n", (unsigned long)(i + 1), s->xyz[3 * i],
+                s->xyz[3 * i + 1], s->xyz[3 * i + 2]);
     fprintf(f, "$EndNodes\n$Elements\n%lu\n", (unsigned long)s->num_triangles);
     for (i = 0; i < s->num_triangles; i++)
-        fprintf(f, "%lu 2 2 %d %d %u %u %u\n", (unsigned long)(i + 1), s->tags[i], s->tags[i], s->triangles[3 * i] + 1,
-                s->triangles[3 * i + 1] + 1, s->triangles[3 * i + 2] + 1);
+        fprintf(f, "%lu 2 2 %d %d %u %u %u\n", (unsigned long)(i + 1), s->tags[i], s->tags[i],
+                s->triangles[3 * i] + 1, s->triangles[3 * i + 1] + 1, s->triangles[3 * i + 2] + 1);
     fprintf(f, "$EndElements\n");
-    fprintf(g, "Merge \"s.msh\";\nSurface Loop(1)={1};\n%s", within ? "Surface Loop(2)={2};\nVolume(1)={1,2};\n" : "Volume(1)={1};\n");
+    fprintf(g, "Merge \"s.msh\";\nSurface Loop(1)={1};\n%s",
+            within ? "Surface Loop(2)={2};\nVolume(1)={1,2};\n" : "Volume(1)={1};\n");
     fclose(f);
     fclose(g);
 }
@@ -254,12 +268,17 @@ static int installed(const char *program)
     return system(command) == 0;
 }
 
-static void compare(const char *name, const surface *s, double one, const char *rival, const char *command, const char *key)
+static void compare(const char *name, const surface *s, double one, const char *rival,
+                    const char *command, const char *key)
 {
     unsigned long n = (unsigned long)s->num_triangles;
     double seconds = installed(rival) ? printed(command, key) : -1;
-    if (seconds >= 0) printf("recovery,%s,%lu,1,%.4f,%s,%.4f,%.2f\n", name, n, one, rival, seconds, seconds / one);
-    else printf("recovery,%s,%lu,1,%.4f,%s,%s,\n", name, n, one, rival, installed(rival) ? "failed" : "missing");
+    if (seconds >= 0)
+        printf("recovery,%s,%lu,1,%.4f,%s,%.4f,%.2f\n", name, n, one, rival, seconds,
+               seconds / one);
+    else
+        printf("recovery,%s,%lu,1,%.4f,%s,%s,\n", name, n, one, rival,
+               installed(rival) ? "failed" : "missing");
     fflush(stdout);
 }
 
@@ -271,13 +290,18 @@ static void run(const char *name, void (*make)(surface *, double), double scale)
     make(&s, scale);
     two = ours(&s, 2, &detect);
     one = ours(&s, 1, &detect);
-    printf("recovery,%s,%lu,2,%.4f,ours on 1,%.4f,%.2f\n", name, (unsigned long)s.num_triangles, two, one, one / two);
-    printf("detect,%s,%lu,1,%.4f us per tetrahedron,,,\n", name, (unsigned long)s.num_triangles, detect);
+    printf("recovery,%s,%lu,2,%.4f,ours on 1,%.4f,%.2f\n", name, (unsigned long)s.num_triangles,
+           two, one, one / two);
+    printf("detect,%s,%lu,1,%.4f us per tetrahedron,,,\n", name, (unsigned long)s.num_triangles,
+           detect);
     write_off(&s, FOLDER "/s.off");
     write_msh(&s, FOLDER "/s.msh", FOLDER "/s.geo");
-    compare(name, &s, one, "tetgen", "timeout 300 tetgen -BNEFIVVYp " FOLDER "/s.off", "Boundary recovery seconds");
-    compare(name, &s, one, "gmsh", "timeout 300 gmsh -3 " FOLDER "/s.geo -algo hxt -nt 1 -format mesh -o " FOLDER
-            "/s.mesh -v 4 -setnumber Mesh.Optimize 0 2>&1", "tBndRecovery");
+    compare(name, &s, one, "tetgen", "timeout 300 tetgen -BNEFIVVYp " FOLDER "/s.off",
+            "Boundary recovery seconds");
+    compare(name, &s, one, "gmsh",
+            "timeout 300 gmsh -3 " FOLDER "/s.geo -algo hxt -nt 1 -format mesh -o " FOLDER
+            "/s.mesh -v 4 -setnumber Mesh.Optimize 0 2>&1",
+            "tBndRecovery");
     free(s.xyz);
     free(s.triangles);
     free(s.tags);

@@ -1,4 +1,5 @@
-/* shapes.h - surfaces for tests, built triangle by triangle; random ones from one seed. After mesher.h. */
+/* shapes.h - surfaces for tests, built triangle by triangle; random ones from one seed. After
+ * mesher.h. */
 #ifndef SHAPES_H
 #define SHAPES_H
 #include <math.h>
@@ -9,9 +10,9 @@
 /* -- a surface under construction */
 
 typedef struct shape {
-    double   *xyz;
+    double *xyz;
     uint32_t *triangles, *edges;
-    size_t    num_vertices, num_triangles, num_edges;
+    size_t num_vertices, num_triangles, num_edges;
 } shape;
 
 DELAUNAY_INLINE uint32_t add_vertex(shape *s, double x, double y, double z)
@@ -26,7 +27,8 @@ DELAUNAY_INLINE uint32_t add_vertex(shape *s, double x, double y, double z)
 DELAUNAY_INLINE void add_triangle(shape *s, uint32_t a, uint32_t b, uint32_t c)
 {
     uint32_t *t;
-    s->triangles = (uint32_t *)realloc(s->triangles, (s->num_triangles + 1) * 3 * sizeof *s->triangles);
+    s->triangles =
+        (uint32_t *)realloc(s->triangles, (s->num_triangles + 1) * 3 * sizeof *s->triangles);
     t = s->triangles + 3 * s->num_triangles++;
     t[0] = a;
     t[1] = b;
@@ -100,7 +102,8 @@ DELAUNAY_INLINE void add_fan(shape *s, uint32_t ring, uint32_t n, int up)
     }
 }
 
-/* A prism over an n-gon, twisted; its diagonals are reflex. n = 3: Schonhardt's polyhedron. Stacked: levels of it. */
+/* A prism over an n-gon, twisted; its diagonals are reflex. n = 3: Schonhardt's polyhedron.
+ * Stacked: levels of it. */
 DELAUNAY_INLINE void twisted_prism(shape *s, uint32_t n, double twist, int levels)
 {
     uint32_t first = (uint32_t)s->num_vertices, i;
@@ -110,16 +113,19 @@ DELAUNAY_INLINE void twisted_prism(shape *s, uint32_t n, double twist, int level
             double t = 6.283185307179586 * i / n + l * twist;
             add_vertex(s, cos(t), sin(t), 1.2 * l);
         }
-    for (l = 0; l < levels; l++) add_band(s, first + n * (uint32_t)l, first + n * (uint32_t)(l + 1), n, 0);
+    for (l = 0; l < levels; l++)
+        add_band(s, first + n * (uint32_t)l, first + n * (uint32_t)(l + 1), n, 0);
     add_fan(s, first, n, 0);
     add_fan(s, first + n * (uint32_t)levels, n, 1);
 }
 
-/* Chazelle's polyhedron: a box with notches from below up to z = xy + gap, and from above down to z = xy - gap. */
+/* Chazelle's polyhedron: a box with notches from below up to z = xy + gap, and from above down to z
+ * = xy - gap. */
 DELAUNAY_INLINE double saddle(double x, double y, int n) { return x * y / n; }
 DELAUNAY_INLINE void chazelle(shape *s, int n, double gap)
 {
-    /* a coarse relative of it: wedges along x from above and along y from below, one vertex line each */
+    /* a coarse relative of it: wedges along x from above and along y from below, one vertex line
+     * each */
     int i, side;
     double top = n + 2.0, w = 0.25;
     for (side = 0; side < 2; side++)
@@ -154,7 +160,8 @@ DELAUNAY_INLINE void chazelle(shape *s, int n, double gap)
         }
 }
 
-/* A box of nx * ny * nz cells whose facets' diagonals are random: coplanar and cospherical everywhere. */
+/* A box of nx * ny * nz cells whose facets' diagonals are random: coplanar and cospherical
+ * everywhere. */
 DELAUNAY_INLINE void random_box(shape *s, int nx, int ny, int nz, double thickness)
 {
     int n[3], axis, side, i, j, k;
@@ -231,10 +238,12 @@ DELAUNAY_INLINE void sphere(shape *s, double x, double radius, uint32_t n)
         }
     top = add_vertex(s, x, 0, radius);
     bottom = add_vertex(s, x, 0, -radius);
-    for (i = 0; i + 2 < n; i++) add_band(s, base + (i + 1) * 2 * n, base + i * 2 * n, 2 * n, state >> 3);
+    for (i = 0; i + 2 < n; i++)
+        add_band(s, base + (i + 1) * 2 * n, base + i * 2 * n, 2 * n, state >> 3);
     for (j = 0; j < 2 * n; j++) {
         add_triangle(s, top, base + j, base + (j + 1) % (2 * n));
-        add_triangle(s, bottom, base + (n - 2) * 2 * n + (j + 1) % (2 * n), base + (n - 2) * 2 * n + j);
+        add_triangle(s, bottom, base + (n - 2) * 2 * n + (j + 1) % (2 * n),
+                     base + (n - 2) * 2 * n + j);
     }
 }
 

@@ -1,10 +1,11 @@
-/* test_hard.c - random surfaces that are hard to recover, each result proved by a checker of its own
+/* test_hard.c - random surfaces that are hard to recover, each result proved
  *
- *     test_hard [FIRST LAST]      those seeds; without: HARD_CASES of them (environment), else a few
+ *     test_hard [FIRST LAST]      those seeds; without: HARD_CASES of them (environment), else 100
  *
- * Families: prisms twisted near their limit (Schonhardt), Chazelle's polyhedron, needles, fans, plates as thin as
- * 1e-6, spheres that nearly touch, polyhedra of coplanar and cospherical vertices, fibres through a box, lattices of
- * cells, interlocked tori; some scaled by 1e-6 or 1e6, some shifted by 1e6. */
+ * Families: prisms twisted near their limit (Schonhardt), Chazelle's polyhedron, needles, fans,
+ * plates as thin as 1e-6, spheres that nearly touch, polyhedra of coplanar and cospherical
+ * vertices, fibres through a box, lattices of cells, interlocked tori; some scaled by 1e-6 or 1e6,
+ * some shifted by 1e6. */
 #define MESHER_IMPLEMENTATION
 #include "mesher.h"
 #include <stdlib.h>
@@ -14,9 +15,12 @@
 
 /* -- exact signs, by numbers of a fixed point */
 
-enum { LIMBS = 80 }; /* of 32 bits, the point after bit 1200; |x| < 2^420 for what goes in, and products of three fit */
+enum {
+    LIMBS = 80
+}; /* of 32 bits, the point after bit 1200; |x| < 2^420 for what goes in, and products of three fit
+    */
 typedef struct fixed {
-    int      sign;
+    int sign;
     uint32_t limb[LIMBS];
 } fixed;
 
@@ -56,7 +60,8 @@ static fixed fixed_add(const fixed *a, const fixed *b, int sign)
         smaller = r;
     }
     for (i = 0; i < LIMBS; i++) {
-        carry += same ? (int64_t)larger.limb[i] + smaller.limb[i] : (int64_t)larger.limb[i] - smaller.limb[i];
+        carry += same ? (int64_t)larger.limb[i] + smaller.limb[i]
+                      : (int64_t)larger.limb[i] - smaller.limb[i];
         r.limb[i] = (uint32_t)carry;
         carry >>= 32;
     }
@@ -118,7 +123,8 @@ static int orientation(const double *a, const double *b, const double *c, const 
     for (i = 0; i < 3; i++)
         for (k = 0; k < 3; k++) u[i][k] = (long double)p[i + 1][k] - (long double)a[k];
     for (k = 0; k < 3; k++) {
-        long double x = u[1][(k + 1) % 3] * u[2][(k + 2) % 3], y = u[1][(k + 2) % 3] * u[2][(k + 1) % 3];
+        long double x = u[1][(k + 1) % 3] * u[2][(k + 2) % 3],
+                    y = u[1][(k + 2) % 3] * u[2][(k + 1) % 3];
         det += u[0][k] * (x - y);
         sum += fabsl(u[0][k]) * (fabsl(x) + fabsl(y));
     }
@@ -130,7 +136,7 @@ static int orientation(const double *a, const double *b, const double *c, const 
 
 typedef struct face {
     uint32_t v[3], tet; /* ascending; odd: the other orientation */
-    int      odd;
+    int odd;
 } face;
 
 static int sort_face(uint32_t *v)
@@ -147,7 +153,10 @@ static int sort_face(uint32_t *v)
     return odd;
 }
 
-static int compare_faces(const void *a, const void *b) { return memcmp(a, b, 3 * sizeof(uint32_t)); }
+static int compare_faces(const void *a, const void *b)
+{
+    return memcmp(a, b, 3 * sizeof(uint32_t));
+}
 
 /* All faces of tetrahedra, equal ones side by side. */
 static face *faces_of(const mesher_output *out)
@@ -173,9 +182,11 @@ static uint32_t root_of(uint32_t *parent, uint32_t i)
     return i;
 }
 
-/* Counts cells: sets of tetrahedra that meet in faces that are no facets; and faces between regions. NULL if each
- * face has one or two tetrahedra, on two sides, and each cell is of one region. */
-static const char *count_cells(const mesher_output *out, const face *faces, uint64_t *cells, face *walls, size_t *num_walls)
+/* Counts cells: sets of tetrahedra that meet in faces that are no facets; and faces between
+ * regions. NULL if each face has one or two tetrahedra, on two sides, and each cell is of one
+ * region. */
+static const char *count_cells(const mesher_output *out, const face *faces, uint64_t *cells,
+                               face *walls, size_t *num_walls)
 {
     uint32_t *parent = (uint32_t *)malloc(((size_t)out->num_tets + 1) * sizeof *parent);
     const char *wrong = NULL;
@@ -184,9 +195,12 @@ static const char *count_cells(const mesher_output *out, const face *faces, uint
     for (i = 0; i < out->num_tets; i++) parent[i] = (uint32_t)i;
     for (i = 0; i < n && !wrong; i++) {
         int pair = i + 1 < n && !compare_faces(faces + i, faces + i + 1);
-        if (pair && i + 2 < n && !compare_faces(faces + i, faces + i + 2)) wrong = "a face of three tetrahedra";
-        if (pair && faces[i].odd == faces[i + 1].odd) wrong = "two tetrahedra on one side of a face";
-        if (!pair || out->regions[faces[i].tet] != out->regions[faces[i + 1].tet]) walls[(*num_walls)++] = faces[i];
+        if (pair && i + 2 < n && !compare_faces(faces + i, faces + i + 2))
+            wrong = "a face of three tetrahedra";
+        if (pair && faces[i].odd == faces[i + 1].odd)
+            wrong = "two tetrahedra on one side of a face";
+        if (!pair || out->regions[faces[i].tet] != out->regions[faces[i + 1].tet])
+            walls[(*num_walls)++] = faces[i];
         else parent[root_of(parent, faces[i].tet)] = root_of(parent, faces[i + 1].tet);
         i += (uint64_t)pair;
     }
@@ -208,11 +222,13 @@ static const char *offence(const shape *s, const mesher_output *out, uint64_t ce
     face *facets = (face *)malloc(s->num_triangles * sizeof *facets);
     uint64_t t, found = 0;
     size_t num_walls = 0, i;
-    if (out->num_vertices < s->num_vertices || memcmp(out->xyz, s->xyz, 3 * s->num_vertices * sizeof *s->xyz)) wrong = "vertices changed";
+    if (out->num_vertices < s->num_vertices ||
+        memcmp(out->xyz, s->xyz, 3 * s->num_vertices * sizeof *s->xyz))
+        wrong = "vertices changed";
     for (t = 0; t < out->num_tets && !wrong; t++) {
         const uint32_t *v = out->tets + 4 * t;
-        if (orientation(out->xyz + 3 * (size_t)v[0], out->xyz + 3 * (size_t)v[1], out->xyz + 3 * (size_t)v[2],
-                        out->xyz + 3 * (size_t)v[3]) <= 0)
+        if (orientation(out->xyz + 3 * (size_t)v[0], out->xyz + 3 * (size_t)v[1],
+                        out->xyz + 3 * (size_t)v[2], out->xyz + 3 * (size_t)v[3]) <= 0)
             wrong = "a tetrahedron is not positive";
     }
     if (!wrong) wrong = count_cells(out, faces, &found, walls, &num_walls);
@@ -244,9 +260,11 @@ static void add_quad(shape *s, uint32_t a, uint32_t b, uint32_t c, uint32_t d)
     }
 }
 
-/* One side of Chazelle's polyhedron: n notches from height h to the saddle, along y or, below, along x. corner: of
- * the side, first and last along the row of notches, at both ends of them. Tips: two ends of each notch. */
-static void notched_side(shape *s, int n, double gap, double w, double h, int below, uint32_t corner[2][2], uint32_t *tips)
+/* One side of Chazelle's polyhedron: n notches from height h to the saddle, along y or, below,
+ * along x. corner: of the side, first and last along the row of notches, at both ends of them.
+ * Tips: two ends of each notch. */
+static void notched_side(shape *s, int n, double gap, double w, double h, int below,
+                         uint32_t corner[2][2], uint32_t *tips)
 {
     uint32_t *left = (uint32_t *)malloc(sizeof *left * (size_t)n * 4), *right = left + 2 * n;
     double length = n + 1.0;
@@ -268,8 +286,11 @@ static void notched_side(shape *s, int n, double gap, double w, double h, int be
     for (i = 0; i < n; i++) {
         add_quad(s, tips[2 * i], tips[2 * i + 1], left[2 * i + 1], left[2 * i]);
         add_quad(s, tips[2 * i], tips[2 * i + 1], right[2 * i + 1], right[2 * i]);
-        if (i + 1 < n) add_quad(s, right[2 * i], right[2 * i + 1], left[2 * i + 3], left[2 * i + 2]);
-        for (e = 0; i + 1 < n && e < 2; e++) add_quad(s, tips[2 * i + e], right[2 * i + e], left[2 * i + 2 + e], tips[2 * i + 2 + e]);
+        if (i + 1 < n)
+            add_quad(s, right[2 * i], right[2 * i + 1], left[2 * i + 3], left[2 * i + 2]);
+        for (e = 0; i + 1 < n && e < 2; e++)
+            add_quad(s, tips[2 * i + e], right[2 * i + e], left[2 * i + 2 + e],
+                     tips[2 * i + 2 + e]);
     }
     add_quad(s, corner[0][0], corner[0][1], left[1], left[0]);
     add_quad(s, right[2 * n - 2], right[2 * n - 1], corner[1][1], corner[1][0]);
@@ -280,20 +301,23 @@ static void notched_side(shape *s, int n, double gap, double w, double h, int be
     free(left);
 }
 
-/* Chazelle's polyhedron: a box with n notches from above, to just above the saddle z = xy/n, and n from below,
- * across them, to just below it. */
+/* Chazelle's polyhedron: a box with n notches from above, to just above the saddle z = xy/n, and n
+ * from below, across them, to just below it. */
 static uint64_t true_chazelle(shape *s, int n, double gap, double w)
 {
-    double length = n + 1.0, top = length * (1.5 + random_unit()) + gap, bottom = -length * (0.5 + random_unit()) - gap;
+    double length = n + 1.0, top = length * (1.5 + random_unit()) + gap,
+           bottom = -length * (0.5 + random_unit()) - gap;
     uint32_t box[2][2][2], corner[2][2], *tips = (uint32_t *)malloc(sizeof *tips * (size_t)n * 4);
     int i, e;
     for (i = 0; i < 8; i++)
-        box[i & 1][i >> 1 & 1][i >> 2] = add_vertex(s, (i & 1) * length, (i >> 1 & 1) * length, i >> 2 ? top : bottom);
+        box[i & 1][i >> 1 & 1][i >> 2] =
+            add_vertex(s, (i & 1) * length, (i >> 1 & 1) * length, i >> 2 ? top : bottom);
     for (i = 0; i < 2; i++)
         for (e = 0; e < 2; e++) corner[i][e] = box[i][e][1];
     notched_side(s, n, gap, w, top, 0, corner, tips);
     for (e = 0; e < 2; e++) { /* the ends y = 0 and y = length, below the tips */
-        for (i = 0; i + 1 < n; i++) add_triangle(s, box[0][e][0], tips[2 * i + e], tips[2 * i + 2 + e]);
+        for (i = 0; i + 1 < n; i++)
+            add_triangle(s, box[0][e][0], tips[2 * i + e], tips[2 * i + 2 + e]);
         add_triangle(s, box[0][e][0], box[1][e][0], tips[2 * n - 2 + e]);
         add_triangle(s, box[0][e][0], box[0][e][1], tips[e]);
         add_triangle(s, box[1][e][0], box[1][e][1], tips[2 * n - 2 + e]);
@@ -302,7 +326,8 @@ static uint64_t true_chazelle(shape *s, int n, double gap, double w)
         for (e = 0; e < 2; e++) corner[i][e] = box[e][i][0];
     notched_side(s, n, gap, w, bottom, 1, corner, tips);
     for (e = 0; e < 2; e++) { /* the ends x = 0 and x = length, above the tips */
-        for (i = 0; i + 1 < n; i++) add_triangle(s, box[e][0][1], tips[2 * i + e], tips[2 * i + 2 + e]);
+        for (i = 0; i + 1 < n; i++)
+            add_triangle(s, box[e][0][1], tips[2 * i + e], tips[2 * i + 2 + e]);
         add_triangle(s, box[e][0][1], box[e][1][1], tips[2 * n - 2 + e]);
         add_triangle(s, box[e][0][0], box[e][0][1], tips[e]);
         add_triangle(s, box[e][1][0], box[e][1][1], tips[2 * n - 2 + e]);
@@ -329,7 +354,8 @@ static uint64_t needles(shape *s)
 static uint64_t fans(shape *s)
 {
     uint32_t n = 3 + random_below(120), i, up, down;
-    double height = pow(10, 4 * random_unit() - 3), lower = random_below(2) ? height : 0.1 * height, wave = random_below(2) ? 0 : 0.3;
+    double height = pow(10, 4 * random_unit() - 3), lower = random_below(2) ? height : 0.1 * height,
+           wave = random_below(2) ? 0 : 0.3;
     for (i = 0; i < n; i++) {
         double t = 6.283185307179586 * i / n, r = i % 2 ? 1 : 1 - wave * random_unit();
         add_vertex(s, r * cos(t), r * sin(t), 0);
@@ -380,7 +406,8 @@ static uint64_t near_spheres(shape *s)
 static uint64_t cospherical(shape *s)
 {
     if (random_below(2)) {
-        random_box(s, 1 + (int)random_below(7), 1 + (int)random_below(7), 1 + (int)random_below(7), random_below(2) ? 1 : random_unit() + 0.01);
+        random_box(s, 1 + (int)random_below(7), 1 + (int)random_below(7), 1 + (int)random_below(7),
+                   random_below(2) ? 1 : random_unit() + 0.01);
     } else {
         uint32_t n = 3 + random_below(12), rings = 2 + random_below(8), i, j;
         for (j = 1; j <= rings; j++)
@@ -390,7 +417,8 @@ static uint64_t cospherical(shape *s)
             }
         for (j = 0; j + 1 < rings; j++)
             for (i = 0; i < n; i++)
-                add_quad(s, j * n + i, (j + 1) * n + i, (j + 1) * n + (i + 1) % n, j * n + (i + 1) % n);
+                add_quad(s, j * n + i, (j + 1) * n + i, (j + 1) * n + (i + 1) % n,
+                         j * n + (i + 1) % n);
         add_fan(s, 0, n, 1);
         add_fan(s, (rings - 1) * n, n, 0);
     }
@@ -401,7 +429,8 @@ static void add_box(shape *s, const double *lo, const double *hi)
 {
     uint32_t v[8];
     int i;
-    for (i = 0; i < 8; i++) v[i] = add_vertex(s, i & 1 ? hi[0] : lo[0], i & 2 ? hi[1] : lo[1], i & 4 ? hi[2] : lo[2]);
+    for (i = 0; i < 8; i++)
+        v[i] = add_vertex(s, i & 1 ? hi[0] : lo[0], i & 2 ? hi[1] : lo[1], i & 4 ? hi[2] : lo[2]);
     add_quad(s, v[0], v[2], v[3], v[1]);
     add_quad(s, v[4], v[5], v[7], v[6]);
     add_quad(s, v[0], v[1], v[5], v[4]);
@@ -414,7 +443,8 @@ static void add_box(shape *s, const double *lo, const double *hi)
 static uint64_t fibres(shape *s)
 {
     int layers = 1 + (int)random_below(4), each = 1 + (int)random_below(5), l, i, k;
-    double gap = pow(10, -1 - 3 * random_unit()), lo[3] = {0, 0, 0}, hi[3], thick = 0.05 + 0.9 * random_unit();
+    double gap = pow(10, -1 - 3 * random_unit()), lo[3] = {0, 0, 0}, hi[3],
+           thick = 0.05 + 0.9 * random_unit();
     hi[0] = hi[1] = each;
     hi[2] = layers;
     add_box(s, lo, hi);
@@ -436,7 +466,8 @@ static uint64_t fibres(shape *s)
 static uint64_t lattice(shape *s)
 {
     enum { MOST = 7 };
-    uint32_t n = 2 + random_below(4), materials = 2 + random_below(3), x, y, z, axis, parent[MOST * MOST * MOST], total;
+    uint32_t n = 2 + random_below(4), materials = 2 + random_below(3), x, y, z, axis,
+             parent[MOST * MOST * MOST], total;
     uint8_t what[MOST][MOST][MOST];
     uint64_t cells = 0;
     memset(what, 0, sizeof what);
@@ -448,19 +479,22 @@ static uint64_t lattice(shape *s)
     for (x = 0; x < total; x++) parent[x] = x;
     for (z = 0; z <= n + 1; z++)
         for (y = 0; y <= n + 1; y++)
-            for (x = 0; x <= n + 1; x++) add_vertex(s, x, y, z * 0.75); /* of cell (x, y, z): its low corner */
+            for (x = 0; x <= n + 1; x++)
+                add_vertex(s, x, y, z * 0.75); /* of cell (x, y, z): its low corner */
     for (z = 0; z <= n + 1; z++)
         for (y = 0; y <= n + 1; y++)
             for (x = 0; x <= n + 1; x++)
                 for (axis = 0; axis < 3; axis++) {
-                    uint32_t a = (z * (n + 2) + y) * (n + 2) + x, step[3], i = (axis + 1) % 3, j = (axis + 2) % 3;
+                    uint32_t a = (z * (n + 2) + y) * (n + 2) + x, step[3], i = (axis + 1) % 3,
+                             j = (axis + 2) % 3;
                     uint32_t px = x - (axis == 0), py = y - (axis == 1), pz = z - (axis == 2);
                     if (px > n + 1 || py > n + 1 || pz > n + 1) continue;
                     step[0] = 1;
                     step[1] = n + 2;
                     step[2] = (n + 2) * (n + 2);
                     if (what[z][y][x] == what[pz][py][px])
-                        parent[root_of(parent, (z * MOST + y) * MOST + x)] = root_of(parent, (pz * MOST + py) * MOST + px);
+                        parent[root_of(parent, (z * MOST + y) * MOST + x)] =
+                            root_of(parent, (pz * MOST + py) * MOST + px);
                     else add_quad(s, a, a + step[i], a + step[i] + step[j], a + step[j]);
                 }
     for (z = 0; z <= n + 1; z++)
@@ -481,15 +515,35 @@ static uint64_t hard_case(shape *s, uint64_t seed)
     state = seed * 0x9E3779B97F4A7C15u + 1;
     for (i = 0; i < 8; i++) random_below(2);
     switch (kind) {
-    case 0: twisted_prism(s, 3 + random_below(9), -0.1 - 0.45 * random_unit(), 1 + (int)random_below(8)); break;
-    case 1: cells = true_chazelle(s, 2 + (int)random_below(4), pow(10, -2.5 * random_unit() - 0.5), 0.05 + 0.4 * random_unit()); break;
-    case 2: cells = needles(s); break;
-    case 3: cells = fans(s); break;
-    case 4: cells = plates(s); break;
-    case 5: cells = near_spheres(s); break;
-    case 6: cells = cospherical(s); break;
-    case 7: cells = fibres(s); break;
-    case 8: cells = lattice(s); break;
+    case 0:
+        twisted_prism(s, 3 + random_below(9), -0.1 - 0.45 * random_unit(),
+                      1 + (int)random_below(8));
+        break;
+    case 1:
+        cells = true_chazelle(s, 2 + (int)random_below(4), pow(10, -2.5 * random_unit() - 0.5),
+                              0.05 + 0.4 * random_unit());
+        break;
+    case 2:
+        cells = needles(s);
+        break;
+    case 3:
+        cells = fans(s);
+        break;
+    case 4:
+        cells = plates(s);
+        break;
+    case 5:
+        cells = near_spheres(s);
+        break;
+    case 6:
+        cells = cospherical(s);
+        break;
+    case 7:
+        cells = fibres(s);
+        break;
+    case 8:
+        cells = lattice(s);
+        break;
     default:
         torus(s, 0, 0, 12 + random_below(9), 5 + random_below(4), 0.3 + 0.12 * random_unit());
         torus(s, 1, 1, 12 + random_below(9), 5 + random_below(4), 0.3 + 0.12 * random_unit());
@@ -541,7 +595,8 @@ static void run(uint64_t seed)
         longest_seed = seed;
     }
     if (seconds > 5) printf("seed %lu: %.1f s\n", (unsigned long)seed, seconds);
-    if (result == MESHER_OK && mesher_export(&domain, &out) == MESHER_OK) wrong = offence(&s, &out, cells);
+    if (result == MESHER_OK && mesher_export(&domain, &out) == MESHER_OK)
+        wrong = offence(&s, &out, cells);
     if (wrong) printf("seed %lu: %s\n", (unsigned long)seed, wrong);
     CHECK(!wrong);
     if (result == MESHER_ERROR_SURFACE) {
@@ -553,7 +608,9 @@ static void run(uint64_t seed)
         CHECK(result == MESHER_OK);
         recovered++;
     }
-    if (result != MESHER_OK) printf("seed %lu: %s: %s\n", (unsigned long)seed, mesher_result_string(result), report.message);
+    if (result != MESHER_OK)
+        printf("seed %lu: %s: %s\n", (unsigned long)seed, mesher_result_string(result),
+               report.message);
     mesher_output_free(&domain, &out);
     mesher_domain_free(&domain);
     shape_free(&s);
@@ -563,7 +620,8 @@ static void run(uint64_t seed)
 static void the_checker_sees_offences(void)
 {
     double xyz[15] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 1, 1, 1};
-    uint32_t triangles[18] = {0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 4, 2, 3, 4, 3, 1, 4}, tets[8] = {0, 1, 2, 3, 1, 4, 2, 3}, regions[2] = {1, 1}, t;
+    uint32_t triangles[18] = {0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 4, 2, 3, 4, 3, 1, 4},
+             tets[8] = {0, 1, 2, 3, 1, 4, 2, 3}, regions[2] = {1, 1}, t;
     double a[3] = {0, 0, 0}, b[3] = {1, 1e-30, 0}, c[3] = {1, 2e-30, 1e-20};
     shape s = {0};
     mesher_output out;
@@ -605,8 +663,10 @@ int main(int argc, char **argv)
     uint64_t last = argc > 2 ? (uint64_t)atol(argv[2]) : cases ? (uint64_t)atol(cases) : 100;
     the_checker_sees_offences();
     for (seed = first; seed <= last; seed++) run(seed);
-    printf("seeds %lu to %lu: %ld recovered, %ld intersect themselves, %ld failed; the longest, seed %lu, %.1f s\n",
-           (unsigned long)first, (unsigned long)last, recovered, intersecting, failed, (unsigned long)longest_seed, longest_seconds);
+    printf("seeds %lu to %lu: %ld recovered, %ld intersect themselves, %ld failed; the longest, "
+           "seed %lu, %.1f s\n",
+           (unsigned long)first, (unsigned long)last, recovered, intersecting, failed,
+           (unsigned long)longest_seed, longest_seconds);
     CHECK(200 * failed <= recovered + intersecting + failed);
     CHECK(10 * intersecting <= recovered + intersecting + failed);
     return check_report();
