@@ -5690,7 +5690,7 @@ static mesher_result mesher__edge_sizes(mesher_domain *domain)
     for (v = 1; v < mesh->num_vertices; v++) {
         uint32_t id = mesh->vertex_id[v];
         double own = domain->options.vertex_sizes && id < domain->surface.num_vertices ? domain->options.vertex_sizes[id] : 0;
-        if (count[v]) size[v] *= MESHER__INWARDS * factor / count[v];
+        if (count[v]) size[v] *= (domain->keeps_mesh ? 1 : MESHER__INWARDS) * factor / count[v];
         if (own > 0 && own <= DBL_MAX) size[v] = factor * own;
     }
     delaunay_release(&mesh->memory, count);

@@ -10,9 +10,8 @@
  * not meshing; nor is writing); HXT the sum of its phases, which leaves out its reading; TetGen its total.
  * NAME-refine is seconds of refinement per vertex that it inserted. gmsh: -algo hxt, improved up to gamma
  * 0.35; TetGen: the switches of Marot 2020, 7. A rival that is not installed is named. --peak adds lines with the
- * bytes that refinement needed per tetrahedron, ours only. --size-factor F makes our sizes F times those of the
- * field: HXT spaces its vertices about 1.28 times as wide as the same field asks (on a box with equal edges its edges
- * inside measure 1.37 of them, ours 1.02), so with 1.28 both have about as many tetrahedra.
+ * bytes that refinement needed per tetrahedron, ours only. --size-factor F makes our sizes F times as large; with 1
+ * both have about as many tetrahedra.
  *
  * CSV: bench,case,threads,ours_s,rival,rival_s,ratio; lines with # give counts and phases.
  */
