@@ -6626,7 +6626,7 @@ static void mesher__wish_at_points(mesher__refiner *r, mesher__proposal *points,
     for (b = 0; b < batches; b++) {
         double xyz[3 * MESHER__BATCH], h[MESHER__BATCH];
         uint32_t region[MESHER__BATCH];
-        size_t first = (size_t)b * MESHER__BATCH, n = count - first < MESHER__BATCH ? count - first : MESHER__BATCH, i;
+        size_t first = (size_t)b * MESHER__BATCH, n = count - first < MESHER__BATCH ? count - first : (size_t)MESHER__BATCH, i;
         for (i = 0; i < n; i++) {
             const mesher__proposal *p = (const mesher__proposal *)(const void *)((const char *)points + (first + i) * stride);
             memcpy(xyz + 3 * i, p->x, sizeof p->x);
