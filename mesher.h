@@ -115,7 +115,7 @@ typedef struct mesher_source {
     mesher_shape shape;
     double xyz[9], radius;
     double size;  /* > 0 */
-    double slope; /* 0: that of the gradation; infinite: the field ends at the border */
+    double slope; /* 0: that of the gradation, or 0.4; infinite: the field ends at the border */
 } mesher_source;
 
 /* Sizes at the nodes of a regular grid, interpolated trilinearly; outside, those of the nearest place in it. */
@@ -132,10 +132,11 @@ typedef struct mesher_options {
     int    allow_surface_steiner; /* at the very last, points on edges and facets of the surface; counted, listed */
     int    no_intersection_test;  /* mesher_check: only the cheap checks */
     double size;                  /* wanted edge length, at most; 0: from the surface alone, where edges
-                                     inside are 1.25 times as long as those around them */
+                                     inside are 1.3 times as long as those around them */
     double size_factor;           /* all sizes but the bounds times this; 0: 1 */
     double min_size, max_size;    /* bounds of the size field; 0: none */
-    double gradation;             /* largest ratio of sizes one edge apart; 0: 1.4 */
+    double gradation;             /* largest ratio of sizes one edge apart; 0: 2 off the surface, whose edges may
+                                   * change abruptly, and 1.4 around sources */
     double growth;                /* > 1: sizes grow inwards by this ratio, instead of interpolating the surface's */
     double layers;                /* > 0: about so many tetrahedra between facets that face each other, or more */
     double curvature_degrees;     /* > 0: an edge beside a curved surface spans at most this angle of it; creases of more
@@ -5655,8 +5656,14 @@ static double mesher__clamp_size(const mesher_options *o, double h)
 
 /* Edges inside are this much longer than those of the surface around them, where nothing else is
  * wanted. With 1, scans get 1.6 to 2.2 times the tetrahedra that HXT makes of them (its edges come
- * out longer than its sizes); with 1.2 to 1.3 as many, still with the better mean gamma. */
-#define MESHER__INWARDS 1.25
+ * out longer than its sizes); with 1.3 about as many, still with the better mean gamma. */
+#define MESHER__INWARDS 1.3
+
+/* Ratio of sizes one edge apart, at most, where the caller says nothing. With 1.4 surfaces with edges of very
+ * different lengths get 3 to 10 times the tetrahedra of 2, and no fewer bad ones; the interpolation of
+ * [Marot 2020, 7] has about 2. Around sources the caller has chosen the place, and 1.4 gives the better mesh. */
+#define MESHER__GRADATION 2.0
+#define MESHER__GRADATION_OF_SOURCES 1.4
 
 /* What the edges of the surface at each vertex ask for, or the caller; 0 where there is neither. */
 static mesher_result mesher__edge_sizes(mesher_domain *domain)
@@ -5741,7 +5748,7 @@ static mesher_result mesher__spread_sizes(mesher_domain *domain)
 
 enum { MESHER__BATCH = 1024 };
 
-static double mesher__slope(const mesher_options *o) { return (o->gradation > 1 ? o->gradation : 1.4) - 1; }
+static double mesher__slope(const mesher_options *o) { return (o->gradation > 0 ? o->gradation : MESHER__GRADATION) - 1; }
 
 /* What options say about sizes besides the surface. */
 static int mesher__has_wishes(const mesher_options *o)
@@ -5815,7 +5822,7 @@ static double mesher__box_distance(const double *lo, const double *hi, const dou
 
 MESHER_API double mesher_source_size(const mesher_source *s, double gradation, const double *x)
 {
-    double d = 0, slope = s->slope > 0 ? s->slope : (gradation > 1 ? gradation : 1.4) - 1;
+    double d = 0, slope = s->slope > 0 ? s->slope : (gradation > 0 ? gradation : MESHER__GRADATION_OF_SOURCES) - 1;
     switch (s->shape) {
     case MESHER_SHAPE_BALL: d = mesher__distance(s->xyz, x); break;
     case MESHER_SHAPE_BOX: d = mesher__box_distance(s->xyz, s->xyz + 3, x); break;
@@ -6384,7 +6391,7 @@ static int mesher__grid_reset(mesher__grid *g, delaunay_memory *memory, size_t p
 }
 
 /* No point in the grid is too near a point of size h at x. Only points whose size is within a third of h are
- * looked for: the gradation allows no others so near, and insertion tests again. */
+ * looked for: the gradation leaves hardly any other so near, and insertion tests again. */
 static int mesher__is_alone(const mesher__grid *g, const mesher__proposal *points, const double *x, double h)
 {
     double least = 0.75 * h, most = 1.33 * h;
@@ -8327,9 +8334,8 @@ MESHER_API mesher_result mesher_options_resolve(mesher_options *out, const meshe
         !mesher__sane(o.size_factor) || !mesher__sane(o.layers) || !mesher__sane(o.curvature_degrees) || !mesher__sane_wishes(&o))
         return MESHER_ERROR_INVALID_ARGUMENT;
     if (o.max_size > 0 && o.min_size > o.max_size) return MESHER_ERROR_INVALID_ARGUMENT;
-    if (o.gradation == 0) o.gradation = 1.4;
     if (o.size_factor == 0) o.size_factor = 1;
-    if (o.gradation < 1 || (o.growth != 0 && o.growth <= 1)) return MESHER_ERROR_INVALID_ARGUMENT;
+    if ((o.gradation != 0 && o.gradation < 1) || (o.growth != 0 && o.growth <= 1)) return MESHER_ERROR_INVALID_ARGUMENT;
     *out = o;
     return MESHER_OK;
 }

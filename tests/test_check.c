@@ -801,7 +801,7 @@ static void arguments_are_checked(void)
     double bad[3] = {0, 0, (double)NAN};
     int calls = 0, k;
     memset(&o, 0, sizeof o);
-    CHECK(mesher_options_resolve(&out, NULL) == MESHER_OK && out.gradation == 1.4);
+    CHECK(mesher_options_resolve(&out, NULL) == MESHER_OK && out.gradation == 0 && out.size_factor == 1);
     CHECK(mesher_options_resolve(NULL, NULL) == MESHER_ERROR_INVALID_ARGUMENT);
     o.size = -1;
     CHECK(mesher_options_resolve(&out, &o) == MESHER_ERROR_INVALID_ARGUMENT);

@@ -448,6 +448,7 @@ static void regions_and_vertices_have_their_sizes(void)
     memset(&o, 0, sizeof o);
     for (i = 0; i < 45; i++) wish[i] = i % 5 == 4 ? 0.1 : i % 5 == 0 ? -1 : 1;
     o.vertex_sizes = wish;
+    o.gradation = 1.4;
     CHECK(box(&d, 4, 2, 2, 1, 9, &o));
     d.surface.num_vertices = 45;
     CHECK(refine_and_check(&d, &r) == MESHER_OK);
@@ -764,7 +765,7 @@ static void a_part_is_the_same_for_any_number_of_threads(void)
         surface.triangles = part.triangles;
         surface.num_triangles = part.num_triangles;
         o.host.num_threads = threads[k / 2];
-        o.size_factor = 0.8; /* enough points for several sections */
+        o.size_factor = 0.75;/* enough points for several sections */
         if (k == 3 || k == 7) continue; /* the function with 1 and 3 threads */
         if (k & 1) {
             o.size_function = wish;
