@@ -344,6 +344,8 @@ DELAUNAY_API void  delaunay_release(delaunay_memory *memory, void *block);
 DELAUNAY_API double delaunay_seconds(const delaunay_host *host);
 /* Threads that a call with this host uses at most. */
 DELAUNAY_API int delaunay_threads(const delaunay_host *host);
+/* Those of them that so many short steps are worth; on a busy machine others wake late. */
+DELAUNAY_API int delaunay_threads_for(const delaunay_host *host, size_t steps);
 
 /* -- predicates. Points are three doubles. Signs are exact: -1, 0, 1. */
 
@@ -857,7 +859,6 @@ typedef struct delaunay_speculation {
     uint32_t    batch;   /* items in flight at most; part of what determines the result; 0: 1024 */
     int scatter; /* nonzero: a scattered order, for lists whose neighbours are so in space */
     const char *phase;   /* for the host's progress callback */
-    uint32_t    parallel_from; /* rounds of fewer items are the calling thread's; 0: 2 */
     uint64_t rounds, plans, commits, conflicts; /* out; conflict: an item had to wait for another */
 } delaunay_speculation;
 
@@ -1027,6 +1028,11 @@ DELAUNAY_API int delaunay_threads(const delaunay_host *host)
     (void)host;
     return 1;
 #  endif
+}
+
+DELAUNAY_API int delaunay_threads_for(const delaunay_host *host, size_t steps)
+{
+    return steps < 16384 ? 1 : delaunay_threads(host);
 }
 
 DELAUNAY_API delaunay_result delaunay_list_push(delaunay_list *list, delaunay_handle item)
@@ -6522,6 +6528,11 @@ enum {
 
 enum { DELAUNAY__DEFAULT_BATCH = 1024, DELAUNAY__LEAST_BATCH = 32 };
 
+/* What the calling thread does alone in a round: plans for so long, writes of fewer than so many. */
+#  define DELAUNAY__LEAST_ALONE 2e-4
+#  define DELAUNAY__MOST_ALONE 0.2
+enum { DELAUNAY__ALONE_PLANS = 256 };
+
 struct delaunay_engine {
     delaunay_mesh    *mesh;
     delaunay_host     host;
@@ -6535,6 +6546,7 @@ struct delaunay_engine {
     uint32_t         *version;  /* one a slot: round of the last write */
     size_t            cap_slots;
     uint32_t          round;
+    double            alone_seconds; /* of planning, before the other threads are asked */
 };
 
 /* -- filling a plan */
@@ -6652,6 +6664,7 @@ DELAUNAY_API delaunay_engine *delaunay_engine_new(delaunay_mesh *mesh, const del
     if (host) e->host = *host;
     e->gate.memory = &mesh->memory;
     e->num_threads = DELAUNAY__HAS_ATOMICS ? delaunay_threads(host) : 1;
+    e->alone_seconds = DELAUNAY__LEAST_ALONE;
     e->memories = (delaunay_memory *)delaunay_alloc(&mesh->memory, (size_t)e->num_threads,
                                                     sizeof *e->memories);
     e->workers = (delaunay_worker **)delaunay_alloc(&mesh->memory, (size_t)e->num_threads,
@@ -6937,18 +6950,56 @@ static void delaunay__commit_tets(delaunay_engine *e, delaunay_plan *p)
         delaunay__atomic_max(&m->vertex_tet[p->tets[i]], p->slots.items[i / 4]);
 }
 
+/* Plans of the calling thread alone, for as long as it pays to wake the others. Returns their number. */
+static int64_t delaunay__plan_first(delaunay_engine *e, const delaunay_speculation *job, int64_t n,
+                                    double *seconds)
+{
+    double start = delaunay_seconds(&e->host);
+    int64_t i;
+    *seconds = 0;
+    for (i = 0; i < n && (e->num_threads < 2 || *seconds < e->alone_seconds); i++) {
+        delaunay__plan_make(e, job, e->plans[i], 0);
+        if (e->num_threads > 1) *seconds = delaunay_seconds(&e->host) - start;
+    }
+    return i;
+}
+
+/* On a machine that is busy with other things, others wake late: then less is given to them. */
+static void delaunay__weigh_threads(delaunay_engine *e, double expected_alone, double seconds)
+{
+    e->alone_seconds *= seconds > expected_alone ? 4 : 0.5;
+    if (e->alone_seconds < DELAUNAY__LEAST_ALONE) e->alone_seconds = DELAUNAY__LEAST_ALONE;
+    if (e->alone_seconds > DELAUNAY__MOST_ALONE) e->alone_seconds = DELAUNAY__MOST_ALONE;
+}
+
+/* Threads for so many short steps. */
+static int delaunay__threads_to_share(const delaunay_engine *e, int64_t plans)
+{
+    int worth = plans >= DELAUNAY__ALONE_PLANS && e->alone_seconds < 10 * DELAUNAY__LEAST_ALONE;
+    return worth ? e->num_threads : 1;
+}
+
 /* Plans, reservations, decisions. Shared: the mesh and the versions, read; owners, by atomic
  * minimum between two barriers, then read. Each plan belongs to the thread that has its iteration.
  */
 static void delaunay__round_plan(delaunay_engine *e, const delaunay_speculation *job, size_t num)
 {
-    int64_t i, n = (int64_t)num, from = job->parallel_from ? (int64_t)job->parallel_from : 2;
-    (void)from;
-    DELAUNAY__OMP(omp parallel num_threads(e->num_threads) if(n >= from))
+    double alone, start;
+    int64_t i, n = (int64_t)num, first = delaunay__plan_first(e, job, n, &alone);
+    int threads;
+    e->alone_seconds *= 0.95;
+    if (first < n) {
+        start = delaunay_seconds(&e->host);
+        DELAUNAY__OMP(omp parallel for schedule(dynamic, 1) num_threads(e->num_threads))
+        for (i = first; i < n; i++)
+            delaunay__plan_make(e, job, e->plans[i], delaunay__thread_number());
+        delaunay__weigh_threads(e, alone / (double)first * (double)(n - first),
+                                delaunay_seconds(&e->host) - start);
+    }
+    threads = delaunay__threads_to_share(e, n);
+    (void)threads;
+    DELAUNAY__OMP(omp parallel num_threads(threads))
     {
-        int thread = delaunay__thread_number();
-        DELAUNAY__OMP(omp for schedule(dynamic, 4))
-        for (i = 0; i < n; i++) delaunay__plan_make(e, job, e->plans[i], thread);
         DELAUNAY__OMP(omp for schedule(static))
         for (i = 0; i < n; i++) delaunay__plan_reserve(e, e->plans[i], (uint32_t)i);
         DELAUNAY__OMP(omp for schedule(static))
@@ -6958,11 +7009,12 @@ static void delaunay__round_plan(delaunay_engine *e, const delaunay_speculation 
 
 /* The winners' writes: disjoint, but for vertex_tet (atomic), and after a barrier that separates
  * the reading of old tetrahedra from the writing of new ones. Owners are given back. */
-static void delaunay__round_commit(delaunay_engine *e, const delaunay_speculation *job, size_t num)
+static void delaunay__round_commit(delaunay_engine *e, size_t num)
 {
-    int64_t i, n = (int64_t)num, from = job->parallel_from ? (int64_t)job->parallel_from : 2;
-    (void)from;
-    DELAUNAY__OMP(omp parallel num_threads(e->num_threads) if(n >= from))
+    int64_t i, n = (int64_t)num;
+    int threads = delaunay__threads_to_share(e, n);
+    (void)threads;
+    DELAUNAY__OMP(omp parallel num_threads(threads))
     {
         DELAUNAY__OMP(omp for schedule(static))
         for (i = 0; i < n; i++) delaunay__commit_vertices(e, e->plans[i]);
@@ -7039,7 +7091,7 @@ DELAUNAY_API delaunay_result delaunay_speculate(delaunay_engine *engine, delauna
             for (i = 0; i < num; i++) delaunay__plan_release_owners(e, e->plans[i]);
             break;
         }
-        delaunay__round_commit(e, job, num);
+        delaunay__round_commit(e, num);
         left = delaunay__round_finish(e, job, num, &stop);
         /* fewer in flight while most of them only wait for each other */
         if (2 * left > num)

@@ -1789,7 +1789,7 @@ static mesher_result mesher__sweep_round(mesher_domain *domain, const mesher__sp
     mesher_finding *large = NULL;
     mesher_result result = MESHER_OK;
     long b, n = (long)num;
-    int threads = delaunay_threads(&domain->options.host);
+    int threads = num < 2 ? 1 : delaunay_threads(&domain->options.host);
     (void)threads;
 #ifdef _OPENMP
 #pragma omp parallel for schedule(dynamic, 1) num_threads(threads)
@@ -2495,7 +2495,7 @@ static void mesher__detect_in(mesher__recovery *r, delaunay_handle t)
 static void mesher__detect(mesher__recovery *r)
 {
     const delaunay_mesh *mesh = r->mesh;
-    int threads = delaunay_threads(&r->domain->options.host);
+    int threads = delaunay_threads_for(&r->domain->options.host, mesh->num_tets);
     int64_t t, n = (int64_t)mesh->num_tets;
     uint32_t i, k;
     (void)threads;
@@ -5008,7 +5008,7 @@ static void mesher__index_facets(const mesher_domain *domain, mesher__coloring *
     const uint32_t *vertex_of = domain->mesh.vertex_of, *survivor = domain->survivor;
     uint32_t *first = work->first, v, f;
     long n = (long)domain->num_facets, i;
-    int threads = delaunay_threads(&domain->options.host);
+    int threads = delaunay_threads_for(&domain->options.host, domain->num_facets);
     (void)threads;
 #ifdef _OPENMP
 #pragma omp parallel for schedule(static) num_threads(threads)
@@ -5204,7 +5204,7 @@ static mesher_result mesher__find_cells(mesher_domain *domain, mesher__coloring 
     delaunay_mesh *mesh = &domain->mesh;
     uint32_t start[MESHER__MOST_INTERVALS + 1], p;
     long n = (long)mesher__num_intervals(mesh), k;
-    int threads = delaunay_threads(&domain->options.host);
+    int threads = delaunay_threads_for(&domain->options.host, mesh->num_tets);
     (void)threads;
 #ifdef _OPENMP
 #pragma omp parallel for schedule(dynamic, 1) num_threads(threads)
@@ -5264,7 +5264,7 @@ static void mesher__measure_cells(mesher_domain *domain, mesher__coloring *work)
     delaunay_handle t;
     uint32_t c, f;
     long n = (long)mesher__num_intervals(mesh), k;
-    int threads = delaunay_threads(&domain->options.host), s;
+    int threads = delaunay_threads_for(&domain->options.host, mesh->num_tets), s;
     (void)threads;
     for (c = 0; c < work->num_cells; c++) {
         work->cells[c].key = UINT64_MAX;

@@ -852,7 +852,7 @@ static spr_result spr__statistics(const spr__state *s, spr_statistics *out)
 {
     const delaunay_mesh *m = s->mesh;
     size_t slots = m->num_tets, n = 0, block = slots / SPR__STATISTICS_BLOCKS + 1;
-    int threads = delaunay_threads(&s->options.host), b;
+    int threads = delaunay_threads_for(&s->options.host, s->mesh->num_tets), b;
     double *value = (double *)delaunay_alloc(s->memory, slots, sizeof *value), range[2] = {-1, 1},
            sum = 0;
     spr_statistics *part =
@@ -2194,8 +2194,6 @@ static spr_result spr__gather(spr__state *s, int level)
 static spr_result spr__run(spr__state *s, int level)
 {
     static const uint32_t batch[SPR__HOPELESS] = {1024, 512, 512, 256, 256, 128, 32, 16};
-    /* by the time that a plan takes */
-    static const uint32_t from[SPR__HOPELESS] = {64, 32, 16, 16, 16, 4, 2, 2};
     delaunay_speculation job;
     spr_result result = spr__gather(s, level);
     if (result != SPR_OK || s->items.count == 0) return result;
@@ -2203,7 +2201,6 @@ static spr_result spr__run(spr__state *s, int level)
     job.plan = spr__plan;
     job.done = spr__done;
     job.batch = batch[level];
-    job.parallel_from = from[level];
     s->sweep = level;
     return spr__speculate(s, &job);
 }
@@ -2241,7 +2238,6 @@ static spr_result spr__relax(spr__state *s)
     job.plan = spr__plan_relax;
     job.done = spr__done_relax;
     job.batch = 4096;
-    job.parallel_from = 256;
     result = spr__speculate(s, &job);
     s->report->seconds_smoothing += delaunay_seconds(&s->options.host) - start;
     return result;
@@ -2372,7 +2368,7 @@ static void spr__find_movable(spr__state *s)
 static int spr__find_bad(spr__state *s)
 {
     const delaunay_mesh *m = s->mesh;
-    int threads = delaunay_threads(&s->options.host), ok = 1;
+    int threads = delaunay_threads_for(&s->options.host, s->mesh->num_tets), ok = 1;
     int64_t i, n = (int64_t)m->num_tets;
     (void)threads;
     s->value[0] = HUGE_VAL;

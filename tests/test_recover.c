@@ -118,6 +118,7 @@ static uint64_t hash_of(const shape *s, int threads, mesher_result *result)
     memset(&report, 0, sizeof report);
     memset(&options, 0, sizeof options);
     options.host.num_threads = threads;
+    options.host.clock = check_hasty_clock;
     surface.xyz = s->xyz;
     surface.num_vertices = s->num_vertices;
     surface.triangles = s->triangles;

@@ -444,6 +444,7 @@ static void test_same_bytes_for_any_number_of_threads(void)
         spr_options o = open_options();
         small_state = seed;
         o.host.num_threads = threads[k];
+        o.host.clock = check_hasty_clock;
         CHECK(random_mesh(&m[k], 250, 0, NULL));
         color_mesh(&m[k], 2);
         improve_and_check(&m[k], &o, &r, SPR_OK);
@@ -470,6 +471,7 @@ static void test_where_hardly_anything_can_be_good(void)
         spr_options o = open_options();
         small_state = seed;
         o.host.num_threads = threads[k];
+        o.host.clock = check_hasty_clock;
         CHECK(random_mesh(&m[k], 100, 0, NULL));
         color_mesh(&m[k], 2);
         for (v = 1; v < m[k].num_vertices; v++) m[k].vertices[v].x[2] *= 0.0625;
