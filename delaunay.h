@@ -2318,6 +2318,41 @@ delaunay__insphere4_dd(__m256d xyz[4][3], const double *e, __m256d ghost, __m256
                .h;
 }
 
+/* The permanents of those determinants: the same sums of the absolute values of all products. A
+ * product goes through 16 roundings, so what delaunay__in_conflict4_avx2 computes errs by less than
+ * 17 eps times this [Shewchuk 1997, 5.4], and by 32 for sure as the permanent is rounded, too. This
+ * is far below R^5 where points are in line or close to each other along an axis. */
+static DELAUNAY__TARGET DELAUNAY__NOINLINE __m256d
+delaunay__insphere4_permanent(__m256d xyz[4][3], const double *e, __m256d ghost, __m256d ghost_lift)
+{
+    const __m256d sign = _mm256_set1_pd(-0.0);
+    __m256d a[4][3], lift[4], ab, bc, cd, da, ac, bd, abc, bcd, cda, dab;
+    int i, k;
+    for (i = 0; i < 4; i++) {
+        for (k = 0; k < 3; k++) {
+            a[i][k] = _mm256_andnot_pd(sign, _mm256_sub_pd(xyz[i][k], _mm256_set1_pd(e[k])));
+            if (i == 3) a[i][k] = _mm256_andnot_pd(ghost, a[i][k]);
+        }
+        lift[i] = DELAUNAY__MADD(a[i][0], a[i][0],
+                                 DELAUNAY__MADD(a[i][1], a[i][1], _mm256_mul_pd(a[i][2], a[i][2])));
+    }
+    lift[3] = _mm256_blendv_pd(lift[3], ghost_lift, ghost);
+    ab = DELAUNAY__MADD(a[0][0], a[1][1], _mm256_mul_pd(a[1][0], a[0][1]));
+    bc = DELAUNAY__MADD(a[1][0], a[2][1], _mm256_mul_pd(a[2][0], a[1][1]));
+    cd = DELAUNAY__MADD(a[2][0], a[3][1], _mm256_mul_pd(a[3][0], a[2][1]));
+    da = DELAUNAY__MADD(a[3][0], a[0][1], _mm256_mul_pd(a[0][0], a[3][1]));
+    ac = DELAUNAY__MADD(a[0][0], a[2][1], _mm256_mul_pd(a[2][0], a[0][1]));
+    bd = DELAUNAY__MADD(a[1][0], a[3][1], _mm256_mul_pd(a[3][0], a[1][1]));
+    abc = DELAUNAY__MADD(a[0][2], bc, DELAUNAY__MADD(a[1][2], ac, _mm256_mul_pd(a[2][2], ab)));
+    bcd = DELAUNAY__MADD(a[1][2], cd, DELAUNAY__MADD(a[2][2], bd, _mm256_mul_pd(a[3][2], bc)));
+    cda = DELAUNAY__MADD(a[2][2], da, DELAUNAY__MADD(a[3][2], ac, _mm256_mul_pd(a[0][2], cd)));
+    dab = DELAUNAY__MADD(a[3][2], ab, DELAUNAY__MADD(a[0][2], bd, _mm256_mul_pd(a[1][2], da)));
+    return DELAUNAY__MADD(lift[0], bcd,
+                          DELAUNAY__MADD(lift[1], cda,
+                                         DELAUNAY__MADD(lift[2], dab,
+                                                        _mm256_mul_pd(lift[3], abc))));
+}
+
 /* delaunay__insphere_tie_doubles for four: ranks of the points, their cofactors; bit i: inside. */
 DELAUNAY__TARGET DELAUNAY_INLINE unsigned delaunay__ties4(__m256d *rank, const __m256d *cofactor)
 {
@@ -2411,6 +2446,16 @@ static DELAUNAY__TARGET unsigned delaunay__in_conflict4_avx2(const delaunay__ker
             in = (in & sure) | (delaunay__ties4(rank, cofactor) & ~sure);
             sure |= ~(unsigned)_mm256_movemask_pd(ghost);
         } else {
+            const __m256d least = _mm256_set1_pd(delaunay__insphere_least2);
+            __m256d l2 = _mm256_mul_pd(l, l);
+            __m256d error = delaunay__insphere4_permanent(xyz, e, ghost, l);
+            error = _mm256_mul_pd(error, _mm256_set1_pd(16 * DBL_EPSILON));
+            error = DELAUNAY__MADD(error, error, least);
+            error = DELAUNAY__MADD(_mm256_mul_pd(l2, l2), least, error); /* underflows, times R^4 */
+            sure |= (unsigned)_mm256_movemask_pd(
+                _mm256_cmp_pd(_mm256_mul_pd(det, det), error, _CMP_GT_OQ));
+        }
+        if (sure != 15 && !k->exact_doubles) {
             delaunay__insphere4_dd(xyz, e, ghost, l, &det);
             rest = ~sure;
             in = (in & sure) |
@@ -2670,7 +2715,9 @@ static size_t delaunay__hashed_mask(size_t num_border)
     return mask;
 }
 
-/* Balls too big for the matrix: each edge is met twice, and the second facet links both. */
+/* Balls too big for the matrix: each edge is met twice, and its entry has the sum of both facets
+ * modulo 2, so that each finds the other without a branch. In between the new tetrahedra hold the
+ * places of the entries. */
 static void delaunay__ball_big(delaunay__kernel *k, const delaunay_handle *slot, uint32_t p)
 {
     size_t j, count = k->num_border, mask = delaunay__hashed_mask(count);
@@ -2681,20 +2728,23 @@ static void delaunay__ball_big(delaunay__kernel *k, const delaunay_handle *slot,
         uint32_t v[3];
         delaunay__ball_tet(k, k->border[j], s, p, v);
         for (i = 1; i < 4; i++) {
-            delaunay_handle *other =
-                delaunay__hashed_edge(table, v[i % 3], v[(i + 1) % 3], mask);
-            if (*other) {
-                k->tets[s].n[i] = *other;
-                k->tets[*other >> 2].n[*other & 3] = 4 * s + i;
-            } else {
-                *other = 4 * s + i;
-            }
+            delaunay_handle *sum = delaunay__hashed_edge(table, v[i % 3], v[(i + 1) % 3], mask);
+            *sum ^= 4 * s + i;
+            k->tets[s].n[i] = (delaunay_handle)(sum - table);
         }
+    }
+    for (j = 0; j < count; j++) {
+        delaunay_handle s = *(slot - j), *n = k->tets[s].n;
+        for (i = 1; i < 4; i++) n[i] = table[n[i]] ^ (4 * s + i);
     }
 }
 
 /* The reserve is what up to 256 threads may draw at once between two looks at the counter. */
-enum { DELAUNAY__SLOTS_AT_ONCE = 256, DELAUNAY__SLOTS_IN_RESERVE = 256 * 256 };
+enum {
+    DELAUNAY__SLOTS_AT_ONCE = 256,
+    DELAUNAY__SLOTS_IN_RESERVE = 256 * 256,
+    DELAUNAY__MANY_SLOTS = 1 << 25 /* 1 GiB of tetrahedra */
+};
 
 /* Slots for a ball, from the freed ones and the end of the array. Several threads may draw from the
  * end. */
@@ -2720,8 +2770,10 @@ static delaunay_result delaunay__ball_slots(delaunay__kernel *k, size_t need)
 #  endif
         } else {
             if ((size_t)mesh->cap_tets - mesh->num_tets < DELAUNAY__SLOTS_AT_ONCE) {
-                result = delaunay__reserve_tets(mesh, (size_t)mesh->cap_tets + mesh->cap_tets / 2 +
-                                                          need + 1024);
+                size_t cap = mesh->cap_tets; /* what is not touched costs nothing but promises */
+                int careful = cap > DELAUNAY__MANY_SLOTS || mesh->memory.limit_bytes != 0;
+                result = delaunay__reserve_tets(mesh, (careful ? cap + cap / 2 : 3 * cap) + need +
+                                                          1024);
                 if (result != DELAUNAY_OK) return result;
                 delaunay__kernel_view(k);
             }

@@ -213,6 +213,60 @@ static void threads_do_not_matter(void)
     }
 }
 
+#if defined(DELAUNAY__AVX2)
+/* Coordinates of all magnitudes on each axis, often zero, often on a sphere, in a plane or in line. */
+static void badly_scaled_points(delaunay_vertex *x, int n)
+{
+    int i, k, scale[3], common = (int)(random_u32() % 240) - 120, short_ones = (int)(random_u32() % 3);
+    for (k = 0; k < 3; k++) scale[k] = random_u32() % 3 ? -(int)(random_u32() % 40) : 0;
+    memset(x, 0, (size_t)n * sizeof *x);
+    for (i = 1; i < n; i++)
+        for (k = 0; k < 3; k++) {
+            double c = short_ones ? (double)(random_u32() % 5) : random_unit();
+            if (random_u32() % 4 == 0) c = 0;
+            if (short_ones == 2) c += random_u32() % 8 ? 0 : ldexp(random_unit(), -30);
+            x[i].x[k] = ldexp(c, scale[k] + common);
+        }
+}
+
+/* Every filter of the vector code either knows the exact sign or says that it does not. */
+static void vector_signs_are_exact(void)
+{
+    enum { POINTS = 9, TETS = 5 };
+    int round, i, wrong = 0;
+    for (round = 0; round < 100000 && DELAUNAY__AVX2; round++) {
+        delaunay_vertex x[POINTS];
+        delaunay_tet tets[TETS];
+        delaunay_handle h[4];
+        delaunay__kernel k;
+        unsigned in;
+        badly_scaled_points(x, POINTS);
+        memset(tets, 0, sizeof tets);
+        memset(&k, 0, sizeof k);
+        k.vertices = x;
+        k.tets = tets;
+        for (i = 1; i < TETS; i++) {
+            uint32_t *v = tets[i].v, first = random_u32() % 4, j;
+            for (j = 0; j < 4; j++) v[j] = 2 + (first + j + (uint32_t)i) % 7;
+            if (delaunay_orient3d(x[v[0]].x, x[v[1]].x, x[v[2]].x, x[v[3]].x) < 0)
+                j = v[0], v[0] = v[1], v[1] = j;
+            if (i > 1 && random_u32() % 8 == 0) {
+                v[3] = DELAUNAY_GHOST;
+                tets[i].n[3] = 4;
+            }
+            h[i - 1] = 4 * (delaunay_handle)i;
+        }
+        in = delaunay__in_conflict4_avx2(&k, h, 4, x[1].x);
+        for (i = 0; i < 4; i++) {
+            const uint32_t *v = tets[i + 1].v;
+            if (v[3] && delaunay_orient3d(x[v[0]].x, x[v[1]].x, x[v[2]].x, x[v[3]].x) == 0) continue;
+            wrong += (int)(in >> i & 1) != delaunay__in_conflict_exact(&k, h[i] >> 2, x[1].x);
+        }
+    }
+    CHECK(wrong == 0);
+}
+#endif
+
 static void few_and_flat_points(void)
 {
     double xyz[3 * 6] = {0, 0, 0, 1, 1, 1, 2, 2, 2, 0, 0, 0, 1, 0, 0, 3, 3, 3},
@@ -372,5 +426,8 @@ int main(void)
     any_allocation_may_fail();
     import_and_validate();
     cancelled_leaves_nothing();
+#if defined(DELAUNAY__AVX2)
+    vector_signs_are_exact();
+#endif
     return check_report();
 }
