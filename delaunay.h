@@ -6582,7 +6582,6 @@ enum { DELAUNAY__DEFAULT_BATCH = 1024, DELAUNAY__LEAST_BATCH = 32 };
 
 /* What the calling thread does alone in a round: plans for so long, writes of fewer than so many. */
 #  define DELAUNAY__LEAST_ALONE 2e-4
-#  define DELAUNAY__MOST_ALONE 0.2
 enum { DELAUNAY__ALONE_PLANS = 256 };
 
 struct delaunay_engine {
@@ -6598,7 +6597,7 @@ struct delaunay_engine {
     uint32_t         *version;  /* one a slot: round of the last write */
     size_t            cap_slots;
     uint32_t          round;
-    double            alone_seconds; /* of planning, before the other threads are asked */
+    double            alone_until; /* this time the others are not asked */
 };
 
 /* -- filling a plan */
@@ -6716,7 +6715,6 @@ DELAUNAY_API delaunay_engine *delaunay_engine_new(delaunay_mesh *mesh, const del
     if (host) e->host = *host;
     e->gate.memory = &mesh->memory;
     e->num_threads = DELAUNAY__HAS_ATOMICS ? delaunay_threads(host) : 1;
-    e->alone_seconds = DELAUNAY__LEAST_ALONE;
     e->memories = (delaunay_memory *)delaunay_alloc(&mesh->memory, (size_t)e->num_threads,
                                                     sizeof *e->memories);
     e->workers = (delaunay_worker **)delaunay_alloc(&mesh->memory, (size_t)e->num_threads,
@@ -7002,32 +7000,42 @@ static void delaunay__commit_tets(delaunay_engine *e, delaunay_plan *p)
         delaunay__atomic_max(&m->vertex_tet[p->tets[i]], p->slots.items[i / 4]);
 }
 
-/* Plans of the calling thread alone, for as long as it pays to wake the others. Returns their number. */
-static int64_t delaunay__plan_first(delaunay_engine *e, const delaunay_speculation *job, int64_t n,
-                                    double *seconds)
+/* Plans of the calling thread alone, for as long as it does not pay to wake the others. Returns their
+ * number. */
+static int64_t delaunay__plan_first(delaunay_engine *e, const delaunay_speculation *job, int64_t n)
 {
-    double start = delaunay_seconds(&e->host);
+    double start = delaunay_seconds(&e->host), now = start;
     int64_t i;
-    *seconds = 0;
-    for (i = 0; i < n && (e->num_threads < 2 || *seconds < e->alone_seconds); i++) {
+    for (i = 0; i < n; i++) {
+        if (e->num_threads > 1 && now - start >= DELAUNAY__LEAST_ALONE && now >= e->alone_until)
+            break;
         delaunay__plan_make(e, job, e->plans[i], 0);
-        if (e->num_threads > 1) *seconds = delaunay_seconds(&e->host) - start;
+        if (e->num_threads > 1) now = delaunay_seconds(&e->host);
     }
     return i;
 }
 
-/* On a machine that is busy with other things, others wake late: then less is given to them. */
-static void delaunay__weigh_threads(delaunay_engine *e, double expected_alone, double seconds)
+/* The plans from first on, by all threads. On a machine that is busy with other things they wake late: what
+ * is lost by that is kept below a tenth of the time. */
+static void delaunay__plan_rest(delaunay_engine *e, const delaunay_speculation *job, int64_t first,
+                                int64_t n)
 {
-    e->alone_seconds *= seconds > expected_alone ? 4 : 0.5;
-    if (e->alone_seconds < DELAUNAY__LEAST_ALONE) e->alone_seconds = DELAUNAY__LEAST_ALONE;
-    if (e->alone_seconds > DELAUNAY__MOST_ALONE) e->alone_seconds = DELAUNAY__MOST_ALONE;
+    double start = delaunay_seconds(&e->host), end, work = 0;
+    int64_t i;
+    DELAUNAY__OMP(omp parallel for schedule(dynamic, 1) num_threads(e->num_threads) reduction(+ : work))
+    for (i = first; i < n; i++) {
+        double begin = delaunay_seconds(&e->host);
+        delaunay__plan_make(e, job, e->plans[i], delaunay__thread_number());
+        work += delaunay_seconds(&e->host) - begin;
+    }
+    end = delaunay_seconds(&e->host);
+    if (end - start > work) e->alone_until = end + 10 * (end - start - work);
 }
 
 /* Threads for so many short steps. */
 static int delaunay__threads_to_share(const delaunay_engine *e, int64_t plans)
 {
-    int worth = plans >= DELAUNAY__ALONE_PLANS && e->alone_seconds < 10 * DELAUNAY__LEAST_ALONE;
+    int worth = plans >= DELAUNAY__ALONE_PLANS && delaunay_seconds(&e->host) >= e->alone_until;
     return worth ? e->num_threads : 1;
 }
 
@@ -7036,18 +7044,9 @@ static int delaunay__threads_to_share(const delaunay_engine *e, int64_t plans)
  */
 static void delaunay__round_plan(delaunay_engine *e, const delaunay_speculation *job, size_t num)
 {
-    double alone, start;
-    int64_t i, n = (int64_t)num, first = delaunay__plan_first(e, job, n, &alone);
+    int64_t i, n = (int64_t)num, first = delaunay__plan_first(e, job, n);
     int threads;
-    e->alone_seconds *= 0.95;
-    if (first < n) {
-        start = delaunay_seconds(&e->host);
-        DELAUNAY__OMP(omp parallel for schedule(dynamic, 1) num_threads(e->num_threads))
-        for (i = first; i < n; i++)
-            delaunay__plan_make(e, job, e->plans[i], delaunay__thread_number());
-        delaunay__weigh_threads(e, alone / (double)first * (double)(n - first),
-                                delaunay_seconds(&e->host) - start);
-    }
+    if (first < n) delaunay__plan_rest(e, job, first, n);
     threads = delaunay__threads_to_share(e, n);
     (void)threads;
     DELAUNAY__OMP(omp parallel num_threads(threads))
