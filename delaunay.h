@@ -3188,38 +3188,50 @@ static void delaunay__canonical_rotation(const uint32_t *v, uint8_t *out)
     for (i = 0; i < 3; i++) out[i + 1] = f[1 + (s + i) % 3];
 }
 
-enum { DELAUNAY__ROTATION_GHOST = 64, DELAUNAY__ROTATION_LIVE = 128 };
-
-/* All rotations, by the results of the six comparisons of four vertices, and for ghosts. */
+/* All rotations: 12 of real tetrahedra, then 3 of ghosts. index: by the results of the comparisons
+ * of all pairs of vertices, and whether the last is the ghost. Number 0 is that of deleted ones. */
+enum { DELAUNAY__GHOST_CODE = 64, DELAUNAY__GHOST_ROTATION = 13, DELAUNAY__ROTATION_BITS = 15 };
 typedef struct delaunay__rotations {
-    uint8_t order[128][4], inverse[128][4];
+    uint8_t index[128], order[16][4], inverse[16][4];
+    int num;
 } delaunay__rotations;
 
 static unsigned delaunay__rotation_code(const uint32_t *v)
 {
     return (unsigned)(v[0] < v[1]) | (unsigned)(v[0] < v[2]) << 1 | (unsigned)(v[0] < v[3]) << 2 |
            (unsigned)(v[1] < v[2]) << 3 | (unsigned)(v[1] < v[3]) << 4 |
-           (unsigned)(v[2] < v[3]) << 5 | (v[3] == DELAUNAY_GHOST ? DELAUNAY__ROTATION_GHOST : 0);
+           (unsigned)(v[2] < v[3]) << 5 | (v[3] == DELAUNAY_GHOST ? DELAUNAY__GHOST_CODE : 0);
+}
+
+/* The rotation of a tetrahedron with these vertices, added to the list if it is not there. */
+static void delaunay__rotations_add(delaunay__rotations *r, const uint32_t *v)
+{
+    uint8_t order[4], i;
+    int j;
+    delaunay__canonical_rotation(v, order);
+    for (j = v[3] == DELAUNAY_GHOST ? DELAUNAY__GHOST_ROTATION : 1; j < r->num; j++)
+        if (memcmp(r->order[j], order, sizeof order) == 0) break;
+    if (j == r->num) r->num++;
+    memcpy(r->order[j], order, sizeof order);
+    for (i = 0; i < 4; i++) r->inverse[j][order[i]] = i;
+    r->index[delaunay__rotation_code(v)] = (uint8_t)j;
 }
 
 static void delaunay__rotations_init(delaunay__rotations *r)
 {
     uint32_t v[4], code, i;
+    int ghost;
     memset(r, 0, sizeof *r);
-    for (code = 0; code < 256; code++) { /* all orders of four, the last also as a ghost */
-        unsigned c;
-        for (i = 0; i < 4; i++) v[i] = (code >> 2 * i & 3) + 1;
-        if (v[0] == v[1] || v[0] == v[2] || v[0] == v[3] || v[1] == v[2] || v[1] == v[3] ||
-            v[2] == v[3])
-            continue;
-        c = delaunay__rotation_code(v);
-        delaunay__canonical_rotation(v, r->order[c]);
-        for (i = 0; i < 4; i++) r->inverse[c][r->order[c][i]] = (uint8_t)i;
-        v[3] = DELAUNAY_GHOST;
-        c = delaunay__rotation_code(v);
-        delaunay__canonical_rotation(v, r->order[c]);
-        for (i = 0; i < 4; i++) r->inverse[c][r->order[c][i]] = (uint8_t)i;
-    }
+    r->num = 1;
+    for (ghost = 0; ghost < 2; ghost++)
+        for (code = 0; code < 256; code++) { /* all orders of four */
+            for (i = 0; i < 4; i++) v[i] = (code >> 2 * i & 3) + 1;
+            if (v[0] == v[1] || v[0] == v[2] || v[0] == v[3] || v[1] == v[2] || v[1] == v[3] ||
+                v[2] == v[3])
+                continue;
+            if (ghost) v[3] = DELAUNAY_GHOST;
+            delaunay__rotations_add(r, v);
+        }
 }
 
 static uint16_t delaunay__rotate_flags(uint16_t flags, const uint8_t *order)
@@ -3239,7 +3251,7 @@ typedef struct delaunay__numbering {
     delaunay_mesh *mesh;
     delaunay__rotations rotations;
     delaunay_handle
-        *moved; /* at first the smallest vertex of each tetrahedron, at last its new slot */
+        *moved; /* at first the greatest vertex of each tetrahedron, at last its new slot */
     delaunay_handle *order; /* slots in canonical order */
     delaunay_handle *first; /* for each vertex, where its tetrahedra end in order */
     delaunay_handle num;
@@ -3248,8 +3260,8 @@ typedef struct delaunay__numbering {
 
 enum { DELAUNAY__FEW_TETS = 48, DELAUNAY__MANY_TETS = 300 };
 
-/* Corners in canonical order in every slot; mark: which rotation that was. */
-static DELAUNAY__NOINLINE void delaunay__rotate_all(delaunay__numbering *c)
+/* The rotation of every tetrahedron, in mark, and its greatest vertex, in moved. */
+static DELAUNAY__NOINLINE void delaunay__find_rotations(delaunay__numbering *c)
 {
     delaunay_mesh *mesh = c->mesh;
     long t, slots = (long)mesh->num_tets;
@@ -3257,53 +3269,47 @@ static DELAUNAY__NOINLINE void delaunay__rotate_all(delaunay__numbering *c)
 #    pragma omp parallel for num_threads(c->threads) schedule(static)
 #  endif
     for (t = 1; t < slots; t++) {
-        delaunay_tet x = mesh->tets[t], *y = &mesh->tets[t];
-        unsigned code = delaunay__rotation_code(x.v);
-        const uint8_t *order = c->rotations.order[code];
-        int i;
-        if (x.v[0] == 0) {
-            mesh->mark[t] = 0;
-            continue;
-        }
-        for (i = 0; i < 4; i++) {
-            y->v[i] = x.v[order[i]];
-            y->n[i] = x.n[order[i]];
-        }
-        mesh->mark[t] = (uint8_t)(code | DELAUNAY__ROTATION_LIVE);
-        c->moved[t] = y->v[0];
-        if (mesh->flags) mesh->flags[t] = delaunay__rotate_flags(mesh->flags[t], order);
+        const uint32_t *v = mesh->tets[t].v;
+        unsigned r = v[0] ? c->rotations.index[delaunay__rotation_code(v)] : 0;
+        mesh->mark[t] = (uint8_t)r;
+        c->moved[t] = r ? v[c->rotations.order[r][0]] : DELAUNAY_NONE;
+        if (mesh->flags && r)
+            mesh->flags[t] = delaunay__rotate_flags(mesh->flags[t], c->rotations.order[r]);
     }
 }
 
-/* Slots by their smallest vertex; from begin on, real or ghost ones only. Returns the end. */
+/* Slots by their greatest vertex; from begin on, real or ghost ones only. Returns the end. */
 static DELAUNAY__NOINLINE size_t delaunay__bucket_slots(delaunay__numbering *c, size_t begin,
-                                                        unsigned ghost)
+                                                        int ghosts)
 {
-    const unsigned kind = DELAUNAY__ROTATION_LIVE | ghost,
-                   mask = DELAUNAY__ROTATION_LIVE | DELAUNAY__ROTATION_GHOST;
+    const unsigned least = ghosts ? DELAUNAY__GHOST_ROTATION : 1;
+    const unsigned count = (ghosts ? 16 : DELAUNAY__GHOST_ROTATION) - least;
     const uint8_t *mark = c->mesh->mark;
     size_t t, slots = c->mesh->num_tets, sum = begin;
     uint32_t v;
     memset(c->first, 0, ((size_t)c->mesh->num_vertices + 1) * sizeof *c->first);
     for (t = 1; t < slots; t++)
-        if ((mark[t] & mask) == kind) c->first[c->moved[t]]++;
+        if (mark[t] - least < count) c->first[c->moved[t]]++;
     for (v = 0; v < c->mesh->num_vertices; v++) {
-        size_t count = c->first[v];
+        size_t size = c->first[v];
         c->first[v] = (delaunay_handle)sum;
-        sum += count;
+        sum += size;
     }
     for (t = 1; t < slots; t++)
-        if ((mark[t] & mask) == kind) c->order[c->first[c->moved[t]]++] = (delaunay_handle)t;
+        if (mark[t] - least < count) c->order[c->first[c->moved[t]]++] = (delaunay_handle)t;
     return sum;
 }
 
-static uint64_t delaunay__second_key(const delaunay_tet *t)
+/* Second and third vertex in canonical order of the tetrahedron in slot t. */
+static uint64_t delaunay__second_key(const delaunay__numbering *c, delaunay_handle t)
 {
-    return (uint64_t)t->v[1] << 32 | t->v[2];
+    const uint32_t *v = c->mesh->tets[t].v;
+    const uint8_t *order = c->rotations.order[c->mesh->mark[t]];
+    return (uint64_t)v[order[1]] << 32 | v[order[2]];
 }
 
 /* Heap sort: in place, no recursion, for the few vertices with very many tetrahedra. */
-static void delaunay__sort_many(const delaunay_tet *tets, delaunay_handle *a, size_t n)
+static void delaunay__sort_many(const delaunay__numbering *c, delaunay_handle *a, size_t n)
 {
     size_t start = n / 2, end = n, i, child;
     while (end > 1) {
@@ -3315,11 +3321,11 @@ static void delaunay__sort_many(const delaunay_tet *tets, delaunay_handle *a, si
             x = a[--end];
             a[end] = a[0];
         }
-        key = delaunay__second_key(&tets[x]);
+        key = delaunay__second_key(c, x);
         for (i = start; (child = 2 * i + 1) < end; i = child) {
-            uint64_t greater = delaunay__second_key(&tets[a[child]]);
-            if (child + 1 < end && greater < delaunay__second_key(&tets[a[child + 1]]))
-                greater = delaunay__second_key(&tets[a[++child]]);
+            uint64_t greater = delaunay__second_key(c, a[child]);
+            if (child + 1 < end && greater < delaunay__second_key(c, a[child + 1]))
+                greater = delaunay__second_key(c, a[++child]);
             if (key >= greater) break;
             a[i] = a[child];
         }
@@ -3335,13 +3341,13 @@ static void delaunay__sort_bucket(const delaunay__numbering *c, size_t begin, si
     delaunay_handle slot[DELAUNAY__FEW_TETS], *order = c->order + begin;
     size_t i, j, n = end - begin;
     if (n > DELAUNAY__FEW_TETS) {
-        delaunay__sort_many(c->mesh->tets, order, n);
+        delaunay__sort_many(c, order, n);
         for (i = 0; i < n; i++) c->moved[order[i]] = (delaunay_handle)(begin + i);
         return;
     }
     for (i = 0; i < n; i++) {
         slot[i] = order[i];
-        key[i] = delaunay__second_key(&c->mesh->tets[slot[i]]);
+        key[i] = delaunay__second_key(c, slot[i]);
     }
     for (i = 0; i < n; i++) {
         size_t rank = 0;
@@ -3369,7 +3375,7 @@ static void delaunay__sort_large_buckets(const delaunay__numbering *c, size_t be
         if (n <= DELAUNAY__MANY_TETS) continue;
         for (i = 0; pairs && i < n; i++) {
             pairs[i].value = c->order[from + i];
-            pairs[i].key = delaunay__second_key(&c->mesh->tets[c->order[from + i]]);
+            pairs[i].key = delaunay__second_key(c, c->order[from + i]);
         }
         if (!pairs || hxtsort_pairs(pairs, n, &sort) != HXTSORT_OK) {
             delaunay__sort_bucket(c, from, to);
@@ -3409,66 +3415,123 @@ static DELAUNAY__NOINLINE void delaunay__sort_buckets(const delaunay__numbering 
     if (most) delaunay__sort_large_buckets(c, begin, most);
 }
 
-/* Handles in terms of the new slots and rotations, still in the old places. */
-static DELAUNAY__NOINLINE void delaunay__renumber_handles(const delaunay__numbering *c)
+/* Corners in canonical order and handles in terms of the new slots and corners, still in the old
+ * places, of slots [from, end): in the old order neighbours are near. */
+static void delaunay__renumber_share(const delaunay__numbering *c, size_t from, size_t end)
 {
-    delaunay_mesh *mesh = c->mesh;
-    long t, slots = (long)mesh->num_tets;
-#  if DELAUNAY__PARALLEL
-#    pragma omp parallel for num_threads(c->threads) schedule(static)
-#  endif
-    for (t = 1; t < slots; t++) {
-        delaunay_handle *n = mesh->tets[t].n;
-        int i;
-        if (mesh->mark[t] == 0) continue;
-        for (i = 0; i < 4; i++) {
-            delaunay_handle h = n[i];
-            if (h)
-                n[i] = 4 * c->moved[h >> 2] + c->rotations.inverse[mesh->mark[h >> 2] & 127][h & 3];
+    enum { AHEAD = 12 };
+    delaunay_tet *tets = c->mesh->tets;
+    const delaunay_handle *moved = c->moved;
+    const uint8_t *mark = c->mesh->mark;
+    size_t t, i;
+    for (t = from; t < end; t++) {
+        const uint8_t *order = c->rotations.order[mark[t]];
+        const delaunay_tet x = tets[t];
+        delaunay_tet y;
+        if (t + AHEAD < end && mark[t + AHEAD])
+            for (i = 0; i < 4; i++) DELAUNAY__PREFETCH(&moved[tets[t + AHEAD].n[i] >> 2]);
+        if (mark[t] == 0) continue;
+        for (i = 0; i < 4; i++) { /* nothing remains nothing */
+            delaunay_handle h = x.n[order[i]];
+            y.v[i] = x.v[order[i]];
+            y.n[i] = 4 * moved[h >> 2] + c->rotations.inverse[mark[h >> 2]][h & 3];
         }
+        tets[t] = y;
     }
 }
 
-/* Moves every tetrahedron to its new slot, in place: along the cycles of the permutation, several
- * at a time so that their cache misses overlap. A chain lifts a tetrahedron, which leaves a hole,
- * and goes on with the one that it displaces, until it meets a hole: its own, another chain's, or a
- * deleted slot. */
-static DELAUNAY__NOINLINE void delaunay__move_tets(const delaunay__numbering *c)
+/* Share i of the slots, dealt to as many threads as there are. */
+static void delaunay__slots_of(const delaunay__numbering *c, int i, size_t *from, size_t *end)
 {
-    enum { CHAINS = 12, HOLE = 0, WAITING = 1, PLACED = 2 };
-    delaunay_tet *tets = c->mesh->tets, carried[CHAINS];
-    delaunay_handle target[CHAINS], next = 1, slots = c->mesh->num_tets, t;
-    uint8_t *mark = c->mesh->mark;
-    int i, busy = CHAINS;
-    for (t = 1; t < slots; t++) mark[t] = mark[t] == 0 ? HOLE : c->moved[t] == t ? PLACED : WAITING;
+    size_t slots = c->mesh->num_tets - 1, each = slots / (size_t)c->threads;
+    *from = 1 + each * (size_t)i;
+    *end = i + 1 == c->threads ? slots + 1 : *from + each;
+}
+
+/* Where the tetrahedron in slot t is to go; from then on the slot has none to lift. 0: it has none.
+ * shared: other threads lift, too; they leave LIFTING there while they copy. */
+#  define DELAUNAY__LIFTING ((delaunay_handle)-1)
+DELAUNAY_INLINE delaunay_handle delaunay__take_slot(delaunay_handle *moved, delaunay_handle leave,
+                                                    const int shared)
+{
+    delaunay_handle to;
+    if (!shared) {
+        to = *moved;
+        *moved = leave;
+        return to;
+    }
+#  if DELAUNAY__PARALLEL
+    while ((to = __atomic_load_n(moved, __ATOMIC_ACQUIRE)) != DELAUNAY_NONE)
+        if (to != DELAUNAY__LIFTING &&
+            __atomic_compare_exchange_n(moved, &to, leave, 0, __ATOMIC_ACQUIRE, __ATOMIC_RELAXED))
+            return to;
+#  endif
+    return DELAUNAY_NONE;
+}
+
+/* Moves every tetrahedron to its new slot, in place: along the cycles of the permutation, several
+ * at a time so that their cache misses overlap. A chain lifts one of the slots [next, end), which
+ * leaves a hole, and goes on with the one that it displaces, until it meets a hole: its own, that of
+ * another chain, or a deleted slot. shared: other threads lift from other slots. Just one chain ever
+ * comes to a slot; it and the thread that may lift there agree by moved. */
+DELAUNAY_INLINE void delaunay__move_share(const delaunay__numbering *c, size_t next, size_t end,
+                                          const int shared)
+{
+    enum { CHAINS = 12 };
+    delaunay_tet *tets = c->mesh->tets, carried[CHAINS], x;
+    delaunay_handle target[CHAINS], *moved = c->moved, to;
+    int i, busy = 1;
     memset(target, 0, sizeof target);
     while (busy) {
         busy = 0;
         for (i = 0; i < CHAINS; i++) {
-            t = target[i];
-            if (t == 0) {
-                while (next < slots && mark[next] != WAITING) next++;
-                if (next == slots) continue;
-                carried[i] = tets[next];
-                mark[next] = HOLE;
-                target[i] = c->moved[next];
-            } else if (mark[t] == HOLE) {
+            delaunay_handle t = target[i];
+            if (t) {
+                to = delaunay__take_slot(&moved[t], DELAUNAY_NONE, shared);
+                x = tets[t];
                 tets[t] = carried[i];
-                mark[t] = PLACED;
-                target[i] = 0;
             } else {
-                delaunay_tet x = tets[t];
-                tets[t] = carried[i];
-                carried[i] = x;
-                mark[t] = PLACED;
-                target[i] = c->moved[t];
+                while (next < end && !DELAUNAY__LOAD(&moved[next])) next++;
+                if (next == end) continue;
+                to = delaunay__take_slot(&moved[next], DELAUNAY__LIFTING, shared);
+                x = tets[next];
+#  if DELAUNAY__PARALLEL
+                if (to) __atomic_store_n(&moved[next], DELAUNAY_NONE, __ATOMIC_RELEASE);
+#  else
+                moved[next] = DELAUNAY_NONE;
+#  endif
             }
+            carried[i] = x;
+            target[i] = to;
             busy = 1;
-            DELAUNAY__PREFETCH(&tets[target[i]]);
-            DELAUNAY__PREFETCH(&c->moved[target[i]]);
+            DELAUNAY__PREFETCH(&tets[to]);
+            DELAUNAY__PREFETCH(&moved[to]);
         }
     }
-    memset(mark, 0, slots);
+}
+
+/* Renumbers and moves all. Renumbering writes a thread's own slots, and reads moved and mark. */
+static DELAUNAY__NOINLINE void delaunay__move_tets(const delaunay__numbering *c)
+{
+    int i;
+#  if DELAUNAY__PARALLEL
+#    pragma omp parallel for num_threads(c->threads) schedule(static, 1)
+#  endif
+    for (i = 0; i < c->threads; i++) {
+        size_t from, end;
+        delaunay__slots_of(c, i, &from, &end);
+        delaunay__renumber_share(c, from, end);
+    }
+    if (c->threads == 1) delaunay__move_share(c, 1, c->mesh->num_tets, 0);
+#  if DELAUNAY__PARALLEL
+#    pragma omp parallel for num_threads(c->threads) schedule(static, 1)
+#  endif
+    for (i = 0; i < (c->threads == 1 ? 0 : c->threads); i++) {
+        size_t from, end;
+        delaunay__slots_of(c, i, &from, &end);
+        delaunay__move_share(c, from, end, 1);
+    }
+    memset(c->mesh->mark, 0, c->mesh->num_tets);
 }
 
 /* Flags and colours into new arrays, which replace the old ones. */
@@ -3515,14 +3578,13 @@ DELAUNAY_API delaunay_result delaunay_canonicalize(delaunay_mesh *mesh, const de
     /* nothing can fail from here on */
     delaunay__rotations_init(&c.rotations);
     c.moved[0] = 0;
-    delaunay__rotate_all(&c);
+    delaunay__find_rotations(&c);
     num = delaunay__bucket_slots(&c, 1, 0);
     delaunay__sort_buckets(&c, 1);
     real = num; /* moved of these is done; that of ghosts still names vertices */
-    num = delaunay__bucket_slots(&c, real, DELAUNAY__ROTATION_GHOST);
+    num = delaunay__bucket_slots(&c, real, 1);
     delaunay__sort_buckets(&c, real);
     c.num = (delaunay_handle)num;
-    delaunay__renumber_handles(&c);
     delaunay__move_tets(&c);
     delaunay__move_marks(&c, flags, color);
     flags = NULL;
