@@ -796,7 +796,7 @@ static double spr__statistics_add(const spr__state *s, spr_statistics *out, dela
     spr__shape shape;
     const double *p[4];
     double value, root[4];
-    int i, k;
+    int i, j, k;
     for (i = 0; i < 4; i++) p[i] = spr__point(s->mesh, v[i]);
     spr__shape_set(&shape, p[0], p[1], p[2], p[3]);
     value = spr__shape_value(s, &shape, p);
@@ -814,8 +814,7 @@ static double spr__statistics_add(const spr__state *s, spr_statistics *out, dela
                c = below > 0 ? -spr__dot(shape.normal[f[0]], shape.normal[f[1]]) / below : 1;
         range[0] = spr__max(range[0], c);
         range[1] = spr__min(range[1], c);
-        k = c > 0 ? 0 : 8;
-        while (k < 17 && c < spr__cosine[k]) k++;
+        for (j = k = 0; j < 17; j++) k += c < spr__cosine[j];
         out->dihedral_histogram[k]++;
     }
     return value;
