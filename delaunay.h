@@ -2126,8 +2126,8 @@ static int delaunay__in_conflict(const delaunay__kernel *k, delaunay_handle t, c
 }
 
 /* Bit i: the tetrahedron of facet handle h[i] is in conflict with e. */
-static unsigned delaunay__in_conflict4(const delaunay__kernel *k, const delaunay_handle *h,
-                                       unsigned count, const double *e)
+static unsigned delaunay__in_conflict_plain(const delaunay__kernel *k, const delaunay_handle *h,
+                                            unsigned count, const double *e)
 {
     unsigned i, in = 0;
     for (i = 0; i < count; i++) in |= (unsigned)delaunay__in_conflict(k, h[i] >> 2, e) << i;
@@ -2376,9 +2376,9 @@ DELAUNAY__TARGET DELAUNAY_INLINE unsigned delaunay__ties4(__m256d *rank, const _
 
 /* A ghost is the row (0, 0, 0, l) of the determinant: l times the orientation of its hull facet, l
  * the greatest lift of the others, so that the bound on the error is that of a sphere. */
-static DELAUNAY__TARGET unsigned delaunay__in_conflict4_avx2(const delaunay__kernel *k,
-                                                             const delaunay_handle *h,
-                                                             unsigned count, const double *e)
+DELAUNAY__TARGET __attribute__((always_inline)) DELAUNAY_INLINE unsigned
+delaunay__in_conflict4_avx2(const delaunay__kernel *k, const delaunay_handle *h, unsigned count,
+                            const double *e)
 {
     const delaunay_vertex *x = k->vertices;
     const uint32_t *t0 = k->tets[h[0] >> 2].v, *t1 = k->tets[h[1] >> 2].v;
@@ -2475,6 +2475,17 @@ static DELAUNAY__TARGET unsigned delaunay__in_conflict4_avx2(const delaunay__ker
     return in & ~pad;
 }
 
+/* The same for any number; h is padded to full fours. */
+static DELAUNAY__TARGET unsigned delaunay__in_conflict_avx2(const delaunay__kernel *k,
+                                                            const delaunay_handle *h,
+                                                            unsigned count, const double *e)
+{
+    unsigned i, in = 0;
+    for (i = 0; i < count; i += 4)
+        in |= delaunay__in_conflict4_avx2(k, h + i, count - i < 4 ? count - i : 4, e) << i;
+    return in;
+}
+
 static DELAUNAY__TARGET delaunay_handle delaunay__walk_avx2(const delaunay__kernel *k,
                                                             delaunay_handle t, const double *e)
 {
@@ -2537,9 +2548,9 @@ static unsigned delaunay__in_conflict_few(const delaunay__kernel *k, const delau
     if (DELAUNAY__UNLIKELY(k->weight != NULL))
         return delaunay__in_conflict4_weighted(k, h, count, e);
 #  if defined(DELAUNAY__AVX2)
-    if (k->simd) return delaunay__in_conflict4_avx2(k, h, count, e);
+    if (k->simd) return delaunay__in_conflict_avx2(k, h, count, e);
 #  endif
-    return delaunay__in_conflict4(k, h, count, e);
+    return delaunay__in_conflict_plain(k, h, count, e);
 }
 
 static delaunay_handle delaunay__walk_fast(const delaunay__kernel *k, delaunay_handle t,
@@ -2558,8 +2569,15 @@ static void delaunay__cavity_undo(delaunay__kernel *k, size_t num_queue, size_t 
     for (i = 0; i < num_again; i++) DELAUNAY__STORE(&k->mark[k->again[i] >> 2], 0);
 }
 
+/* How many of the candidates to test before the next ones are looked for: full fours, whose tests
+ * overlap as nothing in between depends on them. The order of the search is the same. */
+static unsigned delaunay__batch(size_t candidates)
+{
+    return candidates < 4 ? (unsigned)candidates : candidates < 8 ? 4 : candidates < 12 ? 8 : 12;
+}
+
 /* Breadth-first search of the cavity [Marot 2020, 3.5]. Everything is a handle 4*t+f, f the facet
- * by which the search came. Candidates are tested four at a time and split without branches into
+ * by which the search came. Candidates are tested in fours and split without branches into
  * cavity (in conflict) and border (outside: their facet f is on the boundary). Facets that lead to
  * a tetrahedron seen before go to again; if their tetrahedron stayed outside they are boundary as
  * well. The ball clears the marks. Of a section all tetrahedra of the cavity and around it must be.
@@ -2579,9 +2597,8 @@ static int delaunay__cavity(delaunay__kernel *k, delaunay_handle seed, const dou
         DELAUNAY__STORE(&mark[queue[i + 1] >> 2], DELAUNAY__MARK_SEEN);
     }
     do {
-        unsigned count = num_queue - done < 4 ? (unsigned)(num_queue - done) : 4;
+        unsigned count = delaunay__batch(num_queue - done), in;
         for (i = 0; i < 3; i++) queue[num_queue + i] = 0; /* batches are padded with the dummy */
-        unsigned in;
         if (k->parallel) /* the seed is the section's */
             for (i = done == 0; i < count; i++)
                 if (delaunay__is_foreign(k, delaunay__apex(k, queue[done + i]))) {
@@ -3471,9 +3488,9 @@ DELAUNAY_INLINE delaunay_handle delaunay__take_slot(delaunay_handle *moved, dela
 
 /* Moves every tetrahedron to its new slot, in place: along the cycles of the permutation, several
  * at a time so that their cache misses overlap. A chain lifts one of the slots [next, end), which
- * leaves a hole, and goes on with the one that it displaces, until it meets a hole: its own, that of
- * another chain, or a deleted slot. shared: other threads lift from other slots. Just one chain ever
- * comes to a slot; it and the thread that may lift there agree by moved. */
+ * leaves a hole, and goes on with the one that it displaces, until it meets a hole: its own, that
+ * of another chain, or a deleted slot. shared: other threads lift from other slots. Just one chain
+ * ever comes to a slot; it and the thread that may lift there agree by moved. */
 DELAUNAY_INLINE void delaunay__move_share(const delaunay__numbering *c, size_t next, size_t end,
                                           const int shared)
 {

@@ -256,7 +256,7 @@ static void vector_signs_are_exact(void)
             }
             h[i - 1] = 4 * (delaunay_handle)i;
         }
-        in = delaunay__in_conflict4_avx2(&k, h, 4, x[1].x);
+        in = delaunay__in_conflict_avx2(&k, h, 4, x[1].x);
         for (i = 0; i < 4; i++) {
             const uint32_t *v = tets[i + 1].v;
             if (v[3] && delaunay_orient3d(x[v[0]].x, x[v[1]].x, x[v[2]].x, x[v[3]].x) == 0) continue;
