@@ -1103,6 +1103,9 @@ static double spr__cone_sum(const spr__state *s, const spr__cone *cone, const do
     return sum;
 }
 
+/* Of the edges around: a vertex that is nearer to where it would be moved stays. */
+#  define SPR__RELAXED 0.06
+
 /* Item: a vertex. Moves it towards the mean of its link's facets, weighted by area, where that is
  * better on average, the worst of the star does not fall unless it stays well above the target, and
  * no tetrahedron becomes bad or worse. */
@@ -1112,26 +1115,34 @@ static int spr__plan_relax(void *user, const delaunay_mesh *m, delaunay_worker *
     const spr__state *s = (const spr__state *)user;
     uint32_t v = s->items.items[item] & UINT32_MAX;
     spr__cone cone;
-    double aim[3] = {0, 0, 0}, p[3], least[SPR__MAX_STAR], sum = 0, area = 0, step, gain, worst;
+    double aim[3] = {0, 0, 0}, p[3], least[SPR__MAX_STAR], sum = 0, area = 0, longest = 0, step, gain,
+           worst;
     delaunay_result result = delaunay_vertex_star(m, worker, v, &plan->star);
     size_t i;
     int k;
     if (result != DELAUNAY_OK) return (int)result;
     if (!spr__cone_of_star(&cone, m, v, &plan->star)) return DELAUNAY_PLAN_NOTHING;
+    for (i = 0; i < cone.n; i++) {
+        const spr__facet *f = &cone.f[i];
+        area += f->area;
+        longest += f->longest;
+        for (k = 0; k < 3; k++) aim[k] += f->area * (f->a[k] + f->b[k] + f->c[k]) / 3;
+    }
+    for (k = 0; k < 3; k++) aim[k] = aim[k] / area - spr__point(m, v)[k];
+    /* so near, as it is on lattices, nothing is to be gained */
+    if (spr__dot(aim, aim) * (double)cone.n < SPR__RELAXED * SPR__RELAXED * longest)
+        return DELAUNAY_PLAN_NOTHING;
     worst = 0.5 * (1 + s->target);
     for (i = 0; i < cone.n; i++) {
         double q = spr__facet_value(s, &cone.f[i], spr__point(m, v));
         sum += q;
         least[i] = spr__min(q, s->target + 0.02);
         worst = spr__min(worst, q);
-        area += cone.f[i].area;
-        for (k = 0; k < 3; k++)
-            aim[k] += cone.f[i].area * (cone.f[i].a[k] + cone.f[i].b[k] + cone.f[i].c[k]) / 3;
     }
     for (i = 0; i < cone.n; i++) least[i] = spr__max(least[i], worst);
     for (step = 1; step > 0.4; step *= 0.5) {
         for (k = 0; k < 3; k++)
-            p[k] = spr__point(m, v)[k] + step * (aim[k] / area - spr__point(m, v)[k]);
+            p[k] = spr__point(m, v)[k] + step * aim[k];
         gain = spr__cone_sum(s, &cone, p, least) - sum;
         if (gain > 2e-3 * (double)cone.n && spr__cone_is_positive(&cone, p))
             return delaunay_plan_move(plan, v, p, plan->star.items, plan->star.count);
