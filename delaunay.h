@@ -6659,7 +6659,8 @@ enum {
 
 enum { DELAUNAY__DEFAULT_BATCH = 1024, DELAUNAY__LEAST_BATCH = 32 };
 
-/* What the calling thread does alone in a round: plans for so long, writes of fewer than so many. */
+/* What the calling thread does alone in a round: plans for so long, writes of fewer than so
+ * many. */
 #  define DELAUNAY__LEAST_ALONE 2e-4
 enum { DELAUNAY__ALONE_PLANS = 256 };
 
@@ -7079,8 +7080,8 @@ static void delaunay__commit_tets(delaunay_engine *e, delaunay_plan *p)
         delaunay__atomic_max(&m->vertex_tet[p->tets[i]], p->slots.items[i / 4]);
 }
 
-/* Plans of the calling thread alone, for as long as it does not pay to wake the others. Returns their
- * number. */
+/* Plans of the calling thread alone, for as long as it does not pay to wake the others. Returns
+ * their number. */
 static int64_t delaunay__plan_first(delaunay_engine *e, const delaunay_speculation *job, int64_t n)
 {
     double start = delaunay_seconds(&e->host), now = start;
@@ -7094,14 +7095,15 @@ static int64_t delaunay__plan_first(delaunay_engine *e, const delaunay_speculati
     return i;
 }
 
-/* The plans from first on, by all threads. On a machine that is busy with other things they wake late: what
- * is lost by that is kept below a tenth of the time. */
+/* The plans from first on, by all threads. On a machine that is busy with other things they wake
+ * late: what is lost by that is kept below a tenth of the time. */
 static void delaunay__plan_rest(delaunay_engine *e, const delaunay_speculation *job, int64_t first,
                                 int64_t n)
 {
     double start = delaunay_seconds(&e->host), end, work = 0;
     int64_t i;
-    DELAUNAY__OMP(omp parallel for schedule(dynamic, 1) num_threads(e->num_threads) reduction(+ : work))
+    DELAUNAY__OMP(omp parallel for schedule(dynamic, 1) num_threads(e->num_threads)               \
+                      reduction(+ : work))
     for (i = first; i < n; i++) {
         double begin = delaunay_seconds(&e->host);
         delaunay__plan_make(e, job, e->plans[i], delaunay__thread_number());

@@ -321,8 +321,9 @@ HILBERT_API void hilbert_kd_free(hilbert_kd *kd, const hilbert_options *options)
 #endif
 
 /* ---- >>tables -- */
-/* All five curves, so that one test proves them. Row = state, column = octant 4*x+2*y+z (digit when decoding), value = 8*next + digit (octant).
- * States 0..11 are the even signed permutations; 12 and 13 begin a closed curve. */
+/* All five curves, so that one test proves them. Row = state, column = octant 4*x+2*y+z (digit when
+ * decoding), value = 8*next + digit (octant). States 0..11 are the even signed permutations; 12 and
+ * 13 begin a closed curve. */
 static const unsigned char hilbert__encode_tables3[5][14][8] = {
     {   /* HILBERT_TABLE_BUTZ */
         {8, 17, 27, 18, 47, 38, 28, 37},
@@ -719,8 +720,9 @@ static hilbert_result hilbert__make_grid(hilbert__grid *g, const hilbert_box *bo
     return HILBERT_OK;
 }
 
-/* (v - centre) * factor, clamped to [-half, half - 1], below the centre to at most -1 even where the
- * product underflows. Chosen from tables: a branch on the side would be mispredicted half the time. */
+/* (v - centre) * factor, clamped to [-half, half - 1], below the centre to at most -1 even where
+ * the product underflows. Chosen from tables: a branch on the side would be mispredicted half the
+ * time. */
 static double hilbert__from_centre(const hilbert__grid *g, int axis, double v)
 {
     double w = v - g->centre[axis], most[2], u;
@@ -988,8 +990,8 @@ static size_t hilbert__keys_plain(uint64_t *keys, const hilbert__grid *g,
 #ifdef HILBERT__AVX2
 /* The state machine of the curve in two registers. A state is a cyclic shift r of the axes and a
  * mirroring f of some: the row of the table for (r, f) is that of (r, 0) with its octants xor f. So
- * a byte is looked up by its octant xor the state: bits 2 to 0 mirror, bit 3 says r = 1, bit 7 r = 2.
- * An entry is what changes in the state, with the digit in bits 6 to 4, that no look-up sees. */
+ * a byte is looked up by its octant xor the state: bits 2 to 0 mirror, bit 3 says r = 1, bit 7 r =
+ * 2. An entry is what changes in the state, with the digit in bits 6 to 4, that no look-up sees. */
 typedef struct hilbert__machine {
     __m256i shifted01, shifted2, start;
 } hilbert__machine;
@@ -1031,7 +1033,8 @@ HILBERT__AVX2 static void hilbert__make_machine(hilbert__machine *m, hilbert_cur
         }
     }
     for (o = 0; o < 8; o++) {
-        unsigned entry = hilbert__encode_table3[curve == HILBERT_CURVE_MOORE ? HILBERT__START3 : 0][o];
+        unsigned entry =
+            hilbert__encode_table3[curve == HILBERT_CURVE_MOORE ? HILBERT__START3 : 0][o];
         rows[3][o] = (unsigned char)(hilbert__frame(entry >> 3) | (int)(entry & 7) << 4);
         if (curve == HILBERT_CURVE_Z) rows[0][o] = rows[3][o] = (unsigned char)(o << 4);
     }
@@ -1040,8 +1043,8 @@ HILBERT__AVX2 static void hilbert__make_machine(hilbert__machine *m, hilbert_cur
     m->start = hilbert__row_pair(rows[3], rows[3]);
 }
 
-/* Octants of levels b+4 and b from bits 2*b', with x above y, of `xy` and bit b of z: in bits 6 to 4
- * and 2 to 0 of each byte, the others 0. */
+/* Octants of levels b+4 and b from bits 2*b', with x above y, of `xy` and bit b of z: in bits 6 to
+ * 4 and 2 to 0 of each byte, the others 0. */
 HILBERT__AVX2 static inline __m256i hilbert__octant_pair(__m256i xy, __m256i z)
 {
     return _mm256_or_si256(_mm256_and_si256(xy, _mm256_set1_epi8(0x66)),
@@ -1147,8 +1150,8 @@ HILBERT__AVX2 static inline void hilbert__store_keys(uint64_t *keys, const __m25
     }
 }
 
-/* One level down: the entries, of which the digits are kept, and the states after them. A look-up by
- * a byte with bit 7 gives 0, so one of the two does. */
+/* One level down: the entries, of which the digits are kept, and the states after them. A look-up
+ * by a byte with bit 7 gives 0, so one of the two does. */
 HILBERT__AVX2 static inline __m256i hilbert__level(const hilbert__machine *m, __m256i *state,
                                                    __m256i octants)
 {
@@ -1201,8 +1204,8 @@ HILBERT__AVX2 static inline __m128i hilbert__four_cells(__m256d v, const hilbert
 {
     __m256d w = _mm256_sub_pd(v, _mm256_set1_pd(g->centre[axis]));
     __m256d is_below = _mm256_cmp_pd(w, _mm256_setzero_pd(), _CMP_LT_OQ);
-    __m256d f = _mm256_blendv_pd(_mm256_set1_pd(g->factor[axis][0]), _mm256_set1_pd(g->factor[axis][1]),
-                                 is_below);
+    __m256d f = _mm256_blendv_pd(_mm256_set1_pd(g->factor[axis][0]),
+                                 _mm256_set1_pd(g->factor[axis][1]), is_below);
     __m256d u = _mm256_mul_pd(w, f);
 
     u = _mm256_max_pd(u, _mm256_set1_pd(-g->half));
@@ -2049,7 +2052,8 @@ HILBERT_API hilbert_result hilbert_keys_deep(hilbert_key128 *keys, const hilbert
     parts = hilbert__num_parts(&opt);
     HILBERT__PARALLEL_FOR(parts)
     for (t = 0; t < parts; t++) {
-        size_t p = hilbert__share(pts.count, t, parts), end = hilbert__share(pts.count, t + 1, parts);
+        size_t p = hilbert__share(pts.count, t, parts),
+               end = hilbert__share(pts.count, t + 1, parts);
         bad[t] = 0;
         for (; p < end; p++) keys[p] = hilbert__deep_key(&grid, &pts, p, &bad[t]);
     }
@@ -2225,7 +2229,8 @@ HILBERT_API hilbert_result hilbert_kd_keys(uint64_t *keys, const hilbert_points 
     parts = hilbert__num_parts(&opt);
     HILBERT__PARALLEL_FOR(parts)
     for (t = 0; t < parts; t++) {
-        size_t p = hilbert__share(pts.count, t, parts), end = hilbert__share(pts.count, t + 1, parts);
+        size_t p = hilbert__share(pts.count, t, parts),
+               end = hilbert__share(pts.count, t + 1, parts);
         bad[t] = 0;
         for (; p < end; p++) {
             double v[3] = {0, 0, 0};

@@ -103,7 +103,7 @@ typedef struct hxtsort_allocator {
 typedef struct hxtsort_options {
     int               num_threads; /* 0 = omp_get_max_threads() at each call; 1 without OpenMP */
     int               descending;  /* nonzero: greatest first; equal keys keep their order     */
-    int               significant_bits; /* a promise: unsigned keys are below 2^bits; 0 = find out */
+    int significant_bits;          /* a promise: unsigned keys are below 2^bits; 0 = find out */
     hxtsort_allocator allocator;        /* zeros = malloc and free                             */
     void             *scratch;          /* memory to use instead of the allocator, or NULL;    */
     size_t            scratch_bytes;    /* see hxtsort_scratch_bytes                           */
@@ -169,7 +169,8 @@ HXTSORT_API hxtsort_result hxtsort_argsort(size_t *order, hxtsort_type type, con
                                            size_t key_stride, size_t count,
                                            const hxtsort_options *options);
 
-/* Puts records into an order: record order[i] comes to place i. order holds 0..count-1, each once. */
+/* Puts records into an order: record order[i] comes to place i. order holds 0..count-1, each
+ * once. */
 HXTSORT_API hxtsort_result hxtsort_reorder(void *records, size_t record_bytes, const size_t *order,
                                            size_t count, const hxtsort_options *options);
 
@@ -191,7 +192,8 @@ static inline uint64_t hxtsort_bits_f64(double key)
     return k >> 63 ? ~k : k | (uint64_t)1 << 63;
 }
 
-/* Writes the bits (above) of the keys of count records. May be called by several threads at once. */
+/* Writes the bits (above) of the keys of count records. May be called by several threads at
+ * once. */
 typedef void hxtsort_fill(uint64_t *bits, const void *records, size_t count);
 
 /* Records of any size by keys that fill() finds in them or computes; what the template calls. */
@@ -240,7 +242,7 @@ static hxtsort_result HXTSORT_NAME(HXTSORT_TYPE *records, size_t count,
 #ifdef _OPENMP
 #  include <omp.h>
 #  define HXTSORT__PRAGMA(text) _Pragma(#text)
-#  define HXTSORT__PARALLEL_FOR(n, how) HXTSORT__PRAGMA(omp parallel for num_threads(n) schedule(how))
+#    define HXTSORT__PARALLEL_FOR(n, how) HXTSORT__PRAGMA(omp parallel for num_threads(n) schedule(how))
 #  define HXTSORT__THREAD() omp_get_thread_num()
 #else
 #  define HXTSORT__PARALLEL_FOR(n, how)
@@ -701,44 +703,44 @@ typedef struct hxtsort__kernels {
     hxtsort__leaf_function *leaf;
 } hxtsort__kernels;
 
-#define HXTSORT__INSTANCE(name, bytes_, key_bytes_, mapped_)                                         \
-    static const hxtsort__kind hxtsort__kind_##name = {bytes_, key_bytes_, mapped_};                  \
+#  define HXTSORT__INSTANCE(name, bytes_, key_bytes_, mapped_)                                     \
+    static const hxtsort__kind hxtsort__kind_##name = {bytes_, key_bytes_, mapped_};               \
     static void hxtsort__count_##name(hxtsort__map map, const unsigned char *src, size_t from,     \
                                       size_t to, int shift, uint32_t mask, hxtsort__space *space)  \
     {                                                                                              \
-        hxtsort__count(hxtsort__kind_##name, map, src, from, to, shift, mask, space);              \
+      hxtsort__count(hxtsort__kind_##name, map, src, from, to, shift, mask, space);                \
     }                                                                                              \
     static void hxtsort__split_##name(hxtsort__map map, const unsigned char *src,                  \
                                       unsigned char *dst, size_t from, size_t to, int shift,       \
                                       uint32_t mask, hxtsort__space *space)                        \
     {                                                                                              \
-        hxtsort__split(hxtsort__kind_##name, map, src, dst, from, to, shift, mask, space);         \
+      hxtsort__split(hxtsort__kind_##name, map, src, dst, from, to, shift, mask, space);           \
     }                                                                                              \
     static uint64_t hxtsort__guess_##name(hxtsort__map map, const unsigned char *src, size_t n,    \
                                           uint64_t *frequent, int *dominates)                      \
     {                                                                                              \
-        return hxtsort__guess(hxtsort__kind_##name, map, src, n, frequent, dominates);             \
+      return hxtsort__guess(hxtsort__kind_##name, map, src, n, frequent, dominates);               \
     }                                                                                              \
     static void hxtsort__part_##name(hxtsort__map map, const unsigned char *src,                   \
                                      unsigned char *dst, size_t n, uint64_t key, size_t end[2])    \
     {                                                                                              \
-        hxtsort__part(hxtsort__kind_##name, map, src, dst, n, key, end);                           \
+      hxtsort__part(hxtsort__kind_##name, map, src, dst, n, key, end);                             \
     }                                                                                              \
     static void hxtsort__leaf_##name(hxtsort__map map, const unsigned char *src,                   \
                                      unsigned char *s1, unsigned char *s2, unsigned char *dst,     \
                                      size_t n, uint64_t differ, hxtsort__space *space)             \
     {                                                                                              \
-        hxtsort__leaf(hxtsort__kind_##name, map, src, s1, s2, dst, n, differ, space,               \
-                      hxtsort__leaf_##name);                                                       \
+      hxtsort__leaf(hxtsort__kind_##name, map, src, s1, s2, dst, n, differ, space,                 \
+                    hxtsort__leaf_##name);                                                         \
     }                                                                                              \
     static void hxtsort__use_##name(hxtsort__kernels *k)                                           \
     {                                                                                              \
-        k->bytes = bytes_;                                                                         \
-        k->count = hxtsort__count_##name;                                                          \
-        k->split = hxtsort__split_##name;                                                          \
-        k->guess = hxtsort__guess_##name;                                                          \
-        k->part = hxtsort__part_##name;                                                            \
-        k->leaf = hxtsort__leaf_##name;                                                            \
+      k->bytes = bytes_;                                                                           \
+      k->count = hxtsort__count_##name;                                                            \
+      k->split = hxtsort__split_##name;                                                            \
+      k->guess = hxtsort__guess_##name;                                                            \
+      k->part = hxtsort__part_##name;                                                              \
+      k->leaf = hxtsort__leaf_##name;                                                              \
     }
 
 HXTSORT__INSTANCE(u4, 4, 4, 0)   /* unsigned keys: alone, ... */
@@ -790,7 +792,8 @@ static size_t hxtsort__share(size_t n, int t, int num_threads)
     return each * (size_t)t + ((size_t)t < rest ? (size_t)t : rest);
 }
 
-/* thread: of the job's own team. Outside of its regions that is 0, whatever team the caller is in. */
+/* thread: of the job's own team. Outside of its regions that is 0, whatever team the caller is
+ * in. */
 static void hxtsort__sort_leaf(const hxtsort__job *job, const unsigned char *src,
                                unsigned char *dst, size_t n, uint64_t differ, int thread)
 {
@@ -1391,7 +1394,8 @@ HXTSORT_API hxtsort_result hxtsort_records(void *records, size_t record_bytes, s
     source.keys = (const unsigned char *)records;
     source.stride = record_bytes;
     source.fill = fill;
-    return hxtsort__sort_by_order(HXTSORT_U64, &source, records, record_bytes, NULL, 0, count, &opt);
+    return hxtsort__sort_by_order(HXTSORT_U64, &source, records, record_bytes, NULL, 0, count,
+                                  &opt);
 }
 
 HXTSORT_API hxtsort_result hxtsort_reorder(void *records, size_t record_bytes, const size_t *order,

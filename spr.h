@@ -1115,8 +1115,8 @@ static int spr__plan_relax(void *user, const delaunay_mesh *m, delaunay_worker *
     const spr__state *s = (const spr__state *)user;
     uint32_t v = s->items.items[item] & UINT32_MAX;
     spr__cone cone;
-    double aim[3] = {0, 0, 0}, p[3], least[SPR__MAX_STAR], sum = 0, area = 0, longest = 0, step, gain,
-           worst;
+    double aim[3] = {0, 0, 0}, p[3], least[SPR__MAX_STAR], sum = 0, area = 0, longest = 0, step,
+           gain, worst;
     delaunay_result result = delaunay_vertex_star(m, worker, v, &plan->star);
     size_t i;
     int k;

@@ -255,7 +255,9 @@ int main(int argc, char **argv)
         size_t side = (size_t)cbrt((double)n + 0.5); /* rounds down: not more points */
         n = side * side * side;
         for (i = 0; i < 3 * n; i++) {
-            size_t cell = i % 3 == 0 ? i / 3 % side : i % 3 == 1 ? i / 3 / side % side : i / 3 / side / side;
+            size_t cell = i % 3 == 0   ? i / 3 % side
+                          : i % 3 == 1 ? i / 3 / side % side
+                                       : i / 3 / side / side;
             xyz[i] = ((double)cell + 0.7 * xyz[i]) / (double)side;
         }
         low = 0.2;

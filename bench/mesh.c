@@ -84,8 +84,10 @@ static void add_triangle(surface *s, uint32_t a, uint32_t b, uint32_t c, int tag
     uint32_t *t;
     if (s->mesh.num_triangles == s->cap_triangles) {
         s->cap_triangles = 2 * s->cap_triangles + 1024;
-        s->mesh.triangles = (uint32_t *)grow(s->mesh.triangles, s->cap_triangles * 3 * sizeof(uint32_t));
-        s->mesh.triangle_tags = (int32_t *)grow(s->mesh.triangle_tags, s->cap_triangles * sizeof(int32_t));
+        s->mesh.triangles =
+            (uint32_t *)grow(s->mesh.triangles, s->cap_triangles * 3 * sizeof(uint32_t));
+        s->mesh.triangle_tags =
+            (int32_t *)grow(s->mesh.triangle_tags, s->cap_triangles * sizeof(int32_t));
     }
     t = s->mesh.triangles + 3 * s->mesh.num_triangles;
     t[0] = a;
@@ -97,7 +99,8 @@ static void add_triangle(surface *s, uint32_t a, uint32_t b, uint32_t c, int tag
 /* The unit cube, n squares along an edge. */
 static void add_cube(surface *s, int n, int tag)
 {
-    uint32_t *id = (uint32_t *)grow(NULL, (size_t)(n + 1) * (size_t)(n + 1) * (size_t)(n + 1) * sizeof *id);
+    uint32_t *id =
+        (uint32_t *)grow(NULL, (size_t)(n + 1) * (size_t)(n + 1) * (size_t)(n + 1) * sizeof *id);
     int axis, side, i, j, k;
     for (i = 0; i < (n + 1) * (n + 1) * (n + 1); i++) id[i] = UINT32_MAX;
     for (axis = 0; axis < 3; axis++)
@@ -113,7 +116,8 @@ static void add_cube(surface *s, int n, int tag)
                         at[(axis + 2) % 3] = j + (k >= 2);
                         slot = id + (at[0] * (n + 1) + at[1]) * (n + 1) + at[2];
                         if (*slot == UINT32_MAX)
-                            *slot = add_vertex(s, (double)at[0] / n, (double)at[1] / n, (double)at[2] / n);
+                            *slot = add_vertex(s, (double)at[0] / n, (double)at[1] / n,
+                                               (double)at[2] / n);
                         v[side ? k : 3 - k] = *slot;
                     }
                     k = (i + j) & 1;
@@ -171,7 +175,8 @@ static fibre random_fibre(void)
 }
 
 /* A disc of hexagonal rings, around from point offset on; the vertices of its rim are given. */
-static void add_cap(surface *s, const fibre *f, double u[3][3], double at, int rings, const uint32_t *rim, int flip, int tag)
+static void add_cap(surface *s, const fibre *f, double u[3][3], double at, int rings,
+                    const uint32_t *rim, int flip, int tag)
 {
     uint32_t inner[64], outer[64];
     int ring, i, k, turn = 6 * rings;
@@ -211,8 +216,10 @@ static void add_fibre(surface *s, const fibre *f, int tag)
     for (k = 0; k < 3; k++) l += u[0][k] * u[0][k];
     for (k = 0; k < 3; k++) u[0][k] /= sqrt(l);
     for (k = 0; k < 3; k++)
-        u[1][k] = f->axis[(k + 1) % 3] * u[0][(k + 2) % 3] - f->axis[(k + 2) % 3] * u[0][(k + 1) % 3];
-    n = (int)(f->length * AROUND / (demo_part_turn * f->radius * 0.866)) / 2 * 2; /* even: the last row as the first */
+        u[1][k] =
+            f->axis[(k + 1) % 3] * u[0][(k + 2) % 3] - f->axis[(k + 2) % 3] * u[0][(k + 1) % 3];
+    n = (int)(f->length * AROUND / (demo_part_turn * f->radius * 0.866)) / 2 *
+        2; /* even: the last row as the first */
     for (j = 0; j <= n; j++) {
         for (i = 0; i < AROUND; i++) {
             double angle = demo_part_turn * (i + 0.5 * (j & 1)) / AROUND, x[3];
@@ -254,7 +261,8 @@ static void make_fibres(surface *s)
     }
 }
 
-/* A bumpy ball: a subdivided octahedron, its points moved about on the sphere and along the radius. */
+/* A bumpy ball: a subdivided octahedron, its points moved about on the sphere and along the
+ * radius. */
 static void make_scan(surface *s)
 {
     enum { N = 112 };
@@ -275,7 +283,8 @@ static void make_scan(surface *s)
                 x[2] = (N - abs(i) - abs(j)) * (side ? -1 : 1) + uniform(-0.3, 0.3);
                 for (k = 0; k < 3; k++) l += x[k] * x[k];
                 for (k = 0; k < 3; k++) x[k] /= sqrt(l);
-                r = 1 + 0.1 * sin(5 * x[0] + 1) * sin(4 * x[1]) + 0.05 * sin(11 * x[2]) * cos(9 * x[0]) +
+                r = 1 + 0.1 * sin(5 * x[0] + 1) * sin(4 * x[1]) +
+                    0.05 * sin(11 * x[2]) * cos(9 * x[0]) +
                     0.02 * sin(23 * x[1] + 2) * sin(27 * x[2]) + uniform(-0.0015, 0.0015);
                 id[i + N][j + N][side] = add_vertex(s, r * x[0], r * x[1], r * x[2]);
             }
@@ -283,7 +292,9 @@ static void make_scan(surface *s)
         for (j = -N; j < N; j++)
             for (side = 0; side < 2; side++) {
                 uint32_t v[4];
-                int corner[4], in = 0, diagonal = i < 0 ? j < 0 : j >= 0; /* along the sides of the octahedron */
+                int corner[4],
+                    in = 0,
+                    diagonal = i < 0 ? j < 0 : j >= 0; /* along the sides of the octahedron */
                 for (k = 0; k < 4; k++) {
                     int x = i + (k == 1 || k == 2), y = j + (k >= 2);
                     corner[k] = abs(x) + abs(y) <= N;
@@ -340,11 +351,13 @@ static int run_ours(const bench *b, const char *path, int threads, timing *t)
     t->per_vertex = t->added ? t->refine / (double)t->added : 0;
     t->tets = (unsigned long)report.num_tets;
     t->bytes_per_tet = report.num_tets ? (double)report.peak_bytes / (double)report.num_tets : 0;
-    printf("# %s ours %d threads: empty %.3f recover %.3f refine %.3f improve %.3f; %lu vertices added, %lu tets, edge/size "
-           "%.2f %.2f %.2f, %.1f %% in band; below 0.35: %lu, then %lu\n", path, threads, report.seconds_empty,
-           report.seconds_recover, t->refine, t->total - (middle - start), t->added, t->tets, report.size_p10,
-           report.size_p50, report.size_p90, 100 * report.size_in_band, (unsigned long)improved.before.num_below,
-           (unsigned long)improved.after.num_below);
+    printf(
+        "# %s ours %d threads: empty %.3f recover %.3f refine %.3f improve %.3f; %lu vertices added, %lu tets, edge/size "
+        "%.2f %.2f %.2f, %.1f %% in band; below 0.35: %lu, then %lu\n",
+        path, threads, report.seconds_empty, report.seconds_recover, t->refine,
+        t->total - (middle - start), t->added, t->tets, report.size_p10, report.size_p50,
+        report.size_p90, 100 * report.size_in_band, (unsigned long)improved.before.num_below,
+        (unsigned long)improved.after.num_below);
     mesher_domain_free(&domain);
     meshio_free(&in);
     return t->valid;
@@ -380,15 +393,18 @@ static int write_for_gmsh(const bench *b, const meshio_mesh *m)
     snprintf(path, sizeof path, "%s/s.msh", b->folder);
     f = fopen(path, "w");
     if (!f) return 0;
-    fprintf(f, "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n%lu\n", (unsigned long)m->num_vertices);
+    fprintf(f, "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n%lu\n",
+            (unsigned long)m->num_vertices);
     for (i = 0; i < m->num_vertices; i++)
-        fprintf(f, "%lu %.17g %.17g %.17g\n", (unsigned long)i + 1, m->xyz[3 * i], m->xyz[3 * i + 1], m->xyz[3 * i + 2]);
+        fprintf(f, "%lu %.17g %.17g %.17g\n", (unsigned long)i + 1, m->xyz[3 * i],
+                m->xyz[3 * i + 1], m->xyz[3 * i + 2]);
     fprintf(f, "$EndNodes\n$Elements\n%lu\n", (unsigned long)m->num_triangles);
     for (i = 0; i < m->num_triangles; i++) {
         int tag = m->triangle_tags[i] > 0 ? m->triangle_tags[i] : 1;
         const uint32_t *v = m->triangles + 3 * i;
         if (tag > tags) tags = tag;
-        fprintf(f, "%lu 2 2 %d %d %lu %lu %lu\n", (unsigned long)i + 1, tag, tag, v[0] + 1ul, v[1] + 1ul, v[2] + 1ul);
+        fprintf(f, "%lu 2 2 %d %d %lu %lu %lu\n", (unsigned long)i + 1, tag, tag, v[0] + 1ul,
+                v[1] + 1ul, v[2] + 1ul);
     }
     fprintf(f, "$EndElements\n");
     if (fclose(f)) return 0;
@@ -406,19 +422,25 @@ static int write_for_gmsh(const bench *b, const meshio_mesh *m)
 
 static int run_gmsh(const bench *b, const char *path, int threads, size_t num_vertices, timing *t)
 {
-    static const char *const phases[6] = {"tEmptyMesh", "tVerifyBnd", "tBndRecovery", "tConvertMesh", "tRefine", "tOptimize"};
+    static const char *const phases[6] = {"tEmptyMesh",   "tVerifyBnd", "tBndRecovery",
+                                          "tConvertMesh", "tRefine",    "tOptimize"};
     char command[1000], log[300];
     int k;
     memset(t, 0, sizeof *t);
     snprintf(log, sizeof log, "%s/gmsh.log", b->folder);
-    snprintf(command, sizeof command, "timeout 600 gmsh -3 %s/s.geo -algo hxt -nt %d -v 4 -setnumber Mesh.OptimizeThreshold 0.35 "
-             "-format mesh -save_all -o %s/g.mesh > %s 2>&1 < /dev/null", b->folder, threads, b->folder, log);
+    snprintf(
+        command, sizeof command,
+        "timeout 600 gmsh -3 %s/s.geo -algo hxt -nt %d -v 4 -setnumber Mesh.OptimizeThreshold 0.35 "
+        "-format mesh -save_all -o %s/g.mesh > %s 2>&1 < /dev/null",
+        b->folder, threads, b->folder, log);
     if (!run_command(command)) return 0;
     for (k = 0; k < 6; k++) t->total += number_after(log, phases[k]);
     t->refine = number_after(log, "tRefine");
     /* the last two such lines: tetrahedra, then vertices */
-    snprintf(command, sizeof command, "sed -n 's/.*mesh contains \\([0-9]*\\) vertices.*/vertices \\1/p; "
-             "s/.*mesh contains \\([0-9]*\\) tetrahedra.*/tetrahedra \\1/p' %s > %s/counts", log, b->folder);
+    snprintf(command, sizeof command,
+             "sed -n 's/.*mesh contains \\([0-9]*\\) vertices.*/vertices \\1/p; "
+             "s/.*mesh contains \\([0-9]*\\) tetrahedra.*/tetrahedra \\1/p' %s > %s/counts",
+             log, b->folder);
     if (!run_command(command)) return 0;
     snprintf(command, sizeof command, "%s/counts", b->folder);
     t->tets = (unsigned long)number_after(command, "tetrahedra");
@@ -426,9 +448,11 @@ static int run_gmsh(const bench *b, const char *path, int threads, size_t num_ve
     t->added = t->added > num_vertices ? t->added - (unsigned long)num_vertices : 0;
     t->per_vertex = t->added ? t->refine / (double)t->added : 0;
     t->valid = t->total > 0 && t->tets > 0;
-    printf("# %s hxt %d threads: empty %.3f recover %.3f refine %.3f improve %.3f; %lu vertices added, %lu tets (with those outside)\n",
-           path, threads, number_after(log, phases[0]), number_after(log, phases[1]) + number_after(log, phases[2]), t->refine,
-           number_after(log, phases[5]), t->added, t->tets);
+    printf(
+        "# %s hxt %d threads: empty %.3f recover %.3f refine %.3f improve %.3f; %lu vertices added, %lu tets (with those outside)\n",
+        path, threads, number_after(log, phases[0]),
+        number_after(log, phases[1]) + number_after(log, phases[2]), t->refine,
+        number_after(log, phases[5]), t->added, t->tets);
     return t->valid;
 }
 
@@ -437,7 +461,8 @@ static int run_tetgen(const bench *b, const char *path, timing *t)
     char command[700], log[300];
     memset(t, 0, sizeof *t);
     snprintf(log, sizeof log, "%s/tetgen.log", b->folder);
-    snprintf(command, sizeof command, "timeout 600 tetgen -BNEFIVVYp -q1.1/14 -O7 -o/130 %s/t.off > %s 2>&1 < /dev/null",
+    snprintf(command, sizeof command,
+             "timeout 600 tetgen -BNEFIVVYp -q1.1/14 -O7 -o/130 %s/t.off > %s 2>&1 < /dev/null",
              b->folder, log);
     if (!run_command(command)) return 0;
     t->total = number_after(log, "Total running seconds");
@@ -457,10 +482,12 @@ static int wanted(const bench *b, const char *name)
     return b->num_cases == 0;
 }
 
-static void row(const char *name, const char *what, int threads, double ours, const char *rival, double other)
+static void row(const char *name, const char *what, int threads, double ours, const char *rival,
+                double other)
 {
     if (ours > 0 && other > 0)
-        printf("mesh,%s-%s,%d,%.6g,%s,%.6g,%.3f\n", name, what, threads, ours, rival, other, other / ours);
+        printf("mesh,%s-%s,%d,%.6g,%s,%.6g,%.3f\n", name, what, threads, ours, rival, other,
+               other / ours);
     else printf("mesh,%s-%s,%d,%.6g,%s,failed,\n", name, what, threads, ours, rival);
     fflush(stdout);
 }
@@ -495,22 +522,28 @@ static void run_case(const bench *b, const char *name, const char *path)
         fprintf(stderr, "%s: cannot be read or copied\n", path);
         return;
     }
-    printf("# %s: %lu vertices, %lu triangles\n", name, (unsigned long)m.num_vertices, (unsigned long)m.num_triangles);
+    printf("# %s: %lu vertices, %lu triangles\n", name, (unsigned long)m.num_vertices,
+           (unsigned long)m.num_triangles);
     for (k = 0; k < b->runs; k++) {
         for (i = 0; i < b->num_threads; i++) {
             if (run_ours(b, path, b->threads[i], &t)) keep_best(&ours[i], &t, k == 0);
-            if (b->has_gmsh && run_gmsh(b, path, b->threads[i], m.num_vertices, &t)) keep_best(&hxt[i], &t, k == 0);
+            if (b->has_gmsh && run_gmsh(b, path, b->threads[i], m.num_vertices, &t))
+                keep_best(&hxt[i], &t, k == 0);
         }
         if (b->has_tetgen && run_tetgen(b, path, &t)) keep_best(&tetgen, &t, k == 0);
     }
     for (i = 0; i < b->num_threads; i++) {
         int n = b->threads[i];
         if (b->has_gmsh) row(name, "refine", n, ours[i].per_vertex, "hxt", hxt[i].per_vertex);
-        if (n > 1 && b->threads[0] == 1) row(name, "refine", n, ours[i].per_vertex, "ours_1t", ours[0].per_vertex);
+        if (n > 1 && b->threads[0] == 1)
+            row(name, "refine", n, ours[i].per_vertex, "ours_1t", ours[0].per_vertex);
         if (b->has_gmsh) row(name, "total", n, ours[i].total, "hxt", hxt[i].total);
-        if (n > 1 && b->threads[0] == 1) row(name, "total", n, ours[i].total, "ours_1t", ours[0].total);
+        if (n > 1 && b->threads[0] == 1)
+            row(name, "total", n, ours[i].total, "ours_1t", ours[0].total);
         if (n == 1 && b->has_tetgen) row(name, "total", n, ours[i].total, "tetgen", tetgen.total);
-        if (b->peak) printf("# %s %d threads: %.1f bytes a tetrahedron at the peak\n", name, n, ours[i].bytes_per_tet);
+        if (b->peak)
+            printf("# %s %d threads: %.1f bytes a tetrahedron at the peak\n", name, n,
+                   ours[i].bytes_per_tet);
     }
     meshio_free(&m);
 }
@@ -526,7 +559,8 @@ static void run_made(const bench *b, const char *name, void (*make)(surface *))
     else if (!demo_part_make(&s.mesh, 2)) return;
     if (!make) memset(s.mesh.triangle_tags, 0, s.mesh.num_triangles * sizeof *s.mesh.triangle_tags);
     snprintf(path, sizeof path, "%s/%s.msh", b->folder, name);
-    if (meshio_write(path, &s.mesh, NULL, &io) != MESHIO_OK) fprintf(stderr, "bench_mesh: %s\n", io.message);
+    if (meshio_write(path, &s.mesh, NULL, &io) != MESHIO_OK)
+        fprintf(stderr, "bench_mesh: %s\n", io.message);
     else run_case(b, name, path);
     remove(path);
     meshio_free(&s.mesh);
@@ -569,14 +603,20 @@ int main(int argc, char **argv)
         double v;
         if (strcmp(argv[i], "--peak") == 0) b.peak = 1;
         else if (argv[i][0] != '-') continue;
-        else if (strcmp(argv[i], "--threads") == 0 && b.num_threads < MAX_LIST && tool_number(argv[i + 1], 1, 4096, &v))
+        else if (strcmp(argv[i], "--threads") == 0 && b.num_threads < MAX_LIST &&
+                 tool_number(argv[i + 1], 1, 4096, &v))
             b.threads[b.num_threads++] = (int)v;
-        else if (strcmp(argv[i], "--runs") == 0 && tool_number(argv[i + 1], 1, 100, &v)) b.runs = (int)v;
-        else if (strcmp(argv[i], "--size-factor") == 0 && tool_number(argv[i + 1], 0.1, 10, &v)) b.size_factor = v;
-        else if (strcmp(argv[i], "--case") == 0 && b.num_cases < MAX_LIST && argv[i + 1]) b.cases[b.num_cases++] = argv[i + 1];
+        else if (strcmp(argv[i], "--runs") == 0 && tool_number(argv[i + 1], 1, 100, &v))
+            b.runs = (int)v;
+        else if (strcmp(argv[i], "--size-factor") == 0 && tool_number(argv[i + 1], 0.1, 10, &v))
+            b.size_factor = v;
+        else if (strcmp(argv[i], "--case") == 0 && b.num_cases < MAX_LIST && argv[i + 1])
+            b.cases[b.num_cases++] = argv[i + 1];
         else {
-            fprintf(stderr, "usage: bench_mesh [--threads N].. [--runs K] [--case NAME].. [--size-factor F] [--peak] "
-                            "[FILE ..]\n");
+            fprintf(
+                stderr,
+                "usage: bench_mesh [--threads N].. [--runs K] [--case NAME].. [--size-factor F] [--peak] "
+                "[FILE ..]\n");
             return 2;
         }
         i += argv[i][0] == '-' && strcmp(argv[i], "--peak") != 0;
@@ -585,7 +625,8 @@ int main(int argc, char **argv)
         b.threads[b.num_threads++] = 1;
         b.threads[b.num_threads++] = 2;
     }
-    snprintf(b.folder, sizeof b.folder, "%.150s/bench_mesh.%ld", base ? base : "/tmp", (long)getpid());
+    snprintf(b.folder, sizeof b.folder, "%.150s/bench_mesh.%ld", base ? base : "/tmp",
+             (long)getpid());
     snprintf(command, sizeof command, "mkdir -p '%s'", b.folder);
     if (!run_command(command)) return 1;
     printf("bench,case,threads,ours_s,rival,rival_s,ratio\n");

@@ -252,7 +252,8 @@ static void demo_part_patches(demo_part *part, int level)
 {
     const double bore = 20, hub = 32, height = 46, plate = 14, rim = 80, pitch = 58, bolt = 7;
     const double round = 2, fillet = 6;
-    const double inner = hub + fillet, outer = rim - round; /* of the flat face with the bolt holes */
+    const double inner = hub + fillet,
+                 outer = rim - round; /* of the flat face with the bolt holes */
     double p[1024], end[4];
     demo_part_fan fan;
     int n, s = level + 1, hole;
@@ -276,7 +277,8 @@ static void demo_part_patches(demo_part *part, int level)
     n = demo_part_arc(p, 0, hub - round, height - round, round, 0.25, 0, s, end, end + 2);
     n = demo_part_line(p, n, hub, plate + fillet, 8 * level);
     end[0] = hub, end[1] = plate + fillet, end[2] = inner, end[3] = plate;
-    n = demo_part_arc(p, n - 1, hub + fillet, plate + fillet, fillet, 0.5, 0.75, 2 * s, end, end + 2);
+    n = demo_part_arc(p, n - 1, hub + fillet, plate + fillet, fillet, 0.5, 0.75, 2 * s, end,
+                      end + 2);
     demo_part_revolve(part, p, n, DEMO_PART_HUB);
     /* rim of the plate */
     end[0] = outer, end[1] = plate, end[2] = rim, end[3] = plate - round;

@@ -64,17 +64,20 @@ static int parse(int argc, char **argv, arguments *args)
             fputs(help, stdout);
             return 1;
         } else if (strcmp(a, "--version") == 0) {
-            printf("improve %d.%d.%d\n", SPR_VERSION / 10000, SPR_VERSION / 100 % 100, SPR_VERSION % 100);
+            printf("improve %d.%d.%d\n", SPR_VERSION / 10000, SPR_VERSION / 100 % 100,
+                   SPR_VERSION % 100);
             return 1;
         } else if ((strcmp(a, "-o") == 0 || strcmp(a, "--output") == 0) && i + 1 < argc) {
             args->output = argv[++i];
-        } else if (strcmp(a, "--measure") == 0 && parse_measure(argv[i + 1], &args->options.measure)) {
+        } else if (strcmp(a, "--measure") == 0 &&
+                   parse_measure(argv[i + 1], &args->options.measure)) {
             i++;
         } else if (strcmp(a, "--target") == 0 && tool_number(argv[i + 1], 1e-9, 1, &value)) {
             args->options.target = value;
             args->options.require_target = 1;
             i++;
-        } else if (strcmp(a, "--max-seconds") == 0 && tool_number(argv[i + 1], 0.001, 1e9, &value)) {
+        } else if (strcmp(a, "--max-seconds") == 0 &&
+                   tool_number(argv[i + 1], 0.001, 1e9, &value)) {
             args->options.max_seconds = value;
             i++;
         } else if (strcmp(a, "--threads") == 0 && tool_number(argv[i + 1], 1, 4096, &value)) {
@@ -126,8 +129,8 @@ static void print_row(const char *name, const spr_statistics *s)
 
 static void print_statistics(const spr_report *report)
 {
-    printf("%-8s %12s %9s %9s %9s %9s %10s %8s %8s\n", "", "tetrahedra", "min", "0.1 %", "1 %", "mean",
-           "bad", "angle >=", "angle <=");
+    printf("%-8s %12s %9s %9s %9s %9s %10s %8s %8s\n", "", "tetrahedra", "min", "0.1 %", "1 %",
+           "mean", "bad", "angle >=", "angle <=");
     print_row("before", &report->before);
     print_row("after", &report->after);
     printf("smoothed %llu, edges removed %llu, reconnected %llu, vertices -%llu +%llu\n",
@@ -203,8 +206,9 @@ static int improve(const arguments *args, meshio_mesh *m)
         return TOOL_NO_MEMORY;
     }
     /* a region number is any 32 bits; the sign does not matter to spr.h */
-    result = spr_improve_arrays(m->xyz, &m->num_vertices, cap_vertices, m->tets, (uint32_t *)m->tet_tags,
-                                &m->num_tets, cap_tets, NULL, &args->options, &report);
+    result =
+        spr_improve_arrays(m->xyz, &m->num_vertices, cap_vertices, m->tets, (uint32_t *)m->tet_tags,
+                           &m->num_tets, cap_tets, NULL, &args->options, &report);
     code = exit_code(result);
     if (code != TOOL_OK)
         fprintf(stderr, "improve: %s: %s\n", args->input,

@@ -84,7 +84,8 @@ typedef struct settings {
     mesher_options mesher;
     spr_options spr;
     double max_seconds;
-    int order, demo, check, refine_mesh, no_improve, regions_given, ascii, binary, verbose, quiet, progress;
+    int order, demo, check, refine_mesh, no_improve, regions_given, ascii, binary, verbose, quiet,
+        progress;
 } settings;
 
 static int parse_regions(const char *name, mesher_regions *regions)
@@ -106,7 +107,8 @@ static int parse_list(const char *text, int n, double *v)
     if (!text || strspn(text, "0123456789.eE+-,") != strlen(text)) return 0;
     for (i = 0; i < n; i++) {
         v[i] = strtod(text, &end);
-        if (end == text || *end != (i + 1 < n ? ',' : 0) || !(v[i] >= -1e300 && v[i] <= 1e300)) return 0;
+        if (end == text || *end != (i + 1 < n ? ',' : 0) || !(v[i] >= -1e300 && v[i] <= 1e300))
+            return 0;
         text = end + 1;
     }
     return 1;
@@ -147,7 +149,9 @@ static int parse_region_size(const char *a, const char *text, settings *s)
     long n;
     if (strcmp(a, "--region-size") != 0 || !text) return 0;
     n = strtol(text, &end, 10);
-    if (end == text || *end != '=' || n < 1 || n > MAX_REGION_SIZES || !tool_number(end + 1, 1e-300, 1e300, &h)) return 0;
+    if (end == text || *end != '=' || n < 1 || n > MAX_REGION_SIZES ||
+        !tool_number(end + 1, 1e-300, 1e300, &h))
+        return 0;
     s->region_sizes[n - 1] = h;
     s->mesher.region_sizes = s->region_sizes;
     if (s->mesher.num_region_sizes < (size_t)n) s->mesher.num_region_sizes = (size_t)n;
@@ -176,19 +180,27 @@ static int parse_number(const char *a, const char *text, settings *s)
 {
     double v;
     if (strcmp(a, "--size") == 0 && tool_number(text, 1e-300, 1e300, &v)) s->mesher.size = v;
-    else if (strcmp(a, "--min-size") == 0 && tool_number(text, 1e-300, 1e300, &v)) s->mesher.min_size = v;
-    else if (strcmp(a, "--max-size") == 0 && tool_number(text, 1e-300, 1e300, &v)) s->mesher.max_size = v;
-    else if (strcmp(a, "--gradation") == 0 && tool_number(text, 1.0001, 100, &v)) s->mesher.gradation = v;
-    else if (strcmp(a, "--size-factor") == 0 && tool_number(text, 1e-6, 1e6, &v)) s->mesher.size_factor = v;
-    else if (strcmp(a, "--order") == 0 && tool_number(text, 1, 2, &v) && (v == 1 || v == 2)) s->order = (int)v;
+    else if (strcmp(a, "--min-size") == 0 && tool_number(text, 1e-300, 1e300, &v))
+        s->mesher.min_size = v;
+    else if (strcmp(a, "--max-size") == 0 && tool_number(text, 1e-300, 1e300, &v))
+        s->mesher.max_size = v;
+    else if (strcmp(a, "--gradation") == 0 && tool_number(text, 1.0001, 100, &v))
+        s->mesher.gradation = v;
+    else if (strcmp(a, "--size-factor") == 0 && tool_number(text, 1e-6, 1e6, &v))
+        s->mesher.size_factor = v;
+    else if (strcmp(a, "--order") == 0 && tool_number(text, 1, 2, &v) && (v == 1 || v == 2))
+        s->order = (int)v;
     else if (strcmp(a, "--layers") == 0 && tool_number(text, 1, 1000, &v)) s->mesher.layers = v;
-    else if (strcmp(a, "--curvature") == 0 && tool_number(text, 0.1, 180, &v)) s->mesher.curvature_degrees = v;
+    else if (strcmp(a, "--curvature") == 0 && tool_number(text, 0.1, 180, &v))
+        s->mesher.curvature_degrees = v;
     else if (strcmp(a, "--growth") == 0 && tool_number(text, 1.0001, 100, &v)) s->mesher.growth = v;
     else if (strcmp(a, "--target") == 0 && tool_number(text, 1e-9, 1, &v)) {
         s->spr.target = v;
         s->spr.require_target = 1;
-    } else if (strcmp(a, "--max-seconds") == 0 && tool_number(text, 1e-6, 1e9, &v)) s->max_seconds = v;
-    else if (strcmp(a, "--max-tets") == 0 && tool_number(text, 1, 1e18, &v)) s->mesher.max_tets = (uint64_t)v;
+    } else if (strcmp(a, "--max-seconds") == 0 && tool_number(text, 1e-6, 1e9, &v))
+        s->max_seconds = v;
+    else if (strcmp(a, "--max-tets") == 0 && tool_number(text, 1, 1e18, &v))
+        s->mesher.max_tets = (uint64_t)v;
     else if (strcmp(a, "--max-vertices") == 0 && tool_number(text, 1, 1e18, &v))
         s->mesher.max_vertices = (uint64_t)v;
     else if (strcmp(a, "--max-memory") == 0 && tool_number(text, 1, 1e9, &v))
@@ -207,7 +219,8 @@ static int parse_word(const char *a, const char *text, settings *s)
     else if (strcmp(a, "--json") == 0) s->json = text;
     else if (strcmp(a, "--size-grid") == 0) s->size_grid = text;
     else if (strcmp(a, "--format") == 0) s->format = text;
-    else if (strcmp(a, "--regions") == 0 && parse_regions(text, &s->mesher.regions)) s->regions_given = 1;
+    else if (strcmp(a, "--regions") == 0 && parse_regions(text, &s->mesher.regions))
+        s->regions_given = 1;
     else return 0;
     return 1;
 }
@@ -223,8 +236,9 @@ static meshio_format output_format(const settings *s)
 static int holds_tetrahedra(meshio_format format)
 {
     return format == MESHIO_FORMAT_MEDIT || format == MESHIO_FORMAT_MEDIT_BINARY ||
-           format == MESHIO_FORMAT_MSH || format == MESHIO_FORMAT_MSH4 || format == MESHIO_FORMAT_VTU ||
-           format == MESHIO_FORMAT_VTK || format == MESHIO_FORMAT_ELE;
+           format == MESHIO_FORMAT_MSH || format == MESHIO_FORMAT_MSH4 ||
+           format == MESHIO_FORMAT_VTU || format == MESHIO_FORMAT_VTK ||
+           format == MESHIO_FORMAT_ELE;
 }
 
 /* 0: go on; 1: done (help); 2: wrong usage. */
@@ -258,21 +272,25 @@ static int parse(int argc, char **argv, settings *s)
         } else if (a[0] != '-' && !s->input) {
             s->input = a;
         } else {
-            fprintf(stderr, "mesh: cannot make sense of '%s'%s%s; try --help\n", a, next ? " before " : "",
-                    next ? next : "");
+            fprintf(stderr, "mesh: cannot make sense of '%s'%s%s; try --help\n", a,
+                    next ? " before " : "", next ? next : "");
             return 2;
         }
     }
     if (!s->input == !s->demo) {
-        fprintf(stderr, "mesh: %s; try --help\n", s->demo ? "a file and --demo" : "no surface to mesh");
+        fprintf(stderr, "mesh: %s; try --help\n",
+                s->demo ? "a file and --demo" : "no surface to mesh");
         return 2;
     }
     if (s->output && !holds_tetrahedra(output_format(s))) {
-        fprintf(stderr, "mesh: no tetrahedra can be written to '%s'; try .mesh, .msh or .vtu\n", s->output);
+        fprintf(stderr, "mesh: no tetrahedra can be written to '%s'; try .mesh, .msh or .vtu\n",
+                s->output);
         return 2;
     }
-    if (s->output && s->order == 2 && output_format(s) != MESHIO_FORMAT_MSH && output_format(s) != MESHIO_FORMAT_VTU) {
-        fprintf(stderr, "mesh: no second-order elements can be written to '%s'; try .msh or .vtu\n", s->output);
+    if (s->output && s->order == 2 && output_format(s) != MESHIO_FORMAT_MSH &&
+        output_format(s) != MESHIO_FORMAT_VTU) {
+        fprintf(stderr, "mesh: no second-order elements can be written to '%s'; try .msh or .vtu\n",
+                s->output);
         return 2;
     }
     return 0;
@@ -282,8 +300,9 @@ static int parse(int argc, char **argv, settings *s)
 
 enum { PHASE_READ, PHASE_CHECK, PHASE_EMPTY, PHASE_RECOVER, PHASE_REGIONS, PHASE_SIZE, PHASE_REFINE,
        PHASE_IMPROVE, PHASE_PROVE, PHASE_WRITE, NUM_PHASES };
-static const char *const phase_names[NUM_PHASES] = {"read", "check", "empty mesh", "recover", "regions",
-                                                    "size", "refine", "improve", "prove", "write"};
+static const char *const phase_names[NUM_PHASES] = {"read",    "check", "empty mesh", "recover",
+                                                    "regions", "size",  "refine",     "improve",
+                                                    "prove",   "write"};
 enum { MAX_FINDINGS = 100000, SHOWN_FINDINGS = 10 };
 
 typedef struct job {
@@ -313,7 +332,8 @@ static void complain(job *j, const char *text)
 static int on_progress(void *user, const char *phase, double fraction)
 {
     const job *j = (const job *)user;
-    if (j->set.progress && fraction < 0) fprintf(stderr, "\r%-30.30s", phase); /* nobody knows how far */
+    if (j->set.progress && fraction < 0)
+        fprintf(stderr, "\r%-30.30s", phase); /* nobody knows how far */
     else if (j->set.progress) fprintf(stderr, "\r%-24.24s %3.0f %%", phase, 100 * fraction);
     return tool_interrupted;
 }
@@ -358,8 +378,8 @@ static int compare_sides(const void *a, const void *b)
     return memcmp(a, b, 3 * sizeof(uint32_t));
 }
 
-/* Adds the border of the tetrahedra, and what lies between their regions, to the file's triangles; those that are
- * there already are found to be duplicates later. Regions without a number get 1. */
+/* Adds the border of the tetrahedra, and what lies between their regions, to the file's triangles;
+ * those that are there already are found to be duplicates later. Regions without a number get 1. */
 static int add_border(job *j)
 {
     meshio_mesh *m = &j->in;
@@ -384,7 +404,8 @@ static int add_border(job *j)
         for (k = i + 1; k < n && compare_sides(all + i, all + k) == 0; k++) {}
         if (k == i + 2 && all[i].tag == all[i + 1].tag) continue;
         memcpy(m->triangles + 3 * m->num_triangles, all[i].v, sizeof all[i].v);
-        m->triangle_tags[m->num_triangles++] = all[i].tag < all[k - 1].tag ? all[i].tag : all[k - 1].tag;
+        m->triangle_tags[m->num_triangles++] =
+            all[i].tag < all[k - 1].tag ? all[i].tag : all[k - 1].tag;
     }
     free(all);
     if (!tags) complain(j, "out of memory");
@@ -434,18 +455,21 @@ static int read_grid(job *j)
     if (!j->set.size_grid) return TOOL_OK;
     f = fopen(j->set.size_grid, "r");
     if (!f) {
-        snprintf(text, sizeof text, "cannot open the size grid '%.200s': %s", j->set.size_grid, strerror(errno));
+        snprintf(text, sizeof text, "cannot open the size grid '%.200s': %s", j->set.size_grid,
+                 strerror(errno));
         complain(j, text);
         return TOOL_CANNOT_READ;
     }
     for (k = 0, good = 1; k < 3 && good; k++) {
         unsigned long count;
-        good = fscanf(f, "%lu", &count) == 1 && count >= 2 && count <= 100000 && n * count <= 1000000000;
+        good = fscanf(f, "%lu", &count) == 1 && count >= 2 && count <= 100000 &&
+               n * count <= 1000000000;
         g->count[k] = good ? (uint32_t)count : 0;
         n *= good ? count : 1;
     }
     for (k = 0; k < 3 && good; k++) good = fscanf(f, "%lf", &g->origin[k]) == 1;
-    for (k = 0; k < 3 && good; k++) good = fscanf(f, "%lf", &g->spacing[k]) == 1 && g->spacing[k] > 0;
+    for (k = 0; k < 3 && good; k++)
+        good = fscanf(f, "%lf", &g->spacing[k]) == 1 && g->spacing[k] > 0;
     if (good) j->grid_sizes = (double *)malloc(n * sizeof(double));
     if (good && !j->grid_sizes) {
         fclose(f);
@@ -455,8 +479,10 @@ static int read_grid(job *j)
     for (i = 0; i < n && good; i++) good = fscanf(f, "%lf", &j->grid_sizes[i]) == 1;
     fclose(f);
     if (!good) {
-        snprintf(text, sizeof text, "'%.200s' is no size grid: it must hold NX NY NZ, X Y Z, DX DY DZ and NX*NY*NZ sizes",
-                 j->set.size_grid);
+        snprintf(
+            text, sizeof text,
+            "'%.200s' is no size grid: it must hold NX NY NZ, X Y Z, DX DY DZ and NX*NY*NZ sizes",
+            j->set.size_grid);
         complain(j, text);
         return TOOL_CANNOT_READ;
     }
@@ -523,7 +549,8 @@ static void side_name(const job *j, const char *ending, char *name, size_t size)
     snprintf(name, size, "%.*s%s", (int)(stem < 900 ? stem : 900), base, ending);
 }
 
-/* The triangles of all findings, one cell for each, with the finding's kind and the triangle's number. */
+/* The triangles of all findings, one cell for each, with the finding's kind and the triangle's
+ * number. */
 static void write_defects(const job *j)
 {
     meshio_mesh m;
@@ -546,7 +573,9 @@ static void write_defects(const job *j)
             const uint32_t *v;
             if (t >= j->in.num_triangles) continue;
             v = j->in.triangles + 3 * (size_t)t;
-            if (v[0] >= j->in.num_vertices || v[1] >= j->in.num_vertices || v[2] >= j->in.num_vertices) continue;
+            if (v[0] >= j->in.num_vertices || v[1] >= j->in.num_vertices ||
+                v[2] >= j->in.num_vertices)
+                continue;
             memcpy(triangles + 3 * k, v, 3 * sizeof *v);
             kinds[k] = f->kind;
             numbers[k++] = t;
@@ -564,7 +593,8 @@ static void write_defects(const job *j)
         options.num_fields = 2;
         options.format = MESHIO_FORMAT_VTU;
         side_name(j, ".defects.vtu", name, sizeof name);
-        if (meshio_write(name, &m, &options, &io) != MESHIO_OK) fprintf(stderr, "mesh: %s\n", io.message);
+        if (meshio_write(name, &m, &options, &io) != MESHIO_OK)
+            fprintf(stderr, "mesh: %s\n", io.message);
         else if (!j->set.quiet) printf("findings    %s\n", name);
     }
     free(triangles);
@@ -576,7 +606,8 @@ static void write_defects(const job *j)
 static void write_reproducer(const job *j, mesher_result failure)
 {
     double *xyz = (double *)malloc((3 * j->surface.num_vertices + 24) * sizeof *xyz);
-    uint32_t *triangles = (uint32_t *)malloc((3 * j->surface.num_triangles + 36) * sizeof *triangles);
+    uint32_t *triangles =
+        (uint32_t *)malloc((3 * j->surface.num_triangles + 36) * sizeof *triangles);
     mesher_surface part;
     mesher_result result = MESHER_ERROR_OUT_OF_MEMORY;
     meshio_mesh m;
@@ -584,7 +615,8 @@ static void write_reproducer(const job *j, mesher_result failure)
     meshio_write_options options;
     char name[1024];
     if (xyz && triangles && j->report.num_findings)
-        result = mesher_reproduce(&j->surface, &j->set.mesher, failure, j->report.findings[0].xyz, xyz, triangles, &part);
+        result = mesher_reproduce(&j->surface, &j->set.mesher, failure, j->report.findings[0].xyz,
+                                  xyz, triangles, &part);
     if (result >= 0) {
         memset(&m, 0, sizeof m);
         memset(&options, 0, sizeof options);
@@ -594,10 +626,13 @@ static void write_reproducer(const job *j, mesher_result failure)
         m.num_triangles = part.num_triangles;
         options.format = MESHIO_FORMAT_OFF;
         side_name(j, ".reproducer.off", name, sizeof name);
-        if (meshio_write(name, &m, &options, &io) != MESHIO_OK) fprintf(stderr, "mesh: %s\n", io.message);
+        if (meshio_write(name, &m, &options, &io) != MESHIO_OK)
+            fprintf(stderr, "mesh: %s\n", io.message);
         else if (!j->set.quiet)
-            printf("reproducer  %s: %llu triangles near the failure%s\n", name, (unsigned long long)part.num_triangles,
-                   result == MESHER_OK ? ", and a box around them" : ", which are recovered by themselves");
+            printf("reproducer  %s: %llu triangles near the failure%s\n", name,
+                   (unsigned long long)part.num_triangles,
+                   result == MESHER_OK ? ", and a box around them"
+                                       : ", which are recovered by themselves");
     }
     free(xyz);
     free(triangles);
@@ -644,7 +679,8 @@ static int code_of(mesher_result result)
     }
 }
 
-/* Reports a failure of the mesher: after a failed recovery the surface is searched for the reason. */
+/* Reports a failure of the mesher: after a failed recovery the surface is searched for the
+ * reason. */
 static int fail(job *j, mesher_result result)
 {
     int code = code_of(result);
@@ -708,7 +744,8 @@ static size_t facet_slot(const facet_set *set, const uint32_t v[3])
     h = (h ^ h >> 32) * UINT64_C(0x94D049BB133111EB);
     for (slot = (size_t)(h >> 20) & set->mask;; slot = (slot + 1) & set->mask) {
         uint32_t f = set->table[slot];
-        if (f == DELAUNAY_NO_ID || memcmp(set->domain->facets + 3 * (size_t)f, v, 3 * sizeof *v) == 0)
+        if (f == DELAUNAY_NO_ID ||
+            memcmp(set->domain->facets + 3 * (size_t)f, v, 3 * sizeof *v) == 0)
             return slot;
     }
 }
@@ -760,7 +797,8 @@ static int surface_came_back(const mesher_domain *domain)
         for (i = 0; i < 4; i++) {
             delaunay_handle n = mesh->tets[t].n[i] / 4;
             uint32_t id[3];
-            int border = mesh->color[t] != DELAUNAY_OUTSIDE && (n == 0 || mesh->color[n] != mesh->color[t]);
+            int border =
+                mesh->color[t] != DELAUNAY_OUTSIDE && (n == 0 || mesh->color[n] != mesh->color[t]);
             if (!border && !(mesh->flags[t] & DELAUNAY_FACET_BIT(i))) continue;
             facet_ids(mesh, t, i, id);
             f = set.table[facet_slot(&set, id)];
@@ -790,7 +828,8 @@ static int prove(job *j)
     whole = j->report.surface_steiner ? 1 : surface_came_back(&j->domain);
     j->seconds[PHASE_PROVE] = tool_seconds() - start;
     if (whole == 1) return TOOL_OK;
-    complain(j, whole ? "out of memory" : "internal error: the mesh does not hold the whole surface");
+    complain(j,
+             whole ? "out of memory" : "internal error: the mesh does not hold the whole surface");
     return whole ? TOOL_NO_MEMORY : TOOL_INTERNAL;
 }
 
@@ -822,7 +861,8 @@ static int mesh_surface(job *j)
     mesher_result result;
     j->set.mesher.max_seconds = j->set.max_seconds;
     if (j->set.refine_mesh)
-        result = mesher_refine_mesh(&j->domain, &j->surface, j->in.tets, (const uint32_t *)j->in.tet_tags, j->in.num_tets,
+        result = mesher_refine_mesh(&j->domain, &j->surface, j->in.tets,
+                                    (const uint32_t *)j->in.tet_tags, j->in.num_tets,
                                     &j->set.mesher, &j->report);
     else result = mesher_mesh(&j->domain, &j->surface, &j->set.mesher, &j->report);
     if (result < 0) return fail(j, result);
@@ -861,7 +901,8 @@ static int output_surface(const job *j, meshio_mesh *m)
     for (f = 0; f < d->num_facets; f++) {
         size_t t = d->facet_source[f];
         for (k = 0; k < 3; k++)
-            m->triangles[3 * (size_t)f + (size_t)k] = d->survivor[j->in.triangles[3 * t + (size_t)k]];
+            m->triangles[3 * (size_t)f + (size_t)k] =
+                d->survivor[j->in.triangles[3 * t + (size_t)k]];
         m->triangle_tags[f] = j->in.triangle_tags[t];
     }
     m->num_triangles = d->num_facets;
@@ -887,7 +928,8 @@ static double *output_quality(const job *j)
     return gamma;
 }
 
-/* The vertex in the middle of edge a-b, new if there is none, by a hash of edges: keys are (smaller, larger) + 1. */
+/* The vertex in the middle of edge a-b, new if there is none, by a hash of edges: keys are
+ * (smaller, larger) + 1. */
 typedef struct middles {
     uint64_t *keys;
     uint32_t *vertices;
@@ -927,7 +969,8 @@ static uint32_t *with_middles(middles *m, const uint32_t *v, size_t n, int corne
         const uint32_t *from = v + i * (size_t)corners;
         uint32_t *to = all + i * (size_t)each;
         for (k = 0; k < corners; k++) to[k] = from[k];
-        for (k = 0; k < each - corners; k++) to[corners + k] = middle_of(m, from[edges[k][0]], from[edges[k][1]]);
+        for (k = 0; k < each - corners; k++)
+            to[corners + k] = middle_of(m, from[edges[k][0]], from[edges[k][1]]);
     }
     return all;
 }
@@ -939,7 +982,8 @@ static int raise_order(meshio_mesh *m, uint32_t **tets, double **xyz)
     size_t most = 6 * m->num_tets, size = 1024;
     uint32_t *triangles = NULL, *edges = NULL;
     memset(&work, 0, sizeof work);
-    if (most > m->num_vertices + 3 * m->num_tets + 65536) most = m->num_vertices + 3 * m->num_tets + 65536;
+    if (most > m->num_vertices + 3 * m->num_tets + 65536)
+        most = m->num_vertices + 3 * m->num_tets + 65536;
     if (most + m->num_vertices > UINT32_MAX - 2) return 0;
     while (size < 2 * most) size *= 2;
     work.mask = size - 1;
@@ -996,7 +1040,8 @@ static int write_output(job *j)
     options.ascii = j->set.ascii;
     options.binary = j->set.binary;
     if (viewer) gamma = output_quality(j);
-    if ((viewer ? gamma == NULL : !output_surface(j, &m)) || (j->set.order == 2 && !raise_order(&m, &tets, &xyz))) {
+    if ((viewer ? gamma == NULL : !output_surface(j, &m)) ||
+        (j->set.order == 2 && !raise_order(&m, &tets, &xyz))) {
         complain(j, "out of memory");
         code = TOOL_NO_MEMORY;
     } else {
@@ -1082,7 +1127,8 @@ static void print_regions(const job *j)
     for (i = 0; i < j->domain.num_regions && shown < 20; i++) {
         const mesher_region *r = &j->domain.regions[i];
         if (!r->kept) continue;
-        printf("%-11s %lu: volume %.9g\n", shown++ ? "" : "regions", (unsigned long)r->number, r->volume);
+        printf("%-11s %lu: volume %.9g\n", shown++ ? "" : "regions", (unsigned long)r->number,
+               r->volume);
     }
 }
 
@@ -1101,9 +1147,10 @@ static void print_phases(const job *j)
 static void print_quality(const job *j)
 {
     const spr_statistics *q = &j->quality;
-    printf("gamma       min %.4f, 0.1 %% %.4f, 1 %% %.4f, mean %.4f; %llu below 0.35", q->min, q->p001,
-           q->p01, q->mean, (unsigned long long)below(q, 7));
-    if (!j->set.no_improve) printf(", %llu of them held there by the surface", (unsigned long long)j->spr.bounded);
+    printf("gamma       min %.4f, 0.1 %% %.4f, 1 %% %.4f, mean %.4f; %llu below 0.35", q->min,
+           q->p001, q->p01, q->mean, (unsigned long long)below(q, 7));
+    if (!j->set.no_improve)
+        printf(", %llu of them held there by the surface", (unsigned long long)j->spr.bounded);
     printf("\nSICN        min %.4f\ndihedral    %.2f .. %.2f degrees\n", q->sicn_min,
            q->dihedral_min_degrees, q->dihedral_max_degrees);
     print_bars("gamma", q->histogram, 20, 0.05);
@@ -1115,8 +1162,8 @@ static void print_sizes(const job *j)
 {
     const mesher_report *r = &j->report;
     if (r->refined_vertices == 0) return;
-    printf("edge/size   10 %% %.2f, 50 %% %.2f, 90 %% %.2f; %.1f %% within [0.7, 1.4]\n", r->size_p10, r->size_p50,
-           r->size_p90, 100 * r->size_in_band);
+    printf("edge/size   10 %% %.2f, 50 %% %.2f, 90 %% %.2f; %.1f %% within [0.7, 1.4]\n",
+           r->size_p10, r->size_p50, r->size_p90, 100 * r->size_in_band);
     if (r->size_ignored)
         printf("sizes       %llu wishes were no size (0, negative or no number) and were ignored\n",
                (unsigned long long)r->size_ignored);
@@ -1153,15 +1200,21 @@ static void json_text(FILE *f, const char *text)
 static void json_quality(FILE *f, const spr_statistics *q)
 {
     int k;
-    fprintf(f, "  \"gamma_min\": %.9g, \"gamma_p001\": %.9g, \"gamma_p01\": %.9g, \"gamma_mean\": %.9g,\n",
-            q->min, q->p001, q->p01, q->mean);
-    fprintf(f, "  \"low\": %llu, \"low30\": %llu, \"sicn_min\": %.9g, \"dih_min\": %.9g, \"dih_max\": %.9g,\n",
-            (unsigned long long)below(q, 7), (unsigned long long)below(q, 6), q->sicn_min,
-            q->dihedral_min_degrees, q->dihedral_max_degrees);
+    fprintf(
+        f,
+        "  \"gamma_min\": %.9g, \"gamma_p001\": %.9g, \"gamma_p01\": %.9g, \"gamma_mean\": %.9g,\n",
+        q->min, q->p001, q->p01, q->mean);
+    fprintf(
+        f,
+        "  \"low\": %llu, \"low30\": %llu, \"sicn_min\": %.9g, \"dih_min\": %.9g, \"dih_max\": %.9g,\n",
+        (unsigned long long)below(q, 7), (unsigned long long)below(q, 6), q->sicn_min,
+        q->dihedral_min_degrees, q->dihedral_max_degrees);
     fprintf(f, "  \"gamma_histogram\": [");
-    for (k = 0; k < 20; k++) fprintf(f, "%s%llu", k ? ", " : "", (unsigned long long)q->histogram[k]);
+    for (k = 0; k < 20; k++)
+        fprintf(f, "%s%llu", k ? ", " : "", (unsigned long long)q->histogram[k]);
     fprintf(f, "],\n  \"dihedral_histogram\": [");
-    for (k = 0; k < 18; k++) fprintf(f, "%s%llu", k ? ", " : "", (unsigned long long)q->dihedral_histogram[k]);
+    for (k = 0; k < 18; k++)
+        fprintf(f, "%s%llu", k ? ", " : "", (unsigned long long)q->dihedral_histogram[k]);
     fprintf(f, "],\n");
 }
 
@@ -1183,14 +1236,19 @@ static void json_body(FILE *f, const job *j, int code)
     fprintf(f, "},\n  \"vertices\": %llu, \"tets\": %llu, \"cells\": %llu,\n",
             (unsigned long long)j->out.num_vertices, (unsigned long long)j->out.num_tets,
             (unsigned long long)j->report.num_regions);
-    fprintf(f, "  \"interior_steiner\": %llu, \"surface_steiner\": %llu, \"missing_edges\": %llu, "
-               "\"missing_facets\": %llu,\n",
-            (unsigned long long)j->report.interior_steiner, (unsigned long long)j->report.surface_steiner,
-            (unsigned long long)j->report.missing_edges, (unsigned long long)j->report.missing_facets);
-    fprintf(f, "  \"refined_vertices\": %llu, \"size_p10\": %.4g, \"size_p50\": %.4g, \"size_p90\": %.4g, "
-               "\"size_in_band\": %.4g,\n",
-            (unsigned long long)j->report.refined_vertices, j->report.size_p10, j->report.size_p50, j->report.size_p90,
-            j->report.size_in_band);
+    fprintf(f,
+            "  \"interior_steiner\": %llu, \"surface_steiner\": %llu, \"missing_edges\": %llu, "
+            "\"missing_facets\": %llu,\n",
+            (unsigned long long)j->report.interior_steiner,
+            (unsigned long long)j->report.surface_steiner,
+            (unsigned long long)j->report.missing_edges,
+            (unsigned long long)j->report.missing_facets);
+    fprintf(
+        f,
+        "  \"refined_vertices\": %llu, \"size_p10\": %.4g, \"size_p50\": %.4g, \"size_p90\": %.4g, "
+        "\"size_in_band\": %.4g,\n",
+        (unsigned long long)j->report.refined_vertices, j->report.size_p10, j->report.size_p50,
+        j->report.size_p90, j->report.size_in_band);
     if (j->out.num_tets) json_quality(f, &j->quality);
     fprintf(f, "  \"threads\": %d, \"peak_bytes\": %.0f,\n  \"seconds\": {",
             delaunay_threads(&j->set.mesher.host), tool_peak_bytes());

@@ -120,8 +120,9 @@ typedef enum meshio_format {
 
 /* Everything a file can hold that a mesher needs. Plain arrays, owned by the struct; NULL where
  * the number is 0. Zero it before use; indices are 0-based. Tags are the file's own numbers:
- * Medit references, MSH physical (else elementary) tags, TetGen markers, the number of the solid or
- * group in STL and OBJ files that have several (from 1), the cell array `region` of VTK and VTU; else 0. */
+ * Medit references, MSH physical (else elementary) tags, TetGen markers, the number of the solid
+ * or group in STL and OBJ files that have several (from 1), the cell array `region` of VTK and
+ * VTU; else 0. */
 typedef struct meshio_mesh {
     double *xyz;            /* 3*num_vertices */
     int32_t *vertex_tags;   /* num_vertices */
@@ -135,7 +136,7 @@ typedef struct meshio_mesh {
     double *regions;        /* 5*num_regions: x y z, attribute, largest volume or -1 (TetGen) */
     size_t num_vertices, num_edges, num_triangles, num_tets, num_holes, num_regions;
     size_t num_other;       /* elements of other kinds, not kept */
-    int second_order;       /* for writing .msh (2.2) and .vtu: edges, triangles and tets hold 3, 6 and 10 vertices
+    int second_order; /* for writing .msh (2.2) and .vtu: edges, triangles and tets hold 3, 6 and 10 vertices
                              * an element, those at the middles of edges last: of triangles 01 12 20, of tets
                              * 01 12 02 03 13 23, whatever the format's own order */
     size_t num_corners;     /* STL: corners in the file, before equal ones became one vertex */
@@ -748,7 +749,8 @@ static meshio_result meshio__expect(meshio__reader *r, const char *word)
     return meshio__expected(r, what);
 }
 
-/* Blanks within a line; a backslash before the end of the line continues it. Is more on the line? */
+/* Blanks within a line; a backslash before the end of the line continues it. Is more on the
+ * line? */
 static int meshio__more_on_line(meshio__reader *r)
 {
     const unsigned char *p = r->p;
@@ -1159,8 +1161,8 @@ static uint32_t meshio__facet_ahead(const meshio__facet *f, uint32_t a, uint32_t
     return MESHIO__NONE;
 }
 
-/* Lists the sides that the open segment (a, b) crosses, as pairs of points. Returns the first
- * point that it meets (b, or one before it), NONE if a fixed side is in the way or memory is out. */
+/* Lists the sides that the open segment (a, b) crosses, as pairs of points. Returns the first point
+ * that it meets (b, or one before it), NONE if a fixed side is in the way or memory is out. */
 static uint32_t meshio__facet_crossed(const meshio__facet *f, uint32_t a, uint32_t b,
                                       meshio__u32s *queue)
 {
@@ -1697,7 +1699,8 @@ static meshio_result meshio__read_off(meshio__reader *r)
 
 /* ---- >>obj ---------------------------------------------------------------------------------- */
 
-/* One corner: v, v/t, v//n or v/t/n; only v counts. Later vertices may be meant: checked at the end. */
+/* One corner: v, v/t, v//n or v/t/n; only v counts. Later vertices may be meant: checked at the
+ * end. */
 static meshio_result meshio__obj_corner(meshio__reader *r, uint32_t *v)
 {
     const unsigned char *start = r->p, *p = start;
@@ -1837,7 +1840,8 @@ static meshio_result meshio__ply_property_line(meshio__reader *r, meshio__ply *p
     word = meshio__word(r, &length);
     if (property->count_type == MESHIO__NO_TYPE) {
         for (k = 0; k < 3; k++)
-            if (element->kind == 0 && meshio__same(word, length, coordinates[k])) property->role = k;
+            if (element->kind == 0 && meshio__same(word, length, coordinates[k]))
+                property->role = k;
     } else if (element->kind == 1 && (meshio__same(word, length, "vertex_indices") ||
                                       meshio__same(word, length, "vertex_index"))) {
         if (property->type >= MESHIO__F32)
@@ -1871,7 +1875,8 @@ static meshio_result meshio__ply_header(meshio__reader *r, meshio__ply *ply)
         meshio__next_line(r);
         word = meshio__word(r, &length);
         if (meshio__same(word, length, "end_header")) break;
-        if (meshio__same(word, length, "comment") || meshio__same(word, length, "obj_info")) continue;
+        if (meshio__same(word, length, "comment") || meshio__same(word, length, "obj_info"))
+            continue;
         if (meshio__same(word, length, "element")) {
             meshio__ply_element *e;
             if (ply->num_elements == MESHIO__PLY_ELEMENTS)
@@ -1984,10 +1989,14 @@ static const meshio__medit_keyword *meshio__medit_find(const unsigned char *name
                                                        int64_t code)
 {
     static const meshio__medit_keyword keywords[] = {
-        {"vertices", MESHIO__MEDIT_VERTICES, 0, 3, 1},   {"edges", MESHIO__MEDIT_EDGES, 2, 0, 1},
-        {"triangles", MESHIO__MEDIT_TRIANGLES, 3, 0, 1}, {"quadrilaterals", MESHIO__MEDIT_QUADS, 4, 0, 1},
-        {"tetrahedra", MESHIO__MEDIT_TETS, 4, 0, 1},     {"prisms", MESHIO__MEDIT_PRISMS, 6, 0, 1},
-        {"hexahedra", MESHIO__MEDIT_HEXES, 8, 0, 1},     {"pyramids", MESHIO__MEDIT_PYRAMIDS, 5, 0, 1}};
+        {"vertices", MESHIO__MEDIT_VERTICES, 0, 3, 1},
+        {"edges", MESHIO__MEDIT_EDGES, 2, 0, 1},
+        {"triangles", MESHIO__MEDIT_TRIANGLES, 3, 0, 1},
+        {"quadrilaterals", MESHIO__MEDIT_QUADS, 4, 0, 1},
+        {"tetrahedra", MESHIO__MEDIT_TETS, 4, 0, 1},
+        {"prisms", MESHIO__MEDIT_PRISMS, 6, 0, 1},
+        {"hexahedra", MESHIO__MEDIT_HEXES, 8, 0, 1},
+        {"pyramids", MESHIO__MEDIT_PYRAMIDS, 5, 0, 1}};
     size_t i;
     for (i = 0; i < sizeof keywords / sizeof keywords[0]; i++)
         if (name ? meshio__same(name, length, keywords[i].name) : keywords[i].code == code)
@@ -2700,7 +2709,8 @@ static meshio_result meshio__vtk_cell_types(meshio__reader *r, int binary)
     return MESHIO_OK;
 }
 
-/* SCALARS name type [components], LOOKUP_TABLE name, one value a cell: kept if it holds the tags. */
+/* SCALARS name type [components], LOOKUP_TABLE name, one value a cell: kept if it holds the
+ * tags. */
 static meshio_result meshio__vtk_scalars(meshio__reader *r, int binary, int64_t count)
 {
     size_t length;
@@ -2720,8 +2730,8 @@ static meshio_result meshio__vtk_scalars(meshio__reader *r, int binary, int64_t 
     if (binary) meshio__next_line(r);
     if (components < 1 || components > 4)
         return meshio__fail(r, MESHIO_ERROR_SYNTAX, word, "1 .. 4 components");
-    MESHIO__TRY(meshio__fits(r, count,
-                             (size_t)components * (binary ? meshio__type_size(type) : 2), "values"));
+    MESHIO__TRY(meshio__fits(r, count, (size_t)components * (binary ? meshio__type_size(type) : 2),
+                             "values"));
     for (i = 0; i < count * components; i++) {
         MESHIO__TRY(meshio__scalar(r, binary, type, &d, &value));
         if (wanted && components == 1 && !meshio__push32(&r->cells.tags, (uint32_t)value))
@@ -2816,7 +2826,8 @@ static const unsigned char *meshio__attribute(const unsigned char *tag, const un
     for (p = tag + 1; p + n + 2 < end; p++) {
         if (!meshio__is_space(p[-1]) || !meshio__same(p, n, name) || p[n] != '=') continue;
         if (p[n + 1] != '"' && p[n + 1] != '\'') continue;
-        q = (const unsigned char *)memchr(p + n + 2, p[n + 1], (size_t)(end - p - (ptrdiff_t)n - 2));
+        q = (const unsigned char *)memchr(p + n + 2, p[n + 1],
+                                          (size_t)(end - p - (ptrdiff_t)n - 2));
         if (!q) return NULL;
         *length = (size_t)(q - (p + n + 2));
         return p + n + 2;
@@ -2856,7 +2867,8 @@ static meshio_result meshio__vtu_open(meshio__reader *r, const meshio__vtu *vtu,
     r->p = end + 1;
     if (!*binary) {
         if (text && !meshio__same(text, length, "ascii"))
-            return meshio__fail(r, MESHIO_ERROR_UNSUPPORTED, tag, "only ascii and appended raw data");
+            return meshio__fail(r, MESHIO_ERROR_UNSUPPORTED, tag,
+                                "only ascii and appended raw data");
         return MESHIO_OK;
     }
     MESHIO__TRY(meshio__attribute_int(r, tag, end, "offset", &offset));
@@ -2975,7 +2987,8 @@ static meshio_result meshio__read_vtu(meshio__reader *r)
         } else if (section == 0 && p[1] != '?' && p[1] != '!') {
             return meshio__fail(r, MESHIO_ERROR_FORMAT, p, "not a VTU file");
         } else if (meshio__same(p, length, "<piece")) {
-            if (pieces++) return meshio__fail(r, MESHIO_ERROR_UNSUPPORTED, p, "more than one piece");
+            if (pieces++)
+                return meshio__fail(r, MESHIO_ERROR_UNSUPPORTED, p, "more than one piece");
             MESHIO__TRY(meshio__attribute_int(r, p, end, "numberofpoints", &vtu.points));
             MESHIO__TRY(meshio__attribute_int(r, p, end, "numberofcells", &vtu.cells));
             MESHIO__TRY(meshio__fits(r, vtu.points, 6, "points"));
@@ -3283,7 +3296,10 @@ static void meshio__put(meshio__writer *w, const void *bytes, size_t size)
     }
 }
 
-static void meshio__puts(meshio__writer *w, const char *text) { meshio__put(w, text, strlen(text)); }
+static void meshio__puts(meshio__writer *w, const char *text)
+{
+    meshio__put(w, text, strlen(text));
+}
 
 static void meshio__printf(meshio__writer *w, const char *format, ...) MESHIO__PRINTF(2, 3);
 static void meshio__printf(meshio__writer *w, const char *format, ...)
@@ -3318,7 +3334,8 @@ static void meshio__put_double(meshio__writer *w, double value, char after)
     int n;
     uint64_t bits;
     memcpy(&bits, &value, 8);
-    if (value > -1e15 && value < 1e15 && value == (double)(int64_t)value && bits != UINT64_C(1) << 63) {
+    if (value > -1e15 && value < 1e15 && value == (double)(int64_t)value &&
+        bits != UINT64_C(1) << 63) {
         meshio__put_int(w, (int64_t)value, after);
         return;
     }
@@ -3582,9 +3599,11 @@ static void meshio__write_msh2(meshio__writer *w, const meshio_mesh *m, int bina
             }
             meshio__put_any(w, binary, 4, tag);
             meshio__put_any(w, binary, 4, tag);
-            for (c = 0; c < kinds[k].corners; c++) { /* the last two middles of a tetrahedron: 23, 13 */
+            for (c = 0; c < kinds[k].corners;
+                 c++) { /* the last two middles of a tetrahedron: 23, 13 */
                 size_t at = (size_t)(kinds[k].corners == 10 && c >= 8 ? 17 - c : c);
-                meshio__put_any(w, binary, 4, (int64_t)kinds[k].v[i * (size_t)kinds[k].corners + at] + 1);
+                meshio__put_any(w, binary, 4,
+                                (int64_t)kinds[k].v[i * (size_t)kinds[k].corners + at] + 1);
             }
             meshio__put_newline(w, binary);
         }
@@ -3959,7 +3978,8 @@ static void meshio__write_tetgen_cells(meshio__writer *w, const meshio__kind *ki
 {
     size_t i;
     int c;
-    meshio__printf(w, kind->corners == 4 ? "%llu 4 1\n" : "%llu 1\n", (unsigned long long)kind->num);
+    meshio__printf(w, kind->corners == 4 ? "%llu 4 1\n" : "%llu 1\n",
+                   (unsigned long long)kind->num);
     for (i = 0; i < kind->num; i++) {
         meshio__put_int(w, (int64_t)i + 1, ' ');
         for (c = 0; c < kind->corners; c++)
@@ -4316,7 +4336,8 @@ MESHIO_API meshio_result meshio_read(const char *path, meshio_format format, mes
             needed = meshio__int(&r, &count) == MESHIO_OK && count == 0;
         }
         if (needed && !meshio__beside(path, ".node", name, sizeof name))
-            result = meshio__report_plain(report, MESHIO_ERROR_OPEN, "the name is too long:", path, 0);
+            result =
+                meshio__report_plain(report, MESHIO_ERROR_OPEN, "the name is too long:", path, 0);
         else if (needed)
             result = meshio__load(name, &nodes, &nodes_size, report);
     }
@@ -4358,10 +4379,11 @@ static meshio_result meshio__write(meshio__writer *w, const char *path, const me
         return meshio__write_tetgen(w, path, mesh, ".ele", report);
     }
     if (format == MESHIO_FORMAT_AUTO || format == MESHIO_FORMAT_PLY || format >= MESHIO_FORMAT_POLY)
-        return meshio__report_plain(report, MESHIO_ERROR_FORMAT, "no writer for the format of", path,
-                                    0);
+        return meshio__report_plain(report, MESHIO_ERROR_FORMAT, "no writer for the format of",
+                                    path, 0);
     if (mesh->second_order && format != MESHIO_FORMAT_MSH && format != MESHIO_FORMAT_VTU)
-        return meshio__report_plain(report, MESHIO_ERROR_FORMAT, "no second-order elements in the format of", path, 0);
+        return meshio__report_plain(report, MESHIO_ERROR_FORMAT,
+                                    "no second-order elements in the format of", path, 0);
     MESHIO__TRY(meshio__create(w, path, report));
     switch (format) {
     case MESHIO_FORMAT_MEDIT: meshio__write_medit(w, mesh); break;

@@ -63,8 +63,8 @@ int main(int argc, char **argv)
                 hi[m] = fmax(hi[m], xyz[i][m]);
             }
         }
-        printf("part %zu: %zu points in %.2f x %.2f x %.2f\n", p, held, hi[0] - lo[0], hi[1] - lo[1],
-               hi[2] - lo[2]);
+        printf("part %zu: %zu points in %.2f x %.2f x %.2f\n", p, held, hi[0] - lo[0],
+               hi[1] - lo[1], hi[2] - lo[2]);
     }
     free(xyz);
     free(keys);

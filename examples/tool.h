@@ -1,4 +1,5 @@
-/* tool.h - include after delaunay.h: what the command line tools of this folder share: exit codes, arguments, clock, memory */
+/* tool.h - include after delaunay.h: what the command line tools of this folder share: exit codes,
+ * arguments, clock, memory */
 #ifndef TOOL_H
 #define TOOL_H
 
@@ -17,7 +18,8 @@
 /* The README has this table. */
 enum {
     TOOL_OK = 0,
-    TOOL_GOAL_NOT_MET = 1, /* a valid result, but a goal or budget that the user asked for was not met */
+    TOOL_GOAL_NOT_MET =
+        1, /* a valid result, but a goal or budget that the user asked for was not met */
     TOOL_USAGE = 2,
     TOOL_CANNOT_READ = 3,
     TOOL_CANNOT_WRITE = 4,

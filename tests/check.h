@@ -1,4 +1,5 @@
-/* check.h - what every test program shares: CHECK counts, check_report() prints and gives the exit code. */
+/* check.h - what every test program shares: CHECK counts, check_report() prints and gives the exit
+ * code. */
 #ifndef CHECK_H
 #define CHECK_H
 #include <stdio.h>
@@ -18,8 +19,8 @@ static long check_passed, check_failed;
         }                                                                                          \
     } while (0)
 
-/* A million seconds in each, for hosts of small tests: all that is done in parallel only when it takes long
- * is done in parallel. */
+/* A million seconds in each, for hosts of small tests: all that is done in parallel only when it
+ * takes long is done in parallel. */
 #if defined(__GNUC__)
 __attribute__((unused))
 #endif

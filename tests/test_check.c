@@ -1,5 +1,5 @@
-/* test_check.c - mesher_check: every defect and note with its ids; the intersection test against an oracle in
- * integer arithmetic on small lattices, where degenerate positions are the rule. */
+/* test_check.c - mesher_check: every defect and note with its ids; the intersection test against an
+ * oracle in integer arithmetic on small lattices, where degenerate positions are the rule. */
 #define MESHER_IMPLEMENTATION
 #include "mesher.h"
 #include "check.h"
@@ -67,10 +67,12 @@ static const mesher_finding *first_of(mesher_kind kind)
 /* One kind of defect, so often, and no other. */
 static int only_defect(mesher_kind kind, uint64_t n)
 {
-    return last.code == MESHER_ERROR_SURFACE && count_of(kind) == n && defects() == n && last.report.message[0];
+    return last.code == MESHER_ERROR_SURFACE && count_of(kind) == n && defects() == n &&
+           last.report.message[0];
 }
 
-/* -- The oracle. Points are homogeneous integers x/w; everything fits in 64 bits for coordinates up to 4. */
+/* -- The oracle. Points are homogeneous integers x/w; everything fits in 64 bits for coordinates up
+ * to 4. */
 
 typedef int64_t big;
 typedef struct point { big x[3], w; } point;
@@ -84,7 +86,8 @@ static void sub(big *r, const big *a, const big *b)
 static void cross(big *r, const big *a, const big *b)
 {
     int i;
-    for (i = 0; i < 3; i++) r[i] = a[(i + 1) % 3] * b[(i + 2) % 3] - a[(i + 2) % 3] * b[(i + 1) % 3];
+    for (i = 0; i < 3; i++)
+        r[i] = a[(i + 1) % 3] * b[(i + 2) % 3] - a[(i + 2) % 3] * b[(i + 1) % 3];
 }
 static big dot(const big *a, const big *b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 
@@ -141,8 +144,9 @@ static int oracle_bad(const simplex *a, const simplex *b, point *p)
     return oracle_contains(a, p) && oracle_contains(b, p) && !oracle_common(a, b, p);
 }
 
-/* The intersection of two convex sets is the hull of its extreme points, and these are vertices, crossings of
- * an edge and a plane, or of two edges. They meet badly if one of these is in both and is no common vertex. */
+/* The intersection of two convex sets is the hull of its extreme points, and these are vertices,
+ * crossings of an edge and a plane, or of two edges. They meet badly if one of these is in both and
+ * is no common vertex. */
 static int oracle_half(const simplex *a, const simplex *b)
 {
     point p;
@@ -185,11 +189,19 @@ static int oracle_half(const simplex *a, const simplex *b)
     }
     return 0;
 }
-static int oracle_meet(const simplex *a, const simplex *b) { return oracle_half(a, b) || oracle_half(b, a); }
+static int oracle_meet(const simplex *a, const simplex *b)
+{
+    return oracle_half(a, b) || oracle_half(b, a);
+}
 
 /* -- Random soups on a lattice. */
 
-enum { SOUP_VERTICES = 9, SOUP_TRIANGLES = 7, SOUP_LINES = 3, SOUP_ALL = SOUP_TRIANGLES + SOUP_LINES };
+enum {
+    SOUP_VERTICES = 9,
+    SOUP_TRIANGLES = 7,
+    SOUP_LINES = 3,
+    SOUP_ALL = SOUP_TRIANGLES + SOUP_LINES
+};
 
 typedef struct soup {
     double   xyz[3 * SOUP_VERTICES];
@@ -216,7 +228,8 @@ static int same_vertices(const simplex *a, const simplex *b)
     return n == (a->n < b->n ? a->n : b->n);
 }
 
-/* Fills one simplex of distinct, not collinear vertices, unlike all before it; 0 if none was found. */
+/* Fills one simplex of distinct, not collinear vertices, unlike all before it; 0 if none was
+ * found. */
 static int random_simplex(soup *s, simplex *out, int n, size_t before)
 {
     int tries, i, k;
@@ -273,10 +286,13 @@ static double distance_to(const soup *s, size_t i, const double *x, double scale
     }
     if (t->n == 2) {
         memcpy(f, d, sizeof f);
-        for (k = 0; k < 3; k++) n[k] = e[(k + 1) % 3] * f[(k + 2) % 3] - e[(k + 2) % 3] * f[(k + 1) % 3];
-        return sqrt((n[0] * n[0] + n[1] * n[1] + n[2] * n[2]) / (e[0] * e[0] + e[1] * e[1] + e[2] * e[2]));
+        for (k = 0; k < 3; k++)
+            n[k] = e[(k + 1) % 3] * f[(k + 2) % 3] - e[(k + 2) % 3] * f[(k + 1) % 3];
+        return sqrt((n[0] * n[0] + n[1] * n[1] + n[2] * n[2]) /
+                    (e[0] * e[0] + e[1] * e[1] + e[2] * e[2]));
     }
-    for (k = 0; k < 3; k++) n[k] = e[(k + 1) % 3] * f[(k + 2) % 3] - e[(k + 2) % 3] * f[(k + 1) % 3];
+    for (k = 0; k < 3; k++)
+        n[k] = e[(k + 1) % 3] * f[(k + 2) % 3] - e[(k + 2) % 3] * f[(k + 1) % 3];
     length = sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
     return fabs(n[0] * d[0] + n[1] * d[1] + n[2] * d[2]) / length;
 }
@@ -309,8 +325,11 @@ static void compare_soup(const soup *s, double scale)
                     continue;
                 if (!((a == i && b == j) || (a == j && b == i))) continue;
                 named++;
-                if (distance_to(s, i, f->xyz, scale) > 1e-9 || distance_to(s, j, f->xyz, scale) > 1e-9) bad++;
-                if (f->kind == MESHER_DEFECT_T_JUNCTION) { /* the vertex is of the first and lies on the second */
+                if (distance_to(s, i, f->xyz, scale) > 1e-9 ||
+                    distance_to(s, j, f->xyz, scale) > 1e-9)
+                    bad++;
+                if (f->kind ==
+                    MESHER_DEFECT_T_JUNCTION) { /* the vertex is of the first and lies on the second */
                     point p;
                     uint32_t v = f->vertices[0];
                     for (p.w = 0; p.w < 3; p.w++) p.x[p.w] = (big)s->xyz[3 * v + (uint32_t)p.w];
@@ -320,7 +339,8 @@ static void compare_soup(const soup *s, double scale)
             }
             if (named != meet) bad++;
         }
-    if (count_of(MESHER_DEFECT_INTERSECTION) + count_of(MESHER_DEFECT_OVERLAP) + count_of(MESHER_DEFECT_T_JUNCTION) !=
+    if (count_of(MESHER_DEFECT_INTERSECTION) + count_of(MESHER_DEFECT_OVERLAP) +
+            count_of(MESHER_DEFECT_T_JUNCTION) !=
         expected)
         bad++;
     CHECK(bad == 0);
@@ -383,7 +403,8 @@ static void isolated_points_agree_with_the_oracle(void)
 
 /* -- Cases by hand. */
 
-static const double cube_xyz[24] = {0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0, 0, 0, 1, 1, 0, 1, 1, 1, 1, 0, 1, 1};
+static const double cube_xyz[24] = {0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0,
+                                    0, 0, 1, 1, 0, 1, 1, 1, 1, 0, 1, 1};
 static const uint32_t cube_triangles[36] = {0, 2, 1, 0, 3, 2, 4, 5, 6, 4, 6, 7, 0, 1, 5, 0, 5, 4,
                                             1, 2, 6, 1, 6, 5, 2, 3, 7, 2, 7, 6, 3, 0, 4, 3, 4, 7};
 
@@ -426,7 +447,8 @@ static void numbers_are_checked(void)
     CHECK(only_defect(MESHER_DEFECT_INDEX, 2));
     CHECK(last.findings[0].triangles[0] == 3 && last.findings[0].vertices[0] == 8);
     CHECK(last.findings[1].triangles[0] == 6 && last.findings[1].vertices[0] == UINT32_MAX);
-    CHECK(strstr(last.report.message, "triangle 3 ") && strstr(last.report.message, "1 defect more"));
+    CHECK(strstr(last.report.message, "triangle 3 ") &&
+          strstr(last.report.message, "1 defect more"));
 }
 
 /* A cube as twelve separate triangles is welded; -0.0 is 0.0. */
@@ -456,7 +478,8 @@ static void nearly_equal_corners_are_noted(void)
     mesher_surface s;
     const mesher_finding *f;
     for (i = 0; i < 36; i++) {
-        for (j = 0; j < 3; j++) xyz[3 * i + j] = cube_xyz[3 * cube_triangles[i] + j] + (double)i * 1e-13;
+        for (j = 0; j < 3; j++)
+            xyz[3 * i + j] = cube_xyz[3 * cube_triangles[i] + j] + (double)i * 1e-13;
         triangles[i] = i;
         for (j = 0; j < i && cube_triangles[j] != cube_triangles[i]; j++) {}
         firsts += i == j;
@@ -465,7 +488,8 @@ static void nearly_equal_corners_are_noted(void)
     check_surface(&s, NULL);
     CHECK(count_of(MESHER_NOTE_NEAR_VERTEX) == 36 - firsts);
     f = first_of(MESHER_NOTE_NEAR_VERTEX);
-    CHECK(f && cube_triangles[f->vertices[0]] == cube_triangles[f->vertices[1]] && f->vertices[1] < f->vertices[0]);
+    CHECK(f && cube_triangles[f->vertices[0]] == cube_triangles[f->vertices[1]] &&
+          f->vertices[1] < f->vertices[0]);
     for (i = 0; i < 108; i++) xyz[i] = cube_xyz[3 * cube_triangles[i / 3] + i % 3] + (i / 3) * 1e-6;
     check_surface(&s, NULL);
     CHECK(count_of(MESHER_NOTE_NEAR_VERTEX) == 0);
@@ -546,14 +570,16 @@ static void nothing_enclosed(void)
     CHECK(only_defect(MESHER_DEFECT_NO_CELL, 1));
     memcpy(triangles, cube_triangles, sizeof triangles);
     memcpy(xyz, cube_xyz, sizeof xyz);
-    for (open = 0; open < 8; open++) xyz[3 * open + 2] = 2 * xyz[3 * open] + 3 * xyz[3 * open + 1] + 1;
+    for (open = 0; open < 8; open++)
+        xyz[3 * open + 2] = 2 * xyz[3 * open] + 3 * xyz[3 * open + 1] + 1;
     s = surface_of(xyz, 8, triangles, 12); /* all in one plane, not a coordinate plane */
     check_surface(&s, NULL);
     CHECK(count_of(MESHER_DEFECT_FLAT) == 1);
     CHECK(strstr(last.report.message, "in one plane") != NULL);
 }
 
-/* A fin on an edge of a cube, an open flap: facets with an open edge enclose nothing, the cube still does. */
+/* A fin on an edge of a cube, an open flap: facets with an open edge enclose nothing, the cube
+ * still does. */
 static void open_edges_beside_a_cell(void)
 {
     double xyz[27] = {0};
@@ -577,13 +603,26 @@ static void open_edges_beside_a_cell(void)
 static void contacts_have_names(void)
 {
     static const double base[9] = {0, 0, 0, 4, 0, 0, 0, 4, 0};
-    static const struct { double p[9]; int kind; uint32_t owner, v[3]; double at[3]; } cases[] = {
-        {{1, 1, -1, 1, 1, 1, 9, 9, 1}, MESHER_DEFECT_INTERSECTION, 0, {1, 2, DELAUNAY_NO_ID}, {2, 2, 0}},
-        {{1, 1, 0, 1, 1, 1, 9, 9, 1}, MESHER_DEFECT_T_JUNCTION, 1, {3, DELAUNAY_NO_ID, DELAUNAY_NO_ID}, {1, 1, 0}},
+    static const struct { double p[9]; int kind; uint32_t owner, v[3]; double at[3];
+    } cases[] = {
+        {{1, 1, -1, 1, 1, 1, 9, 9, 1},
+         MESHER_DEFECT_INTERSECTION,
+         0,
+         {1, 2, DELAUNAY_NO_ID},
+         {2, 2, 0}},
+        {{1, 1, 0, 1, 1, 1, 9, 9, 1},
+         MESHER_DEFECT_T_JUNCTION,
+         1,
+         {3, DELAUNAY_NO_ID, DELAUNAY_NO_ID},
+         {1, 1, 0}},
         {{2, 0, 0, 2, 0, 1, 2, -3, 1}, MESHER_DEFECT_T_JUNCTION, 1, {3, 0, 1}, {2, 0, 0}},
         {{-1, 0, 0, 1, 0, 0, 0, -3, 0}, MESHER_DEFECT_T_JUNCTION, 0, {0, 3, 4}, {0, 0, 0}},
         {{1, -2, 1, 1, -2, -1, 9, -9, 0}, -1, 0, {0, 0, 0}, {0, 0, 0}},
-        {{2, 0, -1, 2, 0, 1, 2, -5, 0}, MESHER_DEFECT_INTERSECTION, 0, {0, 1, DELAUNAY_NO_ID}, {2, 0, 0}},
+        {{2, 0, -1, 2, 0, 1, 2, -5, 0},
+         MESHER_DEFECT_INTERSECTION,
+         0,
+         {0, 1, DELAUNAY_NO_ID},
+         {2, 0, 0}},
         {{4, 4, 0, 5, 4, 0, 4, 5, 0}, -1, 0, {0, 0, 0}, {0, 0, 0}},
         {{5, 0, 0, 6, 0, 0, 5, -1, 0}, -1, 0, {0, 0, 0}, {0, 0, 0}},
     };
@@ -631,7 +670,8 @@ static void contacts_have_names(void)
     }
 }
 
-/* -- Larger inputs: a bumpy sheet of n*n squares closed to a box, and shells of it shifted into each other. */
+/* -- Larger inputs: a bumpy sheet of n*n squares closed to a box, and shells of it shifted into
+ * each other. */
 
 typedef struct model {
     double   *xyz;
@@ -653,7 +693,8 @@ static void add_torus(model *m, uint32_t n, uint32_t k, double x0, double y0, do
     m->triangles = (uint32_t *)realloc(m->triangles, (m->nt + 2 * n * k) * 3 * sizeof(uint32_t));
     for (i = 0; i < n; i++)
         for (j = 0; j < k; j++) {
-            double u = 6.283185307179586 * i / n, v = 6.283185307179586 * j / k, r = 1 + 0.4 * cos(v);
+            double u = 6.283185307179586 * i / n, v = 6.283185307179586 * j / k,
+                   r = 1 + 0.4 * cos(v);
             double *x = m->xyz + 3 * m->nv++;
             x[0] = x0 + r * cos(u);
             x[1] = y0 + r * sin(u);
@@ -693,7 +734,8 @@ static void large_models(void)
     CHECK(all > ROOM && last.report.num_findings == ROOM);
     first = last.report;
     memcpy(findings, last.findings, sizeof last.findings);
-    for (threads = 1; threads <= 8; threads = threads == 3 ? 8 : threads + 1) { /* the same report, byte by byte */
+    for (threads = 1; threads <= 8;
+         threads = threads == 3 ? 8 : threads + 1) { /* the same report, byte by byte */
         options.host.num_threads = threads;
         check_surface(&s, &options);
         CHECK(memcmp(last.report.counts, first.counts, sizeof first.counts) == 0);
@@ -732,7 +774,8 @@ static void defects_come_first(void)
     report.cap_findings = 5;
     CHECK(mesher_check(&s, NULL, &report) == MESHER_ERROR_SURFACE);
     CHECK(report.num_findings == 5);
-    CHECK(report.counts[MESHER_NOTE_FLIPPED_TRIANGLE] > 5 && report.counts[MESHER_DEFECT_INTERSECTION] > 5);
+    CHECK(report.counts[MESHER_NOTE_FLIPPED_TRIANGLE] > 5 &&
+          report.counts[MESHER_DEFECT_INTERSECTION] > 5);
     for (i = 0; i < 5; i++) CHECK(findings[i].kind == MESHER_DEFECT_INTERSECTION);
     for (i = 1; i < 5; i++) CHECK(findings[i - 1].triangles[0] <= findings[i].triangles[0]);
     model_free(&m);
@@ -801,7 +844,8 @@ static void arguments_are_checked(void)
     double bad[3] = {0, 0, (double)NAN};
     int calls = 0, k;
     memset(&o, 0, sizeof o);
-    CHECK(mesher_options_resolve(&out, NULL) == MESHER_OK && out.gradation == 0 && out.size_factor == 1);
+    CHECK(mesher_options_resolve(&out, NULL) == MESHER_OK && out.gradation == 0 &&
+          out.size_factor == 1);
     CHECK(mesher_options_resolve(NULL, NULL) == MESHER_ERROR_INVALID_ARGUMENT);
     o.size = -1;
     CHECK(mesher_options_resolve(&out, &o) == MESHER_ERROR_INVALID_ARGUMENT);
@@ -832,7 +876,8 @@ static void arguments_are_checked(void)
     CHECK(mesher_check(&s, NULL, NULL) == MESHER_ERROR_INVALID_ARGUMENT);
     for (k = 0; k < MESHER_NUM_KINDS; k++)
         CHECK(strcmp(mesher_kind_string((mesher_kind)k), "unknown mesher_kind") != 0);
-    CHECK(strcmp(mesher_result_string(MESHER_ERROR_RECOVERY), mesher_result_string(MESHER_ERROR_TIME)) != 0);
+    CHECK(strcmp(mesher_result_string(MESHER_ERROR_RECOVERY),
+                 mesher_result_string(MESHER_ERROR_TIME)) != 0);
 }
 
 static void turns_in_a_coordinate_plane(void)

@@ -214,10 +214,12 @@ static void threads_do_not_matter(void)
 }
 
 #if defined(DELAUNAY__AVX2)
-/* Coordinates of all magnitudes on each axis, often zero, often on a sphere, in a plane or in line. */
+/* Coordinates of all magnitudes on each axis, often zero, often on a sphere, in a plane or in
+ * line. */
 static void badly_scaled_points(delaunay_vertex *x, int n)
 {
-    int i, k, scale[3], common = (int)(random_u32() % 240) - 120, short_ones = (int)(random_u32() % 3);
+    int i, k, scale[3], common = (int)(random_u32() % 240) - 120,
+                        short_ones = (int)(random_u32() % 3);
     for (k = 0; k < 3; k++) scale[k] = random_u32() % 3 ? -(int)(random_u32() % 40) : 0;
     memset(x, 0, (size_t)n * sizeof *x);
     for (i = 1; i < n; i++)
@@ -259,7 +261,8 @@ static void vector_signs_are_exact(void)
         in = delaunay__in_conflict_avx2(&k, h, 4, x[1].x);
         for (i = 0; i < 4; i++) {
             const uint32_t *v = tets[i + 1].v;
-            if (v[3] && delaunay_orient3d(x[v[0]].x, x[v[1]].x, x[v[2]].x, x[v[3]].x) == 0) continue;
+            if (v[3] && delaunay_orient3d(x[v[0]].x, x[v[1]].x, x[v[2]].x, x[v[3]].x) == 0)
+                continue;
             wrong += (int)(in >> i & 1) != delaunay__in_conflict_exact(&k, h[i] >> 2, x[1].x);
         }
     }

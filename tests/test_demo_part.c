@@ -1,4 +1,5 @@
-/* The demo's surface: closed, manifold, oriented, of genus 7, with the volume that its drawing says. */
+/* The demo's surface: closed, manifold, oriented, of genus 7, with the volume that its drawing
+ * says. */
 #define MESHIO_IMPLEMENTATION
 #include "examples/meshio.h"
 #include "examples/demo_part.h"
@@ -26,7 +27,8 @@ static int flat_faces_are_flat(const meshio_mesh *m)
         double area = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
         int tag = m->triangle_tags[t];
         if (tag != DEMO_PART_BOTTOM && tag != DEMO_PART_PLATE) continue;
-        if (a[2] != b[2] || a[2] != c[2] || (tag == DEMO_PART_PLATE ? area : -area) <= 1e-6) return 0;
+        if (a[2] != b[2] || a[2] != c[2] || (tag == DEMO_PART_PLATE ? area : -area) <= 1e-6)
+            return 0;
     }
     return 1;
 }

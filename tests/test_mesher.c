@@ -1,6 +1,7 @@
-/* test_mesher.c - from surface to mesh, end to end, on surfaces made here. Each mesh is judged from its arrays
- * alone: positive tetrahedra, facets shared by two at most, every input triangle a facet, every facet between
- * two regions or at the border an input triangle, input vertices bit for bit, volumes. */
+/* test_mesher.c - from surface to mesh, end to end, on surfaces made here. Each mesh is judged from
+ * its arrays alone: positive tetrahedra, facets shared by two at most, every input triangle a
+ * facet, every facet between two regions or at the border an input triangle, input vertices bit for
+ * bit, volumes. */
 #define MESHER_IMPLEMENTATION
 #include "mesher.h"
 #include "check.h"
@@ -41,7 +42,8 @@ static uint32_t find_point(double x, double y, double z)
 {
     uint32_t v;
     for (v = 0; v < shape.nv; v++)
-        if (shape.xyz[3 * v] == x && shape.xyz[3 * v + 1] == y && shape.xyz[3 * v + 2] == z) return v;
+        if (shape.xyz[3 * v] == x && shape.xyz[3 * v + 1] == y && shape.xyz[3 * v + 2] == z)
+            return v;
     return add_point(x, y, z);
 }
 
@@ -72,13 +74,15 @@ static void add_line(uint32_t a, uint32_t b)
 
 static void add_box(double x, double y, double z, double size)
 {
-    static const int faces[6][4] = {{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}};
+    static const int faces[6][4] = {{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4},
+                                    {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}};
     uint32_t v[8];
     int i;
     for (i = 0; i < 8; i++)
         v[i] = add_point(x + (i & 1 ? size : 0), y + (i & 2 ? size : 0), z + (i & 4 ? size : 0));
     for (i = 0; i < 6; i++)
-        add_quad(v[faces[i][0]], v[faces[i][1]], v[faces[i][2]], v[faces[i][3]], (int)random_below(2));
+        add_quad(v[faces[i][0]], v[faces[i][1]], v[faces[i][2]], v[faces[i][3]],
+                 (int)random_below(2));
 }
 
 static void add_sphere(double x, double y, double z, double r, int rings, int spokes)
@@ -105,13 +109,15 @@ static void add_torus(double x0, double y0, double z0, uint32_t n, uint32_t k)
     uint32_t i, j, base = (uint32_t)shape.nv;
     for (i = 0; i < n; i++)
         for (j = 0; j < k; j++) {
-            double u = 6.283185307179586 * i / n, v = 6.283185307179586 * j / k, r = 1 + 0.4 * cos(v);
+            double u = 6.283185307179586 * i / n, v = 6.283185307179586 * j / k,
+                   r = 1 + 0.4 * cos(v);
             add_point(x0 + r * cos(u), y0 + r * sin(u), z0 + 0.4 * sin(v));
         }
     for (i = 0; i < n; i++)
         for (j = 0; j < k; j++)
-            add_quad(base + i * k + j, base + (i + 1) % n * k + j, base + (i + 1) % n * k + (j + 1) % k,
-                     base + i * k + (j + 1) % k, (int)random_below(2));
+            add_quad(base + i * k + j, base + (i + 1) % n * k + j,
+                     base + (i + 1) % n * k + (j + 1) % k, base + i * k + (j + 1) % k,
+                     (int)random_below(2));
 }
 
 /* A prism with its upper side turned: no triangulation without a new point. */
@@ -134,8 +140,8 @@ static void add_prism(int n, double turn)
     }
 }
 
-/* Voxels with materials; all faces between different ones, diagonals at random, each face once. Returns the
- * number of bounded cells. */
+/* Voxels with materials; all faces between different ones, diagonals at random, each face once.
+ * Returns the number of bounded cells. */
 enum { SIDE = 7 };
 static int voxel[SIDE][SIDE][SIDE]; /* [z][y][x]; the outermost layer is 0 */
 
@@ -154,7 +160,8 @@ static int count_voxel_cells(void)
         while (head < tail) {
             int c = queue[head++], x = c % SIDE, y = c / SIDE % SIDE, z = c / SIDE / SIDE;
             for (i = 0; i < 6; i++) {
-                int nx = x + (i == 0) - (i == 1), ny = y + (i == 2) - (i == 3), nz = z + (i == 4) - (i == 5);
+                int nx = x + (i == 0) - (i == 1), ny = y + (i == 2) - (i == 3),
+                    nz = z + (i == 4) - (i == 5);
                 if (nx < 0 || ny < 0 || nz < 0 || nx >= SIDE || ny >= SIDE || nz >= SIDE) continue;
                 w = (nz * SIDE + ny) * SIDE + nx;
                 if (seen[w] || flat[w] != flat[c]) continue;
@@ -248,7 +255,8 @@ static uint32_t *weld(const mesher_surface *s)
     for (v = 0; v < s->num_vertices; v++) {
         const double *x = s->xyz + 3 * v;
         for (w = 0; w < v; w++)
-            if (s->xyz[3 * w] == x[0] && s->xyz[3 * w + 1] == x[1] && s->xyz[3 * w + 2] == x[2]) break;
+            if (s->xyz[3 * w] == x[0] && s->xyz[3 * w + 1] == x[1] && s->xyz[3 * w + 2] == x[2])
+                break;
         first[v] = w;
     }
     return first;
@@ -257,7 +265,8 @@ static uint32_t *weld(const mesher_surface *s)
 static double six_volumes(const mesher_output *out, uint64_t t)
 {
     const uint32_t *v = out->tets + 4 * t;
-    const double *a = out->xyz + 3 * v[0], *b = out->xyz + 3 * v[1], *c = out->xyz + 3 * v[2], *d = out->xyz + 3 * v[3];
+    const double *a = out->xyz + 3 * v[0], *b = out->xyz + 3 * v[1], *c = out->xyz + 3 * v[2],
+                 *d = out->xyz + 3 * v[3];
     double e[3], f[3], g[3];
     int i;
     for (i = 0; i < 3; i++) {
@@ -265,11 +274,12 @@ static double six_volumes(const mesher_output *out, uint64_t t)
         f[i] = c[i] - a[i];
         g[i] = d[i] - a[i];
     }
-    return e[0] * (f[1] * g[2] - f[2] * g[1]) + e[1] * (f[2] * g[0] - f[0] * g[2]) + e[2] * (f[0] * g[1] - f[1] * g[0]);
+    return e[0] * (f[1] * g[2] - f[2] * g[1]) + e[1] * (f[2] * g[0] - f[0] * g[2]) +
+           e[2] * (f[0] * g[1] - f[1] * g[0]);
 }
 
-/* Everything that can be said of the arrays; all: every triangle must be a facet, every line an edge. The
- * volume. */
+/* Everything that can be said of the arrays; all: every triangle must be a facet, every line an
+ * edge. The volume. */
 static double judge(const mesher_surface *s, const mesher_output *out, uint32_t regions, int all)
 {
     uint32_t *first = weld(s), largest = 0;
@@ -287,7 +297,8 @@ static double judge(const mesher_surface *s, const mesher_output *out, uint32_t 
             if (v[j] >= out->num_vertices || (v[j] < s->num_vertices && first[v[j]] != v[j])) bad++;
             mesh[n++] = make_half(v[o[0]], v[o[1]], v[o[2]], out->regions[i]);
         }
-        if (delaunay_orient3d(out->xyz + 3 * v[0], out->xyz + 3 * v[1], out->xyz + 3 * v[2], out->xyz + 3 * v[3]) <= 0)
+        if (delaunay_orient3d(out->xyz + 3 * v[0], out->xyz + 3 * v[1], out->xyz + 3 * v[2],
+                              out->xyz + 3 * v[3]) <= 0)
             bad++;
         if (out->regions[i] == 0) bad++;
         if (out->regions[i] > largest) largest = out->regions[i];
@@ -304,7 +315,8 @@ static double judge(const mesher_surface *s, const mesher_output *out, uint32_t 
     used = j;
     qsort(mesh, n, sizeof *mesh, compare_halves);
     qsort(surface, used, sizeof *surface, compare_halves);
-    for (i = 0; i < n; i = j) { /* facets: one or two sides, opposite; borders are triangles of the surface */
+    for (i = 0; i < n;
+         i = j) { /* facets: one or two sides, opposite; borders are triangles of the surface */
         for (j = i + 1; j < n && same_half(mesh + i, mesh + j); j++) {}
         if (j > i + 2 || (j == i + 2 && mesh[i].turn == mesh[i + 1].turn)) bad++;
         if (j == i + 1 || mesh[i].region != mesh[i + 1].region) {
@@ -444,7 +456,8 @@ static void voxel_materials(void)
         clear();
         cells = voxel_surface();
         for (v = 0; v < SIDE * SIDE * SIDE; v++) solid += flat[v] != 0;
-        CHECK(mesh_and_judge(&o, (uint32_t)cells, 1) >= solid - 1e-6); /* bounded voids are filled */
+        CHECK(mesh_and_judge(&o, (uint32_t)cells, 1) >=
+              solid - 1e-6); /* bounded voids are filled */
     }
 }
 
@@ -539,10 +552,12 @@ static void region_graph(void)
     prepare();
     CHECK(mesher_mesh(&domain, &s, &o, &report) == MESHER_OK);
     CHECK(report.counts[MESHER_NOTE_OUTSIDE_LINE] == 1);
-    CHECK(domain.num_regions == 2 && domain.regions[0].first_facet == 0 && domain.regions[1].first_facet == 12);
+    CHECK(domain.num_regions == 2 && domain.regions[0].first_facet == 0 &&
+          domain.regions[1].first_facet == 12);
     for (i = 0; i < domain.num_facets; i++) {
         const uint32_t *sides = domain.facet_sides + 2 * i;
-        CHECK(domain.facet_source[i] < 12 ? sides[0] == 1 && sides[1] == 0 : sides[0] == 2 && sides[1] == 1);
+        CHECK(domain.facet_source[i] < 12 ? sides[0] == 1 && sides[1] == 0
+                                          : sides[0] == 2 && sides[1] == 1);
         walls++;
     }
     CHECK(walls == 24);
@@ -617,7 +632,8 @@ static void seeds_choose_cells(void)
     s.num_seeds = 1; /* a hole, and nothing else: the others stay */
     CHECK(mesher_mesh(&domain, &s, &o, &report) == MESHER_OK);
     CHECK(report.num_regions == 2 && !domain.regions[0].kept && domain.regions[1].number == 1);
-    CHECK(near(domain.regions[2].volume, 1) && domain.regions[2].depth == 1 && domain.regions[2].winding == 1);
+    CHECK(near(domain.regions[2].volume, 1) && domain.regions[2].depth == 1 &&
+          domain.regions[2].winding == 1);
     CHECK(domain.regions[2].first_facet == 24);
     mesher_domain_free(&domain);
 }
@@ -694,7 +710,8 @@ static void invalid_surfaces(void)
     clear(); /* a tetrahedron pokes through the floor of a box: edge through facet */
     add_box(0, 0, 0, 4);
     {
-        uint32_t a = add_point(1, 1.5, 1), b = add_point(2, 1.5, 1), c = add_point(1.5, 2.5, 1), d = add_point(1.5, 1.8, -1);
+        uint32_t a = add_point(1, 1.5, 1), b = add_point(2, 1.5, 1), c = add_point(1.5, 2.5, 1),
+                 d = add_point(1.5, 1.8, -1);
         add_triangle(a, b, c);
         add_triangle(a, d, b);
         add_triangle(b, d, c);
@@ -714,21 +731,24 @@ static void invalid_surfaces(void)
         mesher_result code;
         size_t i;
         int t;
-        for (t = 0; t < 2; t++) { /* x = 1: triangles 10, 11 of the first box; 20, 21 of the second */
+        for (t = 0; t < 2;
+             t++) { /* x = 1: triangles 10, 11 of the first box; 20, 21 of the second */
             clear();
             add_box(0, 0, 0, 1);
             add_box(1, 0, 0, 1);
             shape.nt = 24;
             for (i = 0; i < 2; i++) {
                 static const uint32_t one[2][3] = {{1, 3, 7}, {1, 7, 5}};
-                static const uint32_t same[2][3] = {{8, 12, 14}, {8, 14, 10}}, other[2][3] = {{8, 12, 10}, {12, 14, 10}};
+                static const uint32_t same[2][3] = {{8, 12, 14}, {8, 14, 10}},
+                                      other[2][3] = {{8, 12, 10}, {12, 14, 10}};
                 memcpy(shape.triangles + 3 * (10 + i), one[i], sizeof one[i]);
                 memcpy(shape.triangles + 3 * (20 + i), t ? other[i] : same[i], sizeof one[i]);
             }
             code = mesh_code(&o);
             CHECK(code == (t ? MESHER_ERROR_SURFACE : MESHER_OK));
             CHECK((report.counts[MESHER_DEFECT_OVERLAP] > 0) == t);
-            if (!t) CHECK(report.num_regions == 2 && report.counts[MESHER_NOTE_OPPOSITE_TRIANGLE] == 2);
+            if (!t)
+                CHECK(report.num_regions == 2 && report.counts[MESHER_NOTE_OPPOSITE_TRIANGLE] == 2);
         }
     }
 }
@@ -777,9 +797,11 @@ static void every_allocation_may_fail(void)
             c.left = k;
             c.live = 0;
             code = mesher_mesh(&domain, &s, &o, &report);
-            CHECK(code >= 0 || code == MESHER_ERROR_OUT_OF_MEMORY || (kind == 2 && code == MESHER_ERROR_SURFACE) ||
+            CHECK(code >= 0 || code == MESHER_ERROR_OUT_OF_MEMORY ||
+                  (kind == 2 && code == MESHER_ERROR_SURFACE) ||
                   (kind == 2 && code == MESHER_ERROR_RECOVERY));
-            if (kind == 2 && code == MESHER_ERROR_RECOVERY) code = MESHER_ERROR_OUT_OF_MEMORY; /* no memory to explain */
+            if (kind == 2 && code == MESHER_ERROR_RECOVERY)
+                code = MESHER_ERROR_OUT_OF_MEMORY; /* no memory to explain */
             if (code >= 0) {
                 code = mesher_export(&domain, &out);
                 CHECK(code == MESHER_OK || code == MESHER_ERROR_OUT_OF_MEMORY);
@@ -843,7 +865,8 @@ static uint64_t mesh_hash(int threads, int refine)
     o.host.num_threads = threads;
     o.no_refine = !refine;
     prepare();
-    if (mesher_mesh(&domain, &s, &o, &report) < 0 || mesher_export(&domain, &out) != MESHER_OK) return 0;
+    if (mesher_mesh(&domain, &s, &o, &report) < 0 || mesher_export(&domain, &out) != MESHER_OK)
+        return 0;
     h = hash_bytes(h, out.xyz, 3 * (size_t)out.num_vertices * sizeof *out.xyz);
     h = hash_bytes(h, out.tets, 4 * (size_t)out.num_tets * sizeof *out.tets);
     h = hash_bytes(h, out.regions, (size_t)out.num_tets * sizeof *out.regions);

@@ -153,13 +153,36 @@ static int parses_like_strtod(const char *text)
 
 static void doubles_are_correctly_rounded(void)
 {
-    static const char *const hard[] = {"0", "-0", "1", "0.1", "-.5", "5.", "1e22", "1e23", "9007199254740993",
-        "9007199254740992.5", "1.7976931348623157e308", "1e999", "-1e999", "4.9406564584124654e-324",
-        "2.4703282292062327e-324", "2.4703282292062328e-324", "123456789012345678901234567890",
-        "0.000000000000000000000000000000000001", "8.5e-05", "1E5", "1e+5",
-        "0.500000000000000166533453693773481063544750213623046875", "18446744073709551615", "36893488147419103232",
-        "9007199254740993e-1", "72057594037927945", "7205759403792793.5", "0.30000000000000004",
-        "179769313486231580793e289", "00000000000000000000000000000001.5"};
+    static const char *const hard[] = {"0",
+                                       "-0",
+                                       "1",
+                                       "0.1",
+                                       "-.5",
+                                       "5.",
+                                       "1e22",
+                                       "1e23",
+                                       "9007199254740993",
+                                       "9007199254740992.5",
+                                       "1.7976931348623157e308",
+                                       "1e999",
+                                       "-1e999",
+                                       "4.9406564584124654e-324",
+                                       "2.4703282292062327e-324",
+                                       "2.4703282292062328e-324",
+                                       "123456789012345678901234567890",
+                                       "0.000000000000000000000000000000000001",
+                                       "8.5e-05",
+                                       "1E5",
+                                       "1e+5",
+                                       "0.500000000000000166533453693773481063544750213623046875",
+                                       "18446744073709551615",
+                                       "36893488147419103232",
+                                       "9007199254740993e-1",
+                                       "72057594037927945",
+                                       "7205759403792793.5",
+                                       "0.30000000000000004",
+                                       "179769313486231580793e289",
+                                       "00000000000000000000000000000001.5"};
     size_t i;
     int k;
     for (i = 0; i < sizeof hard / sizeof hard[0]; i++) CHECK(parses_like_strtod(hard[i]));
@@ -239,7 +262,8 @@ static void check_round_trip(const char *extension, int binary, int ascii)
         if (has_vertex_tags) CHECK(memcmp(back.vertex_tags, m.vertex_tags, 24) == 0);
     }
     for (i = 0; i < 2; i++)
-        CHECK(has_element(back.tets, back.tet_tags, back.num_tets, 4, m.tets + 4 * i, m.tet_tags[i]));
+        CHECK(
+            has_element(back.tets, back.tet_tags, back.num_tets, 4, m.tets + 4 * i, m.tet_tags[i]));
     if (strcmp(extension, "ele") != 0) {
         CHECK(back.num_triangles == 6 && back.num_edges == 2);
         for (i = 0; i < 6; i++)
@@ -325,7 +349,8 @@ static void points_are_read_raw_and_as_text(void)
     meshio_free(&m);
     remove(name);
     CHECK(meshio_read_memory(d, 25, MESHIO_FORMAT_BIN, &m, NULL) == MESHIO_ERROR_TRUNCATED);
-    CHECK(read_text(MESHIO_FORMAT_XYZ, "# c\n1 2 3\n\n 4\t5 6 255 0 0\r\n7 8 9", &m, NULL) == MESHIO_OK);
+    CHECK(read_text(MESHIO_FORMAT_XYZ, "# c\n1 2 3\n\n 4\t5 6 255 0 0\r\n7 8 9", &m, NULL) ==
+          MESHIO_OK);
     CHECK(m.num_vertices == 3 && m.xyz[5] == 6 && m.xyz[8] == 9);
     meshio_free(&m);
     CHECK(read_text(MESHIO_FORMAT_XYZ, "2\n1 2 3\n4 5 6\n", &m, NULL) == MESHIO_OK);
@@ -357,13 +382,25 @@ static void check_tetrahedron(meshio_format format, const char *text)
 static void off_comes_in_many_layouts(void)
 {
     meshio_mesh m;
-    check_tetrahedron(MESHIO_FORMAT_OFF, "OFF\n4 4 6\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 1 2 3\n3 0 3 2\n");
-    check_tetrahedron(MESHIO_FORMAT_OFF, "\xEF\xBB\xBFOFF\r\n4 4 6\r\n0 0 0\r\n1 0 0\r\n0 1 0\r\n0 0 1\r\n3 0 2 1\r\n3 0 1 3\r\n3 1 2 3\r\n3 0 3 2");
-    check_tetrahedron(MESHIO_FORMAT_OFF, "OFF 4 4 6 0 0 0 1 0 0 0 1 0 0 0 1 3 0 2 1 3 0 1 3 3 1 2 3 3 0 3 2");
-    check_tetrahedron(MESHIO_FORMAT_OFF, "# a\nOFF # b\n\n4\t4 6\n# c\n0 0 0#d\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1 255 0 0\n3 0 1 3 0.5\n3 1 2 3\n\n3 0 3 2 # end");
-    check_tetrahedron(MESHIO_FORMAT_OFF, "COFF 4 4 6\n0 0 0 1 1 1 1\n1 0 0 1 1 1 1\n0 1 0 1 1 1 1\n0 0 1 1 1 1 1\n3 0 2 1\n3 0 1 3\n3 1 2 3\n3 0 3 2\n");
-    CHECK(read_text(MESHIO_FORMAT_OFF, "OFF\n5 1 0\n0 0 0\n1 0 0\n1 1 0\n.5 2 0\n0 1 0\n5 0 1 2 3 4\n", &m, NULL) == MESHIO_OK);
-    CHECK(m.num_triangles == 3 && m.triangles[6] == 0 && m.triangles[7] == 3 && m.triangles[8] == 4);
+    check_tetrahedron(
+        MESHIO_FORMAT_OFF,
+        "OFF\n4 4 6\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 1 2 3\n3 0 3 2\n");
+    check_tetrahedron(
+        MESHIO_FORMAT_OFF,
+        "\xEF\xBB\xBFOFF\r\n4 4 6\r\n0 0 0\r\n1 0 0\r\n0 1 0\r\n0 0 1\r\n3 0 2 1\r\n3 0 1 3\r\n3 1 2 3\r\n3 0 3 2");
+    check_tetrahedron(MESHIO_FORMAT_OFF,
+                      "OFF 4 4 6 0 0 0 1 0 0 0 1 0 0 0 1 3 0 2 1 3 0 1 3 3 1 2 3 3 0 3 2");
+    check_tetrahedron(
+        MESHIO_FORMAT_OFF,
+        "# a\nOFF # b\n\n4\t4 6\n# c\n0 0 0#d\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1 255 0 0\n3 0 1 3 0.5\n3 1 2 3\n\n3 0 3 2 # end");
+    check_tetrahedron(
+        MESHIO_FORMAT_OFF,
+        "COFF 4 4 6\n0 0 0 1 1 1 1\n1 0 0 1 1 1 1\n0 1 0 1 1 1 1\n0 0 1 1 1 1 1\n3 0 2 1\n3 0 1 3\n3 1 2 3\n3 0 3 2\n");
+    CHECK(read_text(MESHIO_FORMAT_OFF,
+                    "OFF\n5 1 0\n0 0 0\n1 0 0\n1 1 0\n.5 2 0\n0 1 0\n5 0 1 2 3 4\n", &m,
+                    NULL) == MESHIO_OK);
+    CHECK(m.num_triangles == 3 && m.triangles[6] == 0 && m.triangles[7] == 3 &&
+          m.triangles[8] == 4);
     meshio_free(&m);
     CHECK(read_text(MESHIO_FORMAT_OFF, "OFF 0 0 0", &m, NULL) == MESHIO_OK && m.num_vertices == 0);
 }
@@ -371,50 +408,78 @@ static void off_comes_in_many_layouts(void)
 static void obj_indices_come_in_many_forms(void)
 {
     meshio_mesh m;
-    check_tetrahedron(MESHIO_FORMAT_OBJ, "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n");
-    check_tetrahedron(MESHIO_FORMAT_OBJ, "o part\nv 0 0 0 1\nvn 0 0 1\nvt 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\ng a\nusemtl x\ns off\n"
-                                         "f 1/1/1 3//1 -3\nf 1/1 2 4\nf 2 \\\n3 4\nf -4//-1 -1 -2 # c");
-    check_tetrahedron(MESHIO_FORMAT_OBJ, "f 1 3 2\nv 0 0 0\r\nv 1 0 0\r\nv 0 1 0\r\nv 0 0 1\r\nf 1 2 4\nf 2 3 4\nf 1 4 3");
-    CHECK(read_text(MESHIO_FORMAT_OBJ, "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\ng a\nf 1 2 3\ng b\nf 1 2 4\nl 1 2\n", &m, NULL) == MESHIO_OK);
-    CHECK(m.num_triangles == 2 && m.triangle_tags[0] == 1 && m.triangle_tags[1] == 2 && m.num_other == 1);
+    check_tetrahedron(MESHIO_FORMAT_OBJ,
+                      "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n");
+    check_tetrahedron(
+        MESHIO_FORMAT_OBJ,
+        "o part\nv 0 0 0 1\nvn 0 0 1\nvt 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\ng a\nusemtl x\ns off\n"
+        "f 1/1/1 3//1 -3\nf 1/1 2 4\nf 2 \\\n3 4\nf -4//-1 -1 -2 # c");
+    check_tetrahedron(
+        MESHIO_FORMAT_OBJ,
+        "f 1 3 2\nv 0 0 0\r\nv 1 0 0\r\nv 0 1 0\r\nv 0 0 1\r\nf 1 2 4\nf 2 3 4\nf 1 4 3");
+    CHECK(read_text(MESHIO_FORMAT_OBJ,
+                    "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\ng a\nf 1 2 3\ng b\nf 1 2 4\nl 1 2\n", &m,
+                    NULL) == MESHIO_OK);
+    CHECK(m.num_triangles == 2 && m.triangle_tags[0] == 1 && m.triangle_tags[1] == 2 &&
+          m.num_other == 1);
     meshio_free(&m);
 }
 
 static void ply_elements_come_in_any_order(void)
 {
     meshio_mesh m;
-    check_tetrahedron(MESHIO_FORMAT_PLY, "ply\nformat ascii 1.0\ncomment x\nelement vertex 4\nproperty uchar red\nproperty float z\n"
-                                         "property float y\nproperty float x\nelement face 4\nproperty list uchar uchar junk\n"
-                                         "property list uchar int vertex_index\nend_header\n9 0 0 0\n9 0 0 1\n9 0 1 0\n9 1 0 0\n"
-                                         "0 3 0 2 1\n1 5 3 0 1 3\n0 3 1 2 3\n2 1 1 3 0 3 2\n");
-    CHECK(read_text(MESHIO_FORMAT_PLY, "ply\r\nformat ascii 1.0\r\nelement vertex 0\r\nproperty float x\r\nproperty float y\r\n"
-                                       "property float z\r\nend_header\r\n", &m, NULL) == MESHIO_OK);
+    check_tetrahedron(
+        MESHIO_FORMAT_PLY,
+        "ply\nformat ascii 1.0\ncomment x\nelement vertex 4\nproperty uchar red\nproperty float z\n"
+        "property float y\nproperty float x\nelement face 4\nproperty list uchar uchar junk\n"
+        "property list uchar int vertex_index\nend_header\n9 0 0 0\n9 0 0 1\n9 0 1 0\n9 1 0 0\n"
+        "0 3 0 2 1\n1 5 3 0 1 3\n0 3 1 2 3\n2 1 1 3 0 3 2\n");
+    CHECK(
+        read_text(
+            MESHIO_FORMAT_PLY,
+            "ply\r\nformat ascii 1.0\r\nelement vertex 0\r\nproperty float x\r\nproperty float y\r\n"
+            "property float z\r\nend_header\r\n",
+            &m, NULL) == MESHIO_OK);
     meshio_free(&m);
 }
 
 static void medit_keywords_come_in_any_order(void)
 {
     meshio_mesh m;
-    check_tetrahedron(MESHIO_FORMAT_MEDIT, "MeshVersionFormatted 1\n# c\nDimension\n3\nVertices 4\n0 0 0 1\n1 0 0 2\n0 1 0 3\n0 0 1 4\nRidges 1\n1\n"
-                                           "Normals\n1\n0 0.5 -1e3\nTriangles\n4\n1 3 2 5\n1 2 4 5\n2 3 4 5\n1 4 3 5\nEnd\n");
-    CHECK(read_text(MESHIO_FORMAT_MEDIT, "MeshVersionFormatted 2 Dimension 3 Vertices 8 0 0 0 0 1 0 0 0 1 1 0 0 0 1 0 0 0 0 1 0 1 0 1 0 1 1 1 0 0 1 1 0 "
-                                         "Quadrilaterals 1 1 2 3 4 9 Hexahedra 1 1 2 3 4 5 6 7 8 0 Edges 1 1 2 6", &m, NULL) == MESHIO_OK);
-    CHECK(m.num_triangles == 2 && m.triangle_tags[1] == 9 && m.num_other == 1 && m.num_edges == 1 && m.edge_tags[0] == 6);
+    check_tetrahedron(
+        MESHIO_FORMAT_MEDIT,
+        "MeshVersionFormatted 1\n# c\nDimension\n3\nVertices 4\n0 0 0 1\n1 0 0 2\n0 1 0 3\n0 0 1 4\nRidges 1\n1\n"
+        "Normals\n1\n0 0.5 -1e3\nTriangles\n4\n1 3 2 5\n1 2 4 5\n2 3 4 5\n1 4 3 5\nEnd\n");
+    CHECK(
+        read_text(
+            MESHIO_FORMAT_MEDIT,
+            "MeshVersionFormatted 2 Dimension 3 Vertices 8 0 0 0 0 1 0 0 0 1 1 0 0 0 1 0 0 0 0 1 0 1 0 1 0 1 1 1 0 0 1 1 0 "
+            "Quadrilaterals 1 1 2 3 4 9 Hexahedra 1 1 2 3 4 5 6 7 8 0 Edges 1 1 2 6",
+            &m, NULL) == MESHIO_OK);
+    CHECK(m.num_triangles == 2 && m.triangle_tags[1] == 9 && m.num_other == 1 && m.num_edges == 1 &&
+          m.edge_tags[0] == 6);
     meshio_free(&m);
 }
 
 static void msh_ids_may_be_sparse(void)
 {
     meshio_mesh m;
-    check_tetrahedron(MESHIO_FORMAT_MSH, "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n1\n2 1 \"a\"\n$EndPhysicalNames\n$Nodes\n4\n"
-                                         "40 0 0 0\n10 1 0 0\n30 0 1 0\n1000000000000 0 0 1\n$EndNodes\n$Elements\n5\n1 2 2 7 1 40 30 10\n"
-                                         "2 2 2 7 1 40 10 1000000000000\n3 2 0 10 30 1000000000000\n9 15 2 0 1 40\n4 2 2 0 8 40 1000000000000 30\n$EndElements\n");
-    CHECK(read_text(MESHIO_FORMAT_MSH, "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$Entities\n0 0 1 0\n5 0 0 0 1 1 1 1 77 0\n$EndEntities\n$Nodes\n2 3 1 9\n"
-                                       "0 1 0 1\n9\n0 0 0\n2 5 1 2\n2\n1\n1 0 0 .5 .5\n0 1 0 .5 .5\n$EndNodes\n$Elements\n2 2 1 2\n2 5 2 1\n1 9 2 1\n"
-                                       "2 6 2 1\n2 9 1 2\n$EndElements\n$Junk\nx y z\n$EndJunk\n", &m, NULL) == MESHIO_OK);
+    check_tetrahedron(
+        MESHIO_FORMAT_MSH,
+        "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n1\n2 1 \"a\"\n$EndPhysicalNames\n$Nodes\n4\n"
+        "40 0 0 0\n10 1 0 0\n30 0 1 0\n1000000000000 0 0 1\n$EndNodes\n$Elements\n5\n1 2 2 7 1 40 30 10\n"
+        "2 2 2 7 1 40 10 1000000000000\n3 2 0 10 30 1000000000000\n9 15 2 0 1 40\n4 2 2 0 8 40 1000000000000 30\n$EndElements\n");
+    CHECK(
+        read_text(
+            MESHIO_FORMAT_MSH,
+            "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$Entities\n0 0 1 0\n5 0 0 0 1 1 1 1 77 0\n$EndEntities\n$Nodes\n2 3 1 9\n"
+            "0 1 0 1\n9\n0 0 0\n2 5 1 2\n2\n1\n1 0 0 .5 .5\n0 1 0 .5 .5\n$EndNodes\n$Elements\n2 2 1 2\n2 5 2 1\n1 9 2 1\n"
+            "2 6 2 1\n2 9 1 2\n$EndElements\n$Junk\nx y z\n$EndJunk\n",
+            &m, NULL) == MESHIO_OK);
     CHECK(m.num_vertices == 3 && m.num_triangles == 2);
     if (m.num_triangles == 2) {
-        CHECK(m.triangle_tags[0] == 77 && m.triangle_tags[1] == 6 && m.triangles[1] == 1 && m.triangles[4] == 2);
+        CHECK(m.triangle_tags[0] == 77 && m.triangle_tags[1] == 6 && m.triangles[1] == 1 &&
+              m.triangles[4] == 2);
     }
     meshio_free(&m);
 }
@@ -422,22 +487,36 @@ static void msh_ids_may_be_sparse(void)
 static void vtk_cells_and_strips(void)
 {
     meshio_mesh m;
-    check_tetrahedron(MESHIO_FORMAT_VTK, "# vtk DataFile Version 2.0\nt\nASCII\nDATASET POLYDATA\nPOINTS 4 float\n0 0 0 1 0 0 0 1 0 0 0 1\nPOLYGONS 4 16\n"
-                                         "3 0 2 1 3 0 1 3 3 1 2 3 3 0 3 2\nPOINT_DATA 4\nSCALARS a float\nLOOKUP_TABLE default\n1 2 3 4\n");
-    check_tetrahedron(MESHIO_FORMAT_VTK, "# vtk DataFile Version 5.1\nt\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 4 double\n0 0 0 1 0 0 0 1 0 0 0 1\nCELLS 5 12\n"
-                                         "OFFSETS vtktypeint64\n0 3 6 9 12\nCONNECTIVITY vtktypeint64\n0 2 1 0 1 3 1 2 3 0 3 2\nCELL_TYPES 4\n5 5 5 5\n");
-    CHECK(read_text(MESHIO_FORMAT_VTK, "# vtk DataFile Version 2.0\nt\nASCII\nDATASET POLYDATA\nPOINTS 4 float\n0 0 0 1 0 0 0 1 0 1 1 0\nTRIANGLE_STRIPS 1 5\n"
-                                       "4 0 1 2 3\nCELL_DATA 1\nSCALARS region int 1\nLOOKUP_TABLE default\n42\n", &m, NULL) == MESHIO_OK);
-    CHECK(m.num_triangles == 2 && m.triangles[3] == 1 && m.triangles[4] == 3 && m.triangles[5] == 2 && m.triangle_tags[1] == 42);
+    check_tetrahedron(
+        MESHIO_FORMAT_VTK,
+        "# vtk DataFile Version 2.0\nt\nASCII\nDATASET POLYDATA\nPOINTS 4 float\n0 0 0 1 0 0 0 1 0 0 0 1\nPOLYGONS 4 16\n"
+        "3 0 2 1 3 0 1 3 3 1 2 3 3 0 3 2\nPOINT_DATA 4\nSCALARS a float\nLOOKUP_TABLE default\n1 2 3 4\n");
+    check_tetrahedron(
+        MESHIO_FORMAT_VTK,
+        "# vtk DataFile Version 5.1\nt\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 4 double\n0 0 0 1 0 0 0 1 0 0 0 1\nCELLS 5 12\n"
+        "OFFSETS vtktypeint64\n0 3 6 9 12\nCONNECTIVITY vtktypeint64\n0 2 1 0 1 3 1 2 3 0 3 2\nCELL_TYPES 4\n5 5 5 5\n");
+    CHECK(
+        read_text(
+            MESHIO_FORMAT_VTK,
+            "# vtk DataFile Version 2.0\nt\nASCII\nDATASET POLYDATA\nPOINTS 4 float\n0 0 0 1 0 0 0 1 0 1 1 0\nTRIANGLE_STRIPS 1 5\n"
+            "4 0 1 2 3\nCELL_DATA 1\nSCALARS region int 1\nLOOKUP_TABLE default\n42\n",
+            &m, NULL) == MESHIO_OK);
+    CHECK(m.num_triangles == 2 && m.triangles[3] == 1 && m.triangles[4] == 3 &&
+          m.triangles[5] == 2 && m.triangle_tags[1] == 42);
     meshio_free(&m);
 }
 
 static void stl_text_may_hold_several_solids(void)
 {
     meshio_mesh m;
-    CHECK(read_text(MESHIO_FORMAT_STL, "solid a b\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid a b\n"
-                                       "SOLID\nFACET NORMAL 0 0 1\nOUTER LOOP\nVERTEX -0 0 0\nVERTEX 1 0 0\nVERTEX 0 0 1\nENDLOOP\nENDFACET\nENDSOLID", &m, NULL) == MESHIO_OK);
-    CHECK(m.num_triangles == 2 && m.num_vertices == 4 && m.triangle_tags[0] == 1 && m.triangle_tags[1] == 2);
+    CHECK(
+        read_text(
+            MESHIO_FORMAT_STL,
+            "solid a b\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid a b\n"
+            "SOLID\nFACET NORMAL 0 0 1\nOUTER LOOP\nVERTEX -0 0 0\nVERTEX 1 0 0\nVERTEX 0 0 1\nENDLOOP\nENDFACET\nENDSOLID",
+            &m, NULL) == MESHIO_OK);
+    CHECK(m.num_triangles == 2 && m.num_vertices == 4 && m.triangle_tags[0] == 1 &&
+          m.triangle_tags[1] == 2);
     CHECK(strcmp(m.name, "a b") == 0);
     meshio_free(&m);
 }
@@ -459,9 +538,11 @@ static void stl_binary_is_known_by_its_size(void)
     CHECK(m.num_triangles == 1);
     meshio_free(&m);
     bytes[80] = 2;
-    CHECK(meshio_read_memory(bytes, sizeof bytes, MESHIO_FORMAT_STL, &m, NULL) == MESHIO_ERROR_COUNT);
+    CHECK(meshio_read_memory(bytes, sizeof bytes, MESHIO_FORMAT_STL, &m, NULL) ==
+          MESHIO_ERROR_COUNT);
     bytes[83] = 255;
-    CHECK(meshio_read_memory(bytes, sizeof bytes, MESHIO_FORMAT_STL, &m, NULL) == MESHIO_ERROR_COUNT);
+    CHECK(meshio_read_memory(bytes, sizeof bytes, MESHIO_FORMAT_STL, &m, NULL) ==
+          MESHIO_ERROR_COUNT);
     CHECK(m.xyz == NULL && m.num_vertices == 0);
 }
 
@@ -496,13 +577,27 @@ static void check_flat_poly(const char *text, size_t triangles, double area)
 
 static void facets_may_be_concave_and_have_holes(void)
 {
-    check_flat_poly("6 3 0 0\n0 0 0 0\n1 2 0 0\n2 2 1 0\n3 1 1 0\n4 1 2 0\n5 0 2 0\n1 0\n1\n6 0 1 2 3 4 5\n0\n0\n", 4, 3);
-    check_flat_poly("6 3 0 0\n1 0 0 0\n2 2 0 0\n3 2 1 0\n4 1 1 0\n5 1 2 0\n6 0 2 0\n1 0\n1\n6 6 5 4 3 2 1\n0\n0\n", 4, -3);
-    check_flat_poly("8 3 0 0\n0 0 0 0\n1 3 0 0\n2 3 3 0\n3 0 3 0\n4 1 1 0\n5 2 1 0\n6 2 2 0\n7 1 2 0\n1 1\n2 1 7\n4 0 1 2 3\n4 4 5 6 7\n1 1.5 1.5 0\n0\n0\n", 8, 8);
-    check_flat_poly("8 3 0 0\n0 0 0 0\n1 3 0 0\n2 3 3 0\n3 0 3 0\n4 1 1 0\n5 2 1 0\n6 2 2 0\n7 1 2 0\n1 1\n2 0 7\n4 0 1 2 3\n4 4 5 6 7\n0\n0\n", 10, 9);
-    check_flat_poly("6 3 0 0\n0 0 0 0\n1 4 0 0\n2 4 4 0\n3 0 4 0\n4 1 2 0\n5 3 2 0\n1 1\n3 0 7\n4 0 1 2 3\n2 4 5\n1 4\n0\n0\n", 6, 16);
-    check_flat_poly("6 3 0 0\n0 0 0 0\n1 4 0 0\n2 4 4 0\n3 2 4 0\n4 1 4 0\n5 0 4 0\n1 1\n1 0 7\n6 0 1 2 3 4 5\n0\n0\n", 4, 16);
-    check_flat_poly("5 3 0 0\n0 0 0 0\n1 4 0 0\n2 4 4 0\n3 0 4 0\n4 2 0 0\n1 1\n2\n4 0 1 2 3\n1 4\n0\n0\n", 3, 16);
+    check_flat_poly(
+        "6 3 0 0\n0 0 0 0\n1 2 0 0\n2 2 1 0\n3 1 1 0\n4 1 2 0\n5 0 2 0\n1 0\n1\n6 0 1 2 3 4 5\n0\n0\n",
+        4, 3);
+    check_flat_poly(
+        "6 3 0 0\n1 0 0 0\n2 2 0 0\n3 2 1 0\n4 1 1 0\n5 1 2 0\n6 0 2 0\n1 0\n1\n6 6 5 4 3 2 1\n0\n0\n",
+        4, -3);
+    check_flat_poly(
+        "8 3 0 0\n0 0 0 0\n1 3 0 0\n2 3 3 0\n3 0 3 0\n4 1 1 0\n5 2 1 0\n6 2 2 0\n7 1 2 0\n1 1\n2 1 7\n4 0 1 2 3\n4 4 5 6 7\n1 1.5 1.5 0\n0\n0\n",
+        8, 8);
+    check_flat_poly(
+        "8 3 0 0\n0 0 0 0\n1 3 0 0\n2 3 3 0\n3 0 3 0\n4 1 1 0\n5 2 1 0\n6 2 2 0\n7 1 2 0\n1 1\n2 0 7\n4 0 1 2 3\n4 4 5 6 7\n0\n0\n",
+        10, 9);
+    check_flat_poly(
+        "6 3 0 0\n0 0 0 0\n1 4 0 0\n2 4 4 0\n3 0 4 0\n4 1 2 0\n5 3 2 0\n1 1\n3 0 7\n4 0 1 2 3\n2 4 5\n1 4\n0\n0\n",
+        6, 16);
+    check_flat_poly(
+        "6 3 0 0\n0 0 0 0\n1 4 0 0\n2 4 4 0\n3 2 4 0\n4 1 4 0\n5 0 4 0\n1 1\n1 0 7\n6 0 1 2 3 4 5\n0\n0\n",
+        4, 16);
+    check_flat_poly(
+        "5 3 0 0\n0 0 0 0\n1 4 0 0\n2 4 4 0\n3 0 4 0\n4 2 0 0\n1 1\n2\n4 0 1 2 3\n1 4\n0\n0\n", 3,
+        16);
 }
 
 /* A star of n arms, its centre cut out: long recoveries with many crossed sides. */
@@ -531,7 +626,8 @@ static void large_facets_are_recovered(void)
     for (i = 0; i < N; i++) {
         int j = (i + 1) % N;
         area += (x[2 * i] * x[2 * j + 1] - x[2 * j] * x[2 * i + 1]) / 2;
-        area -= (x[2 * N + 2 * i] * x[2 * N + 2 * j + 1] - x[2 * N + 2 * j] * x[2 * N + 2 * i + 1]) / 2;
+        area -=
+            (x[2 * N + 2 * i] * x[2 * N + 2 * j + 1] - x[2 * N + 2 * j] * x[2 * N + 2 * i + 1]) / 2;
     }
     CHECK(read_text(MESHIO_FORMAT_POLY, text, &m, &report) == MESHIO_OK);
     CHECK(m.num_triangles == 2 * N);
@@ -545,12 +641,19 @@ static void large_facets_are_recovered(void)
 static void poly_keeps_seeds_and_markers(void)
 {
     meshio_mesh m;
-    CHECK(read_text(MESHIO_FORMAT_POLY, "# c\n4 3 1 1\n0 0 0 0 9 5\n1 1 0 0 9 6\n2 0 1 0 9 7\n3 0 0 1 9 8\n4 1 # facets\n1 0 11\n3 0 2 1\n1 0 12\n3 0 1 3\n1\n3 1 2 3\n1 0 -1\n3 0 3 2\n"
-                                        "1\n1 .1 .1 .1\n2\n1 .2 .2 .2 5 0.25\n2 .3 .3 .3 6\n", &m, NULL) == MESHIO_OK);
-    CHECK(m.num_vertices == 4 && m.vertex_tags[3] == 8 && m.num_triangles == 4 && m.triangle_tags[0] == 11 && m.triangle_tags[3] == -1);
-    CHECK(m.num_holes == 1 && m.holes[2] == .1 && m.num_regions == 2 && m.regions[3] == 5 && m.regions[4] == .25 && m.regions[9] == -1);
+    CHECK(
+        read_text(
+            MESHIO_FORMAT_POLY,
+            "# c\n4 3 1 1\n0 0 0 0 9 5\n1 1 0 0 9 6\n2 0 1 0 9 7\n3 0 0 1 9 8\n4 1 # facets\n1 0 11\n3 0 2 1\n1 0 12\n3 0 1 3\n1\n3 1 2 3\n1 0 -1\n3 0 3 2\n"
+            "1\n1 .1 .1 .1\n2\n1 .2 .2 .2 5 0.25\n2 .3 .3 .3 6\n",
+            &m, NULL) == MESHIO_OK);
+    CHECK(m.num_vertices == 4 && m.vertex_tags[3] == 8 && m.num_triangles == 4 &&
+          m.triangle_tags[0] == 11 && m.triangle_tags[3] == -1);
+    CHECK(m.num_holes == 1 && m.holes[2] == .1 && m.num_regions == 2 && m.regions[3] == 5 &&
+          m.regions[4] == .25 && m.regions[9] == -1);
     meshio_free(&m);
-    CHECK(read_text(MESHIO_FORMAT_SMESH, "3 3 0 0\n1 0 0 0\n2 1 0 0\n3 0 1 0\n1 1\n3 1 2 3 44\n0\n", &m, NULL) == MESHIO_OK);
+    CHECK(read_text(MESHIO_FORMAT_SMESH, "3 3 0 0\n1 0 0 0\n2 1 0 0\n3 0 1 0\n1 1\n3 1 2 3 44\n0\n",
+                    &m, NULL) == MESHIO_OK);
     CHECK(m.num_triangles == 1 && m.triangle_tags[0] == 44);
     meshio_free(&m);
 }
@@ -606,10 +709,13 @@ static void damaged_texts_get_a_status_and_a_line(void)
         {MESHIO_FORMAT_OFF, "OFF\n2 0 0\n0.125 0 0\n0 0", MESHIO_ERROR_TRUNCATED, 4},
         {MESHIO_FORMAT_STL, "", MESHIO_ERROR_TRUNCATED, 0},
         {MESHIO_FORMAT_STL, "<html>404</html>", MESHIO_ERROR_FORMAT, 0},
-        {MESHIO_FORMAT_STL, "solid a\nfacet normal 0 0 0\nouter loop\nvertx 0 0 0\n", MESHIO_ERROR_SYNTAX, 4},
+        {MESHIO_FORMAT_STL, "solid a\nfacet normal 0 0 0\nouter loop\nvertx 0 0 0\n",
+         MESHIO_ERROR_SYNTAX, 4},
         {MESHIO_FORMAT_STL, "solid a\nfacet normal 0 0 0\n", MESHIO_ERROR_TRUNCATED, 3},
         {MESHIO_FORMAT_STL, "solid a\n", MESHIO_ERROR_TRUNCATED, 2},
-        {MESHIO_FORMAT_STL, "solid a\nfacet normal 0 0 0\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nendloop\n", MESHIO_ERROR_SYNTAX, 6},
+        {MESHIO_FORMAT_STL,
+         "solid a\nfacet normal 0 0 0\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nendloop\n",
+         MESHIO_ERROR_SYNTAX, 6},
         {MESHIO_FORMAT_OBJ, "hello", MESHIO_ERROR_FORMAT, 1},
         {MESHIO_FORMAT_OBJ, "v 0 0\n", MESHIO_ERROR_SYNTAX, 1},
         {MESHIO_FORMAT_OBJ, "v 0 0 XX1\n", MESHIO_ERROR_SYNTAX, 1},
@@ -626,20 +732,39 @@ static void damaged_texts_get_a_status_and_a_line(void)
         {MESHIO_FORMAT_PLY, PLY "2147483647" XYZ "end_header\n0 0 0\n", MESHIO_ERROR_COUNT, 8},
         {MESHIO_FORMAT_PLY, PLY "-1" XYZ "end_header\n0 0 0\n", MESHIO_ERROR_COUNT, 8},
         {MESHIO_FORMAT_PLY, PLY "1" XYZ "0 0 0\n", MESHIO_ERROR_SYNTAX, 7},
-        {MESHIO_FORMAT_PLY, PLY "1" XYZ "element face 1\nproperty list double int vertex_indices\nend_header\n", MESHIO_ERROR_SYNTAX, 8},
-        {MESHIO_FORMAT_PLY, PLY "1" XYZ "element face 1\nproperty list uchar float vertex_indices\nend_header\n", MESHIO_ERROR_SYNTAX, 8},
-        {MESHIO_FORMAT_PLY, PLY "1" XYZ "element face 1\nproperty list int int vertex_indices\nend_header\n0 0 0\n2000000 0 0\n", MESHIO_ERROR_COUNT, 11},
-        {MESHIO_FORMAT_PLY, PLY "1" XYZ "element face 1\nproperty list int int vertex_indices\nend_header\n0 0 0\n3 0 0 7\n", MESHIO_ERROR_INDEX, 11},
-        {MESHIO_FORMAT_PLY, PLY "1" XYZ "element junk 1000000000000000000\nend_header\n0 0 0\n", MESHIO_ERROR_COUNT, 9},
+        {MESHIO_FORMAT_PLY,
+         PLY "1" XYZ "element face 1\nproperty list double int vertex_indices\nend_header\n",
+         MESHIO_ERROR_SYNTAX, 8},
+        {MESHIO_FORMAT_PLY,
+         PLY "1" XYZ "element face 1\nproperty list uchar float vertex_indices\nend_header\n",
+         MESHIO_ERROR_SYNTAX, 8},
+        {MESHIO_FORMAT_PLY,
+         PLY
+         "1" XYZ
+         "element face 1\nproperty list int int vertex_indices\nend_header\n0 0 0\n2000000 0 0\n",
+         MESHIO_ERROR_COUNT, 11},
+        {MESHIO_FORMAT_PLY,
+         PLY "1" XYZ
+             "element face 1\nproperty list int int vertex_indices\nend_header\n0 0 0\n3 0 0 7\n",
+         MESHIO_ERROR_INDEX, 11},
+        {MESHIO_FORMAT_PLY, PLY "1" XYZ "element junk 1000000000000000000\nend_header\n0 0 0\n",
+         MESHIO_ERROR_COUNT, 9},
         {MESHIO_FORMAT_PLY, "ply\nformat ascii 1.0\nproperty float x\n", MESHIO_ERROR_SYNTAX, 3},
         {MESHIO_FORMAT_MEDIT, "", MESHIO_ERROR_TRUNCATED, 1},
         {MESHIO_FORMAT_MEDIT, "\x01\x02\x03", MESHIO_ERROR_FORMAT, 1},
         {MESHIO_FORMAT_MEDIT, "MeshVersionFormatted 2\nDimension 2\n", MESHIO_ERROR_UNSUPPORTED, 2},
         {MESHIO_FORMAT_MEDIT, "MeshVersionFormatted 2\nVertices 1\n", MESHIO_ERROR_SYNTAX, 2},
-        {MESHIO_FORMAT_MEDIT, "MeshVersionFormatted 2\nDimension 3\nVertices\n1000000000000\n0 0 0 0\n", MESHIO_ERROR_COUNT, 4},
-        {MESHIO_FORMAT_MEDIT, "MeshVersionFormatted 2\nDimension 3\nVertices 1\n0 0 0 0\nTriangles 1\n0 1 1 0\n", MESHIO_ERROR_INDEX, 6},
-        {MESHIO_FORMAT_MEDIT, "MeshVersionFormatted 2\nDimension 3\nVertices 1\n0 0 0 0\nTetrahedra 1\n1 1 1 2 0\n", MESHIO_ERROR_INDEX, 6},
-        {MESHIO_FORMAT_MEDIT, "MeshVersionFormatted 2\nDimension 3\nVertices 1\n0 0 0 0\n?\n", MESHIO_ERROR_SYNTAX, 5},
+        {MESHIO_FORMAT_MEDIT,
+         "MeshVersionFormatted 2\nDimension 3\nVertices\n1000000000000\n0 0 0 0\n",
+         MESHIO_ERROR_COUNT, 4},
+        {MESHIO_FORMAT_MEDIT,
+         "MeshVersionFormatted 2\nDimension 3\nVertices 1\n0 0 0 0\nTriangles 1\n0 1 1 0\n",
+         MESHIO_ERROR_INDEX, 6},
+        {MESHIO_FORMAT_MEDIT,
+         "MeshVersionFormatted 2\nDimension 3\nVertices 1\n0 0 0 0\nTetrahedra 1\n1 1 1 2 0\n",
+         MESHIO_ERROR_INDEX, 6},
+        {MESHIO_FORMAT_MEDIT, "MeshVersionFormatted 2\nDimension 3\nVertices 1\n0 0 0 0\n?\n",
+         MESHIO_ERROR_SYNTAX, 5},
         {MESHIO_FORMAT_MSH, "", MESHIO_ERROR_TRUNCATED, 1},
         {MESHIO_FORMAT_MSH, "x", MESHIO_ERROR_FORMAT, 1},
         {MESHIO_FORMAT_MSH, "$MeshFormat\n99.9 0 8\n$EndMeshFormat\n", MESHIO_ERROR_UNSUPPORTED, 2},
@@ -649,25 +774,42 @@ static void damaged_texts_get_a_status_and_a_line(void)
         {MESHIO_FORMAT_MSH, MSH "$Nodes\n1000000000000000000\n1 0 0 0\n", MESHIO_ERROR_COUNT, 5},
         {MESHIO_FORMAT_MSH, MSH "$Nodes\n2\n1 0 0 0\n1 0 0 0\n$EndNodes\n", MESHIO_ERROR_INDEX, 7},
         {MESHIO_FORMAT_MSH, MSH "$Nodes\n1\n1 0 0 0\n$Elements\n", MESHIO_ERROR_SYNTAX, 7},
-        {MESHIO_FORMAT_MSH, MSH "$Nodes\n1\n1 0 0 0\n$EndNodes\n$Elements\n1\n1 999 0 1\n", MESHIO_ERROR_SYNTAX, 10},
-        {MESHIO_FORMAT_MSH, MSH "$Nodes\n1\n1 0 0 0\n$EndNodes\n$Elements\n1\n1 2 0 1 1 2\n$EndElements\n", MESHIO_ERROR_INDEX, 10},
-        {MESHIO_FORMAT_MSH, MSH "$Nodes\n1\n1 0 0 0\n$EndNodes\n$Elements\n1\n1 2 99999 1 1 2\n$EndElements\n", MESHIO_ERROR_COUNT, 10},
+        {MESHIO_FORMAT_MSH, MSH "$Nodes\n1\n1 0 0 0\n$EndNodes\n$Elements\n1\n1 999 0 1\n",
+         MESHIO_ERROR_SYNTAX, 10},
+        {MESHIO_FORMAT_MSH,
+         MSH "$Nodes\n1\n1 0 0 0\n$EndNodes\n$Elements\n1\n1 2 0 1 1 2\n$EndElements\n",
+         MESHIO_ERROR_INDEX, 10},
+        {MESHIO_FORMAT_MSH,
+         MSH "$Nodes\n1\n1 0 0 0\n$EndNodes\n$Elements\n1\n1 2 99999 1 1 2\n$EndElements\n",
+         MESHIO_ERROR_COUNT, 10},
         {MESHIO_FORMAT_MSH, MSH "$Junk\n", MESHIO_ERROR_TRUNCATED, 4},
-        {MESHIO_FORMAT_MSH, "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$Nodes\n1 1 1 1\n2 1 0 2\n1\n2\n0 0 0\n0 0 0\n", MESHIO_ERROR_COUNT, 6},
-        {MESHIO_FORMAT_MSH, "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$Nodes\n1 2 1 1\n2 1 0 1\n1\n0 0 0\n$EndNodes\n", MESHIO_ERROR_COUNT, 8},
+        {MESHIO_FORMAT_MSH,
+         "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$Nodes\n1 1 1 1\n2 1 0 2\n1\n2\n0 0 0\n0 0 0\n",
+         MESHIO_ERROR_COUNT, 6},
+        {MESHIO_FORMAT_MSH,
+         "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$Nodes\n1 2 1 1\n2 1 0 1\n1\n0 0 0\n$EndNodes\n",
+         MESHIO_ERROR_COUNT, 8},
         {MESHIO_FORMAT_VTK, "", MESHIO_ERROR_TRUNCATED, 1},
         {MESHIO_FORMAT_VTK, "vtk\n", MESHIO_ERROR_FORMAT, 1},
-        {MESHIO_FORMAT_VTK, "# vtk DataFile Version 3.0\nt\nASCII\nDATASET STRUCTURED_GRID\n", MESHIO_ERROR_UNSUPPORTED, 4},
+        {MESHIO_FORMAT_VTK, "# vtk DataFile Version 3.0\nt\nASCII\nDATASET STRUCTURED_GRID\n",
+         MESHIO_ERROR_UNSUPPORTED, 4},
         {MESHIO_FORMAT_VTK, VTK "POINTS 99999999999 float\n0 0 0\n", MESHIO_ERROR_COUNT, 5},
-        {MESHIO_FORMAT_VTK, VTK "POINTS 1 float\n0 0 0\nPOLYGONS 1 3\n3 0 0 0\n", MESHIO_ERROR_COUNT, 7},
-        {MESHIO_FORMAT_VTK, VTK "POINTS 1 float\n0 0 0\nPOLYGONS 1 4\n3 0 0 1\n", MESHIO_ERROR_INDEX, 8},
-        {MESHIO_FORMAT_VTK, VTK "POINTS 1 float\n0 0 0\nCELLS 1 4\n3 0 0 0\n", MESHIO_ERROR_TRUNCATED, 9},
+        {MESHIO_FORMAT_VTK, VTK "POINTS 1 float\n0 0 0\nPOLYGONS 1 3\n3 0 0 0\n",
+         MESHIO_ERROR_COUNT, 7},
+        {MESHIO_FORMAT_VTK, VTK "POINTS 1 float\n0 0 0\nPOLYGONS 1 4\n3 0 0 1\n",
+         MESHIO_ERROR_INDEX, 8},
+        {MESHIO_FORMAT_VTK, VTK "POINTS 1 float\n0 0 0\nCELLS 1 4\n3 0 0 0\n",
+         MESHIO_ERROR_TRUNCATED, 9},
         {MESHIO_FORMAT_VTU, "", MESHIO_ERROR_TRUNCATED, 1},
         {MESHIO_FORMAT_VTU, "<html></html>", MESHIO_ERROR_FORMAT, 1},
         {MESHIO_FORMAT_VTU, "<VTKFile type=\"PolyData\">", MESHIO_ERROR_UNSUPPORTED, 1},
-        {MESHIO_FORMAT_VTU, "<VTKFile type=\"UnstructuredGrid\" compressor=\"z\">", MESHIO_ERROR_UNSUPPORTED, 1},
-        {MESHIO_FORMAT_VTU, "<VTKFile type=\"UnstructuredGrid\">\n<Piece NumberOfPoints=\"-1\">", MESHIO_ERROR_SYNTAX, 2},
-        {MESHIO_FORMAT_VTU, "<VTKFile type=\"UnstructuredGrid\">\n<Piece NumberOfPoints=\"99999999\" NumberOfCells=\"0\">", MESHIO_ERROR_COUNT, 2},
+        {MESHIO_FORMAT_VTU, "<VTKFile type=\"UnstructuredGrid\" compressor=\"z\">",
+         MESHIO_ERROR_UNSUPPORTED, 1},
+        {MESHIO_FORMAT_VTU, "<VTKFile type=\"UnstructuredGrid\">\n<Piece NumberOfPoints=\"-1\">",
+         MESHIO_ERROR_SYNTAX, 2},
+        {MESHIO_FORMAT_VTU,
+         "<VTKFile type=\"UnstructuredGrid\">\n<Piece NumberOfPoints=\"99999999\" NumberOfCells=\"0\">",
+         MESHIO_ERROR_COUNT, 2},
         {MESHIO_FORMAT_NODE, "", MESHIO_ERROR_TRUNCATED, 1},
         {MESHIO_FORMAT_NODE, "2 3 0 0\n1 0 0 0\n3 0 0 0\n", MESHIO_ERROR_INDEX, 3},
         {MESHIO_FORMAT_NODE, "1 2 0 0\n1 0 0\n", MESHIO_ERROR_UNSUPPORTED, 1},
@@ -676,7 +818,9 @@ static void damaged_texts_get_a_status_and_a_line(void)
         {MESHIO_FORMAT_POLY, "1 3 0 0\n1 0 0 0\n1 0\n1\n-3 1 1 1\n", MESHIO_ERROR_COUNT, 5},
         {MESHIO_FORMAT_POLY, "1 3 0 0\n1 0 0 0\n1 0\n1\n3 1 1 2\n", MESHIO_ERROR_INDEX, 5},
         {MESHIO_FORMAT_POLY, "0 3 0 0\n", MESHIO_ERROR_COUNT, 1},
-        {MESHIO_FORMAT_POLY, "6 3 0 0\n0 0 0 0\n1 2 0 0\n2 2 2 0\n3 0 2 0\n4 1 -1 0\n5 1 3 0\n1 0\n2\n4 0 1 2 3\n2 4 5\n0\n", MESHIO_ERROR_SYNTAX, 9},
+        {MESHIO_FORMAT_POLY,
+         "6 3 0 0\n0 0 0 0\n1 2 0 0\n2 2 2 0\n3 0 2 0\n4 1 -1 0\n5 1 3 0\n1 0\n2\n4 0 1 2 3\n2 4 5\n0\n",
+         MESHIO_ERROR_SYNTAX, 9},
         {MESHIO_FORMAT_ELE, "1 4 0\n1 1 2 3 4\n", MESHIO_ERROR_INDEX, 2},
         {MESHIO_FORMAT_ELE, "1 5 0\n1 1 2 3 4 5\n", MESHIO_ERROR_UNSUPPORTED, 1},
         {MESHIO_FORMAT_AUTO, "x", MESHIO_ERROR_INVALID_ARGUMENT, 0},
@@ -686,11 +830,12 @@ static void damaged_texts_get_a_status_and_a_line(void)
         meshio_mesh m;
         meshio_report report;
         meshio_result result = read_text(bad[i].format, bad[i].text, &m, &report);
-        int right = result == bad[i].result && report.result == result && report.line == bad[i].line &&
-                    report.message[0] != 0 && m.xyz == NULL && m.num_vertices == 0 && m.num_triangles == 0;
+        int right = result == bad[i].result && report.result == result &&
+                    report.line == bad[i].line && report.message[0] != 0 && m.xyz == NULL &&
+                    m.num_vertices == 0 && m.num_triangles == 0;
         if (!right)
-            printf("case %d: status %d (expected %d), line %d (%d): %s\n", (int)i, (int)result, (int)bad[i].result, (int)report.line,
-                   (int)bad[i].line, report.message);
+            printf("case %d: status %d (expected %d), line %d (%d): %s\n", (int)i, (int)result,
+                   (int)bad[i].result, (int)report.line, (int)bad[i].line, report.message);
         CHECK(right);
         meshio_free(&m);
     }
@@ -707,23 +852,33 @@ static void lying_binary_files_are_refused(void)
     memset(b, 0, sizeof b);
     put32(b, 1), put32(b + 4, 2), put32(b + 8, 3), put32(b + 12, 20), put32(b + 16, 3);
     put32(b + 20, 4), put32(b + 24, 256), put32(b + 28, 0x7FFFFFFF);
-    CHECK(meshio_read_memory(b, 256, MESHIO_FORMAT_MEDIT_BINARY, &m, &report) == MESHIO_ERROR_COUNT && report.offset > 0);
+    CHECK(meshio_read_memory(b, 256, MESHIO_FORMAT_MEDIT_BINARY, &m, &report) ==
+              MESHIO_ERROR_COUNT &&
+          report.offset > 0);
     put32(b + 24, 8); /* the next keyword is said to be before this one */
-    CHECK(meshio_read_memory(b, 256, MESHIO_FORMAT_MEDIT_BINARY, &m, &report) == MESHIO_ERROR_COUNT);
+    CHECK(meshio_read_memory(b, 256, MESHIO_FORMAT_MEDIT_BINARY, &m, &report) ==
+          MESHIO_ERROR_COUNT);
     put32(b + 24, 0xFFFFFFFF);
-    CHECK(meshio_read_memory(b, 256, MESHIO_FORMAT_MEDIT_BINARY, &m, &report) == MESHIO_ERROR_COUNT);
+    CHECK(meshio_read_memory(b, 256, MESHIO_FORMAT_MEDIT_BINARY, &m, &report) ==
+          MESHIO_ERROR_COUNT);
     put32(b + 24, 256), put32(b + 28, 0xFFFFFFFF);
-    CHECK(meshio_read_memory(b, 256, MESHIO_FORMAT_MEDIT_BINARY, &m, &report) == MESHIO_ERROR_COUNT);
+    CHECK(meshio_read_memory(b, 256, MESHIO_FORMAT_MEDIT_BINARY, &m, &report) ==
+          MESHIO_ERROR_COUNT);
     put32(b + 28, 8); /* 8 * 28 bytes fill the file: right */
-    CHECK(meshio_read_memory(b, 256, MESHIO_FORMAT_MEDIT_BINARY, &m, &report) == MESHIO_OK && m.num_vertices == 8);
+    CHECK(meshio_read_memory(b, 256, MESHIO_FORMAT_MEDIT_BINARY, &m, &report) == MESHIO_OK &&
+          m.num_vertices == 8);
     meshio_free(&m);
     put32(b + 28, 7);
-    CHECK(meshio_read_memory(b, 256, MESHIO_FORMAT_MEDIT_BINARY, &m, &report) == MESHIO_ERROR_COUNT);
+    CHECK(meshio_read_memory(b, 256, MESHIO_FORMAT_MEDIT_BINARY, &m, &report) ==
+          MESHIO_ERROR_COUNT);
     put32(b, 7);
-    CHECK(meshio_read_memory(b, 256, MESHIO_FORMAT_MEDIT_BINARY, &m, &report) == MESHIO_ERROR_FORMAT);
-    CHECK(meshio_read_memory(b, 3, MESHIO_FORMAT_MEDIT_BINARY, &m, &report) == MESHIO_ERROR_TRUNCATED);
+    CHECK(meshio_read_memory(b, 256, MESHIO_FORMAT_MEDIT_BINARY, &m, &report) ==
+          MESHIO_ERROR_FORMAT);
+    CHECK(meshio_read_memory(b, 3, MESHIO_FORMAT_MEDIT_BINARY, &m, &report) ==
+          MESHIO_ERROR_TRUNCATED);
     put32(b, 1), put32(b + 4, 9);
-    CHECK(meshio_read_memory(b, 256, MESHIO_FORMAT_MEDIT_BINARY, &m, &report) == MESHIO_ERROR_UNSUPPORTED);
+    CHECK(meshio_read_memory(b, 256, MESHIO_FORMAT_MEDIT_BINARY, &m, &report) ==
+          MESHIO_ERROR_UNSUPPORTED);
     CHECK(live_blocks == 0);
 }
 
@@ -733,8 +888,9 @@ static void torn_files_never_crash(void)
     static const struct {
         const char *extension;
         int binary;
-    } kinds[] = {{"mesh", 0}, {"meshb", 0}, {"msh", 0}, {"msh", 1}, {"msh4", 0}, {"msh4", 1}, {"vtu", 0},
-                 {"vtk", 0},  {"vtk", 1},   {"off", 0}, {"obj", 0}, {"stl", 0},  {"node", 0}};
+    } kinds[] = {{"mesh", 0}, {"meshb", 0}, {"msh", 0}, {"msh", 1}, {"msh4", 0},
+                 {"msh4", 1}, {"vtu", 0},   {"vtk", 0}, {"vtk", 1}, {"off", 0},
+                 {"obj", 0},  {"stl", 0},   {"node", 0}};
     size_t k, size, cut;
     for (k = 0; k < sizeof kinds / sizeof kinds[0]; k++) {
         meshio_mesh m = sample(), back;
@@ -780,10 +936,15 @@ static void torn_texts_never_crash(void)
         meshio_format format;
         const char *text;
     } files[] = {
-        {MESHIO_FORMAT_PLY, PLY "4" XYZ "element face 2\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 1 2\n4 0 1 2 3\n"},
-        {MESHIO_FORMAT_POLY, "8 3 0 0\n0 0 0 0\n1 3 0 0\n2 3 3 0\n3 0 3 0\n4 1 1 0\n5 2 1 0\n6 2 2 0\n7 1 2 0\n1 1\n2 1 7\n4 0 1 2 3\n4 4 5 6 7\n1 1.5 1.5 0\n1\n1 0 0 0\n1\n1 0 0 0 1 1\n"},
-        {MESHIO_FORMAT_POLY, "9 3 0 0\n0 0 0 0\n1 3 0 0\n2 3 3 0\n3 0 3 0\n4 1 1 0\n5 2 1 0\n6 2 2 0\n7 1 2 0\n8 1.5 1.25 0\n1 1\n4 0 7\n4 0 1 2 3\n2 4 5\n2 6 4\n1 8\n0\n0\n"},
-        {MESHIO_FORMAT_SMESH, "6 3 0 0\n0 0 0 0\n1 2 0 0\n2 2 1 0\n3 1 1 0\n4 1 2 0\n5 0 2 0\n1 1\n6 0 1 2 3 4 5 9\n0\n0\n"}};
+        {MESHIO_FORMAT_PLY, PLY
+         "4" XYZ
+         "element face 2\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 1 2\n4 0 1 2 3\n"},
+        {MESHIO_FORMAT_POLY,
+         "8 3 0 0\n0 0 0 0\n1 3 0 0\n2 3 3 0\n3 0 3 0\n4 1 1 0\n5 2 1 0\n6 2 2 0\n7 1 2 0\n1 1\n2 1 7\n4 0 1 2 3\n4 4 5 6 7\n1 1.5 1.5 0\n1\n1 0 0 0\n1\n1 0 0 0 1 1\n"},
+        {MESHIO_FORMAT_POLY,
+         "9 3 0 0\n0 0 0 0\n1 3 0 0\n2 3 3 0\n3 0 3 0\n4 1 1 0\n5 2 1 0\n6 2 2 0\n7 1 2 0\n8 1.5 1.25 0\n1 1\n4 0 7\n4 0 1 2 3\n2 4 5\n2 6 4\n1 8\n0\n0\n"},
+        {MESHIO_FORMAT_SMESH,
+         "6 3 0 0\n0 0 0 0\n1 2 0 0\n2 2 1 0\n3 1 1 0\n4 1 2 0\n5 0 2 0\n1 1\n6 0 1 2 3 4 5 9\n0\n0\n"}};
     size_t k;
     for (k = 0; k < sizeof files / sizeof files[0]; k++) {
         size_t size = strlen(files[k].text);
@@ -812,13 +973,17 @@ static void every_failing_allocation_is_reported(void)
         const char *text;
     } files[] = {
         {MESHIO_FORMAT_OFF, "OFF\n4 1 0\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n4 0 1 2 3\n"},
-        {MESHIO_FORMAT_STL, "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid\n"},
+        {MESHIO_FORMAT_STL,
+         "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid\n"},
         {MESHIO_FORMAT_OBJ, "v 0 0 0\nf 1 1 1\n"},
-        {MESHIO_FORMAT_MSH, "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$Entities\n0 0 1 0\n5 0 0 0 1 1 1 1 77 0\n$EndEntities\n$Nodes\n1 2 1 9\n0 1 0 2\n9\n3\n0 0 0\n1 1 1\n"
-                            "$EndNodes\n$Elements\n1 1 1 1\n3 5 4 1\n1 9 9 3 3\n$EndElements\n"},
-        {MESHIO_FORMAT_VTK, "# vtk DataFile Version 3.0\nt\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 1 float\n0 0 0\nCELLS 1 3\n2 0 0\nCELL_TYPES 1\n3\nCELL_DATA 1\n"
-                            "SCALARS region int 1\nLOOKUP_TABLE default\n42\n"},
-        {MESHIO_FORMAT_POLY, "8 3 0 0\n0 0 0 0\n1 3 0 0\n2 3 3 0\n3 0 3 0\n4 1 1 0\n5 2 1 0\n6 2 2 0\n7 1 2 0\n1 1\n2 1 7\n4 0 1 2 3\n4 4 5 6 7\n1 1.5 1.5 0\n1\n1 0 0 0\n1\n1 0 0 0 1 1\n"}};
+        {MESHIO_FORMAT_MSH,
+         "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$Entities\n0 0 1 0\n5 0 0 0 1 1 1 1 77 0\n$EndEntities\n$Nodes\n1 2 1 9\n0 1 0 2\n9\n3\n0 0 0\n1 1 1\n"
+         "$EndNodes\n$Elements\n1 1 1 1\n3 5 4 1\n1 9 9 3 3\n$EndElements\n"},
+        {MESHIO_FORMAT_VTK,
+         "# vtk DataFile Version 3.0\nt\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 1 float\n0 0 0\nCELLS 1 3\n2 0 0\nCELL_TYPES 1\n3\nCELL_DATA 1\n"
+         "SCALARS region int 1\nLOOKUP_TABLE default\n42\n"},
+        {MESHIO_FORMAT_POLY,
+         "8 3 0 0\n0 0 0 0\n1 3 0 0\n2 3 3 0\n3 0 3 0\n4 1 1 0\n5 2 1 0\n6 2 2 0\n7 1 2 0\n1 1\n2 1 7\n4 0 1 2 3\n4 4 5 6 7\n1 1.5 1.5 0\n1\n1 0 0 0\n1\n1 0 0 0 1 1\n"}};
     size_t k;
     for (k = 0; k < sizeof files / sizeof files[0]; k++) {
         long tries;
@@ -886,7 +1051,8 @@ static void read_errors_are_reported(void)
     CHECK(meshio_read(NULL, MESHIO_FORMAT_OFF, &m, &report) == MESHIO_ERROR_INVALID_ARGUMENT);
     CHECK(meshio_read("tests", MESHIO_FORMAT_OFF, &m, &report) != MESHIO_OK);
     CHECK(meshio_read_memory(NULL, 0, MESHIO_FORMAT_OFF, &m, &report) == MESHIO_ERROR_TRUNCATED);
-    CHECK(meshio_read_memory(NULL, 1, MESHIO_FORMAT_OFF, &m, &report) == MESHIO_ERROR_INVALID_ARGUMENT);
+    CHECK(meshio_read_memory(NULL, 1, MESHIO_FORMAT_OFF, &m, &report) ==
+          MESHIO_ERROR_INVALID_ARGUMENT);
 }
 
 static void every_status_has_words(void)
@@ -895,7 +1061,8 @@ static void every_status_has_words(void)
     for (i = MESHIO_ERROR_WRITE; i <= 0; i++)
         if (i == 0 || i == -1 || i == -2 || i == -4 || i <= -96)
             CHECK(strcmp(meshio_result_string((meshio_result)i), "unknown status") != 0);
-    CHECK(meshio_format_of("a/b.STL") == MESHIO_FORMAT_STL && meshio_format_of("mesh") == MESHIO_FORMAT_AUTO);
+    CHECK(meshio_format_of("a/b.STL") == MESHIO_FORMAT_STL &&
+          meshio_format_of("mesh") == MESHIO_FORMAT_AUTO);
 }
 
 int main(void)

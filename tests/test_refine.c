@@ -1,5 +1,5 @@
-/* Sizes and refinement: conformity to the wanted size, distances kept, surface and lines intact, budgets,
- * size functions of every kind, the same bytes for any number of threads. */
+/* Sizes and refinement: conformity to the wanted size, distances kept, surface and lines intact,
+ * budgets, size functions of every kind, the same bytes for any number of threads. */
 #define MESHER_IMPLEMENTATION
 #include "mesher.h"
 #define MESHIO_IMPLEMENTATION
@@ -8,10 +8,13 @@
 #include "check.h"
 #include "small_mesh.h"
 
-/* A box of n[0] x n[1] x n[2] cubes of the given edge, each of six tetrahedra; its faces are the surface. */
-static int box_domain(mesher_domain *domain, const int *n, double edge, const mesher_options *options)
+/* A box of n[0] x n[1] x n[2] cubes of the given edge, each of six tetrahedra; its faces are the
+ * surface. */
+static int box_domain(mesher_domain *domain, const int *n, double edge,
+                      const mesher_options *options)
 {
-    static const int path[6][3] = {{0, 1, 2}, {0, 2, 1}, {1, 0, 2}, {1, 2, 0}, {2, 0, 1}, {2, 1, 0}};
+    static const int path[6][3] = {{0, 1, 2}, {0, 2, 1}, {1, 0, 2},
+                                   {1, 2, 0}, {2, 0, 1}, {2, 1, 0}};
     uint32_t np = (uint32_t)((n[0] + 1) * (n[1] + 1) * (n[2] + 1)), nt = 0, i;
     double *xyz = (double *)malloc(np * 3 * sizeof *xyz);
     uint32_t *tets = (uint32_t *)malloc((size_t)(n[0] * n[1] * n[2]) * 24 * sizeof *tets);
@@ -28,7 +31,8 @@ static int box_domain(mesher_domain *domain, const int *n, double edge, const me
                     int at[3];
                     memcpy(at, c, sizeof at);
                     for (k = 0; k < 4; k++) {
-                        tets[4 * nt + (uint32_t)k] = (uint32_t)(at[0] + (n[0] + 1) * (at[1] + (n[1] + 1) * at[2]));
+                        tets[4 * nt + (uint32_t)k] =
+                            (uint32_t)(at[0] + (n[0] + 1) * (at[1] + (n[1] + 1) * at[2]));
                         if (k < 3) at[path[p][k]]++;
                     }
                     nt++;
@@ -51,7 +55,8 @@ static int constrain(mesher_domain *domain)
     uint32_t i, n = 0;
     int k;
     if (!w) return 0;
-    domain->edges = (uint32_t *)delaunay_alloc(&domain->memory, (size_t)m->num_tets * 24, sizeof *domain->edges);
+    domain->edges = (uint32_t *)delaunay_alloc(&domain->memory, (size_t)m->num_tets * 24,
+                                               sizeof *domain->edges);
     m->vertex_of = (uint32_t *)delaunay_alloc(&m->memory, m->num_vertices, sizeof *m->vertex_of);
     if (!domain->edges || !m->vertex_of) return 0;
     m->num_points = m->num_vertices - 1;
@@ -63,15 +68,19 @@ static int constrain(mesher_domain *domain)
             if (u && m->color[u] == m->color[t]) continue;
             delaunay_mark_facet(m, 4 * t + (delaunay_handle)k, 1);
             for (i = 0; i < 3; i++)
-                if (delaunay_mark_edge(m, w, t, m->tets[t].v[f[i]], m->tets[t].v[f[(i + 1) % 3]], 1) != DELAUNAY_OK)
+                if (delaunay_mark_edge(m, w, t, m->tets[t].v[f[i]], m->tets[t].v[f[(i + 1) % 3]],
+                                       1) != DELAUNAY_OK)
                     return 0;
         }
     for (t = 1; t < m->num_tets; t++)
         for (k = 0; k < 6; k++) {
-            uint32_t a = m->tets[t].v[delaunay_edge_order(k)[0]], b = m->tets[t].v[delaunay_edge_order(k)[1]];
+            uint32_t a = m->tets[t].v[delaunay_edge_order(k)[0]],
+                     b = m->tets[t].v[delaunay_edge_order(k)[1]];
             if (!(m->flags[t] & DELAUNAY_EDGE_BIT(k))) continue;
             if (a > b) { i = a; a = b; b = i; }
-            for (i = 0; i < n && (domain->edges[2 * i] != a - 1 || domain->edges[2 * i + 1] != b - 1); i++) {}
+            for (i = 0;
+                 i < n && (domain->edges[2 * i] != a - 1 || domain->edges[2 * i + 1] != b - 1);
+                 i++) {}
             if (i < n) continue;
             domain->edges[2 * n] = a - 1;
             domain->edges[2 * n++ + 1] = b - 1;
@@ -92,7 +101,8 @@ static void paint(mesher_domain *domain, double split_x)
     }
 }
 
-static int box(mesher_domain *domain, int nx, int ny, int nz, double edge, double split, const mesher_options *options)
+static int box(mesher_domain *domain, int nx, int ny, int nz, double edge, double split,
+               const mesher_options *options)
 {
     int n[3];
     n[0] = nx;
@@ -139,7 +149,8 @@ static uint64_t mesh_hash(const mesher_domain *domain)
     return h;
 }
 
-/* Smallest distance of two vertices joined by an edge, one of them new, relative to the mean of their sizes. */
+/* Smallest distance of two vertices joined by an edge, one of them new, relative to the mean of
+ * their sizes. */
 static double nearest(const mesher_domain *domain, uint32_t first_new)
 {
     const delaunay_mesh *m = &domain->mesh;
@@ -148,8 +159,10 @@ static double nearest(const mesher_domain *domain, uint32_t first_new)
     int e;
     for (t = 1; t < m->num_tets; t++)
         for (e = 0; e < 6 && !delaunay_is_deleted(m, t); e++) {
-            uint32_t a = m->tets[t].v[delaunay_edge_order(e)[0]], b = m->tets[t].v[delaunay_edge_order(e)[1]];
-            double x = m->vertices[a].x[0] - m->vertices[b].x[0], y = m->vertices[a].x[1] - m->vertices[b].x[1];
+            uint32_t a = m->tets[t].v[delaunay_edge_order(e)[0]],
+                     b = m->tets[t].v[delaunay_edge_order(e)[1]];
+            double x = m->vertices[a].x[0] - m->vertices[b].x[0],
+                   y = m->vertices[a].x[1] - m->vertices[b].x[1];
             double z = m->vertices[a].x[2] - m->vertices[b].x[2];
             double ratio = 2 * sqrt(x * x + y * y + z * z) / (domain->size[a] + domain->size[b]);
             if ((a >= first_new || b >= first_new) && ratio < least) least = ratio;
@@ -267,7 +280,8 @@ static void outside_is_never_refined(void)
     memset(&r, 0, sizeof r);
     CHECK(mesher_size(&d, &r) == MESHER_OK && mesher_refine(&d, &r) == MESHER_OK);
     CHECK(small_valid(&d.mesh) && r.refined_vertices > 20);
-    for (v = d.mesh.num_points + 1; v < d.mesh.num_vertices; v++) CHECK(d.mesh.vertices[v].x[0] < 2);
+    for (v = d.mesh.num_points + 1; v < d.mesh.num_vertices; v++)
+        CHECK(d.mesh.vertices[v].x[0] < 2);
     mesher_domain_free(&d);
 }
 
@@ -296,7 +310,8 @@ static void an_embedded_line_stays(void)
         CHECK(t != 0);
         if (t)
             CHECK(d.mesh.flags[t] & DELAUNAY_EDGE_BIT(delaunay_edge_between(
-                                        delaunay_local_index(d.mesh.tets + t, a), delaunay_local_index(d.mesh.tets + t, b))));
+                                        delaunay_local_index(d.mesh.tets + t, a),
+                                        delaunay_local_index(d.mesh.tets + t, b))));
     }
     CHECK(r.refined_vertices > 500);
     delaunay_worker_free(w);
@@ -337,11 +352,13 @@ static void size_functions_of_every_kind(void)
         o.size_user = &kind;
         o.max_vertices = 6000;
         CHECK(box(&d, 3, 3, 3, 1, 9, &o));
-        CHECK(refine_and_check(&d, &r) == (kind == TINY_WISH ? MESHER_STOPPED_BY_BUDGET : MESHER_OK));
+        CHECK(refine_and_check(&d, &r) ==
+              (kind == TINY_WISH ? MESHER_STOPPED_BY_BUDGET : MESHER_OK));
         CHECK((r.size_ignored > 0) == (kind <= NEGATIVE_WISH));
         if (kind == NAN_WISH) plain = mesh_hash(&d);
         if (kind == ZERO_WISH || kind == NEGATIVE_WISH) CHECK(mesh_hash(&d) == plain);
-        if (kind == BALL_WISH || kind == JUMP_WISH) CHECK(r.refined_vertices > 200 && r.size_in_band > 0.65);
+        if (kind == BALL_WISH || kind == JUMP_WISH)
+            CHECK(r.refined_vertices > 200 && r.size_in_band > 0.65);
         mesher_domain_free(&d);
     }
 }
@@ -360,7 +377,8 @@ static double mean_edge(const mesher_domain *d, const double *lo, const double *
             uint32_t v[2];
             for (k = 0; k < 2; k++) {
                 v[k] = m->tets[t].v[delaunay_edge_order(e)[k]];
-                for (i = 0; i < 3; i++) in = in && m->vertices[v[k]].x[i] >= lo[i] && m->vertices[v[k]].x[i] <= hi[i];
+                for (i = 0; i < 3; i++)
+                    in = in && m->vertices[v[k]].x[i] >= lo[i] && m->vertices[v[k]].x[i] <= hi[i];
             }
             if (!in || (v[0] <= m->num_points && v[1] <= m->num_points)) continue;
             for (i = 0; i < 3; i++) l += pow(m->vertices[v[0]].x[i] - m->vertices[v[1]].x[i], 2);
@@ -407,9 +425,11 @@ static void sources_have_their_sizes(void)
 static void distances_to_shapes(void)
 {
     static const double at[4][3] = {{3, 0, 0}, {0, 2, 5}, {-1, -1, 0}, {0.25, 0.25, -2}};
-    static const double expected[4][4] = {{3, 2, 2, 2}, {5.385164807134504, 4.123105625617661, 5.385164807134504, 5.099019513592785},
-                                          {1.4142135623730951, 1.4142135623730951, 1.4142135623730951, 1.4142135623730951},
-                                          {2.0310096011589902, 2, 2.0155644370746373, 2}};
+    static const double expected[4][4] = {
+        {3, 2, 2, 2},
+        {5.385164807134504, 4.123105625617661, 5.385164807134504, 5.099019513592785},
+        {1.4142135623730951, 1.4142135623730951, 1.4142135623730951, 1.4142135623730951},
+        {2.0310096011589902, 2, 2.0155644370746373, 2}};
     int kind, k;
     for (kind = 0; kind < 4; kind++)
         for (k = 0; k < 4; k++) {
@@ -487,7 +507,8 @@ static void a_grid_of_sizes(void)
     CHECK(mean_edge(&d, lo, hi) < 0.5);
     CHECK(r.refined_vertices > 20);
     mesher_domain_free(&d);
-    for (i = 0; i < 27; i++) sizes[i] = i & 1 ? zero / zero : 0; /* no wish anywhere: as if there were no grid */
+    for (i = 0; i < 27; i++)
+        sizes[i] = i & 1 ? zero / zero : 0; /* no wish anywhere: as if there were no grid */
     CHECK(mesher_size_grid_at(&g, x) == 0);
     CHECK(box(&d, 3, 3, 3, 1, 9, &o));
     CHECK(refine_and_check(&d, &r) == MESHER_OK);
@@ -678,7 +699,8 @@ static void threads_give_the_same_bytes(void)
 /* A sphere of radius 1 by subdivision of an octahedron; returns the number of triangles. */
 static uint32_t sphere(int times, double *xyz, uint32_t *triangles, uint32_t *num_vertices)
 {
-    static const uint32_t octahedron[24] = {0, 2, 4, 2, 1, 4, 1, 3, 4, 3, 0, 4, 2, 0, 5, 1, 2, 5, 3, 1, 5, 0, 3, 5};
+    static const uint32_t octahedron[24] = {0, 2, 4, 2, 1, 4, 1, 3, 4, 3, 0, 4,
+                                            2, 0, 5, 1, 2, 5, 3, 1, 5, 0, 3, 5};
     uint32_t n = 8, v = 6, i, j, k;
     memset(xyz, 0, 18 * sizeof *xyz);
     for (i = 0; i < 6; i++) xyz[3 * i + i / 2] = i & 1 ? -1 : 1;
@@ -781,7 +803,8 @@ static void a_part_is_the_same_for_any_number_of_threads(void)
     meshio_free(&part);
 }
 
-/* A mesh that is there already: kept as it is without a wish, refined with one; its surface must be in it. */
+/* A mesh that is there already: kept as it is without a wish, refined with one; its surface must be
+ * in it. */
 static void a_finished_mesh_is_refined(void)
 {
     mesher_domain d, e;
@@ -819,7 +842,8 @@ static void a_finished_mesh_is_refined(void)
         mesher_result result;
         o.num_sources = i;
         o.sources = &ball;
-        result = mesher_refine_mesh(&e, &surface, out.tets, out.regions, (size_t)out.num_tets, &o, &r);
+        result =
+            mesher_refine_mesh(&e, &surface, out.tets, out.regions, (size_t)out.num_tets, &o, &r);
         CHECK(result == MESHER_OK);
         CHECK(i ? r.refined_vertices > 300 : r.refined_vertices < 20);
         CHECK(r.num_regions == 2 && e.num_regions == 2);
@@ -834,7 +858,8 @@ static void a_finished_mesh_is_refined(void)
     bad[2] = (uint32_t)surface.num_vertices - 1; /* no facet of the mesh */
     surface.triangles = bad;
     surface.num_triangles = 1;
-    CHECK(mesher_refine_mesh(&e, &surface, out.tets, NULL, (size_t)out.num_tets, &o, &r) == MESHER_ERROR_SURFACE);
+    CHECK(mesher_refine_mesh(&e, &surface, out.tets, NULL, (size_t)out.num_tets, &o, &r) ==
+          MESHER_ERROR_SURFACE);
     CHECK(r.message[0] && r.counts[MESHER_DEFECT_RECOVERY] == 1);
     free((void *)surface.xyz);
     free(out.tets);

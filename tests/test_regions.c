@@ -1,5 +1,6 @@
-/* test_regions.c - mesher_color on meshes made by hand: blocks of voxels, six tetrahedra each, with labels at
- * random. What the cells are, how they nest, their winding numbers and volumes is counted on the voxels. */
+/* test_regions.c - mesher_color on meshes made by hand: blocks of voxels, six tetrahedra each, with
+ * labels at random. What the cells are, how they nest, their winding numbers and volumes is counted
+ * on the voxels. */
 #define MESHER_IMPLEMENTATION
 #define MESHER__INTERVAL 37 /* many pieces of each cell */
 #include "mesher.h"
@@ -7,7 +8,13 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { SIDE = 6, POINTS = SIDE + 1, VOXELS = SIDE * SIDE * SIDE, LATTICE = POINTS * POINTS * POINTS, TETS = 6 * VOXELS };
+enum {
+    SIDE = 6,
+    POINTS = SIDE + 1,
+    VOXELS = SIDE * SIDE * SIDE,
+    LATTICE = POINTS * POINTS * POINTS,
+    TETS = 6 * VOXELS
+};
 
 static uint64_t seed_state = 88172645463325252u;
 static uint32_t random_below(uint32_t n)
@@ -19,7 +26,7 @@ static uint32_t random_below(uint32_t n)
 }
 
 typedef struct block {
-    int      label[VOXELS];       /* winding number that the surface gives to it; 0 in the outermost layer */
+    int label[VOXELS]; /* winding number that the surface gives to it; 0 in the outermost layer */
     int      cell[VOXELS];        /* component, 0: the outside */
     int      num_cells, depth[VOXELS], size[VOXELS], winding[VOXELS];
     uint32_t tets[TETS][4];       /* lattice points */
@@ -42,7 +49,8 @@ static int inside_lattice(int p)
 /* Kuhn's six: all paths along the axes from one corner of the voxel to the opposite one. */
 static void cut_voxels(block *b)
 {
-    static const int orders[6][3] = {{0, 1, 2}, {0, 2, 1}, {1, 0, 2}, {1, 2, 0}, {2, 0, 1}, {2, 1, 0}};
+    static const int orders[6][3] = {{0, 1, 2}, {0, 2, 1}, {1, 0, 2},
+                                     {1, 2, 0}, {2, 0, 1}, {2, 1, 0}};
     int v, k, i;
     for (v = 0; v < VOXELS; v++)
         for (k = 0; k < 6; k++) {
@@ -82,10 +90,13 @@ static void random_labels(block *b, int materials)
         z = v / SIDE / SIDE;
         b->label[v] = 0;
         if (x == 0 || y == 0 || z == 0 || x == SIDE - 1 || y == SIDE - 1 || z == SIDE - 1) continue;
-        b->label[v] = materials == 0 ? (x > 1 && x < 4 && y > 1 && y < 4 && z > 1 && z < 4 ? 0 : 1) /* a hollow cube */
-                                     : (int)random_below((uint32_t)materials) - (materials > 3);
+        b->label[v] =
+            materials == 0
+                ? (x > 1 && x < 4 && y > 1 && y < 4 && z > 1 && z < 4 ? 0 : 1) /* a hollow cube */
+                : (int)random_below((uint32_t)materials) - (materials > 3);
         for (i = 0; materials == 2 && i < 6; i++) /* larger pieces */
-            if (neighbour(v, i) >= 0 && neighbour(v, i) < v && random_below(3) == 0) b->label[v] = b->label[neighbour(v, i)];
+            if (neighbour(v, i) >= 0 && neighbour(v, i) < v && random_below(3) == 0)
+                b->label[v] = b->label[neighbour(v, i)];
     }
 }
 
@@ -119,7 +130,9 @@ static void count_cells(block *b)
         for (v = 0; v < VOXELS; v++)
             for (i = 0; i < 6; i++) {
                 int w = neighbour(v, i);
-                if (w < 0 || b->cell[w] == b->cell[v] || b->depth[b->cell[v]] <= b->depth[b->cell[w]] + 1) continue;
+                if (w < 0 || b->cell[w] == b->cell[v] ||
+                    b->depth[b->cell[v]] <= b->depth[b->cell[w]] + 1)
+                    continue;
                 b->depth[b->cell[v]] = b->depth[b->cell[w]] + 1;
                 changed = 1;
             }
@@ -135,9 +148,11 @@ static void face_triangles(const block *b, int v, int w, uint32_t out[2][3])
             const uint8_t *o = delaunay_facet_order(i);
             int shared = 1;
             for (j = 0; j < 3; j++) { /* a corner of w as well */
-                int p = (int)b->tets[6 * v + k][o[j]], x = p % POINTS, y = p / POINTS % POINTS, z = p / POINTS / POINTS;
+                int p = (int)b->tets[6 * v + k][o[j]], x = p % POINTS, y = p / POINTS % POINTS,
+                    z = p / POINTS / POINTS;
                 int wx = w % SIDE, wy = w / SIDE % SIDE, wz = w / SIDE / SIDE;
-                if (x < wx || x > wx + 1 || y < wy || y > wy + 1 || z < wz || z > wz + 1) shared = 0;
+                if (x < wx || x > wx + 1 || y < wy || y > wy + 1 || z < wz || z > wz + 1)
+                    shared = 0;
             }
             if (!shared) continue;
             if (n < 2)
@@ -206,14 +221,18 @@ static void make_surface(block *b, int num_sheets)
 }
 
 typedef struct half { uint32_t v[3]; delaunay_handle f; } half;
-static int compare_halves(const void *p, const void *q) { return memcmp(((const half *)p)->v, ((const half *)q)->v, 12); }
+static int compare_halves(const void *p, const void *q)
+{
+    return memcmp(((const half *)p)->v, ((const half *)q)->v, 12);
+}
 static int compare_u32(const void *p, const void *q)
 {
     uint32_t a = *(const uint32_t *)p, b = *(const uint32_t *)q;
     return a < b ? -1 : a > b;
 }
 
-/* The domain's mesh from the block: vertices in the lattice's order behind the ghost, neighbours by sorting. */
+/* The domain's mesh from the block: vertices in the lattice's order behind the ghost, neighbours by
+ * sorting. */
 static int make_mesh(const block *b, mesher_domain *domain)
 {
     static half halves[4 * TETS];
@@ -223,7 +242,8 @@ static int make_mesh(const block *b, mesher_domain *domain)
     if (delaunay_memory_init(&mesh->memory, NULL) != DELAUNAY_OK) return 0;
     if (delaunay_reserve(mesh, LATTICE + 1, TETS + 1) != DELAUNAY_OK) return 0;
     mesh->num_points = domain->first_corner + 8;
-    mesh->vertex_of = (uint32_t *)delaunay_alloc(&mesh->memory, mesh->num_points, sizeof *mesh->vertex_of);
+    mesh->vertex_of =
+        (uint32_t *)delaunay_alloc(&mesh->memory, mesh->num_points, sizeof *mesh->vertex_of);
     if (!mesh->vertex_of) return 0;
     for (i = 0; i < LATTICE; i++) {
         int x = (int)i % POINTS, y = (int)i / POINTS % POINTS, z = (int)i / POINTS / POINTS;
@@ -257,7 +277,8 @@ static int make_mesh(const block *b, mesher_domain *domain)
         if (compare_halves(halves + i, halves + i + 1) != 0) continue;
         mesh->tets[f / 4].n[f % 4] = g;
         mesh->tets[g / 4].n[g % 4] = f;
-        if (b->id[halves[i].v[0] - 1] != DELAUNAY_NO_ID && b->id[halves[i].v[1] - 1] != DELAUNAY_NO_ID &&
+        if (b->id[halves[i].v[0] - 1] != DELAUNAY_NO_ID &&
+            b->id[halves[i].v[1] - 1] != DELAUNAY_NO_ID &&
             b->id[halves[i].v[2] - 1] != DELAUNAY_NO_ID) {
             uint32_t ids[3], m;
             for (k = 0; k < 3; k++) ids[k] = b->id[halves[i].v[k] - 1];
@@ -289,7 +310,8 @@ static int cell_behind(const block *b, uint32_t triangle)
     for (i = 0; i < 3; i++) p[i] = b->xyz + 3 * b->triangles[3 * triangle + (uint32_t)i];
     for (i = 0; i < 3; i++) {
         int k = (i + 1) % 3, l = (i + 2) % 3;
-        n[i] = (p[1][k] - p[0][k]) * (p[2][l] - p[0][l]) - (p[1][l] - p[0][l]) * (p[2][k] - p[0][k]);
+        n[i] =
+            (p[1][k] - p[0][k]) * (p[2][l] - p[0][l]) - (p[1][l] - p[0][l]) * (p[2][k] - p[0][k]);
         for (x[i] = 0, j = 0; j < 3; j++) x[i] += p[j][i] / 3;
         x[i] -= n[i] / 4; /* the normal has length 1 */
     }
@@ -297,7 +319,8 @@ static int cell_behind(const block *b, uint32_t triangle)
 }
 
 /* Everything that mesher_color says, against the voxels. */
-static void compare(const block *b, const mesher_domain *domain, const mesher_report *report, mesher_regions policy)
+static void compare(const block *b, const mesher_domain *domain, const mesher_report *report,
+                    mesher_regions policy)
 {
     static int cell_of[VOXELS + 1];
     uint32_t color_of[VOXELS], i, kept = 0;
@@ -339,7 +362,8 @@ static void compare(const block *b, const mesher_domain *domain, const mesher_re
     for (v = 1, i = 0; v < b->num_cells; v++) i += expected_kept(b, v, policy) != 0;
     CHECK(kept == i && report->num_regions == kept);
     CHECK(fabs(total - (VOXELS - b->size[0])) < 1e-9);
-    CHECK(report->counts[MESHER_NOTE_SHEET] <= b->sheets && (report->counts[MESHER_NOTE_SHEET] > 0) == (b->sheets > 0));
+    CHECK(report->counts[MESHER_NOTE_SHEET] <= b->sheets &&
+          (report->counts[MESHER_NOTE_SHEET] > 0) == (b->sheets > 0));
     CHECK((report->counts[MESHER_DEFECT_OUTSIDE_FACET] > 0) == (b->outside_sheets > 0));
 }
 
