@@ -15,7 +15,7 @@
 # CC, CFLAGS, LDLIBS can be set; OpenMP is used when the compiler knows it (OPENMP= turns it off).
 
 CFLAGS ?= -O3
-TESTFLAGS ?= -O2 -Wall -Wextra
+TESTFLAGS ?= -O1 -Wall -Wextra
 LDLIBS ?= -lm
 BUILD ?= build
 OPENMP ?= $(shell printf 'int main(void){return 0;}' | \
@@ -62,7 +62,10 @@ $(BUILD)/%: examples/%.c $(HEADERS) | $(BUILD)
 demo: $(BUILD)/mesh
 	$(BUILD)/mesh --demo -o demo.vtu
 
-test: $(TESTS) $(TOOLS)
+# Built by all cores, unless make was told otherwise.
+JOBS = $(if $(findstring jobserver,$(MAKEFLAGS)),,-j$(shell getconf _NPROCESSORS_ONLN 2>/dev/null || echo 1))
+test:
+	@$(MAKE) --no-print-directory $(JOBS) $(TESTS) $(TOOLS)
 	@BUILD=$(BUILD) sh tests/run_tests.sh $(TESTS) $(SCRIPTS)
 
 hard: $(BUILD)/test_hard
