@@ -1,4 +1,5 @@
-/* mesher.h - v0.1.0 - from a triangulated surface to a conforming tetrahedral mesh; the surface comes back bit for bit
+/* mesher.h - v0.1.0 - from a triangulated surface to a conforming tetrahedral mesh; the surface
+ * comes back bit for bit
  *
  *     #define MESHER_IMPLEMENTATION       // in one file of your program
  *     #include "mesher.h"                 // needs delaunay.h, hilbert.h and hxtsort.h beside it
@@ -35,7 +36,8 @@
  */
 
 /* ---- >>dependencies (outside the guard: a second include may ask for bodies) -------------- */
-#if defined(MESHER_IMPLEMENTATION) && !defined(MESHER_NO_DEPENDENCIES) && !defined(DELAUNAY_IMPLEMENTATION)
+#if defined(MESHER_IMPLEMENTATION) && !defined(MESHER_NO_DEPENDENCIES) &&                          \
+    !defined(DELAUNAY_IMPLEMENTATION)
 #  define DELAUNAY_IMPLEMENTATION
 #endif
 #if defined(MESHER_STATIC) && !defined(DELAUNAY_H)
@@ -81,7 +83,8 @@ typedef enum mesher_result {
     MESHER_ERROR_TIME             = -66  /* out of time before there was a valid mesh */
 } mesher_result;
 
-/* The caller's surface: plain arrays, any orientation, any number of shells and sheets. Zero what is absent. */
+/* The caller's surface: plain arrays, any orientation, any number of shells and sheets. Zero what
+ * is absent. */
 typedef struct mesher_surface {
     const double   *xyz;            /* 3*num_vertices */
     size_t          num_vertices;
@@ -91,20 +94,26 @@ typedef struct mesher_surface {
     const uint32_t *edges;          /* 2*num_edges: lines that must be edges of the mesh too */
     const int32_t  *edge_tags;
     size_t          num_edges;
-    const double   *seeds;          /* 3*num_seeds: for MESHER_REGIONS_SEEDS, points inside cells to keep ... */
-    const int32_t  *seed_tags;      /* ... and their region numbers (> 0; NULL: 1, 2, ..); 0: a hole */
+    /* 3*num_seeds: for MESHER_REGIONS_SEEDS, points inside cells to keep ... */
+    const double   *seeds;
+    /* ... and their region numbers (> 0; NULL: 1, 2, ..); 0: a hole */
+    const int32_t  *seed_tags;
     size_t          num_seeds;
 } mesher_surface;
 
 /* Which bounded cells are kept as regions. */
 typedef enum mesher_regions {
     MESHER_REGIONS_ALL,     /* every bounded cell is a region of its own */
-    MESHER_REGIONS_PARITY,  /* a cell is kept if an odd number of facets lies between it and the outside */
-    MESHER_REGIONS_WINDING, /* a cell is kept if its winding number by the facets' orientation is not 0 */
-    MESHER_REGIONS_SEEDS    /* cells that contain a seed with a tag > 0; if no such seed is given, all but holes */
+    /* a cell is kept if an odd number of facets lies between it and the outside */
+    MESHER_REGIONS_PARITY,
+    /* a cell is kept if its winding number by the facets' orientation is not 0 */
+    MESHER_REGIONS_WINDING,
+    /* cells that contain a seed with a tag > 0; if no such seed is given, all but holes */
+    MESHER_REGIONS_SEEDS
 } mesher_regions;
 
-/* Where a size is wanted: size within radius of the shape, growing by slope per unit of length from there. */
+/* Where a size is wanted: size within radius of the shape, growing by slope per unit of length from
+ * there. */
 typedef enum mesher_shape {
     MESHER_SHAPE_BALL,    /* around the point xyz[0..2]; radius 0: the point */
     MESHER_SHAPE_BOX,     /* from xyz[0..2] to xyz[3..5], along the axes */
@@ -118,60 +127,87 @@ typedef struct mesher_source {
     double slope; /* 0: that of the gradation, or 0.4; infinite: the field ends at the border */
 } mesher_source;
 
-/* Sizes at the nodes of a regular grid, interpolated trilinearly; outside, those of the nearest place in it. */
+/* Sizes at the nodes of a regular grid, interpolated trilinearly; outside, those of the nearest
+ * place in it. */
 typedef struct mesher_size_grid {
     double        origin[3], spacing[3];
     uint32_t      count[3]; /* nodes on each axis, 2 at least */
-    const double *size;     /* count[0]*count[1]*count[2], the first axis fastest; <= 0 or NaN: no wish around it */
+    /* count[0]*count[1]*count[2], the first axis fastest; <= 0 or NaN: no wish around it */
+    const double *size;
 } mesher_size_grid;
 
 typedef struct mesher_options {
     delaunay_host  host;
     mesher_regions regions;
     int    no_refine;             /* the surface recovered, and nothing else */
-    int    allow_surface_steiner; /* at the very last, points on edges and facets of the surface; counted, listed */
+    /* at the very last, points on edges and facets of the surface; counted, listed */
+    int    allow_surface_steiner;
     int    no_intersection_test;  /* mesher_check: only the cheap checks */
-    double size;                  /* wanted edge length, at most; 0: from the surface alone, where edges
-                                     inside are 1.3 times as long as those around them */
+    /* wanted edge length, at most; 0: from the surface alone, where edges inside are 1.3 times
+     * as long as those around them */
+    double size;
     double size_factor;           /* all sizes but the bounds times this; 0: 1 */
     double min_size, max_size;    /* bounds of the size field; 0: none */
-    double gradation;             /* largest ratio of sizes one edge apart; 0: 2 off the surface, whose edges may
-                                   * change abruptly, and 1.4 around sources */
-    double growth;                /* > 1: sizes grow inwards by this ratio, instead of interpolating the surface's */
-    double layers;                /* > 0: about so many tetrahedra between facets that face each other, or more */
-    double curvature_degrees;     /* > 0: an edge beside a curved surface spans at most this angle of it; creases of more
-                                   * than 45 degrees do not count */
-    /* Sizes that the caller wants. Vertices: instead of the mean of the surface's edges there, one a vertex of the
-     * surface, <= 0 or NaN: that mean; NULL: none. All others are combined by the minimum: of regions
-     * (region_sizes[number - 1], <= 0: none), sources, a grid (NULL: none), and the function below. */
+    /* largest ratio of sizes one edge apart; 0: 2 off the surface, whose edges may change
+     * abruptly, and 1.4 around sources */
+    double gradation;
+    /* > 1: sizes grow inwards by this ratio, instead of interpolating the surface's */
+    double growth;
+    /* > 0: about so many tetrahedra between facets that face each other, or more */
+    double layers;
+    /* > 0: an edge beside a curved surface spans at most this angle of it; creases of more than
+     * 45 degrees do not count */
+    double curvature_degrees;
+    /* Sizes that the caller wants. Vertices: instead of the mean of the surface's edges there, one
+     * a vertex of the surface, <= 0 or NaN: that mean; NULL: none. All others are combined by the
+     * minimum: of regions (region_sizes[number - 1], <= 0: none), sources, a grid (NULL: none), and
+     * the function below. */
     const double           *vertex_sizes;
     const double           *region_sizes; size_t num_region_sizes;
     const mesher_source    *sources;      size_t num_sources;
     const mesher_size_grid *size_grid;
-    /* Size field in batches, called by several threads at once: out[i] = wanted length at xyz+3*i, in the region of
-     * that number; <= 0 or NaN: no wish. The same place must get the same answer. May be NULL. */
-    void (*size_function)(void *user, size_t count, const double *xyz, const uint32_t *region, double *out);
+    /* Size field in batches, called by several threads at once: out[i] = wanted length at xyz+3*i,
+     * in the region of that number; <= 0 or NaN: no wish. The same place must get the same answer.
+     * May be NULL. */
+    void (*size_function)(void *user, size_t count, const double *xyz, const uint32_t *region,
+                          double *out);
     void  *size_user;
     uint64_t max_vertices, max_tets; double max_seconds; /* budgets of refinement; 0: none */
 } mesher_options;
 
 /* Defects make a surface invalid; notes do not. */
 typedef enum mesher_kind {
-    MESHER_NOTE_DUPLICATE_VERTEX, MESHER_NOTE_UNUSED_VERTEX, MESHER_NOTE_REPEATED_INDEX,
-    MESHER_NOTE_DUPLICATE_TRIANGLE, MESHER_NOTE_OPPOSITE_TRIANGLE, MESHER_NOTE_FLIPPED_TRIANGLE,
-    MESHER_NOTE_OPEN_EDGE, MESHER_NOTE_NON_MANIFOLD_EDGE, MESHER_NOTE_SHEET, MESHER_NOTE_SHELL_FILLED,
+    MESHER_NOTE_DUPLICATE_VERTEX,
+    MESHER_NOTE_UNUSED_VERTEX,
+    MESHER_NOTE_REPEATED_INDEX,
+    MESHER_NOTE_DUPLICATE_TRIANGLE,
+    MESHER_NOTE_OPPOSITE_TRIANGLE,
+    MESHER_NOTE_FLIPPED_TRIANGLE,
+    MESHER_NOTE_OPEN_EDGE,
+    MESHER_NOTE_NON_MANIFOLD_EDGE,
+    MESHER_NOTE_SHEET,
+    MESHER_NOTE_SHELL_FILLED,
     MESHER_NOTE_SURFACE_STEINER,
     MESHER_NOTE_NEAR_VERTEX,  /* ends of open edges that differ by a rounding: meant to be one? */
     MESHER_NOTE_OUTSIDE_LINE, /* a line in no kept cell: it is not in the output */
     MESHER_DEFECT_FIRST,
-    MESHER_DEFECT_NOT_FINITE = MESHER_DEFECT_FIRST, MESHER_DEFECT_RANGE, MESHER_DEFECT_INDEX,
-    MESHER_DEFECT_COLLINEAR, MESHER_DEFECT_T_JUNCTION, MESHER_DEFECT_OVERLAP, MESHER_DEFECT_INTERSECTION,
-    MESHER_DEFECT_FLAT, MESHER_DEFECT_NO_CELL, MESHER_DEFECT_OUTSIDE_FACET, MESHER_DEFECT_RECOVERY,
+    MESHER_DEFECT_NOT_FINITE = MESHER_DEFECT_FIRST,
+    MESHER_DEFECT_RANGE,
+    MESHER_DEFECT_INDEX,
+    MESHER_DEFECT_COLLINEAR,
+    MESHER_DEFECT_T_JUNCTION,
+    MESHER_DEFECT_OVERLAP,
+    MESHER_DEFECT_INTERSECTION,
+    MESHER_DEFECT_FLAT,
+    MESHER_DEFECT_NO_CELL,
+    MESHER_DEFECT_OUTSIDE_FACET,
+    MESHER_DEFECT_RECOVERY,
     MESHER_NUM_KINDS
 } mesher_kind;
 
-/* One finding: what, which of the caller's triangles and vertices, where. Unused ids: DELAUNAY_NO_ID.
- * A line of the caller's counts as triangle num_triangles + line, here and in edge_source. */
+/* One finding: what, which of the caller's triangles and vertices, where. Unused ids:
+ * DELAUNAY_NO_ID. A line of the caller's counts as triangle num_triangles + line, here and in
+ * edge_source. */
 typedef struct mesher_finding {
     mesher_kind kind;
     uint32_t    triangles[2];
@@ -191,18 +227,23 @@ typedef struct mesher_report {
     uint64_t missing_edges, missing_facets;  /* of the input in the empty mesh */
     uint64_t interior_steiner, surface_steiner;
     uint64_t refined_vertices, refinement_sweeps;
-    uint64_t size_ignored;                   /* answers of the size function that were no size: NaN, 0, negative */
-    double   seconds_check, seconds_empty, seconds_recover, seconds_regions, seconds_size, seconds_refine;
+    /* answers of the size function that were no size: NaN, 0, negative */
+    uint64_t size_ignored;
+    double seconds_check, seconds_empty, seconds_recover, seconds_regions, seconds_size,
+        seconds_refine;
     double   seconds_detect;                 /* of the recovery: what is missing? */
-    double   size_p10, size_p50, size_p90, size_in_band; /* edge length / wanted; share within [0.7, 1.4] */
+    /* edge length / wanted; share within [0.7, 1.4] */
+    double   size_p10, size_p50, size_p90, size_in_band;
     size_t   peak_bytes;
-    char     message[512];                   /* a sentence that says what and where; empty on success */
+    /* a sentence that says what and where; empty on success */
+    char     message[512];
 } mesher_report;
 
 typedef struct mesher_region {
     uint32_t number;        /* colour of its tetrahedra, 1 .. */
     uint32_t first_facet;   /* smallest triangle of the caller's on its boundary */
-    uint32_t depth;         /* facets between it and the outside, at least; 1: it touches the outside */
+    /* facets between it and the outside, at least; 1: it touches the outside */
+    uint32_t depth;
     int      winding;
     int      kept;
     uint64_t num_tets;
@@ -216,33 +257,41 @@ enum {
     MESHER_VERTEX_ISOLATED  /* in neither: an embedded point of the mesh */
 };
 
-/* A domain: the mesh with its constraints, passed from stage to stage. Zero-initialise. Read freely. */
+/* A domain: the mesh with its constraints, passed from stage to stage. Zero-initialise. Read
+ * freely. */
 typedef struct mesher_domain {
     mesher_surface  surface;      /* the caller's; must stay alive */
     mesher_options  options;      /* resolved */
-    delaunay_mesh   mesh;         /* point i of the surface is mesh.vertex_of[i]; the 8 box corners follow it */
-    uint32_t       *facets;       /* 3*num_facets: distinct facets as input point ids, sorted within */
+    /* point i of the surface is mesh.vertex_of[i]; the 8 box corners follow it */
+    delaunay_mesh   mesh;
+    /* 3*num_facets: distinct facets as input point ids, sorted within */
+    uint32_t       *facets;
     uint32_t       *facet_source; /* smallest triangle of the caller's with these vertices */
     uint32_t        num_facets;
-    uint32_t       *edges;        /* 2*num_edges: distinct edges of facets and lines, input point ids, sorted */
+    /* 2*num_edges: distinct edges of facets and lines, input point ids, sorted */
+    uint32_t       *edges;
     uint32_t       *edge_source;  /* a triangle that has it, or num_triangles + line */
     uint32_t        num_edges;
     uint32_t       *survivor;     /* input vertex -> first input vertex with the same coordinates */
-    uint8_t        *vertex_used;  /* input vertex -> MESHER_VERTEX_..; what is not 0 goes into the triangulation */
-    double         *size;         /* wanted edge length at each mesh vertex; NULL before mesher_size */
+    /* input vertex -> MESHER_VERTEX_..; what is not 0 goes into the triangulation */
+    uint8_t        *vertex_used;
+    /* wanted edge length at each mesh vertex; NULL before mesher_size */
+    double         *size;
     uint32_t        cap_size;
     mesher_region  *regions;      /* every bounded cell */
     uint32_t        num_regions;
-    uint32_t       *facet_sides;  /* 2*num_facets: what is behind and in front of the source triangle: a place in
-                                   * regions plus 1; 0: the outside; NO_ID: unknown. NULL before mesher_color */
+    /* 2*num_facets: what is behind and in front of the source triangle: a place in regions plus
+     * 1; 0: the outside; NO_ID: unknown. NULL before mesher_color */
+    uint32_t       *facet_sides;
     uint32_t        first_corner; /* input id of box corner 0: the number of input vertices */
-    int             keeps_mesh;   /* the mesh is the caller's: sizes are those of all of its edges */
+    /* the mesh is the caller's: sizes are those of all of its edges */
+    int             keeps_mesh;
     int             stage;
     delaunay_memory memory;       /* account of the arrays above; the mesh has its own */
 } mesher_domain;
 
-/* Plain arrays for the caller: all input vertices first, in input order (duplicates and unused ones stay as
- * orphans); then new vertices in canonical order. */
+/* Plain arrays for the caller: all input vertices first, in input order (duplicates and unused
+ * ones stay as orphans); then new vertices in canonical order. */
 typedef struct mesher_output {
     double   *xyz;       uint64_t num_vertices;
     uint32_t *tets;      uint64_t num_tets;      /* 4*num_tets; positive as in delaunay.h */
@@ -258,28 +307,31 @@ MESHER_API const char *mesher_kind_string(mesher_kind kind);
 MESHER_API void mesher_finding_string(char *text, size_t size, const mesher_report *report,
                                       const mesher_finding *finding);
 
-/* All defects and notes of a surface, with ids and coordinates, exact. MESHER_OK if there is no defect. */
+/* All defects and notes of a surface, with ids and coordinates, exact. MESHER_OK if there is no
+ * defect. */
 MESHER_API mesher_result mesher_check(const mesher_surface *surface, const mesher_options *options,
                                       mesher_report *report);
 /* All stages. On failure the domain is freed and zeroed, and the report says what and where. */
 MESHER_API mesher_result mesher_mesh(mesher_domain *domain, const mesher_surface *surface,
                                      const mesher_options *options, mesher_report *report);
-/* A finished tetrahedral mesh instead of a surface: what is there is kept, and points are added where the sizes ask for
- * it; the default size of a vertex is the mean length of its edges, so nothing is added without a wish.
+/* A finished tetrahedral mesh instead of a surface: what is there is kept, and points are added
+ * where the sizes ask for it; the default size of a vertex is the mean length of its edges, so
+ * nothing is added without a wish.
  *
  *   domain    out   as mesher_mesh leaves it; on failure zeroed
- *   surface   in    vertices, and the triangles and lines to keep: all on the border and between regions, and any
- *                   others that are facets and edges of the mesh
+ *   surface   in    vertices, and the triangles and lines to keep: all on the border and between
+ *                   regions, and any others that are facets and edges of the mesh
  *   tets      in    4*num_tets indices into the vertices, of one orientation, meeting facet to facet
  *   regions   in    num_tets numbers from 1 on, or NULL: all 1
  *   options   in    NULL or zeroed: defaults; regions, and all that is about recovery, is not used
  *   report    out   may be NULL
  *
- * Returns   as mesher_mesh; _ERROR_INVALID_ARGUMENT also for tetrahedra that are flat, mixed or overlap;
- *           _ERROR_SURFACE: a triangle or line is not in the mesh (findings)
+ * Returns   as mesher_mesh; _ERROR_INVALID_ARGUMENT also for tetrahedra that are flat, mixed or
+ *           overlap; _ERROR_SURFACE: a triangle or line is not in the mesh (findings)
  * Threads, Repeats   as mesher_mesh */
-MESHER_API mesher_result mesher_refine_mesh(mesher_domain *domain, const mesher_surface *surface, const uint32_t *tets,
-                                            const uint32_t *regions, size_t num_tets, const mesher_options *options,
+MESHER_API mesher_result mesher_refine_mesh(mesher_domain *domain, const mesher_surface *surface,
+                                            const uint32_t *tets, const uint32_t *regions,
+                                            size_t num_tets, const mesher_options *options,
                                             mesher_report *report);
 MESHER_API mesher_result mesher_export(mesher_domain *domain, mesher_output *out);
 MESHER_API void mesher_output_free(mesher_domain *domain, mesher_output *out);
@@ -294,40 +346,46 @@ MESHER_API mesher_result mesher_domain_init(mesher_domain *domain, const mesher_
                                             const mesher_options *options, mesher_report *report);
 /* The Delaunay triangulation of the vertices and of the corners of a box around them. */
 MESHER_API mesher_result mesher_empty_mesh(mesher_domain *domain, mesher_report *report);
-/* Every edge and facet of the domain becomes one of the mesh, and is marked constrained on all its tetrahedra. */
+/* Every edge and facet of the domain becomes one of the mesh, and is marked constrained on all its
+ * tetrahedra. */
 MESHER_API mesher_result mesher_recover(mesher_domain *domain, mesher_report *report);
 /* Colours every cell; DELAUNAY_OUTSIDE is what is not kept. Fills regions. */
 MESHER_API mesher_result mesher_color(mesher_domain *domain, mesher_report *report);
-/* The distinct tags of the triangles around region i (a place in domain->regions), ascending, as many as there
- * is room for; *count: all of them. tags may be NULL. */
-MESHER_API mesher_result mesher_region_tags(mesher_domain *domain, uint32_t i, int32_t *tags, size_t cap,
-                                            size_t *count);
+/* The distinct tags of the triangles around region i (a place in domain->regions), ascending, as
+ * many as there is room for; *count: all of them. tags may be NULL. */
+MESHER_API mesher_result mesher_region_tags(mesher_domain *domain, uint32_t i, int32_t *tags,
+                                            size_t cap, size_t *count);
 /* Wanted edge lengths at the vertices. */
 MESHER_API mesher_result mesher_size(mesher_domain *domain, mesher_report *report);
 /* The size that a source, or a grid (0: no wish), asks for at x. */
-MESHER_API double mesher_source_size(const mesher_source *source, double gradation, const double *x);
+MESHER_API double mesher_source_size(const mesher_source *source, double gradation,
+                                     const double *x);
 MESHER_API double mesher_size_grid_at(const mesher_size_grid *grid, const double *x);
 /* Points inserted until edges have the wanted length. */
 MESHER_API mesher_result mesher_refine(mesher_domain *domain, mesher_report *report);
-/* A small part of a surface on which mesher_mesh fails as it did on all of it, to send to who can mend it.
+/* A small part of a surface on which mesher_mesh fails as it did on all of it, to send to who
+ * can mend it.
  *
  *   failure        in      what mesher_mesh returned: MESHER_ERROR_RECOVERY or _SURFACE
  *   where          in      3 doubles: where it failed, such as findings[0].xyz
  *   xyz, triangles in/out  room for 3*(num_vertices + 8) doubles, 3*(num_triangles + 12) indices
- *   part           out     of these arrays: triangles near the place, and a box around them (the last 12)
+ *   part           out     of these arrays: triangles near the place, and a box around them (the
+ *                          last 12)
  *
- * Returns  MESHER_OK; MESHER_GOAL_NOT_MET: no small part fails by itself, the triangles nearest to the place are in
- *          part; MESHER_ERROR_OUT_OF_MEMORY, MESHER_CANCELLED
+ * Returns  MESHER_OK; MESHER_GOAL_NOT_MET: no small part fails by itself, the triangles nearest
+ *          to the place are in part; MESHER_ERROR_OUT_OF_MEMORY, MESHER_CANCELLED
  * Cost     up to 100 runs on parts of at most 4096 triangles
  * Repeats  same bytes for any thread count */
-MESHER_API mesher_result mesher_reproduce(const mesher_surface *surface, const mesher_options *options,
-                                          mesher_result failure, const double *where, double *xyz,
-                                          uint32_t *triangles, mesher_surface *part);
+MESHER_API mesher_result mesher_reproduce(const mesher_surface *surface,
+                                          const mesher_options *options, mesher_result failure,
+                                          const double *where, double *xyz, uint32_t *triangles,
+                                          mesher_surface *part);
 /* Adds a finding to a report (which may be NULL). */
-MESHER_API void mesher_report_add(mesher_report *report, mesher_kind kind, uint32_t triangle0, uint32_t triangle1,
-                                  uint32_t vertex0, uint32_t vertex1, uint32_t vertex2, const double *xyz);
+MESHER_API void mesher_report_add(mesher_report *report, mesher_kind kind, uint32_t triangle0,
+                                  uint32_t triangle1, uint32_t vertex0, uint32_t vertex1,
+                                  uint32_t vertex2, const double *xyz);
 
-#ifdef __cplusplus
+#  ifdef __cplusplus
 }
 #endif
 #endif /* MESHER_H */
@@ -350,9 +408,10 @@ MESHER_API void mesher_report_add(mesher_report *report, mesher_kind kind, uint3
 
 /* ---- >>surface ---------------------------------------------------------------------------- */
 
-/* Differences of coordinates stay exact in the predicates, and their fifth powers finite, below this. */
-#define MESHER__LARGEST_COORDINATE 1e60
-#define MESHER__SMALLEST_EXTENT    1e-60
+/* Differences of coordinates stay exact in the predicates, and their fifth powers finite, below
+ * this. */
+#  define MESHER__LARGEST_COORDINATE 1e60
+#  define MESHER__SMALLEST_EXTENT    1e-60
 
 static const double *mesher__point(const mesher_surface *surface, uint32_t v)
 {
@@ -415,7 +474,8 @@ static void mesher__name(char name[32], const mesher_report *report, uint32_t id
 }
 
 /* One finding as a sentence. */
-static void mesher__sentence(char *text, size_t size, const mesher_report *report, const mesher_finding *f)
+static void mesher__sentence(char *text, size_t size, const mesher_report *report,
+                             const mesher_finding *f)
 {
     char a[32], b[32], at[96];
     unsigned long u = f->vertices[0], v = f->vertices[1], w = f->vertices[2];
@@ -428,7 +488,9 @@ static void mesher__sentence(char *text, size_t size, const mesher_report *repor
         snprintf(text, size, "vertex %lu has the coordinates of vertex %lu %s", u, v, at);
         break;
     case MESHER_NOTE_UNUSED_VERTEX:
-        if (a[0]) snprintf(text, size, "isolated vertex %lu lies exactly on %s %s and is left out", u, a, at);
+        if (a[0])
+            snprintf(text, size, "isolated vertex %lu lies exactly on %s %s and is left out", u, a,
+                     at);
         else snprintf(text, size, "vertex %lu %s is in no triangle or line", u, at);
         break;
     case MESHER_NOTE_REPEATED_INDEX:
@@ -441,7 +503,8 @@ static void mesher__sentence(char *text, size_t size, const mesher_report *repor
         snprintf(text, size, "%s is there again as %s, turned over", a, b);
         break;
     case MESHER_NOTE_FLIPPED_TRIANGLE:
-        snprintf(text, size, "%s and %s are oriented against each other at their edge %lu-%lu", a, b, u, v);
+        snprintf(text, size, "%s and %s are oriented against each other at their edge %lu-%lu", a,
+                 b, u, v);
         break;
     case MESHER_NOTE_OPEN_EDGE:
         snprintf(text, size, "edge %lu-%lu of %s is in no other triangle, %s", u, v, a, at);
@@ -459,7 +522,8 @@ static void mesher__sentence(char *text, size_t size, const mesher_report *repor
         snprintf(text, size, "a point was added to %s %s", a, at);
         break;
     case MESHER_NOTE_NEAR_VERTEX:
-        snprintf(text, size, "vertices %lu and %lu, ends of open edges, are almost one point %s", u, v, at);
+        snprintf(text, size, "vertices %lu and %lu, ends of open edges, are almost one point %s", u,
+                 v, at);
         break;
     case MESHER_NOTE_OUTSIDE_LINE:
         snprintf(text, size, "%s lies in no cell that is kept, %s", a, at);
@@ -470,18 +534,22 @@ static void mesher__sentence(char *text, size_t size, const mesher_report *repor
     case MESHER_DEFECT_RANGE:
         if (f->vertices[0] == DELAUNAY_NO_ID)
             snprintf(text, size, "the whole surface is smaller than %g", MESHER__SMALLEST_EXTENT);
-        else snprintf(text, size, "vertex %lu has a coordinate beyond %g", u, MESHER__LARGEST_COORDINATE);
+        else
+            snprintf(text, size, "vertex %lu has a coordinate beyond %g", u,
+                     MESHER__LARGEST_COORDINATE);
         break;
     case MESHER_DEFECT_INDEX:
         snprintf(text, size, "%s has vertex %lu, but there are only %lu", a, u,
                  (unsigned long)report->input_vertices);
         break;
     case MESHER_DEFECT_COLLINEAR:
-        snprintf(text, size, "%s has its vertices %lu, %lu and %lu on one line, %s", a, u, v, w, at);
+        snprintf(text, size, "%s has its vertices %lu, %lu and %lu on one line, %s", a, u, v, w,
+                 at);
         break;
     case MESHER_DEFECT_T_JUNCTION:
         if (has_edge)
-            snprintf(text, size, "vertex %lu of %s lies on the edge %lu-%lu of %s, %s", u, a, v, w, b, at);
+            snprintf(text, size, "vertex %lu of %s lies on the edge %lu-%lu of %s, %s", u, a, v, w,
+                     b, at);
         else snprintf(text, size, "vertex %lu of %s lies on %s, %s", u, a, b, at);
         break;
     case MESHER_DEFECT_OVERLAP:
@@ -495,16 +563,20 @@ static void mesher__sentence(char *text, size_t size, const mesher_report *repor
         break;
     case MESHER_DEFECT_NO_CELL:
         if (a[0] && has_edge == 0 && f->vertices[0] != DELAUNAY_NO_ID)
-            snprintf(text, size, "the surface encloses no volume: it is open, at edge %lu-%lu of %s, %s", u, v, a, at);
+            snprintf(text, size,
+                     "the surface encloses no volume: it is open, at edge %lu-%lu of %s, %s", u, v,
+                     a, at);
         else snprintf(text, size, "the surface encloses no volume");
         break;
     case MESHER_DEFECT_OUTSIDE_FACET:
         snprintf(text, size, "%s lies outside every cell, %s", a, at);
         break;
     case MESHER_DEFECT_RECOVERY:
-        if (f->vertices[0] == DELAUNAY_NO_ID) snprintf(text, size, "a point would have to stay on %s, %s", a, at);
+        if (f->vertices[0] == DELAUNAY_NO_ID)
+            snprintf(text, size, "a point would have to stay on %s, %s", a, at);
         else if (f->vertices[2] != DELAUNAY_NO_ID)
-            snprintf(text, size, "facet %lu-%lu-%lu of %s could not be recovered, %s", u, v, w, a, at);
+            snprintf(text, size, "facet %lu-%lu-%lu of %s could not be recovered, %s", u, v, w, a,
+                     at);
         else snprintf(text, size, "edge %lu-%lu of %s could not be recovered, %s", u, v, a, at);
         break;
     case MESHER_NUM_KINDS: break;
@@ -513,7 +585,8 @@ static void mesher__sentence(char *text, size_t size, const mesher_report *repor
 
 static void mesher__message_defect(mesher_report *report, const mesher_finding *finding)
 {
-    if (!report->message[0]) mesher__sentence(report->message, sizeof report->message, report, finding);
+    if (!report->message[0])
+        mesher__sentence(report->message, sizeof report->message, report, finding);
 }
 
 /* "...; and 41 defects more" */
@@ -522,13 +595,14 @@ static void mesher__message_finish(mesher_report *report)
     uint64_t n = mesher__count_defects(report);
     size_t length = strlen(report->message);
     if (n > 1 && length < sizeof report->message - 48)
-        snprintf(report->message + length, sizeof report->message - length, "; and %lu defect%s more",
-                 (unsigned long)(n - 1), n > 2 ? "s" : "");
+        snprintf(report->message + length, sizeof report->message - length,
+                 "; and %lu defect%s more", (unsigned long)(n - 1), n > 2 ? "s" : "");
 }
 
 /* Kept findings: defects first, as many as there is room for; notes in what room is left. */
-MESHER_API void mesher_report_add(mesher_report *report, mesher_kind kind, uint32_t triangle0, uint32_t triangle1,
-                                  uint32_t vertex0, uint32_t vertex1, uint32_t vertex2, const double *xyz)
+MESHER_API void mesher_report_add(mesher_report *report, mesher_kind kind, uint32_t triangle0,
+                                  uint32_t triangle1, uint32_t vertex0, uint32_t vertex1,
+                                  uint32_t vertex2, const double *xyz)
 {
     mesher_finding f;
     uint64_t defects;
@@ -554,8 +628,8 @@ MESHER_API void mesher_report_add(mesher_report *report, mesher_kind kind, uint3
     }
 }
 
-static void mesher__add_vertex_finding(mesher_report *report, mesher_kind kind, const mesher_surface *surface,
-                                       uint32_t v, uint32_t other)
+static void mesher__add_vertex_finding(mesher_report *report, mesher_kind kind,
+                                       const mesher_surface *surface, uint32_t v, uint32_t other)
 {
     mesher_report_add(report, kind, DELAUNAY_NO_ID, DELAUNAY_NO_ID, v, other, DELAUNAY_NO_ID,
                       mesher__point(surface, v));
@@ -570,16 +644,18 @@ static void mesher__centroid(const mesher_surface *surface, const uint32_t *v, i
     }
 }
 
-static void mesher__add_edge_finding(mesher_report *report, mesher_kind kind, const mesher_surface *surface,
-                                     uint32_t triangle0, uint32_t triangle1, const uint32_t *edge)
+static void mesher__add_edge_finding(mesher_report *report, mesher_kind kind,
+                                     const mesher_surface *surface, uint32_t triangle0,
+                                     uint32_t triangle1, const uint32_t *edge)
 {
     double middle[3];
     mesher__centroid(surface, edge, 2, middle);
     mesher_report_add(report, kind, triangle0, triangle1, edge[0], edge[1], DELAUNAY_NO_ID, middle);
 }
 
-static void mesher__add_triangle_finding(mesher_report *report, mesher_kind kind, const mesher_surface *surface,
-                                         uint32_t triangle0, uint32_t triangle1, const uint32_t *v)
+static void mesher__add_triangle_finding(mesher_report *report, mesher_kind kind,
+                                         const mesher_surface *surface, uint32_t triangle0,
+                                         uint32_t triangle1, const uint32_t *v)
 {
     double middle[3];
     mesher__centroid(surface, v, 3, middle);
@@ -597,7 +673,8 @@ static int mesher__element(const mesher_surface *surface, uint32_t id, const uin
     return 2;
 }
 
-/* What makes every further look meaningless: indices, NaN, range. Returns the number of offences. */
+/* What makes every further look meaningless: indices, NaN, range. Returns the number of
+ * offences. */
 static uint64_t mesher__check_numbers(const mesher_surface *surface, mesher_report *report)
 {
     uint64_t before = mesher__count_defects(report);
@@ -609,8 +686,8 @@ static uint64_t mesher__check_numbers(const mesher_surface *surface, mesher_repo
         n = mesher__element(surface, (uint32_t)i, &v);
         for (j = 0; j < n; j++)
             if (v[j] >= surface->num_vertices) {
-                mesher_report_add(report, MESHER_DEFECT_INDEX, (uint32_t)i, DELAUNAY_NO_ID, v[j], DELAUNAY_NO_ID,
-                                  DELAUNAY_NO_ID, NULL);
+                mesher_report_add(report, MESHER_DEFECT_INDEX, (uint32_t)i, DELAUNAY_NO_ID, v[j],
+                                  DELAUNAY_NO_ID, DELAUNAY_NO_ID, NULL);
                 break;
             }
     }
@@ -624,16 +701,18 @@ static uint64_t mesher__check_numbers(const mesher_surface *surface, mesher_repo
             if (x[j] > hi[j]) hi[j] = x[j];
         }
         if (!finite || far)
-            mesher__add_vertex_finding(report, finite ? MESHER_DEFECT_RANGE : MESHER_DEFECT_NOT_FINITE, surface,
-                                       (uint32_t)i, DELAUNAY_NO_ID);
+            mesher__add_vertex_finding(report,
+                                       finite ? MESHER_DEFECT_RANGE : MESHER_DEFECT_NOT_FINITE,
+                                       surface, (uint32_t)i, DELAUNAY_NO_ID);
     }
     if (surface->num_vertices && mesher__count_defects(report) == before) {
         double extent = 0;
         for (j = 0; j < 3; j++)
             if (hi[j] - lo[j] > extent) extent = hi[j] - lo[j];
         if (extent > 0 && extent < MESHER__SMALLEST_EXTENT)
-            mesher_report_add(report, MESHER_DEFECT_RANGE, DELAUNAY_NO_ID, DELAUNAY_NO_ID, DELAUNAY_NO_ID,
-                              DELAUNAY_NO_ID, DELAUNAY_NO_ID, mesher__point(surface, 0));
+            mesher_report_add(report, MESHER_DEFECT_RANGE, DELAUNAY_NO_ID, DELAUNAY_NO_ID,
+                              DELAUNAY_NO_ID, DELAUNAY_NO_ID, DELAUNAY_NO_ID,
+                              mesher__point(surface, 0));
     }
     return mesher__count_defects(report) - before;
 }
@@ -679,7 +758,8 @@ static mesher_result mesher__weld(mesher_domain *domain)
     return MESHER_OK;
 }
 
-/* Survivors of a triangle's vertices in ascending order; returns 1 if that is an odd permutation. */
+/* Survivors of a triangle's vertices in ascending order; returns 1 if that is an odd
+ * permutation. */
 static int mesher__sorted_triangle(const mesher_domain *domain, size_t triangle, uint32_t v[3])
 {
     const uint32_t *t = domain->surface.triangles + 3 * triangle;
@@ -703,10 +783,10 @@ static int mesher__collinear(const mesher_surface *surface, const uint32_t *v)
                               mesher__point(surface, v[2]));
 }
 
-/* Triangles with three distinct vertices that are not on a line, ordered by their ascending vertices and,
- * among the same, by themselves: pairs[].value. Their number in *count. */
-static mesher_result mesher__order_triangles(mesher_domain *domain, hxtsort_pair *pairs, size_t *count,
-                                             mesher_report *report)
+/* Triangles with three distinct vertices that are not on a line, ordered by their ascending
+ * vertices and, among the same, by themselves: pairs[].value. Their number in *count. */
+static mesher_result mesher__order_triangles(mesher_domain *domain, hxtsort_pair *pairs,
+                                             size_t *count, mesher_report *report)
 {
     const mesher_surface *surface = &domain->surface;
     mesher_result result;
@@ -715,11 +795,11 @@ static mesher_result mesher__order_triangles(mesher_domain *domain, hxtsort_pair
     for (i = 0; i < surface->num_triangles; i++) {
         mesher__sorted_triangle(domain, i, v);
         if (v[0] == v[1] || v[1] == v[2]) {
-            mesher_report_add(report, MESHER_NOTE_REPEATED_INDEX, (uint32_t)i, DELAUNAY_NO_ID, v[1], DELAUNAY_NO_ID,
-                              DELAUNAY_NO_ID, mesher__point(surface, v[1]));
+            mesher_report_add(report, MESHER_NOTE_REPEATED_INDEX, (uint32_t)i, DELAUNAY_NO_ID, v[1],
+                              DELAUNAY_NO_ID, DELAUNAY_NO_ID, mesher__point(surface, v[1]));
         } else if (mesher__collinear(surface, v)) {
-            mesher__add_triangle_finding(report, MESHER_DEFECT_COLLINEAR, surface, (uint32_t)i, DELAUNAY_NO_ID,
-                                         surface->triangles + 3 * i);
+            mesher__add_triangle_finding(report, MESHER_DEFECT_COLLINEAR, surface, (uint32_t)i,
+                                         DELAUNAY_NO_ID, surface->triangles + 3 * i);
         } else {
             pairs[n].key = (uint64_t)v[1] << 32 | v[2];
             pairs[n++].value = i;
@@ -740,7 +820,8 @@ static mesher_result mesher__find_facets(mesher_domain *domain, mesher_report *r
 {
     const mesher_surface *surface = &domain->surface;
     delaunay_memory *memory = &domain->memory;
-    hxtsort_pair *pairs = (hxtsort_pair *)delaunay_alloc(memory, surface->num_triangles, sizeof *pairs);
+    hxtsort_pair *pairs =
+        (hxtsort_pair *)delaunay_alloc(memory, surface->num_triangles, sizeof *pairs);
     mesher_result result = MESHER_ERROR_OUT_OF_MEMORY;
     size_t n = 0, m = 0, i;
     uint32_t v[3];
@@ -757,8 +838,9 @@ static mesher_result mesher__find_facets(mesher_domain *domain, mesher_report *r
         odd = mesher__sorted_triangle(domain, (size_t)pairs[i].value, v);
         if (m && memcmp(v, domain->facets + 3 * (m - 1), sizeof v) == 0) {
             mesher__add_triangle_finding(
-                report, odd == first_odd ? MESHER_NOTE_DUPLICATE_TRIANGLE : MESHER_NOTE_OPPOSITE_TRIANGLE, surface,
-                domain->facet_source[m - 1], (uint32_t)pairs[i].value, v);
+                report,
+                odd == first_odd ? MESHER_NOTE_DUPLICATE_TRIANGLE : MESHER_NOTE_OPPOSITE_TRIANGLE,
+                surface, domain->facet_source[m - 1], (uint32_t)pairs[i].value, v);
             continue;
         }
         memcpy(domain->facets + 3 * m, v, sizeof v);
@@ -791,11 +873,12 @@ static mesher_result mesher__order_edges(mesher_domain *domain, hxtsort_pair *pa
         }
     }
     for (i = 0; i < surface->num_edges; i++) {
-        uint32_t a = domain->survivor[surface->edges[2 * i]], b = domain->survivor[surface->edges[2 * i + 1]];
+        uint32_t a = domain->survivor[surface->edges[2 * i]],
+                 b = domain->survivor[surface->edges[2 * i + 1]];
         uint32_t id = (uint32_t)(surface->num_triangles + i);
         if (a == b) {
-            mesher_report_add(report, MESHER_NOTE_REPEATED_INDEX, id, DELAUNAY_NO_ID, a, DELAUNAY_NO_ID,
-                              DELAUNAY_NO_ID, mesher__point(surface, a));
+            mesher_report_add(report, MESHER_NOTE_REPEATED_INDEX, id, DELAUNAY_NO_ID, a,
+                              DELAUNAY_NO_ID, DELAUNAY_NO_ID, mesher__point(surface, a));
             continue;
         }
         pairs[n].key = a < b ? (uint64_t)a << 32 | b : (uint64_t)b << 32 | a;
@@ -815,28 +898,35 @@ static int mesher__note_edge(const mesher_domain *domain, const hxtsort_pair *pa
     for (i = 0; i < n && pairs[i].value >> 1 < surface->num_triangles; i++, facets++)
         if (i < 2) source[i] = (uint32_t)(pairs[i].value >> 1);
     if (facets == 1)
-        mesher__add_edge_finding(report, MESHER_NOTE_OPEN_EDGE, surface, source[0], DELAUNAY_NO_ID, edge);
+        mesher__add_edge_finding(report, MESHER_NOTE_OPEN_EDGE, surface, source[0], DELAUNAY_NO_ID,
+                                 edge);
     else if (facets > 2)
-        mesher__add_edge_finding(report, MESHER_NOTE_NON_MANIFOLD_EDGE, surface, source[0], source[1], edge);
+        mesher__add_edge_finding(report, MESHER_NOTE_NON_MANIFOLD_EDGE, surface, source[0],
+                                 source[1], edge);
     else if (facets == 2 && ((pairs[0].value ^ pairs[1].value) & 1) == 0)
-        mesher__add_edge_finding(report, MESHER_NOTE_FLIPPED_TRIANGLE, surface, source[0], source[1], edge);
+        mesher__add_edge_finding(report, MESHER_NOTE_FLIPPED_TRIANGLE, surface, source[0],
+                                 source[1], edge);
     return facets == 1;
 }
 
-/* Open edges whose ends differ by less than this part of the extent from the ends of others: a rounding. */
-#define MESHER__NEARLY 1e-9
+/* Open edges whose ends differ by less than this part of the extent from the ends of others: a
+ * rounding. */
+#  define MESHER__NEARLY 1e-9
 
 static uint64_t mesher__hash_cell(int64_t x, int64_t y, int64_t z)
 {
-    uint64_t h = ((uint64_t)x * UINT64_C(0x9E3779B97F4A7C15) + (uint64_t)y) * UINT64_C(0xBF58476D1CE4E5B9) + (uint64_t)z;
+    uint64_t h =
+        ((uint64_t)x * UINT64_C(0x9E3779B97F4A7C15) + (uint64_t)y) * UINT64_C(0xBF58476D1CE4E5B9) +
+        (uint64_t)z;
     h *= UINT64_C(0x94D049BB133111EB);
     return h ^ h >> 31;
 }
 
-/* A note for each such vertex, with the first one that is near it. Cells of a grid as wide as the distance are
- * hashed; first and next chain their vertices, in ascending order of arrival. */
-static void mesher__note_near_with(const mesher_domain *domain, const uint32_t *ends, size_t n, double width,
-                                   uint32_t *first, uint32_t *next, size_t mask, mesher_report *report)
+/* A note for each such vertex, with the first one that is near it. Cells of a grid as wide as the
+ * distance are hashed; first and next chain their vertices, in ascending order of arrival. */
+static void mesher__note_near_with(const mesher_domain *domain, const uint32_t *ends, size_t n,
+                                   double width, uint32_t *first, uint32_t *next, size_t mask,
+                                   mesher_report *report)
 {
     const mesher_surface *surface = &domain->surface;
     size_t i, slot;
@@ -848,11 +938,13 @@ static void mesher__note_near_with(const mesher_domain *domain, const uint32_t *
         uint32_t best = DELAUNAY_NO_ID, k;
         for (j = 0; j < 3; j++) c[j] = (int64_t)floor(x[j] / width);
         for (d = 0; d < 27; d++) {
-            slot = (size_t)mesher__hash_cell(c[0] + d % 3 - 1, c[1] + d / 3 % 3 - 1, c[2] + d / 9 - 1) & mask;
+            slot = (size_t)mesher__hash_cell(c[0] + d % 3 - 1, c[1] + d / 3 % 3 - 1,
+                                             c[2] + d / 9 - 1) &
+                   mask;
             for (k = first[slot]; k != DELAUNAY_NO_ID; k = next[k]) {
                 y = mesher__point(surface, ends[k]);
-                if (fabs(x[0] - y[0]) <= width && fabs(x[1] - y[1]) <= width && fabs(x[2] - y[2]) <= width &&
-                    ends[k] < best)
+                if (fabs(x[0] - y[0]) <= width && fabs(x[1] - y[1]) <= width &&
+                    fabs(x[2] - y[2]) <= width && ends[k] < best)
                     best = ends[k];
             }
         }
@@ -865,7 +957,8 @@ static void mesher__note_near_with(const mesher_domain *domain, const uint32_t *
 }
 
 /* Ends of open edges, each once, ascending; their number. */
-static size_t mesher__open_ends(const mesher_domain *domain, const uint32_t *open, size_t num, uint8_t *seen, uint32_t *ends)
+static size_t mesher__open_ends(const mesher_domain *domain, const uint32_t *open, size_t num,
+                                uint8_t *seen, uint32_t *ends)
 {
     size_t n = 0, i;
     memset(seen, 0, domain->first_corner);
@@ -875,7 +968,8 @@ static size_t mesher__open_ends(const mesher_domain *domain, const uint32_t *ope
     return n;
 }
 
-static mesher_result mesher__note_near(mesher_domain *domain, const uint32_t *open, size_t num, mesher_report *report)
+static mesher_result mesher__note_near(mesher_domain *domain, const uint32_t *open, size_t num,
+                                       mesher_report *report)
 {
     const mesher_surface *surface = &domain->surface;
     delaunay_memory *memory = &domain->memory;
@@ -917,7 +1011,8 @@ done:
 static mesher_result mesher__find_edges(mesher_domain *domain, mesher_report *report)
 {
     delaunay_memory *memory = &domain->memory;
-    size_t cap = 3 * (size_t)domain->num_facets + domain->surface.num_edges, n = 0, m = 0, num_open = 0, i, j, k;
+    size_t cap = 3 * (size_t)domain->num_facets + domain->surface.num_edges, n = 0, m = 0,
+           num_open = 0, i, j, k;
     hxtsort_pair *pairs = (hxtsort_pair *)delaunay_alloc(memory, cap, sizeof *pairs);
     mesher_result result = MESHER_ERROR_OUT_OF_MEMORY;
     uint32_t *open = NULL;
@@ -942,7 +1037,8 @@ static mesher_result mesher__find_edges(mesher_domain *domain, mesher_report *re
         for (k = i + 1; k < j; k++)
             if (pairs[k].value >> 1 < source) source = pairs[k].value >> 1;
         domain->edge_source[m] = (uint32_t)source;
-        if (mesher__note_edge(domain, pairs + i, j - i, edge, report)) open[num_open++] = (uint32_t)m;
+        if (mesher__note_edge(domain, pairs + i, j - i, edge, report))
+            open[num_open++] = (uint32_t)m;
     }
     domain->num_edges = (uint32_t)m;
     result = mesher__note_near(domain, open, num_open, report);
@@ -967,9 +1063,11 @@ static uint32_t mesher__edge_find(const mesher_domain *domain, uint32_t a, uint3
     return DELAUNAY_NO_ID;
 }
 
-/* A facet with an open edge has one cell on both sides: taking it away changes no cell. What is left when
- * none has such an edge is in *left (num_facets bytes, may be NULL); their number in *count. */
-static mesher_result mesher__peel(mesher_domain *domain, uint8_t *left, uint32_t *count, uint32_t *open_edge)
+/* A facet with an open edge has one cell on both sides: taking it away changes no cell. What is
+ * left when none has such an edge is in *left (num_facets bytes, may be NULL); their number in
+ * *count. */
+static mesher_result mesher__peel(mesher_domain *domain, uint8_t *left, uint32_t *count,
+                                  uint32_t *open_edge)
 {
     delaunay_memory *memory = &domain->memory;
     uint32_t nf = domain->num_facets, ne = domain->num_edges, f, e, top = 0;
@@ -1058,26 +1156,26 @@ static mesher_result mesher__check_cells(mesher_domain *domain, mesher_report *r
     mesher_result result;
     uint32_t left = 0, e = 0;
     if (domain->num_facets && mesher__flat(domain)) {
-        mesher__add_triangle_finding(report, MESHER_DEFECT_FLAT, surface, domain->facet_source[0], DELAUNAY_NO_ID,
-                                     domain->facets);
+        mesher__add_triangle_finding(report, MESHER_DEFECT_FLAT, surface, domain->facet_source[0],
+                                     DELAUNAY_NO_ID, domain->facets);
         return MESHER_OK;
     }
     if (report->counts[MESHER_NOTE_OPEN_EDGE] == 0 && domain->num_facets) return MESHER_OK;
     result = mesher__peel(domain, NULL, &left, &e);
     if (result != MESHER_OK || left) return result;
     if (e != DELAUNAY_NO_ID)
-        mesher__add_edge_finding(report, MESHER_DEFECT_NO_CELL, surface, domain->edge_source[e], DELAUNAY_NO_ID,
-                                 domain->edges + 2 * (size_t)e);
+        mesher__add_edge_finding(report, MESHER_DEFECT_NO_CELL, surface, domain->edge_source[e],
+                                 DELAUNAY_NO_ID, domain->edges + 2 * (size_t)e);
     else
-        mesher_report_add(report, MESHER_DEFECT_NO_CELL, DELAUNAY_NO_ID, DELAUNAY_NO_ID, DELAUNAY_NO_ID,
-                          DELAUNAY_NO_ID, DELAUNAY_NO_ID, NULL);
+        mesher_report_add(report, MESHER_DEFECT_NO_CELL, DELAUNAY_NO_ID, DELAUNAY_NO_ID,
+                          DELAUNAY_NO_ID, DELAUNAY_NO_ID, DELAUNAY_NO_ID, NULL);
     return MESHER_OK;
 }
 
 /* ---- >>check ------------------------------------------------------------------------------ */
-/* Facets and lines in order of the Hilbert curve under a complete binary tree of boxes: leaf l holds items
- * 4*l .. 4*l+3, node k has children 2*k and 2*k+1. Boxes are floats; the map from coordinates to them is
- * monotone, so boxes of things that meet overlap. */
+/* Facets and lines in order of the Hilbert curve under a complete binary tree of boxes: leaf l
+ * holds items 4*l .. 4*l+3, node k has children 2*k and 2*k+1. Boxes are floats; the map from
+ * coordinates to them is monotone, so boxes of things that meet overlap. */
 
 enum {
     MESHER__LEAF_ITEMS = 4,
@@ -1109,8 +1207,8 @@ typedef struct mesher__space {
 
 static int mesher__boxes_meet(const mesher__bounds *a, const mesher__bounds *b)
 {
-    return a->lo[0] <= b->hi[0] && b->lo[0] <= a->hi[0] && a->lo[1] <= b->hi[1] && b->lo[1] <= a->hi[1] &&
-           a->lo[2] <= b->hi[2] && b->lo[2] <= a->hi[2];
+    return a->lo[0] <= b->hi[0] && b->lo[0] <= a->hi[0] && a->lo[1] <= b->hi[1] &&
+           b->lo[1] <= a->hi[1] && a->lo[2] <= b->hi[2] && b->lo[2] <= a->hi[2];
 }
 
 static void mesher__box_clear(mesher__bounds *box)
@@ -1139,7 +1237,8 @@ static mesher__bounds mesher__box_of(const mesher__space *space, const uint32_t 
     mesher__box_clear(&box);
     for (i = 0; i < n; i++)
         for (j = 0; j < 3; j++) {
-            float x = (float)((mesher__point(space->surface, v[i])[j] - space->origin[j]) * space->scale);
+            float x =
+                (float)((mesher__point(space->surface, v[i])[j] - space->origin[j]) * space->scale);
             if (x < box.lo[j]) box.lo[j] = x;
             if (x > box.hi[j]) box.hi[j] = x;
         }
@@ -1176,12 +1275,14 @@ static size_t mesher__gather_items(const mesher_domain *domain, mesher__item *it
 static size_t mesher__count_items(const mesher_domain *domain)
 {
     size_t n = domain->num_facets, i;
-    for (i = 0; i < domain->num_edges; i++) n += domain->edge_source[i] >= domain->surface.num_triangles;
+    for (i = 0; i < domain->num_edges; i++)
+        n += domain->edge_source[i] >= domain->surface.num_triangles;
     return n;
 }
 
 /* Puts the items into the order of the curve through their middles. */
-static mesher_result mesher__order_items(mesher_domain *domain, const mesher__item *items, size_t n, mesher__item *sorted)
+static mesher_result mesher__order_items(mesher_domain *domain, const mesher__item *items, size_t n,
+                                         mesher__item *sorted)
 {
     delaunay_memory *memory = &domain->memory;
     mesher_result result = MESHER_ERROR_OUT_OF_MEMORY;
@@ -1195,9 +1296,11 @@ static mesher_result mesher__order_items(mesher_domain *domain, const mesher__it
     if (!keys) goto done;
     pairs = (hxtsort_pair *)delaunay_alloc(memory, n, sizeof *pairs);
     if (!pairs) goto done;
-    for (i = 0; i < n; i++) mesher__centroid(&domain->surface, items[i].v, (int)items[i].n, middles + 3 * i);
+    for (i = 0; i < n; i++)
+        mesher__centroid(&domain->surface, items[i].v, (int)items[i].n, middles + 3 * i);
     result = MESHER_ERROR_INTERNAL;
-    if (hilbert_keys3(keys, middles, 0, n, NULL, domain->options.host.num_threads) != HILBERT_OK) goto done;
+    if (hilbert_keys3(keys, middles, 0, n, NULL, domain->options.host.num_threads) != HILBERT_OK)
+        goto done;
     for (i = 0; i < n; i++) {
         pairs[i].key = keys[i];
         pairs[i].value = i;
@@ -1235,7 +1338,8 @@ static void mesher__build_tree(mesher__space *space)
     for (i = 0; i < 2 * space->num_leaf_nodes; i++) mesher__box_clear(space->nodes + i);
     for (i = 0; i < space->num_items; i++) {
         space->boxes[i] = mesher__box_of(space, space->items[i].v, space->items[i].n);
-        mesher__box_join(space->nodes + space->num_leaf_nodes + i / MESHER__LEAF_ITEMS, space->boxes + i);
+        mesher__box_join(space->nodes + space->num_leaf_nodes + i / MESHER__LEAF_ITEMS,
+                         space->boxes + i);
     }
     for (i = space->num_leaf_nodes; i-- > 1;) {
         space->nodes[i] = space->nodes[2 * i];
@@ -1253,13 +1357,15 @@ static mesher_result mesher__space_init(mesher_domain *domain, mesher__space *sp
     space->surface = &domain->surface;
     space->num_items = n;
     space->num_leaves = (n + MESHER__LEAF_ITEMS - 1) / MESHER__LEAF_ITEMS;
-    for (space->num_leaf_nodes = 1; space->num_leaf_nodes < space->num_leaves;) space->num_leaf_nodes *= 2;
+    for (space->num_leaf_nodes = 1; space->num_leaf_nodes < space->num_leaves;)
+        space->num_leaf_nodes *= 2;
     if (!items) goto done;
     space->items = (mesher__item *)delaunay_alloc(memory, n, sizeof *space->items);
     if (!space->items) goto done;
     space->boxes = (mesher__bounds *)delaunay_alloc(memory, n, sizeof *space->boxes);
     if (!space->boxes) goto done;
-    space->nodes = (mesher__bounds *)delaunay_alloc(memory, 2 * space->num_leaf_nodes, sizeof *space->nodes);
+    space->nodes =
+        (mesher__bounds *)delaunay_alloc(memory, 2 * space->num_leaf_nodes, sizeof *space->nodes);
     if (!space->nodes) goto done;
     mesher__gather_items(domain, items);
     result = n ? mesher__order_items(domain, items, n, space->items) : MESHER_OK;
@@ -1276,7 +1382,7 @@ done:
 
 typedef struct mesher__hit {
     mesher_kind kind;
-    int         owner; /* T-junction: the vertex belongs to the first (0) or second (1) of the pair */
+    int owner; /* T-junction: the vertex belongs to the first (0) or second (1) of the pair */
     uint32_t    vertices[3];
     double      xyz[3];
 } mesher__hit;
@@ -1286,7 +1392,8 @@ typedef struct mesher__simplex {
     uint32_t      v[3];
 } mesher__simplex;
 
-static void mesher__simplex_set(mesher__simplex *shape, const mesher_surface *surface, const uint32_t *v, uint32_t n)
+static void mesher__simplex_set(mesher__simplex *shape, const mesher_surface *surface,
+                                const uint32_t *v, uint32_t n)
 {
     uint32_t i;
     for (i = 0; i < n; i++) {
@@ -1295,7 +1402,8 @@ static void mesher__simplex_set(mesher__simplex *shape, const mesher_surface *su
     }
 }
 
-/* orient3d, with a look first at what CAD parts are full of: four points in a plane x, y or z = constant. */
+/* orient3d, with a look first at what CAD parts are full of: four points in a plane x, y or z =
+ * constant. */
 static int mesher__orient(const double *a, const double *b, const double *c, const double *d)
 {
     int i;
@@ -1304,7 +1412,10 @@ static int mesher__orient(const double *a, const double *b, const double *c, con
     return delaunay_orient3d(a, b, c, d);
 }
 
-static int mesher__side(const mesher__simplex *t, const double *x) { return mesher__orient(t->p[0], t->p[1], t->p[2], x); }
+static int mesher__side(const mesher__simplex *t, const double *x)
+{
+    return mesher__orient(t->p[0], t->p[1], t->p[2], x);
+}
 
 /* A coordinate plane, named by its normal, in which the triangle is not degenerate. */
 static int mesher__plane_of(const mesher__simplex *t)
@@ -1320,11 +1431,13 @@ static int mesher__between(const double *p, const double *q, const double *x)
 {
     int i;
     for (i = 0; i < 3; i++)
-        if (p[i] != q[i]) return p[i] < q[i] ? p[i] < x[i] && x[i] < q[i] : q[i] < x[i] && x[i] < p[i];
+        if (p[i] != q[i])
+            return p[i] < q[i] ? p[i] < x[i] && x[i] < q[i] : q[i] < x[i] && x[i] < p[i];
     return 0;
 }
 
-/* x is in the plane of t. 0: outside; 1: interior; 2: on the edge from vertex *edge; 3: at a vertex. */
+/* x is in the plane of t. 0: outside; 1: interior; 2: on the edge from vertex *edge; 3: at a
+ * vertex. */
 static int mesher__in_triangle(const mesher__simplex *t, const double *x, int axis, int *edge)
 {
     int turn = delaunay_orient2d(t->p[0], t->p[1], t->p[2], axis), zeros = 0, i, o;
@@ -1358,7 +1471,8 @@ static int mesher__hit_cross(mesher__hit *hit, uint32_t v0, uint32_t v1)
 }
 
 /* Vertex v of one lies on the edge v1 v2 of the other, or, if these are NO_ID, within its facet. */
-static int mesher__hit_touch(mesher__hit *hit, int owner, uint32_t v, const double *x, uint32_t v1, uint32_t v2)
+static int mesher__hit_touch(mesher__hit *hit, int owner, uint32_t v, const double *x, uint32_t v1,
+                             uint32_t v2)
 {
     hit->kind = MESHER_DEFECT_T_JUNCTION;
     hit->owner = owner;
@@ -1370,7 +1484,8 @@ static int mesher__hit_touch(mesher__hit *hit, int owner, uint32_t v, const doub
 }
 
 /* A vertex x of the first that is in the plane of t: does it touch t? */
-static int mesher__touch(const mesher__simplex *t, uint32_t v, const double *x, int axis, mesher__hit *hit)
+static int mesher__touch(const mesher__simplex *t, uint32_t v, const double *x, int axis,
+                         mesher__hit *hit)
 {
     int edge = 0, where = mesher__in_triangle(t, x, axis, &edge);
     if (where == 0) return 0;
@@ -1386,12 +1501,15 @@ static double mesher__area(const double *a, const double *b, const double *c, in
 }
 
 /* Segments pq and rs in one plane, no vertex shared: they cross, or an end of rs lies within pq. */
-static int mesher__segments_2d(const mesher__simplex *pq, const mesher__simplex *rs, int axis, mesher__hit *hit)
+static int mesher__segments_2d(const mesher__simplex *pq, const mesher__simplex *rs, int axis,
+                               mesher__hit *hit)
 {
     const double *p = pq->p[0], *q = pq->p[1], *r = rs->p[0], *s = rs->p[1];
     int or_ = delaunay_orient2d(p, q, r, axis), os = delaunay_orient2d(p, q, s, axis);
-    if (or_ == 0 && mesher__between(p, q, r)) return mesher__hit_touch(hit, 1, rs->v[0], r, pq->v[0], pq->v[1]);
-    if (os == 0 && mesher__between(p, q, s)) return mesher__hit_touch(hit, 1, rs->v[1], s, pq->v[0], pq->v[1]);
+    if (or_ == 0 && mesher__between(p, q, r))
+        return mesher__hit_touch(hit, 1, rs->v[0], r, pq->v[0], pq->v[1]);
+    if (os == 0 && mesher__between(p, q, s))
+        return mesher__hit_touch(hit, 1, rs->v[1], s, pq->v[0], pq->v[1]);
     if (or_ * os >= 0) return 0;
     if (delaunay_orient2d(r, s, p, axis) * delaunay_orient2d(r, s, q, axis) >= 0) return 0;
     mesher__hit_at(hit, p, q, mesher__area(r, s, p, axis), mesher__area(r, s, q, axis));
@@ -1407,8 +1525,10 @@ static void mesher__simplex_edge(mesher__simplex *edge, const mesher__simplex *t
     edge->v[1] = t->v[j];
 }
 
-/* Segment in the plane of t, no vertex shared. If neither end is in t, it crosses an edge or meets a vertex. */
-static int mesher__segment_in_plane(const mesher__simplex *pq, const mesher__simplex *t, mesher__hit *hit)
+/* Segment in the plane of t, no vertex shared. If neither end is in t, it crosses an edge or meets
+ * a vertex. */
+static int mesher__segment_in_plane(const mesher__simplex *pq, const mesher__simplex *t,
+                                    mesher__hit *hit)
 {
     int axis = mesher__plane_of(t), i;
     mesher__simplex edge;
@@ -1421,8 +1541,10 @@ static int mesher__segment_in_plane(const mesher__simplex *pq, const mesher__sim
     return 0;
 }
 
-/* Segment with ends strictly on both sides of t, which is crossed, or met in an edge or a vertex, or missed. */
-static int mesher__segment_through(const mesher__simplex *pq, const mesher__simplex *t, mesher__hit *hit)
+/* Segment with ends strictly on both sides of t, which is crossed, or met in an edge or a vertex,
+ * or missed. */
+static int mesher__segment_through(const mesher__simplex *pq, const mesher__simplex *t,
+                                   mesher__hit *hit)
 {
     const double *p = pq->p[0], *q = pq->p[1];
     int o[3], i, zeros = 0, plus = 0, minus = 0;
@@ -1447,7 +1569,8 @@ static int mesher__segment_through(const mesher__simplex *pq, const mesher__simp
 }
 
 /* Closed segment against closed triangle, no vertex shared; sp, sq: sides of its ends. */
-static int mesher__segment_hits(const mesher__simplex *pq, int sp, int sq, const mesher__simplex *t, mesher__hit *hit)
+static int mesher__segment_hits(const mesher__simplex *pq, int sp, int sq, const mesher__simplex *t,
+                                mesher__hit *hit)
 {
     if (sp * sq > 0) return 0;
     if (sp == 0 && sq == 0) return mesher__segment_in_plane(pq, t, hit);
@@ -1456,7 +1579,8 @@ static int mesher__segment_hits(const mesher__simplex *pq, int sp, int sq, const
     return mesher__segment_through(pq, t, hit);
 }
 
-/* Interiors of two triangles in one plane are disjoint if and only if a line along an edge separates them. */
+/* Interiors of two triangles in one plane are disjoint if and only if a line along an edge
+ * separates them. */
 static int mesher__separated(const mesher__simplex *a, const mesher__simplex *b, int axis)
 {
     int turn = delaunay_orient2d(a->p[0], a->p[1], a->p[2], axis), i, j;
@@ -1469,19 +1593,23 @@ static int mesher__separated(const mesher__simplex *a, const mesher__simplex *b,
 }
 
 /* Middle of the corners of a's part within b, rounded. */
-static void mesher__overlap_place(const mesher__simplex *a, const mesher__simplex *b, int axis, double *xyz)
+static void mesher__overlap_place(const mesher__simplex *a, const mesher__simplex *b, int axis,
+                                  double *xyz)
 {
-    double polygon[8][3], next[8][3], side[8], turn = mesher__area(b->p[0], b->p[1], b->p[2], axis) < 0 ? -1 : 1;
+    double polygon[8][3], next[8][3], side[8],
+        turn = mesher__area(b->p[0], b->p[1], b->p[2], axis) < 0 ? -1 : 1;
     int n = 3, m, i, j, k;
     for (i = 0; i < 3; i++) memcpy(polygon[i], a->p[i], sizeof polygon[i]);
     for (k = 0; k < 3; k++) {
-        for (i = 0; i < n; i++) side[i] = turn * mesher__area(b->p[k], b->p[(k + 1) % 3], polygon[i], axis);
+        for (i = 0; i < n; i++)
+            side[i] = turn * mesher__area(b->p[k], b->p[(k + 1) % 3], polygon[i], axis);
         for (i = 0, m = 0; i < n && m < 7; i++) {
             int after = (i + 1) % n;
             if (side[i] >= 0) memcpy(next[m++], polygon[i], sizeof next[0]);
             if ((side[i] < 0) != (side[after] < 0)) {
                 double t = side[i] / (side[i] - side[after]);
-                for (j = 0; j < 3; j++) next[m][j] = polygon[i][j] + t * (polygon[after][j] - polygon[i][j]);
+                for (j = 0; j < 3; j++)
+                    next[m][j] = polygon[i][j] + t * (polygon[after][j] - polygon[i][j]);
                 m++;
             }
         }
@@ -1493,7 +1621,8 @@ static void mesher__overlap_place(const mesher__simplex *a, const mesher__simple
         for (xyz[j] = 0, i = 0; i < n; i++) xyz[j] += polygon[i][j] / n;
 }
 
-static int mesher__hit_overlap(const mesher__simplex *a, const mesher__simplex *b, int axis, mesher__hit *hit)
+static int mesher__hit_overlap(const mesher__simplex *a, const mesher__simplex *b, int axis,
+                               mesher__hit *hit)
 {
     hit->kind = MESHER_DEFECT_OVERLAP;
     hit->owner = 0;
@@ -1502,16 +1631,23 @@ static int mesher__hit_overlap(const mesher__simplex *a, const mesher__simplex *
     return 1;
 }
 
-static int mesher__has_vertex(const mesher__simplex *t, uint32_t v) { return t->v[0] == v || t->v[1] == v || t->v[2] == v; }
+static int mesher__has_vertex(const mesher__simplex *t, uint32_t v)
+{
+    return t->v[0] == v || t->v[1] == v || t->v[2] == v;
+}
 
-/* Triangles in one plane with at most one common vertex. If their interiors are disjoint they touch, if at
- * all, in a segment or point whose ends are vertices: one that is not common lies on an edge of the other. */
-static int mesher__coplanar_hit(const mesher__simplex *a, const mesher__simplex *b, mesher__hit *hit)
+/* Triangles in one plane with at most one common vertex. If their interiors are disjoint they
+ * touch, if at all, in a segment or point whose ends are vertices: one that is not common lies on
+ * an edge of the other. */
+static int mesher__coplanar_hit(const mesher__simplex *a, const mesher__simplex *b,
+                                mesher__hit *hit)
 {
     int axis = mesher__plane_of(a), i;
-    if (!mesher__separated(a, b, axis) && !mesher__separated(b, a, axis)) return mesher__hit_overlap(a, b, axis, hit);
+    if (!mesher__separated(a, b, axis) && !mesher__separated(b, a, axis))
+        return mesher__hit_overlap(a, b, axis, hit);
     for (i = 0; i < 3; i++)
-        if (!mesher__has_vertex(b, a->v[i]) && mesher__touch(b, a->v[i], a->p[i], axis, hit)) return 1;
+        if (!mesher__has_vertex(b, a->v[i]) && mesher__touch(b, a->v[i], a->p[i], axis, hit))
+            return 1;
     for (i = 0; i < 3; i++)
         if (!mesher__has_vertex(a, b->v[i]) && mesher__touch(a, b->v[i], b->p[i], axis, hit)) {
             hit->owner = 1;
@@ -1549,9 +1685,10 @@ static int mesher__edge_far(const double *p, const double *q, const mesher__simp
     return 0;
 }
 
-/* One common vertex, A = (v, a1, a2), B = (v, b1, b2), not in one plane. If they share another point, the ray
- * from v through it leaves one of them through its edge opposite v, at a point of the other. So two tests
- * of these edges are enough, and most pairs, in fans too, end with a look at these edges' boxes. */
+/* One common vertex, A = (v, a1, a2), B = (v, b1, b2), not in one plane. If they share another
+ * point, the ray from v through it leaves one of them through its edge opposite v, at a point of
+ * the other. So two tests of these edges are enough, and most pairs, in fans too, end with a look
+ * at these edges' boxes. */
 static int mesher__corner_hit(const mesher__simplex *a, const mesher__simplex *b, mesher__hit *hit)
 {
     int sa[3], sb[3], i, j;
@@ -1606,7 +1743,8 @@ static int mesher__line_hit(const mesher__simplex *pq, const mesher__simplex *t,
     int k, axis;
     if (mesher__has_vertex(t, pq->v[0]) && mesher__has_vertex(t, pq->v[1])) return 0;
     if (!mesher__has_vertex(t, pq->v[0]) && !mesher__has_vertex(t, pq->v[1]))
-        return mesher__segment_hits(pq, mesher__side(t, pq->p[0]), mesher__side(t, pq->p[1]), t, hit);
+        return mesher__segment_hits(pq, mesher__side(t, pq->p[0]), mesher__side(t, pq->p[1]), t,
+                                    hit);
     turned = *pq; /* common vertex first */
     if (!mesher__has_vertex(t, pq->v[0])) {
         turned.p[0] = pq->p[1]; turned.v[0] = pq->v[1];
@@ -1630,8 +1768,10 @@ static int mesher__lines_hit(const mesher__simplex *a, const mesher__simplex *b,
             if (a->v[i] == b->v[j]) {
                 const double *c = a->p[i], *p = a->p[1 - i], *q = b->p[1 - j];
                 if (!delaunay_collinear(c, p, q)) return 0;
-                if (mesher__between(c, p, q)) return mesher__hit_touch(hit, 1, b->v[1 - j], q, a->v[0], a->v[1]);
-                if (mesher__between(c, q, p)) return mesher__hit_touch(hit, 0, a->v[1 - i], p, b->v[0], b->v[1]);
+                if (mesher__between(c, p, q))
+                    return mesher__hit_touch(hit, 1, b->v[1 - j], q, a->v[0], a->v[1]);
+                if (mesher__between(c, q, p))
+                    return mesher__hit_touch(hit, 0, a->v[1 - i], p, b->v[0], b->v[1]);
                 return 0;
             }
     if (mesher__orient(a->p[0], a->p[1], b->p[0], b->p[1]) != 0) return 0;
@@ -1658,7 +1798,8 @@ static int mesher__lines_hit(const mesher__simplex *a, const mesher__simplex *b,
 }
 
 /* Any two items. */
-static int mesher__items_hit(const mesher__space *space, const mesher__item *a, const mesher__item *b, mesher__hit *hit)
+static int mesher__items_hit(const mesher__space *space, const mesher__item *a,
+                             const mesher__item *b, mesher__hit *hit)
 {
     mesher__simplex s, t;
     int shared = 0, i;
@@ -1709,15 +1850,19 @@ static void mesher__test_pair(mesher__sweep *sweep, size_t i, size_t j)
 static void mesher__test_leaves(mesher__sweep *sweep, size_t l, size_t m)
 {
     const mesher__space *space = sweep->space;
-    size_t n = space->num_items, end = (l + 1) * MESHER__LEAF_ITEMS, last = (m + 1) * MESHER__LEAF_ITEMS, i, j;
+    size_t n = space->num_items, end = (l + 1) * MESHER__LEAF_ITEMS,
+           last = (m + 1) * MESHER__LEAF_ITEMS, i, j;
     for (i = l * MESHER__LEAF_ITEMS; i < end && i < n; i++) {
-        if (!mesher__boxes_meet(space->boxes + i, space->nodes + space->num_leaf_nodes + m)) continue;
+        if (!mesher__boxes_meet(space->boxes + i, space->nodes + space->num_leaf_nodes + m))
+            continue;
         for (j = l == m ? i + 1 : m * MESHER__LEAF_ITEMS; j < last && j < n; j++)
-            if (mesher__boxes_meet(space->boxes + i, space->boxes + j)) mesher__test_pair(sweep, i, j);
+            if (mesher__boxes_meet(space->boxes + i, space->boxes + j))
+                mesher__test_pair(sweep, i, j);
     }
 }
 
-/* Leaf l against itself and the leaves behind it: those under a right sibling of one of its ancestors. */
+/* Leaf l against itself and the leaves behind it: those under a right sibling of one of its
+ * ancestors. */
 static void mesher__sweep_leaf(mesher__sweep *sweep, size_t l)
 {
     const mesher__space *space = sweep->space;
@@ -1742,7 +1887,8 @@ static void mesher__sweep_leaf(mesher__sweep *sweep, size_t l)
 }
 
 /* Findings of one block of leaves, in an order that depends on nothing else. */
-static size_t mesher__sweep_block(const mesher__space *space, size_t block, mesher_finding *out, size_t cap)
+static size_t mesher__sweep_block(const mesher__space *space, size_t block, mesher_finding *out,
+                                  size_t cap)
 {
     mesher__sweep sweep;
     size_t l = block * MESHER__BLOCK_LEAVES, end = l + MESHER__BLOCK_LEAVES;
@@ -1762,13 +1908,15 @@ typedef struct mesher__found {
     uint64_t        total;
 } mesher__found;
 
-static mesher_result mesher__found_add(delaunay_memory *memory, mesher__found *found, const mesher_finding *f, size_t n)
+static mesher_result mesher__found_add(delaunay_memory *memory, mesher__found *found,
+                                       const mesher_finding *f, size_t n)
 {
     size_t room = MESHER__KEPT_FINDINGS - found->num_kept, keep = n < room ? n : room, i;
     for (i = 0; i < n; i++) found->counts[f[i].kind]++;
     found->total += n;
     if (found->num_kept + keep > found->cap_kept) {
-        size_t cap = 2 * found->cap_kept > found->num_kept + keep ? 2 * found->cap_kept : found->num_kept + keep;
+        size_t cap = 2 * found->cap_kept > found->num_kept + keep ? 2 * found->cap_kept
+                                                                  : found->num_kept + keep;
         void *kept = delaunay_grow(memory, found->kept, found->num_kept, cap, sizeof *found->kept);
         if (!kept) return MESHER_ERROR_OUT_OF_MEMORY;
         found->kept = (mesher_finding *)kept;
@@ -1779,10 +1927,12 @@ static mesher_result mesher__found_add(delaunay_memory *memory, mesher__found *f
     return MESHER_OK;
 }
 
-/* One round: blocks [first, first+num). Each thread writes only the slice and the count of its block; the
- * blocks with more findings than a slice holds are swept again, now that their number is known. */
-static mesher_result mesher__sweep_round(mesher_domain *domain, const mesher__space *space, size_t first, size_t num,
-                                         mesher_finding *slices, mesher__found *found)
+/* One round: blocks [first, first+num). Each thread writes only the slice and the count of its
+ * block; the blocks with more findings than a slice holds are swept again, now that their number is
+ * known. */
+static mesher_result mesher__sweep_round(mesher_domain *domain, const mesher__space *space,
+                                         size_t first, size_t num, mesher_finding *slices,
+                                         mesher__found *found)
 {
     delaunay_memory *memory = &domain->memory;
     size_t counts[MESHER__ROUND_BLOCKS], start[MESHER__ROUND_BLOCKS], more = 0, i;
@@ -1795,7 +1945,8 @@ static mesher_result mesher__sweep_round(mesher_domain *domain, const mesher__sp
 #pragma omp parallel for schedule(dynamic, 1) num_threads(threads)
 #endif
     for (b = 0; b < n; b++)
-        counts[b] = mesher__sweep_block(space, first + (size_t)b, slices + (size_t)b * MESHER__BLOCK_FINDINGS,
+        counts[b] = mesher__sweep_block(space, first + (size_t)b,
+                                        slices + (size_t)b * MESHER__BLOCK_FINDINGS,
                                         MESHER__BLOCK_FINDINGS);
     for (i = 0; i < num; i++) {
         start[i] = more;
@@ -1812,23 +1963,30 @@ static mesher_result mesher__sweep_round(mesher_domain *domain, const mesher__sp
                 mesher__sweep_block(space, first + (size_t)b, large + start[b], counts[b]);
     }
     for (i = 0; i < num && result == MESHER_OK; i++)
-        result = mesher__found_add(memory, found, counts[i] > MESHER__BLOCK_FINDINGS ? large + start[i]
-                                                  : slices + i * MESHER__BLOCK_FINDINGS, counts[i]);
+        result = mesher__found_add(memory, found,
+                                   counts[i] > MESHER__BLOCK_FINDINGS
+                                       ? large + start[i]
+                                       : slices + i * MESHER__BLOCK_FINDINGS,
+                                   counts[i]);
     delaunay_release(memory, large);
     return result;
 }
 
-static mesher_result mesher__sweep_all(mesher_domain *domain, const mesher__space *space, mesher__found *found)
+static mesher_result mesher__sweep_all(mesher_domain *domain, const mesher__space *space,
+                                       mesher__found *found)
 {
-    size_t blocks = (space->num_leaves + MESHER__BLOCK_LEAVES - 1) / MESHER__BLOCK_LEAVES, first, num;
+    size_t blocks = (space->num_leaves + MESHER__BLOCK_LEAVES - 1) / MESHER__BLOCK_LEAVES, first,
+           num;
     size_t most = blocks < (size_t)MESHER__ROUND_BLOCKS ? blocks : (size_t)MESHER__ROUND_BLOCKS;
     mesher_result result = MESHER_OK;
-    mesher_finding *slices = (mesher_finding *)delaunay_alloc(&domain->memory, most * MESHER__BLOCK_FINDINGS,
-                                                              sizeof *slices);
+    mesher_finding *slices = (mesher_finding *)delaunay_alloc(
+        &domain->memory, most * MESHER__BLOCK_FINDINGS, sizeof *slices);
     if (!slices) return MESHER_ERROR_OUT_OF_MEMORY;
-    for (first = 0; first < blocks && result == MESHER_OK && found->total < MESHER__MOST_FINDINGS; first += num) {
+    for (first = 0; first < blocks && result == MESHER_OK && found->total < MESHER__MOST_FINDINGS;
+         first += num) {
         num = blocks - first < most ? blocks - first : most;
-        if (mesher__progress(&domain->options, "intersections", (double)first / (double)blocks)) result = MESHER_CANCELLED;
+        if (mesher__progress(&domain->options, "intersections", (double)first / (double)blocks))
+            result = MESHER_CANCELLED;
         else result = mesher__sweep_round(domain, space, first, num, slices, found);
     }
     delaunay_release(&domain->memory, slices);
@@ -1836,9 +1994,11 @@ static mesher_result mesher__sweep_all(mesher_domain *domain, const mesher__spac
 }
 
 /* Findings go to the report in the order of their triangles. */
-static mesher_result mesher__report_found(mesher_domain *domain, const mesher__found *found, mesher_report *report)
+static mesher_result mesher__report_found(mesher_domain *domain, const mesher__found *found,
+                                          mesher_report *report)
 {
-    hxtsort_pair *pairs = (hxtsort_pair *)delaunay_alloc(&domain->memory, found->num_kept, sizeof *pairs);
+    hxtsort_pair *pairs =
+        (hxtsort_pair *)delaunay_alloc(&domain->memory, found->num_kept, sizeof *pairs);
     uint64_t before[MESHER_NUM_KINDS];
     mesher_result result;
     size_t i;
@@ -1851,8 +2011,8 @@ static mesher_result mesher__report_found(mesher_domain *domain, const mesher__f
     memcpy(before, report->counts, sizeof before);
     for (i = 0; i < found->num_kept && result == MESHER_OK; i++) {
         const mesher_finding *f = found->kept + pairs[i].value;
-        mesher_report_add(report, f->kind, f->triangles[0], f->triangles[1], f->vertices[0], f->vertices[1],
-                          f->vertices[2], f->xyz);
+        mesher_report_add(report, f->kind, f->triangles[0], f->triangles[1], f->vertices[0],
+                          f->vertices[1], f->vertices[2], f->xyz);
     }
     for (i = 0; i < MESHER_NUM_KINDS; i++) report->counts[i] = before[i] + found->counts[i];
     delaunay_release(&domain->memory, pairs);
@@ -1882,7 +2042,8 @@ static int mesher__point_on(const mesher__space *space, const mesher__item *item
     mesher__simplex t;
     int edge = 0;
     mesher__simplex_set(&t, space->surface, item->v, item->n);
-    if (item->n == 2) return delaunay_collinear(t.p[0], t.p[1], x) && mesher__between(t.p[0], t.p[1], x);
+    if (item->n == 2)
+        return delaunay_collinear(t.p[0], t.p[1], x) && mesher__between(t.p[0], t.p[1], x);
     return mesher__side(&t, x) == 0 && mesher__in_triangle(&t, x, mesher__plane_of(&t), &edge) != 0;
 }
 
@@ -1912,7 +2073,8 @@ static uint32_t mesher__item_under(const mesher__space *space, uint32_t v)
     return best;
 }
 
-/* Isolated vertices are points of the mesh, but one exactly on a facet or line would split it: left out. */
+/* Isolated vertices are points of the mesh, but one exactly on a facet or line would split it: left
+ * out. */
 static mesher_result mesher__place_isolated(mesher_domain *domain, mesher_report *report)
 {
     const mesher_surface *surface = &domain->surface;
@@ -1928,8 +2090,8 @@ static mesher_result mesher__place_isolated(mesher_domain *domain, mesher_report
         if (domain->vertex_used[v] != MESHER_VERTEX_ISOLATED) continue;
         under = mesher__item_under(&space, v);
         if (under != DELAUNAY_NO_ID) domain->vertex_used[v] = MESHER_VERTEX_ABSENT;
-        mesher_report_add(report, MESHER_NOTE_UNUSED_VERTEX, under, DELAUNAY_NO_ID, v, DELAUNAY_NO_ID, DELAUNAY_NO_ID,
-                          mesher__point(surface, v));
+        mesher_report_add(report, MESHER_NOTE_UNUSED_VERTEX, under, DELAUNAY_NO_ID, v,
+                          DELAUNAY_NO_ID, DELAUNAY_NO_ID, mesher__point(surface, v));
     }
     mesher__space_free(&domain->memory, &space);
     return MESHER_OK;
@@ -1943,8 +2105,8 @@ static mesher_result mesher__from_delaunay(delaunay_result result)
     return result >= DELAUNAY_ERROR_INTERNAL ? (mesher_result)result : MESHER_ERROR_SURFACE;
 }
 
-/* The box around the points: half of the largest extent beyond them on every axis, rounded outwards to
- * coordinates of few bits. */
+/* The box around the points: half of the largest extent beyond them on every axis, rounded outwards
+ * to coordinates of few bits. */
 static void mesher__box(const mesher_domain *domain, double *lo, double *hi)
 {
     const double *x = domain->surface.xyz;
@@ -1976,7 +2138,8 @@ static void mesher__box(const mesher_domain *domain, double *lo, double *hi)
     }
 }
 
-/* The points that go into the triangulation: absent ones at the place of another, the corners at the end. */
+/* The points that go into the triangulation: absent ones at the place of another, the corners at
+ * the end. */
 static void mesher__points(const mesher_domain *domain, double *xyz)
 {
     size_t n = domain->surface.num_vertices, i, k;
@@ -1990,13 +2153,15 @@ static void mesher__points(const mesher_domain *domain, double *xyz)
             memcpy(xyz + 3 * i, xyz + 3 * n, 3 * sizeof *xyz);
 }
 
-/* Absent points have no vertex, unless they are duplicates; a vertex has the id of the point that is not absent. */
+/* Absent points have no vertex, unless they are duplicates; a vertex has the id of the point that
+ * is not absent. */
 static void mesher__name_vertices(mesher_domain *domain)
 {
     delaunay_mesh *mesh = &domain->mesh;
     uint32_t n = (uint32_t)domain->surface.num_vertices, i;
     for (i = 0; i < n + 8; i++)
-        if (i >= n || domain->vertex_used[i] != MESHER_VERTEX_ABSENT) mesh->vertex_id[mesh->vertex_of[i]] = i;
+        if (i >= n || domain->vertex_used[i] != MESHER_VERTEX_ABSENT)
+            mesh->vertex_id[mesh->vertex_of[i]] = i;
         else if (domain->survivor[i] == i) mesh->vertex_of[i] = 0;
 }
 
@@ -2020,40 +2185,45 @@ MESHER_API mesher_result mesher_empty_mesh(mesher_domain *domain, mesher_report 
     if (result == DELAUNAY_OK) mesher__name_vertices(domain);
     if (report) report->seconds_empty = delaunay_seconds(&domain->options.host) - start;
     if (result == DELAUNAY_OK) return MESHER_OK;
-    if (report) snprintf(report->message, sizeof report->message, "empty mesh: %.400s", inner.message);
+    if (report)
+        snprintf(report->message, sizeof report->message, "empty mesh: %.400s", inner.message);
     delaunay_mesh_free(&domain->mesh);
     return mesher__from_delaunay(result);
 }
 
 /* ---- >>recover ----------------------------------------------------------------------------
- * Almost all edges and facets of the surface are in the Delaunay triangulation already; what is missing is mostly
- * edges that cross one or two faces. Each missing edge is brought in by closure searches (delaunay_reconnect) over
- * small windows around the faces that it crosses: a search that lowers the number of crossings is committed, and
- * never loses a constrained edge that is there. Steps for one edge are a transaction: they stay if the edge comes
- * in, or if the potential (missing edges, crossings of all missing edges) falls; else they are taken back. So
- * the potential falls strictly, and the loop ends by itself. Facets with three edges in the mesh follow, by
- * the same searches with the edges that pierce them as the objective, and all facets that are there are kept.
- * What is left, such as a Schonhardt polyhedron, gets interior points: in the kernel of a window, where the most
- * crossings vanish. Interior points are removed again, where a search of their star finds a way.
- * After the triangulation every decision is an exact orientation of stored coordinates. A missing edge that
- * meets a constrained facet or edge of the mesh proves that the surface intersects itself. */
+ * Almost all edges and facets of the surface are in the Delaunay triangulation already; what is
+ * missing is mostly edges that cross one or two faces. Each missing edge is brought in by
+ * closure searches (delaunay_reconnect) over small windows around the faces that it crosses: a
+ * search that lowers the number of crossings is committed, and never loses a constrained edge
+ * that is there. Steps for one edge are a transaction: they stay if the edge comes in, or if the
+ * potential (missing edges, crossings of all missing edges) falls; else they are taken back. So
+ * the potential falls strictly, and the loop ends by itself. Facets with three edges in the mesh
+ * follow, by the same searches with the edges that pierce them as the objective, and all facets
+ * that are there are kept. What is left, such as a Schonhardt polyhedron, gets interior points:
+ * in the kernel of a window, where the most crossings vanish. Interior points are removed again,
+ * where a search of their star finds a way. After the triangulation every decision is an exact
+ * orientation of stored coordinates. A missing edge that meets a constrained facet or edge of
+ * the mesh proves that the surface intersects itself. */
 enum {
     MESHER__PIPE = 2048,        /* crossings or tetrahedra around one edge or facet at most */
     MESHER__MAX_WINDOWS = 4000, /* around one edge or facet */
     MESHER__PIECES = 16384,     /* of split edges, and of facets, at most; a power of two */
     MESHER__SECTOR_GROWTH = 96, /* tetrahedra that a sector takes in from behind it at most */
-    MESHER__FEW_EDGES = 32,     /* worth large searches before a point is added: one in hundreds comes in by them */
-    MESHER__ATTEMPTS = 3,       /* at the whole, with other places of points */
-    MESHER__HOPELESS = 4,       /* interior points for one edge that bring nothing */
-    MESHER__GRID_CELLS = 64,    /* of one box; beyond, all edges are looked at */
-    MESHER__NEAR = 4096         /* missing edges beside one window */
+    MESHER__FEW_EDGES =
+        32, /* worth large searches before a point is added: one in hundreds comes in by them */
+    MESHER__ATTEMPTS = 3,    /* at the whole, with other places of points */
+    MESHER__HOPELESS = 4,    /* interior points for one edge that bring nothing */
+    MESHER__GRID_CELLS = 64, /* of one box; beyond, all edges are looked at */
+    MESHER__NEAR = 4096      /* missing edges beside one window */
 };
-#define MESHER__ABSENT UINT32_MAX
-#if defined(__GNUC__) && defined(_OPENMP)
-#    define MESHER__STORE_BYTE(where, value) __atomic_store_n((where), (uint8_t)(value), __ATOMIC_RELAXED)
-#else
+#  define MESHER__ABSENT UINT32_MAX
+#  if defined(__GNUC__) && defined(_OPENMP)
+#    define MESHER__STORE_BYTE(where, value)                                                       \
+      __atomic_store_n((where), (uint8_t)(value), __ATOMIC_RELAXED)
+#  else
 #    define MESHER__STORE_BYTE(where, value) (*(where) = (value))
-#endif
+#  endif
 
 /* A set of 64-bit keys; emptied by counting up its epoch. */
 typedef struct mesher__set {
@@ -2090,7 +2260,7 @@ typedef struct mesher__pipe {
     uint32_t num_crossings, num_edges, num_tets;
     int      too_long;
     uint32_t vertex;                             /* exactly on the edge or facet; 0: none */
-    int      blocked;                            /* by a constraint of the mesh with so many vertices: */
+    int blocked; /* by a constraint of the mesh with so many vertices: */
     uint32_t blocker[3];
 } mesher__pipe;
 
@@ -2099,9 +2269,10 @@ typedef struct mesher__window {
     uint32_t first, num_tets, num_points;
 } mesher__window;
 
-/* Work for the searches before any point is added, and for all that follows: half a minute or so each. */
-#define MESHER__WORK_FIRST ((uint64_t)1000000000)
-#define MESHER__WORK_THEN  ((uint64_t)3000000000)
+/* Work for the searches before any point is added, and for all that follows: half a minute or so
+ * each. */
+#  define MESHER__WORK_FIRST ((uint64_t)1000000000)
+#  define MESHER__WORK_THEN  ((uint64_t)3000000000)
 
 typedef struct mesher__recovery {
     mesher_domain   *domain;
@@ -2114,7 +2285,8 @@ typedef struct mesher__recovery {
     uint32_t  num_rows;                 /* mesh vertices before any was added */
     uint32_t  num_edges, num_facets;    /* those of the domain first, then pieces of split ones */
     uint32_t  cap_at;                   /* vertices that can have missing constraints */
-    uint8_t  *edge_retired, *facet_retired; /* split, or a piece that is whole again: no constraint now */
+    /* split, or a piece that is whole again: no constraint now */
+    uint8_t  *edge_retired, *facet_retired;
     uint32_t *edge_origin, *facet_origin;   /* of pieces: the domain's edge or facet they lie in */
     uint32_t *edge_slots, *facet_slots;     /* open addressing: 1 + index of a piece; 0 is free */
     mesher__split *splits;
@@ -2125,7 +2297,7 @@ typedef struct mesher__recovery {
     uint8_t  *edge_present, *facet_present;
     uint32_t *missing_edges_at, *missing_facets_at; /* of each mesh vertex */
     uint32_t  num_missing_edges, num_missing_facets;
-    uint32_t *todo, num_todo;           /* a list of missing edges or facets */
+    uint32_t *wanted, num_wanted;         /* a list of missing edges or facets */
     uint64_t *order;
     /* work on one of them */
     mesher__pipe    pipe;
@@ -2136,12 +2308,13 @@ typedef struct mesher__recovery {
     uint32_t        num_windows;
     delaunay_window window;
     delaunay_search search;
-    uint32_t        shell[DELAUNAY_WINDOW_FACETS][3]; /* a polyhedron's facets, outward, mesh vertices */
-    delaunay_handle shell_beyond[DELAUNAY_WINDOW_FACETS]; /* behind facets of a sector; 0: a constraint */
+    uint32_t shell[DELAUNAY_WINDOW_FACETS][3]; /* a polyhedron's facets, outward, mesh vertices */
+    delaunay_handle
+        shell_beyond[DELAUNAY_WINDOW_FACETS]; /* behind facets of a sector; 0: a constraint */
     uint32_t        num_shell;
     delaunay_handle slots[DELAUNAY_WINDOW_FACETS];
     uint32_t        commit[4 * DELAUNAY_WINDOW_FACETS];
-    uint32_t       *journal;            /* of the running transaction: old, new vertices, their numbers */
+    uint32_t *journal; /* of the running transaction: old, new vertices, their numbers */
     size_t          num_journal, cap_journal;
     int             in_transaction;
     uint32_t        near_edges[MESHER__NEAR];
@@ -2201,7 +2374,8 @@ static int mesher__set_grow(mesher__set *set)
     if (set->epoch == 0) set->epoch = 1;
     for (i = 0; i < set->cap; i++) {
         if (set->stamps[i] != set->epoch) continue;
-        for (j = mesher__mix(set->keys[i]) & (cap - 1); stamps[j] == set->epoch; j = (j + 1) & (cap - 1)) {}
+        for (j = mesher__mix(set->keys[i]) & (cap - 1); stamps[j] == set->epoch;
+             j = (j + 1) & (cap - 1)) {}
         keys[j] = set->keys[i];
         stamps[j] = set->epoch;
     }
@@ -2218,7 +2392,8 @@ static int mesher__set_add(mesher__set *set, uint64_t key)
 {
     size_t j;
     if (2 * (set->count + 1) > set->cap && !mesher__set_grow(set)) return -1;
-    for (j = mesher__mix(key) & (set->cap - 1); set->stamps[j] == set->epoch; j = (j + 1) & (set->cap - 1))
+    for (j = mesher__mix(key) & (set->cap - 1); set->stamps[j] == set->epoch;
+         j = (j + 1) & (set->cap - 1))
         if (set->keys[j] == key) return 0;
     set->keys[j] = key;
     set->stamps[j] = set->epoch;
@@ -2230,7 +2405,8 @@ static int mesher__set_has(const mesher__set *set, uint64_t key)
 {
     size_t j;
     if (!set->cap) return 0;
-    for (j = mesher__mix(key) & (set->cap - 1); set->stamps[j] == set->epoch; j = (j + 1) & (set->cap - 1))
+    for (j = mesher__mix(key) & (set->cap - 1); set->stamps[j] == set->epoch;
+         j = (j + 1) & (set->cap - 1))
         if (set->keys[j] == key) return 1;
     return 0;
 }
@@ -2268,7 +2444,10 @@ static void *mesher__zeros(mesher__recovery *r, size_t count, size_t size)
 }
 
 /* Nothing more can come of this attempt. */
-static int mesher__ends(const mesher__recovery *r) { return r->status != MESHER_OK || r->defects || r->absent; }
+static int mesher__ends(const mesher__recovery *r)
+{
+    return r->status != MESHER_OK || r->defects || r->absent;
+}
 
 /* Now and then asks the host whether to go on; says whether the recovery has to end. */
 static int mesher__stopped(mesher__recovery *r)
@@ -2289,9 +2468,12 @@ static void mesher__tell(mesher__recovery *r, const char *stage, int detail)
     const delaunay_host *host = &r->domain->options.host;
     char text[200];
     if (!host->log) return;
-    snprintf(text, sizeof text, "recover: %s %d: %lu edges and %lu facets missing, %lu points, %.3g searches, %.3g nodes, work %.3g",
-             stage, detail, (unsigned long)r->num_missing_edges, (unsigned long)r->num_missing_facets,
-             (unsigned long)(r->added - r->removed), (double)r->searches, (double)r->nodes, (double)r->work);
+    snprintf(
+        text, sizeof text,
+        "recover: %s %d: %lu edges and %lu facets missing, %lu points, %.3g searches, %.3g nodes, work %.3g",
+        stage, detail, (unsigned long)r->num_missing_edges, (unsigned long)r->num_missing_facets,
+        (unsigned long)(r->added - r->removed), (double)r->searches, (double)r->nodes,
+        (double)r->work);
     host->log(host->user, DELAUNAY_LOG_DEBUG, text);
 }
 
@@ -2315,10 +2497,11 @@ static uint32_t mesher__edge_piece(const mesher__recovery *r, uint32_t a, uint32
 {
     uint32_t mask = MESHER__PIECES * 2 - 1, j;
     if (!r->num_splits) return MESHER__ABSENT;
-    for (j = (uint32_t)mesher__mix(mesher__pair(a, b)) & mask; r->edge_slots[j]; j = (j + 1) & mask) {
+    for (j = (uint32_t)mesher__mix(mesher__pair(a, b)) & mask; r->edge_slots[j];
+         j = (j + 1) & mask) {
         uint32_t e = r->edge_slots[j] - 1;
-        if (r->edges[2 * (size_t)e] == (a < b ? a : b) && r->edges[2 * (size_t)e + 1] == (a < b ? b : a) &&
-            !r->edge_retired[e])
+        if (r->edges[2 * (size_t)e] == (a < b ? a : b) &&
+            r->edges[2 * (size_t)e + 1] == (a < b ? b : a) && !r->edge_retired[e])
             return e;
     }
     return MESHER__ABSENT;
@@ -2345,12 +2528,14 @@ static uint32_t mesher__edge_source(const mesher__recovery *r, uint32_t e)
 {
     if (e < r->domain->num_edges) return r->domain->edge_source[e];
     e = r->edge_origin[e - r->domain->num_edges];
-    return e & MESHER__IN_FACET ? r->domain->facet_source[e & ~MESHER__IN_FACET] : r->domain->edge_source[e];
+    return e & MESHER__IN_FACET ? r->domain->facet_source[e & ~MESHER__IN_FACET]
+                                : r->domain->edge_source[e];
 }
 
 static uint32_t mesher__facet_source(const mesher__recovery *r, uint32_t f)
 {
-    return r->domain->facet_source[f < r->domain->num_facets ? f : r->facet_origin[f - r->domain->num_facets]];
+    return r->domain
+        ->facet_source[f < r->domain->num_facets ? f : r->facet_origin[f - r->domain->num_facets]];
 }
 
 /* The constrained edge between two mesh vertices, or MESHER__ABSENT. */
@@ -2367,7 +2552,8 @@ static uint32_t mesher__edge_index(const mesher__recovery *r, uint32_t a, uint32
         else high = middle;
     }
     for (; low < high; low++)
-        if (r->edge_other[low] == b) return r->edge_retired[r->edge_index[low]] ? MESHER__ABSENT : r->edge_index[low];
+        if (r->edge_other[low] == b)
+            return r->edge_retired[r->edge_index[low]] ? MESHER__ABSENT : r->edge_index[low];
     return mesher__edge_piece(r, a, b);
 }
 
@@ -2414,9 +2600,11 @@ static void mesher__set_facet_present(mesher__recovery *r, uint32_t f, int prese
     for (k = 0; k < 3; k++) r->missing_facets_at[v[k]] += present ? ~0u : 1u;
 }
 
-/* Stable counting sort of a list of items by one column of their vertices; rows gets the limits of each vertex. */
-static void mesher__sort_column(const uint32_t *vertices, uint32_t columns, uint32_t column, const uint32_t *in,
-                                uint32_t *out, uint32_t count, uint32_t *rows, uint32_t num_rows)
+/* Stable counting sort of a list of items by one column of their vertices; rows gets the limits of
+ * each vertex. */
+static void mesher__sort_column(const uint32_t *vertices, uint32_t columns, uint32_t column,
+                                const uint32_t *in, uint32_t *out, uint32_t count, uint32_t *rows,
+                                uint32_t num_rows)
 {
     uint32_t i;
     memset(rows, 0, ((size_t)num_rows + 1) * sizeof *rows);
@@ -2429,15 +2617,20 @@ static void mesher__sort_column(const uint32_t *vertices, uint32_t columns, uint
 static void mesher__build_rows(mesher__recovery *r)
 {
     uint32_t num_edges = r->domain->num_edges, num_facets = r->domain->num_facets, i;
-    uint32_t *scratch = r->todo;
+    uint32_t *scratch = r->wanted;
     for (i = 0; i < num_edges; i++) r->edge_index[i] = i;
-    mesher__sort_column(r->edges, 2, 1, r->edge_index, scratch, num_edges, r->edge_row, r->num_rows);
-    mesher__sort_column(r->edges, 2, 0, scratch, r->edge_index, num_edges, r->edge_row, r->num_rows);
+    mesher__sort_column(r->edges, 2, 1, r->edge_index, scratch, num_edges, r->edge_row,
+                        r->num_rows);
+    mesher__sort_column(r->edges, 2, 0, scratch, r->edge_index, num_edges, r->edge_row,
+                        r->num_rows);
     for (i = 0; i < num_edges; i++) r->edge_other[i] = r->edges[2 * (size_t)r->edge_index[i] + 1];
     for (i = 0; i < num_facets; i++) r->facet_index[i] = i;
-    mesher__sort_column(r->facets, 3, 2, r->facet_index, scratch, num_facets, r->facet_row, r->num_rows);
-    mesher__sort_column(r->facets, 3, 1, scratch, r->facet_index, num_facets, r->facet_row, r->num_rows);
-    mesher__sort_column(r->facets, 3, 0, r->facet_index, scratch, num_facets, r->facet_row, r->num_rows);
+    mesher__sort_column(r->facets, 3, 2, r->facet_index, scratch, num_facets, r->facet_row,
+                        r->num_rows);
+    mesher__sort_column(r->facets, 3, 1, scratch, r->facet_index, num_facets, r->facet_row,
+                        r->num_rows);
+    mesher__sort_column(r->facets, 3, 0, r->facet_index, scratch, num_facets, r->facet_row,
+                        r->num_rows);
     for (i = 0; i < num_facets; i++) {
         const uint32_t *v = r->facets + 3 * (size_t)scratch[i];
         r->facet_index[i] = scratch[i];
@@ -2483,7 +2676,8 @@ static void mesher__detect_in(mesher__recovery *r, delaunay_handle t)
         unsigned all = DELAUNAY_EDGE_BIT(delaunay_edge_between(o[0], o[1])) |
                        DELAUNAY_EDGE_BIT(delaunay_edge_between(o[1], o[2])) |
                        DELAUNAY_EDGE_BIT(delaunay_edge_between(o[2], o[0]));
-        uint32_t f = (flags & all) == all ? mesher__facet_index(r, v[o[0]], v[o[1]], v[o[2]]) : MESHER__ABSENT;
+        uint32_t f = (flags & all) == all ? mesher__facet_index(r, v[o[0]], v[o[1]], v[o[2]])
+                                          : MESHER__ABSENT;
         if (f == MESHER__ABSENT) continue;
         flags |= DELAUNAY_FACET_BIT(i);
         MESHER__STORE_BYTE(&r->facet_present[f], 1);
@@ -2491,7 +2685,8 @@ static void mesher__detect_in(mesher__recovery *r, delaunay_handle t)
     r->mesh->flags[t] = (uint16_t)flags;
 }
 
-/* Sweeps over all tetrahedra. Shared: rows (read), presence (bytes that are only ever set to 1); flags by owner. */
+/* Sweeps over all tetrahedra. Shared: rows (read), presence (bytes that are only ever set to 1);
+ * flags by owner. */
 static void mesher__detect(mesher__recovery *r)
 {
     const delaunay_mesh *mesh = r->mesh;
@@ -2503,7 +2698,8 @@ static void mesher__detect(mesher__recovery *r)
 #    pragma omp parallel for schedule(static, 4096) num_threads(threads)
 #endif
     for (t = 1; t < n; t++)
-        if (!delaunay_is_deleted(mesh, (delaunay_handle)t) && !delaunay_is_ghost(mesh, (delaunay_handle)t))
+        if (!delaunay_is_deleted(mesh, (delaunay_handle)t) &&
+            !delaunay_is_ghost(mesh, (delaunay_handle)t))
             mesher__detect_in(r, (delaunay_handle)t);
     for (i = 0; i < r->domain->num_edges; i++)
         if (!r->edge_present[i]) {
@@ -2519,7 +2715,8 @@ static void mesher__detect(mesher__recovery *r)
 
 /* -- commits, and how they are taken back */
 
-/* Constraints of tetrahedra that are about to go: they count as missing until they are met again. */
+/* Constraints of tetrahedra that are about to go: they count as missing until they are met
+ * again. */
 static void mesher__account_old(mesher__recovery *r, const delaunay_handle *old, size_t count)
 {
     size_t i;
@@ -2529,20 +2726,24 @@ static void mesher__account_old(mesher__recovery *r, const delaunay_handle *old,
         unsigned flags = r->mesh->flags[old[i]];
         for (k = 0; k < 6 && (flags & DELAUNAY_EDGE_BITS); k++) {
             const uint8_t *o = delaunay_edge_order(k);
-            uint32_t e = flags & DELAUNAY_EDGE_BIT(k) ? mesher__edge_index(r, v[o[0]], v[o[1]]) : MESHER__ABSENT;
+            uint32_t e = flags & DELAUNAY_EDGE_BIT(k) ? mesher__edge_index(r, v[o[0]], v[o[1]])
+                                                      : MESHER__ABSENT;
             if (e == MESHER__ABSENT || !r->edge_present[e]) continue;
             mesher__set_edge_present(r, e, 0);
         }
         for (k = 0; k < 4 && (flags & DELAUNAY_FACET_BITS); k++) {
             const uint8_t *o = delaunay_facet_order(k);
-            uint32_t f = flags & DELAUNAY_FACET_BIT(k) ? mesher__facet_index(r, v[o[0]], v[o[1]], v[o[2]]) : MESHER__ABSENT;
+            uint32_t f = flags & DELAUNAY_FACET_BIT(k)
+                             ? mesher__facet_index(r, v[o[0]], v[o[1]], v[o[2]])
+                             : MESHER__ABSENT;
             if (f == MESHER__ABSENT || !r->facet_present[f]) continue;
             mesher__set_facet_present(r, f, 0);
         }
     }
 }
 
-/* Constraints of new tetrahedra: what is marked is there; what is not, but is a constraint, came by this commit. */
+/* Constraints of new tetrahedra: what is marked is there; what is not, but is a constraint, came by
+ * this commit. */
 static void mesher__account_new(mesher__recovery *r, const delaunay_handle *slots, size_t count)
 {
     delaunay_mesh *mesh = r->mesh;
@@ -2553,11 +2754,14 @@ static void mesher__account_new(mesher__recovery *r, const delaunay_handle *slot
             const uint8_t *o = delaunay_edge_order(k);
             uint32_t a = mesh->tets[slots[i]].v[o[0]], b = mesh->tets[slots[i]].v[o[1]], e;
             int marked = (mesh->flags[slots[i]] & DELAUNAY_EDGE_BIT(k)) != 0;
-            if (a >= r->cap_at || b >= r->cap_at || !r->missing_edges_at[a] || !r->missing_edges_at[b]) continue;
+            if (a >= r->cap_at || b >= r->cap_at || !r->missing_edges_at[a] ||
+                !r->missing_edges_at[b])
+                continue;
             e = mesher__edge_index(r, a, b);
             if (e == MESHER__ABSENT) continue;
             mesher__set_edge_present(r, e, 1);
-            if (!marked) mesher__note_failure(r, delaunay_mark_edge(mesh, r->worker, slots[i], a, b, 1));
+            if (!marked)
+                mesher__note_failure(r, delaunay_mark_edge(mesh, r->worker, slots[i], a, b, 1));
         }
     for (i = 0; i < count; i++)
         for (k = 0; k < 4; k++) {
@@ -2590,9 +2794,10 @@ static int mesher__journal_room(mesher__recovery *r, size_t more)
     return 1;
 }
 
-/* delaunay_replace with the account of constraints, and of the running transaction. Returns 1 if done. */
-static int mesher__commit(mesher__recovery *r, const delaunay_handle *old, size_t num_old, const uint32_t *vertices,
-                          size_t num_new)
+/* delaunay_replace with the account of constraints, and of the running transaction. Returns 1 if
+ * done. */
+static int mesher__commit(mesher__recovery *r, const delaunay_handle *old, size_t num_old,
+                          const uint32_t *vertices, size_t num_new)
 {
     delaunay_result result;
     uint32_t *entry;
@@ -2658,7 +2863,10 @@ static void mesher__roll_back(mesher__recovery *r)
 
 /* -- the way of an edge or facet through the mesh */
 
-static const double *mesher__x(const mesher__recovery *r, uint32_t v) { return r->mesh->vertices[v].x; }
+static const double *mesher__x(const mesher__recovery *r, uint32_t v)
+{
+    return r->mesh->vertices[v].x;
+}
 
 /* Enters the tetrahedra around a mesh edge into the queue. */
 static void mesher__queue_star(mesher__recovery *r, delaunay_handle t, uint32_t a, uint32_t b)
@@ -2666,7 +2874,8 @@ static void mesher__queue_star(mesher__recovery *r, delaunay_handle t, uint32_t 
     size_t i;
     mesher__note_failure(r, delaunay_edge_star(r->mesh, r->worker, t, a, b, &r->star));
     for (i = 0; i < r->star.count && r->status == MESHER_OK; i++)
-        if (mesher__add(r, &r->seen, r->star.items[i])) mesher__push(r, &r->queue, r->star.items[i]);
+        if (mesher__add(r, &r->seen, r->star.items[i]))
+            mesher__push(r, &r->queue, r->star.items[i]);
 }
 
 static void mesher__pipe_clear(mesher__recovery *r)
@@ -2699,7 +2908,8 @@ static double mesher__where(const mesher__recovery *r, uint32_t a, uint32_t b, c
         u[k] = q[k] - p[k];
         v[k] = s[k] - p[k];
     }
-    for (k = 0; k < 3; k++) n[k] = u[(k + 1) % 3] * v[(k + 2) % 3] - u[(k + 2) % 3] * v[(k + 1) % 3];
+    for (k = 0; k < 3; k++)
+        n[k] = u[(k + 1) % 3] * v[(k + 2) % 3] - u[(k + 2) % 3] * v[(k + 1) % 3];
     for (k = 0; k < 3; k++) {
         da += n[k] * (x[k] - p[k]);
         db += n[k] * (y[k] - p[k]);
@@ -2708,7 +2918,8 @@ static double mesher__where(const mesher__recovery *r, uint32_t a, uint32_t b, c
 }
 
 /* Facet i of t is crossed by ab: notes the crossing; 0 if the way ends here. */
-static int mesher__cross_face(mesher__recovery *r, uint32_t a, uint32_t b, delaunay_handle t, int i, int zeros)
+static int mesher__cross_face(mesher__recovery *r, uint32_t a, uint32_t b, delaunay_handle t, int i,
+                              int zeros)
 {
     mesher__pipe *p = &r->pipe;
     const uint8_t *o = delaunay_facet_order(i);
@@ -2740,7 +2951,8 @@ static int mesher__cross_face(mesher__recovery *r, uint32_t a, uint32_t b, delau
             return 0;
         }
         p->num_crossings++;
-        for (; j > 0 && p->crossings[j - 1].where > where; j--) p->crossings[j] = p->crossings[j - 1];
+        for (; j > 0 && p->crossings[j - 1].where > where; j--)
+            p->crossings[j] = p->crossings[j - 1];
         c = &p->crossings[j];
         c->tets[0] = t;
         c->tets[1] = other;
@@ -2762,7 +2974,8 @@ static int mesher__pipe_tet(mesher__pipe *p, delaunay_handle t)
     return 1;
 }
 
-/* All faces that ab crosses, from the star of a on; ends early at a vertex on ab or a constraint in its way. */
+/* All faces that ab crosses, from the star of a on; ends early at a vertex on ab or a constraint in
+ * its way. */
 static void mesher__walk_edge(mesher__recovery *r, uint32_t a, uint32_t b)
 {
     size_t h;
@@ -2777,7 +2990,8 @@ static void mesher__walk_edge(mesher__recovery *r, uint32_t a, uint32_t b)
         if (v[3] == DELAUNAY_GHOST) continue;
         for (i = 0; i < 4; i++) {
             const uint8_t *o = delaunay_facet_order(i);
-            if (!delaunay_segment_crosses(r->mesh, a, b, v[o[0]], v[o[1]], v[o[2]], &zeros)) continue;
+            if (!delaunay_segment_crosses(r->mesh, a, b, v[o[0]], v[o[1]], v[o[2]], &zeros))
+                continue;
             hit = 1;
             if (!mesher__cross_face(r, a, b, t, i, zeros)) return;
         }
@@ -2787,13 +3001,17 @@ static void mesher__walk_edge(mesher__recovery *r, uint32_t a, uint32_t b)
 }
 
 /* Does v lie in the open triangle f, exactly? Needs a vertex off its plane. */
-static int mesher__inside_facet(const mesher__recovery *r, const uint32_t *f, uint32_t v, uint32_t off)
+static int mesher__inside_facet(const mesher__recovery *r, const uint32_t *f, uint32_t v,
+                                uint32_t off)
 {
     int k, s[3];
     if (v == DELAUNAY_GHOST || v == f[0] || v == f[1] || v == f[2]) return 0;
-    if (delaunay_orient3d(mesher__x(r, f[0]), mesher__x(r, f[1]), mesher__x(r, f[2]), mesher__x(r, v))) return 0;
+    if (delaunay_orient3d(mesher__x(r, f[0]), mesher__x(r, f[1]), mesher__x(r, f[2]),
+                          mesher__x(r, v)))
+        return 0;
     for (k = 0; k < 3; k++)
-        s[k] = delaunay_orient3d(mesher__x(r, f[k]), mesher__x(r, f[(k + 1) % 3]), mesher__x(r, v), mesher__x(r, off));
+        s[k] = delaunay_orient3d(mesher__x(r, f[k]), mesher__x(r, f[(k + 1) % 3]), mesher__x(r, v),
+                                 mesher__x(r, off));
     return s[0] && s[0] == s[1] && s[1] == s[2];
 }
 
@@ -2803,7 +3021,9 @@ static uint32_t mesher__off_plane(const mesher__recovery *r, const uint32_t *f)
     uint32_t i, v = 0;
     for (i = 0; i < 8; i++) {
         v = r->mesh->vertex_of[r->domain->first_corner + i];
-        if (delaunay_orient3d(mesher__x(r, f[0]), mesher__x(r, f[1]), mesher__x(r, f[2]), mesher__x(r, v))) break;
+        if (delaunay_orient3d(mesher__x(r, f[0]), mesher__x(r, f[1]), mesher__x(r, f[2]),
+                              mesher__x(r, v)))
+            break;
     }
     return v;
 }
@@ -2856,10 +3076,12 @@ static void mesher__walk_facet(mesher__recovery *r, const uint32_t *f)
 
 /* -- windows: small sets of tetrahedra around what is missing */
 
-/* A tetrahedron's share in the signature of a window: a function of its vertices, whatever its slot. */
+/* A tetrahedron's share in the signature of a window: a function of its vertices, whatever its
+ * slot. */
 static uint64_t mesher__tet_signature(const delaunay_tet *t)
 {
-    uint64_t a = mesher__mix(t->v[0]), b = mesher__mix(t->v[1]), c = mesher__mix(t->v[2]), d = mesher__mix(t->v[3]);
+    uint64_t a = mesher__mix(t->v[0]), b = mesher__mix(t->v[1]), c = mesher__mix(t->v[2]),
+             d = mesher__mix(t->v[3]);
     return mesher__mix((a ^ b ^ c ^ d) + (a + b + c + d) * 3);
 }
 
@@ -2870,16 +3092,18 @@ static void mesher__windows_clear(mesher__recovery *r)
     mesher__set_clear(&r->known);
 }
 
-/* Notes a window of at most max_points vertices, unless it is known. Returns 0 if it, and all that contain it,
- * are too large. */
-static int mesher__window_add(mesher__recovery *r, const delaunay_handle *tets, size_t count, uint32_t max_points)
+/* Notes a window of at most max_points vertices, unless it is known. Returns 0 if it, and all that
+ * contain it, are too large. */
+static int mesher__window_add(mesher__recovery *r, const delaunay_handle *tets, size_t count,
+                              uint32_t max_points)
 {
     uint32_t points[DELAUNAY_WINDOW_VERTICES], n = 0, j;
     uint64_t signature = 0;
     mesher__window *w;
     size_t i;
     int k;
-    if (count == 0 || count > DELAUNAY_WINDOW_TETS || r->num_windows == MESHER__MAX_WINDOWS) return 0;
+    if (count == 0 || count > DELAUNAY_WINDOW_TETS || r->num_windows == MESHER__MAX_WINDOWS)
+        return 0;
     for (i = 0; i < count; i++) {
         const delaunay_tet *t = &r->mesh->tets[tets[i]];
         for (k = 0; k < 4; k++) {
@@ -2905,8 +3129,10 @@ static void mesher__windows_sort(mesher__recovery *r)
 {
     uint32_t i;
     for (i = 0; i < r->num_windows; i++)
-        r->window_order[i] = (uint64_t)r->windows[i].num_points << 48 | (uint64_t)r->windows[i].num_tets << 32 | i;
-    if (r->num_windows > 1) qsort(r->window_order, r->num_windows, sizeof *r->window_order, mesher__compare_u64);
+        r->window_order[i] =
+            (uint64_t)r->windows[i].num_points << 48 | (uint64_t)r->windows[i].num_tets << 32 | i;
+    if (r->num_windows > 1)
+        qsort(r->window_order, r->num_windows, sizeof *r->window_order, mesher__compare_u64);
     r->work += 10 * (uint64_t)r->num_windows + r->pool.count;
 }
 
@@ -2950,8 +3176,8 @@ static int mesher__patch_note(mesher__recovery *r, const mesher__patch *p, uint3
     return !p->full && mesher__window_add(r, p->tets, p->count, max_points);
 }
 
-/* Adds the vertex beyond the most facets of the patch, one that the patch has already before others: all
- * neighbours that have it. Returns 0 if there is none. */
+/* Adds the vertex beyond the most facets of the patch, one that the patch has already before
+ * others: all neighbours that have it. Returns 0 if there is none. */
 static int mesher__patch_grow(const mesher__recovery *r, mesher__patch *p)
 {
     enum { MAX_APICES = 256 };
@@ -2971,7 +3197,8 @@ static int mesher__patch_grow(const mesher__recovery *r, mesher__patch *p)
                 if (n == MAX_APICES) continue;
                 apex[n] = v;
                 votes[n++] = 0;
-                for (m = 0; m < count && delaunay_local_index(&r->mesh->tets[p->tets[m]], v) < 0; m++) {}
+                for (m = 0; m < count && delaunay_local_index(&r->mesh->tets[p->tets[m]], v) < 0;
+                     m++) {}
                 if (m < count) votes[j] = 1u << 16;
             }
             votes[j]++;
@@ -2982,20 +3209,23 @@ static int mesher__patch_grow(const mesher__recovery *r, mesher__patch *p)
     for (i = 0; i < count; i++)
         for (k = 0; k < 4; k++) {
             delaunay_handle f = r->mesh->tets[p->tets[i]].n[k];
-            if (f && delaunay_local_index(&r->mesh->tets[f / 4], apex[best]) >= 0) mesher__patch_add(p, f / 4);
+            if (f && delaunay_local_index(&r->mesh->tets[f / 4], apex[best]) >= 0)
+                mesher__patch_add(p, f / 4);
         }
     return p->count > count && !p->full;
 }
 
 /* The star of a mesh edge into r->star; 0 if it is too large for a window. */
-static size_t mesher__small_star(mesher__recovery *r, delaunay_handle t, uint32_t a, uint32_t b, uint32_t max_points)
+static size_t mesher__small_star(mesher__recovery *r, delaunay_handle t, uint32_t a, uint32_t b,
+                                 uint32_t max_points)
 {
     mesher__note_failure(r, delaunay_edge_star(r->mesh, r->worker, t, a, b, &r->star));
     return r->status == MESHER_OK && r->star.count + 2 <= max_points ? r->star.count : 0;
 }
 
 /* Notes a patch, and as it grows by so many vertices. */
-static void mesher__patch_note_grown(mesher__recovery *r, mesher__patch *p, int growth, uint32_t max_points)
+static void mesher__patch_note_grown(mesher__recovery *r, mesher__patch *p, int growth,
+                                     uint32_t max_points)
 {
     while (mesher__patch_note(r, p, max_points) && growth-- > 0 && mesher__patch_grow(r, p)) {}
 }
@@ -3013,17 +3243,19 @@ static void mesher__double_stars(mesher__recovery *r, uint32_t max_points)
         for (j = 0; j < 6; j++) {
             const uint8_t *o = delaunay_edge_order(j);
             const uint32_t *v = r->mesh->tets[tets[q]].v;
-            if (v[3] == DELAUNAY_GHOST || !mesher__small_star(r, tets[q], v[o[0]], v[o[1]], max_points)) continue;
+            if (v[3] == DELAUNAY_GHOST ||
+                !mesher__small_star(r, tets[q], v[o[0]], v[o[1]], max_points))
+                continue;
             mesher__patch_set(&patch, tets, count);
             mesher__patch_union(&patch, r->star.items, r->star.count);
             mesher__patch_note(r, &patch, max_points);
         }
 }
 
-/* Windows around one edge of the mesh near the pipe: its star, alone (level 1) and with the whole pipe, with
- * single crossings and with the stars of edges beside it. */
-static void mesher__windows_at_edge(mesher__recovery *r, delaunay_handle t, uint32_t a, uint32_t b, int crossed,
-                                    int pipe_fits, int level, uint32_t max_points)
+/* Windows around one edge of the mesh near the pipe: its star, alone (level 1) and with the whole
+ * pipe, with single crossings and with the stars of edges beside it. */
+static void mesher__windows_at_edge(mesher__recovery *r, delaunay_handle t, uint32_t a, uint32_t b,
+                                    int crossed, int pipe_fits, int level, uint32_t max_points)
 {
     const mesher__pipe *p = &r->pipe;
     mesher__patch patch;
@@ -3038,7 +3270,8 @@ static void mesher__windows_at_edge(mesher__recovery *r, delaunay_handle t, uint
     if (level < 2) return;
     for (q = 0; q < p->num_crossings; q++) {
         mesher__patch_set(&patch, r->star.items, r->star.count);
-        if (!mesher__patch_has(&patch, p->crossings[q].tets[0]) && !mesher__patch_has(&patch, p->crossings[q].tets[1]))
+        if (!mesher__patch_has(&patch, p->crossings[q].tets[0]) &&
+            !mesher__patch_has(&patch, p->crossings[q].tets[1]))
             continue;
         mesher__patch_union(&patch, p->crossings[q].tets, 2);
         mesher__patch_note(r, &patch, max_points);
@@ -3071,7 +3304,8 @@ static void mesher__windows_of_edge(mesher__recovery *r, int level, uint32_t max
     uint32_t i;
     int j, pipe_fits;
     mesher__windows_clear(r);
-    for (i = 0; i < p->num_crossings; i++) mesher__window_add(r, p->crossings[i].tets, 2, max_points);
+    for (i = 0; i < p->num_crossings; i++)
+        mesher__window_add(r, p->crossings[i].tets, 2, max_points);
     pipe_fits = mesher__window_add(r, p->tets, p->num_tets, max_points);
     if (level >= 2 && p->num_crossings > 2) mesher__windows_of_runs(r, level, max_points);
     mesher__set_clear(&r->seen_edges);
@@ -3112,7 +3346,8 @@ static void mesher__windows_of_facet(mesher__recovery *r, int level, uint32_t ma
     mesher__patch_set(&patch, p->tets, p->num_tets);
     mesher__patch_note_grown(r, &patch, 6 + 6 * level, max_points);
     for (i = 0; i < p->num_edges && r->status == MESHER_OK; i++) {
-        if (!mesher__small_star(r, p->edge_tets[i], p->edges[i][0], p->edges[i][1], max_points)) continue;
+        if (!mesher__small_star(r, p->edge_tets[i], p->edges[i][0], p->edges[i][1], max_points))
+            continue;
         mesher__patch_set(&patch, r->star.items, r->star.count);
         mesher__patch_note_grown(r, &patch, 4 + 4 * level, max_points);
         mesher__double_stars(r, max_points);
@@ -3128,17 +3363,20 @@ typedef struct mesher__effort {
 } mesher__effort;
 
 /* Searches one window for fewer crossings of the target, and commits what it finds. */
-static int mesher__try_window(mesher__recovery *r, const mesher__window *w, delaunay_objective objective,
-                              const uint32_t *target, const mesher__effort *effort, int keep_facets)
+static int mesher__try_window(mesher__recovery *r, const mesher__window *w,
+                              delaunay_objective objective, const uint32_t *target,
+                              const mesher__effort *effort, int keep_facets)
 {
     const delaunay_handle *tets = r->pool.items + w->first;
     uint64_t kind = (uint64_t)target[2] * 64 + (uint64_t)objective * 2 + (uint64_t)keep_facets;
-    uint64_t key = w->signature + mesher__mix(((uint64_t)target[0] << 32 | target[1]) + mesher__mix(kind)) +
+    uint64_t key = w->signature +
+                   mesher__mix(((uint64_t)target[0] << 32 | target[1]) + mesher__mix(kind)) +
                    effort->max_nodes;
     delaunay_search *s = &r->search;
     uint32_t i, k, crossings;
     if (mesher__set_has(&r->failed, key)) return 0;
-    if (!delaunay_window_set(&r->window, r->mesh, r->worker, tets, w->num_tets, effort->max_points, 1, keep_facets))
+    if (!delaunay_window_set(&r->window, r->mesh, r->worker, tets, w->num_tets, effort->max_points,
+                             1, keep_facets))
         return 0;
     crossings = delaunay_window_crossings(r->mesh, &r->window, objective, target);
     if (crossings == 0) return 0;
@@ -3174,10 +3412,11 @@ static int mesher__window_stands(const mesher__recovery *r, const mesher__window
     return signature == w->signature;
 }
 
-/* Tries the windows in order, until the target is there; those that others changed are left out. Returns how many
- * were committed. */
-static uint32_t mesher__try_windows(mesher__recovery *r, delaunay_objective objective, const uint32_t *target,
-                                    const mesher__effort *effort, const uint8_t *present, int keep_facets)
+/* Tries the windows in order, until the target is there; those that others changed are left out.
+ * Returns how many were committed. */
+static uint32_t mesher__try_windows(mesher__recovery *r, delaunay_objective objective,
+                                    const uint32_t *target, const mesher__effort *effort,
+                                    const uint8_t *present, int keep_facets)
 {
     uint32_t i, done = 0;
     for (i = 0; i < r->num_windows && !*present && !mesher__stopped(r); i++) {
@@ -3192,35 +3431,40 @@ static uint32_t mesher__try_windows(mesher__recovery *r, delaunay_objective obje
 
 static uint32_t mesher__id(const mesher__recovery *r, uint32_t v) { return r->mesh->vertex_id[v]; }
 
-/* An isolated vertex on the surface is left out, and the recovery starts again; others make the surface invalid. */
-static void mesher__report_vertex(mesher__recovery *r, uint32_t v, uint32_t source, const uint32_t *edge)
+/* An isolated vertex on the surface is left out, and the recovery starts again; others make the
+ * surface invalid. */
+static void mesher__report_vertex(mesher__recovery *r, uint32_t v, uint32_t source,
+                                  const uint32_t *edge)
 {
     uint32_t id = mesher__id(r, v), e;
     if (id >= r->domain->first_corner) return; /* ours: removed later */
     if (r->domain->vertex_used[id] == MESHER_VERTEX_ISOLATED) {
         r->domain->vertex_used[id] = MESHER_VERTEX_ABSENT;
         r->absent = 1;
-        mesher_report_add(r->report, MESHER_NOTE_UNUSED_VERTEX, source, DELAUNAY_NO_ID, id, DELAUNAY_NO_ID,
-                          DELAUNAY_NO_ID, mesher__x(r, v));
+        mesher_report_add(r->report, MESHER_NOTE_UNUSED_VERTEX, source, DELAUNAY_NO_ID, id,
+                          DELAUNAY_NO_ID, DELAUNAY_NO_ID, mesher__x(r, v));
         return;
     }
     if (r->domain->vertex_used[id] == MESHER_VERTEX_ABSENT) return;
     for (e = 0; r->edges[2 * (size_t)e] != v && r->edges[2 * (size_t)e + 1] != v; e++) {}
     r->defects++;
     mesher_report_add(r->report, MESHER_DEFECT_T_JUNCTION, mesher__edge_source(r, e), source, id,
-                      edge ? mesher__id(r, edge[0]) : DELAUNAY_NO_ID, edge ? mesher__id(r, edge[1]) : DELAUNAY_NO_ID,
-                      mesher__x(r, v));
+                      edge ? mesher__id(r, edge[0]) : DELAUNAY_NO_ID,
+                      edge ? mesher__id(r, edge[1]) : DELAUNAY_NO_ID, mesher__x(r, v));
 }
 
 /* Where segment ab meets what blocks it, about. */
-static void mesher__blocked_at(const mesher__recovery *r, uint32_t a, uint32_t b, const uint32_t *face, double *xyz)
+static void mesher__blocked_at(const mesher__recovery *r, uint32_t a, uint32_t b,
+                               const uint32_t *face, double *xyz)
 {
     double where = mesher__where(r, a, b, face);
     int k;
-    for (k = 0; k < 3; k++) xyz[k] = mesher__x(r, a)[k] + where * (mesher__x(r, b)[k] - mesher__x(r, a)[k]);
+    for (k = 0; k < 3; k++)
+        xyz[k] = mesher__x(r, a)[k] + where * (mesher__x(r, b)[k] - mesher__x(r, a)[k]);
 }
 
-/* What the pipe of a missing edge proves about the surface. Returns 1 if the edge cannot come in. */
+/* What the pipe of a missing edge proves about the surface. Returns 1 if the edge cannot come
+ * in. */
 static int mesher__report_edge(mesher__recovery *r, uint32_t e)
 {
     const mesher__pipe *p = &r->pipe;
@@ -3244,8 +3488,8 @@ static int mesher__report_edge(mesher__recovery *r, uint32_t e)
         mesher__blocked_at(r, v[0], v[1], corner, xyz);
     }
     r->defects++;
-    mesher_report_add(r->report, MESHER_DEFECT_INTERSECTION, source, other, mesher__id(r, v[0]), mesher__id(r, v[1]),
-                      DELAUNAY_NO_ID, xyz);
+    mesher_report_add(r->report, MESHER_DEFECT_INTERSECTION, source, other, mesher__id(r, v[0]),
+                      mesher__id(r, v[1]), DELAUNAY_NO_ID, xyz);
     return 1;
 }
 
@@ -3261,15 +3505,18 @@ static int mesher__report_facet(mesher__recovery *r, uint32_t f)
     other = other == MESHER__ABSENT ? DELAUNAY_NO_ID : mesher__edge_source(r, other);
     mesher__blocked_at(r, p->blocker[0], p->blocker[1], r->facets + 3 * (size_t)f, xyz);
     r->defects++;
-    mesher_report_add(r->report, MESHER_DEFECT_INTERSECTION, source, other, mesher__id(r, p->blocker[0]),
-                      mesher__id(r, p->blocker[1]), DELAUNAY_NO_ID, xyz);
+    mesher_report_add(r->report, MESHER_DEFECT_INTERSECTION, source, other,
+                      mesher__id(r, p->blocker[0]), mesher__id(r, p->blocker[1]), DELAUNAY_NO_ID,
+                      xyz);
     return 1;
 }
 
 /* -- edges */
 
-/* Lowers the crossings of a missing edge step by step. Returns 1 if it is there; *steps counts commits. */
-static int mesher__reduce_edge(mesher__recovery *r, uint32_t e, const mesher__effort *effort, int *steps)
+/* Lowers the crossings of a missing edge step by step. Returns 1 if it is there; *steps counts
+ * commits. */
+static int mesher__reduce_edge(mesher__recovery *r, uint32_t e, const mesher__effort *effort,
+                               int *steps)
 {
     uint32_t target[3];
     int i;
@@ -3281,14 +3528,16 @@ static int mesher__reduce_edge(mesher__recovery *r, uint32_t e, const mesher__ef
         if (r->status != MESHER_OK || mesher__report_edge(r, e)) return 0;
         if (r->pipe.too_long || r->pipe.num_crossings == 0) return 0;
         mesher__windows_of_edge(r, effort->level, effort->max_points);
-        if (!mesher__try_windows(r, DELAUNAY_FEWER_FACES, target, effort, &r->edge_present[e], 0)) return r->edge_present[e];
+        if (!mesher__try_windows(r, DELAUNAY_FEWER_FACES, target, effort, &r->edge_present[e], 0))
+            return r->edge_present[e];
         ++*steps;
     }
     return r->edge_present[e];
 }
 
 /* Could segment ab meet a box? */
-static int mesher__meets_box(const mesher__recovery *r, const uint32_t *ab, const double *lo, const double *hi)
+static int mesher__meets_box(const mesher__recovery *r, const uint32_t *ab, const double *lo,
+                             const double *hi)
 {
     const double *a = mesher__x(r, ab[0]), *b = mesher__x(r, ab[1]);
     int k;
@@ -3297,7 +3546,8 @@ static int mesher__meets_box(const mesher__recovery *r, const uint32_t *ab, cons
     return 1;
 }
 
-static void mesher__grow_box(const mesher__recovery *r, const uint32_t *v, size_t count, double *lo, double *hi)
+static void mesher__grow_box(const mesher__recovery *r, const uint32_t *v, size_t count, double *lo,
+                             double *hi)
 {
     size_t i;
     int k;
@@ -3309,15 +3559,18 @@ static void mesher__grow_box(const mesher__recovery *r, const uint32_t *v, size_
         }
 }
 
-/* Cells of the grid that a box meets, as inclusive ranges; their number, or 0 if they are too many. */
-static uint32_t mesher__grid_range(const mesher__recovery *r, const double *lo, const double *hi, int64_t range[3][2])
+/* Cells of the grid that a box meets, as inclusive ranges; their number, or 0 if they are too
+ * many. */
+static uint32_t mesher__grid_range(const mesher__recovery *r, const double *lo, const double *hi,
+                                   int64_t range[3][2])
 {
     double cells = 1;
     int k;
     for (k = 0; k < 3; k++) {
         double first = floor(lo[k] / r->grid.step), last = floor(hi[k] / r->grid.step);
         cells *= last - first + 1;
-        if (!(cells <= (double)MESHER__GRID_CELLS) || !(fabs(first) < 1e15) || !(fabs(last) < 1e15)) return 0;
+        if (!(cells <= (double)MESHER__GRID_CELLS) || !(fabs(first) < 1e15) || !(fabs(last) < 1e15))
+            return 0;
         range[k][0] = (int64_t)first;
         range[k][1] = (int64_t)last;
     }
@@ -3325,7 +3578,8 @@ static uint32_t mesher__grid_range(const mesher__recovery *r, const double *lo, 
 }
 
 /* The buckets of those cells; duplicates are possible. */
-static uint32_t mesher__grid_buckets(const mesher__recovery *r, const double *lo, const double *hi, uint32_t *buckets)
+static uint32_t mesher__grid_buckets(const mesher__recovery *r, const double *lo, const double *hi,
+                                     uint32_t *buckets)
 {
     int64_t range[3][2], x, y, z;
     uint32_t n = 0;
@@ -3333,14 +3587,17 @@ static uint32_t mesher__grid_buckets(const mesher__recovery *r, const double *lo
     for (x = range[0][0]; x <= range[0][1]; x++)
         for (y = range[1][0]; y <= range[1][1]; y++)
             for (z = range[2][0]; z <= range[2][1]; z++)
-                buckets[n++] = (uint32_t)mesher__mix((uint64_t)x * 73856093u ^ (uint64_t)y * 19349663u ^
-                                                     (uint64_t)z * 83492791u) & (r->grid.num_buckets - 1);
+                buckets[n++] =
+                    (uint32_t)mesher__mix((uint64_t)x * 73856093u ^ (uint64_t)y * 19349663u ^
+                                          (uint64_t)z * 83492791u) &
+                    (r->grid.num_buckets - 1);
     return n;
 }
 
 static void mesher__edge_box(const mesher__recovery *r, uint32_t e, double *lo, double *hi)
 {
-    const double *a = mesher__x(r, r->edges[2 * (size_t)e]), *b = mesher__x(r, r->edges[2 * (size_t)e + 1]);
+    const double *a = mesher__x(r, r->edges[2 * (size_t)e]),
+                 *b = mesher__x(r, r->edges[2 * (size_t)e + 1]);
     int k;
     for (k = 0; k < 3; k++) {
         lo[k] = a[k] < b[k] ? a[k] : b[k];
@@ -3348,27 +3605,29 @@ static void mesher__edge_box(const mesher__recovery *r, uint32_t e, double *lo, 
     }
 }
 
-/* A grid over the missing edges of the list: buckets of edges, and the edges that are too long for it, as bucket
- * num_buckets. Returns 0 when out of memory. */
+/* A grid over the missing edges of the list: buckets of edges, and the edges that are too long for
+ * it, as bucket num_buckets. Returns 0 when out of memory. */
 static int mesher__grid_build(mesher__recovery *r)
 {
     uint32_t buckets[MESHER__GRID_CELLS], i, j, n, pass, total = 0;
     double lo[3], hi[3], sum = 0;
-    for (i = 0; i < r->num_todo; i++) {
-        mesher__edge_box(r, r->todo[i], lo, hi);
+    for (i = 0; i < r->num_wanted; i++) {
+        mesher__edge_box(r, r->wanted[i], lo, hi);
         sum += (hi[0] - lo[0]) + (hi[1] - lo[1]) + (hi[2] - lo[2]);
     }
-    r->grid.step = r->num_todo && sum > 0 ? sum / r->num_todo : 1;
-    for (r->grid.num_buckets = 16; r->grid.num_buckets < 2 * r->num_todo; r->grid.num_buckets *= 2) {}
+    r->grid.step = r->num_wanted && sum > 0 ? sum / r->num_wanted : 1;
+    for (r->grid.num_buckets = 16; r->grid.num_buckets < 2 * r->num_wanted;
+         r->grid.num_buckets *= 2) {}
     delaunay_release(r->memory, r->grid.rows);
-    r->grid.rows = (uint32_t *)mesher__zeros(r, (size_t)r->grid.num_buckets + 2, sizeof *r->grid.rows);
+    r->grid.rows =
+        (uint32_t *)mesher__zeros(r, (size_t)r->grid.num_buckets + 2, sizeof *r->grid.rows);
     for (pass = 0; pass < 2 && r->status == MESHER_OK; pass++) {
-        for (i = 0; i < r->num_todo; i++) {
-            mesher__edge_box(r, r->todo[i], lo, hi);
+        for (i = 0; i < r->num_wanted; i++) {
+            mesher__edge_box(r, r->wanted[i], lo, hi);
             n = mesher__grid_buckets(r, lo, hi, buckets);
             if (n == 0) buckets[n++] = r->grid.num_buckets;
             for (j = 0; j < n; j++) {
-                if (pass) r->grid.edges[--r->grid.rows[buckets[j]]] = r->todo[i];
+                if (pass) r->grid.edges[--r->grid.rows[buckets[j]]] = r->wanted[i];
                 else r->grid.rows[buckets[j]]++;
             }
             total += n;
@@ -3384,16 +3643,19 @@ static int mesher__grid_build(mesher__recovery *r)
 /* Missing edges of the list that may meet a box; at most as many as there is room for. */
 static uint32_t mesher__near_edges(mesher__recovery *r, const double *lo, const double *hi)
 {
-    uint32_t buckets[MESHER__GRID_CELLS + 1], n = mesher__grid_buckets(r, lo, hi, buckets), count = 0, i, j;
+    uint32_t buckets[MESHER__GRID_CELLS + 1], n = mesher__grid_buckets(r, lo, hi, buckets),
+                                              count = 0, i, j;
     mesher__set_clear(&r->known_near);
     if (n == 0)
-        for (i = 0; i < r->num_todo && count < MESHER__NEAR; i++)
-            if (!r->edge_present[r->todo[i]] && mesher__meets_box(r, r->edges + 2 * (size_t)r->todo[i], lo, hi))
-                r->near_edges[count++] = r->todo[i];
+        for (i = 0; i < r->num_wanted && count < MESHER__NEAR; i++)
+            if (!r->edge_present[r->wanted[i]] &&
+                mesher__meets_box(r, r->edges + 2 * (size_t)r->wanted[i], lo, hi))
+                r->near_edges[count++] = r->wanted[i];
     if (n == 0) return count;
     buckets[n++] = r->grid.num_buckets;
     for (i = 0; i < n; i++)
-        for (j = r->grid.rows[buckets[i]]; j < r->grid.rows[buckets[i] + 1] && count < MESHER__NEAR; j++) {
+        for (j = r->grid.rows[buckets[i]]; j < r->grid.rows[buckets[i] + 1] && count < MESHER__NEAR;
+             j++) {
             uint32_t e = r->grid.edges[j];
             if (!r->edge_present[e] && mesher__meets_box(r, r->edges + 2 * (size_t)e, lo, hi) &&
                 mesher__add(r, &r->known_near, e))
@@ -3403,7 +3665,8 @@ static uint32_t mesher__near_edges(mesher__recovery *r, const double *lo, const 
 }
 
 /* Crossings of one missing edge by all facets of tetrahedra given by their vertices. */
-static long mesher__count_crossings(const mesher__recovery *r, const uint32_t *ab, const uint32_t *tets, size_t count)
+static long mesher__count_crossings(const mesher__recovery *r, const uint32_t *ab,
+                                    const uint32_t *tets, size_t count)
 {
     long crossings = 0;
     size_t i;
@@ -3412,34 +3675,38 @@ static long mesher__count_crossings(const mesher__recovery *r, const uint32_t *a
         for (k = 0; k < 4; k++) {
             const uint8_t *o = delaunay_facet_order(k);
             const uint32_t *v = tets + 4 * i;
-            crossings += delaunay_segment_crosses(r->mesh, ab[0], ab[1], v[o[0]], v[o[1]], v[o[2]], NULL);
+            crossings +=
+                delaunay_segment_crosses(r->mesh, ab[0], ab[1], v[o[0]], v[o[1]], v[o[2]], NULL);
         }
     return crossings;
 }
 
-/* How many crossings of the missing edges the running transaction removed, twice. The boundary of each
- * replaced polyhedron counts on both sides, and cancels. */
+/* How many crossings of the missing edges the running transaction removed, twice. The boundary of
+ * each replaced polyhedron counts on both sides, and cancels. */
 static long mesher__journal_gain(mesher__recovery *r)
 {
     size_t end = r->num_journal;
     long gain = 0;
     while (end > 0) {
         uint32_t num_new = r->journal[end - 1], num_old = r->journal[end - 2], n, i;
-        const uint32_t *made = r->journal + end - 2 - 4 * (size_t)num_new, *was = made - 4 * (size_t)num_old;
+        const uint32_t *made = r->journal + end - 2 - 4 * (size_t)num_new,
+                       *was = made - 4 * (size_t)num_old;
         double lo[3] = {HUGE_VAL, HUGE_VAL, HUGE_VAL}, hi[3] = {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL};
         mesher__grow_box(r, was, 4 * (size_t)num_old, lo, hi);
         n = mesher__near_edges(r, lo, hi);
         r->work += (uint64_t)n * (num_old + num_new);
         for (i = 0; i < n; i++) {
             const uint32_t *ab = r->edges + 2 * (size_t)r->near_edges[i];
-            gain += mesher__count_crossings(r, ab, was, num_old) - mesher__count_crossings(r, ab, made, num_new);
+            gain += mesher__count_crossings(r, ab, was, num_old) -
+                    mesher__count_crossings(r, ab, made, num_new);
         }
         end -= 4 * ((size_t)num_old + num_new) + 2;
     }
     return gain;
 }
 
-/* reduce_edge as a transaction. Returns 2: it is there, 1: the potential fell, 0: nothing changed. */
+/* reduce_edge as a transaction. Returns 2: it is there, 1: the potential fell, 0: nothing
+ * changed. */
 static int mesher__recover_edge(mesher__recovery *r, uint32_t e, const mesher__effort *effort)
 {
     uint32_t missing = r->num_missing_edges;
@@ -3460,20 +3727,20 @@ static int mesher__recover_edge(mesher__recovery *r, uint32_t e, const mesher__e
 static void mesher__list_edges(mesher__recovery *r, int by_crossings)
 {
     uint32_t e, i;
-    r->num_todo = 0;
+    r->num_wanted = 0;
     for (e = 0; e < r->num_edges; e++)
-        if (!r->edge_present[e]) r->todo[r->num_todo++] = e;
+        if (!r->edge_present[e]) r->wanted[r->num_wanted++] = e;
     if (!mesher__grid_build(r) || !by_crossings) return;
-    for (i = 0; i < r->num_todo && !mesher__stopped(r); i++) {
-        e = r->todo[i];
+    for (i = 0; i < r->num_wanted && !mesher__stopped(r); i++) {
+        e = r->wanted[i];
         mesher__walk_edge(r, r->edges[2 * (size_t)e], r->edges[2 * (size_t)e + 1]);
         mesher__report_edge(r, e);
         r->order[i] = (uint64_t)r->pipe.num_crossings << 32 | e;
     }
     if (r->status != MESHER_OK) return;
     mesher__tell(r, "edges listed", 0);
-    if (r->num_todo > 1) qsort(r->order, r->num_todo, sizeof *r->order, mesher__compare_u64);
-    for (i = 0; i < r->num_todo; i++) r->todo[i] = (uint32_t)r->order[i];
+    if (r->num_wanted > 1) qsort(r->order, r->num_wanted, sizeof *r->order, mesher__compare_u64);
+    for (i = 0; i < r->num_wanted; i++) r->wanted[i] = (uint32_t)r->order[i];
 }
 
 /* Missing edges by windows of growing size, over and over while that helps. */
@@ -3490,8 +3757,8 @@ static void mesher__edge_levels(mesher__recovery *r)
             if (l == 2 && r->num_missing_edges > MESHER__FEW_EDGES) return;
             mesher__list_edges(r, 1);
             if (r->defects || r->absent) return;
-            for (i = 0; i < r->num_todo && !mesher__stopped(r); i++)
-                progress |= mesher__recover_edge(r, r->todo[i], &efforts[l]);
+            for (i = 0; i < r->num_wanted && !mesher__stopped(r); i++)
+                progress |= mesher__recover_edge(r, r->wanted[i], &efforts[l]);
             mesher__tell(r, "edges at level", (int)l);
             if (r->status != MESHER_OK) return;
             if (!progress) break;
@@ -3520,7 +3787,8 @@ static int mesher__recover_facet(mesher__recovery *r, uint32_t f, const mesher__
         if (r->status != MESHER_OK || mesher__report_facet(r, f)) return 0;
         if (r->pipe.too_long || r->pipe.num_edges == 0) return 0;
         mesher__windows_of_facet(r, effort->level, effort->max_points);
-        if (!mesher__try_windows(r, DELAUNAY_FEWER_EDGES, v, effort, &r->facet_present[f], 1)) return r->facet_present[f];
+        if (!mesher__try_windows(r, DELAUNAY_FEWER_EDGES, v, effort, &r->facet_present[f], 1))
+            return r->facet_present[f];
     }
     return r->facet_present[f];
 }
@@ -3528,9 +3796,9 @@ static int mesher__recover_facet(mesher__recovery *r, uint32_t f, const mesher__
 static void mesher__list_facets(mesher__recovery *r)
 {
     uint32_t f;
-    r->num_todo = 0;
+    r->num_wanted = 0;
     for (f = 0; f < r->num_facets; f++)
-        if (!r->facet_present[f]) r->todo[r->num_todo++] = f;
+        if (!r->facet_present[f]) r->wanted[r->num_wanted++] = f;
 }
 
 static void mesher__facet_levels(mesher__recovery *r)
@@ -3544,8 +3812,8 @@ static void mesher__facet_levels(mesher__recovery *r)
             int progress = 0;
             if (r->num_missing_facets == 0 || r->defects || r->absent) return;
             mesher__list_facets(r);
-            for (i = 0; i < r->num_todo && !mesher__stopped(r); i++)
-                progress |= mesher__recover_facet(r, r->todo[i], &efforts[l]);
+            for (i = 0; i < r->num_wanted && !mesher__stopped(r); i++)
+                progress |= mesher__recover_facet(r, r->wanted[i], &efforts[l]);
             mesher__tell(r, "facets at level", (int)l);
             if (r->status != MESHER_OK) return;
             if (!progress) break;
@@ -3562,8 +3830,8 @@ static uint32_t mesher__random(mesher__recovery *r)
     return (uint32_t)(r->random >> 32);
 }
 
-/* Seidel's linear program: the largest c.x with rows A x <= A[d] and |x| <= 4, in d variables; rows in random
- * order. A is level d of the scratch. Returns 0 if infeasible. [Seidel 1991] */
+/* Seidel's linear program: the largest c.x with rows A x <= A[d] and |x| <= 4, in d variables; rows
+ * in random order. A is level d of the scratch. Returns 0 if infeasible. [Seidel 1991] */
 static int mesher__linear_program(mesher__recovery *r, int d, int rows, const double *c, double *x)
 {
     double (*a)[5] = r->lp[d], (*b)[5] = r->lp[d - 1];
@@ -3587,7 +3855,8 @@ static int mesher__linear_program(mesher__recovery *r, int d, int rows, const do
         for (p = 0, k = 1; k < d; k++)
             if (fabs(a[i][k]) > fabs(a[i][p])) p = k;
         if (fabs(a[i][p]) < 1e-12) return 0;
-        for (n = 0, j = 0; j < i + 2; j++, n++) { /* earlier rows and the bounds of x[p], on the plane of row i */
+        for (n = 0, j = 0; j < i + 2;
+             j++, n++) { /* earlier rows and the bounds of x[p], on the plane of row i */
             double row[5] = {0, 0, 0, 0, 0};
             if (j < i) memcpy(row, a[j], sizeof row);
             else {
@@ -3614,7 +3883,8 @@ static int mesher__linear_program(mesher__recovery *r, int d, int rows, const do
     return 1;
 }
 
-/* Cholesky factor of the covariance of a window's boundary corners, about their mean; 0 if they are flat. */
+/* Cholesky factor of the covariance of a window's boundary corners, about their mean; 0 if they are
+ * flat. */
 static int mesher__whiten(const mesher__recovery *r, double *mean, double (*l)[3])
 {
     double m[3][3] = {{0}}, n = 3.0 * r->num_shell, trace, sum;
@@ -3658,14 +3928,16 @@ static int mesher__in_kernel(const mesher__recovery *r, const double *xyz)
     uint32_t i;
     for (i = 0; i < r->num_shell; i++) {
         const uint32_t *f = r->shell[i];
-        if (delaunay_orient3d(mesher__x(r, f[0]), mesher__x(r, f[1]), mesher__x(r, f[2]), xyz) >= 0) return 0;
+        if (delaunay_orient3d(mesher__x(r, f[0]), mesher__x(r, f[1]), mesher__x(r, f[2]), xyz) >= 0)
+            return 0;
     }
     return 1;
 }
 
-/* A point as deep as can be below the facets of the shell, or those of them that are constraints, in coordinates
- * mean + l x with |x| <= 4. Returns its depth there, or 0. */
-static double mesher__deepest(mesher__recovery *r, const double *mean, double (*l)[3], int constraints, double *out)
+/* A point as deep as can be below the facets of the shell, or those of them that are constraints,
+ * in coordinates mean + l x with |x| <= 4. Returns its depth there, or 0. */
+static double mesher__deepest(mesher__recovery *r, const double *mean, double (*l)[3],
+                              int constraints, double *out)
 {
     double (*a)[5] = r->lp[4], c[4] = {0, 0, 0, 1}, x[4];
     int n = 0, f, i, j, k;
@@ -3683,7 +3955,8 @@ static double mesher__deepest(mesher__recovery *r, const double *mean, double (*
             u[j] = p[1][j] - p[0][j];
             v[j] = p[2][j] - p[0][j];
         }
-        for (j = 0; j < 3; j++) normal[j] = u[(j + 1) % 3] * v[(j + 2) % 3] - u[(j + 2) % 3] * v[(j + 1) % 3];
+        for (j = 0; j < 3; j++)
+            normal[j] = u[(j + 1) % 3] * v[(j + 2) % 3] - u[(j + 2) % 3] * v[(j + 1) % 3];
         for (j = 0; j < 3; j++) length += normal[j] * normal[j];
         length = sqrt(length);
         if (!(length > 1e-300)) return 0;
@@ -3708,11 +3981,12 @@ static double mesher__deepest(mesher__recovery *r, const double *mean, double (*
     return x[3];
 }
 
-/* A point as deep as can be in the kernel of the shell, in coordinates that make the shell round. Returns its
- * depth there, or 0. */
+/* A point as deep as can be in the kernel of the shell, in coordinates that make the shell round.
+ * Returns its depth there, or 0. */
 static double mesher__kernel(mesher__recovery *r, double *out)
 {
-    double mean[3], l[3][3], depth = mesher__whiten(r, mean, l) ? mesher__deepest(r, mean, l, 0, out) : 0;
+    double mean[3], l[3][3],
+        depth = mesher__whiten(r, mean, l) ? mesher__deepest(r, mean, l, 0, out) : 0;
     return depth > 0 && mesher__in_kernel(r, out) ? depth : 0;
 }
 
@@ -3741,21 +4015,26 @@ typedef struct mesher__site {
     double   gain, xyz[3];
 } mesher__site;
 
-/* Crossings of one missing edge by the boundary of a window; -1: it has nothing to do with the window. */
-static long mesher__boundary_crossings(const mesher__recovery *r, const delaunay_window *w, const uint32_t *ab)
+/* Crossings of one missing edge by the boundary of a window; -1: it has nothing to do with the
+ * window. */
+static long mesher__boundary_crossings(const mesher__recovery *r, const delaunay_window *w,
+                                       const uint32_t *ab)
 {
     long crossings = 0;
     uint32_t j, ends = 0;
     for (j = 0; j < w->num_facets; j++)
         crossings += delaunay_segment_crosses(r->mesh, ab[0], ab[1], w->vertices[w->facets[j][0]],
-                                              w->vertices[w->facets[j][1]], w->vertices[w->facets[j][2]], NULL);
-    for (j = 0; j < w->num_vertices; j++) ends += w->vertices[j] == ab[0] || w->vertices[j] == ab[1];
+                                              w->vertices[w->facets[j][1]],
+                                              w->vertices[w->facets[j][2]], NULL);
+    for (j = 0; j < w->num_vertices; j++)
+        ends += w->vertices[j] == ab[0] || w->vertices[j] == ab[1];
     return crossings || ends == 2 ? crossings : -1;
 }
 
-/* Crossings of near missing edges by the interior faces of a window, less what the boundary counts. Near edges that
- * do not enter the window leave the list. */
-static long mesher__window_crossings(mesher__recovery *r, const delaunay_window *w, uint32_t *num_near)
+/* Crossings of near missing edges by the interior faces of a window, less what the boundary counts.
+ * Near edges that do not enter the window leave the list. */
+static long mesher__window_crossings(mesher__recovery *r, const delaunay_window *w,
+                                     uint32_t *num_near)
 {
     long inside = 0, boundary = 0;
     uint32_t i, j, n = 0;
@@ -3773,7 +4052,8 @@ static long mesher__window_crossings(mesher__recovery *r, const delaunay_window 
 }
 
 /* The same after starring from a point, which stands in for vertex 0 while it is tried. */
-static long mesher__star_crossings(mesher__recovery *r, const delaunay_window *w, uint32_t num_near, const double *xyz)
+static long mesher__star_crossings(mesher__recovery *r, const delaunay_window *w, uint32_t num_near,
+                                   const double *xyz)
 {
     double ghost[3];
     long count = 0;
@@ -3786,16 +4066,20 @@ static long mesher__star_crossings(mesher__recovery *r, const delaunay_window *w
         for (j = 0; j < w->num_facets; j++)
             for (k = 0; k < 3; k++) {
                 uint32_t a = w->facets[j][k], b = w->facets[j][(k + 1) % 3];
-                if (a < b) count += delaunay_segment_crosses(r->mesh, ab[0], ab[1], w->vertices[a], w->vertices[b], 0, NULL);
+                if (a < b)
+                    count += delaunay_segment_crosses(r->mesh, ab[0], ab[1], w->vertices[a],
+                                                      w->vertices[b], 0, NULL);
             }
     }
     memcpy(r->mesh->vertices[0].x, ghost, sizeof ghost);
     return count;
 }
 
-/* Candidates: the deepest point, and points between it and its foot on the edge, a little beyond too. */
-static void mesher__try_sites(mesher__recovery *r, const uint32_t *ab, int window, const double *deep, double depth,
-                              uint32_t num_near, mesher__site *best)
+/* Candidates: the deepest point, and points between it and its foot on the edge, a little beyond
+ * too. */
+static void mesher__try_sites(mesher__recovery *r, const uint32_t *ab, int window,
+                              const double *deep, double depth, uint32_t num_near,
+                              mesher__site *best)
 {
     static const double along[6] = {1, .5, .1, .02, -.1, -.02};
     const delaunay_window *w = &r->window;
@@ -3809,7 +4093,8 @@ static void mesher__try_sites(mesher__recovery *r, const uint32_t *ab, int windo
         length += (b[k] - a[k]) * (b[k] - a[k]);
     }
     t /= length;
-    r->work += (uint64_t)all * w->num_facets + (uint64_t)num_near * (4 * w->num_tets + 9 * w->num_facets);
+    r->work +=
+        (uint64_t)all * w->num_facets + (uint64_t)num_near * (4 * w->num_tets + 9 * w->num_facets);
     for (i = 0; i < 6; i++) {
         if (i > 0 && !(t > 0 && t < 1)) return;
         for (k = 0; k < 3; k++) {
@@ -3817,7 +4102,8 @@ static void mesher__try_sites(mesher__recovery *r, const uint32_t *ab, int windo
             x[k] = i ? foot + along[i] * (deep[k] - foot) : deep[k];
         }
         if (i > 0 && !mesher__in_kernel(r, x)) continue;
-        gain = (double)(old - mesher__star_crossings(r, w, num_near, x)) + (i ? 0 : 0.3) + 0.1 * (depth < 0.999 ? depth : 0.999);
+        gain = (double)(old - mesher__star_crossings(r, w, num_near, x)) + (i ? 0 : 0.3) +
+               0.1 * (depth < 0.999 ? depth : 0.999);
         if (gain <= best->gain) continue;
         best->gain = gain;
         best->window = window;
@@ -3858,17 +4144,22 @@ static void mesher__windows_by_share(mesher__recovery *r, int of_facet)
 {
     uint32_t i, n = 0;
     for (i = 0; i < r->num_windows; i++) {
-        uint32_t k = (uint32_t)r->window_order[i], share = mesher__pipe_share(r, &r->windows[k], of_facet);
-        if (share) r->window_order[n++] = (uint64_t)(MESHER__PIPE - share) << 48 | (uint64_t)i << 24 | k;
+        uint32_t k = (uint32_t)r->window_order[i],
+                 share = mesher__pipe_share(r, &r->windows[k], of_facet);
+        if (share)
+            r->window_order[n++] = (uint64_t)(MESHER__PIPE - share) << 48 | (uint64_t)i << 24 | k;
     }
     r->num_windows = n;
     if (n > 1) qsort(r->window_order, n, sizeof *r->window_order, mesher__compare_u64);
 }
 
-static uint32_t mesher__window_at(const mesher__recovery *r, uint32_t i) { return (uint32_t)r->window_order[i] & 0xffffff; }
+static uint32_t mesher__window_at(const mesher__recovery *r, uint32_t i)
+{
+    return (uint32_t)r->window_order[i] & 0xffffff;
+}
 
-/* One interior point for a missing edge whose pipe is known, where it removes most crossings of all missing
- * edges. Returns 1, and the gain, if a point was added. */
+/* One interior point for a missing edge whose pipe is known, where it removes most crossings of all
+ * missing edges. Returns 1, and the gain, if a point was added. */
 static int mesher__point_for_edge(mesher__recovery *r, uint32_t e, int keep_facets, double *gain)
 {
     const uint32_t *ab = r->edges + 2 * (size_t)e;
@@ -3881,21 +4172,25 @@ static int mesher__point_for_edge(mesher__recovery *r, uint32_t e, int keep_face
     for (i = 0; i < r->num_windows && tested < 250 && !mesher__stopped(r); i++) {
         const mesher__window *w = &r->windows[mesher__window_at(r, i)];
         if (tested >= 40 && best.gain >= r->pipe.num_crossings) break;
-        double lo[3] = {HUGE_VAL, HUGE_VAL, HUGE_VAL}, hi[3] = {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL}, deep[3], depth;
+        double lo[3] = {HUGE_VAL, HUGE_VAL, HUGE_VAL}, hi[3] = {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL},
+               deep[3], depth;
         if (!mesher__clean_window(r, w, keep_facets)) continue;
         depth = mesher__kernel(r, deep);
         r->work += 10 * (uint64_t)r->window.num_facets;
         if (!(depth > 0)) continue;
         tested++;
         mesher__grow_box(r, r->window.vertices, r->window.num_vertices, lo, hi);
-        mesher__try_sites(r, ab, (int)mesher__window_at(r, i), deep, depth, mesher__near_edges(r, lo, hi), &best);
+        mesher__try_sites(r, ab, (int)mesher__window_at(r, i), deep, depth,
+                          mesher__near_edges(r, lo, hi), &best);
     }
     if (best.window < 0 || r->status != MESHER_OK) return 0;
     *gain = floor(best.gain);
-    return mesher__clean_window(r, &r->windows[best.window], keep_facets) && mesher__star_window(r, &r->window, best.xyz);
+    return mesher__clean_window(r, &r->windows[best.window], keep_facets) &&
+           mesher__star_window(r, &r->window, best.xyz);
 }
 
-/* One interior point for a missing facet whose pipe is known: the largest share of it, then the deepest point. */
+/* One interior point for a missing facet whose pipe is known: the largest share of it, then the
+ * deepest point. */
 static int mesher__point_for_facet(mesher__recovery *r)
 {
     mesher__site best;
@@ -3918,10 +4213,12 @@ static int mesher__point_for_facet(mesher__recovery *r)
         memcpy(best.xyz, deep, sizeof deep);
     }
     if (best.window < 0 || r->status != MESHER_OK) return 0;
-    return mesher__clean_window(r, &r->windows[best.window], 1) && mesher__star_window(r, &r->window, best.xyz);
+    return mesher__clean_window(r, &r->windows[best.window], 1) &&
+           mesher__star_window(r, &r->window, best.xyz);
 }
 
-/* Interior points for one missing edge, with searches between them, while they gain. Returns 1 if anything changed. */
+/* Interior points for one missing edge, with searches between them, while they gain. Returns 1 if
+ * anything changed. */
 static int mesher__points_for_edge(mesher__recovery *r, uint32_t e)
 {
     static const mesher__effort after = {10, 1000, 1, 1}, last = {12, 2000, 2, 1};
@@ -3946,7 +4243,8 @@ static int mesher__points_for_edge(mesher__recovery *r, uint32_t e)
     return changed;
 }
 
-/* Before hard work, once: does the surface intersect itself? Then nothing can help, and the findings say why. */
+/* Before hard work, once: does the surface intersect itself? Then nothing can help, and the
+ * findings say why. */
 static void mesher__ask_for_defects(mesher__recovery *r)
 {
     mesher_report none;
@@ -3964,13 +4262,14 @@ static int mesher__edge_points(mesher__recovery *r)
 {
     int round, any = 0;
     uint32_t i;
-    for (round = 0; round < 6 && r->num_missing_edges && !r->stuck && !mesher__stopped(r); round++) {
+    for (round = 0; round < 6 && r->num_missing_edges && !r->stuck && !mesher__stopped(r);
+         round++) {
         uint32_t before = r->num_missing_edges;
         int changed = 0;
         mesher__list_edges(r, 0);
-        for (i = 0; i < r->num_todo && !mesher__stopped(r); i++)
-            if (!r->edge_present[r->todo[i]] && r->hopeless[r->todo[i]] < MESHER__HOPELESS)
-                changed |= mesher__points_for_edge(r, r->todo[i]);
+        for (i = 0; i < r->num_wanted && !mesher__stopped(r); i++)
+            if (!r->edge_present[r->wanted[i]] && r->hopeless[r->wanted[i]] < MESHER__HOPELESS)
+                changed |= mesher__points_for_edge(r, r->wanted[i]);
         mesher__tell(r, "points for edges, round", round);
         if (round == 1 && r->num_missing_edges) mesher__ask_for_defects(r);
         if (r->status != MESHER_OK || r->defects || r->absent) return any;
@@ -3989,27 +4288,29 @@ static int mesher__facet_points(mesher__recovery *r)
     uint32_t i;
     int any = 0;
     mesher__list_facets(r);
-    for (i = 0; i < r->num_todo && !mesher__stopped(r); i++) {
-        const uint32_t *v = r->facets + 3 * (size_t)r->todo[i];
-        if (r->facet_present[r->todo[i]] || !mesher__edges_present(r, v)) continue;
+    for (i = 0; i < r->num_wanted && !mesher__stopped(r); i++) {
+        const uint32_t *v = r->facets + 3 * (size_t)r->wanted[i];
+        if (r->facet_present[r->wanted[i]] || !mesher__edges_present(r, v)) continue;
         mesher__walk_facet(r, v);
-        if (r->status != MESHER_OK || mesher__report_facet(r, r->todo[i])) return any;
+        if (r->status != MESHER_OK || mesher__report_facet(r, r->wanted[i])) return any;
         if (r->pipe.too_long || r->pipe.num_edges == 0 || !mesher__point_for_facet(r)) continue;
         any = 1;
-        mesher__recover_facet(r, r->todo[i], &after);
+        mesher__recover_facet(r, r->wanted[i], &after);
     }
     return any;
 }
 
 /* Takes one of our vertices out again, if its star can do without. */
-static int mesher__remove_point(mesher__recovery *r, uint32_t v, uint32_t max_points, uint32_t max_nodes)
+static int mesher__remove_point(mesher__recovery *r, uint32_t v, uint32_t max_points,
+                                uint32_t max_nodes)
 {
     delaunay_window *w = &r->window;
     delaunay_search *s = &r->search;
     uint32_t i, k, local;
     mesher__note_failure(r, delaunay_vertex_star(r->mesh, r->worker, v, &r->star));
     if (r->status != MESHER_OK || r->star.count == 0) return 0;
-    if (!delaunay_window_set(w, r->mesh, r->worker, r->star.items, r->star.count, max_points, 1, 1)) return 0;
+    if (!delaunay_window_set(w, r->mesh, r->worker, r->star.items, r->star.count, max_points, 1, 1))
+        return 0;
     for (local = 0; w->vertices[local] != v; local++) {}
     if (!(w->interior >> local & 1)) return 0;
     w->dropped = 1u << local;
@@ -4037,7 +4338,8 @@ static int mesher__remove_points(mesher__recovery *r)
     for (pass = 0; pass < 4; pass++) {
         uint32_t before = r->removed, v;
         for (v = r->mesh->num_vertices; v-- > r->num_rows && !mesher__stopped(r);)
-            if (r->mesh->vertex_tet[v]) mesher__remove_point(r, v, pass < 2 ? 16 : 24, pass < 2 ? 3000 : 20000);
+            if (r->mesh->vertex_tet[v])
+                mesher__remove_point(r, v, pass < 2 ? 16 : 24, pass < 2 ? 3000 : 20000);
         if (r->removed == before && pass > 0) break;
     }
     return r->removed > start;
@@ -4058,7 +4360,8 @@ static void mesher__pack_points(mesher__recovery *r)
             if (r->status != MESHER_OK) return;
             for (i = 0; i < r->star.count; i++)
                 for (k = 0; k < 4; k++)
-                    if (mesh->tets[r->star.items[i]].v[k] == v) mesh->tets[r->star.items[i]].v[k] = n;
+                    if (mesh->tets[r->star.items[i]].v[k] == v)
+                        mesh->tets[r->star.items[i]].v[k] = n;
             mesh->vertices[n] = mesh->vertices[v];
             mesh->vertex_id[n] = mesh->vertex_id[v];
             mesh->vertex_tet[n] = mesh->vertex_tet[v];
@@ -4068,9 +4371,10 @@ static void mesher__pack_points(mesher__recovery *r)
     mesh->num_vertices = n;
 }
 
-/* -- split and suppress: for what is still missing. Points on the edge or facet make it come in in pieces; then each
- * point is taken off the surface again, last first: its star is refilled with the edge or facet whole, by a search,
- * or sector by sector between the facets, around a point of its own within the sector. [George et al. 2003] */
+/* -- split and suppress: for what is still missing. Points on the edge or facet make it come in in
+ * pieces; then each point is taken off the surface again, last first: its star is refilled with the
+ * edge or facet whole, by a search, or sector by sector between the facets, around a point of its
+ * own within the sector. [George et al. 2003] */
 
 static void mesher__retire_edge(mesher__recovery *r, uint32_t e, int retired)
 {
@@ -4094,7 +4398,8 @@ static void mesher__add_edge_piece(mesher__recovery *r, uint32_t a, uint32_t b, 
     r->edges[2 * (size_t)e] = a < b ? a : b;
     r->edges[2 * (size_t)e + 1] = a < b ? b : a;
     r->edge_origin[e - r->domain->num_edges] = origin;
-    for (j = (uint32_t)mesher__mix(mesher__pair(a, b)) & mask; r->edge_slots[j]; j = (j + 1) & mask) {}
+    for (j = (uint32_t)mesher__mix(mesher__pair(a, b)) & mask; r->edge_slots[j];
+         j = (j + 1) & mask) {}
     r->edge_slots[j] = e + 1;
     r->edge_present[e] = 1;
     mesher__set_edge_present(r, e, 0);
@@ -4104,7 +4409,8 @@ static void mesher__add_edge_piece(mesher__recovery *r, uint32_t a, uint32_t b, 
     mesher__set_edge_present(r, e, 1);
 }
 
-static void mesher__add_facet_piece(mesher__recovery *r, uint32_t a, uint32_t b, uint32_t c, uint32_t origin)
+static void mesher__add_facet_piece(mesher__recovery *r, uint32_t a, uint32_t b, uint32_t c,
+                                    uint32_t origin)
 {
     uint32_t f = r->num_facets++, mask = MESHER__PIECES * 2 - 1, j, *v = r->facets + 3 * (size_t)f;
     delaunay_handle h;
@@ -4131,8 +4437,10 @@ static uint32_t mesher__facet_root(const mesher__recovery *r, uint32_t f)
 /* Is there room for one more split? */
 static int mesher__split_room(const mesher__recovery *r)
 {
-    return r->num_splits < MESHER__PIECES / 4 && r->num_edges + 64 < r->domain->num_edges + MESHER__PIECES &&
-           r->num_facets + 96 < r->domain->num_facets + MESHER__PIECES && r->mesh->num_vertices + 1 < r->cap_at;
+    return r->num_splits < MESHER__PIECES / 4 &&
+           r->num_edges + 64 < r->domain->num_edges + MESHER__PIECES &&
+           r->num_facets + 96 < r->domain->num_facets + MESHER__PIECES &&
+           r->mesh->num_vertices + 1 < r->cap_at;
 }
 
 /* Facets that have an edge and are constraints now, into the split; 0 if they are too many. */
@@ -4144,7 +4452,10 @@ static int mesher__facets_of_edge(const mesher__recovery *r, uint32_t e, mesher_
     for (f = 0; f < r->num_facets; f++) {
         const uint32_t *w = r->facets + 3 * (size_t)f;
         if (r->facet_retired[f]) continue;
-        if ((w[0] == v[0]) + (w[1] == v[0]) + (w[2] == v[0]) + (w[0] == v[1]) + (w[1] == v[1]) + (w[2] == v[1]) < 2) continue;
+        if ((w[0] == v[0]) + (w[1] == v[0]) + (w[2] == v[0]) + (w[0] == v[1]) + (w[1] == v[1]) +
+                (w[2] == v[1]) <
+            2)
+            continue;
         if (split->num_facets == 32) return 0;
         split->facets[split->num_facets++] = f;
     }
@@ -4152,7 +4463,8 @@ static int mesher__facets_of_edge(const mesher__recovery *r, uint32_t e, mesher_
 }
 
 /* A clean window around crossings of the pipe, that sees a point of the segment between them. */
-static int mesher__splitting_point(mesher__recovery *r, const double *a, const double *b, int of_facet, double *x)
+static int mesher__splitting_point(mesher__recovery *r, const double *a, const double *b,
+                                   int of_facet, double *x)
 {
     static const double places[5] = {0.5, 0.25, 0.75, 0, 1};
     uint32_t i, j;
@@ -4165,14 +4477,16 @@ static int mesher__splitting_point(mesher__recovery *r, const double *a, const d
             const mesher__crossing *c = &r->pipe.crossings[j];
             uint32_t m, found = 0;
             for (m = 0; m < r->window.num_tets; m++)
-                found |= (uint32_t)(r->window.tets[m] == c->tets[0]) | (uint32_t)(r->window.tets[m] == c->tets[1]) << 1;
+                found |= (uint32_t)(r->window.tets[m] == c->tets[0]) |
+                         (uint32_t)(r->window.tets[m] == c->tets[1]) << 1;
             if (found != 3) continue;
             if (c->where < low) low = c->where;
             if (c->where > high) high = c->where;
         }
         for (p = 0; p < (of_facet || low == high ? 1 : 5); p++) {
             double t = of_facet ? 0.5 : low + places[p] * (high - low);
-            if (r->attempt && !of_facet) t += 0.2 * (high - low) * ((double)mesher__random(r) / 4294967296.0 - 0.5);
+            if (r->attempt && !of_facet)
+                t += 0.2 * (high - low) * ((double)mesher__random(r) / 4294967296.0 - 0.5);
             if (!(t > 0 && t < 1)) continue;
             for (k = 0; k < 3 && !of_facet; k++) x[k] = a[k] + t * (b[k] - a[k]);
             if (mesher__in_kernel(r, x)) return 1;
@@ -4189,7 +4503,9 @@ static int mesher__split_edge(mesher__recovery *r, uint32_t e)
     double x[3];
     if (!mesher__split_room(r)) return 0;
     mesher__walk_edge(r, a, b);
-    if (r->status != MESHER_OK || mesher__report_edge(r, e) || r->pipe.too_long || !r->pipe.num_crossings) return 0;
+    if (r->status != MESHER_OK || mesher__report_edge(r, e) || r->pipe.too_long ||
+        !r->pipe.num_crossings)
+        return 0;
     mesher__windows_of_edge(r, 4, DELAUNAY_WINDOW_VERTICES);
     mesher__windows_by_share(r, 0);
     if (!mesher__splitting_point(r, mesher__x(r, a), mesher__x(r, b), 0, x)) return 0;
@@ -4266,14 +4582,15 @@ static void mesher__split_all(mesher__recovery *r)
         int changed = 0;
         if (mesher__ends(r) || (!r->num_missing_edges && !r->num_missing_facets)) return;
         mesher__list_edges(r, 0);
-        for (i = 0; i < r->num_todo && !mesher__stopped(r); i++)
-            if (!r->edge_present[r->todo[i]]) changed |= mesher__split_edge(r, r->todo[i]);
+        for (i = 0; i < r->num_wanted && !mesher__stopped(r); i++)
+            if (!r->edge_present[r->wanted[i]]) changed |= mesher__split_edge(r, r->wanted[i]);
         if (r->num_missing_edges) mesher__edge_levels(r);
         if (r->num_missing_edges == 0 && !mesher__ends(r)) {
             mesher__facet_levels(r);
             mesher__list_facets(r);
-            for (i = 0; i < r->num_todo && !mesher__stopped(r) && !r->num_missing_edges; i++)
-                if (!r->facet_present[r->todo[i]]) changed |= mesher__split_facet(r, r->todo[i]);
+            for (i = 0; i < r->num_wanted && !mesher__stopped(r) && !r->num_missing_edges; i++)
+                if (!r->facet_present[r->wanted[i]])
+                    changed |= mesher__split_facet(r, r->wanted[i]);
         }
         mesher__tell(r, "split, round", round);
         if (!changed) return;
@@ -4291,8 +4608,10 @@ static int mesher__window_vertex(delaunay_window *w, uint32_t v)
     return (int)w->num_vertices++;
 }
 
-/* Constraints whole again in a window: what holds the point of the split goes, the edge and its facets come. */
-static int mesher__window_restore(const mesher__recovery *r, delaunay_window *w, const mesher__split *split)
+/* Constraints whole again in a window: what holds the point of the split goes, the edge and its
+ * facets come. */
+static int mesher__window_restore(const mesher__recovery *r, delaunay_window *w,
+                                  const mesher__split *split)
 {
     uint32_t i, n = 0, local;
     int k;
@@ -4300,10 +4619,12 @@ static int mesher__window_restore(const mesher__recovery *r, delaunay_window *w,
     if (!(w->interior >> local & 1)) return 0;
     w->dropped = 1u << local;
     for (i = 0; i < w->num_kept_edges; i++)
-        if (w->kept_edges[i][0] != local && w->kept_edges[i][1] != local) memmove(w->kept_edges[n++], w->kept_edges[i], 2);
+        if (w->kept_edges[i][0] != local && w->kept_edges[i][1] != local)
+            memmove(w->kept_edges[n++], w->kept_edges[i], 2);
     w->num_kept_edges = n;
     for (n = 0, i = 0; i < w->num_kept_facets; i++)
-        if (w->kept_facets[i][0] != local && w->kept_facets[i][1] != local && w->kept_facets[i][2] != local)
+        if (w->kept_facets[i][0] != local && w->kept_facets[i][1] != local &&
+            w->kept_facets[i][2] != local)
             memmove(w->kept_facets[n++], w->kept_facets[i], 3);
     w->num_kept_facets = n;
     if (split->edge != MESHER__ABSENT) {
@@ -4359,7 +4680,9 @@ static int mesher__suppress_by_search(mesher__recovery *r, mesher__split *split,
     delaunay_window *w = &r->window;
     delaunay_search *s = &r->search;
     uint32_t i, k;
-    if (!delaunay_window_set(w, r->mesh, r->worker, r->star.items, r->star.count, DELAUNAY_WINDOW_VERTICES, 1, 1)) return 0;
+    if (!delaunay_window_set(w, r->mesh, r->worker, r->star.items, r->star.count,
+                             DELAUNAY_WINDOW_VERTICES, 1, 1))
+        return 0;
     if (!mesher__window_restore(r, w, split)) return 0;
     memset(s, 0, offsetof(delaunay_search, tets));
     s->objective = DELAUNAY_ANY;
@@ -4373,10 +4696,10 @@ static int mesher__suppress_by_search(mesher__recovery *r, mesher__split *split,
     return mesher__commit_whole(r, split, s->num_tets);
 }
 
-/* The sector of the star that holds tetrahedron number first: numbers into sector; those it meets through
- * constrained facets stay out. */
-static void mesher__flood_sector(const mesher__recovery *r, uint32_t vertex, uint32_t first, uint32_t count,
-                                 uint32_t number, uint32_t *sector)
+/* The sector of the star that holds tetrahedron number first: numbers into sector; those it meets
+ * through constrained facets stay out. */
+static void mesher__flood_sector(const mesher__recovery *r, uint32_t vertex, uint32_t first,
+                                 uint32_t count, uint32_t number, uint32_t *sector)
 {
     uint32_t stack[DELAUNAY_WINDOW_TETS], n = 0, j;
     int k;
@@ -4386,7 +4709,8 @@ static void mesher__flood_sector(const mesher__recovery *r, uint32_t vertex, uin
         uint32_t i = stack[--n];
         delaunay_handle t = r->star.items[i];
         for (k = 0; k < 4; k++) {
-            if (r->mesh->tets[t].v[k] == vertex || (r->mesh->flags[t] & DELAUNAY_FACET_BIT(k))) continue;
+            if (r->mesh->tets[t].v[k] == vertex || (r->mesh->flags[t] & DELAUNAY_FACET_BIT(k)))
+                continue;
             for (j = 0; j < count && r->star.items[j] != r->mesh->tets[t].n[k] / 4; j++) {}
             if (j == count || sector[j]) continue;
             sector[j] = number;
@@ -4395,8 +4719,10 @@ static void mesher__flood_sector(const mesher__recovery *r, uint32_t vertex, uin
     }
 }
 
-/* What a vertex of a facet at the split's point stands for once the facet is whole; 0: another facet stands for it. */
-static uint32_t mesher__whole_vertex(const mesher__recovery *r, const mesher__split *split, const uint32_t *w)
+/* What a vertex of a facet at the split's point stands for once the facet is whole; 0: another
+ * facet stands for it. */
+static uint32_t mesher__whole_vertex(const mesher__recovery *r, const mesher__split *split,
+                                     const uint32_t *w)
 {
     uint32_t k, seen = 0;
     if (split->edge != MESHER__ABSENT) {
@@ -4406,13 +4732,15 @@ static uint32_t mesher__whole_vertex(const mesher__recovery *r, const mesher__sp
     } else {
         const uint32_t *abc = r->facets + 3 * (size_t)split->facet;
         for (k = 0; k < 3; k++)
-            seen |= (uint32_t)(w[k] == abc[0]) | (uint32_t)(w[k] == abc[1]) << 1 | (uint32_t)(w[k] == abc[2]) << 2;
+            seen |= (uint32_t)(w[k] == abc[0]) | (uint32_t)(w[k] == abc[1]) << 1 |
+                    (uint32_t)(w[k] == abc[2]) << 2;
         return seen == 3 ? abc[2] : 0;
     }
 }
 
 /* Is t one of the tetrahedra of a sector? */
-static int mesher__in_sector(const mesher__recovery *r, const uint32_t *sector, uint32_t number, delaunay_handle t)
+static int mesher__in_sector(const mesher__recovery *r, const uint32_t *sector, uint32_t number,
+                             delaunay_handle t)
 {
     size_t j;
     for (j = 0; j < r->star.count; j++)
@@ -4421,7 +4749,8 @@ static int mesher__in_sector(const mesher__recovery *r, const uint32_t *sector, 
 }
 
 /* The polyhedron of a sector with the facets whole, as the shell. Returns 0 if it is too large. */
-static int mesher__sector_shell(mesher__recovery *r, const mesher__split *split, const uint32_t *sector, uint32_t number)
+static int mesher__sector_shell(mesher__recovery *r, const mesher__split *split,
+                                const uint32_t *sector, uint32_t number)
 {
     uint32_t i, c, *v;
     int k;
@@ -4448,16 +4777,18 @@ static int mesher__sector_shell(mesher__recovery *r, const mesher__split *split,
     return r->num_shell > 0;
 }
 
-/* Takes the tetrahedra behind facets of a sector that x does not see into it. Returns 0 if nothing is in the way, or
- * a constraint is, or too many would go. */
-static int mesher__grow_sector(mesher__recovery *r, uint32_t *sector, uint32_t number, const double *x, size_t most)
+/* Takes the tetrahedra behind facets of a sector that x does not see into it. Returns 0 if nothing
+ * is in the way, or a constraint is, or too many would go. */
+static int mesher__grow_sector(mesher__recovery *r, uint32_t *sector, uint32_t number,
+                               const double *x, size_t most)
 {
     size_t before = r->star.count, j;
     uint32_t i;
     for (i = 0; i < r->num_shell; i++) {
         const uint32_t *f = r->shell[i];
         delaunay_handle t = r->shell_beyond[i];
-        if (delaunay_orient3d(mesher__x(r, f[0]), mesher__x(r, f[1]), mesher__x(r, f[2]), x) < 0) continue;
+        if (delaunay_orient3d(mesher__x(r, f[0]), mesher__x(r, f[1]), mesher__x(r, f[2]), x) < 0)
+            continue;
         if (!t || delaunay_is_ghost(r->mesh, t)) return 0;
         for (j = 0; j < r->star.count && r->star.items[j] != t; j++) {}
         if (j < before || j == most || j == DELAUNAY_WINDOW_TETS) return 0;
@@ -4476,13 +4807,15 @@ static int mesher__on_shell(const mesher__recovery *r, uint32_t a, uint32_t b)
     uint32_t i;
     for (i = 0; i < r->num_shell; i++) {
         const uint32_t *f = r->shell[i];
-        if ((f[0] == a || f[1] == a || f[2] == a) && (f[0] == b || f[1] == b || f[2] == b)) return 1;
+        if ((f[0] == a || f[1] == a || f[2] == a) && (f[0] == b || f[1] == b || f[2] == b))
+            return 1;
     }
     return 0;
 }
 
 /* May what is inside a grown sector vanish? Only points of ours, and no constraint. */
-static int mesher__sector_is_free(const mesher__recovery *r, const mesher__split *split, const uint32_t *sector, uint32_t number)
+static int mesher__sector_is_free(const mesher__recovery *r, const mesher__split *split,
+                                  const uint32_t *sector, uint32_t number)
 {
     size_t i;
     int k;
@@ -4493,17 +4826,19 @@ static int mesher__sector_is_free(const mesher__recovery *r, const mesher__split
             if (v[k] < r->num_rows && !mesher__on_shell(r, v[k], v[k])) return 0;
         for (k = 0; k < 6; k++) {
             uint32_t a = v[delaunay_edge_order(k)[0]], b = v[delaunay_edge_order(k)[1]];
-            if (!(r->mesh->flags[r->star.items[i]] & DELAUNAY_EDGE_BIT(k)) || a == split->vertex || b == split->vertex) continue;
+            if (!(r->mesh->flags[r->star.items[i]] & DELAUNAY_EDGE_BIT(k)) || a == split->vertex ||
+                b == split->vertex)
+                continue;
             if (!mesher__on_shell(r, a, b)) return 0;
         }
     }
     return 1;
 }
 
-/* A point that sees all of a sector, no farther from the split's than about so far. The sector grows where only
- * what may go is in the way. */
-static int mesher__point_within(mesher__recovery *r, const mesher__split *split, uint32_t *sector, uint32_t number,
-                                double distance, double *x)
+/* A point that sees all of a sector, no farther from the split's than about so far. The sector
+ * grows where only what may go is in the way. */
+static int mesher__point_within(mesher__recovery *r, const mesher__split *split, uint32_t *sector,
+                                uint32_t number, double distance, double *x)
 {
     const double *s = mesher__x(r, split->vertex);
     double l[3][3] = {{0}};
@@ -4520,7 +4855,8 @@ static int mesher__point_within(mesher__recovery *r, const mesher__split *split,
 }
 
 /* The same, from far to near. */
-static int mesher__grown_point(mesher__recovery *r, const mesher__split *split, uint32_t *sector, uint32_t number, double *x)
+static int mesher__grown_point(mesher__recovery *r, const mesher__split *split, uint32_t *sector,
+                               uint32_t number, double *x)
 {
     const double *s = mesher__x(r, split->vertex);
     double size = 0, deep[3];
@@ -4560,9 +4896,10 @@ static int mesher__window_of_shell(mesher__recovery *r)
     return 1;
 }
 
-/* Fills the shell of a sector: by a search, or around a new point. Tetrahedra after *num_new in r->commit. */
-static int mesher__fill_sector(mesher__recovery *r, const mesher__split *split, uint32_t *sector, uint32_t number,
-                               uint32_t *num_new)
+/* Fills the shell of a sector: by a search, or around a new point. Tetrahedra after *num_new in
+ * r->commit. */
+static int mesher__fill_sector(mesher__recovery *r, const mesher__split *split, uint32_t *sector,
+                               uint32_t number, uint32_t *num_new)
 {
     const delaunay_window *w = &r->window;
     delaunay_search *s = &r->search;
@@ -4599,7 +4936,8 @@ static int mesher__fill_sector(mesher__recovery *r, const mesher__split *split, 
 }
 
 /* Vertices of r->star, without the split's, that r->commit does not have. */
-static uint32_t mesher__points_lost(mesher__recovery *r, const mesher__split *split, uint32_t num_new)
+static uint32_t mesher__points_lost(mesher__recovery *r, const mesher__split *split,
+                                    uint32_t num_new)
 {
     uint32_t i, lost = 0;
     int k;
@@ -4607,14 +4945,16 @@ static uint32_t mesher__points_lost(mesher__recovery *r, const mesher__split *sp
     mesher__add(r, &r->seen, split->vertex);
     for (i = 0; i < 4 * num_new; i++) mesher__add(r, &r->seen, r->commit[i]);
     for (i = 0; i < r->star.count; i++)
-        for (k = 0; k < 4; k++) lost += (uint32_t)mesher__add(r, &r->seen, r->mesh->tets[r->star.items[i]].v[k]);
+        for (k = 0; k < 4; k++)
+            lost += (uint32_t)mesher__add(r, &r->seen, r->mesh->tets[r->star.items[i]].v[k]);
     return lost;
 }
 
 /* Sector by sector. */
 static int mesher__suppress_by_sectors(mesher__recovery *r, mesher__split *split)
 {
-    uint32_t sector[DELAUNAY_WINDOW_TETS], i, number = 0, num_new = 0, vertices = r->mesh->num_vertices;
+    uint32_t sector[DELAUNAY_WINDOW_TETS], i, number = 0, num_new = 0,
+                                              vertices = r->mesh->num_vertices;
     uint32_t added = r->added, count = (uint32_t)r->star.count;
     if (count > DELAUNAY_WINDOW_TETS) return 0;
     memset(sector, 0, sizeof sector);
@@ -4644,10 +4984,15 @@ static int mesher__split_again(const mesher__recovery *r, uint32_t i)
     for (j = i + 1; j < r->num_splits; j++) {
         const mesher__split *later = &r->splits[j];
         if (later->undone) continue;
-        if (later->edge != MESHER__ABSENT && later->edge >= split->first_edge && later->edge < split->end_edge) return 1;
-        if (later->facet != MESHER__ABSENT && later->facet >= split->first_facet && later->facet < split->end_facet) return 1;
+        if (later->edge != MESHER__ABSENT && later->edge >= split->first_edge &&
+            later->edge < split->end_edge)
+            return 1;
+        if (later->facet != MESHER__ABSENT && later->facet >= split->first_facet &&
+            later->facet < split->end_facet)
+            return 1;
         for (k = 0; k < later->num_facets; k++)
-            if (later->facets[k] >= split->first_facet && later->facets[k] < split->end_facet) return 1;
+            if (later->facets[k] >= split->first_facet && later->facets[k] < split->end_facet)
+                return 1;
     }
     return 0;
 }
@@ -4656,11 +5001,13 @@ static int mesher__split_again(const mesher__recovery *r, uint32_t i)
 static int mesher__suppress(mesher__recovery *r, mesher__split *split, int pass)
 {
     mesher__note_failure(r, delaunay_vertex_star(r->mesh, r->worker, split->vertex, &r->star));
-    return r->status == MESHER_OK && (mesher__suppress_by_search(r, split, 2000) || mesher__suppress_by_sectors(r, split) ||
-                                      (pass > 0 && mesher__suppress_by_search(r, split, 50000)));
+    return r->status == MESHER_OK &&
+           (mesher__suppress_by_search(r, split, 2000) || mesher__suppress_by_sectors(r, split) ||
+            (pass > 0 && mesher__suppress_by_search(r, split, 50000)));
 }
 
-/* The facets of a vertex's star as the shell; 0 if it is too large, or has a constraint at the vertex. */
+/* The facets of a vertex's star as the shell; 0 if it is too large, or has a constraint at the
+ * vertex. */
 static int mesher__shell_of_star(mesher__recovery *r, uint32_t v)
 {
     size_t i;
@@ -4673,7 +5020,9 @@ static int mesher__shell_of_star(mesher__recovery *r, uint32_t v)
         const uint8_t *o = delaunay_facet_order(local);
         if (r->num_shell == DELAUNAY_WINDOW_FACETS) return 0;
         for (k = 0; k < 3; k++) {
-            if (r->mesh->flags[r->star.items[i]] & DELAUNAY_EDGE_BIT(delaunay_edge_between(local, o[k]))) return 0;
+            if (r->mesh->flags[r->star.items[i]] &
+                DELAUNAY_EDGE_BIT(delaunay_edge_between(local, o[k])))
+                return 0;
             r->shell[r->num_shell][k] = t->v[o[k]];
         }
         r->num_shell++;
@@ -4681,7 +5030,8 @@ static int mesher__shell_of_star(mesher__recovery *r, uint32_t v)
     return r->num_shell > 0;
 }
 
-/* Moves our points that no constraint holds to where their stars are deepest: room beside the surface. */
+/* Moves our points that no constraint holds to where their stars are deepest: room beside the
+ * surface. */
 static void mesher__relax_points(mesher__recovery *r)
 {
     int round;
@@ -4705,7 +5055,8 @@ static void mesher__suppress_all(mesher__recovery *r)
         changed = 0;
         for (i = r->num_splits; i-- > 0 && !mesher__stopped(r);) {
             mesher__split *split = &r->splits[i];
-            if (split->undone || mesher__split_again(r, i) || !mesher__suppress(r, split, pass)) continue;
+            if (split->undone || mesher__split_again(r, i) || !mesher__suppress(r, split, pass))
+                continue;
             changed = 1;
             left--;
         }
@@ -4763,7 +5114,7 @@ static void mesher__recovery_free(mesher__recovery *r)
     delaunay_release(memory, r->splits);
     delaunay_release(memory, r->missing_edges_at);
     delaunay_release(memory, r->missing_facets_at);
-    delaunay_release(memory, r->todo);
+    delaunay_release(memory, r->wanted);
     delaunay_release(memory, r->order);
     delaunay_release(memory, r->journal);
     if (r->worker) delaunay_worker_free(r->worker);
@@ -4786,7 +5137,8 @@ static mesher__recovery *mesher__recovery_new(mesher_domain *domain, mesher_repo
     r->num_rows = domain->mesh.num_vertices;
     r->random = 88172645463325252u;
     r->max_work = MESHER__WORK_FIRST;
-    r->seen.memory = r->seen_edges.memory = r->known.memory = r->known_near.memory = r->failed.memory = memory;
+    r->seen.memory = r->seen_edges.memory = r->known.memory = r->known_near.memory =
+        r->failed.memory = memory;
     r->queue.memory = r->star.memory = r->star2.memory = r->pool.memory = memory;
     mesher__set_clear(&r->failed);
     r->num_edges = domain->num_edges;
@@ -4812,7 +5164,7 @@ static mesher__recovery *mesher__recovery_new(mesher_domain *domain, mesher_repo
     r->edge_slots = (uint32_t *)mesher__zeros(r, 2 * MESHER__PIECES, sizeof(uint32_t));
     r->facet_slots = (uint32_t *)mesher__zeros(r, 2 * MESHER__PIECES, sizeof(uint32_t));
     r->splits = (mesher__split *)mesher__zeros(r, MESHER__PIECES / 4, sizeof(mesher__split));
-    r->todo = (uint32_t *)mesher__zeros(r, most, sizeof(uint32_t));
+    r->wanted = (uint32_t *)mesher__zeros(r, most, sizeof(uint32_t));
     r->order = (uint64_t *)mesher__zeros(r, most, sizeof(uint64_t));
     r->worker = delaunay_worker_new(memory);
     if (r->status != MESHER_OK || !r->worker) {
@@ -4852,19 +5204,22 @@ static void mesher__report_missing(mesher__recovery *r)
     for (i = 0; i < r->num_edges; i++) {
         const uint32_t *v = r->edges + 2 * (size_t)i;
         if (r->edge_present[i]) continue;
-        mesher_report_add(r->report, MESHER_DEFECT_RECOVERY, mesher__edge_source(r, i), DELAUNAY_NO_ID, mesher__id(r, v[0]),
-                          mesher__id(r, v[1]), DELAUNAY_NO_ID, mesher__x(r, v[0]));
+        mesher_report_add(r->report, MESHER_DEFECT_RECOVERY, mesher__edge_source(r, i),
+                          DELAUNAY_NO_ID, mesher__id(r, v[0]), mesher__id(r, v[1]), DELAUNAY_NO_ID,
+                          mesher__x(r, v[0]));
     }
     for (i = 0; i < r->num_facets; i++) {
         const uint32_t *v = r->facets + 3 * (size_t)i;
         if (r->facet_present[i] || !mesher__edges_present(r, v)) continue;
-        mesher_report_add(r->report, MESHER_DEFECT_RECOVERY, mesher__facet_source(r, i), DELAUNAY_NO_ID,
-                          mesher__id(r, v[0]), mesher__id(r, v[1]), mesher__id(r, v[2]), mesher__x(r, v[0]));
+        mesher_report_add(r->report, MESHER_DEFECT_RECOVERY, mesher__facet_source(r, i),
+                          DELAUNAY_NO_ID, mesher__id(r, v[0]), mesher__id(r, v[1]),
+                          mesher__id(r, v[2]), mesher__x(r, v[0]));
     }
     if (r->report)
-        snprintf(r->report->message, sizeof r->report->message,
-                 "%lu edges and %lu facets of the surface could not be recovered, and no defect of it explains why",
-                 (unsigned long)r->num_missing_edges, (unsigned long)r->num_missing_facets);
+        snprintf(
+            r->report->message, sizeof r->report->message,
+            "%lu edges and %lu facets of the surface could not be recovered, and no defect of it explains why",
+            (unsigned long)r->num_missing_edges, (unsigned long)r->num_missing_facets);
 }
 
 /* Points that did not come off the surface: allowed, or a failure; listed in either case. */
@@ -4875,22 +5230,26 @@ static mesher_result mesher__report_splits(mesher__recovery *r)
     for (i = 0; i < r->num_splits; i++) {
         const mesher__split *split = &r->splits[i];
         int of_edge = split->edge != MESHER__ABSENT;
-        uint32_t source = of_edge ? mesher__edge_source(r, split->edge) : mesher__facet_source(r, split->facet);
+        uint32_t source =
+            of_edge ? mesher__edge_source(r, split->edge) : mesher__facet_source(r, split->facet);
         if (split->undone) continue;
-        mesher_report_add(r->report, allowed ? MESHER_NOTE_SURFACE_STEINER : MESHER_DEFECT_RECOVERY, source, DELAUNAY_NO_ID,
-                          DELAUNAY_NO_ID, DELAUNAY_NO_ID, DELAUNAY_NO_ID, mesher__x(r, split->vertex));
+        mesher_report_add(r->report, allowed ? MESHER_NOTE_SURFACE_STEINER : MESHER_DEFECT_RECOVERY,
+                          source, DELAUNAY_NO_ID, DELAUNAY_NO_ID, DELAUNAY_NO_ID, DELAUNAY_NO_ID,
+                          mesher__x(r, split->vertex));
     }
     if (r->report) r->report->surface_steiner = mesher__points_on_surface(r);
     if (r->report && !allowed)
-        snprintf(r->report->message, sizeof r->report->message,
-                 "%lu points would have to stay on the surface, which allow_surface_steiner permits",
-                 (unsigned long)mesher__points_on_surface(r));
+        snprintf(
+            r->report->message, sizeof r->report->message,
+            "%lu points would have to stay on the surface, which allow_surface_steiner permits",
+            (unsigned long)mesher__points_on_surface(r));
     return allowed ? MESHER_OK : MESHER_ERROR_RECOVERY;
 }
 
-/* One attempt on the empty mesh as it is. *again: 1: isolated points have to be left out first; 2: it failed, and
- * another attempt is worth its while; nothing is reported then. */
-static mesher_result mesher__recover_once(mesher_domain *domain, mesher_report *report, int attempt, int *again)
+/* One attempt on the empty mesh as it is. *again: 1: isolated points have to be left out first; 2:
+ * it failed, and another attempt is worth its while; nothing is reported then. */
+static mesher_result mesher__recover_once(mesher_domain *domain, mesher_report *report, int attempt,
+                                          int *again)
 {
     mesher__recovery *r = mesher__recovery_new(domain, report);
     mesher_result result;
@@ -4911,9 +5270,11 @@ static mesher_result mesher__recover_once(mesher_domain *domain, mesher_report *
     mesher__recover_all(r);
     if (!mesher__ends(r) && (r->num_missing_edges || r->num_missing_facets)) {
         mesher__split_all(r);
-        if (!mesher__ends(r) && !r->num_missing_edges && !r->num_missing_facets) mesher__suppress_all(r);
+        if (!mesher__ends(r) && !r->num_missing_edges && !r->num_missing_facets)
+            mesher__suppress_all(r);
     }
-    if (r->status == MESHER_OK && !r->defects && !r->absent && !r->num_missing_edges && !r->num_missing_facets) {
+    if (r->status == MESHER_OK && !r->defects && !r->absent && !r->num_missing_edges &&
+        !r->num_missing_facets) {
         mesher__remove_points(r);
         mesher__relax_points(r);
     }
@@ -4924,10 +5285,12 @@ static mesher_result mesher__recover_once(mesher_domain *domain, mesher_report *
         result = MESHER_ERROR_SURFACE;
         if (report)
             snprintf(report->message, sizeof report->message,
-                     "the surface intersects itself: %d of its edges or facets meet others", r->defects);
+                     "the surface intersects itself: %d of its edges or facets meet others",
+                     r->defects);
     } else if (result == MESHER_OK && r->absent) {
         *again = 1;
-    } else if (result == MESHER_OK && (r->num_missing_edges || r->num_missing_facets || mesher__points_on_surface(r))) {
+    } else if (result == MESHER_OK &&
+               (r->num_missing_edges || r->num_missing_facets || mesher__points_on_surface(r))) {
         if (attempt < MESHER__ATTEMPTS - 1 && r->work < MESHER__WORK_FIRST) {
             *again = 2;
         } else if (r->num_missing_edges || r->num_missing_facets) {
@@ -4959,9 +5322,16 @@ MESHER_API mesher_result mesher_recover(mesher_domain *domain, mesher_report *re
 
 /* ---- >>regions ---------------------------------------------------------------------------- */
 
-enum { MESHER__STAGE_NONE, MESHER__STAGE_INIT, MESHER__STAGE_EMPTY, MESHER__STAGE_RECOVERED, MESHER__STAGE_COLORED };
+enum {
+    MESHER__STAGE_NONE,
+    MESHER__STAGE_INIT,
+    MESHER__STAGE_EMPTY,
+    MESHER__STAGE_RECOVERED,
+    MESHER__STAGE_COLORED
+};
 
-/* A cell: a set of tetrahedra joined through facets that are not constrained. Cell 0 is the outside. */
+/* A cell: a set of tetrahedra joined through facets that are not constrained. Cell 0 is the
+ * outside. */
 typedef struct mesher__cell {
     uint64_t key;      /* 2*source + side of its first facet: the order of cells */
     uint32_t facet;    /* that facet */
@@ -4980,10 +5350,10 @@ typedef struct mesher__wall {
 
 /* Scratch of mesher_color. */
 typedef struct mesher__coloring {
-    uint32_t        *first;       /* facets whose smallest vertex is v: rows [first[v], first[v+1]) */
+    uint32_t *first; /* facets whose smallest vertex is v: rows [first[v], first[v+1]) */
     mesher__wall   *facets, *rows;
-    uint32_t        *sides;       /* 2*num_facets: cell behind and in front of the source triangle */
-    int32_t         *net;         /* num_facets: triangles like the source minus those turned over */
+    uint32_t *sides; /* 2*num_facets: cell behind and in front of the source triangle */
+    int32_t *net;    /* num_facets: triangles like the source minus those turned over */
     delaunay_handle *stack;
     uint32_t        *parent;      /* of pieces of cells; 0: the outside */
     mesher__cell    *cells;
@@ -5024,7 +5394,8 @@ static void mesher__index_facets(const mesher_domain *domain, mesher__coloring *
     memset(first, 0, ((size_t)domain->mesh.num_vertices + 2) * sizeof *first);
     for (f = 0; f < domain->num_facets; f++) first[work->facets[f].v[0] + 2]++;
     for (v = 0; v < domain->mesh.num_vertices; v++) first[v + 2] += first[v + 1];
-    for (f = 0; f < domain->num_facets; f++) work->rows[first[work->facets[f].v[0] + 1]++] = work->facets[f];
+    for (f = 0; f < domain->num_facets; f++)
+        work->rows[first[work->facets[f].v[0] + 1]++] = work->facets[f];
 }
 
 /* Index of the facet with these ascending input vertices, or NO_ID: the facets are sorted. */
@@ -5037,8 +5408,9 @@ static uint32_t mesher__facet_find(const mesher_domain *domain, const uint32_t *
         if (m[j] < v[j]) lo = mid + 1;
         else hi = mid;
     }
-    return lo < domain->num_facets && memcmp(domain->facets + 3 * (size_t)lo, v, 3 * sizeof *v) == 0 ? lo
-                                                                                                  : DELAUNAY_NO_ID;
+    return lo < domain->num_facets && memcmp(domain->facets + 3 * (size_t)lo, v, 3 * sizeof *v) == 0
+               ? lo
+               : DELAUNAY_NO_ID;
 }
 
 /* Orientation of each facet's triangles, duplicates summed, relative to the source. */
@@ -5058,8 +5430,8 @@ static void mesher__net_orientation(const mesher_domain *domain, int32_t *net)
 }
 
 /* The input facet of facet i of tetrahedron t, and whether its source triangle looks out of t. */
-static uint32_t mesher__facet_of(const delaunay_mesh *mesh, const mesher__coloring *work, delaunay_handle t, int i,
-                                 int *outward)
+static uint32_t mesher__facet_of(const delaunay_mesh *mesh, const mesher__coloring *work,
+                                 delaunay_handle t, int i, int *outward)
 {
     const uint8_t *order = delaunay_facet_order(i);
     uint32_t v[3], r;
@@ -5078,20 +5450,21 @@ static uint32_t mesher__facet_of(const delaunay_mesh *mesh, const mesher__colori
 static int mesher__is_corner(const mesher_domain *domain, uint32_t vertex)
 {
     uint32_t id = domain->mesh.vertex_id[vertex];
-    return vertex == DELAUNAY_GHOST || (id >= domain->first_corner && id < domain->first_corner + 8);
+    return vertex == DELAUNAY_GHOST ||
+           (id >= domain->first_corner && id < domain->first_corner + 8);
 }
 
 static int mesher__touches_box(const mesher_domain *domain, delaunay_handle t)
 {
     const uint32_t *v = domain->mesh.tets[t].v;
-    return mesher__is_corner(domain, v[0]) || mesher__is_corner(domain, v[1]) || mesher__is_corner(domain, v[2]) ||
-           mesher__is_corner(domain, v[3]);
+    return mesher__is_corner(domain, v[0]) || mesher__is_corner(domain, v[1]) ||
+           mesher__is_corner(domain, v[2]) || mesher__is_corner(domain, v[3]);
 }
 
-/* color[t] = c for all slots in [lo, hi) that can be reached from t without crossing a constrained facet or
- * leaving the interval. Returns 1 if one of them touches the box. */
-static int mesher__flood(const mesher_domain *domain, delaunay_handle *stack, delaunay_handle lo, delaunay_handle hi,
-                         delaunay_handle t, uint32_t c)
+/* color[t] = c for all slots in [lo, hi) that can be reached from t without crossing a constrained
+ * facet or leaving the interval. Returns 1 if one of them touches the box. */
+static int mesher__flood(const mesher_domain *domain, delaunay_handle *stack, delaunay_handle lo,
+                         delaunay_handle hi, delaunay_handle t, uint32_t c)
 {
     const delaunay_mesh *mesh = &domain->mesh;
     size_t top = 0;
@@ -5145,9 +5518,11 @@ static delaunay_handle mesher__interval(const delaunay_mesh *mesh, size_t k)
     return (delaunay_handle)((uint64_t)mesh->num_tets * k / mesher__num_intervals(mesh));
 }
 
-/* Colours the pieces of cells within one interval 0, 1, ..; returns their number. mark[lo + piece]: it touches
- * the box. Colours, marks and stack of this interval are all that is written, and colours that are read. */
-static uint32_t mesher__flood_interval(const mesher_domain *domain, delaunay_handle *stack, size_t k)
+/* Colours the pieces of cells within one interval 0, 1, ..; returns their number. mark[lo + piece]:
+ * it touches the box. Colours, marks and stack of this interval are all that is written, and
+ * colours that are read. */
+static uint32_t mesher__flood_interval(const mesher_domain *domain, delaunay_handle *stack,
+                                       size_t k)
 {
     const delaunay_mesh *mesh = &domain->mesh;
     delaunay_handle lo = mesher__interval(mesh, k), hi = mesher__interval(mesh, k + 1), t;
@@ -5161,9 +5536,10 @@ static uint32_t mesher__flood_interval(const mesher_domain *domain, delaunay_han
     return pieces;
 }
 
-/* Joins the pieces of interval k to those behind it that they touch, and to the outside. start: number of the
- * first piece of each interval. */
-static void mesher__join_interval(const mesher_domain *domain, uint32_t *parent, const uint32_t *start, size_t k)
+/* Joins the pieces of interval k to those behind it that they touch, and to the outside. start:
+ * number of the first piece of each interval. */
+static void mesher__join_interval(const mesher_domain *domain, uint32_t *parent,
+                                  const uint32_t *start, size_t k)
 {
     const delaunay_mesh *mesh = &domain->mesh;
     delaunay_handle lo = mesher__interval(mesh, k), hi = mesher__interval(mesh, k + 1), t;
@@ -5193,12 +5569,14 @@ static double mesher__tet_volume(const delaunay_mesh *mesh, delaunay_handle t)
     int i, j;
     for (i = 0; i < 3; i++)
         for (j = 0; j < 3; j++) r[i][j] = mesh->vertices[v[i + 1]].x[j] - a[j];
-    return (r[0][0] * (r[1][1] * r[2][2] - r[1][2] * r[2][1]) + r[0][1] * (r[1][2] * r[2][0] - r[1][0] * r[2][2]) +
-            r[0][2] * (r[1][0] * r[2][1] - r[1][1] * r[2][0])) / 6;
+    return (r[0][0] * (r[1][1] * r[2][2] - r[1][2] * r[2][1]) +
+            r[0][1] * (r[1][2] * r[2][0] - r[1][0] * r[2][2]) +
+            r[0][2] * (r[1][0] * r[2][1] - r[1][1] * r[2][0])) /
+           6;
 }
 
-/* Colours every tetrahedron with its cell, in order of the slots; outside is 0. Intervals of slots are
- * flooded in parallel, each in its own colours, then joined by one thread. */
+/* Colours every tetrahedron with its cell, in order of the slots; outside is 0. Intervals of slots
+ * are flooded in parallel, each in its own colours, then joined by one thread. */
 static mesher_result mesher__find_cells(mesher_domain *domain, mesher__coloring *work)
 {
     delaunay_mesh *mesh = &domain->mesh;
@@ -5218,7 +5596,8 @@ static mesher_result mesher__find_cells(mesher_domain *domain, mesher__coloring 
     }
     for (p = 0; p < start[n]; p++) work->parent[p] = p;
     for (k = 0; k < n; k++) mesher__join_interval(domain, work->parent, start, (size_t)k);
-    for (p = work->num_cells = 0; p < start[n]; p++) { /* parents come first: they become the cells' numbers */
+    for (p = work->num_cells = 0; p < start[n];
+         p++) { /* parents come first: they become the cells' numbers */
         uint32_t root = work->parent[p] == p ? p : mesher__root(work->parent, p);
         work->stack[p] = root == p ? work->num_cells++ : work->stack[root];
     }
@@ -5226,18 +5605,22 @@ static mesher_result mesher__find_cells(mesher_domain *domain, mesher__coloring 
 #pragma omp parallel for schedule(dynamic, 1) num_threads(threads)
 #endif
     for (k = 0; k < n; k++) {
-        delaunay_handle t = mesher__interval(mesh, (size_t)k), hi = mesher__interval(mesh, (size_t)k + 1);
+        delaunay_handle t = mesher__interval(mesh, (size_t)k),
+                        hi = mesher__interval(mesh, (size_t)k + 1);
         for (; t < hi; t++)
-            mesh->color[t] = mesh->color[t] == DELAUNAY_NO_ID ? DELAUNAY_OUTSIDE
-                                                              : (uint32_t)work->stack[start[k] + mesh->color[t]];
+            mesh->color[t] = mesh->color[t] == DELAUNAY_NO_ID
+                                 ? DELAUNAY_OUTSIDE
+                                 : (uint32_t)work->stack[start[k] + mesh->color[t]];
     }
-    work->cells = (mesher__cell *)delaunay_alloc(&domain->memory, work->num_cells, sizeof *work->cells);
+    work->cells =
+        (mesher__cell *)delaunay_alloc(&domain->memory, work->num_cells, sizeof *work->cells);
     if (!work->cells) return MESHER_ERROR_OUT_OF_MEMORY;
     memset(work->cells, 0, work->num_cells * sizeof *work->cells);
     return MESHER_OK;
 }
 
-/* What lies on both sides of the facets of one interval's tetrahedra: of each facet, one of its two writes. */
+/* What lies on both sides of the facets of one interval's tetrahedra: of each facet, one of its two
+ * writes. */
 static void mesher__find_sides(const mesher_domain *domain, mesher__coloring *work, size_t k)
 {
     const delaunay_mesh *mesh = &domain->mesh;
@@ -5318,7 +5701,8 @@ static mesher_result mesher__sort_cells(mesher_domain *domain, mesher__coloring 
         const mesher__cell *cell = work->cells + pairs[i].value;
         mesher_region *region = domain->regions + i;
         work->number[pairs[i].value] = i + 1;
-        region->first_facet = cell->facet == DELAUNAY_NO_ID ? cell->facet : domain->facet_source[cell->facet];
+        region->first_facet =
+            cell->facet == DELAUNAY_NO_ID ? cell->facet : domain->facet_source[cell->facet];
         region->num_tets = cell->num_tets;
         region->volume = cell->volume;
         region->depth = UINT32_MAX;
@@ -5360,8 +5744,9 @@ static mesher_result mesher__nest_cells(mesher_domain *domain, mesher__coloring 
             b = work->number[work->sides[links[i] ^ 1]];
             if (b == 0 || domain->regions[b - 1].depth != UINT32_MAX) continue;
             domain->regions[b - 1].depth = a ? domain->regions[a - 1].depth + 1 : 1;
-            domain->regions[b - 1].winding = (a ? domain->regions[a - 1].winding : 0) +
-                                             (s == 1 ? work->net[f] : -work->net[f]); /* behind a facet is inside it */
+            domain->regions[b - 1].winding =
+                (a ? domain->regions[a - 1].winding : 0) +
+                (s == 1 ? work->net[f] : -work->net[f]); /* behind a facet is inside it */
             queue[tail++] = b;
         }
     }
@@ -5374,7 +5759,8 @@ done:
 }
 
 /* Regions that hold a seed: keeps and numbers them. *any: a seed asked for a region to be kept. */
-static mesher_result mesher__apply_seeds(mesher_domain *domain, const mesher__coloring *work, uint8_t *seeded, int *any)
+static mesher_result mesher__apply_seeds(mesher_domain *domain, const mesher__coloring *work,
+                                         uint8_t *seeded, int *any)
 {
     const mesher_surface *surface = &domain->surface;
     delaunay_mesh *mesh = &domain->mesh;
@@ -5421,9 +5807,10 @@ static mesher_result mesher__keep_cells(mesher_domain *domain, const mesher__col
     return result;
 }
 
-/* A note for each kept region at an even depth whose piece of the surface does not touch the outside:
- * another program may take it for a void. */
-static mesher_result mesher__note_filled(mesher_domain *domain, const mesher__coloring *work, mesher_report *report)
+/* A note for each kept region at an even depth whose piece of the surface does not touch the
+ * outside: another program may take it for a void. */
+static mesher_result mesher__note_filled(mesher_domain *domain, const mesher__coloring *work,
+                                         mesher_report *report)
 {
     const mesher_surface *surface = &domain->surface;
     delaunay_memory *memory = &domain->memory;
@@ -5443,11 +5830,12 @@ static mesher_result mesher__note_filled(mesher_domain *domain, const mesher__co
         for (i = 0; i < domain->num_regions; i++) {
             const mesher_region *region = domain->regions + i;
             const uint32_t *t;
-            if (!region->kept || region->depth & 1 || region->first_facet == DELAUNAY_NO_ID) continue;
+            if (!region->kept || region->depth & 1 || region->first_facet == DELAUNAY_NO_ID)
+                continue;
             t = surface->triangles + 3 * (size_t)region->first_facet;
             if (outer[mesher__root(parent, domain->survivor[t[0]])]) continue;
-            mesher__add_triangle_finding(report, MESHER_NOTE_SHELL_FILLED, surface, region->first_facet,
-                                         DELAUNAY_NO_ID, t);
+            mesher__add_triangle_finding(report, MESHER_NOTE_SHELL_FILLED, surface,
+                                         region->first_facet, DELAUNAY_NO_ID, t);
         }
     }
     delaunay_release(memory, outer);
@@ -5456,14 +5844,16 @@ static mesher_result mesher__note_filled(mesher_domain *domain, const mesher__co
 }
 
 /* Sheets within cells are notes, facets outside every cell are defects. */
-static void mesher__note_sheets(const mesher_domain *domain, const mesher__coloring *work, mesher_report *report)
+static void mesher__note_sheets(const mesher_domain *domain, const mesher__coloring *work,
+                                mesher_report *report)
 {
     uint32_t f;
     for (f = 0; f < domain->num_facets; f++) {
         uint32_t a = work->sides[2 * (size_t)f], b = work->sides[2 * (size_t)f + 1];
         if (a != b || a == DELAUNAY_NO_ID) continue;
-        mesher__add_triangle_finding(report, a ? MESHER_NOTE_SHEET : MESHER_DEFECT_OUTSIDE_FACET, &domain->surface,
-                                     domain->facet_source[f], DELAUNAY_NO_ID, domain->facets + 3 * (size_t)f);
+        mesher__add_triangle_finding(report, a ? MESHER_NOTE_SHEET : MESHER_DEFECT_OUTSIDE_FACET,
+                                     &domain->surface, domain->facet_source[f], DELAUNAY_NO_ID,
+                                     domain->facets + 3 * (size_t)f);
     }
 }
 
@@ -5481,8 +5871,8 @@ static mesher_result mesher__note_lines(mesher_domain *domain, mesher_report *re
         if (!worker) return MESHER_ERROR_OUT_OF_MEMORY;
         t = delaunay_find_edge(mesh, worker, mesh->vertex_of[edge[0]], mesh->vertex_of[edge[1]]);
         if (t && mesh->color[t] == DELAUNAY_OUTSIDE)
-            mesher__add_edge_finding(report, MESHER_NOTE_OUTSIDE_LINE, &domain->surface, domain->edge_source[e],
-                                     DELAUNAY_NO_ID, edge);
+            mesher__add_edge_finding(report, MESHER_NOTE_OUTSIDE_LINE, &domain->surface,
+                                     domain->edge_source[e], DELAUNAY_NO_ID, edge);
     }
     if (worker) delaunay_worker_free(worker);
     return MESHER_OK;
@@ -5513,7 +5903,8 @@ static mesher_result mesher__color_alloc(mesher_domain *domain, mesher__coloring
 {
     delaunay_memory *memory = &domain->memory;
     const delaunay_mesh *mesh = &domain->mesh;
-    work->first = (uint32_t *)delaunay_alloc(memory, (size_t)mesh->num_vertices + 2, sizeof *work->first);
+    work->first =
+        (uint32_t *)delaunay_alloc(memory, (size_t)mesh->num_vertices + 2, sizeof *work->first);
     if (!work->first) return MESHER_ERROR_OUT_OF_MEMORY;
     work->facets = (mesher__wall *)delaunay_alloc(memory, domain->num_facets, sizeof *work->facets);
     if (!work->facets) return MESHER_ERROR_OUT_OF_MEMORY;
@@ -5523,11 +5914,13 @@ static mesher_result mesher__color_alloc(mesher_domain *domain, mesher__coloring
     if (!work->sides) return MESHER_ERROR_OUT_OF_MEMORY;
     work->net = (int32_t *)delaunay_alloc(memory, domain->num_facets, sizeof *work->net);
     if (!work->net) return MESHER_ERROR_OUT_OF_MEMORY;
-    work->stack = (delaunay_handle *)delaunay_alloc(memory, (size_t)mesh->num_tets + 1, sizeof *work->stack);
+    work->stack =
+        (delaunay_handle *)delaunay_alloc(memory, (size_t)mesh->num_tets + 1, sizeof *work->stack);
     return work->stack ? MESHER_OK : MESHER_ERROR_OUT_OF_MEMORY;
 }
 
-static mesher_result mesher__color_with(mesher_domain *domain, mesher__coloring *work, mesher_report *report)
+static mesher_result mesher__color_with(mesher_domain *domain, mesher__coloring *work,
+                                        mesher_report *report)
 {
     uint32_t i;
     uint64_t defects = mesher__count_defects(report);
@@ -5554,8 +5947,8 @@ static mesher_result mesher__color_with(mesher_domain *domain, mesher__coloring 
     for (i = 0, report->num_regions = 0; i < domain->num_regions; i++)
         report->num_regions += domain->regions[i].kept != 0;
     if (domain->num_regions == 0)
-        mesher_report_add(report, MESHER_DEFECT_NO_CELL, DELAUNAY_NO_ID, DELAUNAY_NO_ID, DELAUNAY_NO_ID,
-                          DELAUNAY_NO_ID, DELAUNAY_NO_ID, NULL);
+        mesher_report_add(report, MESHER_DEFECT_NO_CELL, DELAUNAY_NO_ID, DELAUNAY_NO_ID,
+                          DELAUNAY_NO_ID, DELAUNAY_NO_ID, DELAUNAY_NO_ID, NULL);
     return mesher__count_defects(report) > defects ? MESHER_ERROR_SURFACE : MESHER_OK;
 }
 
@@ -5565,7 +5958,8 @@ MESHER_API mesher_result mesher_color(mesher_domain *domain, mesher_report *repo
     mesher__coloring work;
     mesher_report local;
     mesher_result result;
-    if (!domain || domain->stage < MESHER__STAGE_INIT || !domain->mesh.tets || !domain->mesh.vertex_of)
+    if (!domain || domain->stage < MESHER__STAGE_INIT || !domain->mesh.tets ||
+        !domain->mesh.vertex_of)
         return MESHER_ERROR_INVALID_ARGUMENT;
     memset(&work, 0, sizeof work);
     memset(&local, 0, sizeof local);
@@ -5585,23 +5979,30 @@ MESHER_API mesher_result mesher_color(mesher_domain *domain, mesher_report *repo
     return result;
 }
 
-MESHER_API mesher_result mesher_region_tags(mesher_domain *domain, uint32_t i, int32_t *tags, size_t cap, size_t *count)
+MESHER_API mesher_result mesher_region_tags(mesher_domain *domain, uint32_t i, int32_t *tags,
+                                            size_t cap, size_t *count)
 {
     const mesher_surface *surface;
     hxtsort_pair *pairs;
     mesher_result result;
     size_t n = 0, t, num = 0;
-    if (!domain || !count || !domain->facet_sides || i >= domain->num_regions) return MESHER_ERROR_INVALID_ARGUMENT;
+    if (!domain || !count || !domain->facet_sides || i >= domain->num_regions)
+        return MESHER_ERROR_INVALID_ARGUMENT;
     surface = &domain->surface;
     pairs = (hxtsort_pair *)delaunay_alloc(&domain->memory, surface->num_triangles, sizeof *pairs);
     if (!pairs) return MESHER_ERROR_OUT_OF_MEMORY;
-    for (t = 0; t < surface->num_triangles; t++) { /* all triangles: a duplicate may have a tag of its own */
+    for (t = 0; t < surface->num_triangles;
+         t++) { /* all triangles: a duplicate may have a tag of its own */
         uint32_t v[3], f;
         mesher__sorted_triangle(domain, t, v);
         f = mesher__facet_find(domain, v);
         if (f == DELAUNAY_NO_ID) continue;
-        if (domain->facet_sides[2 * (size_t)f] != i + 1 && domain->facet_sides[2 * (size_t)f + 1] != i + 1) continue;
-        pairs[n++].key = (uint64_t)((int64_t)(surface->triangle_tags ? surface->triangle_tags[t] : 1) - INT32_MIN);
+        if (domain->facet_sides[2 * (size_t)f] != i + 1 &&
+            domain->facet_sides[2 * (size_t)f + 1] != i + 1)
+            continue;
+        pairs[n++].key =
+            (uint64_t)((int64_t)(surface->triangle_tags ? surface->triangle_tags[t] : 1) -
+                       INT32_MIN);
     }
     for (t = 0; t < n; t++) pairs[t].value = t;
     result = mesher__sort(domain, pairs, n);
@@ -5617,9 +6018,10 @@ MESHER_API mesher_result mesher_region_tags(mesher_domain *domain, uint32_t i, i
 
 /* ---- >>size ------------------------------------------------------------------------------- */
 /* The wanted edge length h. On the surface: the mean length of the constrained edges at a vertex
- * [Marot 2020, 7]. Inside: interpolated in the mesh as it was before refinement, which is kept as a background,
- * so h(x) does not depend on the order in which points are inserted. The gradation limits the interpolation by
- * h(x) <= h(v) + slope*|x - v| at the corners v of the background's tetrahedron around x. */
+ * [Marot 2020, 7]. Inside: interpolated in the mesh as it was before refinement, which is kept as a
+ * background, so h(x) does not depend on the order in which points are inserted. The gradation
+ * limits the interpolation by h(x) <= h(v) + slope*|x - v| at the corners v of the background's
+ * tetrahedron around x. */
 
 static double mesher__distance(const double *a, const double *b)
 {
@@ -5659,25 +6061,29 @@ static double mesher__clamp_size(const mesher_options *o, double h)
  * out longer than its sizes); with 1.3 about as many, still with the better mean gamma. */
 #define MESHER__INWARDS 1.3
 
-/* Ratio of sizes one edge apart, at most, where the caller says nothing. With 1.4 surfaces with edges of very
- * different lengths get 3 to 10 times the tetrahedra of 2, and no fewer bad ones; the interpolation of
- * [Marot 2020, 7] has about 2. Around sources the caller has chosen the place, and 1.4 gives the better mesh. */
-#define MESHER__GRADATION 2.0
-#define MESHER__GRADATION_OF_SOURCES 1.4
+/* Ratio of sizes one edge apart, at most, where the caller says nothing. With 1.4 surfaces with
+ * edges of very different lengths get 3 to 10 times the tetrahedra of 2, and no fewer bad ones; the
+ * interpolation of [Marot 2020, 7] has about 2. Around sources the caller has chosen the place, and
+ * 1.4 gives the better mesh. */
+#  define MESHER__GRADATION            2.0
+#  define MESHER__GRADATION_OF_SOURCES 1.4
 
 /* What the edges of the surface at each vertex ask for, or the caller; 0 where there is neither. */
 static mesher_result mesher__edge_sizes(mesher_domain *domain)
 {
     delaunay_mesh *mesh = &domain->mesh;
-    double *size = domain->size, factor = domain->options.size_factor > 0 ? domain->options.size_factor : 1;
-    uint32_t e, v, *count = (uint32_t *)delaunay_alloc(&mesh->memory, mesh->num_vertices, sizeof *count);
+    double *size = domain->size,
+           factor = domain->options.size_factor > 0 ? domain->options.size_factor : 1;
+    uint32_t e, v,
+        *count = (uint32_t *)delaunay_alloc(&mesh->memory, mesh->num_vertices, sizeof *count);
     delaunay_handle t;
     int i;
     if (!count) return MESHER_ERROR_OUT_OF_MEMORY;
     memset(count, 0, mesh->num_vertices * sizeof *count);
     memset(size, 0, mesh->num_vertices * sizeof *size);
     for (e = 0; e < domain->num_edges && !domain->keeps_mesh; e++) {
-        uint32_t a = mesh->vertex_of[domain->edges[2 * e]], b = mesh->vertex_of[domain->edges[2 * e + 1]];
+        uint32_t a = mesh->vertex_of[domain->edges[2 * e]],
+                 b = mesh->vertex_of[domain->edges[2 * e + 1]];
         double l = mesher__distance(mesh->vertices[a].x, mesh->vertices[b].x);
         if (a == 0 || b == 0) continue;
         size[a] += l;
@@ -5687,7 +6093,8 @@ static mesher_result mesher__edge_sizes(mesher_domain *domain)
     }
     for (t = 1; domain->keeps_mesh && t < mesh->num_tets; t++) /* each edge once a tetrahedron */
         for (i = 0; i < 6; i++) {
-            uint32_t a = mesh->tets[t].v[delaunay_edge_order(i)[0]], b = mesh->tets[t].v[delaunay_edge_order(i)[1]];
+            uint32_t a = mesh->tets[t].v[delaunay_edge_order(i)[0]],
+                     b = mesh->tets[t].v[delaunay_edge_order(i)[1]];
             double l = mesher__distance(mesh->vertices[a].x, mesh->vertices[b].x);
             size[a] += l;
             size[b] += l;
@@ -5696,7 +6103,9 @@ static mesher_result mesher__edge_sizes(mesher_domain *domain)
         }
     for (v = 1; v < mesh->num_vertices; v++) {
         uint32_t id = mesh->vertex_id[v];
-        double own = domain->options.vertex_sizes && id < domain->surface.num_vertices ? domain->options.vertex_sizes[id] : 0;
+        double own = domain->options.vertex_sizes && id < domain->surface.num_vertices
+                         ? domain->options.vertex_sizes[id]
+                         : 0;
         if (count[v]) size[v] *= (domain->keeps_mesh ? 1 : MESHER__INWARDS) * factor / count[v];
         if (own > 0 && own <= DBL_MAX) size[v] = factor * own;
     }
@@ -5706,11 +6115,13 @@ static mesher_result mesher__edge_sizes(mesher_domain *domain)
 
 static int mesher__is_inside(const delaunay_mesh *mesh, delaunay_handle t)
 {
-    return !delaunay_is_deleted(mesh, t) && !delaunay_is_ghost(mesh, t) && mesh->color[t] != DELAUNAY_OUTSIDE;
+    return !delaunay_is_deleted(mesh, t) && !delaunay_is_ghost(mesh, t) &&
+           mesh->color[t] != DELAUNAY_OUTSIDE;
 }
 
-/* Vertices without an edge of the surface (Steiner points of recovery, embedded points) get the mean of
- * their neighbours' sizes, nearer ones counting more; in passes, each from the state before it. */
+/* Vertices without an edge of the surface (Steiner points of recovery, embedded points) get the
+ * mean of their neighbours' sizes, nearer ones counting more; in passes, each from the state before
+ * it. */
 static mesher_result mesher__spread_sizes(mesher_domain *domain)
 {
     delaunay_mesh *mesh = &domain->mesh;
@@ -5748,7 +6159,10 @@ static mesher_result mesher__spread_sizes(mesher_domain *domain)
 
 enum { MESHER__BATCH = 1024 };
 
-static double mesher__slope(const mesher_options *o) { return (o->gradation > 0 ? o->gradation : MESHER__GRADATION) - 1; }
+static double mesher__slope(const mesher_options *o)
+{
+    return (o->gradation > 0 ? o->gradation : MESHER__GRADATION) - 1;
+}
 
 /* What options say about sizes besides the surface. */
 static int mesher__has_wishes(const mesher_options *o)
@@ -5778,7 +6192,8 @@ static double mesher__segment_distance(const double *a, const double *b, const d
 }
 
 /* From x to a triangle: over its inside the height, else the nearest of its sides. */
-static double mesher__shape_distance(const double *a, const double *b, const double *c, const double *x)
+static double mesher__shape_distance(const double *a, const double *b, const double *c,
+                                     const double *x)
 {
     const double *p[4];
     double n[3], u[3], v[3], d, best, inside = 1, height = 0, nn = 0;
@@ -5790,7 +6205,8 @@ static double mesher__shape_distance(const double *a, const double *b, const dou
         u[i] = b[i] - a[i];
         v[i] = c[i] - a[i];
     }
-    for (i = 0; i < 3; i++) n[i] = u[(i + 1) % 3] * v[(i + 2) % 3] - u[(i + 2) % 3] * v[(i + 1) % 3];
+    for (i = 0; i < 3; i++)
+        n[i] = u[(i + 1) % 3] * v[(i + 2) % 3] - u[(i + 2) % 3] * v[(i + 1) % 3];
     for (i = 0; i < 3; i++) {
         height += n[i] * (x[i] - a[i]);
         nn += n[i] * n[i];
@@ -5800,7 +6216,8 @@ static double mesher__shape_distance(const double *a, const double *b, const dou
         double side = 0;
         for (i = 0; i < 3; i++) {
             int j = (i + 1) % 3, l = (i + 2) % 3;
-            side += n[i] * ((p[k + 1][j] - p[k][j]) * (x[l] - p[k][l]) - (p[k + 1][l] - p[k][l]) * (x[j] - p[k][j]));
+            side += n[i] * ((p[k + 1][j] - p[k][j]) * (x[l] - p[k][l]) -
+                            (p[k + 1][l] - p[k][l]) * (x[j] - p[k][j]));
         }
         if (side < 0) inside = 0;
         d = mesher__segment_distance(p[k], p[k + 1], x);
@@ -5822,12 +6239,16 @@ static double mesher__box_distance(const double *lo, const double *hi, const dou
 
 MESHER_API double mesher_source_size(const mesher_source *s, double gradation, const double *x)
 {
-    double d = 0, slope = s->slope > 0 ? s->slope : (gradation > 0 ? gradation : MESHER__GRADATION_OF_SOURCES) - 1;
+    double d = 0, slope = s->slope > 0
+                              ? s->slope
+                              : (gradation > 0 ? gradation : MESHER__GRADATION_OF_SOURCES) - 1;
     switch (s->shape) {
     case MESHER_SHAPE_BALL: d = mesher__distance(s->xyz, x); break;
     case MESHER_SHAPE_BOX: d = mesher__box_distance(s->xyz, s->xyz + 3, x); break;
     case MESHER_SHAPE_SEGMENT: d = mesher__segment_distance(s->xyz, s->xyz + 3, x); break;
-    case MESHER_SHAPE_TRIANGLE: d = mesher__shape_distance(s->xyz, s->xyz + 3, s->xyz + 6, x); break;
+    case MESHER_SHAPE_TRIANGLE:
+        d = mesher__shape_distance(s->xyz, s->xyz + 3, s->xyz + 6, x);
+        break;
     }
     d -= s->radius;
     return d > 0 ? s->size + slope * d : s->size;
@@ -5846,9 +6267,11 @@ MESHER_API double mesher_size_grid_at(const mesher_size_grid *g, const double *x
         w[i] = at - (double)cell[i];
     }
     for (k = 0; k < 8; k++) {
-        double share = (k & 1 ? w[0] : 1 - w[0]) * (k & 2 ? w[1] : 1 - w[1]) * (k & 4 ? w[2] : 1 - w[2]);
+        double share =
+            (k & 1 ? w[0] : 1 - w[0]) * (k & 2 ? w[1] : 1 - w[1]) * (k & 4 ? w[2] : 1 - w[2]);
         double h = g->size[cell[0] + (k & 1) +
-                           g->count[0] * (cell[1] + (k >> 1 & 1) + (size_t)g->count[1] * (cell[2] + (k >> 2)))];
+                           g->count[0] * (cell[1] + (k >> 1 & 1) +
+                                          (size_t)g->count[1] * (cell[2] + (k >> 2)))];
         if (!(h > 0) || h > DBL_MAX || !(share > 0)) continue;
         sum += share * h;
         weight += share;
@@ -5873,9 +6296,10 @@ static double mesher__wish_at(const mesher_options *o, const double *x, uint32_t
     return wish > 0 && wish < h ? wish : h;
 }
 
-/* All of the caller's wishes on a batch, and the caller's bounds. Counts the answers that are no size. */
-static uint64_t mesher__wishes(const mesher_options *o, size_t count, const double *xyz, const uint32_t *region,
-                               double *h)
+/* All of the caller's wishes on a batch, and the caller's bounds. Counts the answers that are no
+ * size. */
+static uint64_t mesher__wishes(const mesher_options *o, size_t count, const double *xyz,
+                               const uint32_t *region, double *h)
 {
     double wish[MESHER__BATCH], factor = o->size_factor > 0 ? o->size_factor : 1;
     uint64_t ignored = 0;
@@ -5889,7 +6313,8 @@ static uint64_t mesher__wishes(const mesher_options *o, size_t count, const doub
             if (!(wish[i] > 0)) ignored++;
             else if (factor * wish[i] < h[first + i]) h[first + i] = factor * wish[i];
     }
-    for (i = 0; i < count; i++) h[i] = mesher__clamp_size(o, mesher__wish_at(o, xyz + 3 * i, region[i], h[i]));
+    for (i = 0; i < count; i++)
+        h[i] = mesher__clamp_size(o, mesher__wish_at(o, xyz + 3 * i, region[i], h[i]));
     return ignored;
 }
 
@@ -5925,10 +6350,12 @@ static mesher_result mesher__wish_at_vertices(mesher_domain *domain, uint64_t *i
 }
 
 /* The unit normal of facet i of tetrahedron t, inwards, and its middle; 0 if it has none. */
-static int mesher__inward(const delaunay_mesh *mesh, delaunay_handle t, int i, double *n, double *middle)
+static int mesher__inward(const delaunay_mesh *mesh, delaunay_handle t, int i, double *n,
+                          double *middle)
 {
     const uint8_t *f = delaunay_facet_order(i);
-    const double *a = mesh->vertices[mesh->tets[t].v[f[0]]].x, *b = mesh->vertices[mesh->tets[t].v[f[1]]].x;
+    const double *a = mesh->vertices[mesh->tets[t].v[f[0]]].x,
+                 *b = mesh->vertices[mesh->tets[t].v[f[1]]].x;
     const double *c = mesh->vertices[mesh->tets[t].v[f[2]]].x;
     double l = 0;
     int k;
@@ -5943,9 +6370,10 @@ static int mesher__inward(const delaunay_mesh *mesh, delaunay_handle t, int i, d
     return 1;
 }
 
-/* Follows a ray that enters tetrahedron *t through facet *i at x until it meets a constrained facet, *i of *t then.
- * Returns how far that is, or -1. */
-static double mesher__cast(const delaunay_mesh *mesh, const double *x, const double *ray, delaunay_handle *t, int *i)
+/* Follows a ray that enters tetrahedron *t through facet *i at x until it meets a constrained
+ * facet, *i of *t then. Returns how far that is, or -1. */
+static double mesher__cast(const delaunay_mesh *mesh, const double *x, const double *ray,
+                           delaunay_handle *t, int *i)
 {
     double n[3], middle[3];
     int step, j, k;
@@ -5967,7 +6395,8 @@ static double mesher__cast(const delaunay_mesh *mesh, const double *x, const dou
         }
         if (exit < 0) return -1;
         *i = exit;
-        if ((mesh->flags[*t] & DELAUNAY_FACET_BIT(exit)) || !mesh->tets[*t].n[exit]) return nearest > 0 ? nearest : -1;
+        if ((mesh->flags[*t] & DELAUNAY_FACET_BIT(exit)) || !mesh->tets[*t].n[exit])
+            return nearest > 0 ? nearest : -1;
         j = (int)(mesh->tets[*t].n[exit] & 3);
         *t = mesh->tets[*t].n[exit] >> 2;
         *i = j;
@@ -5981,7 +6410,8 @@ static void mesher__at_most(double *size, double h)
     if (h > 0 && h < *size) *size = h;
 }
 
-/* The distance to what is opposite of each facet, by a ray from its middle, divided by the number of layers. */
+/* The distance to what is opposite of each facet, by a ray from its middle, divided by the number
+ * of layers. */
 static void mesher__gap_sizes(mesher_domain *domain)
 {
     const delaunay_mesh *mesh = &domain->mesh;
@@ -6007,7 +6437,9 @@ static mesher_result mesher__curvature_sizes(mesher_domain *domain)
 {
     const double crease = cos(45 * 3.14159265358979323846 / 180);
     const delaunay_mesh *mesh = &domain->mesh;
-    double n[3], x[3], *normals = (double *)delaunay_alloc(&domain->memory, mesh->num_vertices, 3 * sizeof *normals);
+    double n[3], x[3],
+        *normals =
+            (double *)delaunay_alloc(&domain->memory, mesh->num_vertices, 3 * sizeof *normals);
     double most = domain->options.curvature_degrees * 3.14159265358979323846 / 180;
     delaunay_handle t;
     uint32_t e;
@@ -6019,10 +6451,12 @@ static mesher_result mesher__curvature_sizes(mesher_domain *domain)
             if (mesh->tets[t].n[i] && !(mesh->flags[t] & DELAUNAY_FACET_BIT(i))) continue;
             if (!mesher__inward(mesh, t, i, n, x)) continue;
             for (j = 0; j < 4; j++)
-                for (k = 0; k < 3 && j != i; k++) normals[3 * (size_t)mesh->tets[t].v[j] + (size_t)k] += n[k];
+                for (k = 0; k < 3 && j != i; k++)
+                    normals[3 * (size_t)mesh->tets[t].v[j] + (size_t)k] += n[k];
         }
     for (e = 0; e < domain->num_edges; e++) {
-        uint32_t a = mesh->vertex_of[domain->edges[2 * e]], b = mesh->vertex_of[domain->edges[2 * e + 1]];
+        uint32_t a = mesh->vertex_of[domain->edges[2 * e]],
+                 b = mesh->vertex_of[domain->edges[2 * e + 1]];
         const double *p = normals + 3 * (size_t)a, *q = normals + 3 * (size_t)b;
         double pp = 0, qq = 0, pq = 0, angle, h;
         for (k = 0; k < 3; k++) {
@@ -6042,7 +6476,8 @@ static mesher_result mesher__curvature_sizes(mesher_domain *domain)
     return MESHER_OK;
 }
 
-/* Sizes of vertices that share a tetrahedron differ by no more than the gradation allows; the least ones stay. */
+/* Sizes of vertices that share a tetrahedron differ by no more than the gradation allows; the least
+ * ones stay. */
 static void mesher__limit_gradation(mesher_domain *domain)
 {
     const delaunay_mesh *mesh = &domain->mesh;
@@ -6053,7 +6488,8 @@ static void mesher__limit_gradation(mesher_domain *domain)
         for (changed = 0, t = 1; t < mesh->num_tets; t++) {
             if (!mesher__is_inside(mesh, t)) continue;
             for (e = 0; e < 6; e++) {
-                uint32_t a = mesh->tets[t].v[delaunay_edge_order(e)[0]], b = mesh->tets[t].v[delaunay_edge_order(e)[1]];
+                uint32_t a = mesh->tets[t].v[delaunay_edge_order(e)[0]],
+                         b = mesh->tets[t].v[delaunay_edge_order(e)[1]];
                 double most;
                 if (!(size[a] > 0) || !(size[b] > 0)) continue;
                 most = slope * mesher__distance(mesh->vertices[a].x, mesh->vertices[b].x);
@@ -6083,7 +6519,8 @@ MESHER_API mesher_result mesher_size(mesher_domain *domain, mesher_report *repor
     result = mesher__edge_sizes(domain);
     if (result == MESHER_OK) result = mesher__spread_sizes(domain);
     if (result == MESHER_OK && domain->options.layers > 0) mesher__gap_sizes(domain);
-    if (result == MESHER_OK && domain->options.curvature_degrees > 0) result = mesher__curvature_sizes(domain);
+    if (result == MESHER_OK && domain->options.curvature_degrees > 0)
+        result = mesher__curvature_sizes(domain);
     if (result == MESHER_OK) result = mesher__wish_at_vertices(domain, &ignored);
     if (result != MESHER_OK) return result;
     mesher__limit_gradation(domain);
@@ -6100,7 +6537,7 @@ MESHER_API mesher_result mesher_size(mesher_domain *domain, mesher_report *repor
 /* The field while points are inserted. */
 typedef struct mesher__field {
     const mesher_options  *options;
-    const delaunay_vertex *vertices;     /* those of the mesh; they may move: set again after growth */
+    const delaunay_vertex *vertices; /* those of the mesh; they may move: set again after growth */
     const double          *size;         /* likewise */
     delaunay_tet          *tets;         /* the background */
     uint32_t              *color;
@@ -6109,7 +6546,8 @@ typedef struct mesher__field {
 } mesher__field;
 
 /* Six times the volumes that x makes with the facets of tetrahedron v, by corner. */
-static void mesher__weights(const delaunay_vertex *vertices, const uint32_t *v, const double *x, double *w)
+static void mesher__weights(const delaunay_vertex *vertices, const uint32_t *v, const double *x,
+                            double *w)
 {
     double d[4][3];
     int i, j;
@@ -6123,11 +6561,12 @@ static void mesher__weights(const delaunay_vertex *vertices, const uint32_t *v, 
     }
 }
 
-/* The background's tetrahedron that contains x, from a nearby one; weights of its corners, not negative.
- * Rounding may stop it in a neighbour: the field is continuous, and so is the answer. The walk turns away from where it
- * came, and changes its preference at each step, lest it cycle; after many steps it gives up where it is. */
-static delaunay_handle mesher__find_home(const mesher__field *field, const double *x, delaunay_handle t, double *w,
-                                         int *found)
+/* The background's tetrahedron that contains x, from a nearby one; weights of its corners, not
+ * negative. Rounding may stop it in a neighbour: the field is continuous, and so is the answer. The
+ * walk turns away from where it came, and changes its preference at each step, lest it cycle; after
+ * many steps it gives up where it is. */
+static delaunay_handle mesher__find_home(const mesher__field *field, const double *x,
+                                         delaunay_handle t, double *w, int *found)
 {
     delaunay_handle from = 0;
     double sum = 0, least = 0;
@@ -6156,9 +6595,10 @@ static delaunay_handle mesher__find_home(const mesher__field *field, const doubl
     return t;
 }
 
-/* h(x) without the size function. home: in, a tetrahedron of the background near x; out, the one around it; *found
- * says whether there is one. */
-static double mesher__field_at(const mesher__field *field, const double *x, delaunay_handle *home, int *found)
+/* h(x) without the size function. home: in, a tetrahedron of the background near x; out, the one
+ * around it; *found says whether there is one. */
+static double mesher__field_at(const mesher__field *field, const double *x, delaunay_handle *home,
+                               int *found)
 {
     double w[4], h = 0, most = 1e300, weight = 0, growth = field->options->growth;
     int i;
@@ -6179,47 +6619,52 @@ static double mesher__field_at(const mesher__field *field, const double *x, dela
 }
 
 /* ---- >>refine ----------------------------------------------------------------------------- */
-/* Sweeps: every tetrahedron that is new and too large proposes a point; proposals too near each other or an
- * existing vertex are dropped; the rest is inserted by Bowyer and Watson with a cavity that stops at
- * constrained facets and is cut until the point sees all of its boundary [Marot 2020, 5].
+/* Sweeps: every tetrahedron that is new and too large proposes a point; proposals too near each
+ * other or an existing vertex are dropped; the rest is inserted by Bowyer and Watson with a
+ * cavity that stops at constrained facets and is cut until the point sees all of its boundary
+ * [Marot 2020, 5].
  *
- * Why a star-shaped cavity is enough: its tetrahedra do not overlap, and the cones from p over its boundary have the
- * same boundary; so if each cone is positive they tile the same set. Then the boundary is a sphere, and
- * what may be lost is only a vertex or a constrained edge that is not on it: both are tested. */
+ * Why a star-shaped cavity is enough: its tetrahedra do not overlap, and the cones from p over
+ * its boundary have the same boundary; so if each cone is positive they tile the same set. Then
+ * the boundary is a sphere, and what may be lost is only a vertex or a constrained edge that is
+ * not on it: both are tested. */
 
 enum {
-    MESHER__SEEN       = 0x400,  /* stage bit: this tetrahedron has proposed its point, or is small enough */
-    MESHER__LOST       = 0x800,  /* one stage bit up to .. */
-    MESHER__LOST_MASK  = 0x1800, /* .. three times its point lost against another; then it is not asked again */
-    MESHER__WALK_STEPS = 2000,   /* then the walk is in a cycle, and the point is given up */
-    MESHER__LOCAL      = 64      /* vertices of a cavity whose edges fit in a matrix */
+    MESHER__SEEN =
+        0x400, /* stage bit: this tetrahedron has proposed its point, or is small enough */
+    MESHER__LOST = 0x800, /* one stage bit up to .. */
+    MESHER__LOST_MASK =
+        0x1800, /* .. three times its point lost against another; then it is not asked again */
+    MESHER__WALK_STEPS = 2000, /* then the walk is in a cycle, and the point is given up */
+    MESHER__LOCAL = 64         /* vertices of a cavity whose edges fit in a matrix */
 };
 
-#if defined(__GNUC__)
-#  define MESHER__PREFETCH(p) __builtin_prefetch(p)
-#else
-#  define MESHER__PREFETCH(p) ((void)(p))
-#endif
+#  if defined(__GNUC__)
+#    define MESHER__PREFETCH(p) __builtin_prefetch(p)
+#  else
+#    define MESHER__PREFETCH(p) ((void)(p))
+#  endif
 
-#ifdef _OPENMP
-#  define MESHER__OMP(directive) _Pragma(#directive)
-#  define MESHER__THREAD() omp_get_thread_num()
-#else
-#  define MESHER__OMP(directive)
-#  define MESHER__THREAD() 0
-#endif
-#if defined(_OPENMP) && defined(__GNUC__)
-#  define MESHER__FETCH(p) __atomic_load_n((p), __ATOMIC_RELAXED)
-#  define MESHER__STORE(p, x) __atomic_store_n((p), (x), __ATOMIC_RELAXED)
-#else
-#  define MESHER__FETCH(p) (*(p))
-#  define MESHER__STORE(p, x) (*(p) = (x))
-#endif
+#  ifdef _OPENMP
+#    define MESHER__OMP(directive) _Pragma(#    directive)
+#    define MESHER__THREAD()       omp_get_thread_num()
+#  else
+#    define MESHER__OMP(directive)
+#    define MESHER__THREAD() 0
+#  endif
+#  if defined(_OPENMP) && defined(__GNUC__)
+#    define MESHER__FETCH(p)    __atomic_load_n((p), __ATOMIC_RELAXED)
+#    define MESHER__STORE(p, x) __atomic_store_n((p), (x), __ATOMIC_RELAXED)
+#  else
+#    define MESHER__FETCH(p)    (*(p))
+#    define MESHER__STORE(p, x) (*(p) = (x))
+#  endif
 
 /* Nearest distance between two vertices, relative to the mean of their sizes. */
 #define MESHER__SPACING 0.8
-/* Least height of a point over a constrained facet, relative to the mean of the sizes of the facet. */
-#define MESHER__LOW 0.35
+/* Least height of a point over a constrained facet, relative to the mean of the sizes of the
+ * facet. */
+#  define MESHER__LOW 0.35
 
 typedef struct mesher__proposal {
     double          x[3], h;
@@ -6233,7 +6678,8 @@ typedef struct mesher__proposal {
     int32_t         state;  /* what became of it */
 } mesher__proposal;
 
-/* Points by cells, one edge length per power of two, in a hash: each point in the level that fits its own size. */
+/* Points by cells, one edge length per power of two, in a hash: each point in the level that fits
+ * its own size. */
 typedef struct mesher__grid {
     uint32_t *cells;  /* 1 + index of the first point */
     uint32_t *chain;  /* the same of the next, by point */
@@ -6250,7 +6696,8 @@ typedef struct mesher__harvest {
     mesher__grid      grid;
 } mesher__harvest;
 
-/* Facet of a cavity's boundary: outward order, seen from the tetrahedron in the cavity that has it. */
+/* Facet of a cavity's boundary: outward order, seen from the tetrahedron in the cavity that has
+ * it. */
 typedef struct mesher__facet {
     uint32_t        v[3];
     uint32_t        local[3];
@@ -6273,11 +6720,12 @@ typedef struct mesher__cavity {
     uint32_t        *hash_value;
     uint32_t         cap_hash, hash_mask;
     int              simd;      /* the processor has AVX2 */
-    int              shared;    /* other threads insert too: no allocation, and only in the own section */
+    int shared; /* other threads insert too: no allocation, and only in the own section */
     uint32_t         section;   /* vertices[].key of what is in it */
     uint32_t         last;      /* the vertex inserted last, or 0 */
     struct mesher__section *pool; /* where new tetrahedra come from, if shared */
-    uint32_t         matrix[MESHER__LOCAL][MESHER__LOCAL]; /* the same of a small one: 4*facet + its opposite corner */
+    uint32_t matrix[MESHER__LOCAL]
+                   [MESHER__LOCAL]; /* the same of a small one: 4*facet + its opposite corner */
 } mesher__cavity;
 
 /* A section of the curve: what one thread inserts at a time. */
@@ -6319,14 +6767,15 @@ typedef struct mesher__refiner {
     mesher__harvest *harvests;
     int              num_harvests;
     int              num_cavities;
-    int              cancelled;  /* 1: by the host, 2: out of time; by the calling thread, read by all */
+    int cancelled; /* 1: by the host, 2: out of time; by the calling thread, read by all */
     uint64_t         inserted, num_tets, ignored;
     double           start;
     int              stop;       /* why the sweeps end early: a mesher_result, or 0 */
 } mesher__refiner;
 
 /* Makes room for need elements of an array of the refiner or a cavity, keeping the first keep. */
-static int mesher__room(delaunay_memory *memory, void *array, size_t *cap, size_t keep, size_t need, size_t size)
+static int mesher__room(delaunay_memory *memory, void *array, size_t *cap, size_t keep, size_t need,
+                        size_t size)
 {
     void *old, *block;
     size_t want;
@@ -6358,7 +6807,8 @@ static inline double mesher__power(int e)
     return x;
 }
 
-/* The level of a point of size h: its cells are one to two times as wide as its distance from others. */
+/* The level of a point of size h: its cells are one to two times as wide as its distance from
+ * others. */
 static inline int mesher__level(double h)
 {
     double reach = MESHER__SPACING * h;
@@ -6367,13 +6817,16 @@ static inline int mesher__level(double h)
     return (int)(bits >> 52) - 1022;
 }
 
-static inline size_t mesher__grid_cell(const mesher__grid *g, int level, int64_t x, int64_t y, int64_t z)
+static inline size_t mesher__grid_cell(const mesher__grid *g, int level, int64_t x, int64_t y,
+                                       int64_t z)
 {
-    uint64_t k = (uint64_t)(x >> 2) * 0x9e3779b97f4a7c15u + (uint64_t)(y >> 2) * 0xc2b2ae3d27d4eb4fu +
-                 (uint64_t)(z >> 2) * 0x165667b19e3779f9u + (uint64_t)(int64_t)level * 0xd6e8feb86659fd93u;
+    uint64_t k =
+        (uint64_t)(x >> 2) * 0x9e3779b97f4a7c15u + (uint64_t)(y >> 2) * 0xc2b2ae3d27d4eb4fu +
+        (uint64_t)(z >> 2) * 0x165667b19e3779f9u + (uint64_t)(int64_t)level * 0xd6e8feb86659fd93u;
     k ^= k >> 32;
     k = (k * 0xbf58476d1ce4e5b9u) >> 24 << 6; /* blocks of 4 x 4 x 4 cells lie together */
-    return (size_t)(k | (uint64_t)(x & 3) | (uint64_t)(y & 3) << 2 | (uint64_t)(z & 3) << 4) & g->mask;
+    return (size_t)(k | (uint64_t)(x & 3) | (uint64_t)(y & 3) << 2 | (uint64_t)(z & 3) << 4) &
+           g->mask;
 }
 
 /* Empties a grid for at most so many points. */
@@ -6390,9 +6843,10 @@ static int mesher__grid_reset(mesher__grid *g, delaunay_memory *memory, size_t p
     return 1;
 }
 
-/* No point in the grid is too near a point of size h at x. Only points whose size is within a third of h are
- * looked for: the gradation leaves hardly any other so near, and insertion tests again. */
-static int mesher__is_alone(const mesher__grid *g, const mesher__proposal *points, const double *x, double h)
+/* No point in the grid is too near a point of size h at x. Only points whose size is within a third
+ * of h are looked for: the gradation leaves hardly any other so near, and insertion tests again. */
+static int mesher__is_alone(const mesher__grid *g, const mesher__proposal *points, const double *x,
+                            double h)
 {
     double least = 0.75 * h, most = 1.33 * h;
     int l = mesher__level(least), last = mesher__level(most);
@@ -6421,7 +6875,8 @@ static int mesher__is_alone(const mesher__grid *g, const mesher__proposal *point
 }
 
 /* A quick form, for points that will be tested again: the nearest cells of the level of h only. */
-static int mesher__is_crowded(const mesher__grid *g, const mesher__proposal *points, const double *x, double h)
+static int mesher__is_crowded(const mesher__grid *g, const mesher__proposal *points,
+                              const double *x, double h)
 {
     int level = mesher__level(h);
     double scale = mesher__power(-level), reach = 0.5 * MESHER__SPACING * h * scale;
@@ -6439,10 +6894,12 @@ static int mesher__is_crowded(const mesher__grid *g, const mesher__proposal *poi
     return 0;
 }
 
-static int mesher__put_in_grid(mesher__grid *g, delaunay_memory *memory, const mesher__proposal *points, uint32_t k)
+static int mesher__put_in_grid(mesher__grid *g, delaunay_memory *memory,
+                               const mesher__proposal *points, uint32_t k)
 {
     const mesher__proposal *p = points + k;
-    if (!mesher__room(memory, &g->chain, &g->cap_chain, k, (size_t)k + 1, sizeof *g->chain)) return 0;
+    if (!mesher__room(memory, &g->chain, &g->cap_chain, k, (size_t)k + 1, sizeof *g->chain))
+        return 0;
     {
     int level = mesher__level(p->h);
     double scale = mesher__power(-level);
@@ -6459,8 +6916,10 @@ static int mesher__put_in_grid(mesher__grid *g, delaunay_memory *memory, const m
 
 /* -- proposals */
 
-/* Centre of the sphere through the four corners, relative to the first; the squared radius, or -1. */
-static double mesher__circumcentre(const double *a, const double *b, const double *c, const double *d, double *x)
+/* Centre of the sphere through the four corners, relative to the first; the squared radius, or
+ * -1. */
+static double mesher__circumcentre(const double *a, const double *b, const double *c,
+                                   const double *d, double *x)
 {
     double u[3], v[3], w[3], vw[3], uu, vv, ww, det;
     int i;
@@ -6479,7 +6938,8 @@ static double mesher__circumcentre(const double *a, const double *b, const doubl
     if (!(det > 0)) return -1;
     for (i = 0; i < 3; i++) {
         int j = (i + 1) % 3, k = (i + 2) % 3;
-        x[i] = (uu * vw[i] + vv * (w[j] * u[k] - w[k] * u[j]) + ww * (u[j] * v[k] - u[k] * v[j])) / det;
+        x[i] = (uu * vw[i] + vv * (w[j] * u[k] - w[k] * u[j]) + ww * (u[j] * v[k] - u[k] * v[j])) /
+               det;
     }
     uu = x[0] * x[0] + x[1] * x[1] + x[2] * x[2];
     for (i = 0; i < 3; i++) x[i] += a[i];
@@ -6521,7 +6981,8 @@ static int mesher__is_clear(const mesher__refiner *r, const mesher__proposal *p,
     return 1;
 }
 
-/* The wanted apex over facet i of tetrahedron t, on its inner side: at the distance of the size from its corners. */
+/* The wanted apex over facet i of tetrahedron t, on its inner side: at the distance of the size
+ * from its corners. */
 static int mesher__apex(const mesher__refiner *r, delaunay_handle t, int i, double *x)
 {
     const delaunay_mesh *mesh = r->mesh;
@@ -6564,10 +7025,12 @@ static int mesher__apex(const mesher__refiner *r, delaunay_handle t, int i, doub
 static int mesher__in_box(const mesher__refiner *r, const double *x)
 {
     const double *lo = r->box.lo, *hi = r->box.hi;
-    return x[0] > lo[0] && x[1] > lo[1] && x[2] > lo[2] && x[0] < hi[0] && x[1] < hi[1] && x[2] < hi[2];
+    return x[0] > lo[0] && x[1] > lo[1] && x[2] > lo[2] && x[0] < hi[0] && x[1] < hi[1] &&
+           x[2] < hi[2];
 }
 
-static int mesher__settle(const mesher__refiner *r, mesher__proposal *p, delaunay_handle t, delaunay_handle *met)
+static int mesher__settle(const mesher__refiner *r, mesher__proposal *p, delaunay_handle t,
+                          delaunay_handle *met)
 {
     int found;
     p->tet = mesher__see(r->mesh, p->x, t, met);
@@ -6585,8 +7048,8 @@ static uint32_t mesher__stamp(const delaunay_mesh *mesh, delaunay_handle t)
 /* What a tetrahedron asks for. */
 enum { MESHER__SMALL = 1, MESHER__CROWDED, MESHER__POINT };
 
-/* The point that tetrahedron t asks for, if it is too large; MESHER__CROWDED: one of those harvested
- * is probably in its way. */
+/* The point that tetrahedron t asks for, if it is too large; MESHER__CROWDED: one of those
+ * harvested is probably in its way. */
 static int mesher__propose(const mesher__refiner *r, delaunay_handle t, mesher__proposal *p,
                            const mesher__harvest *h)
 {
@@ -6610,18 +7073,24 @@ static int mesher__propose(const mesher__refiner *r, delaunay_handle t, mesher__
     p->home = r->home[v[0]];
     p->vertex = p->hint = 0;
     p->state = 0;
-    if (rr >= 0 && h && mesher__in_box(r, p->x) && mesher__is_crowded(&h->grid, h->points, p->x, sum / 4))
+    if (rr >= 0 && h && mesher__in_box(r, p->x) &&
+        mesher__is_crowded(&h->grid, h->points, p->x, sum / 4))
         return MESHER__CROWDED;
     if (rr >= 0 && mesher__settle(r, p, t, &met))
-        return mesher__is_clear(r, p, t) && mesher__is_clear(r, p, p->tet) ? MESHER__POINT : MESHER__SMALL;
-    if (rr >= 0 && met && mesher__apex(r, met >> 2, (int)(met & 3), p->x) && mesher__settle(r, p, met >> 2, &met))
-        return mesher__is_clear(r, p, t) && mesher__is_clear(r, p, p->tet) ? MESHER__POINT : MESHER__SMALL;
+        return mesher__is_clear(r, p, t) && mesher__is_clear(r, p, p->tet) ? MESHER__POINT
+                                                                           : MESHER__SMALL;
+    if (rr >= 0 && met && mesher__apex(r, met >> 2, (int)(met & 3), p->x) &&
+        mesher__settle(r, p, met >> 2, &met))
+        return mesher__is_clear(r, p, t) && mesher__is_clear(r, p, p->tet) ? MESHER__POINT
+                                                                           : MESHER__SMALL;
     for (i = 0; i < 3; i++) p->x[i] = (x[0][i] + x[1][i] + x[2][i] + x[3][i]) / 4;
-    return mesher__settle(r, p, t, &met) && mesher__is_clear(r, p, t) ? MESHER__POINT : MESHER__SMALL;
+    return mesher__settle(r, p, t, &met) && mesher__is_clear(r, p, t) ? MESHER__POINT
+                                                                      : MESHER__SMALL;
 }
 
 /* The caller's wishes at count proposals, stride bytes apart, in batches shared by the threads. */
-static void mesher__wish_at_points(mesher__refiner *r, mesher__proposal *points, size_t stride, size_t count)
+static void mesher__wish_at_points(mesher__refiner *r, mesher__proposal *points, size_t stride,
+                                   size_t count)
 {
     int threads = count > 2 * MESHER__BATCH ? delaunay_threads(&r->options->host) : 1, b;
     int batches = (int)((count + MESHER__BATCH - 1) / MESHER__BATCH);
@@ -6629,20 +7098,25 @@ static void mesher__wish_at_points(mesher__refiner *r, mesher__proposal *points,
     if (!mesher__has_wishes(r->options)) return;
     (void)threads;
     /* Shared: the points, each of one batch; private: the batch's arrays. */
-    MESHER__OMP(omp parallel for schedule(dynamic, 1) num_threads(threads) reduction(+ : ignored) if(threads > 1))
+    MESHER__OMP(omp parallel for schedule(dynamic, 1) num_threads(threads)                         \
+                    reduction(+ : ignored) if(threads > 1))
     for (b = 0; b < batches; b++) {
         double xyz[3 * MESHER__BATCH], h[MESHER__BATCH];
         uint32_t region[MESHER__BATCH];
-        size_t first = (size_t)b * MESHER__BATCH, n = count - first < MESHER__BATCH ? count - first : (size_t)MESHER__BATCH, i;
+        size_t first = (size_t)b * MESHER__BATCH,
+               n = count - first < MESHER__BATCH ? count - first : (size_t)MESHER__BATCH, i;
         for (i = 0; i < n; i++) {
-            const mesher__proposal *p = (const mesher__proposal *)(const void *)((const char *)points + (first + i) * stride);
+            const mesher__proposal *p =
+                (const mesher__proposal *)(const void *)((const char *)points +
+                                                         (first + i) * stride);
             memcpy(xyz + 3 * i, p->x, sizeof p->x);
             region[i] = p->region;
             h[i] = p->h;
         }
         ignored += mesher__wishes(r->options, n, xyz, region, h);
         for (i = 0; i < n; i++) {
-            mesher__proposal *p = (mesher__proposal *)(void *)((char *)points + (first + i) * stride);
+            mesher__proposal *p =
+                (mesher__proposal *)(void *)((char *)points + (first + i) * stride);
             p->h = h[i] > r->field.least ? h[i] : r->field.least;
         }
     }
@@ -6668,7 +7142,8 @@ static void mesher__lose(delaunay_mesh *mesh, delaunay_handle t)
 }
 
 /* Points of the tetrahedra of a range of slots. */
-static void mesher__gather_some(const mesher__refiner *r, mesher__harvest *h, delaunay_handle begin, delaunay_handle end)
+static void mesher__gather_some(const mesher__refiner *r, mesher__harvest *h, delaunay_handle begin,
+                                delaunay_handle end)
 {
     delaunay_mesh *mesh = r->mesh;
     delaunay_handle t;
@@ -6703,8 +7178,8 @@ static int mesher__harvests(mesher__refiner *r, int count)
 {
     int i;
     if (count > r->num_harvests) {
-        mesher__harvest *all = (mesher__harvest *)delaunay_grow(r->memory, r->harvests, (size_t)r->num_harvests,
-                                                                (size_t)count, sizeof *all);
+        mesher__harvest *all = (mesher__harvest *)delaunay_grow(
+            r->memory, r->harvests, (size_t)r->num_harvests, (size_t)count, sizeof *all);
         if (!all) return 0;
         memset(all + r->num_harvests, 0, (size_t)(count - r->num_harvests) * sizeof *all);
         r->harvests = all;
@@ -6713,8 +7188,10 @@ static int mesher__harvests(mesher__refiner *r, int count)
     for (i = 0; i < count; i++) {
         mesher__harvest *h = r->harvests + i;
         memcpy(h->grid.origin, r->grid.origin, sizeof h->grid.origin);
-        if (!mesher__room(r->memory, &h->points, &h->cap_points, 0, MESHER__SLOTS, sizeof *h->points) ||
-            !mesher__grid_reset(&h->grid, r->memory, MESHER__SLOTS)) return 0;
+        if (!mesher__room(r->memory, &h->points, &h->cap_points, 0, MESHER__SLOTS,
+                          sizeof *h->points) ||
+            !mesher__grid_reset(&h->grid, r->memory, MESHER__SLOTS))
+            return 0;
     }
     return 1;
 }
@@ -6729,39 +7206,45 @@ static int mesher__gather(mesher__refiner *r)
     for (first = 1; first < slots; first += (size_t)n * MESHER__SLOTS) {
         n = (slots - first + MESHER__SLOTS - 1) / MESHER__SLOTS < (size_t)count
                 ? (int)((slots - first + MESHER__SLOTS - 1) / MESHER__SLOTS) : count;
-        /* Shared: the mesh, of which each range writes its own marks; private: a harvest for each range. */
+        /* Shared: the mesh, of which each range writes its own marks; private: a harvest for each
+         * range. */
         MESHER__OMP(omp parallel for schedule(dynamic, 1) num_threads(threads) if(n > 1))
         for (i = 0; i < n; i++) {
             size_t begin = first + (size_t)i * MESHER__SLOTS, end = begin + MESHER__SLOTS;
-            mesher__gather_some(r, r->harvests + i, (delaunay_handle)begin, (delaunay_handle)(end < slots ? end : slots));
+            mesher__gather_some(r, r->harvests + i, (delaunay_handle)begin,
+                                (delaunay_handle)(end < slots ? end : slots));
         }
         for (i = 0; i < n; i++) {
             size_t begin = first + (size_t)i * MESHER__SLOTS, end = begin + MESHER__SLOTS;
-            mesher__note_answers(r->mesh, (delaunay_handle)begin, (delaunay_handle)(end < slots ? end : slots));
+            mesher__note_answers(r->mesh, (delaunay_handle)begin,
+                                 (delaunay_handle)(end < slots ? end : slots));
         }
         for (i = 0; i < n; i++) {
             const mesher__harvest *h = r->harvests + i;
-            if (!mesher__room(r->memory, &r->points, &r->cap_points, r->num_points, r->num_points + h->num_points,
-                              sizeof *r->points)) return 0;
+            if (!mesher__room(r->memory, &r->points, &r->cap_points, r->num_points,
+                              r->num_points + h->num_points, sizeof *r->points))
+                return 0;
             if (h->num_points)
                 memcpy(r->points + r->num_points, h->points, h->num_points * sizeof *h->points);
             r->num_points += h->num_points;
         }
     }
-    if (mesher__has_wishes(r->options)) mesher__wish_at_points(r, r->points, sizeof *r->points, r->num_points);
+    if (mesher__has_wishes(r->options))
+        mesher__wish_at_points(r, r->points, sizeof *r->points, r->num_points);
     else mesher__bound_points(r);
     return 1;
 }
 
-/* Brings the points into the order of the curve, if asked for in rounds of growing size (thesis 3.4), which a
- * first insertion into a coarse mesh wants. */
+/* Brings the points into the order of the curve, if asked for in rounds of growing size (thesis
+ * 3.4), which a first insertion into a coarse mesh wants. */
 static int mesher__sort_points(mesher__refiner *r, int rounds)
 {
     size_t n = r->num_points, k;
     if (!mesher__room(r->memory, &r->order, &r->cap_order, 0, n, sizeof *r->order)) return 0;
     if (!mesher__room(r->memory, &r->keys, &r->cap_keys, 0, n, sizeof *r->keys)) return 0;
     if (n == 0) return 1;
-    if (hilbert_keys3(r->keys, r->points[0].x, sizeof *r->points, n, &r->box, r->options->host.num_threads) != HILBERT_OK)
+    if (hilbert_keys3(r->keys, r->points[0].x, sizeof *r->points, n, &r->box,
+                      r->options->host.num_threads) != HILBERT_OK)
         return 0;
     for (k = 0; k < n; k++) {
         uint32_t hash = (uint32_t)(k * 0x9e3779b97f4a7c15u >> 32), round = 15;
@@ -6779,11 +7262,14 @@ static int mesher__sort_points(mesher__refiner *r, int rounds)
 static mesher_result mesher__over_budget(const mesher__refiner *r)
 {
     const mesher_options *o = r->options;
-    if (o->max_vertices && (uint64_t)r->mesh->num_vertices - 1 >= o->max_vertices) return MESHER_STOPPED_BY_BUDGET;
+    if (o->max_vertices && (uint64_t)r->mesh->num_vertices - 1 >= o->max_vertices)
+        return MESHER_STOPPED_BY_BUDGET;
     if (o->max_tets && r->num_tets + 32 > o->max_tets) return MESHER_STOPPED_BY_BUDGET;
     if (r->mesh->num_vertices >= UINT32_MAX - 16) return MESHER_STOPPED_BY_BUDGET;
-    if ((size_t)r->mesh->num_tets >= ((delaunay_handle)-1) / 4 - 4096) return MESHER_STOPPED_BY_BUDGET;
-    if ((r->inserted & 255) == 0 && o->max_seconds > 0 && delaunay_seconds(&o->host) - r->start > o->max_seconds)
+    if ((size_t)r->mesh->num_tets >= ((delaunay_handle)-1) / 4 - 4096)
+        return MESHER_STOPPED_BY_BUDGET;
+    if ((r->inserted & 255) == 0 && o->max_seconds > 0 &&
+        delaunay_seconds(&o->host) - r->start > o->max_seconds)
         return MESHER_STOPPED_BY_BUDGET;
     return MESHER_OK;
 }
@@ -6796,12 +7282,13 @@ static mesher_result mesher__no_memory(const mesher__refiner *r)
 
 /* -- lattice: far from the surface, before all sweeps */
 
-/* Edge of the cubes of the body-centred lattice, relative to the wanted size: its edges are 1.04 and 1.2 of it. */
-#define MESHER__CUBE 1.2
+/* Edge of the cubes of the body-centred lattice, relative to the wanted size: its edges are 1.04
+ * and 1.2 of it. */
+#  define MESHER__CUBE 1.2
 /* Largest relative change of the size from one point of a lattice to the next. */
-#define MESHER__UNIFORM 0.1
+#  define MESHER__UNIFORM 0.1
 /* More points than this are left to the sweeps, which stop at budgets. */
-#define MESHER__LATTICE_MOST 3e8
+#  define MESHER__LATTICE_MOST 3e8
 
 /* How many points a lattice all over the inside would have. */
 static double mesher__lattice_points(const mesher__refiner *r)
@@ -6822,8 +7309,10 @@ static double mesher__lattice_points(const mesher__refiner *r)
     return sum;
 }
 
-/* True if the point's own cell has another one that is much nearer than the size: it will do for both. */
-static int mesher__is_covered(const mesher__grid *g, const mesher__proposal *points, const mesher__proposal *p)
+/* True if the point's own cell has another one that is much nearer than the size: it will do for
+ * both. */
+static int mesher__is_covered(const mesher__grid *g, const mesher__proposal *points,
+                              const mesher__proposal *p)
 {
     int level = mesher__level(p->h);
     double scale = mesher__power(-level);
@@ -6839,7 +7328,9 @@ static int mesher__is_covered(const mesher__grid *g, const mesher__proposal *poi
 static int mesher__put_vertices(mesher__refiner *r)
 {
     uint32_t v;
-    if (!mesher__room(r->memory, &r->points, &r->cap_points, 0, r->mesh->num_vertices, sizeof *r->points)) return 0;
+    if (!mesher__room(r->memory, &r->points, &r->cap_points, 0, r->mesh->num_vertices,
+                      sizeof *r->points))
+        return 0;
     r->num_points = 0;
     for (v = 1; v < r->mesh->num_vertices; v++) {
         mesher__proposal *p = r->points + r->num_points;
@@ -6847,13 +7338,15 @@ static int mesher__put_vertices(mesher__refiner *r)
         memcpy(p->x, r->mesh->vertices[v].x, sizeof p->x);
         p->h = r->domain->size[v];
         if (mesher__is_covered(&r->grid, r->points, p)) continue;
-        if (!mesher__put_in_grid(&r->grid, r->memory, r->points, (uint32_t)r->num_points++)) return 0;
+        if (!mesher__put_in_grid(&r->grid, r->memory, r->points, (uint32_t)r->num_points++))
+            return 0;
     }
     return 1;
 }
 
 /* Puts p at x, if that is in the region; home: where to search from. */
-static int mesher__place(const mesher__refiner *r, mesher__proposal *p, const double *x, delaunay_handle home, uint32_t region)
+static int mesher__place(const mesher__refiner *r, mesher__proposal *p, const double *x,
+                         delaunay_handle home, uint32_t region)
 {
     int found;
     memcpy(p->x, x, sizeof p->x);
@@ -6866,15 +7359,18 @@ static int mesher__place(const mesher__refiner *r, mesher__proposal *p, const do
     return found && r->field.color[p->home] == region;
 }
 
-/* A node of a lattice: three coordinates of 16 bits, in halves of the cube's edge, and the lattice's number. */
+/* A node of a lattice: three coordinates of 16 bits, in halves of the cube's edge, and the
+ * lattice's number. */
 static uint64_t mesher__next_node(uint64_t node, int direction)
 {
-    uint64_t x = (node & 0xffff) + (direction & 1 ? 1u : 0xffffu), y = (node >> 16 & 0xffff) + (direction & 2 ? 1u : 0xffffu);
+    uint64_t x = (node & 0xffff) + (direction & 1 ? 1u : 0xffffu),
+             y = (node >> 16 & 0xffff) + (direction & 2 ? 1u : 0xffffu);
     uint64_t z = (node >> 32 & 0xffff) + (direction & 4 ? 1u : 0xffffu);
     return (node & 0xffff000000000000u) | (z & 0xffff) << 32 | (y & 0xffff) << 16 | (x & 0xffff);
 }
 
-/* Enters a node in the table of those seen (of cap_seen, a power of two): 1 if it is new, -1: no memory. */
+/* Enters a node in the table of those seen (of cap_seen, a power of two): 1 if it is new, -1: no
+ * memory. */
 static int mesher__see_node(mesher__refiner *r, uint64_t node)
 {
     size_t k, cap = r->cap_seen;
@@ -6905,7 +7401,8 @@ static int mesher__see_node(mesher__refiner *r, uint64_t node)
 static int mesher__lattice_room(mesher__refiner *r)
 {
     size_t need = r->num_points + 1;
-    return mesher__room(r->memory, &r->points, &r->cap_points, r->num_points, need, sizeof *r->points) &&
+    return mesher__room(r->memory, &r->points, &r->cap_points, r->num_points, need,
+                        sizeof *r->points) &&
            mesher__room(r->memory, &r->nodes, &r->cap_nodes, r->num_points, need, sizeof *r->nodes);
 }
 
@@ -6917,8 +7414,10 @@ typedef struct mesher__candidate {
     uint32_t         parent, direction;
 } mesher__candidate;
 
-/* Puts a candidate beside its parent, at the distance that a size h there and the parent's ask for. */
-static int mesher__beside(const mesher__refiner *r, mesher__candidate *c, double h, delaunay_handle home)
+/* Puts a candidate beside its parent, at the distance that a size h there and the parent's ask
+ * for. */
+static int mesher__beside(const mesher__refiner *r, mesher__candidate *c, double h,
+                          delaunay_handle home)
 {
     const mesher__proposal *parent = r->points + c->parent;
     double x[3], half = MESHER__CUBE / 4 * (parent->h + h);
@@ -6927,7 +7426,8 @@ static int mesher__beside(const mesher__refiner *r, mesher__candidate *c, double
     return mesher__in_box(r, x) && mesher__place(r, &c->p, x, home, parent->region);
 }
 
-/* Brings a candidate, placed at the distance of its parent's size, to that of its own; state 1 if it will do. */
+/* Brings a candidate, placed at the distance of its parent's size, to that of its own; state 1 if
+ * it will do. */
 static void mesher__judge(const mesher__refiner *r, mesher__candidate *c)
 {
     double was = r->points[c->parent].h, h = c->p.h, change = fabs(h - was) / h;
@@ -6941,7 +7441,8 @@ static void mesher__judge(const mesher__refiner *r, mesher__candidate *c)
     c->p.state = mesher__is_alone(&r->grid, r->points, c->p.x, c->p.h);
 }
 
-/* Places the candidates of a batch, several threads sharing them; returns how many are left to look at. */
+/* Places the candidates of a batch, several threads sharing them; returns how many are left to look
+ * at. */
 static size_t mesher__judge_all(mesher__refiner *r, mesher__candidate *all, size_t count)
 {
     int threads = count < 1024 ? 1 : delaunay_threads(&r->options->host), i, n = (int)count;
@@ -7014,7 +7515,8 @@ static mesher_result mesher__grow_lattice(mesher__refiner *r, size_t p)
 }
 
 /* A lattice from point p on, if no other is near. */
-static mesher_result mesher__start_lattice(mesher__refiner *r, const mesher__proposal *p, uint64_t number)
+static mesher_result mesher__start_lattice(mesher__refiner *r, const mesher__proposal *p,
+                                           uint64_t number)
 {
     size_t k = r->num_points;
     if (!mesher__is_alone(&r->grid, r->points, p->x, 1.5 * p->h)) return MESHER_OK;
@@ -7023,11 +7525,13 @@ static mesher_result mesher__start_lattice(mesher__refiner *r, const mesher__pro
     r->nodes[k] = (number & 0x7fff) << 48 | 0x800080008000u;
     if (mesher__see_node(r, r->nodes[k]) < 0) return mesher__no_memory(r);
     r->num_points++;
-    if (!mesher__put_in_grid(&r->grid, r->memory, r->points, (uint32_t)k)) return mesher__no_memory(r);
+    if (!mesher__put_in_grid(&r->grid, r->memory, r->points, (uint32_t)k))
+        return mesher__no_memory(r);
     return mesher__grow_lattice(r, k);
 }
 
-/* The tetrahedra with an empty sphere wider than the size, in order: the widest, relative to the size, first. */
+/* The tetrahedra with an empty sphere wider than the size, in order: the widest, relative to the
+ * size, first. */
 static int mesher__find_starts(mesher__refiner *r, size_t *count)
 {
     const delaunay_mesh *mesh = r->mesh;
@@ -7039,11 +7543,12 @@ static int mesher__find_starts(mesher__refiner *r, size_t *count)
     for (t = 1; t < mesh->num_tets; t++) {
         const uint32_t *v = mesh->tets[t].v;
         if (!mesher__is_inside(mesh, t)) continue;
-        rr = mesher__circumcentre(mesh->vertices[v[0]].x, mesh->vertices[v[1]].x, mesh->vertices[v[2]].x,
-                                  mesh->vertices[v[3]].x, x);
+        rr = mesher__circumcentre(mesh->vertices[v[0]].x, mesh->vertices[v[1]].x,
+                                  mesh->vertices[v[2]].x, mesh->vertices[v[3]].x, x);
         for (h = 0, i = 0; i < 4; i++) h += r->domain->size[v[i]] / 4;
         if (!(rr > 2.25 * h * h)) continue;
-        if (!mesher__room(r->memory, &r->order, &r->cap_order, n, n + 1, sizeof *r->order)) return 0;
+        if (!mesher__room(r->memory, &r->order, &r->cap_order, n, n + 1, sizeof *r->order))
+            return 0;
         ratio = sqrt(rr) / h;
         memcpy(&bits, &ratio, sizeof bits);
         r->order[n].key = ~bits;
@@ -7064,17 +7569,20 @@ static void mesher__lattice_free(mesher__refiner *r)
     r->cap_nodes = r->num_seen = r->cap_seen = r->cap_front = 0;
 }
 
-/* Room for the mesh that a lattice of so many points will end in, at once rather than in steps that copy; where
- * there is none, steps will do. */
+/* Room for the mesh that a lattice of so many points will end in, at once rather than in steps that
+ * copy; where there is none, steps will do. */
 static void mesher__foresee(mesher__refiner *r, size_t points)
 {
-    size_t vertices = r->mesh->num_vertices + points + points / 4, tets = r->mesh->num_tets + 8 * points;
-    if (vertices >= UINT32_MAX / 2 || tets >= ((delaunay_handle)-1) / 4 || r->memory->limit_bytes) return;
-    if (delaunay_reserve(r->mesh, vertices, tets) == DELAUNAY_OK) r->field.vertices = r->mesh->vertices;
+    size_t vertices = r->mesh->num_vertices + points + points / 4,
+           tets = r->mesh->num_tets + 8 * points;
+    if (vertices >= UINT32_MAX / 2 || tets >= ((delaunay_handle)-1) / 4 || r->memory->limit_bytes)
+        return;
+    if (delaunay_reserve(r->mesh, vertices, tets) == DELAUNAY_OK)
+        r->field.vertices = r->mesh->vertices;
 }
 
-/* Body-centred lattices all over the inside, away from the surface, as far as the size is nearly uniform: their
- * Delaunay tetrahedra are all alike and good, and nothing has to be tried. */
+/* Body-centred lattices all over the inside, away from the surface, as far as the size is nearly
+ * uniform: their Delaunay tetrahedra are all alike and good, and nothing has to be tried. */
 static mesher_result mesher__lattice(mesher__refiner *r)
 {
     const delaunay_mesh *mesh = r->mesh;
@@ -7084,7 +7592,8 @@ static mesher_result mesher__lattice(mesher__refiner *r)
     mesher_result result = MESHER_OK;
     r->num_points = 0;
     if (!(points >= 8) || points > MESHER__LATTICE_MOST) return MESHER_OK;
-    if (!mesher__grid_reset(&r->grid, r->memory, (size_t)points + mesh->num_vertices)) return mesher__no_memory(r);
+    if (!mesher__grid_reset(&r->grid, r->memory, (size_t)points + mesh->num_vertices))
+        return mesher__no_memory(r);
     if (!mesher__put_vertices(r) || !mesher__find_starts(r, &n)) return mesher__no_memory(r);
     if (!mesher__room(r->memory, &r->front, &r->cap_front, 0, 8 * MESHER__FRONT, sizeof *r->front))
         return mesher__no_memory(r);
@@ -7103,14 +7612,16 @@ static mesher_result mesher__lattice(mesher__refiner *r)
         lattices += r->num_points > before;
         if (mesher__over_budget(r) != MESHER_OK) break;
     }
-    if (r->num_points > first) memmove(r->points, r->points + first, (r->num_points - first) * sizeof *r->points);
+    if (r->num_points > first)
+        memmove(r->points, r->points + first, (r->num_points - first) * sizeof *r->points);
     r->num_points -= first;
     mesher__lattice_free(r);
     mesher__foresee(r, r->num_points);
     return result;
 }
 
-/* Keeps a maximal set of points that are far enough from each other; the others are asked again later. */
+/* Keeps a maximal set of points that are far enough from each other; the others are asked again
+ * later. */
 static int mesher__filter(mesher__refiner *r)
 {
     size_t n = r->num_points, k, kept = 0;
@@ -7133,11 +7644,13 @@ static int mesher__filter(mesher__refiner *r)
 
 /* -- insertion */
 
-/* delaunay_insphere_perturbed(...) > 0, its filter inlined (the same bound: 1e-28 times the tenth power of the
- * largest distance). */
-static inline int mesher__in_sphere(const delaunay_vertex *vertices, const uint32_t *v, const double *p)
+/* delaunay_insphere_perturbed(...) > 0, its filter inlined (the same bound: 1e-28 times the tenth
+ * power of the largest distance). */
+static inline int mesher__in_sphere(const delaunay_vertex *vertices, const uint32_t *v,
+                                    const double *p)
 {
-    const double *a = vertices[v[0]].x, *b = vertices[v[1]].x, *c = vertices[v[2]].x, *d = vertices[v[3]].x;
+    const double *a = vertices[v[0]].x, *b = vertices[v[1]].x, *c = vertices[v[2]].x,
+                 *d = vertices[v[3]].x;
     double ax = a[0] - p[0], ay = a[1] - p[1], az = a[2] - p[2];
     double bx = b[0] - p[0], by = b[1] - p[1], bz = b[2] - p[2];
     double cx = c[0] - p[0], cy = c[1] - p[1], cz = c[2] - p[2];
@@ -7158,27 +7671,29 @@ static inline int mesher__in_sphere(const delaunay_vertex *vertices, const uint3
 #define MESHER__SIMD
 
 /* Corner i of four tetrahedra, relative to p, and its squared distance. */
-#define MESHER__LOAD(i, ox, oy, oz, l)                                                                \
-    do {                                                                                           \
+#    define MESHER__LOAD(i, ox, oy, oz, l)                                                         \
+      do {                                                                                         \
         __m256d r0 = _mm256_load_pd(vertices[v0[i]].x), r1 = _mm256_load_pd(vertices[v1[i]].x);    \
         __m256d r2 = _mm256_load_pd(vertices[v2[i]].x), r3 = _mm256_load_pd(vertices[v3[i]].x);    \
         __m256d s0 = _mm256_unpacklo_pd(r0, r1), s1 = _mm256_unpackhi_pd(r0, r1);                  \
         __m256d s2 = _mm256_unpacklo_pd(r2, r3), s3 = _mm256_unpackhi_pd(r2, r3);                  \
-        ox = _mm256_sub_pd(_mm256_permute2f128_pd(s0, s2, 0x20), px);                               \
-        oy = _mm256_sub_pd(_mm256_permute2f128_pd(s1, s3, 0x20), py);                               \
-        oz = _mm256_sub_pd(_mm256_permute2f128_pd(s0, s2, 0x31), pz);                               \
-        l = _mm256_add_pd(_mm256_add_pd(_mm256_mul_pd(ox, ox), _mm256_mul_pd(oy, oy)), _mm256_mul_pd(oz, oz)); \
-    } while (0)
+        ox = _mm256_sub_pd(_mm256_permute2f128_pd(s0, s2, 0x20), px);                              \
+        oy = _mm256_sub_pd(_mm256_permute2f128_pd(s1, s3, 0x20), py);                              \
+        oz = _mm256_sub_pd(_mm256_permute2f128_pd(s0, s2, 0x31), pz);                              \
+        l = _mm256_add_pd(_mm256_add_pd(_mm256_mul_pd(ox, ox), _mm256_mul_pd(oy, oy)),             \
+                          _mm256_mul_pd(oz, oz));                                                  \
+      } while (0)
 #define MESHER__CROSS(a, b, c, d) _mm256_sub_pd(_mm256_mul_pd(a, b), _mm256_mul_pd(c, d))
 
-/* The filter of mesher__in_sphere for four tetrahedra: bits of those that contain p; *unsure: those that it cannot
- * tell. */
-__attribute__((target("avx2"))) static int mesher__in_spheres4(const delaunay_vertex *vertices, const uint32_t *v0,
-                                                               const uint32_t *v1, const uint32_t *v2,
-                                                               const uint32_t *v3, const double *p, int *unsure)
+/* The filter of mesher__in_sphere for four tetrahedra: bits of those that contain p; *unsure: those
+ * that it cannot tell. */
+__attribute__((target("avx2"))) static int
+mesher__in_spheres4(const delaunay_vertex *vertices, const uint32_t *v0, const uint32_t *v1,
+                    const uint32_t *v2, const uint32_t *v3, const double *p, int *unsure)
 {
     __m256d px = _mm256_set1_pd(p[0]), py = _mm256_set1_pd(p[1]), pz = _mm256_set1_pd(p[2]);
-    __m256d ax, ay, az, al, bx, by, bz, bl, cx, cy, cz, cl, dx, dy, dz, dl, ab, bc, cd, da, ac, bd, det, l, e;
+    __m256d ax, ay, az, al, bx, by, bz, bl, cx, cy, cz, cl, dx, dy, dz, dl, ab, bc, cd, da, ac, bd,
+        det, l, e;
     MESHER__LOAD(0, ax, ay, az, al);
     MESHER__LOAD(1, bx, by, bz, bl);
     MESHER__LOAD(2, cx, cy, cz, cl);
@@ -7189,13 +7704,15 @@ __attribute__((target("avx2"))) static int mesher__in_spheres4(const delaunay_ve
     da = MESHER__CROSS(dx, ay, ax, dy);
     ac = MESHER__CROSS(ax, cy, cx, ay);
     bd = MESHER__CROSS(bx, dy, dx, by);
-    e = _mm256_add_pd(_mm256_add_pd(_mm256_mul_pd(dz, ab), _mm256_mul_pd(az, bd)), _mm256_mul_pd(bz, da));
+    e = _mm256_add_pd(_mm256_add_pd(_mm256_mul_pd(dz, ab), _mm256_mul_pd(az, bd)),
+                      _mm256_mul_pd(bz, da));
     det = _mm256_mul_pd(cl, e);
     e = _mm256_add_pd(MESHER__CROSS(az, bc, bz, ac), _mm256_mul_pd(cz, ab));
     det = _mm256_sub_pd(det, _mm256_mul_pd(dl, e));
     e = _mm256_add_pd(MESHER__CROSS(bz, cd, cz, bd), _mm256_mul_pd(dz, bc));
     l = _mm256_mul_pd(al, e);
-    e = _mm256_add_pd(_mm256_add_pd(_mm256_mul_pd(cz, da), _mm256_mul_pd(dz, ac)), _mm256_mul_pd(az, cd));
+    e = _mm256_add_pd(_mm256_add_pd(_mm256_mul_pd(cz, da), _mm256_mul_pd(dz, ac)),
+                      _mm256_mul_pd(az, cd));
     det = _mm256_add_pd(det, _mm256_sub_pd(l, _mm256_mul_pd(bl, e)));
     l = _mm256_max_pd(_mm256_max_pd(al, bl), _mm256_max_pd(cl, dl));
     e = _mm256_mul_pd(l, l);
@@ -7213,12 +7730,14 @@ static inline int mesher__sees(const double *p, const double *a, const double *b
     double bx = b[0] - p[0], by = b[1] - p[1], bz = b[2] - p[2];
     double cx = c[0] - p[0], cy = c[1] - p[1], cz = c[2] - p[2];
     double det = ax * (by * cz - bz * cy) + ay * (bz * cx - bx * cz) + az * (bx * cy - by * cx);
-    double la = ax * ax + ay * ay + az * az, lb = bx * bx + by * by + bz * bz, lc = cx * cx + cy * cy + cz * cz;
+    double la = ax * ax + ay * ay + az * az, lb = bx * bx + by * by + bz * bz,
+           lc = cx * cx + cy * cy + cz * cz;
     if (det * det > 2e-30 * la * lb * lc + 1e-290) return det > 0;
     return delaunay_orient3d(p, a, b, c) > 0;
 }
 
-/* What became of a point. LATER: another section or more memory is needed, and nothing has been changed. */
+/* What became of a point. LATER: another section or more memory is needed, and nothing has been
+ * changed. */
 enum { MESHER__NO_MEMORY = -1, MESHER__GIVEN_UP = 0, MESHER__DONE = 1, MESHER__LATER = 2 };
 
 /* Whether threads that share the mesh leave vertex v to this one. */
@@ -7227,10 +7746,10 @@ static inline int mesher__is_mine(const mesher__cavity *c, const delaunay_mesh *
     return !c->shared || mesh->vertices[v].key == c->section;
 }
 
-/* Exact walk to a tetrahedron that contains x, closed; 0 if it leaves the mesh or cycles, or (*later is set) the
- * section. */
-static delaunay_handle mesher__walk(const mesher__cavity *c, const delaunay_mesh *mesh, const double *x,
-                                    delaunay_handle t, int *later)
+/* Exact walk to a tetrahedron that contains x, closed; 0 if it leaves the mesh or cycles, or
+ * (*later is set) the section. */
+static delaunay_handle mesher__walk(const mesher__cavity *c, const delaunay_mesh *mesh,
+                                    const double *x, delaunay_handle t, int *later)
 {
     delaunay_handle from = 0;
     uint32_t turn = 0;
@@ -7268,20 +7787,22 @@ static int mesher__cavity_room(mesher__cavity *c, uint32_t tets, uint32_t outsid
     if (!mesher__room(c->memory, &c->tets, &cap, c->num_tets, tets, sizeof *c->tets)) return 0;
     c->cap_tets = (uint32_t)cap;
     cap = c->cap_outside;
-    if (!mesher__room(c->memory, &c->outside, &cap, c->num_outside, outside, sizeof *c->outside)) return 0;
+    if (!mesher__room(c->memory, &c->outside, &cap, c->num_outside, outside, sizeof *c->outside))
+        return 0;
     c->cap_outside = (uint32_t)cap;
     return 1;
 }
 
 /* Enters up to four tetrahedra, tested against the sphere, in the cavity or in the list outside. */
-static void mesher__sort_out(mesher__cavity *c, delaunay_mesh *mesh, const double *p, const delaunay_handle *batch,
-                             int count)
+static void mesher__sort_out(mesher__cavity *c, delaunay_mesh *mesh, const double *p,
+                             const delaunay_handle *batch, int count)
 {
     int k, in = 0, unsure = 15;
 #ifdef MESHER__SIMD
     if (c->simd && count > 1) {
         const uint32_t *v0 = mesh->tets[batch[0]].v, *v1 = mesh->tets[batch[1]].v;
-        const uint32_t *v2 = count > 2 ? mesh->tets[batch[2]].v : v0, *v3 = count > 3 ? mesh->tets[batch[3]].v : v0;
+        const uint32_t *v2 = count > 2 ? mesh->tets[batch[2]].v : v0,
+                       *v3 = count > 3 ? mesh->tets[batch[3]].v : v0;
         in = mesher__in_spheres4(mesh->vertices, v0, v1, v2, v3, p, &unsure);
     }
 #endif
@@ -7313,7 +7834,9 @@ static int mesher__dig(mesher__cavity *c, delaunay_mesh *mesh, const double *p, 
                 delaunay_handle n = mesh->tets[t].n[i], u = n >> 2;
                 if (!u || mesh->mark[u] || (mesh->flags[t] & DELAUNAY_FACET_BIT(i))) continue;
                 if (c->shared && !mesher__is_mine(c, mesh, mesh->tets[u].v[n & 3])) {
-                    if (delaunay_is_ghost(mesh, u) || !mesher__in_sphere(mesh->vertices, mesh->tets[u].v, p)) continue;
+                    if (delaunay_is_ghost(mesh, u) ||
+                        !mesher__in_sphere(mesh->vertices, mesh->tets[u].v, p))
+                        continue;
                     state = MESHER__LATER;
                     break;
                 }
@@ -7341,7 +7864,8 @@ static void mesher__clear_marks(mesher__cavity *c, delaunay_mesh *mesh)
     for (k = 0; k < c->num_outside; k++) mesh->mark[c->outside[k]] = 0;
 }
 
-/* Flags of the new tetrahedron on facet i of t: its facet 0, and the edges 3, 4, 5 among its corners 1, 2, 3. */
+/* Flags of the new tetrahedron on facet i of t: its facet 0, and the edges 3, 4, 5 among its
+ * corners 1, 2, 3. */
 static uint16_t mesher__inherited(uint16_t flags, int i)
 {
     const uint8_t *f = delaunay_facet_order(i);
@@ -7353,7 +7877,8 @@ static uint16_t mesher__inherited(uint16_t flags, int i)
     return (uint16_t)out;
 }
 
-/* Takes tetrahedron k of the list out of the cavity; the one with the point, the first, cannot go. */
+/* Takes tetrahedron k of the list out of the cavity; the one with the point, the first, cannot
+ * go. */
 static int mesher__cut(mesher__cavity *c, delaunay_mesh *mesh, uint32_t k)
 {
     if (k == 0 || c->num_outside == c->cap_outside) return 0;
@@ -7363,15 +7888,18 @@ static int mesher__cut(mesher__cavity *c, delaunay_mesh *mesh, uint32_t k)
     return 1;
 }
 
-/* The facets of tetrahedron t on the cavity's boundary, appended; 0 if p does not see one of them. */
-static int mesher__border(mesher__cavity *c, const delaunay_mesh *mesh, const double *p, delaunay_handle t)
+/* The facets of tetrahedron t on the cavity's boundary, appended; 0 if p does not see one of
+ * them. */
+static int mesher__border(mesher__cavity *c, const delaunay_mesh *mesh, const double *p,
+                          delaunay_handle t)
 {
     const delaunay_tet *tet = mesh->tets + t;
     int i, k;
     for (i = 0; i < 4; i++) {
         const uint8_t *f = delaunay_facet_order(i);
         mesher__facet *facet = c->facets + c->num_facets;
-        if (tet->n[i] && mesh->mark[tet->n[i] >> 2] == MESHER__IN && !(mesh->flags[t] & DELAUNAY_FACET_BIT(i)))
+        if (tet->n[i] && mesh->mark[tet->n[i] >> 2] == MESHER__IN &&
+            !(mesh->flags[t] & DELAUNAY_FACET_BIT(i)))
             continue;
         for (k = 0; k < 3; k++) facet->v[k] = tet->v[f[k]];
         if (!mesher__sees(p, mesh->vertices[facet->v[0]].x, mesh->vertices[facet->v[1]].x,
@@ -7383,7 +7911,8 @@ static int mesher__border(mesher__cavity *c, const delaunay_mesh *mesh, const do
     return 1;
 }
 
-/* Cuts tetrahedra off until the point sees the whole boundary, strictly. 0: it never does; -1: no memory. */
+/* Cuts tetrahedra off until the point sees the whole boundary, strictly. 0: it never does; -1: no
+ * memory. */
 static int mesher__make_star(mesher__cavity *c, delaunay_mesh *mesh, const double *p)
 {
     uint32_t k;
@@ -7391,7 +7920,9 @@ static int mesher__make_star(mesher__cavity *c, delaunay_mesh *mesh, const doubl
     int again;
     if (!mesher__cavity_room(c, c->num_tets, c->num_outside + c->num_tets)) return -1;
     if (c->shared && 4 * c->num_tets + 4 > c->cap_facets) return -1;
-    if (!mesher__room(c->memory, &c->facets, &cap, 0, 2 * (size_t)c->num_tets + 8, sizeof *c->facets)) return -1;
+    if (!mesher__room(c->memory, &c->facets, &cap, 0, 2 * (size_t)c->num_tets + 8,
+                      sizeof *c->facets))
+        return -1;
     c->cap_facets = (uint32_t)cap;
     do {
         again = 0;
@@ -7399,7 +7930,9 @@ static int mesher__make_star(mesher__cavity *c, delaunay_mesh *mesh, const doubl
         for (k = 0; k < c->num_tets; k++) {
             if (c->num_facets + 4 > c->cap_facets) {
                 cap = c->cap_facets;
-                if (!mesher__room(c->memory, &c->facets, &cap, c->num_facets, cap + 4, sizeof *c->facets)) return -1;
+                if (!mesher__room(c->memory, &c->facets, &cap, c->num_facets, cap + 4,
+                                  sizeof *c->facets))
+                    return -1;
                 c->cap_facets = (uint32_t)cap;
             }
             if (mesher__border(c, mesh, p, c->tets[k])) continue;
@@ -7411,8 +7944,8 @@ static int mesher__make_star(mesher__cavity *c, delaunay_mesh *mesh, const doubl
     return 1;
 }
 
-/* Local number of vertex v of the cavity's boundary, given if it has none yet (vertices[v].local need not be
- * initialised: a number counts only if the list confirms it). */
+/* Local number of vertex v of the cavity's boundary, given if it has none yet (vertices[v].local
+ * need not be initialised: a number counts only if the list confirms it). */
 static inline uint32_t mesher__local(mesher__cavity *c, delaunay_vertex *vertices, uint32_t v)
 {
     uint32_t l = vertices[v].local;
@@ -7438,7 +7971,8 @@ static void mesher__enter_edge(mesher__cavity *c, uint32_t a, uint32_t b, uint32
 {
     uint32_t *slot = mesher__edge_slot(c, a, b);
     *slot = value;
-    if (c->num_vertices > MESHER__LOCAL) c->hash_key[slot - c->hash_value] = ((uint64_t)(a + 1) << 32) | b;
+    if (c->num_vertices > MESHER__LOCAL)
+        c->hash_key[slot - c->hash_value] = ((uint64_t)(a + 1) << 32) | b;
 }
 
 static int mesher__hash_room(mesher__cavity *c)
@@ -7504,8 +8038,9 @@ static int mesher__has_edge(mesher__cavity *c, delaunay_mesh *mesh, uint32_t a, 
     return v[i % 3] == a && v[(i + 1) % 3] == b;
 }
 
-/* Nothing inside the cavity must survive: its vertices and constrained edges are all on the boundary. Where an
- * edge is not, returns the index + 1 of a tetrahedron around it; for a vertex, -1. */
+/* Nothing inside the cavity must survive: its vertices and constrained edges are all on the
+ * boundary. Where an edge is not, returns the index + 1 of a tetrahedron around it; for a vertex,
+ * -1. */
 static int mesher__swallows(mesher__cavity *c, delaunay_mesh *mesh)
 {
     uint32_t k;
@@ -7519,14 +8054,16 @@ static int mesher__swallows(mesher__cavity *c, delaunay_mesh *mesh)
         for (e = 0; (mesh->flags[t] & DELAUNAY_EDGE_BITS) && e < 6; e++) {
             uint32_t a = mesh->tets[t].v[delaunay_edge_order(e)[0]];
             uint32_t b = mesh->tets[t].v[delaunay_edge_order(e)[1]];
-            if ((mesh->flags[t] & DELAUNAY_EDGE_BIT(e)) && !mesher__has_edge(c, mesh, a, b)) return (int)k + 1;
+            if ((mesh->flags[t] & DELAUNAY_EDGE_BIT(e)) && !mesher__has_edge(c, mesh, a, b))
+                return (int)k + 1;
         }
     }
     return 0;
 }
 
 /* The new vertex keeps its distance from the vertices and the constrained facets around it. */
-static int mesher__keeps_distance(const mesher__refiner *r, const mesher__cavity *c, const mesher__proposal *p)
+static int mesher__keeps_distance(const mesher__refiner *r, const mesher__cavity *c,
+                                  const mesher__proposal *p)
 {
     const delaunay_vertex *vertices = r->mesh->vertices;
     const double *size = r->domain->size;
@@ -7582,13 +8119,17 @@ static int mesher__ball_room(mesher__refiner *r, mesher__cavity *c)
     if (c->shared) {
         const mesher__section *pool = c->pool;
         size_t slots = pool->num_slots + (size_t)(pool->fresh_end - pool->fresh);
-        return c->num_facets <= c->num_tets + slots && c->num_tets + pool->num_slots <= c->num_facets + pool->cap_slots;
+        return c->num_facets <= c->num_tets + slots &&
+               c->num_tets + pool->num_slots <= c->num_facets + pool->cap_slots;
     }
-    if (tets > mesh->cap_tets && delaunay_reserve(mesh, 0, tets + tets / 4) != DELAUNAY_OK) return 0;
-    if (c->num_tets > c->num_facets && mesh->cap_free - mesh->num_free < c->num_tets - c->num_facets) {
+    if (tets > mesh->cap_tets && delaunay_reserve(mesh, 0, tets + tets / 4) != DELAUNAY_OK)
+        return 0;
+    if (c->num_tets > c->num_facets &&
+        mesh->cap_free - mesh->num_free < c->num_tets - c->num_facets) {
         cap = mesh->cap_free;
-        if (!mesher__room(r->memory, &mesh->free_tets, &cap, mesh->num_free, mesh->num_free + (size_t)c->num_tets,
-                          sizeof *mesh->free_tets)) return 0;
+        if (!mesher__room(r->memory, &mesh->free_tets, &cap, mesh->num_free,
+                          mesh->num_free + (size_t)c->num_tets, sizeof *mesh->free_tets))
+            return 0;
         mesh->cap_free = (delaunay_handle)cap;
     }
     return 1;
@@ -7599,16 +8140,20 @@ static int mesher__vertex_room(mesher__refiner *r, size_t count)
 {
     delaunay_mesh *mesh = r->mesh;
     size_t vertices = (size_t)mesh->num_vertices + count, cap;
-    if (vertices > mesh->cap_vertices && delaunay_reserve(mesh, vertices + vertices / 4, 0) != DELAUNAY_OK) return 0;
+    if (vertices > mesh->cap_vertices &&
+        delaunay_reserve(mesh, vertices + vertices / 4, 0) != DELAUNAY_OK)
+        return 0;
     r->field.vertices = mesh->vertices;
     if (mesh->cap_vertices > r->domain->cap_size) {
         cap = r->domain->cap_size;
-        if (!mesher__room(&r->domain->memory, &r->domain->size, &cap, mesh->num_vertices, mesh->cap_vertices, sizeof(double)))
+        if (!mesher__room(&r->domain->memory, &r->domain->size, &cap, mesh->num_vertices,
+                          mesh->cap_vertices, sizeof(double)))
             return 0;
         r->domain->cap_size = (uint32_t)cap;
         r->field.size = r->domain->size;
     }
-    return mesher__room(r->memory, &r->home, &r->cap_home, mesh->num_vertices, mesh->cap_vertices, sizeof *r->home);
+    return mesher__room(r->memory, &r->home, &r->cap_home, mesh->num_vertices, mesh->cap_vertices,
+                        sizeof *r->home);
 }
 
 /* Fills the cavity with the tetrahedra of vertex p and the facets of the boundary. */
@@ -7658,14 +8203,16 @@ static int mesher__shape(mesher__cavity *c, delaunay_mesh *mesh, const double *p
         swallowed = mesher__swallows(c, mesh);
         if (swallowed == 0) return MESHER__DONE;
         if (swallowed < 0) return MESHER__GIVEN_UP;
-        if (!mesher__cut(c, mesh, swallowed == 1 ? c->num_tets - 1 : (uint32_t)swallowed - 1)) return MESHER__GIVEN_UP;
+        if (!mesher__cut(c, mesh, swallowed == 1 ? c->num_tets - 1 : (uint32_t)swallowed - 1))
+            return MESHER__GIVEN_UP;
     }
 }
 
-/* Where the walk to a point of a section starts: in the star of a vertex of the section, near it if possible. 0: no
- * tetrahedron there is all in the section. Tetrahedra with one vertex in the section belong to it or to nobody, so
- * they can be read. */
-static delaunay_handle mesher__start(const mesher__cavity *c, const delaunay_mesh *mesh, const mesher__proposal *p)
+/* Where the walk to a point of a section starts: in the star of a vertex of the section, near it if
+ * possible. 0: no tetrahedron there is all in the section. Tetrahedra with one vertex in the
+ * section belong to it or to nobody, so they can be read. */
+static delaunay_handle mesher__start(const mesher__cavity *c, const delaunay_mesh *mesh,
+                                     const mesher__proposal *p)
 {
     uint32_t v[3];
     int i, k;
@@ -7680,9 +8227,10 @@ static delaunay_handle mesher__start(const mesher__cavity *c, const delaunay_mes
     return 0;
 }
 
-/* The tetrahedron that contains the point; 0 if it is not found or, *later set, not in this section. */
-static delaunay_handle mesher__find(const mesher__refiner *r, const mesher__cavity *c, const mesher__proposal *p,
-                                    int *later)
+/* The tetrahedron that contains the point; 0 if it is not found or, *later set, not in this
+ * section. */
+static delaunay_handle mesher__find(const mesher__refiner *r, const mesher__cavity *c,
+                                    const mesher__proposal *p, int *later)
 {
     const delaunay_mesh *mesh = r->mesh;
     delaunay_handle t = p->tet;
@@ -7694,7 +8242,8 @@ static delaunay_handle mesher__find(const mesher__refiner *r, const mesher__cavi
         *later = !t;
         return t;
     }
-    if (!t || delaunay_is_deleted(mesh, t)) t = mesh->vertex_tet[c->last ? c->last : r->field.tets[p->home].v[0]];
+    if (!t || delaunay_is_deleted(mesh, t))
+        t = mesh->vertex_tet[c->last ? c->last : r->field.tets[p->home].v[0]];
     t = mesher__walk(c, mesh, p->x, t, later);
     for (k = 0; !t && k < 4; k++) /* a hole or a cycle in the way: from elsewhere */
         t = mesher__walk(c, mesh, p->x, mesh->vertex_tet[r->field.tets[p->home].v[k]], later);
@@ -7738,7 +8287,8 @@ static int mesher__insert(mesher__refiner *r, mesher__cavity *c, const mesher__p
 /* The tetrahedron that proposed a point which cannot be inserted is not asked again. */
 static void mesher__give_up(delaunay_mesh *mesh, const mesher__proposal *p)
 {
-    if (p->source && mesher__stamp(mesh, p->source) == p->stamp) mesh->flags[p->source] |= MESHER__SEEN;
+    if (p->source && mesher__stamp(mesh, p->source) == p->stamp)
+        mesh->flags[p->source] |= MESHER__SEEN;
 }
 
 /* One thread inserts points begin to end of the order. */
@@ -7763,14 +8313,14 @@ static mesher_result mesher__insert_serially(mesher__refiner *r, size_t begin, s
     return MESHER_OK;
 }
 
-/* -- insertion by several threads [Marot 2020, 4.2-4.4]: the curve is cut in sections that hold as many points; a
- * thread inserts those of a section, and touches only tetrahedra all of whose vertices are in it. What needs
- * others waits for other sections, at last for one thread. The sections depend on the counts alone, so the mesh
- * does not depend on the number of threads.
+/* -- insertion by several threads [Marot 2020, 4.2-4.4]: the curve is cut in sections that hold as
+ * many points; a thread inserts those of a section, and touches only tetrahedra all of whose
+ * vertices are in it. What needs others waits for other sections, at last for one thread. The sections depend on
+ * the counts alone, so the mesh does not depend on the number of threads.
  *
- * Why there is no race: a neighbour of a tetrahedron of mine has three vertices of mine, so it is mine or
- * nobody's, and nobody writes its vertices. Its handle to my tetrahedron is written by me alone. Numbers, links
- * and marks are written for vertices and tetrahedra of mine alone. */
+ * Why there is no race: a neighbour of a tetrahedron of mine has three vertices of mine, so it
+ * is mine or nobody's, and nobody writes its vertices. Its handle to my tetrahedron is written
+ * by me alone. Numbers, links and marks are written for vertices and tetrahedra of mine alone. */
 
 enum {
     MESHER__FEW = 4096,     /* fewer points than this in a round are for one thread */
@@ -7802,11 +8352,14 @@ static uint32_t mesher__cut_curve(mesher__refiner *r, size_t begin, size_t count
     if (parts < 2) parts = 2;
     if (parts > MESHER__SECTIONS) parts = MESHER__SECTIONS;
     for (i = 0; i < 3; i++) box.middle[i] = pass ? 0.35 + 0.1 * ((pass + (int)i) % 4) : 0.5;
-    if (!mesher__room(r->memory, &r->keys, &r->cap_keys, 0, mesh->num_vertices > count ? mesh->num_vertices : count,
-                      sizeof *r->keys)) return 0;
-    if (hilbert_keys3(r->keys, mesh->vertices[0].x, sizeof *mesh->vertices, mesh->num_vertices, &box, threads) != HILBERT_OK)
+    if (!mesher__room(r->memory, &r->keys, &r->cap_keys, 0,
+                      mesh->num_vertices > count ? mesh->num_vertices : count, sizeof *r->keys))
         return 0;
-    for (k = 0; k < count; k++) r->order[begin + k].key = r->keys[r->points[r->order[begin + k].value].vertex];
+    if (hilbert_keys3(r->keys, mesh->vertices[0].x, sizeof *mesh->vertices, mesh->num_vertices,
+                      &box, threads) != HILBERT_OK)
+        return 0;
+    for (k = 0; k < count; k++)
+        r->order[begin + k].key = r->keys[r->points[r->order[begin + k].value].vertex];
     if (mesher__sort(r->domain, r->order + begin, count) != MESHER_OK) return 0;
     for (i = 0; i < parts; i++) {
         mesher__section *s = r->sections + i;
@@ -7817,7 +8370,8 @@ static uint32_t mesher__cut_curve(mesher__refiner *r, size_t begin, size_t count
     }
     /* Shared: the keys and borders, read only; each vertex is written once. */
     MESHER__OMP(omp parallel for num_threads(threads))
-    for (n = 1; n < (int64_t)mesh->num_vertices; n++) mesh->vertices[n].key = mesher__section_of(border, parts, r->keys[n]);
+    for (n = 1; n < (int64_t)mesh->num_vertices; n++)
+        mesh->vertices[n].key = mesher__section_of(border, parts, r->keys[n]);
     mesh->vertices[0].key = UINT32_MAX;
     return parts;
 }
@@ -7848,7 +8402,8 @@ static void mesher__find_hints(mesher__refiner *r, uint32_t parts)
             mesher__proposal *p = r->points + r->order[k].value;
             p->hint = 0;
             for (j = 0; j < 4 && p->tet && !delaunay_is_deleted(mesh, p->tet); j++)
-                if (mesh->vertices[mesh->tets[p->tet].v[j]].key == (uint32_t)i) p->hint = mesh->tets[p->tet].v[j];
+                if (mesh->vertices[mesh->tets[p->tet].v[j]].key == (uint32_t)i)
+                    p->hint = mesh->tets[p->tet].v[j];
         }
     }
 }
@@ -7862,15 +8417,19 @@ static int mesher__deal_slots(mesher__refiner *r, uint32_t parts)
     for (i = 0; i < parts; i++) total += 8 * (r->sections[i].end - r->sections[i].first) + 256;
     fresh = total > mesh->num_free ? total - mesh->num_free : 0;
     if (mesh->num_tets + fresh > mesh->cap_tets &&
-        delaunay_reserve(mesh, 0, mesh->num_tets + fresh + (mesh->num_tets + fresh) / 8) != DELAUNAY_OK) return 0;
-    if (!mesher__room(r->memory, &r->slots, &r->cap_slots, 0, 2 * total, sizeof *r->slots)) return 0;
+        delaunay_reserve(mesh, 0, mesh->num_tets + fresh + (mesh->num_tets + fresh) / 8) !=
+            DELAUNAY_OK)
+        return 0;
+    if (!mesher__room(r->memory, &r->slots, &r->cap_slots, 0, 2 * total, sizeof *r->slots))
+        return 0;
     for (i = 0; i < parts; i++) {
         mesher__section *s = r->sections + i;
         size_t want = 8 * (s->end - s->first) + 256;
         s->slots = r->slots + used;
         s->cap_slots = (uint32_t)(2 * want);
         used += 2 * want;
-        while (s->num_slots < want && mesh->num_free) s->slots[s->num_slots++] = mesh->free_tets[--mesh->num_free];
+        while (s->num_slots < want && mesh->num_free)
+            s->slots[s->num_slots++] = mesh->free_tets[--mesh->num_free];
         s->fresh = mesh->num_tets;
         mesh->num_tets += (delaunay_handle)(want - s->num_slots);
         s->fresh_end = mesh->num_tets;
@@ -7885,8 +8444,11 @@ static int mesher__collect_slots(mesher__refiner *r, uint32_t parts)
     size_t need = mesh->num_free, cap = mesh->cap_free;
     uint32_t i, k;
     for (i = 0; i < parts; i++)
-        need += r->sections[i].num_slots + (size_t)(r->sections[i].fresh_end - r->sections[i].fresh);
-    if (!mesher__room(r->memory, &mesh->free_tets, &cap, mesh->num_free, need, sizeof *mesh->free_tets)) return 0;
+        need +=
+            r->sections[i].num_slots + (size_t)(r->sections[i].fresh_end - r->sections[i].fresh);
+    if (!mesher__room(r->memory, &mesh->free_tets, &cap, mesh->num_free, need,
+                      sizeof *mesh->free_tets))
+        return 0;
     mesh->cap_free = (delaunay_handle)cap;
     for (i = parts; i-- > 0;) {
         mesher__section *s = r->sections + i;
@@ -7918,7 +8480,8 @@ static void mesher__insert_section(mesher__refiner *r, mesher__cavity *c, uint32
         p->state = MESHER__LATER;
         if (caller && (k & 1023) == 0) {
             int stop = mesher__progress(o, "refine", -1) ? 1 : 0;
-            if (o->max_seconds > 0 && delaunay_seconds(&o->host) - r->start > o->max_seconds) stop = 2;
+            if (o->max_seconds > 0 && delaunay_seconds(&o->host) - r->start > o->max_seconds)
+                stop = 2;
             if (stop) MESHER__STORE(&r->cancelled, stop);
         }
         if (!MESHER__FETCH(&r->cancelled)) p->state = mesher__insert(r, c, p);
@@ -7930,8 +8493,8 @@ static int mesher__cavities(mesher__refiner *r, int threads)
 {
     int i;
     if (threads > r->num_cavities) {
-        mesher__cavity *all = (mesher__cavity *)delaunay_grow(r->memory, r->cavities, (size_t)r->num_cavities,
-                                                              (size_t)threads, sizeof *all);
+        mesher__cavity *all = (mesher__cavity *)delaunay_grow(
+            r->memory, r->cavities, (size_t)r->num_cavities, (size_t)threads, sizeof *all);
         if (!all) return 0;
         memset(all + r->num_cavities, 0, (size_t)(threads - r->num_cavities) * sizeof *all);
         r->cavities = all;
@@ -7939,7 +8502,8 @@ static int mesher__cavities(mesher__refiner *r, int threads)
     }
     for (i = 0; i < threads; i++) {
         mesher__cavity *c = r->cavities + i;
-        size_t tets = c->cap_tets, outside = c->cap_outside, facets = c->cap_facets, vertices = c->cap_vertices;
+        size_t tets = c->cap_tets, outside = c->cap_outside, facets = c->cap_facets,
+               vertices = c->cap_vertices;
         c->memory = r->memory;
         c->simd = r->cavity.simd;
         c->shared = 0;
@@ -7947,7 +8511,8 @@ static int mesher__cavities(mesher__refiner *r, int threads)
         if (!mesher__room(r->memory, &c->tets, &tets, 0, 1024, sizeof *c->tets) ||
             !mesher__room(r->memory, &c->outside, &outside, 0, 2048, sizeof *c->outside) ||
             !mesher__room(r->memory, &c->facets, &facets, 0, 2048, sizeof *c->facets) ||
-            !mesher__room(r->memory, &c->vertices, &vertices, 0, 3 * 2048, sizeof *c->vertices)) return 0;
+            !mesher__room(r->memory, &c->vertices, &vertices, 0, 3 * 2048, sizeof *c->vertices))
+            return 0;
         c->cap_tets = (uint32_t)tets;
         c->cap_outside = (uint32_t)outside;
         c->cap_facets = (uint32_t)facets;
@@ -7958,20 +8523,25 @@ static int mesher__cavities(mesher__refiner *r, int threads)
     return 1;
 }
 
-/* One round of sections over points begin to begin + *count of the order; those for later come first after it. */
-static mesher_result mesher__insert_in_sections(mesher__refiner *r, size_t begin, size_t *count, int pass)
+/* One round of sections over points begin to begin + *count of the order; those for later come
+ * first after it. */
+static mesher_result mesher__insert_in_sections(mesher__refiner *r, size_t begin, size_t *count,
+                                                int pass)
 {
     int threads = delaunay_threads(&r->options->host);
     uint32_t parts = mesher__cut_curve(r, begin, *count, pass);
     size_t k, later = 0;
     int i;
-    if (!parts || !mesher__cavities(r, threads) || !mesher__deal_slots(r, parts)) return mesher__no_memory(r);
+    if (!parts || !mesher__cavities(r, threads) || !mesher__deal_slots(r, parts))
+        return mesher__no_memory(r);
     r->field.vertices = r->mesh->vertices;
     mesher__find_hints(r, parts);
-    /* Shared: the mesh, by the rule above, and r->points by section; private: a cavity for each thread. */
+    /* Shared: the mesh, by the rule above, and r->points by section; private: a cavity for each
+     * thread. */
     MESHER__OMP(omp parallel for schedule(dynamic, 1) num_threads(threads))
     for (i = 0; i < (int)parts; i++)
-        mesher__insert_section(r, r->cavities + MESHER__THREAD(), (uint32_t)i, MESHER__THREAD() == 0);
+        mesher__insert_section(r, r->cavities + MESHER__THREAD(), (uint32_t)i,
+                               MESHER__THREAD() == 0);
     if (!mesher__collect_slots(r, parts)) return mesher__no_memory(r);
     for (k = begin; k < begin + *count; k++) {
         hxtsort_pair pair = r->order[k];
@@ -8031,7 +8601,8 @@ static mesher_result mesher__close_gaps(mesher__refiner *r, uint32_t first)
     for (v = first; v < mesh->num_vertices; v++) {
         mesher_result result;
         if (mesh->vertex_tet[v]) continue;
-        while (mesh->num_vertices > v + 1 && !mesh->vertex_tet[mesh->num_vertices - 1]) mesh->num_vertices--;
+        while (mesh->num_vertices > v + 1 && !mesh->vertex_tet[mesh->num_vertices - 1])
+            mesh->num_vertices--;
         if (mesh->num_vertices > v + 1) {
             result = mesher__rename(r, mesh->num_vertices - 1, v);
             if (result != MESHER_OK) return result;
@@ -8051,7 +8622,8 @@ static mesher_result mesher__insert_many(mesher__refiner *r, size_t begin, size_
     int pass;
     if (!mesher__vertex_room(r, count)) return mesher__no_memory(r);
     for (k = begin; k < end; k++)
-        r->points[r->order[k].value].vertex = delaunay_add_vertex(mesh, r->points[r->order[k].value].x, DELAUNAY_NO_ID);
+        r->points[r->order[k].value].vertex =
+            delaunay_add_vertex(mesh, r->points[r->order[k].value].x, DELAUNAY_NO_ID);
     for (pass = 0; pass < MESHER__PASSES && count >= MESHER__FEW && result == MESHER_OK; pass++)
         result = mesher__insert_in_sections(r, begin, &count, pass);
     if (result == MESHER_OK) result = mesher__insert_serially(r, begin, begin + count);
@@ -8080,7 +8652,8 @@ static mesher_result mesher__insert_all(mesher__refiner *r, int rounds)
     size_t begin, end;
     for (begin = 0; begin < r->num_points && result == MESHER_OK; begin = end) {
         uint64_t round = r->order[begin].key >> 60;
-        for (end = rounds ? begin : r->num_points; end < r->num_points && r->order[end].key >> 60 == round; end++) {}
+        for (end = rounds ? begin : r->num_points;
+             end < r->num_points && r->order[end].key >> 60 == round; end++) {}
         result = mesher__insert_range(r, begin, end);
     }
     return result;
@@ -8100,9 +8673,11 @@ static mesher_result mesher__refiner_init(mesher__refiner *r, mesher_domain *dom
     r->cavity.simd = __builtin_cpu_supports("avx2");
 #endif
     r->start = delaunay_seconds(&r->options->host);
-    if (!mesh->vertex_tet && delaunay_link_vertices(mesh) != DELAUNAY_OK) return mesher__no_memory(r);
-    if (hilbert_box_fit3(&r->box, mesh->vertices[1].x, sizeof *mesh->vertices, mesh->num_vertices - 1,
-                         r->options->host.num_threads) != HILBERT_OK) return MESHER_ERROR_INTERNAL;
+    if (!mesh->vertex_tet && delaunay_link_vertices(mesh) != DELAUNAY_OK)
+        return mesher__no_memory(r);
+    if (hilbert_box_fit3(&r->box, mesh->vertices[1].x, sizeof *mesh->vertices,
+                         mesh->num_vertices - 1, r->options->host.num_threads) != HILBERT_OK)
+        return MESHER_ERROR_INTERNAL;
     hilbert_box_cube(&r->box);
     for (i = 0; i < 3; i++) r->grid.origin[i] = r->box.lo[i] - 2 * (r->box.hi[i] - r->box.lo[i]);
     r->field.options = r->options;
@@ -8166,9 +8741,10 @@ static void mesher__refiner_free(mesher__refiner *r)
     delaunay_release(r->memory, r->grid.chain);
 }
 
-/* Edge length / wanted length, over edges with an end that refinement added: percentiles by a histogram, of some
- * hundred thousand tetrahedra at most. */
-static void mesher__report_sizes(const mesher_domain *domain, mesher_report *report, uint32_t first_new)
+/* Edge length / wanted length, over edges with an end that refinement added: percentiles by a
+ * histogram, of some hundred thousand tetrahedra at most. */
+static void mesher__report_sizes(const mesher_domain *domain, mesher_report *report,
+                                 uint32_t first_new)
 {
     enum { BINS = 400 };
     const delaunay_mesh *mesh = &domain->mesh;
@@ -8183,7 +8759,8 @@ static void mesher__report_sizes(const mesher_domain *domain, mesher_report *rep
     for (t = 1; t < mesh->num_tets; t += 1 + mesh->num_tets / 400000) {
         if (!mesher__is_inside(mesh, t)) continue;
         for (e = 0; e < 6; e++) {
-            uint32_t a = mesh->tets[t].v[delaunay_edge_order(e)[0]], b = mesh->tets[t].v[delaunay_edge_order(e)[1]];
+            uint32_t a = mesh->tets[t].v[delaunay_edge_order(e)[0]],
+                     b = mesh->tets[t].v[delaunay_edge_order(e)[1]];
             double l = mesher__distance(mesh->vertices[a].x, mesh->vertices[b].x);
             double ratio = 2 * l / (domain->size[a] + domain->size[b]);
             if (a < first_new && b < first_new) continue;
@@ -8221,7 +8798,8 @@ MESHER_API mesher_result mesher_refine(mesher_domain *domain, mesher_report *rep
     if (result == MESHER_OK && !mesher__sort_points(&r, 1)) result = mesher__no_memory(&r);
     if (result == MESHER_OK) result = mesher__insert_all(&r, 1);
     while (result == MESHER_OK) {
-        if (!mesher__gather(&r) || !mesher__sort_points(&r, 0) || !mesher__filter(&r)) result = mesher__no_memory(&r);
+        if (!mesher__gather(&r) || !mesher__sort_points(&r, 0) || !mesher__filter(&r))
+            result = mesher__no_memory(&r);
         if (result == MESHER_OK && r.num_points == 0) break;
         if (result == MESHER_OK) result = mesher__insert_all(&r, 0);
         sweeps++;
@@ -8234,8 +8812,10 @@ MESHER_API mesher_result mesher_refine(mesher_domain *domain, mesher_report *rep
         report->num_tets = r.num_tets;
         mesher__report_sizes(domain, report, first_new);
         report->seconds_refine = delaunay_seconds(&r.options->host) - r.start;
-        if (domain->mesh.memory.peak_bytes > report->peak_bytes) report->peak_bytes = domain->mesh.memory.peak_bytes;
-        if (result == MESHER_STOPPED_BY_BUDGET) mesher__say(report, "refinement was stopped by a budget");
+        if (domain->mesh.memory.peak_bytes > report->peak_bytes)
+            report->peak_bytes = domain->mesh.memory.peak_bytes;
+        if (result == MESHER_STOPPED_BY_BUDGET)
+            mesher__say(report, "refinement was stopped by a budget");
     }
     return result;
 }
@@ -8251,7 +8831,8 @@ MESHER_API const char *mesher_result_string(mesher_result result)
     case MESHER_ERROR_INVALID_ARGUMENT: return "invalid argument";
     case MESHER_ERROR_OUT_OF_MEMORY: return "out of memory";
     case MESHER_CANCELLED: return "cancelled by the caller";
-    case MESHER_ERROR_TOO_LARGE: return "too many vertices, triangles or tetrahedra for the index type";
+    case MESHER_ERROR_TOO_LARGE:
+        return "too many vertices, triangles or tetrahedra for the index type";
     case MESHER_ERROR_INTERNAL: return "internal error";
     case MESHER_ERROR_SURFACE: return "the surface is invalid";
     case MESHER_ERROR_RECOVERY: return "an edge or facet of the surface could not be recovered";
@@ -8310,7 +8891,8 @@ static int mesher__sane_wishes(const mesher_options *o)
     for (i = 0; i < o->num_sources; i++) {
         const mesher_source *s = o->sources + i;
         if ((int)s->shape < 0 || s->shape > MESHER_SHAPE_TRIANGLE) return 0;
-        if (!(s->size > 0 && s->size <= DBL_MAX && s->slope >= 0) || !mesher__sane(s->radius)) return 0;
+        if (!(s->size > 0 && s->size <= DBL_MAX && s->slope >= 0) || !mesher__sane(s->radius))
+            return 0;
         for (k = 0; k < 9; k++)
             if (!(fabs(s->xyz[k]) <= MESHER__LARGEST_COORDINATE)) return 0;
     }
@@ -8328,14 +8910,17 @@ MESHER_API mesher_result mesher_options_resolve(mesher_options *out, const meshe
     else memset(&o, 0, sizeof o);
     if (!o.host.allocator.alloc != !o.host.allocator.release || o.host.num_threads < 0)
         return MESHER_ERROR_INVALID_ARGUMENT;
-    if ((int)o.regions < 0 || o.regions > MESHER_REGIONS_SEEDS) return MESHER_ERROR_INVALID_ARGUMENT;
+    if ((int)o.regions < 0 || o.regions > MESHER_REGIONS_SEEDS)
+        return MESHER_ERROR_INVALID_ARGUMENT;
     if (!mesher__sane(o.size) || !mesher__sane(o.min_size) || !mesher__sane(o.max_size) ||
         !mesher__sane(o.gradation) || !mesher__sane(o.growth) || !mesher__sane(o.max_seconds) ||
-        !mesher__sane(o.size_factor) || !mesher__sane(o.layers) || !mesher__sane(o.curvature_degrees) || !mesher__sane_wishes(&o))
+        !mesher__sane(o.size_factor) || !mesher__sane(o.layers) ||
+        !mesher__sane(o.curvature_degrees) || !mesher__sane_wishes(&o))
         return MESHER_ERROR_INVALID_ARGUMENT;
     if (o.max_size > 0 && o.min_size > o.max_size) return MESHER_ERROR_INVALID_ARGUMENT;
     if (o.size_factor == 0) o.size_factor = 1;
-    if ((o.gradation != 0 && o.gradation < 1) || (o.growth != 0 && o.growth <= 1)) return MESHER_ERROR_INVALID_ARGUMENT;
+    if ((o.gradation != 0 && o.gradation < 1) || (o.growth != 0 && o.growth <= 1))
+        return MESHER_ERROR_INVALID_ARGUMENT;
     *out = o;
     return MESHER_OK;
 }
@@ -8343,19 +8928,23 @@ MESHER_API mesher_result mesher_options_resolve(mesher_options *out, const meshe
 static mesher_result mesher__check_arguments(const mesher_surface *s)
 {
     size_t most = UINT32_MAX - 16, i;
-    if ((s->num_vertices && !s->xyz) || (s->num_triangles && !s->triangles) || (s->num_edges && !s->edges) ||
-        (s->num_seeds && !s->seeds))
+    if ((s->num_vertices && !s->xyz) || (s->num_triangles && !s->triangles) ||
+        (s->num_edges && !s->edges) || (s->num_seeds && !s->seeds))
         return MESHER_ERROR_INVALID_ARGUMENT;
-    if (s->num_vertices > most - 8 || s->num_triangles > most / 3 || s->num_edges > most / 3 - s->num_triangles / 3)
+    if (s->num_vertices > most - 8 || s->num_triangles > most / 3 ||
+        s->num_edges > most / 3 - s->num_triangles / 3)
         return MESHER_ERROR_TOO_LARGE;
     for (i = 0; i < 3 * s->num_seeds; i++)
-        if (!(fabs(s->seeds[i]) <= MESHER__LARGEST_COORDINATE)) return MESHER_ERROR_INVALID_ARGUMENT;
+        if (!(fabs(s->seeds[i]) <= MESHER__LARGEST_COORDINATE))
+            return MESHER_ERROR_INVALID_ARGUMENT;
     return MESHER_OK;
 }
 
-/* As mesher_domain_init; with *usable, a defect leaves a domain that the intersection test can work on. */
+/* As mesher_domain_init; with *usable, a defect leaves a domain that the intersection test can work
+ * on. */
 static mesher_result mesher__domain_init(mesher_domain *domain, const mesher_surface *surface,
-                                         const mesher_options *options, mesher_report *report, int *usable)
+                                         const mesher_options *options, mesher_report *report,
+                                         int *usable)
 {
     delaunay_memory *memory = &domain->memory;
     mesher_result result;
@@ -8453,8 +9042,10 @@ MESHER_API mesher_result mesher_check(const mesher_surface *surface, const meshe
     start = delaunay_seconds(options ? &options->host : NULL);
     mesher__report_reset(report, surface);
     result = mesher__domain_init(&domain, surface, options, report, &usable);
-    if (usable && !domain.options.no_intersection_test) result = mesher__check_space(&domain, report);
-    if (result == MESHER_OK && !domain.options.no_intersection_test && report->counts[MESHER_NOTE_OPEN_EDGE])
+    if (usable && !domain.options.no_intersection_test)
+        result = mesher__check_space(&domain, report);
+    if (result == MESHER_OK && !domain.options.no_intersection_test &&
+        report->counts[MESHER_NOTE_OPEN_EDGE])
         result = mesher__check_sheets(&domain, report);
     mesher__message_finish(report);
     report->seconds_check = delaunay_seconds(options ? &options->host : NULL) - start;
@@ -8469,15 +9060,17 @@ static void mesher__report_drop_defects(mesher_report *report)
     size_t i, n = 0;
     int k;
     for (i = 0; i < report->num_findings; i++)
-        if (!mesher_is_defect(report->findings[i].kind)) report->findings[n++] = report->findings[i];
+        if (!mesher_is_defect(report->findings[i].kind))
+            report->findings[n++] = report->findings[i];
     report->num_findings = n;
     for (k = MESHER_DEFECT_FIRST; k < MESHER_NUM_KINDS; k++) report->counts[k] = 0;
     report->message[0] = 0;
 }
 
-/* The intersection test after a failed recovery. Its defects replace those of the recovery; if there are
- * none, the surface is valid and the failure is ours. */
-static mesher_result mesher__explain_failure(mesher_domain *domain, mesher_report *report, mesher_result failure)
+/* The intersection test after a failed recovery. Its defects replace those of the recovery; if
+ * there are none, the surface is valid and the failure is ours. */
+static mesher_result mesher__explain_failure(mesher_domain *domain, mesher_report *report,
+                                             mesher_result failure)
 {
     delaunay_memory *memory = &domain->memory;
     double start = delaunay_seconds(&domain->options.host);
@@ -8486,7 +9079,8 @@ static mesher_result mesher__explain_failure(mesher_domain *domain, mesher_repor
     size_t i;
     int k;
     memset(&found, 0, sizeof found);
-    found.findings = (mesher_finding *)delaunay_alloc(memory, report->cap_findings, sizeof *found.findings);
+    found.findings =
+        (mesher_finding *)delaunay_alloc(memory, report->cap_findings, sizeof *found.findings);
     if (!found.findings) return failure;
     found.cap_findings = report->cap_findings;
     mesher__report_reset(&found, &domain->surface);
@@ -8496,8 +9090,8 @@ static mesher_result mesher__explain_failure(mesher_domain *domain, mesher_repor
         mesher__report_drop_defects(report);
         for (i = 0; i < found.num_findings; i++) {
             const mesher_finding *f = found.findings + i;
-            mesher_report_add(report, f->kind, f->triangles[0], f->triangles[1], f->vertices[0], f->vertices[1],
-                              f->vertices[2], f->xyz);
+            mesher_report_add(report, f->kind, f->triangles[0], f->triangles[1], f->vertices[0],
+                              f->vertices[1], f->vertices[2], f->xyz);
         }
         for (k = 0; k < MESHER_NUM_KINDS; k++) /* those that there was no room for */
             if (mesher_is_defect((mesher_kind)k)) report->counts[k] = found.counts[k];
@@ -8553,9 +9147,9 @@ static mesher_result mesher__mesh_size(mesher_domain *domain, mesher_report *rep
     return result;
 }
 
-/* vertices[].key of every vertex in a kept tetrahedron becomes its output number: input vertices keep theirs,
- * new ones follow in the order of the array. NO_ID for the others. Returns the number of output vertices, and
- * of tetrahedra in *num_tets. */
+/* vertices[].key of every vertex in a kept tetrahedron becomes its output number: input vertices
+ * keep theirs, new ones follow in the order of the array. NO_ID for the others. Returns the number
+ * of output vertices, and of tetrahedra in *num_tets. */
 static uint32_t mesher__number_output(mesher_domain *domain, uint64_t *num_tets)
 {
     delaunay_mesh *mesh = &domain->mesh;
@@ -8565,13 +9159,17 @@ static uint32_t mesher__number_output(mesher_domain *domain, uint64_t *num_tets)
     *num_tets = 0;
     for (v = 0; v < mesh->num_vertices; v++) mesh->vertices[v].key = DELAUNAY_NO_ID;
     for (t = 1; t < mesh->num_tets; t++) {
-        if (delaunay_is_deleted(mesh, t) || delaunay_is_ghost(mesh, t) || mesh->color[t] == DELAUNAY_OUTSIDE) continue;
+        if (delaunay_is_deleted(mesh, t) || delaunay_is_ghost(mesh, t) ||
+            mesh->color[t] == DELAUNAY_OUTSIDE)
+            continue;
         ++*num_tets;
         for (i = 0; i < 4; i++) mesh->vertices[mesh->tets[t].v[i]].key = 0;
     }
     for (v = 1; v < mesh->num_vertices; v++)
         if (mesh->vertices[v].key == 0)
-            mesh->vertices[v].key = mesh->vertex_id[v] == DELAUNAY_NO_ID ? next++ : domain->survivor[mesh->vertex_id[v]];
+            mesh->vertices[v].key = mesh->vertex_id[v] == DELAUNAY_NO_ID
+                                        ? next++
+                                        : domain->survivor[mesh->vertex_id[v]];
     return next;
 }
 
@@ -8616,7 +9214,8 @@ typedef struct mesher__part {
     mesher_options  options;
     mesher_result   failure;
     delaunay_memory memory;
-    uint64_t *order;            /* of the whole's triangles, nearest first: 32 bits of distance, then the triangle */
+    uint64_t *
+        order; /* of the whole's triangles, nearest first: 32 bits of distance, then the triangle */
     uint32_t *chosen, *trial;   /* triangles of the whole */
     uint32_t *number;           /* of the whole's vertices in the part; 0: none, else plus 1 */
     double   *xyz;
@@ -8662,12 +9261,15 @@ static void mesher__part_order(mesher__part *p, const double *where)
 /* Triangles of the whole, and a box around them, as the part. */
 static void mesher__part_build(mesher__part *p, const uint32_t *chosen, size_t count)
 {
-    static const uint8_t faces[12][3] = {{0, 2, 1}, {1, 2, 3}, {4, 5, 6}, {5, 7, 6}, {0, 1, 4}, {1, 5, 4},
-                                         {2, 6, 3}, {3, 6, 7}, {0, 4, 2}, {2, 4, 6}, {1, 3, 5}, {3, 7, 5}};
-    double lo[3] = {HUGE_VAL, HUGE_VAL, HUGE_VAL}, hi[3] = {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL}, room = 0;
+    static const uint8_t faces[12][3] = {{0, 2, 1}, {1, 2, 3}, {4, 5, 6}, {5, 7, 6},
+                                         {0, 1, 4}, {1, 5, 4}, {2, 6, 3}, {3, 6, 7},
+                                         {0, 4, 2}, {2, 4, 6}, {1, 3, 5}, {3, 7, 5}};
+    double lo[3] = {HUGE_VAL, HUGE_VAL, HUGE_VAL}, hi[3] = {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL},
+           room = 0;
     size_t i, n = 0;
     int k;
-    for (i = 0; i < 3 * count; i++) p->number[p->whole->triangles[3 * (size_t)chosen[i / 3] + i % 3]] = 0;
+    for (i = 0; i < 3 * count; i++)
+        p->number[p->whole->triangles[3 * (size_t)chosen[i / 3] + i % 3]] = 0;
     for (i = 0; i < 3 * count; i++) {
         uint32_t v = p->whole->triangles[3 * (size_t)chosen[i / 3] + i % 3];
         if (!p->number[v]) {
@@ -8682,7 +9284,8 @@ static void mesher__part_build(mesher__part *p, const uint32_t *chosen, size_t c
     }
     for (k = 0; k < 3; k++)
         if (hi[k] - lo[k] > room) room = hi[k] - lo[k];
-    for (i = 0; i < 24; i++) p->xyz[3 * n + i] = i / 3 >> i % 3 & 1 ? hi[i % 3] + room : lo[i % 3] - room;
+    for (i = 0; i < 24; i++)
+        p->xyz[3 * n + i] = i / 3 >> i % 3 & 1 ? hi[i % 3] + room : lo[i % 3] - room;
     for (i = 0; i < 36; i++) p->triangles[3 * count + i] = (uint32_t)n + faces[i / 3][i % 3];
     memset(p->out, 0, sizeof *p->out);
     p->out->xyz = p->xyz;
@@ -8710,7 +9313,8 @@ static int mesher__part_shrink(mesher__part *p, size_t *count)
 {
     size_t piece, i, n;
     int fails;
-    for (piece = (*count + 1) / 2; piece > 0 && p->runs < MESHER__PART_RUNS; piece = piece > 1 ? (piece + 1) / 2 : 0)
+    for (piece = (*count + 1) / 2;
+         piece > 0 && p->runs<MESHER__PART_RUNS; piece = piece> 1 ? (piece + 1) / 2 : 0)
         for (i = 0; i < *count && p->runs < MESHER__PART_RUNS;) {
             size_t end = i + piece < *count ? i + piece : *count;
             n = i;
@@ -8744,19 +9348,22 @@ static mesher_result mesher__part_find(mesher__part *p)
     return fails < 0 ? MESHER_CANCELLED : fails ? MESHER_OK : MESHER_GOAL_NOT_MET;
 }
 
-MESHER_API mesher_result mesher_reproduce(const mesher_surface *surface, const mesher_options *options,
-                                          mesher_result failure, const double *where, double *xyz,
-                                          uint32_t *triangles, mesher_surface *part)
+MESHER_API mesher_result mesher_reproduce(const mesher_surface *surface,
+                                          const mesher_options *options, mesher_result failure,
+                                          const double *where, double *xyz, uint32_t *triangles,
+                                          mesher_surface *part)
 {
     mesher__part p;
     mesher_result result;
     size_t i;
-    if (!surface || !where || !xyz || !triangles || !part || !surface->num_triangles) return MESHER_ERROR_INVALID_ARGUMENT;
+    if (!surface || !where || !xyz || !triangles || !part || !surface->num_triangles)
+        return MESHER_ERROR_INVALID_ARGUMENT;
     for (i = 0; i < 3 * surface->num_triangles; i++)
         if (surface->triangles[i] >= surface->num_vertices) return MESHER_ERROR_INVALID_ARGUMENT;
     memset(&p, 0, sizeof p);
     result = mesher_options_resolve(&p.options, options);
-    if (result == MESHER_OK) result = (mesher_result)delaunay_memory_init(&p.memory, &p.options.host);
+    if (result == MESHER_OK)
+        result = (mesher_result)delaunay_memory_init(&p.memory, &p.options.host);
     if (result != MESHER_OK) return result;
     p.whole = surface;
     p.failure = failure;
@@ -8785,21 +9392,25 @@ MESHER_API mesher_result mesher_reproduce(const mesher_surface *surface, const m
 /* -- a mesh of the caller's */
 
 /* Marks facet f and its edges. */
-static mesher_result mesher__keep_facet(delaunay_mesh *mesh, delaunay_worker *worker, delaunay_handle f)
+static mesher_result mesher__keep_facet(delaunay_mesh *mesh, delaunay_worker *worker,
+                                        delaunay_handle f)
 {
     const uint8_t *order = delaunay_facet_order((int)(f & 3));
     int i;
     delaunay_mark_facet(mesh, f, 1);
     for (i = 0; i < 3; i++) {
         const uint32_t *v = mesh->tets[f >> 2].v;
-        mesher_result result = (mesher_result)delaunay_mark_edge(mesh, worker, f >> 2, v[order[i]], v[order[(i + 1) % 3]], 1);
+        mesher_result result = (mesher_result)delaunay_mark_edge(mesh, worker, f >> 2, v[order[i]],
+                                                                 v[order[(i + 1) % 3]], 1);
         if (result != MESHER_OK) return result;
     }
     return MESHER_OK;
 }
 
-/* Marks the border, what lies between regions, and all facets and lines of the surface, which must be there. */
-static mesher_result mesher__keep_surface(mesher_domain *domain, delaunay_worker *worker, mesher_report *report)
+/* Marks the border, what lies between regions, and all facets and lines of the surface, which must
+ * be there. */
+static mesher_result mesher__keep_surface(mesher_domain *domain, delaunay_worker *worker,
+                                          mesher_report *report)
 {
     delaunay_mesh *mesh = &domain->mesh;
     mesher_result result = MESHER_OK;
@@ -8815,19 +9426,26 @@ static mesher_result mesher__keep_surface(mesher_domain *domain, delaunay_worker
         }
     for (k = 0; k < domain->num_facets; k++) {
         const uint32_t *f = domain->facets + 3 * (size_t)k;
-        t = delaunay_find_facet(mesh, worker, mesh->vertex_of[f[0]], mesh->vertex_of[f[1]], mesh->vertex_of[f[2]]);
+        t = delaunay_find_facet(mesh, worker, mesh->vertex_of[f[0]], mesh->vertex_of[f[1]],
+                                mesh->vertex_of[f[2]]);
         if (t) result = mesher__keep_facet(mesh, worker, t);
-        else mesher_report_add(report, MESHER_DEFECT_RECOVERY, domain->facet_source[k], DELAUNAY_NO_ID, f[0], f[1], f[2],
-                               domain->surface.xyz + 3 * (size_t)f[0]);
+        else
+            mesher_report_add(report, MESHER_DEFECT_RECOVERY, domain->facet_source[k],
+                              DELAUNAY_NO_ID, f[0], f[1], f[2],
+                              domain->surface.xyz + 3 * (size_t)f[0]);
         if (result != MESHER_OK) return result;
     }
     for (k = 0; k < domain->num_edges; k++) {
         const uint32_t *e = domain->edges + 2 * (size_t)k;
         if (domain->edge_source[k] < domain->surface.num_triangles) continue;
         t = delaunay_find_edge(mesh, worker, mesh->vertex_of[e[0]], mesh->vertex_of[e[1]]);
-        if (t) result = (mesher_result)delaunay_mark_edge(mesh, worker, t, mesh->vertex_of[e[0]], mesh->vertex_of[e[1]], 1);
-        else mesher_report_add(report, MESHER_DEFECT_RECOVERY, domain->edge_source[k], DELAUNAY_NO_ID, e[0], e[1],
-                               DELAUNAY_NO_ID, domain->surface.xyz + 3 * (size_t)e[0]);
+        if (t)
+            result = (mesher_result)delaunay_mark_edge(mesh, worker, t, mesh->vertex_of[e[0]],
+                                                       mesh->vertex_of[e[1]], 1);
+        else
+            mesher_report_add(report, MESHER_DEFECT_RECOVERY, domain->edge_source[k],
+                              DELAUNAY_NO_ID, e[0], e[1], DELAUNAY_NO_ID,
+                              domain->surface.xyz + 3 * (size_t)e[0]);
         if (result != MESHER_OK) return result;
     }
     return mesher__count_defects(report) ? MESHER_ERROR_SURFACE : MESHER_OK;
@@ -8842,7 +9460,8 @@ static mesher_result mesher__list_regions(mesher_domain *domain, mesher_report *
     mesher_region *all;
     for (t = 1; t < mesh->num_tets; t++)
         if (mesh->color[t] > most) most = mesh->color[t];
-    if (most > mesh->num_tets + 65536) return MESHER_ERROR_INVALID_ARGUMENT; /* numbers, not labels */
+    if (most > mesh->num_tets + 65536)
+        return MESHER_ERROR_INVALID_ARGUMENT; /* numbers, not labels */
     all = (mesher_region *)delaunay_alloc(&domain->memory, (size_t)most + 1, sizeof *all);
     if (!all) return MESHER_ERROR_OUT_OF_MEMORY;
     memset(all, 0, ((size_t)most + 1) * sizeof *all);
@@ -8867,8 +9486,9 @@ static mesher_result mesher__list_regions(mesher_domain *domain, mesher_report *
     return MESHER_OK;
 }
 
-static mesher_result mesher__take_mesh(mesher_domain *domain, const uint32_t *tets, const uint32_t *regions,
-                                       size_t num_tets, mesher_report *report)
+static mesher_result mesher__take_mesh(mesher_domain *domain, const uint32_t *tets,
+                                       const uint32_t *regions, size_t num_tets,
+                                       mesher_report *report)
 {
     const mesher_surface *s = &domain->surface;
     delaunay_report import;
@@ -8879,14 +9499,17 @@ static mesher_result mesher__take_mesh(mesher_domain *domain, const uint32_t *te
     for (i = 0; i < num_tets && regions; i++)
         if (regions[i] == DELAUNAY_OUTSIDE) return MESHER_ERROR_INVALID_ARGUMENT;
     memset(&import, 0, sizeof import);
-    result = (mesher_result)delaunay_import(&domain->mesh, s->xyz, s->num_vertices, tets, regions, num_tets,
-                                            &domain->options.host, &import);
+    result = (mesher_result)delaunay_import(&domain->mesh, s->xyz, s->num_vertices, tets, regions,
+                                            num_tets, &domain->options.host, &import);
     if (result != MESHER_OK) {
         snprintf(report->message, sizeof report->message, "%.400s", import.message);
-        return result == MESHER_ERROR_OUT_OF_MEMORY || result == MESHER_ERROR_TOO_LARGE ? result : MESHER_ERROR_INVALID_ARGUMENT;
+        return result == MESHER_ERROR_OUT_OF_MEMORY || result == MESHER_ERROR_TOO_LARGE
+                   ? result
+                   : MESHER_ERROR_INVALID_ARGUMENT;
     }
     result = (mesher_result)delaunay_enable_marks(&domain->mesh);
-    for (t = 1; result == MESHER_OK && !regions && t < domain->mesh.num_tets; t++) domain->mesh.color[t] = 1;
+    for (t = 1; result == MESHER_OK && !regions && t < domain->mesh.num_tets; t++)
+        domain->mesh.color[t] = 1;
     if (result == MESHER_OK) result = (mesher_result)delaunay_link_vertices(&domain->mesh);
     if (result != MESHER_OK) return result;
     worker = delaunay_worker_new(&domain->mesh.memory);
@@ -8897,8 +9520,9 @@ static mesher_result mesher__take_mesh(mesher_domain *domain, const uint32_t *te
     return result;
 }
 
-MESHER_API mesher_result mesher_refine_mesh(mesher_domain *domain, const mesher_surface *surface, const uint32_t *tets,
-                                            const uint32_t *regions, size_t num_tets, const mesher_options *options,
+MESHER_API mesher_result mesher_refine_mesh(mesher_domain *domain, const mesher_surface *surface,
+                                            const uint32_t *tets, const uint32_t *regions,
+                                            size_t num_tets, const mesher_options *options,
                                             mesher_report *report)
 {
     mesher_report local;
@@ -8911,7 +9535,8 @@ MESHER_API mesher_result mesher_refine_mesh(mesher_domain *domain, const mesher_
     mesher__report_reset(report, surface);
     result = mesher__domain_init(domain, surface, options, report, &usable);
     if (result == MESHER_ERROR_SURFACE && usable &&
-        mesher__count_defects(report) == report->counts[MESHER_DEFECT_NO_CELL] + report->counts[MESHER_DEFECT_FLAT]) {
+        mesher__count_defects(report) ==
+            report->counts[MESHER_DEFECT_NO_CELL] + report->counts[MESHER_DEFECT_FLAT]) {
         mesher__report_drop_defects(report); /* the tetrahedra say what is inside */
         result = MESHER_OK;
     }
@@ -8925,7 +9550,8 @@ MESHER_API mesher_result mesher_refine_mesh(mesher_domain *domain, const mesher_
     report->peak_bytes = domain->memory.peak_bytes + domain->mesh.memory.peak_bytes;
     if (result < 0) {
         mesher_domain_free(domain);
-        if (!report->message[0]) snprintf(report->message, sizeof report->message, "%s", mesher_result_string(result));
+        if (!report->message[0])
+            snprintf(report->message, sizeof report->message, "%s", mesher_result_string(result));
         return result;
     }
     report->message[0] = 0;
@@ -8942,7 +9568,8 @@ MESHER_API mesher_result mesher_export(mesher_domain *domain, mesher_output *out
     uint64_t n = 0;
     uint32_t v;
     int i;
-    if (!domain || !out || domain->stage < MESHER__STAGE_COLORED) return MESHER_ERROR_INVALID_ARGUMENT;
+    if (!domain || !out || domain->stage < MESHER__STAGE_COLORED)
+        return MESHER_ERROR_INVALID_ARGUMENT;
     memset(out, 0, sizeof *out);
     mesh = &domain->mesh;
     memory = &domain->memory;
@@ -8959,10 +9586,14 @@ MESHER_API mesher_result mesher_export(mesher_domain *domain, mesher_output *out
     memcpy(out->xyz, domain->surface.xyz, 3 * (size_t)domain->first_corner * sizeof *out->xyz);
     for (v = 1; v < mesh->num_vertices; v++)
         if (mesh->vertex_id[v] == DELAUNAY_NO_ID && mesh->vertices[v].key != DELAUNAY_NO_ID)
-            memcpy(out->xyz + 3 * (size_t)mesh->vertices[v].key, mesh->vertices[v].x, 3 * sizeof(double));
+            memcpy(out->xyz + 3 * (size_t)mesh->vertices[v].key, mesh->vertices[v].x,
+                   3 * sizeof(double));
     for (t = 1; t < mesh->num_tets; t++) {
-        if (delaunay_is_deleted(mesh, t) || delaunay_is_ghost(mesh, t) || mesh->color[t] == DELAUNAY_OUTSIDE) continue;
-        for (i = 0; i < 4; i++) out->tets[4 * n + (uint64_t)i] = mesh->vertices[mesh->tets[t].v[i]].key;
+        if (delaunay_is_deleted(mesh, t) || delaunay_is_ghost(mesh, t) ||
+            mesh->color[t] == DELAUNAY_OUTSIDE)
+            continue;
+        for (i = 0; i < 4; i++)
+            out->tets[4 * n + (uint64_t)i] = mesh->vertices[mesh->tets[t].v[i]].key;
         out->regions[n++] = mesh->color[t];
     }
     result = MESHER_OK;

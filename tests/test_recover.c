@@ -30,7 +30,8 @@ static mesher_result recover(mesher_domain *domain, const shape *s, mesher_repor
     return result;
 }
 
-/* Every edge and facet is there and marked on all tetrahedra that have it; nothing else is marked. */
+/* Every edge and facet is there and marked on all tetrahedra that have it; nothing else is
+ * marked. */
 static int marks_are_right(mesher_domain *d)
 {
     delaunay_mesh *m = &d->mesh;
@@ -40,8 +41,10 @@ static int marks_are_right(mesher_domain *d)
     int k, ok = worker != NULL;
     for (i = 0; i < d->num_facets && ok; i++) {
         const uint32_t *v = d->facets + 3 * i;
-        f = delaunay_find_facet(m, worker, m->vertex_of[v[0]], m->vertex_of[v[1]], m->vertex_of[v[2]]);
-        ok = f && (m->flags[f / 4] >> f % 4 & 1) && (m->flags[m->tets[f / 4].n[f % 4] / 4] >> m->tets[f / 4].n[f % 4] % 4 & 1);
+        f = delaunay_find_facet(m, worker, m->vertex_of[v[0]], m->vertex_of[v[1]],
+                                m->vertex_of[v[2]]);
+        ok = f && (m->flags[f / 4] >> f % 4 & 1) &&
+             (m->flags[m->tets[f / 4].n[f % 4] / 4] >> m->tets[f / 4].n[f % 4] % 4 & 1);
     }
     for (i = 0; i < d->num_edges && ok; i++) {
         uint32_t a = m->vertex_of[d->edges[2 * i]], b = m->vertex_of[d->edges[2 * i + 1]];
@@ -94,7 +97,8 @@ static long recovered(const shape *s, const char *name)
     if (!ok) printf("%s: %s: %s\n", name, mesher_result_string(result), report.message);
     CHECK(result == MESHER_OK);
     if (ok) {
-        CHECK(delaunay_validate(&domain.mesh, DELAUNAY_VALIDATE_GEOMETRY, &offender) == DELAUNAY_OK);
+        CHECK(delaunay_validate(&domain.mesh, DELAUNAY_VALIDATE_GEOMETRY, &offender) ==
+              DELAUNAY_OK);
         CHECK(marks_are_right(&domain));
         CHECK(vertices_are_the_same(&domain));
         CHECK(report.num_findings == 0 || !mesher_is_defect(report.findings[0].kind));
@@ -275,7 +279,8 @@ static void invalid_surfaces_are_refused(void)
     shape_free(&s);
 }
 
-/* Of a large surface with one pair of triangles that intersect, nothing but them is in the part that fails. */
+/* Of a large surface with one pair of triangles that intersect, nothing but them is in the part
+ * that fails. */
 static void a_failure_is_reproduced_by_few_triangles(void)
 {
     static const uint32_t crossing[6] = {0, 1, 2, 3, 4, 5};
@@ -301,11 +306,14 @@ static void a_failure_is_reproduced_by_few_triangles(void)
     surface.num_triangles = s.num_triangles;
     xyz = (double *)malloc((3 * s.num_vertices + 24) * sizeof *xyz);
     triangles = (uint32_t *)malloc((3 * s.num_triangles + 36) * sizeof *triangles);
-    CHECK(mesher_reproduce(&surface, NULL, MESHER_ERROR_SURFACE, where, xyz, triangles, &part) == MESHER_OK);
+    CHECK(mesher_reproduce(&surface, NULL, MESHER_ERROR_SURFACE, where, xyz, triangles, &part) ==
+          MESHER_OK);
     CHECK(part.num_triangles == 2 + 12 && part.num_vertices == 6 + 8);
     CHECK(mesher_mesh(&domain, &part, NULL, NULL) == MESHER_ERROR_SURFACE);
-    CHECK(mesher_reproduce(&surface, NULL, MESHER_ERROR_RECOVERY, where, xyz, triangles, &part) == MESHER_GOAL_NOT_MET);
-    CHECK(mesher_reproduce(&surface, NULL, MESHER_ERROR_SURFACE, NULL, xyz, triangles, &part) == MESHER_ERROR_INVALID_ARGUMENT);
+    CHECK(mesher_reproduce(&surface, NULL, MESHER_ERROR_RECOVERY, where, xyz, triangles, &part) ==
+          MESHER_GOAL_NOT_MET);
+    CHECK(mesher_reproduce(&surface, NULL, MESHER_ERROR_SURFACE, NULL, xyz, triangles, &part) ==
+          MESHER_ERROR_INVALID_ARGUMENT);
     free(xyz);
     free(triangles);
     shape_free(&s);
@@ -354,8 +362,12 @@ static void random_case(uint64_t seed)
     state = seed * 0x9E3779B97F4A7C15u + 1;
     for (kind = 0; kind < 8; kind++) random_below(2);
     kind = random_below(6);
-    if (kind == 0) twisted_prism(&s, 3 + random_below(6), -0.1 - 0.4 * random_unit(), 1 + (int)random_below(6));
-    if (kind == 1) random_box(&s, 2 + (int)random_below(5), 2 + (int)random_below(5), 1 + (int)random_below(3), random_unit());
+    if (kind == 0)
+        twisted_prism(&s, 3 + random_below(6), -0.1 - 0.4 * random_unit(),
+                      1 + (int)random_below(6));
+    if (kind == 1)
+        random_box(&s, 2 + (int)random_below(5), 2 + (int)random_below(5), 1 + (int)random_below(3),
+                   random_unit());
     if (kind == 2) random_ball(&s, 4 + random_below(5), 4 * random_unit());
     if (kind == 3) chazelle(&s, 3 + (int)random_below(3), 0.2 * random_unit() + 0.01);
     if (kind == 4) {
