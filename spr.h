@@ -35,8 +35,9 @@
  *   some times; edges and vertices around which nothing has changed are not tried again. What is
  *   as good as its facets on the surface allow is not tried at all. Each change raises the worst
  *   quality among what it replaces, by a margin; at last, changes that leave fewer bad tetrahedra
- *   need none. One sweep over all vertices then betters the mean. Plans are made side by side and
- *   committed in order (delaunay_speculate). Positions are accepted by exact signs only.
+ *   need none. Plans are made side by side and committed in order (delaunay_speculate). One sweep
+ *   along a curve, in blocks side by side, over all vertices then betters the mean. Positions are
+ *   accepted by exact signs only.
  *
  * LICENCE: MIT or public domain, at the end of the file.
  */
@@ -294,6 +295,12 @@ static void spr__cross(const double *a, const double *b, double *out)
 }
 static double spr__max(double a, double b) { return a > b ? a : b; }
 static double spr__min(double a, double b) { return a < b ? a : b; }
+
+#if defined(__GNUC__)
+#  define SPR__PREFETCH(p) __builtin_prefetch(p)
+#else
+#  define SPR__PREFETCH(p) ((void)(p))
+#endif
 
 #define SPR__SQRT24 4.898979485566356
 
@@ -1089,65 +1096,130 @@ static int spr__plan_smooth(const spr__state *s, delaunay_worker *worker, delaun
 
 /* -- relaxation: better on average */
 
-/* Sum of the qualities of a cone, or -HUGE_VAL as soon as one is below its least. */
-static double spr__cone_sum(const spr__state *s, const spr__cone *cone, const double *p,
-                            const double *least)
-{
-    double sum = 0, q;
-    size_t i;
-    for (i = 0; i < cone->n; i++) {
-        q = spr__facet_value(s, &cone->f[i], p);
-        if (q < least[i]) return -HUGE_VAL;
-        sum += q;
-    }
-    return sum;
-}
-
 /* Of the edges around: a vertex that is nearer to where it would be moved stays. */
 #  define SPR__RELAXED 0.06
 
-/* Item: a vertex. Moves it towards the mean of its link's facets, weighted by area, where that is
- * better on average, the worst of the star does not fall unless it stays well above the target, and
- * no tetrahedron becomes bad or worse. */
-static int spr__plan_relax(void *user, const delaunay_mesh *m, delaunay_worker *worker, size_t item,
-                           delaunay_plan *plan)
+enum {
+    SPR__RELAX_BLOCK = 2048, /* vertices that one thread moves in turn */
+    SPR__RELAX_BLOCKS = 256, /* between looks at the clock */
+    SPR__CURVE_DEPTH = 16,
+    SPR__AHEAD = 3           /* vertices: how early their tetrahedra are fetched */
+};
+
+/* A sweep over vertices in the order of a space-filling curve; no tetrahedron is made or goes. */
+typedef struct spr__sweep {
+    size_t           num;    /* vertices that may move */
+    uint32_t        *vertex; /* by place on the curve */
+    uint32_t        *place;  /* of a mesh vertex: its index in the list; SPR__AT_REST: does not
+                                move, or has its turn behind it */
+    size_t          *row;    /* by place: where the star begins; num + 1 */
+    delaunay_handle *star;
+    uint32_t        *list;   /* places of those that are left, in order */
+    uint8_t         *rests;  /* of each in the list: it is done */
+    size_t           left;
+} spr__sweep;
+
+#  define SPR__AT_REST UINT32_MAX
+
+/* Sums of the qualities of a cone at p, to out those of each, or 0 as soon as one is below its
+ * least. */
+static int spr__cone_values(const spr__state *s, const spr__cone *cone, const double *p,
+                            const double *least, double *out, double *sum)
 {
-    const spr__state *s = (const spr__state *)user;
-    uint32_t v = s->items.items[item] & UINT32_MAX;
-    spr__cone cone;
-    double aim[3] = {0, 0, 0}, p[3], least[SPR__MAX_STAR], sum = 0, area = 0, longest = 0, step,
-           gain, worst;
-    delaunay_result result = delaunay_vertex_star(m, worker, v, &plan->star);
+    size_t i;
+    for (i = 0, *sum = 0; i < cone->n; i++) {
+        out[i] = spr__facet_value(s, &cone->f[i], p);
+        if (out[i] < least[i]) return 0;
+        *sum += out[i];
+    }
+    return 1;
+}
+
+/* Where the vertex of a cone belongs: the mean of the facets, weighted by area. Returns 0 if it is
+ * as good as there, as it is on lattices: nothing is to be gained. */
+static int spr__relax_aim(const spr__cone *cone, const double *here, double *way)
+{
+    double area = 0, longest = 0;
     size_t i;
     int k;
-    if (result != DELAUNAY_OK) return (int)result;
-    if (!spr__cone_of_star(&cone, m, v, &plan->star)) return DELAUNAY_PLAN_NOTHING;
-    for (i = 0; i < cone.n; i++) {
-        const spr__facet *f = &cone.f[i];
+    way[0] = way[1] = way[2] = 0;
+    for (i = 0; i < cone->n; i++) {
+        const spr__facet *f = &cone->f[i];
         area += f->area;
         longest += f->longest;
-        for (k = 0; k < 3; k++) aim[k] += f->area * (f->a[k] + f->b[k] + f->c[k]) / 3;
+        for (k = 0; k < 3; k++) way[k] += f->area * (f->a[k] + f->b[k] + f->c[k]) / 3;
     }
-    for (k = 0; k < 3; k++) aim[k] = aim[k] / area - spr__point(m, v)[k];
-    /* so near, as it is on lattices, nothing is to be gained */
-    if (spr__dot(aim, aim) * (double)cone.n < SPR__RELAXED * SPR__RELAXED * longest)
-        return DELAUNAY_PLAN_NOTHING;
-    worst = 0.5 * (1 + s->target);
+    if (!(area > 0)) return 0;
+    for (k = 0; k < 3; k++) way[k] = way[k] / area - here[k];
+    return spr__dot(way, way) * (double)cone->n >= SPR__RELAXED * SPR__RELAXED * longest;
+}
+
+/* Moves v where it is better on average, the worst of the star does not fall unless it stays well
+ * above the target, and no tetrahedron becomes bad or worse. Returns 1 if it moved. */
+static int spr__relax_vertex(const spr__state *s, uint32_t v, const delaunay_list *star)
+{
+    spr__cone cone;
+    double *here = s->mesh->vertices[v].x, way[3], p[3], least[SPR__MAX_STAR], after[SPR__MAX_STAR];
+    double worst = 0.5 * (1 + s->target), before = 0, sum, step;
+    size_t i;
+    int k;
+    if (!spr__cone_of_star(&cone, s->mesh, v, star) || !spr__relax_aim(&cone, here, way)) return 0;
     for (i = 0; i < cone.n; i++) {
-        double q = spr__facet_value(s, &cone.f[i], spr__point(m, v));
-        sum += q;
+        double q = s->value[star->items[i]];
+        before += q;
         least[i] = spr__min(q, s->target + 0.02);
         worst = spr__min(worst, q);
     }
     for (i = 0; i < cone.n; i++) least[i] = spr__max(least[i], worst);
     for (step = 1; step > 0.4; step *= 0.5) {
-        for (k = 0; k < 3; k++)
-            p[k] = spr__point(m, v)[k] + step * aim[k];
-        gain = spr__cone_sum(s, &cone, p, least) - sum;
-        if (gain > 2e-3 * (double)cone.n && spr__cone_is_positive(&cone, p))
-            return delaunay_plan_move(plan, v, p, plan->star.items, plan->star.count);
+        for (k = 0; k < 3; k++) p[k] = here[k] + step * way[k];
+        if (!spr__cone_values(s, &cone, p, least, after, &sum) ||
+            !(sum - before > 2e-3 * (double)cone.n) || !spr__cone_is_positive(&cone, p))
+            continue;
+        memcpy(here, p, sizeof p);
+        for (i = 0; i < cone.n; i++) s->value[star->items[i]] = after[i];
+        return 1;
     }
-    return DELAUNAY_PLAN_NOTHING;
+    return 0;
+}
+
+/* A neighbour that belongs to an earlier block may still move. */
+static int spr__relax_must_wait(const spr__state *s, const spr__sweep *w, uint32_t block,
+                                const delaunay_list *star)
+{
+    const uint32_t *v, first = block * SPR__RELAX_BLOCK;
+    size_t i;
+    for (i = 0; i < star->count; i++) {
+        v = s->mesh->tets[star->items[i]].v;
+        if (w->place[v[0]] < first || w->place[v[1]] < first || w->place[v[2]] < first ||
+            w->place[v[3]] < first)
+            return 1;
+    }
+    return 0;
+}
+
+/* One block of the running pass: moves the vertices that need not wait for others, the others stay
+ * in the list. Returns the number of those that moved. */
+static uint64_t spr__relax_block(const spr__state *s, const spr__sweep *w, size_t first)
+{
+    const delaunay_mesh *m = s->mesh;
+    delaunay_list star;
+    uint64_t moved = 0;
+    size_t last = first + SPR__RELAX_BLOCK < w->left ? first + SPR__RELAX_BLOCK : w->left, i, j, k;
+    memset(&star, 0, sizeof star);
+    for (i = first; i < last; i++) {
+        k = w->list[i];
+        if (i + SPR__AHEAD < last) {
+            size_t next = w->list[i + SPR__AHEAD];
+            for (j = w->row[next]; j < w->row[next + 1]; j++) SPR__PREFETCH(&m->tets[w->star[j]]);
+        }
+        star.items = w->star + w->row[k];
+        star.count = w->row[k + 1] - w->row[k];
+        if (spr__relax_must_wait(s, w, (uint32_t)(first / SPR__RELAX_BLOCK), &star)) continue;
+        w->rests[i] = 1;
+        moved += (uint64_t)spr__relax_vertex(s, w->vertex[k], &star);
+    }
+    return moved;
 }
 
 /* ---- >>edge removal ----------------------------------------------------------------------- */
@@ -2215,44 +2287,6 @@ static spr_result spr__run(spr__state *s, int level)
     return spr__speculate(s, &job);
 }
 
-/* Item: a vertex that was to be relaxed. */
-static int spr__done_relax(void *user, delaunay_mesh *m, delaunay_worker *worker, size_t item,
-                           const delaunay_plan *plan)
-{
-    spr__state *s = (spr__state *)user;
-    size_t i;
-    (void)worker;
-    (void)item;
-    s->report->relaxed += (uint64_t)plan->committed;
-    /* of what is good nobody asks the quality any more */
-    for (i = 0; plan->committed && i < plan->star.count; i++) {
-        delaunay_handle t = plan->star.items[i];
-        if (s->value[t] < s->target) s->value[t] = spr__quality_of(s, m->tets[t].v);
-    }
-    return s->deadline > 0 && delaunay_seconds(&s->options.host) > s->deadline;
-}
-
-/* One sweep over all vertices that may move. */
-static spr_result spr__relax(spr__state *s)
-{
-    delaunay_speculation job;
-    double start = delaunay_seconds(&s->options.host);
-    spr_result result;
-    uint32_t v;
-    s->items.count = 0;
-    for (v = 1; v < s->mesh->num_vertices; v++)
-        if (s->movable[v] && s->mesh->vertex_tet[v] &&
-            delaunay_list_push(&s->items, v) != DELAUNAY_OK)
-            return SPR_ERROR_OUT_OF_MEMORY;
-    memset(&job, 0, sizeof job);
-    job.plan = spr__plan_relax;
-    job.done = spr__done_relax;
-    job.batch = 4096;
-    result = spr__speculate(s, &job);
-    s->report->seconds_smoothing += delaunay_seconds(&s->options.host) - start;
-    return result;
-}
-
 /* When nothing more can be gained, the bad ones that are left are made fewer. */
 static void spr__tidy(spr__state *s)
 {
@@ -2286,6 +2320,171 @@ static spr_result spr__schedule(spr__state *s)
         else if (level == SPR__SMOOTH) s->report->seconds_smoothing += took;
         else s->report->seconds_reconnection += took;
     }
+    return result;
+}
+
+/* Gives back what nothing but the schedule needs. */
+static void spr__end_schedule(spr__state *s)
+{
+    delaunay_engine_free(s->engine);
+    delaunay_release(s->memory, s->tried);
+    delaunay_release(s->memory, s->kept);
+    delaunay_release(s->memory, s->restarts);
+    delaunay_release(s->memory, s->still);
+    s->engine = NULL;
+    s->tried = s->kept = s->still = NULL;
+    s->restarts = NULL;
+}
+
+/* -- one sweep of relaxation over all vertices that may move */
+
+/* The vertices that may move, along the curve. */
+static spr_result spr__sweep_order(const spr__state *s, spr__sweep *w, int threads)
+{
+    const delaunay_mesh *m = s->mesh;
+    uint64_t *keys = (uint64_t *)delaunay_alloc(s->memory, m->num_vertices, sizeof *keys);
+    hxtsort_options sort;
+    hilbert_box box;
+    spr_result result = SPR_ERROR_OUT_OF_MEMORY;
+    size_t i;
+    uint32_t v;
+    memset(&box, 0, sizeof box);
+    memset(&sort, 0, sizeof sort);
+    w->vertex = (uint32_t *)delaunay_alloc(s->memory, m->num_vertices, sizeof *w->vertex);
+    w->place = (uint32_t *)delaunay_alloc(s->memory, m->num_vertices, sizeof *w->place);
+    if (!keys || !w->vertex || !w->place) goto done;
+    (void)hilbert_box_fit3(&box, m->vertices[0].x, sizeof *m->vertices, m->num_vertices, threads);
+    hilbert_box_cube(&box);
+    box.depth = SPR__CURVE_DEPTH;
+    if (hilbert_keys3(keys, m->vertices[0].x, sizeof *m->vertices, m->num_vertices, &box,
+                      threads) != HILBERT_OK)
+        memset(keys, 0, m->num_vertices * sizeof *keys);
+    for (v = 1; v < m->num_vertices; v++)
+        if (s->movable[v] && m->vertex_tet[v]) {
+            keys[w->num] = keys[v];
+            w->vertex[w->num++] = v;
+        }
+    sort.num_threads = threads;
+    sort.scratch_bytes = hxtsort_scratch_bytes(sizeof *keys + sizeof *w->vertex, w->num, threads);
+    sort.scratch = delaunay_alloc(s->memory, sort.scratch_bytes, 1);
+    if (!sort.scratch) goto done;
+    result = (spr_result)hxtsort_u64_u32(keys, w->vertex, w->num, &sort);
+    for (v = 0; v < m->num_vertices; v++) w->place[v] = SPR__AT_REST;
+    for (i = 0; i < w->num; i++) w->place[w->vertex[i]] = (uint32_t)i;
+done:
+    delaunay_release(s->memory, sort.scratch);
+    delaunay_release(s->memory, keys);
+    return result;
+}
+
+/* The stars of the vertices of places first .. last-1 : first their sizes, then themselves. */
+static void spr__sweep_count(const spr__state *s, const spr__sweep *w, size_t first, size_t last,
+                             int fill)
+{
+    const delaunay_mesh *m = s->mesh;
+    delaunay_handle t;
+    int i;
+    for (t = 1; t < m->num_tets; t++) {
+        if (delaunay_is_deleted(m, t)) continue;
+        for (i = 0; i < 4; i++) {
+            size_t k = w->place[m->tets[t].v[i]];
+            if (k < first || k >= last) continue;
+            if (fill) w->star[w->row[k]] = t;
+            w->row[k]++;
+        }
+    }
+}
+
+/* The stars of all, in rows. Each thread has a range of places, and looks over all tetrahedra. */
+static spr_result spr__sweep_stars(const spr__state *s, spr__sweep *w, int threads)
+{
+    size_t k, sum = 0, count, share = w->num / (size_t)threads + 1;
+    int i;
+    w->row = (size_t *)delaunay_alloc(s->memory, w->num + 2, sizeof *w->row);
+    w->list = (uint32_t *)delaunay_alloc(s->memory, w->num, sizeof *w->list);
+    w->rests = (uint8_t *)delaunay_alloc(s->memory, w->num, 1);
+    if (!w->row || !w->list || !w->rests) return SPR_ERROR_OUT_OF_MEMORY;
+    memset(w->row, 0, (w->num + 2) * sizeof *w->row);
+    /* each thread writes the rows of its places; the mesh is read */
+    SPR__OMP(omp parallel for schedule(static) num_threads(threads))
+    for (i = 0; i < threads; i++)
+        spr__sweep_count(s, w, (size_t)i * share, (size_t)(i + 1) * share, 0);
+    for (k = 0; k <= w->num; k++) {
+        count = w->row[k];
+        w->row[k] = sum;
+        sum += count;
+    }
+    w->star = (delaunay_handle *)delaunay_alloc(s->memory, sum, sizeof *w->star);
+    if (!w->star) return SPR_ERROR_OUT_OF_MEMORY;
+    SPR__OMP(omp parallel for schedule(static) num_threads(threads))
+    for (i = 0; i < threads; i++)
+        spr__sweep_count(s, w, (size_t)i * share, (size_t)(i + 1) * share, 1);
+    for (k = w->num; k > 0; k--) w->row[k] = w->row[k - 1]; /* each is where the next begins */
+    w->row[0] = 0;
+    for (k = 0; k < w->num; k++) w->list[k] = (uint32_t)k;
+    w->left = w->num;
+    return SPR_OK;
+}
+
+/* Those that moved, or need not, leave the list. */
+static void spr__sweep_next(spr__sweep *w)
+{
+    size_t i, n = 0;
+    for (i = 0; i < w->left; i++) {
+        uint32_t v = w->vertex[w->list[i]];
+        w->place[v] = w->rests[i] ? SPR__AT_REST : (uint32_t)n;
+        if (!w->rests[i]) w->list[n++] = w->list[i];
+    }
+    w->left = n;
+}
+
+/* What is left, block by block. A vertex whose neighbours are all in its own block, in later ones,
+ * or at rest, has its turn; these neighbours in later blocks wait, as they see an earlier one: no
+ * two threads move, or look at, what the other one moves, and the result depends on the blocks
+ * alone. The first block waits for nobody, so that each pass leaves fewer. */
+static spr_result spr__relax_pass(spr__state *s, const spr__sweep *w, int threads)
+{
+    const delaunay_host *host = &s->options.host;
+    int64_t blocks = (int64_t)((w->left + SPR__RELAX_BLOCK - 1) / SPR__RELAX_BLOCK), first, i;
+    (void)threads;
+    memset(w->rests, 0, w->left);
+    for (first = 0; first < blocks; first += SPR__RELAX_BLOCKS) {
+        int64_t last = first + SPR__RELAX_BLOCKS < blocks ? first + SPR__RELAX_BLOCKS : blocks;
+        uint64_t moved = 0;
+        SPR__OMP(omp parallel for schedule(dynamic, 1) num_threads(threads) reduction(+ : moved))
+        for (i = first; i < last; i++)
+            moved += spr__relax_block(s, w, (size_t)i * SPR__RELAX_BLOCK);
+        s->report->relaxed += moved;
+        if (host->progress &&
+            host->progress(host->user, "improve", 1 - (double)w->left / (double)w->num))
+            return SPR_CANCELLED;
+        if (s->deadline > 0 && delaunay_seconds(host) > s->deadline) return SPR_STOPPED_BY_BUDGET;
+    }
+    return SPR_OK;
+}
+
+/* One sweep over all vertices that may move. What the schedule needed is given back before. */
+static spr_result spr__relax(spr__state *s)
+{
+    int threads = delaunay_threads_for(&s->options.host, s->mesh->num_tets);
+    double start = delaunay_seconds(&s->options.host);
+    spr__sweep w;
+    spr_result result;
+    memset(&w, 0, sizeof w);
+    spr__end_schedule(s);
+    result = spr__sweep_order(s, &w, threads);
+    if (result == SPR_OK) result = spr__sweep_stars(s, &w, threads);
+    while (result == SPR_OK && w.left > 0) {
+        result = spr__relax_pass(s, &w, threads);
+        spr__sweep_next(&w);
+    }
+    delaunay_release(s->memory, w.vertex);
+    delaunay_release(s->memory, w.place);
+    delaunay_release(s->memory, w.row);
+    delaunay_release(s->memory, w.star);
+    delaunay_release(s->memory, w.list);
+    delaunay_release(s->memory, w.rests);
+    s->report->seconds_smoothing += delaunay_seconds(&s->options.host) - start;
     return result;
 }
 
@@ -2460,18 +2659,14 @@ static spr_result spr__compact(spr__state *s)
 
 static void spr__close(spr__state *s)
 {
-    delaunay_engine_free(s->engine);
+    spr__end_schedule(s);
     delaunay_list_free(&s->bad);
     delaunay_list_free(&s->items);
     delaunay_release(s->memory, s->value);
     delaunay_release(s->memory, s->goal);
-    delaunay_release(s->memory, s->tried);
     delaunay_release(s->memory, s->level);
-    delaunay_release(s->memory, s->restarts);
     delaunay_release(s->memory, s->listed);
-    delaunay_release(s->memory, s->kept);
     delaunay_release(s->memory, s->stamp);
-    delaunay_release(s->memory, s->still);
     delaunay_release(s->memory, s->movable);
 }
 

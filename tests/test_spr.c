@@ -457,6 +457,42 @@ static void test_same_bytes_for_any_number_of_threads(void)
     for (k = 0; k < 4; k++) delaunay_mesh_free(&m[k]);
 }
 
+/* Points of a lattice, shaken: enough of them for several blocks of the relaxing sweep, in which
+ * those between the blocks wait. */
+static void test_relaxes_a_lattice(void)
+{
+    enum { SIDE = 19, POINTS = SIDE * SIDE * SIDE };
+    static const int threads[] = {1, 4};
+    double *xyz = (double *)malloc(3 * POINTS * sizeof *xyz);
+    delaunay_mesh m[2];
+    spr_report r;
+    int i, k;
+    for (i = 0; i < POINTS; i++)
+        for (k = 0; k < 3; k++) {
+            int at = k == 0 ? i % SIDE : k == 1 ? i / SIDE % SIDE : i / SIDE / SIDE;
+            double shake = at > 0 && at < SIDE - 1 ? 0.5 * small_random(1000) / 1000 - 0.25 : 0;
+            xyz[3 * i + k] = (at + shake) / (SIDE - 1);
+        }
+    for (k = 0; k < 2; k++) {
+        spr_options o = open_options();
+        memset(&m[k], 0, sizeof m[k]);
+        CHECK(delaunay_tetrahedralize(&m[k], xyz, POINTS, NULL, NULL) == DELAUNAY_OK);
+        CHECK(delaunay_enable_marks(&m[k]) == DELAUNAY_OK);
+        color_mesh(&m[k], 1);
+        o.no_edge_removal = o.no_reconnection = o.keep_vertices = 1;
+        o.target = 0.01; /* hardly one is bad: the sweep alone */
+        o.host.num_threads = threads[k];
+        improve_and_check(&m[k], &o, &r, SPR_OK);
+        CHECK(r.relaxed > POINTS / 5 && r.after.mean > r.before.mean + 0.01);
+        CHECK(r.after.num_below <= r.before.num_below);
+    }
+    CHECK(m[1].num_tets == m[0].num_tets && m[1].num_vertices == m[0].num_vertices);
+    CHECK(!memcmp(m[1].tets, m[0].tets, m[0].num_tets * sizeof *m[0].tets));
+    CHECK(!memcmp(m[1].vertices, m[0].vertices, m[0].num_vertices * sizeof *m[0].vertices));
+    for (k = 0; k < 2; k++) delaunay_mesh_free(&m[k]);
+    free(xyz);
+}
+
 /* Points of a cube pressed flat: hardly a tetrahedron can be good, long searches meet their limits.
  */
 static void test_where_hardly_anything_can_be_good(void)
@@ -980,6 +1016,7 @@ int main(void)
     test_constrained_edges_and_facets_stay();
     test_other_measures();
     test_same_bytes_for_any_number_of_threads();
+    test_relaxes_a_lattice();
     test_where_hardly_anything_can_be_good();
     test_arrays();
     test_arrays_without_room_or_sense();
