@@ -268,6 +268,10 @@ SPR_API spr_result spr_reconnect(const spr_polyhedron *polyhedron, double bound,
 #include <stdio.h> /* snprintf only */
 #include <string.h>
 
+#if defined(__GNUC__) && defined(__x86_64__) && !defined(DELAUNAY_NO_SIMD)
+#  include <immintrin.h>
+#endif
+
 #if defined(_OPENMP) && defined(__GNUC__)
 #  define SPR__PRAGMA(x) _Pragma(#x)
 #  define SPR__OMP(x)    SPR__PRAGMA(x)
@@ -300,6 +304,13 @@ static double spr__min(double a, double b) { return a < b ? a : b; }
 #  define SPR__PREFETCH(p) __builtin_prefetch(p)
 #else
 #  define SPR__PREFETCH(p) ((void)(p))
+#endif
+/* Four tetrahedra at a time; the plain way does the same operations in the same order. */
+#if defined(__GNUC__) && defined(__x86_64__) && !defined(DELAUNAY_NO_SIMD)
+#  define SPR__AVX2   __builtin_cpu_supports("avx2")
+#  define SPR__TARGET __attribute__((target("avx2")))
+#else
+#  define SPR__AVX2 0
 #endif
 
 #define SPR__SQRT24 4.898979485566356
@@ -457,6 +468,7 @@ typedef struct spr__state {
     int              sweep;       /* the level that is running */
     int              tidy;        /* fewer bad tetrahedra are worth it, however small the gain */
     int              gamma;       /* the measure is gamma: the quick way */
+    int              simd;        /* the processor has AVX2 */
     spr_result       failure;     /* in done */
 } spr__state;
 
@@ -502,9 +514,16 @@ typedef struct spr__facet {
     double normal[3], area, longest; /* twice the area; squared edge */
 } spr__facet;
 
+/* Four facets; their corners' coordinates by axis. */
+typedef struct spr__facet4 {
+    double a[3][4], b[3][4], c[3][4], normal[3][4], area[4], longest[4];
+    const double *corner[4][3];
+} spr__facet4;
+
+/* The last four are filled up with the last facet. */
 typedef struct spr__cone {
-    size_t     n;
-    spr__facet f[SPR__MAX_STAR];
+    size_t      n;
+    spr__facet4 f[(SPR__MAX_STAR + 3) / 4];
 } spr__cone;
 
 static void spr__facet_set(spr__facet *f, const double *a, const double *b, const double *c)
@@ -550,15 +569,16 @@ static double spr__facet_gamma(const spr__facet *f, const double *p, double *gra
     }
     k = SPR__SQRT24 / (l * sum);
     if (gradient) {
-        double grow[3] = {0, 0, 0}, g[3];
+        double grow[3] = {0, 0, 0}, g[3], per_sum = 1 / sum, per_longest = 1 / longest;
         for (i = 0; i < 3; i++)
             if (r[i] > 0) {
+                double per_r = 1 / r[i];
                 spr__cross(n[i], e[i], g);
-                for (j = 0; j < 3; j++) grow[j] += g[j] / r[i];
+                for (j = 0; j < 3; j++) grow[j] += g[j] * per_r;
             }
         for (j = 0; j < 3; j++)
-            gradient[j] =
-                k * (f->normal[j] - det * (grow[j] / sum + (far >= 0 ? u[far][j] / longest : 0)));
+            gradient[j] = k * (f->normal[j] - det * (grow[j] * per_sum +
+                                                     (far >= 0 ? u[far][j] * per_longest : 0)));
     }
     return k * det;
 }
@@ -569,55 +589,332 @@ static double spr__facet_value(const spr__state *s, const spr__facet *f, const d
                     : s->quality(s->quality_user, f->a, f->b, f->c, p);
 }
 
-static double spr__facet_gradient(const spr__state *s, const spr__facet *f, const double *p,
-                                  double *gradient)
+/* Lane i of four facets. */
+static void spr__facet_of_four(spr__facet *f, const spr__facet4 *four, int i)
 {
-    double value, h = 1e-5 * sqrt(f->longest), q[3];
-    int i;
-    if (s->gamma) return spr__facet_gamma(f, p, gradient);
-    value = spr__facet_value(s, f, p);
-    for (i = 0; i < 3; i++) {
-        memcpy(q, p, sizeof q);
-        q[i] += h;
-        gradient[i] = (spr__facet_value(s, f, q) - value) / h;
+    int k;
+    f->a = four->corner[i][0];
+    f->b = four->corner[i][1];
+    f->c = four->corner[i][2];
+    for (k = 0; k < 3; k++) f->normal[k] = four->normal[k][i];
+    f->area = four->area[i];
+    f->longest = four->longest[i];
+}
+
+static void spr__facet4_set(spr__facet4 *four)
+{
+    spr__facet f;
+    int i, k;
+    for (i = 0; i < 4; i++) {
+        spr__facet_set(&f, four->corner[i][0], four->corner[i][1], four->corner[i][2]);
+        for (k = 0; k < 3; k++) {
+            four->a[k][i] = f.a[k];
+            four->b[k][i] = f.b[k];
+            four->c[k][i] = f.c[k];
+            four->normal[k][i] = f.normal[k];
+        }
+        four->area[i] = f.area;
+        four->longest[i] = f.longest;
     }
-    return value;
+}
+
+static void spr__facet4_gradient(const spr__facet4 *four, const double *p, double *value,
+                                 double (*gradient)[4])
+{
+    spr__facet f;
+    double g[3];
+    int i, k;
+    for (i = 0; i < 4; i++) {
+        spr__facet_of_four(&f, four, i);
+        value[i] = spr__facet_gamma(&f, p, g);
+        for (k = 0; k < 3; k++) gradient[k][i] = g[k];
+    }
+}
+
+#if defined(SPR__TARGET)
+/* Of four vectors in space. */
+typedef struct spr__v3 {
+    __m256d x, y, z;
+} spr__v3;
+
+SPR__TARGET DELAUNAY_INLINE __m256d spr__dot4(spr__v3 a, spr__v3 b)
+{
+    return _mm256_add_pd(_mm256_add_pd(_mm256_mul_pd(a.x, b.x), _mm256_mul_pd(a.y, b.y)),
+                         _mm256_mul_pd(a.z, b.z));
+}
+SPR__TARGET DELAUNAY_INLINE spr__v3 spr__sub4(spr__v3 a, spr__v3 b)
+{
+    spr__v3 d;
+    d.x = _mm256_sub_pd(a.x, b.x);
+    d.y = _mm256_sub_pd(a.y, b.y);
+    d.z = _mm256_sub_pd(a.z, b.z);
+    return d;
+}
+SPR__TARGET DELAUNAY_INLINE spr__v3 spr__cross4(spr__v3 a, spr__v3 b)
+{
+    spr__v3 c;
+    c.x = _mm256_sub_pd(_mm256_mul_pd(a.y, b.z), _mm256_mul_pd(a.z, b.y));
+    c.y = _mm256_sub_pd(_mm256_mul_pd(a.z, b.x), _mm256_mul_pd(a.x, b.z));
+    c.z = _mm256_sub_pd(_mm256_mul_pd(a.x, b.y), _mm256_mul_pd(a.y, b.x));
+    return c;
+}
+SPR__TARGET DELAUNAY_INLINE spr__v3 spr__load4(const double (*p)[4])
+{
+    spr__v3 v;
+    v.x = _mm256_loadu_pd(p[0]);
+    v.y = _mm256_loadu_pd(p[1]);
+    v.z = _mm256_loadu_pd(p[2]);
+    return v;
+}
+SPR__TARGET DELAUNAY_INLINE void spr__store4(double (*p)[4], spr__v3 v)
+{
+    _mm256_storeu_pd(p[0], v.x);
+    _mm256_storeu_pd(p[1], v.y);
+    _mm256_storeu_pd(p[2], v.z);
+}
+SPR__TARGET DELAUNAY_INLINE spr__v3 spr__same4(const double *p)
+{
+    spr__v3 v;
+    v.x = _mm256_set1_pd(p[0]);
+    v.y = _mm256_set1_pd(p[1]);
+    v.z = _mm256_set1_pd(p[2]);
+    return v;
+}
+/* Four vertices of a mesh: 32 bytes can be read from each. */
+SPR__TARGET DELAUNAY_INLINE spr__v3 spr__gather4(const double *p0, const double *p1,
+                                                 const double *p2, const double *p3)
+{
+    __m256d r0 = _mm256_loadu_pd(p0), r1 = _mm256_loadu_pd(p1), r2 = _mm256_loadu_pd(p2),
+            r3 = _mm256_loadu_pd(p3), s0 = _mm256_unpacklo_pd(r0, r1),
+            s1 = _mm256_unpackhi_pd(r0, r1), s2 = _mm256_unpacklo_pd(r2, r3),
+            s3 = _mm256_unpackhi_pd(r2, r3);
+    spr__v3 v;
+    v.x = _mm256_permute2f128_pd(s0, s2, 0x20);
+    v.y = _mm256_permute2f128_pd(s1, s3, 0x20);
+    v.z = _mm256_permute2f128_pd(s0, s2, 0x31);
+    return v;
+}
+SPR__TARGET DELAUNAY_INLINE __m256d spr__greatest4(__m256d a, __m256d b, __m256d c)
+{
+    return _mm256_max_pd(a, _mm256_max_pd(b, c));
+}
+
+SPR__TARGET static void spr__facet4_set_avx2(spr__facet4 *f)
+{
+    spr__v3 a = spr__gather4(f->corner[0][0], f->corner[1][0], f->corner[2][0], f->corner[3][0]),
+            b = spr__gather4(f->corner[0][1], f->corner[1][1], f->corner[2][1], f->corner[3][1]),
+            c = spr__gather4(f->corner[0][2], f->corner[1][2], f->corner[2][2], f->corner[3][2]);
+    spr__v3 ab = spr__sub4(b, a), bc = spr__sub4(c, b), ca = spr__sub4(a, c),
+            normal = spr__cross4(ab, bc);
+    spr__store4(f->a, a);
+    spr__store4(f->b, b);
+    spr__store4(f->c, c);
+    spr__store4(f->normal, normal);
+    _mm256_storeu_pd(f->area, _mm256_sqrt_pd(spr__dot4(normal, normal)));
+    _mm256_storeu_pd(f->longest, spr__greatest4(spr__dot4(ab, ab), spr__dot4(bc, bc),
+                                                spr__dot4(ca, ca)));
+}
+
+/* spr__facet_gamma of four facets; gradient: NULL, or three rows. */
+SPR__TARGET DELAUNAY_INLINE __m256d spr__gamma4(const spr__facet4 *f, spr__v3 p,
+                                                double (*gradient)[4])
+{
+    spr__v3 a = spr__load4(f->a), b = spr__load4(f->b), c = spr__load4(f->c),
+            normal = spr__load4(f->normal), e[3], u[3], n[3], far;
+    __m256d zero = _mm256_setzero_pd(), sum = _mm256_loadu_pd(f->area),
+            longest = _mm256_loadu_pd(f->longest), r[3], det, below, l2, more, k, some;
+    int i;
+    u[0] = spr__sub4(p, a);
+    u[1] = spr__sub4(p, b);
+    u[2] = spr__sub4(p, c);
+    e[0] = spr__sub4(b, a);
+    e[1] = spr__sub4(c, b);
+    e[2] = spr__sub4(a, c);
+    det = spr__dot4(normal, u[0]);
+    far.x = far.y = far.z = zero;
+    for (i = 0; i < 3; i++) {
+        n[i] = spr__cross4(e[i], u[i]);
+        r[i] = _mm256_sqrt_pd(spr__dot4(n[i], n[i]));
+        sum = _mm256_add_pd(sum, r[i]);
+        l2 = spr__dot4(u[i], u[i]);
+        more = _mm256_cmp_pd(l2, longest, _CMP_GT_OQ);
+        longest = _mm256_blendv_pd(longest, l2, more);
+        far.x = _mm256_blendv_pd(far.x, u[i].x, more);
+        far.y = _mm256_blendv_pd(far.y, u[i].y, more);
+        far.z = _mm256_blendv_pd(far.z, u[i].z, more);
+    }
+    below = _mm256_mul_pd(_mm256_sqrt_pd(longest), sum);
+    some = _mm256_cmp_pd(below, zero, _CMP_GT_OQ);
+    k = _mm256_and_pd(_mm256_div_pd(_mm256_set1_pd(SPR__SQRT24), below), some);
+    if (gradient) {
+        __m256d one = _mm256_set1_pd(1), per_sum = _mm256_div_pd(one, sum),
+                per_longest = _mm256_div_pd(one, longest);
+        spr__v3 grow;
+        grow.x = grow.y = grow.z = zero;
+        for (i = 0; i < 3; i++) {
+            spr__v3 g = spr__cross4(n[i], e[i]);
+            __m256d per_r = _mm256_div_pd(one, r[i]), is = _mm256_cmp_pd(r[i], zero, _CMP_GT_OQ);
+            grow.x = _mm256_add_pd(grow.x, _mm256_and_pd(_mm256_mul_pd(g.x, per_r), is));
+            grow.y = _mm256_add_pd(grow.y, _mm256_and_pd(_mm256_mul_pd(g.y, per_r), is));
+            grow.z = _mm256_add_pd(grow.z, _mm256_and_pd(_mm256_mul_pd(g.z, per_r), is));
+        }
+#  define SPR__GRADIENT(row, axis)                                                                \
+      _mm256_storeu_pd(                                                                           \
+          gradient[row],                                                                          \
+          _mm256_and_pd(some, _mm256_mul_pd(k, _mm256_sub_pd(normal.axis,                         \
+              _mm256_mul_pd(det, _mm256_add_pd(_mm256_mul_pd(grow.axis, per_sum),                 \
+                                               _mm256_mul_pd(far.axis, per_longest)))))))
+        SPR__GRADIENT(0, x);
+        SPR__GRADIENT(1, y);
+        SPR__GRADIENT(2, z);
+    }
+    return _mm256_and_pd(_mm256_mul_pd(k, det), some);
+}
+
+SPR__TARGET static void spr__facet4_gradient_avx2(const spr__facet4 *f, const double *p,
+                                                  double *value, double (*gradient)[4])
+{
+    _mm256_storeu_pd(value, spr__gamma4(f, spr__same4(p), gradient));
+}
+
+SPR__TARGET static size_t spr__cone_gammas_avx2(const spr__cone *cone, const double *p,
+                                                double floor_, double *out)
+{
+    spr__v3 q = spr__same4(p);
+    __m256d least = _mm256_set1_pd(floor_);
+    size_t i;
+    for (i = 0; i < cone->n; i += 4) {
+        __m256d value = spr__gamma4(&cone->f[i / 4], q, NULL);
+        _mm256_storeu_pd(out + i, value);
+        if (_mm256_movemask_pd(_mm256_cmp_pd(value, least, _CMP_LE_OQ))) return i + 4;
+    }
+    return i;
+}
+#endif
+
+static void spr__cone_add(spr__cone *cone, const double *a, const double *b, const double *c)
+{
+    const double **corner = cone->f[cone->n / 4].corner[cone->n % 4];
+    cone->n++;
+    corner[0] = a;
+    corner[1] = b;
+    corner[2] = c;
+}
+
+/* After the last spr__cone_add. */
+static void spr__cone_close(const spr__state *s, spr__cone *cone)
+{
+    size_t i;
+    for (i = cone->n; i % 4 != 0; i++)
+        memcpy(cone->f[i / 4].corner[i % 4], cone->f[i / 4].corner[i % 4 - 1],
+               sizeof cone->f[0].corner[0]);
+    for (i = 0; i < cone->n; i += 4) {
+#if defined(SPR__TARGET)
+        if (s->simd) {
+            spr__facet4_set_avx2(&cone->f[i / 4]);
+            continue;
+        }
+#endif
+        (void)s;
+        spr__facet4_set(&cone->f[i / 4]);
+    }
+}
+
+static const double **spr__cone_corners(const spr__cone *cone, size_t i)
+{
+    return (const double **)(uintptr_t)cone->f[i / 4].corner[i % 4];
+}
+
+/* Qualities with apex p, four by four, until one of four is not above floor. Returns how many were
+ * found, in fours: out has room for SPR__MAX_STAR + 4. */
+static size_t spr__cone_values(const spr__state *s, const spr__cone *cone, const double *p,
+                               double floor_, double *out)
+{
+    size_t i, k;
+#if defined(SPR__TARGET)
+    if (s->gamma && s->simd) return spr__cone_gammas_avx2(cone, p, floor_, out);
+#endif
+    for (i = 0; i < cone->n; i += 4) {
+        int enough = 0;
+        for (k = i; k < i + 4; k++) {
+            const double **v = spr__cone_corners(cone, k);
+            spr__facet f;
+            if (s->gamma) {
+                spr__facet_of_four(&f, &cone->f[i / 4], (int)(k % 4));
+                out[k] = spr__facet_gamma(&f, p, NULL);
+            } else if (k < cone->n)
+                out[k] = s->quality(s->quality_user, v[0], v[1], v[2], p);
+            else out[k] = out[k - 1];
+            enough |= out[k] <= floor_;
+        }
+        if (enough) return i + 4;
+    }
+    return i;
+}
+
+/* The gradients in p of the facets of the four that begin with i. */
+static void spr__cone_gradients(const spr__state *s, const spr__cone *cone, size_t i,
+                                const double *p, double (*gradient)[3])
+{
+    double value[4], g[3][4];
+    size_t k;
+    int j;
+    if (!s->gamma) { /* differences */
+        for (k = 0; k < 4 && i + k < cone->n; k++) {
+            const double **v = spr__cone_corners(cone, i + k);
+            double here = s->quality(s->quality_user, v[0], v[1], v[2], p),
+                   h = 1e-5 * sqrt(cone->f[i / 4].longest[k]), q[3];
+            for (j = 0; j < 3; j++) {
+                memcpy(q, p, sizeof q);
+                q[j] += h;
+                gradient[k][j] = (s->quality(s->quality_user, v[0], v[1], v[2], q) - here) / h;
+            }
+        }
+        return;
+    }
+#if defined(SPR__TARGET)
+    if (s->simd) spr__facet4_gradient_avx2(&cone->f[i / 4], p, value, g);
+    else
+#endif
+        spr__facet4_gradient(&cone->f[i / 4], p, value, g);
+    for (k = 0; k < 4; k++)
+        for (j = 0; j < 3; j++) gradient[k][j] = g[j][k];
 }
 
 /* The worst quality of a cone, or something below floor as soon as one is. */
 static double spr__cone_value(const spr__state *s, const spr__cone *cone, const double *p,
                               double floor_)
 {
-    double worst = HUGE_VAL, q;
-    size_t i;
-    for (i = 0; i < cone->n && worst > floor_; i++) {
-        q = spr__facet_value(s, &cone->f[i], p);
-        worst = spr__min(worst, q);
-    }
+    double q[SPR__MAX_STAR + 4], worst = HUGE_VAL;
+    size_t n = spr__cone_values(s, cone, p, floor_, q), i;
+    for (i = 0; i < n; i++) worst = spr__min(worst, q[i]);
     return worst;
 }
 
 static int spr__cone_is_positive(const spr__cone *cone, const double *p)
 {
     size_t i;
-    for (i = 0; i < cone->n; i++)
-        if (delaunay_orient3d(cone->f[i].a, cone->f[i].b, cone->f[i].c, p) <= 0) return 0;
+    for (i = 0; i < cone->n; i++) {
+        const double **v = spr__cone_corners(cone, i);
+        if (delaunay_orient3d(v[0], v[1], v[2], p) <= 0) return 0;
+    }
     return 1;
 }
 
 /* The link of v as seen from v. */
-static int spr__cone_of_star(spr__cone *cone, const delaunay_mesh *m, uint32_t v,
+static int spr__cone_of_star(const spr__state *s, spr__cone *cone, uint32_t v,
                              const delaunay_list *star)
 {
+    const delaunay_mesh *m = s->mesh;
     size_t i;
     if (star->count > SPR__MAX_STAR) return 0;
-    cone->n = star->count;
-    for (i = 0; i < star->count; i++) {
+    for (cone->n = i = 0; i < star->count; i++) {
         const delaunay_tet *t = &m->tets[star->items[i]];
         const uint8_t *o = delaunay_facet_order(delaunay_local_index(t, v));
-        spr__facet_set(&cone->f[i], spr__point(m, t->v[o[0]]), spr__point(m, t->v[o[2]]),
-                       spr__point(m, t->v[o[1]]));
+        spr__cone_add(cone, spr__point(m, t->v[o[0]]), spr__point(m, t->v[o[2]]),
+                      spr__point(m, t->v[o[1]]));
     }
+    spr__cone_close(s, cone);
     return 1;
 }
 
@@ -924,10 +1221,11 @@ static double spr__laplacian(const spr__state *s, const spr__cone *cone, double 
     double way[3] = {0, 0, 0}, lo = 0, hi = 1, x[2], y[2], q[3], best = 0, best_value = value;
     int k, step;
     size_t i;
-    for (i = 0; i < cone->n; i++)
-        for (k = 0; k < 3; k++)
-            way[k] += (cone->f[i].a[k] + cone->f[i].b[k] + cone->f[i].c[k]) / (3 * (double)cone->n);
-    for (k = 0; k < 3; k++) way[k] -= p[k];
+    for (i = 0; i < cone->n; i++) {
+        const double **v = spr__cone_corners(cone, i);
+        for (k = 0; k < 3; k++) way[k] += v[0][k] + v[1][k] + v[2][k];
+    }
+    for (k = 0; k < 3; k++) way[k] = way[k] / (3 * (double)cone->n) - p[k];
     x[0] = 1 - ratio;
     x[1] = ratio;
     for (step = 0; step < 2; step++) {
@@ -986,29 +1284,31 @@ static double spr__common_ascent(double (*g)[3], int n, double *x)
 static double spr__max_min(const spr__state *s, const spr__cone *cone, double *p, double value,
                            int steps)
 {
-    double q[SPR__MAX_STAR], g[SPR__MAX_STAR][3], active[SPR__MAX_ACTIVE][3], way[3], here[3], rise,
-        step, slope, v;
+    double q[SPR__MAX_STAR + 4], g[SPR__MAX_STAR + 4][3], active[SPR__MAX_ACTIVE][3], way[3],
+        here[3], rise, step, slope, v;
     int k, num, halvings;
     size_t i;
     while (steps-- > 0) {
-        double worst = HUGE_VAL, band;
+        double worst = HUGE_VAL, band, longest;
         size_t at = 0;
-        for (i = 0; i < cone->n; i++) {
-            q[i] = spr__facet_value(s, &cone->f[i], p);
+        spr__cone_values(s, cone, p, -HUGE_VAL, q);
+        for (i = 0; i < cone->n; i++)
             if (q[i] < worst) {
                 worst = q[i];
                 at = i;
             }
-        }
+        longest = cone->f[at / 4].longest[at % 4];
         band = worst + 0.02;
-        for (i = 0; i < cone->n; i++)
-            if (q[i] < worst + SPR__NEAR) spr__facet_gradient(s, &cone->f[i], p, g[i]);
+        for (i = 0; i < cone->n; i += 4)
+            if (spr__min(spr__min(q[i], q[i + 1]), spr__min(q[i + 2], q[i + 3])) <
+                worst + SPR__NEAR)
+                spr__cone_gradients(s, cone, i, p, g + i);
         memcpy(active[0], g[at], sizeof active[0]);
         for (num = 1, i = 0; i < cone->n && num < SPR__MAX_ACTIVE; i++)
             if (i != at && q[i] < band) memcpy(active[num++], g[i], sizeof active[0]);
         rise = spr__common_ascent(active, num, way);
-        if (!(rise * cone->f[at].longest > 1e-6)) break;
-        step = 0.3 * sqrt(cone->f[at].longest / rise);
+        if (!(rise * longest > 1e-6)) break;
+        step = 0.3 * sqrt(longest / rise);
         for (i = 0; i < cone->n; i++) {
             if (q[i] >= worst + SPR__NEAR) continue;
             slope = spr__dot(g[i], way);
@@ -1051,7 +1351,7 @@ static int spr__smooth(const spr__state *s, delaunay_worker *worker, uint32_t v,
     spr__cone cone;
     delaunay_result result = delaunay_vertex_star(m, worker, v, &plan->star);
     if (result != DELAUNAY_OK) return (int)result;
-    if (!spr__cone_of_star(&cone, m, v, &plan->star)) return 0;
+    if (!spr__cone_of_star(s, &cone, v, &plan->star)) return 0;
     offer->vertex = v;
     offer->before = spr__worst_of(s, plan->star.items, plan->star.count);
     memcpy(offer->xyz, spr__point(m, v), sizeof offer->xyz);
@@ -1098,6 +1398,7 @@ static int spr__plan_smooth(const spr__state *s, delaunay_worker *worker, delaun
 
 /* Of the edges around: a vertex that is nearer to where it would be moved stays. */
 #  define SPR__RELAXED 0.06
+#  define SPR__HAIR    1e-12 /* of qualities: no difference */
 
 enum {
     SPR__RELAX_BLOCK = 2048, /* vertices that one thread moves in turn */
@@ -1121,20 +1422,6 @@ typedef struct spr__sweep {
 
 #  define SPR__AT_REST UINT32_MAX
 
-/* Sums of the qualities of a cone at p, to out those of each, or 0 as soon as one is below its
- * least. */
-static int spr__cone_values(const spr__state *s, const spr__cone *cone, const double *p,
-                            const double *least, double *out, double *sum)
-{
-    size_t i;
-    for (i = 0, *sum = 0; i < cone->n; i++) {
-        out[i] = spr__facet_value(s, &cone->f[i], p);
-        if (out[i] < least[i]) return 0;
-        *sum += out[i];
-    }
-    return 1;
-}
-
 /* Where the vertex of a cone belongs: the mean of the facets, weighted by area. Returns 0 if it is
  * as good as there, as it is on lattices: nothing is to be gained. */
 static int spr__relax_aim(const spr__cone *cone, const double *here, double *way)
@@ -1144,14 +1431,27 @@ static int spr__relax_aim(const spr__cone *cone, const double *here, double *way
     int k;
     way[0] = way[1] = way[2] = 0;
     for (i = 0; i < cone->n; i++) {
-        const spr__facet *f = &cone->f[i];
-        area += f->area;
-        longest += f->longest;
-        for (k = 0; k < 3; k++) way[k] += f->area * (f->a[k] + f->b[k] + f->c[k]) / 3;
+        const spr__facet4 *f = &cone->f[i / 4];
+        const double **v = spr__cone_corners(cone, i);
+        area += f->area[i % 4];
+        longest += f->longest[i % 4];
+        for (k = 0; k < 3; k++) way[k] += f->area[i % 4] * (v[0][k] + v[1][k] + v[2][k]);
     }
     if (!(area > 0)) return 0;
-    for (k = 0; k < 3; k++) way[k] = way[k] / area - here[k];
+    for (k = 0; k < 3; k++) way[k] = way[k] / (3 * area) - here[k];
     return spr__dot(way, way) * (double)cone->n >= SPR__RELAXED * SPR__RELAXED * longest;
+}
+
+/* Sum of qualities, or -HUGE_VAL if one is below its least. */
+static double spr__sum_above(const double *q, const double *least, size_t n)
+{
+    double sum = 0;
+    size_t i;
+    for (i = 0; i < n; i++) {
+        if (q[i] < least[i]) return -HUGE_VAL;
+        sum += q[i];
+    }
+    return sum;
 }
 
 /* Moves v where it is better on average, the worst of the star does not fall unless it stays well
@@ -1159,11 +1459,11 @@ static int spr__relax_aim(const spr__cone *cone, const double *here, double *way
 static int spr__relax_vertex(const spr__state *s, uint32_t v, const delaunay_list *star)
 {
     spr__cone cone;
-    double *here = s->mesh->vertices[v].x, way[3], p[3], least[SPR__MAX_STAR], after[SPR__MAX_STAR];
-    double worst = 0.5 * (1 + s->target), before = 0, sum, step;
+    double *here = s->mesh->vertices[v].x, way[3], p[3], least[SPR__MAX_STAR],
+           after[SPR__MAX_STAR + 4], worst = 0.5 * (1 + s->target), before = 0, step;
     size_t i;
     int k;
-    if (!spr__cone_of_star(&cone, s->mesh, v, star) || !spr__relax_aim(&cone, here, way)) return 0;
+    if (!spr__cone_of_star(s, &cone, v, star) || !spr__relax_aim(&cone, here, way)) return 0;
     for (i = 0; i < cone.n; i++) {
         double q = s->value[star->items[i]];
         before += q;
@@ -1173,8 +1473,9 @@ static int spr__relax_vertex(const spr__state *s, uint32_t v, const delaunay_lis
     for (i = 0; i < cone.n; i++) least[i] = spr__max(least[i], worst);
     for (step = 1; step > 0.4; step *= 0.5) {
         for (k = 0; k < 3; k++) p[k] = here[k] + step * way[k];
-        if (!spr__cone_values(s, &cone, p, least, after, &sum) ||
-            !(sum - before > 2e-3 * (double)cone.n) || !spr__cone_is_positive(&cone, p))
+        if (spr__cone_values(s, &cone, p, worst - SPR__HAIR, after) < cone.n ||
+            !(spr__sum_above(after, least, cone.n) - before > 2e-3 * (double)cone.n) ||
+            !spr__cone_is_positive(&cone, p))
             continue;
         memcpy(here, p, sizeof p);
         for (i = 0; i < cone.n; i++) s->value[star->items[i]] = after[i];
@@ -1798,13 +2099,14 @@ static void spr__pit_cone(const spr__state *s, const spr__pit *c, spr__cone *con
 {
     const delaunay_mesh *m = s->mesh;
     int i;
-    cone->n = (size_t)c->num_facets;
+    cone->n = 0;
     for (i = 0; i < c->num_facets; i++) {
         const uint32_t *v = m->tets[c->facet[i] / 4].v;
         const uint8_t *o = delaunay_facet_order((int)(c->facet[i] % 4));
-        spr__facet_set(&cone->f[i], spr__point(m, v[o[0]]), spr__point(m, v[o[2]]),
-                       spr__point(m, v[o[1]]));
+        spr__cone_add(cone, spr__point(m, v[o[0]]), spr__point(m, v[o[2]]),
+                      spr__point(m, v[o[1]]));
     }
+    spr__cone_close(s, cone);
 }
 
 /* No new edge shorter than half the shortest around. */
@@ -1813,13 +2115,13 @@ static int spr__pit_is_roomy(const spr__cone *cone, const double *p)
     double shortest = HUGE_VAL, nearest = HUGE_VAL;
     size_t i;
     for (i = 0; i < cone->n; i++) {
-        const spr__facet *f = &cone->f[i];
+        const double **v = spr__cone_corners(cone, i);
         nearest =
-            spr__min(nearest, spr__min(spr__distance2(p, f->a),
-                                       spr__min(spr__distance2(p, f->b), spr__distance2(p, f->c))));
+            spr__min(nearest, spr__min(spr__distance2(p, v[0]),
+                                       spr__min(spr__distance2(p, v[1]), spr__distance2(p, v[2]))));
         shortest = spr__min(
-            shortest, spr__min(spr__distance2(f->a, f->b),
-                               spr__min(spr__distance2(f->b, f->c), spr__distance2(f->c, f->a))));
+            shortest, spr__min(spr__distance2(v[0], v[1]),
+                               spr__min(spr__distance2(v[1], v[2]), spr__distance2(v[2], v[0]))));
     }
     return nearest > 0.25 * shortest;
 }
@@ -2521,6 +2823,7 @@ static spr_result spr__open(spr__state *s, const delaunay_mesh *mesh, const spr_
         return SPR_ERROR_INVALID_ARGUMENT;
     s->target = s->options.target > 0 ? s->options.target : 0.35;
     s->gamma = s->options.measure == SPR_GAMMA;
+    s->simd = SPR__AVX2 != 0;
     s->quality = s->options.measure == SPR_GAMMA  ? spr__measure_gamma
                  : s->options.measure == SPR_SICN ? spr__measure_sicn
                  : s->options.measure == SPR_USER ? s->options.quality

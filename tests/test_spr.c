@@ -433,6 +433,58 @@ static void test_other_measures(void)
     }
 }
 
+/* A vertex of doubles and one more, which is read and not used, as those of a mesh. */
+static void random_vertex(double *x, int flat)
+{
+    int k;
+    for (k = 0; k < 3; k++) x[k] = (int)small_random(2001) / 1000. - 1;
+    if (flat) x[2] = 0;
+    x[3] = 7;
+}
+
+/* Values and gradients of cones by vectors are those of the plain way, bit by bit; the compiler may
+ * make fused operations of the plain ones if the processor it compiles for has them. */
+static void test_vectors_and_the_plain_way_agree(void)
+{
+    static spr__cone cone[2];
+    double x[30][3][4], p[4], q[2][32], g[2][32][3];
+    spr__state s;
+    int round, i, k, simd;
+    memset(&s, 0, sizeof s);
+    s.gamma = 1;
+    for (round = 0; round < 2000; round++) {
+        int n = 1 + (int)small_random(28), flat = round % 5 == 0;
+        size_t found[2];
+        double least = round % 2 ? -HUGE_VAL : 0.1;
+        random_vertex(p, flat);
+        memset(q, 0, sizeof q);
+        memset(g, 0, sizeof g);
+        for (i = 0; i < n; i++)
+            for (k = 0; k < 3; k++) random_vertex(x[i][k], flat);
+        if (round % 7 == 0) memcpy(x[0][1], x[0][0], sizeof x[0][0]);
+        if (round % 11 == 0) memcpy(p, x[0][0], sizeof p);
+        for (simd = 0; simd < 2; simd++) {
+            s.simd = simd && SPR__AVX2;
+            cone[simd].n = 0;
+            for (i = 0; i < n; i++) spr__cone_add(&cone[simd], x[i][0], x[i][1], x[i][2]);
+            spr__cone_close(&s, &cone[simd]);
+            found[simd] = spr__cone_values(&s, &cone[simd], p, least, q[simd]);
+            for (i = 0; i < n; i += 4)
+                spr__cone_gradients(&s, &cone[simd], (size_t)i, p, g[simd] + i);
+        }
+        for (i = 0; i < n && i < (int)found[0]; i++) {
+            double value = spr_gamma(x[i][0], x[i][1], x[i][2], p);
+            CHECK(fabs(value - q[0][i]) < 1e-12 && fabs(value - q[1][i]) < 1e-12);
+        }
+#if !defined(__FMA__)
+        CHECK(found[0] == found[1] && !memcmp(q[0], q[1], sizeof q[0]));
+        CHECK(!memcmp(g[0], g[1], sizeof g[0]));
+        for (i = 0; i < n; i += 4)
+            CHECK(!memcmp(&cone[0].f[i / 4], &cone[1].f[i / 4], sizeof cone[0].f[0]));
+#endif
+    }
+}
+
 static void test_same_bytes_for_any_number_of_threads(void)
 {
     static const int threads[] = {1, 2, 3, 7};
@@ -1015,6 +1067,7 @@ int main(void)
     test_each_operator_alone();
     test_constrained_edges_and_facets_stay();
     test_other_measures();
+    test_vectors_and_the_plain_way_agree();
     test_same_bytes_for_any_number_of_threads();
     test_relaxes_a_lattice();
     test_where_hardly_anything_can_be_good();
