@@ -502,6 +502,7 @@ static double spr__floor(const spr__state *s, double before)
 /* -- triangles that wait for an apex: a cone */
 
 enum {
+    SPR__AHEAD = 4,       /* how early what is looked at next but so many is fetched */
     SPR__MAX_STAR = 200,  /* tetrahedra of a star, facets of a cone */
     SPR__MAX_RING = 10,   /* tetrahedra around an edge that is removed */
     SPR__MAX_ACTIVE = 12, /* gradients of the worst facets that smoothing looks at */
@@ -1086,42 +1087,143 @@ static const double spr__cosine[17] = {0.984807753012208,  0.939692620785908,  0
                                        -0.642787609686539, -0.766044443118978, -0.866025403784439,
                                        -0.939692620785908, -0.984807753012208};
 
-static double spr__shape_value(const spr__state *s, const spr__shape *shape, const double *const *p)
+/* What is counted of four tetrahedra. */
+typedef struct spr__four {
+    const double *corner[4][4]; /* of each */
+    double        gamma[4], sicn[4], cosine[6][4];
+    int64_t       tenth[6][4];  /* of the angles: at so many of the cosines above, or beyond */
+} spr__four;
+
+static void spr__four_set(spr__four *four)
 {
-    if (s->gamma) return spr__shape_gamma(shape);
-    return s->quality(s->quality_user, p[0], p[1], p[2], p[3]);
+    spr__shape shape;
+    double root[4];
+    int i, j, k;
+    for (k = 0; k < 4; k++) {
+        const double **p = four->corner[k];
+        spr__shape_set(&shape, p[0], p[1], p[2], p[3]);
+        four->gamma[k] = spr__shape_gamma(&shape);
+        four->sicn[k] = spr__shape_sicn(&shape);
+        for (i = 0; i < 4; i++) root[i] = sqrt(spr__dot(shape.normal[i], shape.normal[i]));
+        for (i = 0; i < 6; i++) {
+            const uint8_t *f = delaunay_edge_order(i);
+            double below = root[f[0]] * root[f[1]],
+                   c = below > 0 ? -spr__dot(shape.normal[f[0]], shape.normal[f[1]]) / below : 1;
+            four->cosine[i][k] = c;
+            for (four->tenth[i][k] = j = 0; j < 17; j++) four->tenth[i][k] += c < spr__cosine[j];
+        }
+    }
 }
 
-/* Adds one tetrahedron; cosines of the extreme angles in range. */
-static double spr__statistics_add(const spr__state *s, spr_statistics *out, delaunay_handle t,
-                                  double *range)
+#if defined(SPR__TARGET)
+/* Two normals; the product of their lengths. */
+SPR__TARGET DELAUNAY_INLINE void spr__cosine4(spr__four *four, int i, spr__v3 m, spr__v3 n,
+                                              __m256d below)
 {
-    const uint32_t *v = s->mesh->tets[t].v;
-    spr__shape shape;
-    const double *p[4];
-    double value, root[4];
-    int i, j, k;
-    for (i = 0; i < 4; i++) p[i] = spr__point(s->mesh, v[i]);
-    spr__shape_set(&shape, p[0], p[1], p[2], p[3]);
-    value = spr__shape_value(s, &shape, p);
-    out->num_tets++;
-    out->num_below += value < s->target;
-    out->min = spr__min(out->min, value);
-    out->gamma_min = spr__min(out->gamma_min, s->gamma ? value : spr__shape_gamma(&shape));
-    out->sicn_min = spr__min(out->sicn_min, spr__shape_sicn(&shape));
-    k = value > 0 ? (int)(20 * spr__min(value, 1)) : 0;
-    out->histogram[k > 19 ? 19 : k]++;
-    for (i = 0; i < 4; i++) root[i] = sqrt(spr__dot(shape.normal[i], shape.normal[i]));
-    for (i = 0; i < 6; i++) {
-        const uint8_t *f = delaunay_edge_order(i);
-        double below = root[f[0]] * root[f[1]],
-               c = below > 0 ? -spr__dot(shape.normal[f[0]], shape.normal[f[1]]) / below : 1;
-        range[0] = spr__max(range[0], c);
-        range[1] = spr__min(range[1], c);
-        for (j = k = 0; j < 17; j++) k += c < spr__cosine[j];
-        out->dihedral_histogram[k]++;
+    __m256d some = _mm256_cmp_pd(below, _mm256_setzero_pd(), _CMP_GT_OQ), c;
+    __m256i count = _mm256_setzero_si256();
+    int j;
+    c = _mm256_xor_pd(spr__dot4(m, n), _mm256_set1_pd(-0.0));
+    c = _mm256_blendv_pd(_mm256_set1_pd(1), _mm256_div_pd(c, below), some);
+    for (j = 0; j < 17; j++) {
+        __m256d less = _mm256_cmp_pd(c, _mm256_set1_pd(spr__cosine[j]), _CMP_LT_OQ);
+        count = _mm256_sub_epi64(count, _mm256_castpd_si256(less));
     }
-    return value;
+    _mm256_storeu_pd(four->cosine[i], c);
+    _mm256_storeu_si256((__m256i *)(void *)four->tenth[i], count);
+}
+
+SPR__TARGET static void spr__four_set_avx2(spr__four *f)
+{
+    static const int facet[6][2] = {{0, 1}, {0, 2}, {0, 3}, {1, 2}, {1, 3}, {2, 3}};
+    spr__v3 v[4], e[6], n[4];
+    __m256d zero = _mm256_setzero_pd(), square[4], root[4], det, area = zero, area2 = zero,
+            longest = zero, length2 = zero, l2, below, some;
+    int i;
+    for (i = 0; i < 4; i++)
+        v[i] = spr__gather4(f->corner[0][i], f->corner[1][i], f->corner[2][i], f->corner[3][i]);
+    e[0] = spr__sub4(v[1], v[0]);
+    e[1] = spr__sub4(v[2], v[0]);
+    e[2] = spr__sub4(v[3], v[0]);
+    e[3] = spr__sub4(v[2], v[1]);
+    e[4] = spr__sub4(v[3], v[1]);
+    e[5] = spr__sub4(v[3], v[2]);
+    n[0] = spr__cross4(e[3], e[4]);
+    n[1] = spr__cross4(e[2], e[1]);
+    n[2] = spr__cross4(e[0], e[2]);
+    n[3] = spr__cross4(e[1], e[0]);
+    det = _mm256_xor_pd(spr__dot4(n[3], e[2]), _mm256_set1_pd(-0.0));
+    for (i = 0; i < 6; i++) {
+        l2 = spr__dot4(e[i], e[i]);
+        longest = _mm256_max_pd(longest, l2);
+        length2 = _mm256_add_pd(length2, l2);
+    }
+    for (i = 0; i < 4; i++) {
+        square[i] = spr__dot4(n[i], n[i]);
+        root[i] = _mm256_sqrt_pd(square[i]);
+        area = _mm256_add_pd(area, root[i]);
+        area2 = _mm256_add_pd(area2, square[i]);
+    }
+    below = _mm256_mul_pd(area, _mm256_sqrt_pd(longest));
+    some = _mm256_cmp_pd(below, zero, _CMP_GT_OQ);
+    l2 = _mm256_mul_pd(_mm256_set1_pd(SPR__SQRT24), det);
+    _mm256_storeu_pd(f->gamma, _mm256_and_pd(_mm256_div_pd(l2, below), some));
+    below = _mm256_sqrt_pd(_mm256_mul_pd(area2, length2));
+    some = _mm256_cmp_pd(below, zero, _CMP_GT_OQ);
+    l2 = _mm256_mul_pd(_mm256_set1_pd(6), det);
+    _mm256_storeu_pd(f->sicn, _mm256_and_pd(_mm256_div_pd(l2, below), some));
+    for (i = 0; i < 6; i++)
+        spr__cosine4(f, i, n[facet[i][0]], n[facet[i][1]],
+                     _mm256_mul_pd(root[facet[i][0]], root[facet[i][1]]));
+}
+#endif
+
+enum { SPR__STATISTICS_BLOCKS = 256, SPR__FINE = 320 }; /* parts of [0, 1]; a multiple of 20 */
+
+/* What is added up of a block of slots. */
+typedef struct spr__part {
+    spr_statistics s;
+    double         sum, cosine[2]; /* greatest and least */
+    uint64_t       fine[SPR__FINE];
+} spr__part;
+
+static int spr__fine(double value)
+{
+    int k = value > 0 ? (int)(SPR__FINE * spr__min(value, 1)) : 0;
+    return k < SPR__FINE ? k : SPR__FINE - 1;
+}
+
+/* Adds the first n tetrahedra of four. */
+static void spr__part_add(const spr__state *s, spr__part *part, spr__four *four,
+                          const delaunay_handle *t, int n)
+{
+    spr_statistics *out = &part->s;
+    int i, k;
+    for (k = n; k < 4; k++)
+        memcpy(four->corner[k], four->corner[0], sizeof four->corner[k]);
+#if defined(SPR__TARGET)
+    if (s->simd) spr__four_set_avx2(four);
+    else
+#endif
+        spr__four_set(four);
+    for (k = 0; k < n; k++) {
+        const double **p = four->corner[k];
+        double value =
+            s->gamma ? four->gamma[k] : s->quality(s->quality_user, p[0], p[1], p[2], p[3]);
+        s->value[t[k]] = value;
+        part->sum += value;
+        part->fine[spr__fine(value)]++;
+        out->num_tets++;
+        out->num_below += value < s->target;
+        out->min = spr__min(out->min, value);
+        out->gamma_min = spr__min(out->gamma_min, four->gamma[k]);
+        out->sicn_min = spr__min(out->sicn_min, four->sicn[k]);
+        for (i = 0; i < 6; i++) {
+            part->cosine[0] = spr__max(part->cosine[0], four->cosine[i][k]);
+            part->cosine[1] = spr__min(part->cosine[1], four->cosine[i][k]);
+            out->dihedral_histogram[four->tenth[i][k]]++;
+        }
+    }
 }
 
 static int spr__is_inside(const delaunay_mesh *m, delaunay_handle t)
@@ -1130,16 +1232,51 @@ static int spr__is_inside(const delaunay_mesh *m, delaunay_handle t)
            (!m->color || m->color[t] != DELAUNAY_OUTSIDE);
 }
 
-static void spr__statistics_merge(spr_statistics *out, const spr_statistics *part)
+static void spr__part_begin(spr__part *part)
 {
+    memset(part, 0, sizeof *part);
+    part->s.min = part->s.gamma_min = part->s.sicn_min = HUGE_VAL;
+    part->cosine[0] = -1;
+    part->cosine[1] = 1;
+}
+
+/* The slots from first to last-1, and their values: those of nothing inside are huge. */
+static void spr__part_of(const spr__state *s, spr__part *part, delaunay_handle first,
+                         delaunay_handle last)
+{
+    const delaunay_mesh *m = s->mesh;
+    delaunay_handle t, of[4];
+    spr__four four;
+    int n = 0, k;
+    spr__part_begin(part);
+    for (t = first; t < last; t++) {
+        if (t + SPR__AHEAD < last)
+            for (k = 0; k < 4; k++) SPR__PREFETCH(&m->vertices[m->tets[t + SPR__AHEAD].v[k]]);
+        s->value[t] = HUGE_VAL;
+        if (t == 0 || !spr__is_inside(m, t)) continue;
+        for (k = 0; k < 4; k++) four.corner[n][k] = spr__point(m, m->tets[t].v[k]);
+        of[n++] = t;
+        if (n < 4) continue;
+        spr__part_add(s, part, &four, of, n);
+        n = 0;
+    }
+    if (n > 0) spr__part_add(s, part, &four, of, n);
+}
+
+static void spr__part_merge(spr__part *all, const spr__part *part)
+{
+    spr_statistics *out = &all->s;
     int i;
-    out->num_tets += part->num_tets;
-    out->num_below += part->num_below;
-    out->min = spr__min(out->min, part->min);
-    out->gamma_min = spr__min(out->gamma_min, part->gamma_min);
-    out->sicn_min = spr__min(out->sicn_min, part->sicn_min);
-    for (i = 0; i < 20; i++) out->histogram[i] += part->histogram[i];
-    for (i = 0; i < 18; i++) out->dihedral_histogram[i] += part->dihedral_histogram[i];
+    out->num_tets += part->s.num_tets;
+    out->num_below += part->s.num_below;
+    out->min = spr__min(out->min, part->s.min);
+    out->gamma_min = spr__min(out->gamma_min, part->s.gamma_min);
+    out->sicn_min = spr__min(out->sicn_min, part->s.sicn_min);
+    all->sum += part->sum;
+    all->cosine[0] = spr__max(all->cosine[0], part->cosine[0]);
+    all->cosine[1] = spr__min(all->cosine[1], part->cosine[1]);
+    for (i = 0; i < SPR__FINE; i++) all->fine[i] += part->fine[i];
+    for (i = 0; i < 18; i++) out->dihedral_histogram[i] += part->s.dihedral_histogram[i];
 }
 
 static double spr__degrees(double cosine)
@@ -1147,68 +1284,56 @@ static double spr__degrees(double cosine)
     return 57.29577951308232 * acos(spr__max(-1, spr__min(1, cosine)));
 }
 
-enum { SPR__STATISTICS_BLOCKS = 256 };
+/* The k-th smallest of all values: among those of its fine part. Returns 0 without memory. */
+static int spr__quantile(const spr__state *s, const uint64_t *fine, uint64_t k, double *out)
+{
+    double *of_part;
+    size_t n = 0;
+    delaunay_handle t;
+    int i;
+    for (i = 0; k >= fine[i]; i++) k -= fine[i];
+    of_part = (double *)delaunay_alloc(s->memory, (size_t)fine[i], sizeof *of_part);
+    if (!of_part) return 0;
+    for (t = 1; t < s->mesh->num_tets; t++)
+        if (s->value[t] < HUGE_VAL && spr__fine(s->value[t]) == i) of_part[n++] = s->value[t];
+    if (k < n) *out = spr__select(of_part, n, (size_t)k); /* always, but if values are no numbers */
+    delaunay_release(s->memory, of_part);
+    return 1;
+}
 
-/* Blocks of slots, added up in order: the same sums for any number of threads. value: scratch, one
- * a slot. */
+/* Values of all tetrahedra, and what there is to say of them. Blocks of slots, added up in order:
+ * the same sums for any number of threads. */
 static spr_result spr__statistics(const spr__state *s, spr_statistics *out)
 {
-    const delaunay_mesh *m = s->mesh;
-    size_t slots = m->num_tets, n = 0, block = slots / SPR__STATISTICS_BLOCKS + 1;
-    int threads = delaunay_threads_for(&s->options.host, s->mesh->num_tets), b;
-    double *value = (double *)delaunay_alloc(s->memory, slots, sizeof *value), range[2] = {-1, 1},
-           sum = 0;
-    spr_statistics *part =
-        (spr_statistics *)delaunay_alloc(s->memory, SPR__STATISTICS_BLOCKS, sizeof *part);
-    double(*extra)[3] =
-        (double(*)[3])delaunay_alloc(s->memory, SPR__STATISTICS_BLOCKS, sizeof *extra);
-    size_t *count = (size_t *)delaunay_alloc(s->memory, SPR__STATISTICS_BLOCKS, sizeof *count);
-    spr_result result = SPR_ERROR_OUT_OF_MEMORY;
+    size_t slots = s->mesh->num_tets, block = slots / SPR__STATISTICS_BLOCKS + 1;
+    int threads = delaunay_threads_for(&s->options.host, slots), b, i, ok = 1;
+    spr__part *part =
+        (spr__part *)delaunay_alloc(s->memory, SPR__STATISTICS_BLOCKS, sizeof *part), all;
     (void)threads;
     memset(out, 0, sizeof *out);
-    if (!value || !part || !extra || !count) goto done;
+    if (!part) return SPR_ERROR_OUT_OF_MEMORY;
     /* each thread writes its blocks' parts and their slots' values; the mesh is read */
     SPR__OMP(omp parallel for schedule(dynamic, 4) num_threads(threads))
     for (b = 0; b < SPR__STATISTICS_BLOCKS; b++) {
-        size_t t, first = (size_t)b * block, last = first + block < slots ? first + block : slots,
-                  k = first;
-        memset(&part[b], 0, sizeof part[b]);
-        part[b].min = part[b].gamma_min = part[b].sicn_min = HUGE_VAL;
-        extra[b][0] = -1;
-        extra[b][1] = 1;
-        extra[b][2] = 0;
-        for (t = first > 0 ? first : 1; t < last; t++)
-            if (spr__is_inside(m, (delaunay_handle)t)) {
-                value[k] = spr__statistics_add(s, &part[b], (delaunay_handle)t, extra[b]);
-                extra[b][2] += value[k++];
-            }
-        count[b] = k > first ? k - first : 0;
+        size_t first = (size_t)b * block, last = first + block;
+        spr__part_of(s, &part[b], (delaunay_handle)(first < slots ? first : slots),
+                     (delaunay_handle)(last < slots ? last : slots));
     }
-    out->min = out->gamma_min = out->sicn_min = HUGE_VAL;
-    for (b = 0; b < SPR__STATISTICS_BLOCKS; b++) {
-        if (count[b]) memmove(value + n, value + (size_t)b * block, count[b] * sizeof *value);
-        n += count[b];
-        sum += extra[b][2];
-        range[0] = spr__max(range[0], extra[b][0]);
-        range[1] = spr__min(range[1], extra[b][1]);
-        spr__statistics_merge(out, &part[b]);
-    }
-    result = SPR_OK;
-    if (n == 0) {
-        out->min = out->gamma_min = out->sicn_min = 0;
-        goto done;
-    }
-    out->mean = sum / (double)n;
-    out->dihedral_min_degrees = spr__degrees(range[0]);
-    out->dihedral_max_degrees = spr__degrees(range[1]);
-    out->p01 = spr__select(value, n, n / 100);
-    out->p001 = spr__select(value, n, n / 1000);
-done:
-    delaunay_release(s->memory, value);
+    spr__part_begin(&all);
+    for (b = 0; b < SPR__STATISTICS_BLOCKS; b++) spr__part_merge(&all, &part[b]);
     delaunay_release(s->memory, part);
-    delaunay_release(s->memory, extra);
-    delaunay_release(s->memory, count);
-    return result;
+    *out = all.s;
+    for (i = 0; i < SPR__FINE; i++) out->histogram[i / (SPR__FINE / 20)] += all.fine[i];
+    if (out->num_tets == 0) {
+        out->min = out->gamma_min = out->sicn_min = 0;
+        return SPR_OK;
+    }
+    out->mean = all.sum / (double)out->num_tets;
+    out->dihedral_min_degrees = spr__degrees(all.cosine[0]);
+    out->dihedral_max_degrees = spr__degrees(all.cosine[1]);
+    ok = spr__quantile(s, all.fine, out->num_tets / 100, &out->p01) &&
+         spr__quantile(s, all.fine, out->num_tets / 1000, &out->p001);
+    return ok ? SPR_OK : SPR_ERROR_OUT_OF_MEMORY;
 }
 
 /* ---- >>smoothing -------------------------------------------------------------------------- */
@@ -1403,8 +1528,7 @@ static int spr__plan_smooth(const spr__state *s, delaunay_worker *worker, delaun
 enum {
     SPR__RELAX_BLOCK = 2048, /* vertices that one thread moves in turn */
     SPR__RELAX_BLOCKS = 256, /* between looks at the clock */
-    SPR__CURVE_DEPTH = 16,
-    SPR__AHEAD = 3           /* vertices: how early their tetrahedra are fetched */
+    SPR__CURVE_DEPTH = 16
 };
 
 /* A sweep over vertices in the order of a space-filling curve; no tetrahedron is made or goes. */
@@ -2323,7 +2447,6 @@ static int spr__fit(spr__state *s)
         memset(s->kept + old, 0, (tets - old) * sizeof *kept);
         memset(s->level + old, 0, tets - old);
         memset(s->listed + old, 0, tets - old);
-        for (; old < tets; old++) s->value[old] = HUGE_VAL;
         s->cap_tets = (delaunay_handle)tets;
     }
     if (vertices > s->cap_vertices) {
@@ -2840,7 +2963,11 @@ SPR_API spr_result spr_measure_mesh(const delaunay_mesh *mesh, const spr_options
     delaunay_memory memory;
     spr_result result = spr__open(&s, mesh, options, &report, &memory);
     if (result != SPR_OK || !out) return result != SPR_OK ? result : SPR_ERROR_INVALID_ARGUMENT;
-    return spr__statistics(&s, out);
+    s.value = (double *)delaunay_alloc(&memory, mesh->num_tets, sizeof *s.value);
+    if (!s.value) return SPR_ERROR_OUT_OF_MEMORY;
+    result = spr__statistics(&s, out);
+    delaunay_release(&memory, s.value);
+    return result;
 }
 
 /* Which vertices may move (1) or go as well (2): those of tetrahedra of one region, on no wall and
@@ -2876,21 +3003,13 @@ static void spr__find_movable(spr__state *s)
     memset(s->stamp, 0, m->num_vertices * sizeof *s->stamp);
 }
 
-/* Qualities of all tetrahedra, and the list of bad ones. */
+/* The list of bad ones. */
 static int spr__find_bad(spr__state *s)
 {
-    const delaunay_mesh *m = s->mesh;
-    int threads = delaunay_threads_for(&s->options.host, s->mesh->num_tets), ok = 1;
-    int64_t i, n = (int64_t)m->num_tets;
-    (void)threads;
-    s->value[0] = HUGE_VAL;
-    /* each thread writes the values of its slots */
-    SPR__OMP(omp parallel for schedule(static) num_threads(threads))
-    for (i = 1; i < n; i++)
-        s->value[i] =
-            spr__is_inside(m, (delaunay_handle)i) ? spr__quality_of(s, m->tets[i].v) : HUGE_VAL;
-    for (i = 1; i < n && ok; i++)
-        if (s->value[i] < s->target) ok = spr__list(s, (delaunay_handle)i);
+    delaunay_handle t;
+    int ok = 1;
+    for (t = 1; t < s->mesh->num_tets && ok; t++)
+        if (s->value[t] < s->target) ok = spr__list(s, t);
     return ok;
 }
 

@@ -485,6 +485,42 @@ static void test_vectors_and_the_plain_way_agree(void)
     }
 }
 
+static void test_statistics_by_vectors_and_the_plain_way_agree(void)
+{
+    static double x[4][4][4];
+    int round, i, k;
+    for (round = 0; round < 3000; round++) {
+        spr__four four[2];
+        double range[2] = {1, 0};
+        memset(four, 0, sizeof four);
+        for (k = 0; k < 4; k++)
+            for (i = 0; i < 4; i++) {
+                random_vertex(x[k][i], round % 5 == 0 && k == 0);
+                four[0].corner[k][i] = four[1].corner[k][i] = x[k][i];
+            }
+        if (round % 7 == 0) memcpy(x[1][1], x[1][0], sizeof x[1][0]);
+        spr__four_set(&four[0]);
+#if defined(SPR__TARGET)
+        if (SPR__AVX2) spr__four_set_avx2(&four[1]);
+        else
+#endif
+            spr__four_set(&four[1]);
+        for (k = 0; k < 4; k++) {
+            const double **p = four[1].corner[k];
+            CHECK(fabs(four[1].gamma[k] - spr_gamma(p[0], p[1], p[2], p[3])) < 1e-12);
+            CHECK(fabs(four[1].sicn[k] - spr_sicn(p[0], p[1], p[2], p[3])) < 1e-12);
+            for (i = 0; i < 6; i++) {
+                range[0] = fmin(range[0], four[1].cosine[i][k]);
+                range[1] = fmax(range[1], (double)four[1].tenth[i][k]);
+            }
+        }
+        CHECK(range[0] > -1 - 1e-12 && range[1] <= 17);
+#if !defined(__FMA__)
+        CHECK(!memcmp(&four[0], &four[1], sizeof four[0]));
+#endif
+    }
+}
+
 static void test_same_bytes_for_any_number_of_threads(void)
 {
     static const int threads[] = {1, 2, 3, 7};
@@ -1068,6 +1104,7 @@ int main(void)
     test_constrained_edges_and_facets_stay();
     test_other_measures();
     test_vectors_and_the_plain_way_agree();
+    test_statistics_by_vectors_and_the_plain_way_agree();
     test_same_bytes_for_any_number_of_threads();
     test_relaxes_a_lattice();
     test_where_hardly_anything_can_be_good();
