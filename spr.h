@@ -169,8 +169,8 @@ SPR_API const char *spr_result_string(spr_result result);
  *   report   out     may be NULL
  *
  * Returns  SPR_OK; a positive code: stopped by a budget, or a target that is not met
- * Cost     what is bad decides: 1-5 us a tetrahedron of a clean mesh, 0.1-1.5 ms where most are bad
- *          for good; 27 bytes a slot and 9 a vertex
+ * Cost     what is bad decides: 0.4-2 us a tetrahedron of a clean mesh, 0.1-1 ms where most are bad
+ *          for good; 40 bytes a slot and 21 a vertex
  * Threads  options->host.num_threads; distinct meshes may be improved at once
  * Repeats  same bytes for any number of threads, except under max_seconds
  * Source   Marot 2020, chapter 6 */
@@ -438,6 +438,16 @@ enum {
 typedef double (*spr__function)(void *user, const double *a, const double *b, const double *c,
                                 const double *d);
 
+/* Of a bad tetrahedron; zeros for others. */
+typedef struct spr__case {
+    float    goal;     /* what is worth trying for; 0: not known yet */
+    uint32_t tried;    /* round of the last failure */
+    uint32_t kept;     /* round in which no edge was worth removing */
+    uint8_t  level;    /* next operator */
+    uint8_t  listed;   /* it is in the list */
+    uint8_t  restarts; /* times that it, or what was in its place, began again */
+} spr__case;
+
 /* Of the running call; shared by all threads, written between rounds only. */
 typedef struct spr__state {
     delaunay_mesh   *mesh;
@@ -450,15 +460,10 @@ typedef struct spr__state {
     double           target;
     double           deadline;    /* by the host's clock; 0: none */
     double          *value;       /* a tetrahedron: its quality; large: not to be improved */
-    float           *goal;        /* a tetrahedron: what is worth trying for; 0: not known yet */
-    uint32_t        *tried;       /* a tetrahedron: round of the last failure */
-    uint8_t         *level;       /* a tetrahedron: next operator */
-    uint8_t         *listed;      /* a tetrahedron: is in the list */
-    uint32_t        *kept;        /* a tetrahedron: round in which no edge was worth removing */
+    spr__case       *at;          /* a tetrahedron: how far one is with it */
     uint32_t        *stamp;       /* a vertex: round of the last change around it */
     uint32_t        *still;       /* a vertex: round in which no better place was found */
     uint64_t         allowance[8]; /* plans left to each level */
-    uint8_t         *restarts;    /* a slot: times that its tetrahedron began again */
     uint8_t         *movable;     /* a vertex */
     delaunay_handle  cap_tets;
     uint32_t         cap_vertices;
@@ -1487,6 +1492,13 @@ static int spr__smooth(const spr__state *s, delaunay_worker *worker, uint32_t v,
     return spr__cone_is_positive(&cone, offer->xyz);
 }
 
+static void spr__swap(delaunay_list *a, delaunay_list *b)
+{
+    delaunay_list swap = *a;
+    *a = *b;
+    *b = swap;
+}
+
 /* Of a plan's data: what done() is told. */
 enum {
     SPR__GOAL = 1,   /* what is worth trying for, a double */
@@ -1499,7 +1511,6 @@ static int spr__plan_smooth(const spr__state *s, delaunay_worker *worker, delaun
 {
     spr__offer best, offer;
     int i, answer;
-    delaunay_result result;
     best.vertex = 0;
     best.after = best.before = 0;
     for (i = 0; i < 4; i++) {
@@ -1511,11 +1522,11 @@ static int spr__plan_smooth(const spr__state *s, delaunay_worker *worker, delaun
         if (answer == 0 || (best.vertex && offer.after - offer.before <= best.after - best.before))
             continue;
         best = offer;
+        spr__swap(&plan->star, &plan->scratch);
         if (best.after >= s->target) break;
     }
     if (!best.vertex) return DELAUNAY_PLAN_NOTHING;
-    result = delaunay_vertex_star(s->mesh, worker, best.vertex, &plan->star);
-    if (result != DELAUNAY_OK) return (int)result;
+    spr__swap(&plan->star, &plan->scratch);
     return delaunay_plan_move(plan, best.vertex, best.xyz, plan->star.items, plan->star.count);
 }
 
@@ -1788,7 +1799,7 @@ static int spr__plan_edges(const spr__state *s, delaunay_handle t, delaunay_plan
     best.after = -HUGE_VAL;
     for (e = 0; e < 6; e++) {
         const uint8_t *o = delaunay_edge_order(e);
-        if (s->stamp[v[o[0]]] < s->kept[t] || s->stamp[v[o[1]]] < s->kept[t]) continue;
+        if (s->stamp[v[o[0]]] < s->at[t].kept || s->stamp[v[o[1]]] < s->at[t].kept) continue;
         if (!spr__ring_set(s, &ring, t, e) || !spr__ring_solve(s, &ring) ||
             ring.after <= best.after)
             continue;
@@ -2382,7 +2393,7 @@ static void spr__set_goal(delaunay_plan *plan, double goal)
 static double spr__goal(const spr__state *s, delaunay_handle t)
 {
     double bound;
-    if (s->goal[t] > 0) return (double)s->goal[t];
+    if (s->at[t].goal > 0) return (double)s->at[t].goal;
     bound = spr__bound(s, t);
     return bound >= s->target ? s->target : 0.97 * bound;
 }
@@ -2424,29 +2435,12 @@ static int spr__fit(spr__state *s)
     size_t tets = s->mesh->cap_tets, vertices = s->mesh->cap_vertices, old = s->cap_tets;
     if (tets > old) {
         double *value = (double *)delaunay_grow(s->memory, s->value, old, tets, sizeof *value);
-        float *goal;
-        uint32_t *tried, *kept;
-        uint8_t *level, *listed, *restarts;
+        spr__case *at;
         if (value) s->value = value;
-        goal = (float *)delaunay_grow(s->memory, s->goal, old, tets, sizeof *goal);
-        if (goal) s->goal = goal;
-        tried = (uint32_t *)delaunay_grow(s->memory, s->tried, old, tets, sizeof *tried);
-        if (tried) s->tried = tried;
-        kept = (uint32_t *)delaunay_grow(s->memory, s->kept, old, tets, sizeof *kept);
-        if (kept) s->kept = kept;
-        restarts = (uint8_t *)delaunay_grow(s->memory, s->restarts, old, tets, sizeof *restarts);
-        if (restarts) s->restarts = restarts;
-        level = (uint8_t *)delaunay_grow(s->memory, s->level, old, tets, sizeof *level);
-        if (level) s->level = level;
-        listed = (uint8_t *)delaunay_grow(s->memory, s->listed, old, tets, sizeof *listed);
-        if (listed) s->listed = listed;
-        if (!value || !goal || !tried || !kept || !level || !listed || !restarts) return 0;
-        memset(s->restarts + old, 0, tets - old);
-        memset(s->goal + old, 0, (tets - old) * sizeof *goal);
-        memset(s->tried + old, 0, (tets - old) * sizeof *tried);
-        memset(s->kept + old, 0, (tets - old) * sizeof *kept);
-        memset(s->level + old, 0, tets - old);
-        memset(s->listed + old, 0, tets - old);
+        at = (spr__case *)delaunay_grow(s->memory, s->at, old, tets, sizeof *at);
+        if (at) s->at = at;
+        if (!value || !at) return 0;
+        memset(s->at + old, 0, (tets - old) * sizeof *at);
         s->cap_tets = (delaunay_handle)tets;
     }
     if (vertices > s->cap_vertices) {
@@ -2472,9 +2466,9 @@ static int spr__fit(spr__state *s)
 
 static int spr__list(spr__state *s, delaunay_handle t)
 {
-    if (s->listed[t]) return 1;
-    s->listed[t] = 1;
-    s->level[t] = spr__level_from(s, 0);
+    if (s->at[t].listed) return 1;
+    s->at[t].listed = 1;
+    s->at[t].level = spr__level_from(s, 0);
     return delaunay_list_push(&s->bad, t) == DELAUNAY_OK;
 }
 
@@ -2484,11 +2478,11 @@ static int spr__renew(spr__state *s, delaunay_handle t, int is_new)
     const uint32_t *v = s->mesh->tets[t].v;
     int k;
     s->value[t] = spr__quality_of(s, v);
-    s->level[t] = spr__level_from(s, 0);
+    s->at[t].level = spr__level_from(s, 0);
     if (is_new) {
-        s->goal[t] = 0;
-        s->kept[t] = 0;
-        s->listed[t] = s->listed[t] != 0;
+        s->at[t].goal = 0;
+        s->at[t].kept = 0;
+        s->at[t].listed = s->at[t].listed != 0;
     }
     for (k = 0; k < 4; k++) s->stamp[v[k]] = delaunay_engine_round(s->engine);
     return s->value[t] >= s->target || spr__list(s, t);
@@ -2511,9 +2505,9 @@ enum { SPR__EXHAUSTED = 2 };
  * it is among the very worst in the end. */
 static int spr__last_level(const spr__state *s, delaunay_handle t)
 {
-    double goal = (double)s->goal[t];
-    if (s->listed[t] == SPR__EXHAUSTED) return SPR__INSERT;
-    if (goal == 0 || s->goal[t] >= (float)s->target) return SPR__LARGE;
+    double goal = (double)s->at[t].goal;
+    if (s->at[t].listed == SPR__EXHAUSTED) return SPR__INSERT;
+    if (goal == 0 || s->at[t].goal >= (float)s->target) return SPR__LARGE;
     return s->value[t] >= 0.8 * goal   ? SPR__INSERT
            : s->value[t] >= 0.4 * goal ? SPR__MEDIUM
                                        : SPR__LARGE;
@@ -2523,10 +2517,10 @@ static int spr__last_level(const spr__state *s, delaunay_handle t)
 static uint8_t spr__next_level(const spr__state *s, delaunay_handle t, int level)
 {
     uint8_t next = spr__level_from(s, level + 1);
-    if (next == SPR__HOPELESS || (s->goal[t] > 0 && s->value[t] >= (double)s->goal[t]))
+    if (next == SPR__HOPELESS || (s->at[t].goal > 0 && s->value[t] >= (double)s->at[t].goal))
         return SPR__HOPELESS;
     if (next <= spr__last_level(s, t)) return next;
-    if (s->listed[t] == SPR__EXHAUSTED) return SPR__HOPELESS;
+    if (s->at[t].listed == SPR__EXHAUSTED) return SPR__HOPELESS;
     return spr__level_from(s, SPR__UTMOST);
 }
 
@@ -2545,13 +2539,13 @@ static int spr__done(void *user, delaunay_mesh *m, delaunay_worker *worker, size
         double goal;
         memcpy(&goal, &plan->data[SPR__GOAL], sizeof goal);
         if (delaunay_is_deleted(m, t) || s->value[t] >= s->target) return 0;
-        if (goal > 0) s->goal[t] = goal >= s->target ? (float)s->target : (float)goal;
-        if (s->level[t] == s->sweep) s->level[t] = spr__next_level(s, t, s->sweep);
-        if (s->level[t] == SPR__HOPELESS) s->listed[t] = SPR__EXHAUSTED;
-        s->tried[t] = delaunay_engine_round(s->engine);
-        if (s->sweep == SPR__EDGES) s->kept[t] = s->tried[t];
+        if (goal > 0) s->at[t].goal = goal >= s->target ? (float)s->target : (float)goal;
+        if (s->at[t].level == s->sweep) s->at[t].level = spr__next_level(s, t, s->sweep);
+        if (s->at[t].level == SPR__HOPELESS) s->at[t].listed = SPR__EXHAUSTED;
+        s->at[t].tried = delaunay_engine_round(s->engine);
+        if (s->sweep == SPR__EDGES) s->at[t].kept = s->at[t].tried;
         for (i = 0; i < 4; i++)
-            if (plan->data[SPR__IN_VAIN] >> i & 1) s->still[m->tets[t].v[i]] = s->tried[t];
+            if (plan->data[SPR__IN_VAIN] >> i & 1) s->still[m->tets[t].v[i]] = s->at[t].tried;
     } else {
         uint8_t restarts = 0;
         int ok = 1;
@@ -2559,11 +2553,11 @@ static int spr__done(void *user, delaunay_mesh *m, delaunay_worker *worker, size
         for (i = plan->num_tets; i < plan->old_tets.count; i++)
             s->value[plan->old_tets.items[i]] = HUGE_VAL;
         for (i = 0; i < plan->old_tets.count; i++)
-            if (s->restarts[plan->old_tets.items[i]] > restarts)
-                restarts = s->restarts[plan->old_tets.items[i]];
+            if (s->at[plan->old_tets.items[i]].restarts > restarts)
+                restarts = s->at[plan->old_tets.items[i]].restarts;
         for (i = 0; i < plan->num_tets; i++) {
             ok &= spr__renew(s, plan->slots.items[i], 1);
-            s->restarts[plan->slots.items[i]] = restarts;
+            s->at[plan->slots.items[i]].restarts = restarts;
         }
         for (i = 0; plan->num_moved && i < plan->star.count; i++)
             ok &= spr__renew(s, plan->star.items[i], 0);
@@ -2578,7 +2572,7 @@ static int spr__done(void *user, delaunay_mesh *m, delaunay_worker *worker, size
 /* The surface is known to hold t below the target; goals are floats. */
 static int spr__is_held(const spr__state *s, delaunay_handle t)
 {
-    return s->goal[t] > 0 && s->goal[t] < (float)s->target;
+    return s->at[t].goal > 0 && s->at[t].goal < (float)s->target;
 }
 
 /* How often a tetrahedron, or what became of it, begins again because something changed nearby.
@@ -2588,29 +2582,35 @@ static int spr__patience(const spr__state *s, delaunay_handle t)
     return spr__is_held(s, t) ? 3 : 16;
 }
 
+/* Something around one of four vertices, since or in this round. */
+static int spr__has_changed(const spr__state *s, const uint32_t *v, uint32_t round)
+{
+    return s->stamp[v[0]] >= round || s->stamp[v[1]] >= round || s->stamp[v[2]] >= round ||
+           s->stamp[v[3]] >= round;
+}
+
 /* Drops what is good now from the list; what changed since it was last tried begins again. Returns
  * the lowest level. */
 static int spr__refresh(spr__state *s)
 {
     const delaunay_mesh *m = s->mesh;
     const uint8_t first = spr__level_from(s, 0);
-    int lowest = SPR__HOPELESS, k;
+    int lowest = SPR__HOPELESS;
     size_t i, n = 0;
     for (i = 0; i < s->bad.count; i++) {
         delaunay_handle t = s->bad.items[i];
-        const uint32_t *v = m->tets[t].v;
         if (delaunay_is_deleted(m, t) || s->value[t] >= s->target) {
-            s->listed[t] = 0;
+            s->at[t].listed = 0;
             continue;
         }
         s->bad.items[n++] = t;
-        if (s->goal[t] > 0 && s->value[t] >= (double)s->goal[t]) continue;
-        for (k = 0; k < 4 && s->level[t] > first; k++)
-            if (s->stamp[v[k]] >= s->tried[t] && s->restarts[t] < spr__patience(s, t)) {
-                s->level[t] = first;
-                s->restarts[t]++;
-            }
-        if (s->level[t] < lowest) lowest = s->level[t];
+        if (s->at[t].goal > 0 && s->value[t] >= (double)s->at[t].goal) continue;
+        if (s->at[t].level > first && s->at[t].restarts < spr__patience(s, t) &&
+            spr__has_changed(s, s->mesh->tets[t].v, s->at[t].tried)) {
+            s->at[t].level = first;
+            s->at[t].restarts++;
+        }
+        if (s->at[t].level < lowest) lowest = s->at[t].level;
     }
     s->bad.count = n;
     return lowest;
@@ -2683,7 +2683,7 @@ static spr_result spr__gather(spr__state *s, int level)
     s->items.count = 0;
     for (i = 0; i < s->bad.count; i++) {
         delaunay_handle t = s->bad.items[i];
-        if (s->level[t] == level && delaunay_list_push(&s->items, t) != DELAUNAY_OK)
+        if (s->at[t].level == level && delaunay_list_push(&s->items, t) != DELAUNAY_OK)
             return SPR_ERROR_OUT_OF_MEMORY;
     }
     most = (size_t)s->allowance[level];
@@ -2691,7 +2691,7 @@ static spr_result spr__gather(spr__state *s, int level)
     if (s->items.count > most) {
         spr__sort(s, s->items.items, s->items.count);
         for (i = most; i < s->items.count && most == s->allowance[level]; i++)
-            s->level[s->items.items[i]] = SPR__HOPELESS;
+            s->at[s->items.items[i]].level = SPR__HOPELESS;
         s->items.count = most;
     }
     s->allowance[level] -= s->items.count;
@@ -2719,8 +2719,8 @@ static void spr__tidy(spr__state *s)
     s->tidy = 1;
     for (i = 0; i < s->bad.count; i++) {
         delaunay_handle t = s->bad.items[i];
-        s->kept[t] = 0;
-        s->level[t] = spr__level_from(s, SPR__EDGES);
+        s->at[t].kept = 0;
+        s->at[t].level = spr__level_from(s, SPR__EDGES);
     }
 }
 
@@ -2752,13 +2752,9 @@ static spr_result spr__schedule(spr__state *s)
 static void spr__end_schedule(spr__state *s)
 {
     delaunay_engine_free(s->engine);
-    delaunay_release(s->memory, s->tried);
-    delaunay_release(s->memory, s->kept);
-    delaunay_release(s->memory, s->restarts);
     delaunay_release(s->memory, s->still);
     s->engine = NULL;
-    s->tried = s->kept = s->still = NULL;
-    s->restarts = NULL;
+    s->still = NULL;
 }
 
 /* -- one sweep of relaxation over all vertices that may move */
@@ -3049,7 +3045,7 @@ static void spr__explain(spr__state *s)
                          spr__point(s->mesh, v[2])[k] + spr__point(s->mesh, v[3])[k]) /
                         4;
         w->reason = w->bound < s->target ? SPR_BOUNDED
-                    : s->level[w->tet] < SPR__HOPELESS ? SPR_BUDGET
+                    : s->at[w->tet].level < SPR__HOPELESS ? SPR_BUDGET
                     : spr__is_fixed(s, w->tet) ? SPR_FIXED
                                                : SPR_STUCK;
     }
@@ -3085,9 +3081,7 @@ static void spr__close(spr__state *s)
     delaunay_list_free(&s->bad);
     delaunay_list_free(&s->items);
     delaunay_release(s->memory, s->value);
-    delaunay_release(s->memory, s->goal);
-    delaunay_release(s->memory, s->level);
-    delaunay_release(s->memory, s->listed);
+    delaunay_release(s->memory, s->at);
     delaunay_release(s->memory, s->stamp);
     delaunay_release(s->memory, s->movable);
 }
