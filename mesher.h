@@ -6549,16 +6549,20 @@ typedef struct mesher__field {
 static void mesher__weights(const delaunay_vertex *vertices, const uint32_t *v, const double *x,
                             double *w)
 {
-    double d[4][3];
+    double d[4][3], ab, ac, ad, bc, bd, cd; /* minors of the first two columns */
     int i, j;
     for (i = 0; i < 4; i++)
         for (j = 0; j < 3; j++) d[i][j] = vertices[v[i]].x[j] - x[j];
-    for (i = 0; i < 4; i++) {
-        const uint8_t *f = delaunay_facet_order(i);
-        const double *a = d[f[0]], *b = d[f[1]], *c = d[f[2]];
-        w[i] = a[0] * (b[1] * c[2] - b[2] * c[1]) + a[1] * (b[2] * c[0] - b[0] * c[2]) +
-               a[2] * (b[0] * c[1] - b[1] * c[0]);
-    }
+    ab = d[0][0] * d[1][1] - d[0][1] * d[1][0];
+    ac = d[0][0] * d[2][1] - d[0][1] * d[2][0];
+    ad = d[0][0] * d[3][1] - d[0][1] * d[3][0];
+    bc = d[1][0] * d[2][1] - d[1][1] * d[2][0];
+    bd = d[1][0] * d[3][1] - d[1][1] * d[3][0];
+    cd = d[2][0] * d[3][1] - d[2][1] * d[3][0];
+    w[0] = d[1][2] * cd - d[2][2] * bd + d[3][2] * bc;
+    w[1] = -(d[0][2] * cd - d[2][2] * ad + d[3][2] * ac);
+    w[2] = d[0][2] * bd - d[1][2] * ad + d[3][2] * ab;
+    w[3] = -(d[0][2] * bc - d[1][2] * ac + d[2][2] * ab);
 }
 
 /* The background's tetrahedron that contains x, from a nearby one; weights of its corners, not
@@ -6681,9 +6685,10 @@ typedef struct mesher__proposal {
 /* Points by cells, one edge length per power of two, in a hash: each point in the level that fits
  * its own size. */
 typedef struct mesher__grid {
-    uint32_t *cells;  /* 1 + index of the first point */
+    uint64_t *used;   /* by block of 4 x 4 x 4 cells: bits of those with points */
+    uint32_t *cells;  /* 1 + index of the first point, where used */
     uint32_t *chain;  /* the same of the next, by point */
-    size_t    cap_cells, cap_chain, mask;
+    size_t    cap_used, cap_cells, cap_chain, mask; /* mask: of blocks */
     int       low, high; /* levels in use */
     double    origin[3]; /* below all points */
 } mesher__grid;
@@ -6740,6 +6745,11 @@ typedef struct mesher__section {
 
 enum { MESHER__SECTIONS = 256 };
 
+/* Nodes of a lattice that have been tried, by cubes of 4 x 4 x 4. */
+typedef struct mesher__seen {
+    uint64_t cube, bits; /* no bits: a free slot */
+} mesher__seen;
+
 typedef struct mesher__refiner {
     mesher_domain   *domain;
     delaunay_mesh   *mesh;
@@ -6756,7 +6766,7 @@ typedef struct mesher__refiner {
     hilbert_box      box;
     mesher__grid     grid;
     uint64_t        *nodes;      /* of lattices, by point */
-    uint64_t        *seen;       /* all that have been tried: a hash table */
+    struct mesher__seen *seen;   /* all that have been tried: a hash table */
     struct mesher__candidate *front;
     size_t           cap_nodes, num_seen, cap_seen, cap_front;
     mesher__cavity   cavity;
@@ -6817,30 +6827,120 @@ static inline int mesher__level(double h)
     return (int)(bits >> 52) - 1022;
 }
 
-static inline size_t mesher__grid_cell(const mesher__grid *g, int level, int64_t x, int64_t y,
-                                       int64_t z)
+/* The block of 4 x 4 x 4 cells with this number; different ones may share their cells. */
+static inline size_t mesher__grid_block(const mesher__grid *g, int level, int64_t x, int64_t y,
+                                        int64_t z)
 {
-    uint64_t k =
-        (uint64_t)(x >> 2) * 0x9e3779b97f4a7c15u + (uint64_t)(y >> 2) * 0xc2b2ae3d27d4eb4fu +
-        (uint64_t)(z >> 2) * 0x165667b19e3779f9u + (uint64_t)(int64_t)level * 0xd6e8feb86659fd93u;
+    uint64_t k = (uint64_t)x * 0x9e3779b97f4a7c15u + (uint64_t)y * 0xc2b2ae3d27d4eb4fu +
+                 (uint64_t)z * 0x165667b19e3779f9u +
+                 (uint64_t)(int64_t)level * 0xd6e8feb86659fd93u;
     k ^= k >> 32;
-    k = (k * 0xbf58476d1ce4e5b9u) >> 24 << 6; /* blocks of 4 x 4 x 4 cells lie together */
-    return (size_t)(k | (uint64_t)(x & 3) | (uint64_t)(y & 3) << 2 | (uint64_t)(z & 3) << 4) &
-           g->mask;
+    return (size_t)((k * 0xbf58476d1ce4e5b9u) >> 24) & g->mask;
+}
+
+/* The cell around x: 64 times its block, plus its place in it. */
+static inline size_t mesher__grid_cell(const mesher__grid *g, int level, const double *x)
+{
+    double scale = mesher__power(-level);
+    int64_t c[3];
+    int i;
+    for (i = 0; i < 3; i++) c[i] = (int64_t)((x[i] - g->origin[i]) * scale);
+    return mesher__grid_block(g, level, c[0] >> 2, c[1] >> 2, c[2] >> 2) << 6 |
+           (size_t)((c[0] & 3) | (c[1] & 3) << 2 | (c[2] & 3) << 4);
+}
+
+/* The first point of a cell, plus 1, or 0. */
+static inline uint32_t mesher__grid_first(const mesher__grid *g, size_t cell)
+{
+    return g->used[cell >> 6] >> (cell & 63) & 1 ? g->cells[cell] : 0;
+}
+
+/* Index of the lowest bit that is set. */
+static inline int mesher__first_bit(uint64_t bits)
+{
+#  if defined(__GNUC__)
+    return __builtin_ctzll(bits);
+#  else
+    int i = 0;
+    while (!(bits >> i & 1)) i++;
+    return i;
+#  endif
 }
 
 /* Empties a grid for at most so many points. */
 static int mesher__grid_reset(mesher__grid *g, delaunay_memory *memory, size_t points)
 {
-    size_t cells = 64;
-    while (cells < points + points / 2) cells *= 2;
-    if (!mesher__room(memory, &g->cells, &g->cap_cells, 0, cells, sizeof *g->cells)) return 0;
-    if (!mesher__room(memory, &g->chain, &g->cap_chain, 0, points, sizeof *g->chain)) return 0;
-    memset(g->cells, 0, cells * sizeof *g->cells);
-    g->mask = cells - 1;
+    size_t blocks = 1;
+    while (64 * blocks < points + points / 2) blocks *= 2;
+    if (!mesher__room(memory, &g->used, &g->cap_used, 0, blocks, sizeof *g->used) ||
+        !mesher__room(memory, &g->cells, &g->cap_cells, 0, 64 * blocks, sizeof *g->cells) ||
+        !mesher__room(memory, &g->chain, &g->cap_chain, 0, points, sizeof *g->chain))
+        return 0;
+    memset(g->used, 0, blocks * sizeof *g->used);
+    g->mask = blocks - 1;
     g->low = 5000;
     g->high = -5000;
     return 1;
+}
+
+static void mesher__grid_free(mesher__grid *g, delaunay_memory *memory)
+{
+    delaunay_release(memory, g->used);
+    delaunay_release(memory, g->cells);
+    delaunay_release(memory, g->chain);
+}
+
+/* A range of cells along one axis within block b: bits low to high, clipped to the four of it. */
+static inline unsigned mesher__grid_bits(int64_t low, int64_t high, int64_t b)
+{
+    int64_t from = low - 4 * b, to = high - 4 * b;
+    if (from < 0) from = 0;
+    if (to > 3) to = 3;
+    return (2u << to) - (1u << from);
+}
+
+/* One of the points in the cells of a block whose bits are set is too near a point of size h at
+ * x. */
+static inline int mesher__meets(const mesher__grid *g, const mesher__proposal *points,
+                                const double *x, double h, size_t block, uint64_t bits)
+{
+    for (bits &= g->used[block]; bits; bits &= bits - 1) {
+        uint32_t q = g->cells[block << 6 | (size_t)mesher__first_bit(bits)];
+        for (; q; q = g->chain[q - 1])
+            if (mesher__too_near(x, points[q - 1].x, h + points[q - 1].h)) return 1;
+    }
+    return 0;
+}
+
+/* A point in the cells of a level up to reach (in cells) away is too near a point of size h at
+ * x. */
+static inline int mesher__meets_at(const mesher__grid *g, const mesher__proposal *points,
+                                   const double *x, double h, int level, double reach)
+{
+    static const uint64_t in_y[16] = {0x0,    0x1,    0x10,   0x11,   0x100,  0x101,
+                                      0x110,  0x111,  0x1000, 0x1001, 0x1010, 0x1011,
+                                      0x1100, 0x1101, 0x1110, 0x1111};
+    double scale = mesher__power(-level);
+    int64_t low[3], high[3], i, j, k;
+    int d;
+    for (d = 0; d < 3; d++) {
+        double at = (x[d] - g->origin[d]) * scale;
+        low[d] = (int64_t)(at - reach);
+        high[d] = (int64_t)(at + reach);
+    }
+    for (k = low[2] >> 2; k <= high[2] >> 2; k++) {
+        unsigned z = mesher__grid_bits(low[2], high[2], k);
+        uint64_t in_z = (z & 1) | (uint64_t)(z & 2) << 15 | (uint64_t)(z & 4) << 30 |
+                        (uint64_t)(z & 8) << 45;
+        for (j = low[1] >> 2; j <= high[1] >> 2; j++) {
+            uint64_t in_yz = in_z * in_y[mesher__grid_bits(low[1], high[1], j)];
+            for (i = low[0] >> 2; i <= high[0] >> 2; i++)
+                if (mesher__meets(g, points, x, h, mesher__grid_block(g, level, i, j, k),
+                                  in_yz * mesher__grid_bits(low[0], high[0], i)))
+                    return 1;
+        }
+    }
+    return 0;
 }
 
 /* No point in the grid is too near a point of size h at x. Only points whose size is within a third
@@ -6854,22 +6954,8 @@ static int mesher__is_alone(const mesher__grid *g, const mesher__proposal *point
     if (last > g->high) last = g->high;
     for (; l <= last; l++) {
         double scale = mesher__power(-l), reach = MESHER__SPACING * most * scale;
-        double px = (x[0] - g->origin[0]) * scale, py = (x[1] - g->origin[1]) * scale;
-        double pz = (x[2] - g->origin[2]) * scale;
-        int64_t x1, y0, y1, z0, z1, i, j, k;
         reach = 0.5 * (MESHER__SPACING * h * scale + (reach < 1 ? reach : 1));
-        x1 = (int64_t)(px + reach);
-        y0 = (int64_t)(py - reach);
-        y1 = (int64_t)(py + reach);
-        z0 = (int64_t)(pz - reach);
-        z1 = (int64_t)(pz + reach);
-        for (i = (int64_t)(px - reach); i <= x1; i++)
-            for (j = y0; j <= y1; j++)
-                for (k = z0; k <= z1; k++) {
-                    uint32_t q = g->cells[mesher__grid_cell(g, l, i, j, k)];
-                    for (; q; q = g->chain[q - 1])
-                        if (mesher__too_near(x, points[q - 1].x, h + points[q - 1].h)) return 0;
-                }
+        if (mesher__meets_at(g, points, x, h, l, reach)) return 0;
     }
     return 1;
 }
@@ -6879,38 +6965,22 @@ static int mesher__is_crowded(const mesher__grid *g, const mesher__proposal *poi
                               const double *x, double h)
 {
     int level = mesher__level(h);
-    double scale = mesher__power(-level), reach = 0.5 * MESHER__SPACING * h * scale;
-    double px = (x[0] - g->origin[0]) * scale, py = (x[1] - g->origin[1]) * scale;
-    double pz = (x[2] - g->origin[2]) * scale;
-    int64_t x1 = (int64_t)(px + reach), y0 = (int64_t)(py - reach), y1 = (int64_t)(py + reach);
-    int64_t z0 = (int64_t)(pz - reach), z1 = (int64_t)(pz + reach), i, j, k;
-    for (i = (int64_t)(px - reach); i <= x1; i++)
-        for (j = y0; j <= y1; j++)
-            for (k = z0; k <= z1; k++) {
-                uint32_t q = g->cells[mesher__grid_cell(g, level, i, j, k)];
-                for (; q; q = g->chain[q - 1])
-                    if (mesher__too_near(x, points[q - 1].x, h + points[q - 1].h)) return 1;
-            }
-    return 0;
+    return mesher__meets_at(g, points, x, h, level,
+                            0.5 * MESHER__SPACING * h * mesher__power(-level));
 }
 
 static int mesher__put_in_grid(mesher__grid *g, delaunay_memory *memory,
                                const mesher__proposal *points, uint32_t k)
 {
-    const mesher__proposal *p = points + k;
+    int level = mesher__level(points[k].h);
+    size_t cell = mesher__grid_cell(g, level, points[k].x);
     if (!mesher__room(memory, &g->chain, &g->cap_chain, k, (size_t)k + 1, sizeof *g->chain))
         return 0;
-    {
-    int level = mesher__level(p->h);
-    double scale = mesher__power(-level);
-    size_t cell = mesher__grid_cell(g, level, (int64_t)((p->x[0] - g->origin[0]) * scale),
-                                    (int64_t)((p->x[1] - g->origin[1]) * scale),
-                                    (int64_t)((p->x[2] - g->origin[2]) * scale));
-    g->chain[k] = g->cells[cell];
+    g->chain[k] = mesher__grid_first(g, cell);
     g->cells[cell] = k + 1;
+    g->used[cell >> 6] |= (uint64_t)1 << (cell & 63);
     if (level < g->low) g->low = level;
     if (level > g->high) g->high = level;
-    }
     return 1;
 }
 
@@ -7314,11 +7384,7 @@ static double mesher__lattice_points(const mesher__refiner *r)
 static int mesher__is_covered(const mesher__grid *g, const mesher__proposal *points,
                               const mesher__proposal *p)
 {
-    int level = mesher__level(p->h);
-    double scale = mesher__power(-level);
-    uint32_t q = g->cells[mesher__grid_cell(g, level, (int64_t)((p->x[0] - g->origin[0]) * scale),
-                                            (int64_t)((p->x[1] - g->origin[1]) * scale),
-                                            (int64_t)((p->x[2] - g->origin[2]) * scale))];
+    uint32_t q = mesher__grid_first(g, mesher__grid_cell(g, mesher__level(p->h), p->x));
     for (; q; q = g->chain[q - 1])
         if (mesher__too_near(p->x, points[q - 1].x, 0.5 * p->h)) return 1;
     return 0;
@@ -7369,31 +7435,48 @@ static uint64_t mesher__next_node(uint64_t node, int direction)
     return (node & 0xffff000000000000u) | (z & 0xffff) << 32 | (y & 0xffff) << 16 | (x & 0xffff);
 }
 
-/* Enters a node in the table of those seen (of cap_seen, a power of two): 1 if it is new, -1: no
- * memory. */
+/* The cube of 4 x 4 x 4 nodes around a node, sixteen of them in the lattice. */
+static inline uint64_t mesher__cube_of(uint64_t node)
+{
+    return node & 0xfffffffcfffcfffcu;
+}
+
+static inline size_t mesher__cube_slot(const mesher__refiner *r, uint64_t cube)
+{
+    size_t k = (size_t)(((cube ^ cube >> 29) * 0x9e3779b97f4a7c15u) >> 20) & (r->cap_seen - 1);
+    while (r->seen[k].bits && r->seen[k].cube != cube) k = (k + 1) & (r->cap_seen - 1);
+    return k;
+}
+
+/* Room for one more cube in the table of those seen (of cap_seen, a power of two). */
+static int mesher__seen_room(mesher__refiner *r)
+{
+    size_t k, cap = r->cap_seen, more = cap ? 2 * cap : 4096;
+    mesher__seen *old = r->seen, *all;
+    if (2 * r->num_seen < cap) return 1;
+    all = (mesher__seen *)delaunay_alloc(r->memory, more, sizeof *all);
+    if (!all) return 0;
+    memset(all, 0, more * sizeof *all);
+    r->seen = all;
+    r->cap_seen = more;
+    for (k = 0; k < cap; k++)
+        if (old[k].bits) r->seen[mesher__cube_slot(r, old[k].cube)] = old[k];
+    delaunay_release(r->memory, old);
+    return 1;
+}
+
+/* Enters a node in the table of those seen: 1 if it is new, -1: no memory. */
 static int mesher__see_node(mesher__refiner *r, uint64_t node)
 {
-    size_t k, cap = r->cap_seen;
-    uint64_t *old = r->seen;
-    if (2 * r->num_seen >= cap) {
-        size_t more = cap ? 2 * cap : 4096;
-        r->seen = (uint64_t *)delaunay_alloc(r->memory, more, sizeof *r->seen);
-        if (!r->seen) {
-            r->seen = old;
-            return -1;
-        }
-        memset(r->seen, 0xff, more * sizeof *r->seen);
-        r->cap_seen = more;
-        r->num_seen = 0;
-        for (k = 0; k < cap; k++)
-            if (old[k] != UINT64_MAX) mesher__see_node(r, old[k]);
-        delaunay_release(r->memory, old);
-    }
-    k = (size_t)(((node ^ node >> 29) * 0x9e3779b97f4a7c15u) >> 20) & (r->cap_seen - 1);
-    while (r->seen[k] != UINT64_MAX && r->seen[k] != node) k = (k + 1) & (r->cap_seen - 1);
-    if (r->seen[k] == node) return 0;
-    r->seen[k] = node;
-    r->num_seen++;
+    uint64_t cube = mesher__cube_of(node),
+             bit = (uint64_t)1 << ((node & 3) | (node >> 14 & 12) | (node >> 28 & 48));
+    mesher__seen *s;
+    if (!mesher__seen_room(r)) return -1;
+    s = r->seen + mesher__cube_slot(r, cube);
+    if (s->bits & bit) return 0;
+    r->num_seen += !s->bits;
+    s->cube = cube;
+    s->bits |= bit;
     return 1;
 }
 
@@ -7423,7 +7506,9 @@ static int mesher__beside(const mesher__refiner *r, mesher__candidate *c, double
     double x[3], half = MESHER__CUBE / 4 * (parent->h + h);
     int i;
     for (i = 0; i < 3; i++) x[i] = parent->x[i] + (c->direction >> i & 1 ? half : -half);
-    return mesher__in_box(r, x) && mesher__place(r, &c->p, x, home, parent->region);
+    return mesher__in_box(r, x) &&
+           mesher__is_alone(&r->grid, r->points, x, (1 - MESHER__UNIFORM) * h) &&
+           mesher__place(r, &c->p, x, home, parent->region);
 }
 
 /* Brings a candidate, placed at the distance of its parent's size, to that of its own; state 1 if
@@ -7471,7 +7556,7 @@ static size_t mesher__judge_all(mesher__refiner *r, mesher__candidate *all, size
 static int mesher__grid_follow(mesher__refiner *r)
 {
     size_t k;
-    if (r->num_points <= 4 * (r->grid.mask + 1)) return 1;
+    if (r->num_points <= 256 * (r->grid.mask + 1)) return 1;
     if (!mesher__grid_reset(&r->grid, r->memory, 4 * r->num_points)) return 0;
     for (k = 0; k < r->num_points; k++)
         if (!mesher__put_in_grid(&r->grid, r->memory, r->points, (uint32_t)k)) return 0;
@@ -7564,17 +7649,19 @@ static void mesher__lattice_free(mesher__refiner *r)
     delaunay_release(r->memory, r->nodes);
     delaunay_release(r->memory, r->seen);
     delaunay_release(r->memory, r->front);
-    r->nodes = r->seen = NULL;
+    r->nodes = NULL;
+    r->seen = NULL;
     r->front = NULL;
     r->cap_nodes = r->num_seen = r->cap_seen = r->cap_front = 0;
 }
 
 /* Room for the mesh that a lattice of so many points will end in, at once rather than in steps that
- * copy; where there is none, steps will do. */
+ * copy; where there is none, steps will do. The sweeps add two points per vertex of the surface, or
+ * fewer, to the lattice; a vertex inside has about seven tetrahedra. */
 static void mesher__foresee(mesher__refiner *r, size_t points)
 {
-    size_t vertices = r->mesh->num_vertices + points + points / 4,
-           tets = r->mesh->num_tets + 8 * points;
+    size_t more = points + 2 * (size_t)r->mesh->num_vertices + 1024,
+           vertices = r->mesh->num_vertices + more, tets = r->mesh->num_tets + 7 * more;
     if (vertices >= UINT32_MAX / 2 || tets >= ((delaunay_handle)-1) / 4 || r->memory->limit_bytes)
         return;
     if (delaunay_reserve(r->mesh, vertices, tets) == DELAUNAY_OK)
@@ -7586,9 +7673,10 @@ static void mesher__foresee(mesher__refiner *r, size_t points)
 static mesher_result mesher__lattice(mesher__refiner *r)
 {
     const delaunay_mesh *mesh = r->mesh;
-    double points = mesher__lattice_points(r), x[3];
+    double points = mesher__lattice_points(r), x[3], h;
     size_t n = 0, k, first;
     uint64_t lattices = 0;
+    int i;
     mesher_result result = MESHER_OK;
     r->num_points = 0;
     if (!(points >= 8) || points > MESHER__LATTICE_MOST) return MESHER_OK;
@@ -7605,7 +7693,9 @@ static mesher_result mesher__lattice(mesher__refiner *r)
         size_t before = r->num_points;
         mesher__circumcentre(mesh->vertices[v[0]].x, mesh->vertices[v[1]].x, mesh->vertices[v[2]].x,
                              mesh->vertices[v[3]].x, x);
-        if (!mesher__in_box(r, x) || !mesher__see(mesh, x, t, &met)) continue;
+        for (h = 0, i = 0; i < 4; i++) h += r->domain->size[v[i]] / 4;
+        if (!mesher__in_box(r, x) || !mesher__is_alone(&r->grid, r->points, x, h)) continue;
+        if (!mesher__see(mesh, x, t, &met)) continue;
         if (!mesher__place(r, &p, x, t, mesh->color[t])) continue;
         r->ignored += mesher__wishes(r->options, 1, x, &p.region, &p.h);
         result = mesher__start_lattice(r, &p, lattices);
@@ -7817,42 +7907,59 @@ static void mesher__sort_out(mesher__cavity *c, delaunay_mesh *mesh, const doubl
     }
 }
 
+/* Facets to cross are kept waiting a while, so that what is behind them can be fetched. */
+enum { MESHER__WAITING = 16, MESHER__WAIT = 8 };
+
+/* Tests the tetrahedra behind up to four of the waiting facets, the first ones; those reached by
+ * another facet meanwhile are dropped. LATER: a tetrahedron of the cavity is not in the section. */
+static int mesher__test_waiting(mesher__cavity *c, delaunay_mesh *mesh, const double *p,
+                                const delaunay_handle *waiting, int count)
+{
+    delaunay_handle batch[4];
+    int i, n = 0;
+    for (i = 0; i < count; i++) {
+        delaunay_handle u = waiting[i] >> 2;
+        if (mesh->mark[u]) continue;
+        if (c->shared && !mesher__is_mine(c, mesh, mesh->tets[u].v[waiting[i] & 3])) {
+            if (delaunay_is_ghost(mesh, u) ||
+                !mesher__in_sphere(mesh->vertices, mesh->tets[u].v, p))
+                continue;
+            while (n) mesh->mark[batch[--n]] = 0;
+            return MESHER__LATER;
+        }
+        mesh->mark[u] = MESHER__OUT;
+        batch[n++] = u;
+    }
+    if (n) mesher__sort_out(c, mesh, p, batch, n);
+    return MESHER__DONE;
+}
+
 /* All tetrahedra whose spheres contain p, reached from t without crossing a constrained facet. */
 static int mesher__dig(mesher__cavity *c, delaunay_mesh *mesh, const double *p, delaunay_handle t)
 {
-    delaunay_handle batch[8];
+    delaunay_handle waiting[MESHER__WAITING];
     uint32_t k = 0;
-    int i, count = 0, state = MESHER__DONE;
+    int i, count = 0, n, state;
     c->num_tets = c->num_outside = 0;
     if (!mesher__cavity_room(c, 1, 0)) return MESHER__NO_MEMORY;
     c->tets[c->num_tets++] = t;
     mesh->mark[t] = MESHER__IN;
     while (k < c->num_tets || count) {
-        if (count < 4 && k < c->num_tets) {
-            t = c->tets[k++];
+        for (; k < c->num_tets && count <= MESHER__WAIT; k++) {
+            t = c->tets[k];
             for (i = 0; i < 4; i++) {
-                delaunay_handle n = mesh->tets[t].n[i], u = n >> 2;
-                if (!u || mesh->mark[u] || (mesh->flags[t] & DELAUNAY_FACET_BIT(i))) continue;
-                if (c->shared && !mesher__is_mine(c, mesh, mesh->tets[u].v[n & 3])) {
-                    if (delaunay_is_ghost(mesh, u) ||
-                        !mesher__in_sphere(mesh->vertices, mesh->tets[u].v, p))
-                        continue;
-                    state = MESHER__LATER;
-                    break;
-                }
-                MESHER__PREFETCH(mesh->tets + u);
-                mesh->mark[u] = MESHER__OUT;
-                batch[count++] = u;
+                delaunay_handle u = mesh->tets[t].n[i];
+                if (!u || mesh->mark[u >> 2] || (mesh->flags[t] & DELAUNAY_FACET_BIT(i))) continue;
+                MESHER__PREFETCH(mesh->tets + (u >> 2));
+                waiting[count++] = u;
             }
-            if (state == MESHER__DONE && count < 4 && k < c->num_tets) continue;
         }
-        if (state != MESHER__DONE || !mesher__cavity_room(c, c->num_tets + 4, c->num_outside + 4)) {
-            while (count) mesh->mark[batch[--count]] = 0;
-            return state == MESHER__DONE ? MESHER__NO_MEMORY : state;
-        }
-        i = count < 4 ? count : 4;
-        count -= i;
-        mesher__sort_out(c, mesh, p, batch + count, i);
+        if (!mesher__cavity_room(c, c->num_tets + 4, c->num_outside + 4)) return MESHER__NO_MEMORY;
+        n = count < 4 ? count : 4;
+        state = mesher__test_waiting(c, mesh, p, waiting, n);
+        if (state != MESHER__DONE) return state;
+        count -= n;
+        memmove(waiting, waiting + n, (size_t)count * sizeof *waiting);
     }
     return MESHER__DONE;
 }
@@ -8324,7 +8431,7 @@ static mesher_result mesher__insert_serially(mesher__refiner *r, size_t begin, s
 
 enum {
     MESHER__FEW = 4096,     /* fewer points than this in a round are for one thread */
-    MESHER__SECTION = 8192, /* points of a section: what lies at its border is tried in vain */
+    MESHER__SECTION = 16384, /* points of a section: what lies at its border is tried in vain */
     MESHER__PASSES = 4
 };
 
@@ -8724,8 +8831,7 @@ static void mesher__refiner_free(mesher__refiner *r)
         if (r->cavities[i].memory) mesher__cavity_free(r->cavities + i);
     for (i = 0; i < r->num_harvests; i++) {
         delaunay_release(r->memory, r->harvests[i].points);
-        delaunay_release(r->memory, r->harvests[i].grid.cells);
-        delaunay_release(r->memory, r->harvests[i].grid.chain);
+        mesher__grid_free(&r->harvests[i].grid, r->memory);
     }
     delaunay_release(r->memory, r->harvests);
     delaunay_release(r->memory, r->cavities);
@@ -8737,8 +8843,7 @@ static void mesher__refiner_free(mesher__refiner *r)
     delaunay_release(r->memory, r->order);
     delaunay_release(r->memory, r->keys);
     mesher__lattice_free(r);
-    delaunay_release(r->memory, r->grid.cells);
-    delaunay_release(r->memory, r->grid.chain);
+    mesher__grid_free(&r->grid, r->memory);
 }
 
 /* Edge length / wanted length, over edges with an end that refinement added: percentiles by a
