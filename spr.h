@@ -2621,6 +2621,7 @@ static spr_result spr__speculate(spr__state *s, delaunay_speculation *job)
     delaunay_result result;
     job->num_items = s->items.count;
     job->user = s;
+    job->scatter = 1;
     job->phase = "improve";
     result = delaunay_speculate(s->engine, job);
     s->report->rounds += job->rounds;
@@ -2697,25 +2698,6 @@ static spr_result spr__gather(spr__state *s, int level)
     return SPR_OK;
 }
 
-/* So many runs of the list side by side: those in flight together are far from each other, and near
- * those that were just before. */
-static spr_result spr__interleave(spr__state *s, size_t runs)
-{
-    size_t n = s->items.count, length = (n + runs - 1) / runs, i, k;
-    delaunay_list order;
-    memset(&order, 0, sizeof order);
-    order.memory = s->memory;
-    for (k = 0; k < length; k++)
-        for (i = k; i < n; i += length)
-            if (delaunay_list_push(&order, s->items.items[i]) != DELAUNAY_OK) {
-                delaunay_list_free(&order);
-                return SPR_ERROR_OUT_OF_MEMORY;
-            }
-    delaunay_list_free(&s->items);
-    s->items = order;
-    return SPR_OK;
-}
-
 static spr_result spr__run(spr__state *s, int level)
 {
     static const uint32_t batch[SPR__HOPELESS] = {1024, 512, 512, 256, 256, 128, 32, 16};
@@ -2727,8 +2709,7 @@ static spr_result spr__run(spr__state *s, int level)
     job.done = spr__done;
     job.batch = batch[level];
     s->sweep = level;
-    result = spr__interleave(s, job.batch);
-    return result == SPR_OK ? spr__speculate(s, &job) : result;
+    return spr__speculate(s, &job);
 }
 
 /* When nothing more can be gained, the bad ones that are left are made fewer. */
