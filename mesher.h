@@ -2193,7 +2193,9 @@ MESHER_API mesher_result mesher_empty_mesh(mesher_domain *domain, mesher_report 
 
 /* ---- >>recover ----------------------------------------------------------------------------
  * Almost all edges and facets of the surface are in the Delaunay triangulation already; what is
- * missing is mostly edges that cross one or two faces. Each missing edge is brought in by
+ * missing is mostly edges that cross one or two faces. Each missing edge is brought in by flips in
+ * a copy of the tetrahedra on its way, deeper and deeper. A few that are left, or all of them in a
+ * second attempt where the first did not get through without points on the surface, go on by
  * closure searches (delaunay_reconnect) over small windows around the faces that it crosses: a
  * search that lowers the number of crossings is committed, and never loses a constrained edge
  * that is there. Steps for one edge are a transaction: they stay if the edge comes in, or if the
@@ -2212,7 +2214,8 @@ enum {
     MESHER__SECTOR_GROWTH = 96, /* tetrahedra that a sector takes in from behind it at most */
     MESHER__FEW_EDGES =
         32, /* worth large searches before a point is added: one in hundreds comes in by them */
-    MESHER__ATTEMPTS = 3,    /* at the whole, with other places of points */
+    MESHER__ATTEMPTS = 4,    /* at the whole: by flips first, then with other places of points */
+    MESHER__VAIN = 8,        /* points that bring nothing before the first attempt is given up */
     MESHER__HOPELESS = 4,    /* interior points for one edge that bring nothing */
     MESHER__GRID_CELLS = 64, /* of one box; beyond, all edges are looked at */
     MESHER__NEAR = 4096      /* missing edges beside one window */
@@ -2269,6 +2272,58 @@ typedef struct mesher__window {
     uint32_t first, num_tets, num_points;
 } mesher__window;
 
+/* Of flips in a copy of a few tetrahedra. */
+enum {
+    MESHER__CELLS = 1024,      /* copies and new ones */
+    MESHER__CELL_SLOTS = 4096, /* a power of two */
+    MESHER__RING = 20,         /* tetrahedra around an edge that goes at most */
+    MESHER__WAY = 64,          /* faces and edges that the missing edge crosses at most */
+    MESHER__FLIP_LOG = 8192,
+    MESHER__FLIP_DEPTH = 16,
+    MESHER__FLIP_YIELD = 32    /* one in so many missing edges has to come in by a pass */
+};
+
+/* A tetrahedron of the copy, positive. */
+typedef struct mesher__copy {
+    uint32_t        v[4];
+    delaunay_handle n[4]; /* 4 * cell + facet beyond, where linked; else of the mesh */
+    delaunay_handle from; /* of the mesh; 0: made here */
+    uint16_t        flags;
+    uint8_t         linked, gone;
+} mesher__copy;
+
+/* A face (facet k of a cell, 0 <= k < 4) or an edge (k < 0) that the missing edge crosses. */
+typedef struct mesher__obstacle {
+    uint32_t cell, v[3];
+    int      k;
+} mesher__obstacle;
+
+typedef struct mesher__way {
+    mesher__obstacle at[MESHER__WAY];
+    uint32_t         count;
+} mesher__way;
+
+/* An edge pq and what is around it: cell i has p, q, r[i], r[i + 1], positive in this order. */
+typedef struct mesher__ring {
+    uint32_t p, q, n, r[MESHER__RING], cells[MESHER__RING];
+} mesher__ring;
+
+typedef struct mesher__flips {
+    const delaunay_mesh *mesh;
+    uint32_t     a, b;   /* the missing edge */
+    uint32_t     num_cells, num_free, num_log, epoch;
+    uint32_t     budget; /* edges that may be tried */
+    uint64_t     work;
+    int          full;   /* something had no room */
+    mesher__copy cells[MESHER__CELLS]; /* from 1 on */
+    uint32_t     free_cells[MESHER__CELLS];
+    uint32_t     slots[MESHER__CELL_SLOTS], stamps[MESHER__CELL_SLOTS];
+    uint32_t     log[MESHER__FLIP_LOG]; /* of each flip: cells gone, cells made, their numbers */
+    uint32_t     edges[MESHER__FLIP_DEPTH + 2][2]; /* those that wait to be removed */
+    uint16_t     cost[MESHER__FLIP_DEPTH + 2][MESHER__RING][MESHER__RING];
+    uint8_t      apex[MESHER__FLIP_DEPTH + 2][MESHER__RING][MESHER__RING];
+    mesher__way  way[2];
+} mesher__flips;
 /* Work for the searches before any point is added, and for all that follows: half a minute or so
  * each. */
 #  define MESHER__WORK_FIRST ((uint64_t)1000000000)
@@ -2308,6 +2363,7 @@ typedef struct mesher__recovery {
     uint32_t        num_windows;
     delaunay_window window;
     delaunay_search search;
+    mesher__flips  *flips;
     uint32_t shell[DELAUNAY_WINDOW_FACETS][3]; /* a polyhedron's facets, outward, mesh vertices */
     delaunay_handle
         shell_beyond[DELAUNAY_WINDOW_FACETS]; /* behind facets of a sector; 0: a constraint */
@@ -2324,11 +2380,12 @@ typedef struct mesher__recovery {
     } grid;                             /* over the missing edges of the list */
     double          lp[5][720][5];      /* of the linear program, a level each */
     uint64_t        random;
-    int             attempt;
+    int             attempt, first;    /* first: the attempt that flips and splits nothing */
     uint64_t        nodes, searches, ticks;
     uint64_t        work, max_work;    /* about as many predicates; a bound that no clock decides */
     uint8_t        *hopeless;           /* of each edge: points that brought it no nearer */
     int             stuck;              /* points within bring in few edges more */
+    uint32_t        vain;               /* points that brought nothing */
     int             checked;            /* the intersection test has run, and found nothing */
     uint32_t        added, removed;
     int             absent;             /* isolated vertices found on the surface: start again */
@@ -2453,7 +2510,8 @@ static int mesher__ends(const mesher__recovery *r)
 static int mesher__stopped(mesher__recovery *r)
 {
     const delaunay_host *host = &r->domain->options.host;
-    if (r->status != MESHER_OK || r->work > r->max_work) return 1;
+    if (r->status != MESHER_OK || r->work > r->max_work || (r->first && r->vain > MESHER__VAIN))
+        return 1;
     if (host->progress && (r->ticks++ & 63) == 0) {
         uint32_t all = r->num_edges + r->num_facets + 1;
         double done = 1 - (double)(r->num_missing_edges + r->num_missing_facets) / all;
@@ -3511,6 +3569,650 @@ static int mesher__report_facet(mesher__recovery *r, uint32_t f)
     return 1;
 }
 
+/* -- flips: a few tetrahedra around a missing edge, copied out of the mesh. What is in the way of
+ * the edge is flipped there, edges in the way of a flip first, and so on [Si 2015, 4.2]; an edge
+ * goes by the triangulation of its link that is crossed least [Shewchuk 2002]. Nothing but the copy
+ * is written until the edge is in; then the mesh is, once. */
+#  define MESHER__NEVER UINT16_MAX
+
+static int mesher__flip_orient(const mesher__flips *f, uint32_t a, uint32_t b, uint32_t c,
+                               uint32_t d)
+{
+    const delaunay_vertex *x = f->mesh->vertices;
+    return delaunay_orient3d(x[a].x, x[b].x, x[c].x, x[d].x);
+}
+
+/* Which way pq turns about the missing edge. */
+static int mesher__turn(const mesher__flips *f, uint32_t p, uint32_t q)
+{
+    return mesher__flip_orient(f, f->a, f->b, p, q);
+}
+
+static void mesher__flips_clear(mesher__flips *f, const delaunay_mesh *mesh, uint32_t a, uint32_t b)
+{
+    f->mesh = mesh;
+    f->a = a;
+    f->b = b;
+    f->num_cells = 1;
+    f->num_free = f->num_log = 0;
+    f->full = 0;
+    if (++f->epoch != 0) return;
+    memset(f->stamps, 0, sizeof f->stamps);
+    f->epoch = 1;
+}
+
+static void mesher__cells_link(mesher__flips *f, delaunay_handle g, delaunay_handle h)
+{
+    mesher__copy *c = &f->cells[g / 4], *d = &f->cells[h / 4];
+    c->n[g % 4] = h;
+    d->n[h % 4] = g;
+    c->linked = (uint8_t)(c->linked | 1u << g % 4);
+    d->linked = (uint8_t)(d->linked | 1u << h % 4);
+}
+
+/* Where the copy of a tetrahedron is in the table, or would be. */
+static uint32_t mesher__cell_slot(const mesher__flips *f, delaunay_handle t)
+{
+    uint32_t j = (uint32_t)(((uint64_t)t * 0x9E3779B97F4A7C15u) >> 40) & (MESHER__CELL_SLOTS - 1);
+    while (f->stamps[j] == f->epoch && f->cells[f->slots[j]].from != t)
+        j = (j + 1) & (MESHER__CELL_SLOTS - 1);
+    return j;
+}
+
+/* The copy of a tetrahedron, made if need be and linked to those that are there; 0: no room. */
+static uint32_t mesher__cell_of(mesher__flips *f, delaunay_handle t)
+{
+    uint32_t j = mesher__cell_slot(f, t), number = f->num_cells, i, k;
+    mesher__copy *c = &f->cells[number];
+    if (f->stamps[j] == f->epoch) return f->slots[j];
+    if (number == MESHER__CELLS) {
+        f->full = 1;
+        return 0;
+    }
+    f->num_cells++;
+    f->stamps[j] = f->epoch;
+    f->slots[j] = number;
+    memcpy(c->v, f->mesh->tets[t].v, sizeof c->v);
+    memcpy(c->n, f->mesh->tets[t].n, sizeof c->n);
+    c->from = t;
+    c->flags = f->mesh->flags[t];
+    c->linked = c->gone = 0;
+    for (k = 0; k < 4; k++) {
+        delaunay_handle h = c->n[k];
+        if (!h) continue;
+        i = mesher__cell_slot(f, h / 4);
+        if (f->stamps[i] == f->epoch)
+            mesher__cells_link(f, 4 * number + k, 4 * (delaunay_handle)f->slots[i] + h % 4);
+    }
+    return number;
+}
+
+/* The facet beyond facet k of a cell, 4 * cell + facet; 0: nothing there, or no room. */
+static delaunay_handle mesher__beyond(mesher__flips *f, uint32_t cell, uint32_t k)
+{
+    mesher__copy *c = &f->cells[cell];
+    if (!(c->linked >> k & 1) && (!c->n[k] || !mesher__cell_of(f, c->n[k] / 4))) return 0;
+    return c->n[k];
+}
+
+static int mesher__cell_index(const mesher__copy *c, uint32_t v)
+{
+    return c->v[0] == v ? 0 : c->v[1] == v ? 1 : c->v[2] == v ? 2 : c->v[3] == v ? 3 : -1;
+}
+
+/* Is the edge between two vertices of a cell constrained? */
+static unsigned mesher__cell_edge(const mesher__copy *c, uint32_t a, uint32_t b)
+{
+    int e = delaunay_edge_between(mesher__cell_index(c, a), mesher__cell_index(c, b));
+    return (c->flags & DELAUNAY_EDGE_BIT(e)) != 0;
+}
+
+/* A cell that has both vertices (one: give it twice); 0: there is none. */
+static uint32_t mesher__cell_with(const mesher__flips *f, uint32_t a, uint32_t b)
+{
+    uint32_t i;
+    for (i = f->num_cells; i-- > 1;)
+        if (!f->cells[i].gone && mesher__cell_index(&f->cells[i], a) >= 0 &&
+            mesher__cell_index(&f->cells[i], b) >= 0)
+            return i;
+    return 0;
+}
+
+/* Room for so many new cells and their entry in the log; cells are taken one by one then. */
+static int mesher__flip_room(mesher__flips *f, uint32_t gone, uint32_t made)
+{
+    if (f->num_cells - 1 + made <= MESHER__CELLS - 1 + f->num_free &&
+        f->num_log + gone + made + 2 <= MESHER__FLIP_LOG)
+        return 1;
+    f->full = 1;
+    return 0;
+}
+
+static uint32_t mesher__new_cell(mesher__flips *f, uint32_t a, uint32_t b, uint32_t c, uint32_t d,
+                                 unsigned flags)
+{
+    uint32_t i = f->num_free ? f->free_cells[--f->num_free] : f->num_cells++;
+    mesher__copy *cell = &f->cells[i];
+    cell->v[0] = a;
+    cell->v[1] = b;
+    cell->v[2] = c;
+    cell->v[3] = d;
+    cell->from = 0;
+    cell->flags = (uint16_t)flags;
+    cell->linked = cell->gone = 0;
+    f->log[f->num_log++] = i;
+    return i;
+}
+
+static void mesher__cell_goes(mesher__flips *f, uint32_t cell)
+{
+    f->cells[cell].gone = 1;
+    f->log[f->num_log++] = cell;
+}
+
+static void mesher__flip_done(mesher__flips *f, uint32_t gone, uint32_t made)
+{
+    f->log[f->num_log++] = gone;
+    f->log[f->num_log++] = made;
+}
+
+/* Takes flips back, last first, until the log is as long as it was. */
+static void mesher__flips_undo(mesher__flips *f, uint32_t length)
+{
+    while (f->num_log > length) {
+        uint32_t made = f->log[f->num_log - 1], gone = f->log[f->num_log - 2], i, k;
+        f->num_log -= 2;
+        for (i = 0; i < made; i++) {
+            uint32_t cell = f->log[--f->num_log];
+            f->cells[cell].gone = 1;
+            f->free_cells[f->num_free++] = cell;
+        }
+        for (i = 0; i < gone; i++) {
+            uint32_t cell = f->log[--f->num_log];
+            f->cells[cell].gone = 0;
+            for (k = 0; k < 4; k++) mesher__cells_link(f, 4 * cell + k, f->cells[cell].n[k]);
+        }
+    }
+}
+
+/* Does the missing edge cross a face? Its edges count. */
+static unsigned mesher__in_way(const mesher__flips *f, uint32_t p, uint32_t q, uint32_t r)
+{
+    return (unsigned)delaunay_segment_crosses(f->mesh, f->a, f->b, p, q, r, NULL);
+}
+
+/* What is around edge pq of a cell; 0: it cannot go, as a constraint, for its size, or at the
+ * hull. */
+static int mesher__ring_of(mesher__flips *f, uint32_t cell, uint32_t p, uint32_t q,
+                           mesher__ring *ring)
+{
+    const mesher__copy *c = &f->cells[cell];
+    const uint8_t *o = delaunay_facet_order(mesher__cell_index(c, p));
+    uint32_t k = c->v[o[0]] == q ? 0 : c->v[o[1]] == q ? 1 : 2, next, out;
+    delaunay_handle h;
+    if (mesher__cell_edge(c, p, q)) return 0;
+    ring->p = p;
+    ring->q = q;
+    ring->r[0] = c->v[o[(k + 1) % 3]];
+    ring->cells[0] = cell;
+    next = c->v[o[(k + 2) % 3]];
+    out = ring->r[0];
+    for (ring->n = 1; next != ring->r[0]; ring->n++) {
+        if (ring->n == MESHER__RING) return 0;
+        h = mesher__beyond(f, cell, (uint32_t)mesher__cell_index(&f->cells[cell], out));
+        cell = (uint32_t)(h / 4);
+        if (!h || f->cells[cell].v[3] == DELAUNAY_GHOST) return 0;
+        out = next;
+        ring->r[ring->n] = out;
+        ring->cells[ring->n] = cell;
+        next = f->cells[cell].v[h % 4];
+    }
+    return 1;
+}
+
+/* Is r[i] r[k] r[j] strictly between p and q? */
+static int mesher__ring_between(const mesher__flips *f, const mesher__ring *g, uint32_t i,
+                                uint32_t k, uint32_t j)
+{
+    return mesher__flip_orient(f, g->p, g->r[i], g->r[k], g->r[j]) > 0 &&
+           mesher__flip_orient(f, g->q, g->r[i], g->r[k], g->r[j]) < 0;
+}
+
+/* The triangulation of the ring that makes the fewest faces in the way, without an edge at vertex
+ * ear (0: any), by dynamic programming over its chords [Klincsek 1980]. 0: there is none. */
+static int mesher__triangulate_ring(mesher__flips *f, const mesher__ring *g, uint32_t ear,
+                                    int level)
+{
+    uint16_t (*cost)[MESHER__RING] = f->cost[level];
+    uint8_t (*apex)[MESHER__RING] = f->apex[level];
+    uint32_t i, j, k, width, n = g->n, sum;
+    if (n < 3) return 0;
+    for (i = 0; i + 1 < n; i++) cost[i][i + 1] = 0;
+    for (width = 2; width < n; width++)
+        for (i = 0; i + width < n; i++) {
+            int chord = width + 1 < n;
+            unsigned own = 0, known = 0;
+            j = i + width;
+            cost[i][j] = MESHER__NEVER;
+            if (chord && ear && (g->r[i] == ear || g->r[j] == ear)) continue;
+            for (k = i + 1; k < j; k++) {
+                if (cost[i][k] == MESHER__NEVER || cost[k][j] == MESHER__NEVER) continue;
+                sum = (uint32_t)cost[i][k] + cost[k][j];
+                if (sum >= cost[i][j]) continue;
+                f->work += 2;
+                if (!mesher__ring_between(f, g, i, k, j)) continue;
+                if (chord && !known) {
+                    own = mesher__in_way(f, g->p, g->r[i], g->r[j]) +
+                          mesher__in_way(f, g->q, g->r[i], g->r[j]);
+                    known = 1;
+                }
+                sum += own + mesher__in_way(f, g->r[i], g->r[k], g->r[j]);
+                if (sum >= cost[i][j]) continue;
+                cost[i][j] = (uint16_t)sum;
+                apex[i][j] = (uint8_t)k;
+            }
+        }
+    return cost[0][n - 1] != MESHER__NEVER;
+}
+
+/* Marks of what stays of a ring: edges at p and q, of the ring, outer facets below and above. */
+typedef struct mesher__ring_marks {
+    delaunay_handle beyond_q[MESHER__RING], beyond_p[MESHER__RING];
+    uint8_t at_p[MESHER__RING], at_q[MESHER__RING], rim[MESHER__RING];
+    uint8_t facet_q[MESHER__RING], facet_p[MESHER__RING];
+} mesher__ring_marks;
+
+/* The two cells of chord ij and all within; sides: the facets at p and q that chord ij closes. */
+static void mesher__fill_ring(mesher__flips *f, const mesher__ring *g, const mesher__ring_marks *m,
+                              int level, uint32_t i, uint32_t j, delaunay_handle *sides)
+{
+    uint32_t k, c, d;
+    unsigned rim_ij, rim_ik, rim_kj, flags;
+    delaunay_handle below[2], above[2];
+    if (j == i + 1) {
+        sides[0] = m->beyond_q[i];
+        sides[1] = m->beyond_p[i];
+        return;
+    }
+    k = f->apex[level][i][j];
+    rim_ij = i == 0 && j == g->n - 1 ? m->rim[j] : 0;
+    rim_ik = k == i + 1 ? m->rim[i] : 0;
+    rim_kj = j == k + 1 ? m->rim[k] : 0;
+    flags = DELAUNAY_EDGE_BIT(0) * m->at_p[i] | DELAUNAY_EDGE_BIT(1) * m->at_p[k] |
+            DELAUNAY_EDGE_BIT(2) * m->at_p[j] | DELAUNAY_EDGE_BIT(3) * rim_ik |
+            DELAUNAY_EDGE_BIT(4) * rim_ij | DELAUNAY_EDGE_BIT(5) * rim_kj;
+    if (k == i + 1) flags |= DELAUNAY_FACET_BIT(3) * m->facet_q[i];
+    if (j == k + 1) flags |= DELAUNAY_FACET_BIT(1) * m->facet_q[k];
+    if (i == 0 && j == g->n - 1) flags |= DELAUNAY_FACET_BIT(2) * m->facet_q[j];
+    c = mesher__new_cell(f, g->p, g->r[i], g->r[k], g->r[j], flags);
+    flags = DELAUNAY_EDGE_BIT(0) * m->at_q[i] | DELAUNAY_EDGE_BIT(1) * m->at_q[j] |
+            DELAUNAY_EDGE_BIT(2) * m->at_q[k] | DELAUNAY_EDGE_BIT(3) * rim_ij |
+            DELAUNAY_EDGE_BIT(4) * rim_ik | DELAUNAY_EDGE_BIT(5) * rim_kj;
+    if (k == i + 1) flags |= DELAUNAY_FACET_BIT(2) * m->facet_p[i];
+    if (j == k + 1) flags |= DELAUNAY_FACET_BIT(1) * m->facet_p[k];
+    if (i == 0 && j == g->n - 1) flags |= DELAUNAY_FACET_BIT(3) * m->facet_p[j];
+    d = mesher__new_cell(f, g->q, g->r[i], g->r[j], g->r[k], flags);
+    mesher__cells_link(f, 4 * c, 4 * d);
+    mesher__fill_ring(f, g, m, level, i, k, below);
+    mesher__fill_ring(f, g, m, level, k, j, above);
+    mesher__cells_link(f, 4 * c + 3, below[0]);
+    mesher__cells_link(f, 4 * d + 2, below[1]);
+    mesher__cells_link(f, 4 * c + 1, above[0]);
+    mesher__cells_link(f, 4 * d + 1, above[1]);
+    sides[0] = 4 * c + 2;
+    sides[1] = 4 * d + 3;
+}
+
+/* Puts the triangulation of a ring in place of its edge. 0: no room. */
+static int mesher__flip_ring(mesher__flips *f, const mesher__ring *g, int level)
+{
+    mesher__ring_marks m;
+    uint32_t i, n = g->n;
+    delaunay_handle sides[2];
+    if (!mesher__flip_room(f, n, 2 * (n - 2))) return 0;
+    for (i = 0; i < n; i++) {
+        const mesher__copy *c = &f->cells[g->cells[i]];
+        uint32_t p = (uint32_t)mesher__cell_index(c, g->p);
+        uint32_t q = (uint32_t)mesher__cell_index(c, g->q);
+        m.beyond_q[i] = mesher__beyond(f, g->cells[i], q);
+        m.beyond_p[i] = mesher__beyond(f, g->cells[i], p);
+        if (!m.beyond_q[i] || !m.beyond_p[i]) return 0;
+        m.at_p[i] = (uint8_t)mesher__cell_edge(c, g->p, g->r[i]);
+        m.at_q[i] = (uint8_t)mesher__cell_edge(c, g->q, g->r[i]);
+        m.rim[i] = (uint8_t)mesher__cell_edge(c, g->r[i], g->r[(i + 1) % n]);
+        m.facet_q[i] = c->flags >> q & 1;
+        m.facet_p[i] = c->flags >> p & 1;
+    }
+    if (!mesher__flip_room(f, n, 2 * (n - 2))) return 0; /* copies were made */
+    for (i = 0; i < n; i++) mesher__cell_goes(f, g->cells[i]);
+    mesher__fill_ring(f, g, &m, level, 0, n - 1, sides);
+    mesher__cells_link(f, sides[0], m.beyond_q[n - 1]);
+    mesher__cells_link(f, sides[1], m.beyond_p[n - 1]);
+    mesher__flip_done(f, n, 2 * (n - 2));
+    return 1;
+}
+
+/* Two tetrahedra to three: an edge between the apices in place of facet k of a cell. 0: it cannot
+ * be. */
+static int mesher__flip_face(mesher__flips *f, uint32_t cell, uint32_t k)
+{
+    const uint8_t *o = delaunay_facet_order((int)k);
+    const mesher__copy *c = &f->cells[cell], *b;
+    delaunay_handle h = mesher__beyond(f, cell, k), out[3][2];
+    uint32_t d = c->v[k], e, w[3], made[3], i, j;
+    unsigned flags[3];
+    if (!h || (c->flags & DELAUNAY_FACET_BIT(k))) return 0;
+    b = &f->cells[h / 4];
+    e = b->v[h % 4];
+    if (b->v[3] == DELAUNAY_GHOST) return 0;
+    for (i = 0; i < 3; i++) w[i] = c->v[o[i]];
+    f->work += 3;
+    for (i = 0; i < 3; i++)
+        if (mesher__flip_orient(f, d, w[i], w[(i + 1) % 3], e) <= 0) return 0;
+    for (i = 0; i < 3; i++) {
+        uint32_t x = w[i], y = w[(i + 1) % 3], z = w[(i + 2) % 3];
+        uint32_t in_c = (uint32_t)mesher__cell_index(c, z);
+        uint32_t in_b = (uint32_t)mesher__cell_index(b, z);
+        out[i][0] = mesher__beyond(f, cell, in_c);
+        out[i][1] = mesher__beyond(f, (uint32_t)(h / 4), in_b);
+        if (!out[i][0] || !out[i][1]) return 0;
+        flags[i] = DELAUNAY_EDGE_BIT(0) * mesher__cell_edge(c, d, x) |
+                   DELAUNAY_EDGE_BIT(1) * mesher__cell_edge(c, d, y) |
+                   DELAUNAY_EDGE_BIT(3) * mesher__cell_edge(c, x, y) |
+                   DELAUNAY_EDGE_BIT(4) * mesher__cell_edge(b, x, e) |
+                   DELAUNAY_EDGE_BIT(5) * mesher__cell_edge(b, y, e);
+        if (c->flags >> in_c & 1) flags[i] |= DELAUNAY_FACET_BIT(3);
+        if (b->flags >> in_b & 1) flags[i] |= DELAUNAY_FACET_BIT(0);
+    }
+    if (!mesher__flip_room(f, 2, 3)) return 0;
+    mesher__cell_goes(f, cell);
+    mesher__cell_goes(f, (uint32_t)(h / 4));
+    for (i = 0; i < 3; i++) made[i] = mesher__new_cell(f, d, w[i], w[(i + 1) % 3], e, flags[i]);
+    for (i = 0; i < 3; i++) {
+        j = (i + 1) % 3;
+        mesher__cells_link(f, 4 * made[i] + 3, out[i][0]);
+        mesher__cells_link(f, 4 * made[i], out[i][1]);
+        mesher__cells_link(f, 4 * made[i] + 1, 4 * made[j] + 2);
+    }
+    mesher__flip_done(f, 2, 3);
+    return 1;
+}
+
+/* Is an edge waiting to be removed by what called us? */
+static int mesher__edge_waits(const mesher__flips *f, int level, uint32_t p, uint32_t q)
+{
+    int i;
+    for (i = 0; i < level; i++)
+        if ((f->edges[i][0] == p && f->edges[i][1] == q) ||
+            (f->edges[i][0] == q && f->edges[i][1] == p))
+            return 1;
+    return 0;
+}
+
+/* What is around pq after flips beside it; 0, with the flips taken back, if pq is out of reach. */
+static int mesher__ring_again(mesher__flips *f, uint32_t mark, mesher__ring *ring)
+{
+    mesher__ring now;
+    uint32_t cell = mesher__cell_with(f, ring->p, ring->q);
+    if (cell && mesher__ring_of(f, cell, ring->p, ring->q, &now)) {
+        *ring = now;
+        return 1;
+    }
+    mesher__flips_undo(f, mark);
+    return 0;
+}
+
+/* Removes edge pq of a cell. Where its ring has no triangulation, edges that are in the way go
+ * first, depth levels deep. ear: a vertex of the ring that may get no new edge (0: none). Flips
+ * that did not lead there stay: what was stuck is so no more, perhaps, the next time. */
+static int mesher__remove_edge(mesher__flips *f, uint32_t cell, uint32_t p, uint32_t q,
+                               uint32_t ear, int level, int depth)
+{
+    mesher__ring g;
+    uint32_t i, n, side, mark;
+    if (f->budget == 0) return 0;
+    f->budget--;
+    if (!mesher__ring_of(f, cell, p, q, &g)) return 0;
+    f->work += g.n;
+    if (mesher__triangulate_ring(f, &g, ear, level)) return mesher__flip_ring(f, &g, level);
+    if (depth == 0) return 0;
+    f->edges[level][0] = p;
+    f->edges[level][1] = q;
+    for (i = 0; i < g.n && g.n > 3 && !f->full; i++) {
+        uint32_t x = g.r[(i + g.n - 1) % g.n], y = g.r[i], z = g.r[(i + 1) % g.n];
+        if (y == ear || mesher__flip_orient(f, p, q, x, z) <= 0) continue;
+        for (side = 0; side < 2; side++) {
+            uint32_t s = side ? q : p, t = side ? p : q;
+            int sign = mesher__flip_orient(f, s, x, y, z);
+            if ((side ? sign < 0 : sign > 0) || mesher__edge_waits(f, level, s, y)) continue;
+            mark = f->num_log;
+            n = g.n;
+            mesher__remove_edge(f, g.cells[i], s, y, t, level + 1, depth - 1);
+            if (f->num_log == mark || !mesher__ring_again(f, mark, &g)) continue;
+            if (mesher__triangulate_ring(f, &g, ear, level)) return mesher__flip_ring(f, &g, level);
+            if (g.n < n) i = UINT32_MAX; /* all around again */
+            break;
+        }
+    }
+    return 0;
+}
+
+/* The next obstacle of a way is a face, or an edge (k < 0). 0: a constraint, or no room. */
+static int mesher__way_add(mesher__flips *f, mesher__way *way, uint32_t cell, int k, uint32_t x,
+                           uint32_t y, uint32_t z)
+{
+    mesher__obstacle *o = &way->at[way->count];
+    const mesher__copy *c = &f->cells[cell];
+    if (way->count == MESHER__WAY) return 0;
+    if (k < 0 ? mesher__cell_edge(c, x, y) : (c->flags & DELAUNAY_FACET_BIT(k)) != 0) return 0;
+    way->count++;
+    o->cell = cell;
+    o->k = k;
+    o->v[0] = x;
+    o->v[1] = y;
+    o->v[2] = z;
+    return 1;
+}
+
+/* From vertex a: the tetrahedron of its star that the missing edge enters. 1: an obstacle was
+ * added, 0: b is there, -1: neither. */
+static int mesher__way_start(mesher__flips *f, mesher__way *way)
+{
+    delaunay_handle t = f->mesh->vertex_tet[f->a];
+    uint32_t cell = t ? mesher__cell_of(f, t) : 0, step;
+    if (cell && f->cells[cell].gone) cell = mesher__cell_with(f, f->a, f->a);
+    for (step = 0; cell && step < 300; step++) {
+        const mesher__copy *c = &f->cells[cell];
+        int i = mesher__cell_index(c, f->a), k, s[3];
+        const uint8_t *o = delaunay_facet_order(i);
+        uint32_t w[3];
+        delaunay_handle h;
+        if (c->v[3] == DELAUNAY_GHOST) return -1;
+        for (k = 0; k < 3; k++)
+            if ((w[k] = c->v[o[k]]) == f->b) return 0;
+        for (k = 0; k < 3; k++) { /* not always the same one first: no circles */
+            int m = (k + (int)step) % 3;
+            s[m] = mesher__turn(f, w[m], w[(m + 1) % 3]);
+            if (s[m] < 0) break;
+        }
+        f->work += 3;
+        if (k == 3) {
+            int zeros = (s[0] == 0) + (s[1] == 0) + (s[2] == 0);
+            if (zeros > 1) return -1;
+            if (!zeros) return mesher__way_add(f, way, cell, i, w[0], w[1], w[2]) ? 1 : -1;
+            k = s[0] == 0 ? 0 : s[1] == 0 ? 1 : 2;
+            return mesher__way_add(f, way, cell, -1, w[k], w[(k + 1) % 3], 0) ? 1 : -1;
+        }
+        k = (k + (int)step) % 3;
+        h = mesher__beyond(f, cell, o[(k + 2) % 3]);
+        cell = (uint32_t)(h / 4);
+    }
+    return -1;
+}
+
+/* From a face on; the same answers. */
+static int mesher__way_from_face(mesher__flips *f, mesher__way *way)
+{
+    const mesher__obstacle *o = &way->at[way->count - 1];
+    delaunay_handle h = mesher__beyond(f, o->cell, (uint32_t)o->k);
+    const mesher__copy *c = &f->cells[h / 4];
+    uint32_t e = c->v[h % 4], w[3];
+    int t[3], i, zeros = 0, zero = 0;
+    if (!h || c->v[3] == DELAUNAY_GHOST) return -1;
+    if (e == f->b) return 0;
+    memcpy(w, o->v, sizeof w);
+    f->work += 3;
+    for (i = 0; i < 3; i++) {
+        t[i] = mesher__turn(f, w[i], e);
+        if (t[i] == 0) zeros++, zero = i;
+    }
+    if (zeros > 1) return -1;
+    for (i = 0; i < 3; i++)
+        if (t[i] < 0 && t[(i + 1) % 3] > 0)
+            return mesher__way_add(f, way, (uint32_t)(h / 4), mesher__cell_index(c, w[(i + 2) % 3]),
+                                   w[i], w[(i + 1) % 3], e)
+                       ? 1
+                       : -1;
+    return zeros && mesher__way_add(f, way, (uint32_t)(h / 4), -1, w[zero], e, 0) ? 1 : -1;
+}
+
+/* The way enters cell c at its edge xy; u, v are the others, positive in this order. */
+static int mesher__way_through(mesher__flips *f, mesher__way *way, uint32_t cell, uint32_t x,
+                               uint32_t y, uint32_t u, uint32_t v, int side_u, int side_v)
+{
+    const mesher__copy *c = &f->cells[cell];
+    int i, s = mesher__turn(f, u, v);
+    if (side_u == 0 || side_v == 0) { /* in the face xyu, or xyv */
+        uint32_t in = side_u == 0 ? u : v, off = side_u == 0 ? v : u;
+        int of_in = mesher__turn(f, in, off), of_x = mesher__turn(f, x, off);
+        if (of_in == 0) return -1;
+        return mesher__way_add(f, way, cell, -1, in, of_in == of_x ? y : x, 0) ? 1 : -1;
+    }
+    if (s == 0) return mesher__way_add(f, way, cell, -1, u, v, 0) ? 1 : -1;
+    for (i = 0; i < 2; i++) {
+        uint32_t p = i ? y : x, other = i ? x : y;
+        if (mesher__turn(f, p, u) != s || mesher__turn(f, v, p) != s) continue;
+        return mesher__way_add(f, way, cell, mesher__cell_index(c, other), p, s > 0 ? u : v,
+                               s > 0 ? v : u)
+                   ? 1
+                   : -1;
+    }
+    return -1;
+}
+
+/* From an edge on. */
+static int mesher__way_from_edge(mesher__flips *f, mesher__way *way)
+{
+    const mesher__obstacle *o = &way->at[way->count - 1];
+    mesher__ring g;
+    uint32_t i, x = o->v[0], y = o->v[1];
+    int side[MESHER__RING];
+    if (!mesher__ring_of(f, o->cell, x, y, &g)) return -1;
+    f->work += g.n;
+    for (i = 0; i < g.n; i++) {
+        if (g.r[i] == f->b) return 0;
+        side[i] = mesher__flip_orient(f, x, y, g.r[i], f->b);
+    }
+    for (i = 0; i < g.n; i++) {
+        uint32_t j = (i + 1) % g.n;
+        if (side[i] >= 0 && side[j] <= 0 && (side[i] || side[j]))
+            return mesher__way_through(f, way, g.cells[i], x, y, g.r[i], g.r[j], side[i], side[j]);
+    }
+    return -1;
+}
+
+/* All that the missing edge crosses, from a on. Their number; 0: it is there; MESHER__ABSENT: there
+ * is a constraint or a vertex in the way, or no room. */
+static uint32_t mesher__find_way(mesher__flips *f, mesher__way *way)
+{
+    int more;
+    way->count = 0;
+    more = mesher__way_start(f, way);
+    while (more > 0)
+        more = way->at[way->count - 1].k < 0 ? mesher__way_from_edge(f, way)
+                                             : mesher__way_from_face(f, way);
+    return more < 0 ? MESHER__ABSENT : way->count;
+}
+
+/* The i-th thing that may be done about an obstacle. */
+static int mesher__flip_obstacle(mesher__flips *f, const mesher__obstacle *o, int i, int depth)
+{
+    if (o->k < 0)
+        return i == 0 && mesher__remove_edge(f, o->cell, o->v[0], o->v[1], 0, 0, depth);
+    if (i == 0) return mesher__flip_face(f, o->cell, (uint32_t)o->k);
+    return mesher__remove_edge(f, o->cell, o->v[i - 1], o->v[i % 3], 0, 0, depth);
+}
+
+/* Flips that leave fewer obstacles, or as many; obstacles from both ends inwards. 1: fewer. */
+static int mesher__flip_once(mesher__flips *f, int depth)
+{
+    uint32_t n = f->way[0].count, j, mark, left;
+    int i;
+    for (j = 0; j < n && !f->full; j++)
+        for (i = 0; i < 4 && !f->full; i++) {
+            const mesher__obstacle *o = &f->way[0].at[j % 2 ? n - 1 - j / 2 : j / 2];
+            mark = f->num_log;
+            mesher__flip_obstacle(f, o, i, depth);
+            if (f->num_log == mark) continue;
+            left = mesher__find_way(f, &f->way[1]);
+            if (left > n) {
+                mesher__flips_undo(f, mark);
+                continue;
+            }
+            f->way[0] = f->way[1];
+            if (left < n) return 1;
+        }
+    return 0;
+}
+
+/* Flips on the way of ab, in the copy. 0: nothing came of it. */
+static int mesher__flip_edge(mesher__flips *f, const delaunay_mesh *mesh, uint32_t a, uint32_t b,
+                             int depth)
+{
+    mesher__flips_clear(f, mesh, a, b);
+    if (mesher__find_way(f, &f->way[0]) == MESHER__ABSENT) return 0;
+    while (f->way[0].count > 0 && mesher__flip_once(f, depth)) {}
+    return f->num_log > 0;
+}
+
+/* Missing edge e by flips; 1 if it is there. What did not lead there stays, too. */
+static int mesher__recover_by_flips(mesher__recovery *r, uint32_t e, int depth)
+{
+    mesher__flips *f = r->flips;
+    uint32_t i, k, num_old = 0, num_new = 0;
+    delaunay_handle old[DELAUNAY_WINDOW_FACETS];
+    int changed;
+    f->budget = 16u << (depth < 4 ? depth : 4);
+    f->work = 0;
+    changed = mesher__flip_edge(f, r->mesh, r->edges[2 * (size_t)e], r->edges[2 * (size_t)e + 1],
+                                depth);
+    r->work += f->work;
+    if (!changed) return 0;
+    for (i = 1; i < f->num_cells; i++) {
+        const mesher__copy *c = &f->cells[i];
+        if (c->from ? !c->gone : c->gone) continue;
+        if ((c->from ? num_old : num_new) == DELAUNAY_WINDOW_FACETS) return 0;
+        if (c->from) old[num_old++] = c->from;
+        for (k = 0; k < 4 && !c->from; k++) r->commit[4 * num_new + k] = c->v[k];
+        num_new += !c->from;
+    }
+    return mesher__commit(r, old, num_old, r->commit, num_new) && r->edge_present[e];
+}
+
+/* Missing edges by flips, deeper and deeper while that helps. */
+static void mesher__flip_levels(mesher__recovery *r)
+{
+    int depth;
+    uint32_t e, before;
+    for (depth = 0; depth <= MESHER__FLIP_DEPTH && r->num_missing_edges; depth++) {
+        before = r->num_missing_edges;
+        for (e = 0; e < r->num_edges && !mesher__stopped(r); e++)
+            if (!r->edge_present[e]) mesher__recover_by_flips(r, e, depth);
+        mesher__tell(r, "edges by flips of depth", depth);
+        if (depth > 3 && MESHER__FLIP_YIELD * (before - r->num_missing_edges) < before) return;
+    }
+}
+
 /* -- edges */
 
 /* Lowers the crossings of a missing edge step by step. Returns 1 if it is there; *steps counts
@@ -3757,6 +4459,7 @@ static void mesher__edge_levels(mesher__recovery *r)
             if (l == 2 && r->num_missing_edges > MESHER__FEW_EDGES) return;
             mesher__list_edges(r, 1);
             if (r->defects || r->absent) return;
+            if (r->first && r->num_missing_edges > MESHER__FEW_EDGES) return;
             for (i = 0; i < r->num_wanted && !mesher__stopped(r); i++)
                 progress |= mesher__recover_edge(r, r->wanted[i], &efforts[l]);
             mesher__tell(r, "edges at level", (int)l);
@@ -4227,6 +4930,7 @@ static int mesher__points_for_edge(mesher__recovery *r, uint32_t e)
     for (i = 0; i < 40 && !mesher__stopped(r); i++) {
         double gain = 0;
         if (r->edge_present[e]) return 1;
+        if (r->first && mesher__recover_by_flips(r, e, MESHER__FLIP_DEPTH / 2)) return 1;
         if (i > 0 && mesher__recover_edge(r, e, &after) == 2) return 1;
         mesher__walk_edge(r, v[0], v[1]);
         if (r->status != MESHER_OK || mesher__report_edge(r, e)) return changed;
@@ -4237,7 +4941,9 @@ static int mesher__points_for_edge(mesher__recovery *r, uint32_t e)
         }
         changed = 1;
         if (gain > 0) continue;
-        if (mesher__recover_edge(r, e, &last) != 2) r->hopeless[e]++;
+        if (mesher__recover_edge(r, e, &last) == 2) return 1;
+        r->hopeless[e]++;
+        r->vain++;
         return 1;
     }
     return changed;
@@ -5117,6 +5823,7 @@ static void mesher__recovery_free(mesher__recovery *r)
     delaunay_release(memory, r->wanted);
     delaunay_release(memory, r->order);
     delaunay_release(memory, r->journal);
+    delaunay_release(memory, r->flips);
     if (r->worker) delaunay_worker_free(r->worker);
     delaunay_release(memory, r);
 }
@@ -5166,6 +5873,7 @@ static mesher__recovery *mesher__recovery_new(mesher_domain *domain, mesher_repo
     r->splits = (mesher__split *)mesher__zeros(r, MESHER__PIECES / 4, sizeof(mesher__split));
     r->wanted = (uint32_t *)mesher__zeros(r, most, sizeof(uint32_t));
     r->order = (uint64_t *)mesher__zeros(r, most, sizeof(uint64_t));
+    r->flips = (mesher__flips *)mesher__zeros(r, 1, sizeof *r->flips);
     r->worker = delaunay_worker_new(memory);
     if (r->status != MESHER_OK || !r->worker) {
         mesher__recovery_free(r);
@@ -5178,6 +5886,7 @@ static mesher__recovery *mesher__recovery_new(mesher_domain *domain, mesher_repo
 static void mesher__recover_all(mesher__recovery *r)
 {
     int round;
+    if (r->first) mesher__flip_levels(r);
     mesher__edge_levels(r);
     if (mesher__ends(r)) return;
     if (r->num_missing_edges > r->num_facets / 32) mesher__ask_for_defects(r);
@@ -5256,8 +5965,9 @@ static mesher_result mesher__recover_once(mesher_domain *domain, mesher_report *
     double start;
     *again = 0;
     if (!r) return MESHER_ERROR_OUT_OF_MEMORY;
-    r->attempt = attempt;
-    r->random += 2 * (uint64_t)attempt;
+    r->first = attempt == 0;
+    r->attempt = attempt > 0 ? attempt - 1 : 0;
+    r->random += 2 * (uint64_t)r->attempt;
     mesher__translate(r);
     mesher__build_rows(r);
     start = delaunay_seconds(&domain->options.host);
@@ -5268,7 +5978,7 @@ static mesher_result mesher__recover_once(mesher_domain *domain, mesher_report *
         report->missing_facets = r->num_missing_facets;
     }
     mesher__recover_all(r);
-    if (!mesher__ends(r) && (r->num_missing_edges || r->num_missing_facets)) {
+    if (!mesher__ends(r) && !r->first && (r->num_missing_edges || r->num_missing_facets)) {
         mesher__split_all(r);
         if (!mesher__ends(r) && !r->num_missing_edges && !r->num_missing_facets)
             mesher__suppress_all(r);
@@ -5291,7 +6001,7 @@ static mesher_result mesher__recover_once(mesher_domain *domain, mesher_report *
         *again = 1;
     } else if (result == MESHER_OK &&
                (r->num_missing_edges || r->num_missing_facets || mesher__points_on_surface(r))) {
-        if (attempt < MESHER__ATTEMPTS - 1 && r->work < MESHER__WORK_FIRST) {
+        if (r->first || (attempt < MESHER__ATTEMPTS - 1 && r->work < MESHER__WORK_FIRST)) {
             *again = 2;
         } else if (r->num_missing_edges || r->num_missing_facets) {
             result = MESHER_ERROR_RECOVERY;
