@@ -2216,6 +2216,8 @@ enum {
         32, /* worth large searches before a point is added: one in hundreds comes in by them */
     MESHER__ATTEMPTS = 4,    /* at the whole: by flips first, then with other places of points */
     MESHER__VAIN = 8,        /* points that bring nothing before the first attempt is given up */
+    MESHER__FEW_SITES = 6,   /* windows for a point that are looked at, even if one is good enough, */
+    MESHER__MANY_SITES = 40, /* ... and after the first attempt */
     MESHER__HOPELESS = 4,    /* interior points for one edge that bring nothing */
     MESHER__GRID_CELLS = 64, /* of one box; beyond, all edges are looked at */
     MESHER__NEAR = 4096      /* missing edges beside one window */
@@ -4874,7 +4876,9 @@ static int mesher__point_for_edge(mesher__recovery *r, uint32_t e, int keep_face
     mesher__windows_by_share(r, 0);
     for (i = 0; i < r->num_windows && tested < 250 && !mesher__stopped(r); i++) {
         const mesher__window *w = &r->windows[mesher__window_at(r, i)];
-        if (tested >= 40 && best.gain >= r->pipe.num_crossings) break;
+        if (tested >= (r->first ? MESHER__FEW_SITES : MESHER__MANY_SITES) &&
+            best.gain + r->first >= r->pipe.num_crossings)
+            break; /* at first a single crossing may be left to flips */
         double lo[3] = {HUGE_VAL, HUGE_VAL, HUGE_VAL}, hi[3] = {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL},
                deep[3], depth;
         if (!mesher__clean_window(r, w, keep_facets)) continue;
