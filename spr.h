@@ -170,7 +170,7 @@ SPR_API const char *spr_result_string(spr_result result);
  *
  * Returns  SPR_OK; a positive code: stopped by a budget, or a target that is not met
  * Cost     what is bad decides: 0.4-2 us a tetrahedron of a clean mesh, 0.1-1 ms where most are bad
- *          for good; 40 bytes a slot and 21 a vertex
+ *          for good; 32 bytes a slot and 9 a vertex, in the end 24 and 46
  * Threads  options->host.num_threads; distinct meshes may be improved at once
  * Repeats  same bytes for any number of threads, except under max_seconds
  * Source   Marot 2020, chapter 6 */
@@ -460,7 +460,9 @@ typedef struct spr__state {
     double           target;
     double           deadline;    /* by the host's clock; 0: none */
     double          *value;       /* a tetrahedron: its quality; large: not to be improved */
-    spr__case       *at;          /* a tetrahedron: how far one is with it */
+    spr__case       *at;          /* a tetrahedron: how far one is with it; NULL: schedule is over */
+    spr__case       *left;        /* then, of those in the list of bad ones, in order */
+    void            *room;        /* then, free to use: cap_tets cases */
     uint32_t        *stamp;       /* a vertex: round of the last change around it */
     uint32_t        *still;       /* a vertex: round in which no better place was found */
     uint64_t         allowance[8]; /* plans left to each level */
@@ -1549,7 +1551,7 @@ typedef struct spr__sweep {
     uint32_t        *place;  /* of a mesh vertex: its index in the list; SPR__AT_REST: does not
                                 move, or has its turn behind it */
     size_t          *row;    /* by place: where the star begins; num + 1 */
-    delaunay_handle *star;
+    delaunay_handle *star, *own; /* own: allocated, or NULL */
     uint32_t        *list;   /* places of those that are left, in order */
     uint8_t         *rests;  /* of each in the list: it is done */
     size_t           left;
@@ -2569,17 +2571,17 @@ static int spr__done(void *user, delaunay_mesh *m, delaunay_worker *worker, size
     return s->deadline > 0 && delaunay_seconds(&s->options.host) > s->deadline;
 }
 
-/* The surface is known to hold t below the target; goals are floats. */
-static int spr__is_held(const spr__state *s, delaunay_handle t)
+/* The surface is known to hold it below the target; goals are floats. */
+static int spr__is_held(const spr__state *s, const spr__case *c)
 {
-    return s->at[t].goal > 0 && s->at[t].goal < (float)s->target;
+    return c->goal > 0 && c->goal < (float)s->target;
 }
 
 /* How often a tetrahedron, or what became of it, begins again because something changed nearby.
  * Where the bad ones are dense each success wakes dozens of them. */
 static int spr__patience(const spr__state *s, delaunay_handle t)
 {
-    return spr__is_held(s, t) ? 3 : 16;
+    return spr__is_held(s, &s->at[t]) ? 3 : 16;
 }
 
 /* Something around one of four vertices, since or in this round. */
@@ -2748,13 +2750,20 @@ static spr_result spr__schedule(spr__state *s)
     return result;
 }
 
-/* Gives back what nothing but the schedule needs. */
-static void spr__end_schedule(spr__state *s)
+/* Gives back what nothing but the schedule needs, and keeps what is to be said of the bad ones that
+ * are left. Returns 0 without memory. */
+static int spr__end_schedule(spr__state *s)
 {
+    size_t i;
     delaunay_engine_free(s->engine);
     delaunay_release(s->memory, s->still);
     s->engine = NULL;
     s->still = NULL;
+    s->left = (spr__case *)delaunay_alloc(s->memory, s->bad.count + 1, sizeof *s->left);
+    for (i = 0; s->left && i < s->bad.count; i++) s->left[i] = s->at[s->bad.items[i]];
+    s->room = s->at;
+    s->at = NULL;
+    return s->left != NULL;
 }
 
 /* -- one sweep of relaxation over all vertices that may move */
@@ -2835,7 +2844,9 @@ static spr_result spr__sweep_stars(const spr__state *s, spr__sweep *w, int threa
         w->row[k] = sum;
         sum += count;
     }
-    w->star = (delaunay_handle *)delaunay_alloc(s->memory, sum, sizeof *w->star);
+    w->star = (delaunay_handle *)s->room; /* four a tetrahedron: it is enough, but for 64 bits */
+    if (sum * sizeof *w->star > s->cap_tets * sizeof *s->at)
+        w->star = w->own = (delaunay_handle *)delaunay_alloc(s->memory, sum, sizeof *w->star);
     if (!w->star) return SPR_ERROR_OUT_OF_MEMORY;
     SPR__OMP(omp parallel for schedule(static) num_threads(threads))
     for (i = 0; i < threads; i++)
@@ -2884,7 +2895,7 @@ static spr_result spr__relax_pass(spr__state *s, const spr__sweep *w, int thread
     return SPR_OK;
 }
 
-/* One sweep over all vertices that may move. What the schedule needed is given back before. */
+/* One sweep over all vertices that may move. */
 static spr_result spr__relax(spr__state *s)
 {
     int threads = delaunay_threads_for(&s->options.host, s->mesh->num_tets);
@@ -2892,7 +2903,6 @@ static spr_result spr__relax(spr__state *s)
     spr__sweep w;
     spr_result result;
     memset(&w, 0, sizeof w);
-    spr__end_schedule(s);
     result = spr__sweep_order(s, &w, threads);
     if (result == SPR_OK) result = spr__sweep_stars(s, &w, threads);
     while (result == SPR_OK && w.left > 0) {
@@ -2902,7 +2912,7 @@ static spr_result spr__relax(spr__state *s)
     delaunay_release(s->memory, w.vertex);
     delaunay_release(s->memory, w.place);
     delaunay_release(s->memory, w.row);
-    delaunay_release(s->memory, w.star);
+    delaunay_release(s->memory, w.own);
     delaunay_release(s->memory, w.list);
     delaunay_release(s->memory, w.rests);
     s->report->seconds_smoothing += delaunay_seconds(&s->options.host) - start;
@@ -3026,7 +3036,7 @@ static void spr__explain(spr__state *s)
     for (i = 0; i < s->bad.count; i++) {
         delaunay_handle t = s->bad.items[i];
         if (delaunay_is_deleted(s->mesh, t) || s->value[t] >= s->target) continue;
-        if (spr__is_held(s, t)) r->bounded++;
+        if (spr__is_held(s, &s->left[i])) r->bounded++;
         else if (spr__is_fixed(s, t)) r->fixed++;
         else r->stuck++;
         for (j = r->num_worst; j > 0 && r->worst[j - 1].quality > s->value[t]; j--)
@@ -3034,6 +3044,9 @@ static void spr__explain(spr__state *s)
         if (j == 5) continue;
         r->worst[j].quality = s->value[t];
         r->worst[j].tet = t;
+        r->worst[j].reason = s->left[i].level < SPR__HOPELESS ? SPR_BUDGET
+                             : spr__is_fixed(s, t)            ? SPR_FIXED
+                                                              : SPR_STUCK;
         if (r->num_worst < 5) r->num_worst++;
     }
     for (j = 0; j < r->num_worst; j++) {
@@ -3044,10 +3057,7 @@ static void spr__explain(spr__state *s)
             w->xyz[k] = (spr__point(s->mesh, v[0])[k] + spr__point(s->mesh, v[1])[k] +
                          spr__point(s->mesh, v[2])[k] + spr__point(s->mesh, v[3])[k]) /
                         4;
-        w->reason = w->bound < s->target ? SPR_BOUNDED
-                    : s->at[w->tet].level < SPR__HOPELESS ? SPR_BUDGET
-                    : spr__is_fixed(s, w->tet) ? SPR_FIXED
-                                               : SPR_STUCK;
+        if (w->bound < s->target) w->reason = SPR_BOUNDED;
     }
 }
 
@@ -3077,11 +3087,14 @@ static spr_result spr__compact(spr__state *s)
 
 static void spr__close(spr__state *s)
 {
-    spr__end_schedule(s);
+    delaunay_engine_free(s->engine);
     delaunay_list_free(&s->bad);
     delaunay_list_free(&s->items);
     delaunay_release(s->memory, s->value);
     delaunay_release(s->memory, s->at);
+    delaunay_release(s->memory, s->left);
+    delaunay_release(s->memory, s->room);
+    delaunay_release(s->memory, s->still);
     delaunay_release(s->memory, s->stamp);
     delaunay_release(s->memory, s->movable);
 }
@@ -3109,6 +3122,7 @@ static spr_result spr__improve(spr__state *s, uint32_t max_new)
     spr__find_movable(s);
     if (!spr__find_bad(s)) return SPR_ERROR_OUT_OF_MEMORY;
     result = spr__schedule(s);
+    if (!spr__end_schedule(s)) return SPR_ERROR_OUT_OF_MEMORY;
     if (result == SPR_OK && !s->options.no_smoothing) result = spr__relax(s);
     spr__explain(s);
     if (!s->options.keep_vertices) spr__compact(s);
