@@ -7482,6 +7482,7 @@ typedef struct mesher__refiner {
     uint64_t        *nodes;      /* of lattices, by point */
     struct mesher__seen *seen;   /* all that have been tried: a hash table */
     struct mesher__candidate *front;
+    uint64_t         num_lattices;
     size_t           cap_nodes, num_seen, cap_seen, cap_front;
     mesher__cavity   cavity;
     mesher__section  sections[MESHER__SECTIONS];
@@ -8203,8 +8204,8 @@ static int mesher__lattice_room(mesher__refiner *r)
            mesher__room(r->memory, &r->nodes, &r->cap_nodes, r->num_points, need, sizeof *r->nodes);
 }
 
-/* Candidates in flight: neighbours of a batch of points. */
-enum { MESHER__FRONT = 2048 };
+/* Candidates in flight: neighbours of a batch of points; and starts. */
+enum { MESHER__FRONT = 2048, MESHER__STARTS = 4096 };
 typedef struct mesher__candidate {
     mesher__proposal p;
     uint64_t         node;
@@ -8382,38 +8383,76 @@ static void mesher__foresee(mesher__refiner *r, size_t points)
         r->field.vertices = r->mesh->vertices;
 }
 
+/* Where a lattice may start in tetrahedron t; 0 if another point is in the way. */
+static int mesher__start_at(const mesher__refiner *r, delaunay_handle t, double *x)
+{
+    const uint32_t *v = r->mesh->tets[t].v;
+    const delaunay_vertex *vertices = r->mesh->vertices;
+    double h = 0;
+    int i;
+    for (i = 0; i < 4; i++) h += r->domain->size[v[i]] / 4;
+    return mesher__circumcentre(vertices[v[0]].x, vertices[v[1]].x, vertices[v[2]].x,
+                                vertices[v[3]].x, x) >= 0 &&
+           mesher__in_box(r, x) && mesher__is_alone(&r->grid, r->points, x, h);
+}
+
+/* Drops the starts in whose way a point is by now, several threads sharing them: returns how many
+ * of the count from the first on are left. */
+static size_t mesher__thin_starts(mesher__refiner *r, size_t first, size_t count)
+{
+    int threads = count < 1024 ? 1 : delaunay_threads(&r->options->host), k, n = (int)count;
+    uint8_t stays[MESHER__STARTS];
+    size_t left = 0;
+    (void)threads;
+    /* Shared: all, read only, but for the answers, each written once. */
+    MESHER__OMP(omp parallel for schedule(dynamic, 256) num_threads(threads) if(threads > 1))
+    for (k = 0; k < n; k++) {
+        double x[3];
+        stays[k] = (uint8_t)mesher__start_at(
+            r, (delaunay_handle)r->order[first + (size_t)k].value, x);
+    }
+    for (k = 0; k < n; k++)
+        if (stays[k]) r->order[first + left++] = r->order[first + (size_t)k];
+    return left;
+}
+
+/* The lattices of count starts from the first on, in order. */
+static mesher_result mesher__lattices_from(mesher__refiner *r, size_t first, size_t count)
+{
+    mesher_result result = MESHER_OK;
+    size_t k, before;
+    for (k = first; k < first + count && result == MESHER_OK; k++) {
+        delaunay_handle t = (delaunay_handle)r->order[k].value, met;
+        mesher__proposal p;
+        double x[3];
+        if (!mesher__start_at(r, t, x) || !mesher__see(r->mesh, x, t, &met)) continue;
+        if (!mesher__place(r, &p, x, t, r->mesh->color[t])) continue;
+        r->ignored += mesher__wishes(r->options, 1, x, &p.region, &p.h);
+        before = r->num_points;
+        result = mesher__start_lattice(r, &p, r->num_lattices);
+        r->num_lattices += r->num_points > before;
+    }
+    return result;
+}
+
 /* Body-centred lattices all over the inside, away from the surface, as far as the size is nearly
  * uniform: their Delaunay tetrahedra are all alike and good, and nothing has to be tried. */
 static mesher_result mesher__lattice(mesher__refiner *r)
 {
-    const delaunay_mesh *mesh = r->mesh;
-    double points = mesher__lattice_points(r), x[3], h;
-    size_t n = 0, k, first;
-    uint64_t lattices = 0;
-    int i;
+    double points = mesher__lattice_points(r);
+    size_t n = 0, k, first, count;
     mesher_result result = MESHER_OK;
     r->num_points = 0;
     if (!(points >= 8) || points > MESHER__LATTICE_MOST) return MESHER_OK;
-    if (!mesher__grid_reset(&r->grid, r->memory, (size_t)points + mesh->num_vertices))
+    if (!mesher__grid_reset(&r->grid, r->memory, (size_t)points + r->mesh->num_vertices))
         return mesher__no_memory(r);
     if (!mesher__put_vertices(r) || !mesher__find_starts(r, &n)) return mesher__no_memory(r);
     if (!mesher__room(r->memory, &r->front, &r->cap_front, 0, 8 * MESHER__FRONT, sizeof *r->front))
         return mesher__no_memory(r);
     first = r->num_points;
-    for (k = 0; k < n && result == MESHER_OK; k++) {
-        delaunay_handle t = (delaunay_handle)r->order[k].value, met;
-        const uint32_t *v = mesh->tets[t].v;
-        mesher__proposal p;
-        size_t before = r->num_points;
-        mesher__circumcentre(mesh->vertices[v[0]].x, mesh->vertices[v[1]].x, mesh->vertices[v[2]].x,
-                             mesh->vertices[v[3]].x, x);
-        for (h = 0, i = 0; i < 4; i++) h += r->domain->size[v[i]] / 4;
-        if (!mesher__in_box(r, x) || !mesher__is_alone(&r->grid, r->points, x, h)) continue;
-        if (!mesher__see(mesh, x, t, &met)) continue;
-        if (!mesher__place(r, &p, x, t, mesh->color[t])) continue;
-        r->ignored += mesher__wishes(r->options, 1, x, &p.region, &p.h);
-        result = mesher__start_lattice(r, &p, lattices);
-        lattices += r->num_points > before;
+    for (k = 0; k < n && result == MESHER_OK; k += count) {
+        count = n - k < MESHER__STARTS ? n - k : (size_t)MESHER__STARTS;
+        result = mesher__lattices_from(r, k, mesher__thin_starts(r, k, count));
         if (mesher__over_budget(r) != MESHER_OK) break;
     }
     if (r->num_points > first)
@@ -8601,7 +8640,7 @@ static int mesher__cavity_room(mesher__cavity *c, uint32_t tets, uint32_t outsid
 static void mesher__sort_out(mesher__cavity *c, delaunay_mesh *mesh, const double *p,
                              const delaunay_handle *batch, int count)
 {
-    int k, in = 0, unsure = 15;
+    int i, k, in = 0, unsure = 15;
 #ifdef MESHER__SIMD
     if (c->simd && count > 1) {
         const uint32_t *v0 = mesh->tets[batch[0]].v, *v1 = mesh->tets[batch[1]].v;
@@ -8618,6 +8657,7 @@ static void mesher__sort_out(mesher__cavity *c, delaunay_mesh *mesh, const doubl
         c->tets[c->num_tets] = c->outside[c->num_outside] = u;
         c->num_tets += (uint32_t)inside;
         c->num_outside += (uint32_t)!inside;
+        for (i = 0; inside && i < 4; i++) MESHER__PREFETCH(mesh->mark + (mesh->tets[u].n[i] >> 2));
     }
 }
 
@@ -8670,6 +8710,8 @@ static int mesher__dig(mesher__cavity *c, delaunay_mesh *mesh, const double *p, 
         }
         if (!mesher__cavity_room(c, c->num_tets + 4, c->num_outside + 4)) return MESHER__NO_MEMORY;
         n = count < 4 ? count : 4;
+        for (i = n; i < count; i++)
+            MESHER__PREFETCH(mesh->vertices + mesh->tets[waiting[i] >> 2].v[waiting[i] & 3]);
         state = mesher__test_waiting(c, mesh, p, waiting, n);
         if (state != MESHER__DONE) return state;
         count -= n;
@@ -9305,6 +9347,7 @@ static void mesher__insert_section(mesher__refiner *r, mesher__cavity *c, uint32
                 stop = 2;
             if (stop) MESHER__STORE(&r->cancelled, stop);
         }
+        if (k + 4 < s->end) MESHER__PREFETCH(r->points + r->order[k + 4].value);
         if (!MESHER__FETCH(&r->cancelled)) p->state = mesher__insert(r, c, p);
     }
 }
