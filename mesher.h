@@ -2215,8 +2215,9 @@ enum {
     MESHER__FEW_EDGES =
         32, /* worth large searches before a point is added: one in hundreds comes in by them */
     MESHER__ATTEMPTS = 4,    /* at the whole: by flips first, then with other places of points */
-    MESHER__VAIN = 8,        /* points that bring nothing before the first attempt is given up */
-    MESHER__FEW_SITES = 6,   /* windows for a point that are looked at, even if one is good enough, */
+    MESHER__VAIN = 8,        /* points that bring nothing, and one more for so many missing edges,
+                                before the first attempt is given up */
+    MESHER__FEW_SITES = 6,   /* windows for a point looked at, even if one is good enough, ... */
     MESHER__MANY_SITES = 40, /* ... and after the first attempt */
     MESHER__HOPELESS = 4,    /* interior points for one edge that bring nothing */
     MESHER__GRID_CELLS = 64, /* of one box; beyond, all edges are looked at */
@@ -2387,7 +2388,7 @@ typedef struct mesher__recovery {
     uint64_t        work, max_work;    /* about as many predicates; a bound that no clock decides */
     uint8_t        *hopeless;           /* of each edge: points that brought it no nearer */
     int             stuck;              /* points within bring in few edges more */
-    uint32_t        vain;               /* points that brought nothing */
+    uint32_t        vain, max_vain;     /* points that brought nothing */
     int             checked;            /* the intersection test has run, and found nothing */
     uint32_t        added, removed;
     int             absent;             /* isolated vertices found on the surface: start again */
@@ -2512,7 +2513,7 @@ static int mesher__ends(const mesher__recovery *r)
 static int mesher__stopped(mesher__recovery *r)
 {
     const delaunay_host *host = &r->domain->options.host;
-    if (r->status != MESHER_OK || r->work > r->max_work || (r->first && r->vain > MESHER__VAIN))
+    if (r->status != MESHER_OK || r->work > r->max_work || (r->first && r->vain > r->max_vain))
         return 1;
     if (host->progress && (r->ticks++ & 63) == 0) {
         uint32_t all = r->num_edges + r->num_facets + 1;
@@ -3336,7 +3337,7 @@ static void mesher__windows_at_edge(mesher__recovery *r, delaunay_handle t, uint
         mesher__patch_union(&patch, p->crossings[q].tets, 2);
         mesher__patch_note(r, &patch, max_points);
     }
-    if (crossed) mesher__double_stars(r, max_points);
+    if (crossed && level < 5) mesher__double_stars(r, max_points);
 }
 
 /* Runs of consecutive crossings; at level 4 also grown. */
@@ -3351,12 +3352,13 @@ static void mesher__windows_of_runs(mesher__recovery *r, int level, uint32_t max
             mesher__patch_union(&patch, p->crossings[j].tets, 2);
             if (!mesher__patch_note(r, &patch, max_points)) break;
             grown = patch;
-            if (level >= 4) mesher__patch_note_grown(r, &grown, 4, max_points);
+            if (level == 4) mesher__patch_note_grown(r, &grown, 4, max_points);
         }
     }
 }
 
-/* Windows around a missing edge, from its pipe; more kinds at higher levels. */
+/* Windows around a missing edge, from its pipe; more kinds at higher levels, but 5 has only the
+ * plain ones of level 2. */
 static void mesher__windows_of_edge(mesher__recovery *r, int level, uint32_t max_points)
 {
     const mesher__pipe *p = &r->pipe;
@@ -4865,14 +4867,15 @@ static uint32_t mesher__window_at(const mesher__recovery *r, uint32_t i)
 
 /* One interior point for a missing edge whose pipe is known, where it removes most crossings of all
  * missing edges. Returns 1, and the gain, if a point was added. */
-static int mesher__point_for_edge(mesher__recovery *r, uint32_t e, int keep_facets, double *gain)
+static int mesher__point_for_edge(mesher__recovery *r, uint32_t e, int level, int keep_facets,
+                                  double *gain)
 {
     const uint32_t *ab = r->edges + 2 * (size_t)e;
     mesher__site best;
     uint32_t i, tested = 0;
     best.window = -1;
     best.gain = -1e9;
-    mesher__windows_of_edge(r, 4, DELAUNAY_WINDOW_VERTICES);
+    mesher__windows_of_edge(r, level, DELAUNAY_WINDOW_VERTICES);
     mesher__windows_by_share(r, 0);
     for (i = 0; i < r->num_windows && tested < 250 && !mesher__stopped(r); i++) {
         const mesher__window *w = &r->windows[mesher__window_at(r, i)];
@@ -4939,9 +4942,10 @@ static int mesher__points_for_edge(mesher__recovery *r, uint32_t e)
         mesher__walk_edge(r, v[0], v[1]);
         if (r->status != MESHER_OK || mesher__report_edge(r, e)) return changed;
         if (r->pipe.too_long || r->pipe.num_crossings == 0) return changed;
-        if (!mesher__point_for_edge(r, e, 1, &gain)) {
+        if (!(r->first && mesher__point_for_edge(r, e, 5, 1, &gain)) &&
+            !mesher__point_for_edge(r, e, 4, 1, &gain)) {
             if (r->status != MESHER_OK) return 0;
-            if (!mesher__point_for_edge(r, e, 0, &gain)) return changed;
+            if (!mesher__point_for_edge(r, e, 4, 0, &gain)) return changed;
         }
         changed = 1;
         if (gain > 0) continue;
@@ -5848,6 +5852,7 @@ static mesher__recovery *mesher__recovery_new(mesher_domain *domain, mesher_repo
     r->num_rows = domain->mesh.num_vertices;
     r->random = 88172645463325252u;
     r->max_work = MESHER__WORK_FIRST;
+    r->max_vain = MESHER__VAIN;
     r->seen.memory = r->seen_edges.memory = r->known.memory = r->known_near.memory =
         r->failed.memory = memory;
     r->queue.memory = r->star.memory = r->star2.memory = r->pool.memory = memory;
@@ -5891,6 +5896,7 @@ static void mesher__recover_all(mesher__recovery *r)
 {
     int round;
     if (r->first) mesher__flip_levels(r);
+    r->max_vain = MESHER__VAIN + r->num_missing_edges / MESHER__VAIN;
     mesher__edge_levels(r);
     if (mesher__ends(r)) return;
     if (r->num_missing_edges > r->num_facets / 32) mesher__ask_for_defects(r);
