@@ -1240,13 +1240,13 @@ HXTSORT_API const char *hxtsort_result_string(hxtsort_result result)
 
 HXTSORT_API size_t hxtsort_scratch_bytes(size_t element_bytes, size_t count, int num_threads)
 {
-    hxtsort_options opt;
+    hxtsort_options asked, opt;
     hxtsort__plan plan;
     size_t columns, each;
 
-    memset(&opt, 0, sizeof opt);
-    opt.num_threads = num_threads;
-    if (hxtsort__resolve(&opt, &opt) != HXTSORT_OK) return 0;
+    memset(&asked, 0, sizeof asked);
+    asked.num_threads = num_threads;
+    if (hxtsort__resolve(&opt, &asked) != HXTSORT_OK) return 0;
     plan = hxtsort__make_plan(16, count, opt.num_threads);
     each = element_bytes > 16 ? element_bytes : 16;
     if (plan.total == 0 || each > SIZE_MAX / 8 || count > SIZE_MAX / 8 / each) return 0;

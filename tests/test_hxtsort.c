@@ -408,6 +408,36 @@ static void scratch_of_the_caller(void)
     CHECK(hxtsort_scratch_bytes(16, SIZE_MAX / 2, 1) == 0);
 }
 
+/* What is said to be enough is, for more threads than the machine has. */
+static void scratch_is_enough_for_many_threads(void)
+{
+    enum { COUNT = 300000 };
+    uint64_t *k = (uint64_t *)malloc(COUNT * sizeof *k);
+    uint32_t *v = (uint32_t *)malloc(COUNT * sizeof *v);
+    hxtsort_options options;
+    size_t i;
+    int threads;
+
+    memset(&options, 0, sizeof options);
+    for (threads = 1; threads <= 9; threads++) {
+        int sorted_pairs = 1;
+        for (i = 0; i < COUNT; i++) {
+            k[i] = i * 0x9e3779b97f4a7c15u;
+            v[i] = (uint32_t)i;
+        }
+        options.num_threads = threads;
+        options.scratch_bytes = hxtsort_scratch_bytes(sizeof *k + sizeof *v, COUNT, threads);
+        options.scratch = malloc(options.scratch_bytes);
+        CHECK(hxtsort_u64_u32(k, v, COUNT, &options) == HXTSORT_OK);
+        for (i = 0; i < COUNT; i++)
+            sorted_pairs &= k[i] == v[i] * (uint64_t)0x9e3779b97f4a7c15u && (!i || k[i - 1] < k[i]);
+        CHECK(sorted_pairs);
+        free(options.scratch);
+    }
+    free(k);
+    free(v);
+}
+
 static void hints_and_bad_arguments(void)
 {
     static hxtsort_pair a[MOST];
@@ -471,6 +501,7 @@ int main(void)
     records_by_template();
     allocation_failures();
     scratch_of_the_caller();
+    scratch_is_enough_for_many_threads();
     hints_and_bad_arguments();
     return check_report();
 }
