@@ -460,7 +460,7 @@ typedef struct spr__state {
     double           target;
     double           deadline;    /* by the host's clock; 0: none */
     double          *value;       /* a tetrahedron: its quality; large: not to be improved */
-    spr__case       *at;          /* a tetrahedron: how far one is with it; NULL: schedule is over */
+    spr__case       *at;          /* a tetrahedron: how far one is with it; until the relaxation */
     spr__case       *left;        /* then, of those in the list of bad ones, in order */
     void            *room;        /* then, free to use: cap_tets cases */
     uint32_t        *stamp;       /* a vertex: round of the last change around it */
