@@ -481,9 +481,62 @@ typedef struct spr__state {
 
 static const double *spr__point(const delaunay_mesh *m, uint32_t v) { return m->vertices[v].x; }
 
+#if defined(SPR__TARGET)
+/* The transpose of four rows: x, y and z of each. */
+SPR__TARGET DELAUNAY_INLINE void spr__columns(__m256d r0, __m256d r1, __m256d r2, __m256d r3,
+                                              __m256d *x, __m256d *y, __m256d *z)
+{
+    __m256d s0 = _mm256_unpacklo_pd(r0, r1), s1 = _mm256_unpackhi_pd(r0, r1),
+            s2 = _mm256_unpacklo_pd(r2, r3), s3 = _mm256_unpackhi_pd(r2, r3);
+    *x = _mm256_permute2f128_pd(s0, s2, 0x20);
+    *y = _mm256_permute2f128_pd(s1, s3, 0x20);
+    *z = _mm256_permute2f128_pd(s0, s2, 0x31);
+}
+
+/* spr_gamma, the four facets side by side. */
+SPR__TARGET static double spr__gamma_avx2(const double *a, const double *b, const double *c,
+                                          const double *d)
+{
+    const __m256i xyz = _mm256_set_epi64x(0, -1, -1, -1);
+    __m256d va = _mm256_maskload_pd(a, xyz), vb = _mm256_maskload_pd(b, xyz),
+            vc = _mm256_maskload_pd(c, xyz), vd = _mm256_maskload_pd(d, xyz),
+            e0 = _mm256_sub_pd(vb, va), e1 = _mm256_sub_pd(vc, va), e2 = _mm256_sub_pd(vd, va),
+            e3 = _mm256_sub_pd(vc, vb), e4 = _mm256_sub_pd(vd, vb), e5 = _mm256_sub_pd(vd, vc), ux, uy, uz, wx, wy, wz, nx, ny, nz, l2;
+    double area[4], length2[4], last[4], det[4], longest, below;
+    spr__columns(e3, e2, e0, e1, &ux, &uy, &uz);
+    spr__columns(e4, e1, e2, e0, &wx, &wy, &wz);
+    nx = _mm256_sub_pd(_mm256_mul_pd(uy, wz), _mm256_mul_pd(uz, wy));
+    ny = _mm256_sub_pd(_mm256_mul_pd(uz, wx), _mm256_mul_pd(ux, wz));
+    nz = _mm256_sub_pd(_mm256_mul_pd(ux, wy), _mm256_mul_pd(uy, wx));
+    l2 = _mm256_add_pd(_mm256_add_pd(_mm256_mul_pd(nx, nx), _mm256_mul_pd(ny, ny)),
+                       _mm256_mul_pd(nz, nz));
+    _mm256_storeu_pd(area, _mm256_sqrt_pd(l2));
+    l2 = _mm256_add_pd(_mm256_add_pd(_mm256_mul_pd(ux, ux), _mm256_mul_pd(uy, uy)),
+                       _mm256_mul_pd(uz, uz));
+    l2 = _mm256_max_pd(l2, _mm256_add_pd(_mm256_add_pd(_mm256_mul_pd(wx, wx),
+                                                       _mm256_mul_pd(wy, wy)),
+                                         _mm256_mul_pd(wz, wz)));
+    _mm256_storeu_pd(length2, l2);
+    _mm256_storeu_pd(last, _mm256_mul_pd(e5, e5));
+    /* of facet 3 and edge 2, which is the third row of w: six times the volume, negative */
+    wx = _mm256_mul_pd(nx, _mm256_permute4x64_pd(wx, 0xaa));
+    wy = _mm256_mul_pd(ny, _mm256_permute4x64_pd(wy, 0xaa));
+    wz = _mm256_mul_pd(nz, _mm256_permute4x64_pd(wz, 0xaa));
+    _mm256_storeu_pd(det, _mm256_add_pd(_mm256_add_pd(wx, wy), wz));
+    longest = spr__max(spr__max(length2[0], length2[1]), spr__max(length2[2], length2[3]));
+    longest = spr__max(longest, last[0] + last[1] + last[2]);
+    below = (area[0] + area[1] + area[2] + area[3]) *
+            _mm_cvtsd_f64(_mm_sqrt_pd(_mm_set1_pd(longest)));
+    return below > 0 ? SPR__SQRT24 * -det[3] / below : 0;
+}
+#endif
+
 static double spr__quality(const spr__state *s, const double *a, const double *b, const double *c,
                            const double *d)
 {
+#if defined(SPR__TARGET)
+    if (s->gamma && s->simd) return spr__gamma_avx2(a, b, c, d);
+#endif
     return s->gamma ? spr_gamma(a, b, c, d) : s->quality(s->quality_user, a, b, c, d);
 }
 

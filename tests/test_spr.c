@@ -474,6 +474,11 @@ static void test_vectors_and_the_plain_way_agree(void)
         }
         for (i = 0; i < n && i < (int)found[0]; i++) {
             double value = spr_gamma(x[i][0], x[i][1], x[i][2], p);
+            s.simd = SPR__AVX2;
+            CHECK(fabs(spr__quality(&s, x[i][0], x[i][1], x[i][2], p) - value) < 1e-12);
+#if !defined(__FMA__)
+            CHECK(spr__quality(&s, x[i][0], x[i][1], x[i][2], p) == value);
+#endif
             CHECK(fabs(value - q[0][i]) < 1e-12 && fabs(value - q[1][i]) < 1e-12);
         }
 #if !defined(__FMA__)
