@@ -501,7 +501,8 @@ SPR__TARGET static double spr__gamma_avx2(const double *a, const double *b, cons
     __m256d va = _mm256_maskload_pd(a, xyz), vb = _mm256_maskload_pd(b, xyz),
             vc = _mm256_maskload_pd(c, xyz), vd = _mm256_maskload_pd(d, xyz),
             e0 = _mm256_sub_pd(vb, va), e1 = _mm256_sub_pd(vc, va), e2 = _mm256_sub_pd(vd, va),
-            e3 = _mm256_sub_pd(vc, vb), e4 = _mm256_sub_pd(vd, vb), e5 = _mm256_sub_pd(vd, vc), ux, uy, uz, wx, wy, wz, nx, ny, nz, l2;
+            e3 = _mm256_sub_pd(vc, vb), e4 = _mm256_sub_pd(vd, vb), e5 = _mm256_sub_pd(vd, vc), ux,
+            uy, uz, wx, wy, wz, nx, ny, nz, l2;
     double area[4], length2[4], last[4], det[4], longest, below;
     spr__columns(e3, e2, e0, e1, &ux, &uy, &uz);
     spr__columns(e4, e1, e2, e0, &wx, &wy, &wz);
