@@ -185,6 +185,24 @@ static void flipped_grids_and_slabs(void)
     }
 }
 
+/* Many edges of such boxes are missing, with many faces in their way. */
+static void thin_triangles_need_few_points(void)
+{
+    static const double shear[3] = {3.3, 5.7, 11};
+    int i;
+    for (i = 0; i < 3; i++) {
+        shape s = {0};
+        size_t v;
+        long points;
+        random_box(&s, 12, 12, i + 1, 0.7);
+        for (v = 0; v < s.num_vertices; v++) s.xyz[3 * v] += shear[i] * s.xyz[3 * v + 1];
+        transform(&s, 0.7, 1, 0);
+        points = recovered(&s, "sheared box");
+        CHECK(points >= 0 && (size_t)points * 20 <= s.num_triangles * 3 / 2);
+        shape_free(&s);
+    }
+}
+
 static void interlocked_tori_and_near_spheres(void)
 {
     shape s = {0};
@@ -394,6 +412,7 @@ int main(int argc, char **argv)
         twisted_prisms_and_stacks();
         wedges_around_a_saddle();
         flipped_grids_and_slabs();
+        thin_triangles_need_few_points();
         interlocked_tori_and_near_spheres();
         sheets_and_dangling_edges();
         isolated_points_on_the_surface_stay_out();
