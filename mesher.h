@@ -3536,6 +3536,7 @@ static int mesher__report_edge(mesher__recovery *r, uint32_t e)
     if (p->vertex) mesher__report_vertex(r, p->vertex, source, v);
     if (p->vertex) return 1;
     if (!p->blocked) return 0;
+    if (r->num_splits) return 1; /* pieces are rounded: they prove nothing */
     if (p->blocked == 3) {
         other = mesher__facet_index(r, w[0], w[1], w[2]);
         other = other == MESHER__ABSENT ? DELAUNAY_NO_ID : mesher__facet_source(r, other);
@@ -3563,6 +3564,7 @@ static int mesher__report_facet(mesher__recovery *r, uint32_t f)
     if (p->vertex) mesher__report_vertex(r, p->vertex, source, NULL);
     if (p->vertex) return 1;
     if (!p->blocked) return 0;
+    if (r->num_splits) return 1; /* pieces are rounded: they prove nothing */
     other = mesher__edge_index(r, p->blocker[0], p->blocker[1]);
     other = other == MESHER__ABSENT ? DELAUNAY_NO_ID : mesher__edge_source(r, other);
     mesher__blocked_at(r, p->blocker[0], p->blocker[1], r->facets + 3 * (size_t)f, xyz);
