@@ -7838,6 +7838,13 @@ static uint32_t mesher__stamp(const delaunay_mesh *mesh, delaunay_handle t)
     return v[0] ^ v[1] * 3 ^ v[2] * 5 ^ v[3] * 7;
 }
 
+/* A tetrahedron with such sizes at its corners, in all and at most, is small if its sphere's radius
+ * is below. */
+static inline double mesher__bound(double sum, double most)
+{
+    return 0.98 * MESHER__SPACING / 2 * (sum / 4 + most);
+}
+
 /* What a tetrahedron asks for. */
 enum { MESHER__SMALL = 1, MESHER__CROWDED, MESHER__POINT };
 
@@ -7858,7 +7865,7 @@ static int mesher__propose(const mesher__refiner *r, delaunay_handle t, mesher__
         if (size[v[i]] > most) most = size[v[i]];
     }
     rr = mesher__circumcentre(x[0], x[1], x[2], x[3], p->x);
-    bound = 0.98 * MESHER__SPACING / 2 * (sum / 4 + most);
+    bound = mesher__bound(sum, most);
     if (rr >= 0 && rr < bound * bound) return MESHER__SMALL;
     p->source = t;
     p->stamp = mesher__stamp(mesh, t);
@@ -7934,24 +7941,127 @@ static void mesher__lose(delaunay_mesh *mesh, delaunay_handle t)
     mesh->flags[t] = (uint16_t)flags;
 }
 
+#if defined(__GNUC__) && defined(__x86_64__) && !defined(DELAUNAY_NO_SIMD)
+#define MESHER__SIMD
+
+/* Corner i of four tetrahedra, relative to p, and its squared distance. */
+#    define MESHER__LOAD(i, ox, oy, oz, l)                                                         \
+      do {                                                                                         \
+        __m256d r0 = _mm256_load_pd(vertices[v0[i]].x), r1 = _mm256_load_pd(vertices[v1[i]].x);    \
+        __m256d r2 = _mm256_load_pd(vertices[v2[i]].x), r3 = _mm256_load_pd(vertices[v3[i]].x);    \
+        __m256d s0 = _mm256_unpacklo_pd(r0, r1), s1 = _mm256_unpackhi_pd(r0, r1);                  \
+        __m256d s2 = _mm256_unpacklo_pd(r2, r3), s3 = _mm256_unpackhi_pd(r2, r3);                  \
+        ox = _mm256_sub_pd(_mm256_permute2f128_pd(s0, s2, 0x20), px);                              \
+        oy = _mm256_sub_pd(_mm256_permute2f128_pd(s1, s3, 0x20), py);                              \
+        oz = _mm256_sub_pd(_mm256_permute2f128_pd(s0, s2, 0x31), pz);                              \
+        l = _mm256_add_pd(_mm256_add_pd(_mm256_mul_pd(ox, ox), _mm256_mul_pd(oy, oy)),             \
+                          _mm256_mul_pd(oz, oz));                                                  \
+      } while (0)
+#define MESHER__CROSS(a, b, c, d) _mm256_sub_pd(_mm256_mul_pd(a, b), _mm256_mul_pd(c, d))
+
+
+/* Which of four tetrahedra have a sphere so much smaller than their corners ask for that
+ * mesher__propose need not look: bits. */
+__attribute__((target("avx2"))) static int mesher__are_small4(const delaunay_vertex *vertices,
+                                                              const double *size,
+                                                              const delaunay_tet *const *t)
+{
+    const uint32_t *v0 = t[0]->v, *v1 = t[1]->v, *v2 = t[2]->v, *v3 = t[3]->v;
+    __m256d px = _mm256_setzero_pd(), py = px, pz = px;
+    __m256d ux, uy, uz, uu, vx, vy, vz, vv, wx, wy, wz, ww, x, y, z, det, rr;
+    double bound[4];
+    int i, k;
+    for (k = 0; k < 4; k++) {
+        double sum = 0, most = 0, b;
+        for (i = 0; i < 4; i++) {
+            double h = size[t[k]->v[i]];
+            sum += h;
+            most = most > h ? most : h;
+        }
+        b = mesher__bound(sum, most);
+        bound[k] = 0.999 * b * b;
+    }
+    MESHER__LOAD(0, x, y, z, uu);
+    px = x, py = y, pz = z;
+    MESHER__LOAD(1, ux, uy, uz, uu);
+    MESHER__LOAD(2, vx, vy, vz, vv);
+    MESHER__LOAD(3, wx, wy, wz, ww);
+    x = MESHER__CROSS(vy, wz, vz, wy);
+    y = MESHER__CROSS(vz, wx, vx, wz);
+    z = MESHER__CROSS(vx, wy, vy, wx);
+    det = _mm256_add_pd(_mm256_add_pd(_mm256_mul_pd(ux, x), _mm256_mul_pd(uy, y)),
+                        _mm256_mul_pd(uz, z));
+    x = _mm256_add_pd(_mm256_mul_pd(uu, x),
+                      _mm256_add_pd(_mm256_mul_pd(vv, MESHER__CROSS(wy, uz, wz, uy)),
+                                    _mm256_mul_pd(ww, MESHER__CROSS(uy, vz, uz, vy))));
+    y = _mm256_add_pd(_mm256_mul_pd(uu, y),
+                      _mm256_add_pd(_mm256_mul_pd(vv, MESHER__CROSS(wz, ux, wx, uz)),
+                                    _mm256_mul_pd(ww, MESHER__CROSS(uz, vx, ux, vz))));
+    z = _mm256_add_pd(_mm256_mul_pd(uu, z),
+                      _mm256_add_pd(_mm256_mul_pd(vv, MESHER__CROSS(wx, uy, wy, ux)),
+                                    _mm256_mul_pd(ww, MESHER__CROSS(ux, vy, uy, vx))));
+    rr = _mm256_add_pd(_mm256_add_pd(_mm256_mul_pd(x, x), _mm256_mul_pd(y, y)),
+                       _mm256_mul_pd(z, z));
+    x = _mm256_mul_pd(_mm256_loadu_pd(bound), _mm256_mul_pd(det, det));
+    x = _mm256_sub_pd(_mm256_mul_pd(x, _mm256_set1_pd(4)), rr);
+    x = _mm256_and_pd(_mm256_cmp_pd(x, _mm256_setzero_pd(), _CMP_GT_OQ),
+                      _mm256_cmp_pd(det, _mm256_set1_pd(1e-290), _CMP_GT_OQ));
+    return _mm256_movemask_pd(x);
+}
+#endif
+
+/* Answers for those of up to four tetrahedra whose spheres are so small that there is no need to
+ * look closer; returns how many are left of the list. */
+static int mesher__sieve(const mesher__refiner *r, delaunay_handle *list, int count)
+{
+#ifdef MESHER__SIMD
+    delaunay_mesh *mesh = r->mesh;
+    const delaunay_tet *t[4];
+    int k, small, left = 0;
+    if (!r->cavity.simd || count == 0) return count;
+    for (k = 0; k < 4; k++) t[k] = mesh->tets + list[k < count ? k : 0];
+    small = mesher__are_small4(mesh->vertices, r->domain->size, t);
+    for (k = 0; k < count; k++) {
+        if (small >> k & 1) mesh->mark[list[k]] = MESHER__SMALL;
+        else list[left++] = list[k];
+    }
+    return left;
+#else
+    (void)r;
+    (void)list;
+    return count;
+#endif
+}
+
+/* Asks tetrahedron t, and keeps the point. */
+static void mesher__ask(const mesher__refiner *r, mesher__harvest *h, delaunay_handle t)
+{
+    int alone = !mesher__has_wishes(r->options);
+    int answer = mesher__propose(r, t, h->points + h->num_points, alone ? h : NULL);
+    r->mesh->mark[t] = (uint8_t)answer; /* others read the flags */
+    if (answer != MESHER__POINT) return;
+    if (alone) mesher__put_in_grid(&h->grid, r->memory, h->points, (uint32_t)h->num_points);
+    h->num_points++;
+}
+
 /* Points of the tetrahedra of a range of slots. */
 static void mesher__gather_some(const mesher__refiner *r, mesher__harvest *h, delaunay_handle begin,
                                 delaunay_handle end)
 {
     delaunay_mesh *mesh = r->mesh;
-    delaunay_handle t;
-    int alone = !mesher__has_wishes(r->options);
+    delaunay_handle t, list[4];
+    int count = 0, k;
     h->num_points = 0;
     mesher__grid_reset(&h->grid, r->memory, MESHER__SLOTS);
     for (t = begin; t < end; t++) {
-        mesher__proposal *p = h->points + h->num_points;
-        int answer = MESHER__SMALL;
-        if (mesh->flags[t] & MESHER__SEEN) continue;
-        if (mesher__is_inside(mesh, t)) answer = mesher__propose(r, t, p, alone ? h : NULL);
-        mesh->mark[t] = (uint8_t)answer; /* others read the flags */
-        if (answer != MESHER__POINT) continue;
-        if (alone) mesher__put_in_grid(&h->grid, r->memory, h->points, (uint32_t)h->num_points);
-        h->num_points++;
+        if (!(mesh->flags[t] & MESHER__SEEN)) {
+            if (mesher__is_inside(mesh, t)) list[count++] = t;
+            else mesh->mark[t] = MESHER__SMALL;
+        }
+        if (count < 4 && t + 1 < end) continue;
+        count = mesher__sieve(r, list, count);
+        for (k = 0; k < count; k++) mesher__ask(r, h, list[k]);
+        count = 0;
     }
 }
 
@@ -8518,24 +8628,7 @@ static inline int mesher__in_sphere(const delaunay_vertex *vertices, const uint3
     return delaunay_insphere_perturbed(a, b, c, d, p) > 0;
 }
 
-#if defined(__GNUC__) && defined(__x86_64__) && !defined(DELAUNAY_NO_SIMD)
-#define MESHER__SIMD
-
-/* Corner i of four tetrahedra, relative to p, and its squared distance. */
-#    define MESHER__LOAD(i, ox, oy, oz, l)                                                         \
-      do {                                                                                         \
-        __m256d r0 = _mm256_load_pd(vertices[v0[i]].x), r1 = _mm256_load_pd(vertices[v1[i]].x);    \
-        __m256d r2 = _mm256_load_pd(vertices[v2[i]].x), r3 = _mm256_load_pd(vertices[v3[i]].x);    \
-        __m256d s0 = _mm256_unpacklo_pd(r0, r1), s1 = _mm256_unpackhi_pd(r0, r1);                  \
-        __m256d s2 = _mm256_unpacklo_pd(r2, r3), s3 = _mm256_unpackhi_pd(r2, r3);                  \
-        ox = _mm256_sub_pd(_mm256_permute2f128_pd(s0, s2, 0x20), px);                              \
-        oy = _mm256_sub_pd(_mm256_permute2f128_pd(s1, s3, 0x20), py);                              \
-        oz = _mm256_sub_pd(_mm256_permute2f128_pd(s0, s2, 0x31), pz);                              \
-        l = _mm256_add_pd(_mm256_add_pd(_mm256_mul_pd(ox, ox), _mm256_mul_pd(oy, oy)),             \
-                          _mm256_mul_pd(oz, oz));                                                  \
-      } while (0)
-#define MESHER__CROSS(a, b, c, d) _mm256_sub_pd(_mm256_mul_pd(a, b), _mm256_mul_pd(c, d))
-
+#ifdef MESHER__SIMD
 /* The filter of mesher__in_sphere for four tetrahedra: bits of those that contain p; *unsure: those
  * that it cannot tell. */
 __attribute__((target("avx2"))) static int
