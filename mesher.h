@@ -8852,10 +8852,53 @@ static int mesher__cut(mesher__cavity *c, delaunay_mesh *mesh, uint32_t k)
     return 1;
 }
 
-/* The facets of tetrahedron t on the cavity's boundary, appended; 0 if p does not see one of
- * them. */
-static int mesher__border(mesher__cavity *c, const delaunay_mesh *mesh, const double *p,
-                          delaunay_handle t)
+#ifdef MESHER__SIMD
+/* Which of four facets p sees for sure, by the filter of mesher__sees: bits. */
+__attribute__((target("avx2"))) static int mesher__sees4(const delaunay_vertex *vertices,
+                                                         const double *p, const uint32_t *v0,
+                                                         const uint32_t *v1, const uint32_t *v2,
+                                                         const uint32_t *v3)
+{
+    __m256d px = _mm256_set1_pd(p[0]), py = _mm256_set1_pd(p[1]), pz = _mm256_set1_pd(p[2]);
+    __m256d ax, ay, az, al, bx, by, bz, bl, cx, cy, cz, cl, det, least;
+    MESHER__LOAD(0, ax, ay, az, al);
+    MESHER__LOAD(1, bx, by, bz, bl);
+    MESHER__LOAD(2, cx, cy, cz, cl);
+    det = _mm256_add_pd(_mm256_add_pd(_mm256_mul_pd(ax, MESHER__CROSS(by, cz, bz, cy)),
+                                      _mm256_mul_pd(ay, MESHER__CROSS(bz, cx, bx, cz))),
+                        _mm256_mul_pd(az, MESHER__CROSS(bx, cy, by, cx)));
+    least = _mm256_mul_pd(_mm256_mul_pd(_mm256_set1_pd(2e-30), al), _mm256_mul_pd(bl, cl));
+    least = _mm256_add_pd(least, _mm256_set1_pd(1e-290));
+    least = _mm256_and_pd(_mm256_cmp_pd(_mm256_mul_pd(det, det), least, _CMP_GT_OQ),
+                          _mm256_cmp_pd(det, _mm256_setzero_pd(), _CMP_GT_OQ));
+    return _mm256_movemask_pd(least);
+}
+#endif
+
+/* True if p sees all facets of the boundary, strictly. */
+static int mesher__sees_all(const mesher__cavity *c, const delaunay_mesh *mesh, const double *p)
+{
+    const mesher__facet *f = c->facets;
+    uint32_t k, i, n;
+    for (k = 0; k < c->num_facets; k += n) {
+        int seen = 0;
+        n = c->num_facets - k < 4 ? c->num_facets - k : 4;
+#ifdef MESHER__SIMD
+        if (c->simd)
+            seen = mesher__sees4(mesh->vertices, p, f[k].v, f[k + (n > 1 ? 1 : 0)].v,
+                                 f[k + (n > 2 ? 2 : 0)].v, f[k + n - 1].v);
+#endif
+        for (i = 0; i < n; i++)
+            if (!(seen >> i & 1) && !mesher__sees(p, mesh->vertices[f[k + i].v[0]].x,
+                                                  mesh->vertices[f[k + i].v[1]].x,
+                                                  mesh->vertices[f[k + i].v[2]].x))
+                return 0;
+    }
+    return 1;
+}
+
+/* The facets of tetrahedron t on the cavity's boundary, appended. */
+static void mesher__border(mesher__cavity *c, const delaunay_mesh *mesh, delaunay_handle t)
 {
     const delaunay_tet *tet = mesh->tets + t;
     int i, k;
@@ -8866,11 +8909,40 @@ static int mesher__border(mesher__cavity *c, const delaunay_mesh *mesh, const do
             !(mesh->flags[t] & DELAUNAY_FACET_BIT(i)))
             continue;
         for (k = 0; k < 3; k++) facet->v[k] = tet->v[f[k]];
-        if (!mesher__sees(p, mesh->vertices[facet->v[0]].x, mesh->vertices[facet->v[1]].x,
-                          mesh->vertices[facet->v[2]].x)) return 0;
         facet->outer = tet->n[i];
         facet->flags = mesher__inherited(mesh->flags[t], i);
         c->num_facets++;
+    }
+}
+
+/* The facets of the whole boundary. Returns 0 without memory. */
+static int mesher__borders(mesher__cavity *c, const delaunay_mesh *mesh)
+{
+    size_t cap = c->cap_facets;
+    uint32_t k;
+    c->num_facets = 0;
+    if (c->shared && 4 * c->num_tets + 4 > c->cap_facets) return 0;
+    if (!mesher__room(c->memory, &c->facets, &cap, 0, 4 * (size_t)c->num_tets + 4,
+                      sizeof *c->facets))
+        return 0;
+    c->cap_facets = (uint32_t)cap;
+    for (k = 0; k < c->num_tets; k++) mesher__border(c, mesh, c->tets[k]);
+    return 1;
+}
+
+/* True if p sees the facets of tetrahedron t on the cavity's boundary. */
+static int mesher__sees_border(const delaunay_mesh *mesh, const double *p, delaunay_handle t)
+{
+    const delaunay_tet *tet = mesh->tets + t;
+    int i;
+    for (i = 0; i < 4; i++) {
+        const uint8_t *f = delaunay_facet_order(i);
+        if (tet->n[i] && mesh->mark[tet->n[i] >> 2] == MESHER__IN &&
+            !(mesh->flags[t] & DELAUNAY_FACET_BIT(i)))
+            continue;
+        if (!mesher__sees(p, mesh->vertices[tet->v[f[0]]].x, mesh->vertices[tet->v[f[1]]].x,
+                          mesh->vertices[tet->v[f[2]]].x))
+            return 0;
     }
     return 1;
 }
@@ -8880,32 +8952,20 @@ static int mesher__border(mesher__cavity *c, const delaunay_mesh *mesh, const do
 static int mesher__make_star(mesher__cavity *c, delaunay_mesh *mesh, const double *p)
 {
     uint32_t k;
-    size_t cap = c->cap_facets;
-    int again;
+    int again = 1;
     if (!mesher__cavity_room(c, c->num_tets, c->num_outside + c->num_tets)) return -1;
-    if (c->shared && 4 * c->num_tets + 4 > c->cap_facets) return -1;
-    if (!mesher__room(c->memory, &c->facets, &cap, 0, 2 * (size_t)c->num_tets + 8,
-                      sizeof *c->facets))
-        return -1;
-    c->cap_facets = (uint32_t)cap;
-    do {
+    if (!mesher__borders(c, mesh)) return -1;
+    if (mesher__sees_all(c, mesh, p)) return 1;
+    while (again) {
         again = 0;
-        c->num_facets = 0;
         for (k = 0; k < c->num_tets; k++) {
-            if (c->num_facets + 4 > c->cap_facets) {
-                cap = c->cap_facets;
-                if (!mesher__room(c->memory, &c->facets, &cap, c->num_facets, cap + 4,
-                                  sizeof *c->facets))
-                    return -1;
-                c->cap_facets = (uint32_t)cap;
-            }
-            if (mesher__border(c, mesh, p, c->tets[k])) continue;
+            if (mesher__sees_border(mesh, p, c->tets[k])) continue;
             if (!mesher__cut(c, mesh, k)) return 0;
             k--;
             again = 1;
         }
-    } while (again);
-    return 1;
+    }
+    return mesher__borders(c, mesh) ? 1 : -1;
 }
 
 /* Local number of vertex v of the cavity's boundary, given if it has none yet (vertices[v].local
