@@ -2328,7 +2328,7 @@ typedef struct mesher__flips {
     mesher__way  way[2];
 } mesher__flips;
 /* Work for the searches before any point is added, and for all that follows: half a minute or so
- * each. */
+ * and three times as long. An attempt that needs it all is the last one. */
 #  define MESHER__WORK_FIRST ((uint64_t)1000000000)
 #  define MESHER__WORK_THEN  ((uint64_t)3000000000)
 
@@ -6013,7 +6013,8 @@ static mesher_result mesher__recover_once(mesher_domain *domain, mesher_report *
         *again = 1;
     } else if (result == MESHER_OK &&
                (r->num_missing_edges || r->num_missing_facets || mesher__points_on_surface(r))) {
-        if (r->first || (attempt < MESHER__ATTEMPTS - 1 && r->work < MESHER__WORK_FIRST)) {
+        int worthwhile = r->first ? r->work < r->max_work : r->work < MESHER__WORK_FIRST;
+        if (worthwhile && attempt < MESHER__ATTEMPTS - 1) {
             *again = 2;
         } else if (r->num_missing_edges || r->num_missing_facets) {
             result = MESHER_ERROR_RECOVERY;
