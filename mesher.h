@@ -374,8 +374,8 @@ MESHER_API mesher_result mesher_refine(mesher_domain *domain, mesher_report *rep
  *
  * Returns  MESHER_OK; MESHER_GOAL_NOT_MET: no small part fails by itself, the triangles nearest
  *          to the place are in part; MESHER_ERROR_OUT_OF_MEMORY, MESHER_CANCELLED
- * Cost     up to 100 runs on parts of at most 4096 triangles
- * Repeats  same bytes for any thread count */
+ * Cost     up to 100 runs on parts of at most 4096 triangles, until half a minute is over
+ * Repeats  same bytes for any thread count, if the time is enough */
 MESHER_API mesher_result mesher_reproduce(const mesher_surface *surface,
                                           const mesher_options *options, mesher_result failure,
                                           const double *where, double *xyz, uint32_t *triangles,
@@ -10231,7 +10231,7 @@ MESHER_API mesher_result mesher_mesh(mesher_domain *domain, const mesher_surface
 
 /* -- a small part that fails like the whole */
 
-enum { MESHER__PART_TRIANGLES = 4096, MESHER__PART_RUNS = 100 };
+enum { MESHER__PART_TRIANGLES = 4096, MESHER__PART_RUNS = 100, MESHER__PART_SECONDS = 30 };
 
 typedef struct mesher__part {
     const mesher_surface *whole;
@@ -10245,8 +10245,25 @@ typedef struct mesher__part {
     double   *xyz;
     uint32_t *triangles;
     mesher_surface *out;
-    int       runs;
+    delaunay_host   host;       /* the caller's */
+    double          start;
+    int             runs, late; /* late: the time is up */
 } mesher__part;
+
+static double mesher__part_clock(void *user)
+{
+    const mesher__part *p = (const mesher__part *)user;
+    return p->host.clock(p->host.user);
+}
+
+/* Ends a run that the caller cancels, or for which there is no time left. */
+static int mesher__part_progress(void *user, const char *phase, double done)
+{
+    mesher__part *p = (mesher__part *)user;
+    if (p->host.progress && p->host.progress(p->host.user, phase, done)) return 1;
+    p->late = delaunay_seconds(&p->host) > p->start + MESHER__PART_SECONDS;
+    return p->late;
+}
 
 /* Distance of the box around a triangle. */
 static double mesher__triangle_distance(const mesher_surface *s, size_t t, const double *where)
@@ -10328,8 +10345,14 @@ static int mesher__part_fails(mesher__part *p, const uint32_t *chosen, size_t co
     memset(&domain, 0, sizeof domain);
     result = mesher_mesh(&domain, p->out, &p->options, NULL);
     mesher_domain_free(&domain);
+    if (result == MESHER_CANCELLED && p->late) return 0;
     if (result == MESHER_CANCELLED || result == MESHER_ERROR_OUT_OF_MEMORY) return (int)result;
     return result == p->failure;
+}
+
+static int mesher__part_is_done(const mesher__part *p)
+{
+    return p->late || p->runs >= MESHER__PART_RUNS;
 }
 
 /* Leaves out pieces of the chosen triangles, large ones first, while what is left fails. */
@@ -10337,9 +10360,9 @@ static int mesher__part_shrink(mesher__part *p, size_t *count)
 {
     size_t piece, i, n;
     int fails;
-    for (piece = (*count + 1) / 2;
-         piece > 0 && p->runs<MESHER__PART_RUNS; piece = piece> 1 ? (piece + 1) / 2 : 0)
-        for (i = 0; i < *count && p->runs < MESHER__PART_RUNS;) {
+    for (piece = (*count + 1) / 2; piece > 0 && !mesher__part_is_done(p);
+         piece = piece > 1 ? (piece + 1) / 2 : 0)
+        for (i = 0; i < *count && !mesher__part_is_done(p);) {
             size_t end = i + piece < *count ? i + piece : *count;
             n = i;
             memcpy(p->trial, p->chosen, i * sizeof *p->trial);
@@ -10365,7 +10388,7 @@ static mesher_result mesher__part_find(mesher__part *p)
         if (n > all) n = all;
         for (i = 0; i < n; i++) p->chosen[i] = (uint32_t)p->order[i];
         fails = mesher__part_fails(p, p->chosen, n);
-        if (n == all || n >= MESHER__PART_TRIANGLES || fails) break;
+        if (n == all || n >= MESHER__PART_TRIANGLES || fails || p->late) break;
     }
     if (fails > 0) fails = mesher__part_shrink(p, &n) < 0 ? -1 : 1;
     mesher__part_build(p, p->chosen, n);
@@ -10396,7 +10419,12 @@ MESHER_API mesher_result mesher_reproduce(const mesher_surface *surface,
     p.out = part;
     p.options.no_refine = 1;
     p.options.regions = MESHER_REGIONS_ALL;
+    p.host = p.options.host;
     p.options.host.log = NULL;
+    p.options.host.progress = mesher__part_progress;
+    if (p.host.clock) p.options.host.clock = mesher__part_clock;
+    p.options.host.user = &p;
+    p.start = delaunay_seconds(&p.host);
     p.order = (uint64_t *)delaunay_alloc(&p.memory, surface->num_triangles, sizeof *p.order);
     p.chosen = (uint32_t *)delaunay_alloc(&p.memory, surface->num_triangles, sizeof *p.chosen);
     p.trial = (uint32_t *)delaunay_alloc(&p.memory, surface->num_triangles, sizeof *p.trial);
