@@ -1250,7 +1250,7 @@ typedef struct spr__part {
 
 static int spr__fine(double value)
 {
-    int k = value > 0 ? (int)(SPR__FINE * spr__min(value, 1)) : 0;
+    int k = value > 0 ? (int)((double)SPR__FINE * spr__min(value, 1)) : 0;
     return k < SPR__FINE ? k : SPR__FINE - 1;
 }
 
