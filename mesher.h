@@ -10261,7 +10261,7 @@ static int mesher__part_progress(void *user, const char *phase, double done)
 {
     mesher__part *p = (mesher__part *)user;
     if (p->host.progress && p->host.progress(p->host.user, phase, done)) return 1;
-    p->late = delaunay_seconds(&p->host) > p->start + MESHER__PART_SECONDS;
+    p->late = delaunay_seconds(&p->host) > p->start + (double)MESHER__PART_SECONDS;
     return p->late;
 }
 
