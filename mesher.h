@@ -8332,7 +8332,7 @@ typedef struct mesher__candidate {
 } mesher__candidate;
 
 /* Puts a candidate beside its parent, at the distance that a size h there and the parent's ask
- * for. */
+ * for. 0: another point is in the way of the least size that would do, or the region ends. */
 static int mesher__beside(const mesher__refiner *r, mesher__candidate *c, double h,
                           delaunay_handle home)
 {
