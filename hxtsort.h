@@ -1242,7 +1242,7 @@ HXTSORT_API size_t hxtsort_scratch_bytes(size_t element_bytes, size_t count, int
 {
     hxtsort_options asked, opt;
     hxtsort__plan plan;
-    size_t columns, each;
+    size_t each, used;
 
     memset(&asked, 0, sizeof asked);
     asked.num_threads = num_threads;
@@ -1250,9 +1250,9 @@ HXTSORT_API size_t hxtsort_scratch_bytes(size_t element_bytes, size_t count, int
     plan = hxtsort__make_plan(16, count, opt.num_threads);
     each = element_bytes > 16 ? element_bytes : 16;
     if (plan.total == 0 || each > SIZE_MAX / 8 || count > SIZE_MAX / 8 / each) return 0;
-    columns = hxtsort__align(count * each) + 64;
-    if (each > 16) columns += hxtsort__align(count * 16) + 64;
-    return plan.total > SIZE_MAX - columns ? 0 : plan.total + columns;
+    /* the dearest way: an order, and beside it records of key and index or one column's copy */
+    used = hxtsort__align(count * sizeof(size_t)) + 64 + hxtsort__align(count * each) + 64;
+    return plan.total > SIZE_MAX - used ? 0 : plan.total + used;
 }
 
 /* Keys alone. */

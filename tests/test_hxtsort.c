@@ -381,7 +381,7 @@ static void scratch_of_the_caller(void)
     options.allocator.release = failing_release;
     options.allocator.user = &f;
     options.num_threads = 3;
-    for (n = 50; n <= MOST; n *= 10)
+    for (n = 25; n <= MOST; n = n < 150 ? n + 1 : 10 * n)
         for (v = 0; v < 5; v++) {
             unsigned char *memory;
             bytes = fill_keys(HXTSORT_F64, UNIFORM, n);
