@@ -253,6 +253,9 @@ static hxtsort_result HXTSORT_NAME(HXTSORT_TYPE *records, size_t count,
 #else
 #  define HXTSORT__INLINE static inline
 #endif
+#if defined(__SSE2__)
+#  include <emmintrin.h>
+#endif
 
 /* ---- >>memory -- */
 #if defined(__linux__) && (defined(_DEFAULT_SOURCE) || defined(_GNU_SOURCE))
@@ -398,6 +401,7 @@ static uint64_t hxtsort__low_bits(int bits)
                                                 /* meets another with that prefix, rest by hand */
 #define HXTSORT__FEW              24            /* insertion sorts as many faster than counting */
 #define HXTSORT__SHARE            32768         /* records that are worth a thread */
+#define HXTSORT__STREAM_BYTES     (64 << 20)    /* larger than the caches: written past them */
 #define HXTSORT__SAMPLE           64            /* keys; enough to see one that dominates */
 #define HXTSORT__UNKNOWN          UINT64_MAX
 #define HXTSORT__MAX_PASSES       3             /* in cache: log2(131072) + 4 bits by 10 */
@@ -408,6 +412,7 @@ typedef struct hxtsort__space {
     size_t   split[1 << HXTSORT__SPLIT_BITS];
     uint64_t differ;           /* bits in which any of its keys differs from the first key */
     int      sorted, reversed; /* no key smaller than the one before; every key smaller */
+    int      streams;          /* the job is larger than the caches */
 } hxtsort__space;
 
 /* ---- >>kernels  the loops of one thread -- */
@@ -638,6 +643,23 @@ HXTSORT__INLINE void hxtsort__finish(hxtsort__kind kind, hxtsort__map map, unsig
     }
 }
 
+/* memcpy of bytes that nobody reads soon: past the caches, so that what they overwrite is not read. */
+static void hxtsort__stream(unsigned char *dst, const unsigned char *src, size_t bytes)
+{
+    size_t i = 0;
+
+#if defined(__SSE2__)
+    if (bytes >= 16) {
+        memcpy(dst, src, 16);
+        for (i = 16 - ((uintptr_t)dst & 15); i + 16 <= bytes; i += 16)
+            _mm_stream_si128((__m128i *)(void *)(dst + i),
+                             _mm_loadu_si128((const __m128i *)(const void *)(src + i)));
+        _mm_sfence();
+    }
+#endif
+    memcpy(dst + i, src + i, bytes - i);
+}
+
 /* Sorts n records from src to dst in cache: LSD over as many high bits as tell nearly all keys
  * apart, then insertion.
  *
@@ -683,10 +705,12 @@ HXTSORT__INLINE void hxtsort__leaf(hxtsort__kind kind, hxtsort__map map, const u
         at = to;
         to = to == s1 ? s2 : s1;
     }
-    if ((differ & hxtsort__low_bits(low)) == 0)
-        memcpy(dst, at, n * bytes);
-    else
+    if ((differ & hxtsort__low_bits(low)) == 0) {
+        if (space->streams) hxtsort__stream(dst, at, n * bytes);
+        else memcpy(dst, at, n * bytes);
+    } else {
         hxtsort__finish(kind, map, to == s1 ? s2 : s1, to, dst, n, low, space, leaf);
+    }
 }
 
 /* ---- >>instances  the kernels for every size of record -- */
@@ -990,6 +1014,7 @@ static hxtsort_result hxtsort__run(hxtsort__kernels k, hxtsort__map map, void *r
     unsigned char *a = (unsigned char *)records, *at;
     void *scratch = NULL;
     hxtsort_result result;
+    int t;
 
     if (n <= HXTSORT__FEW) {
         if (n > 1) k.leaf(map, a, NULL, NULL, a, n, HXTSORT__UNKNOWN, NULL);
@@ -1006,6 +1031,8 @@ static hxtsort_result hxtsort__run(hxtsort__kernels k, hxtsort__map map, void *r
     job.cap = plan.cap;
     job.spaces = at + plan.other_bytes;
     job.space_bytes = plan.space_bytes;
+    for (t = 0; t < plan.num_threads; t++)
+        hxtsort__space_of(&job, t)->streams = n >= HXTSORT__STREAM_BYTES / k.bytes;
     hxtsort__sort(&job, a, at, a, n,
                   opt->significant_bits ? hxtsort__low_bits(opt->significant_bits) : 0);
     hxtsort__drop_scratch(scratch, opt);

@@ -438,6 +438,37 @@ static void scratch_is_enough_for_many_threads(void)
     free(v);
 }
 
+/* More than the caches hold, in memory that is and that is not aligned: written past them. */
+static void larger_than_the_caches(void)
+{
+    const size_t n = 4400000;
+    unsigned char *memory = (unsigned char *)malloc(n * sizeof(hxtsort_pair) + 8);
+    hxtsort_options options;
+    size_t i;
+    int shift;
+
+    memset(&options, 0, sizeof options);
+    for (shift = 0; shift <= 8; shift += 8) {
+        hxtsort_pair *a = (hxtsort_pair *)(void *)(memory + shift);
+        uint64_t sum = 0;
+        int good = 1;
+        options.num_threads = 1 + shift / 4;
+        for (i = 0; i < n; i++) {
+            a[i].key = random_u64() >> 36;
+            a[i].value = (a[i].key * 3) << 32 | i;
+        }
+        CHECK(hxtsort_pairs(a, n, &options) == HXTSORT_OK);
+        for (i = 0; i < n; i++) {
+            if (i > 0) good &= a[i - 1].key < a[i].key || (a[i - 1].key == a[i].key &&
+                                                           a[i - 1].value < a[i].value);
+            good &= a[i].value >> 32 == a[i].key * 3;
+            sum += a[i].value & 0xffffffff;
+        }
+        CHECK(good && sum == (uint64_t)n * (n - 1) / 2);
+    }
+    free(memory);
+}
+
 static void hints_and_bad_arguments(void)
 {
     static hxtsort_pair a[MOST];
@@ -502,6 +533,7 @@ int main(void)
     allocation_failures();
     scratch_of_the_caller();
     scratch_is_enough_for_many_threads();
+    larger_than_the_caches();
     hints_and_bad_arguments();
     return check_report();
 }
