@@ -241,7 +241,8 @@ static int triangulate(const arguments *args, meshio_mesh *points, double second
     if (args->validate) {
         delaunay_report proof;
         memset(&proof, 0, sizeof proof);
-        if (delaunay_validate(&mesh, DELAUNAY_VALIDATE_DELAUNAY, &proof) != DELAUNAY_OK) {
+        if (delaunay_validate_on(&mesh, DELAUNAY_VALIDATE_DELAUNAY, &options.host, &proof) !=
+            DELAUNAY_OK) {
             fprintf(stderr, "delaunay: internal error: %s\n", proof.message);
             delaunay_mesh_free(&mesh);
             return TOOL_INTERNAL;

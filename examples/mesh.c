@@ -819,7 +819,8 @@ static int prove(job *j)
     double start = tool_seconds();
     int whole;
     memset(&proof, 0, sizeof proof);
-    if (delaunay_validate(&j->domain.mesh, DELAUNAY_VALIDATE_GEOMETRY, &proof) != DELAUNAY_OK) {
+    if (delaunay_validate_on(&j->domain.mesh, DELAUNAY_VALIDATE_GEOMETRY, &j->set.mesher.host,
+                             &proof) != DELAUNAY_OK) {
         char text[300];
         snprintf(text, sizeof text, "internal error: %s", proof.message);
         complain(j, text);
