@@ -474,6 +474,8 @@ typedef struct spr__state {
     delaunay_list    bad, items;
     int              sweep;       /* the level that is running */
     int              tidy;        /* fewer bad tetrahedra are worth it, however small the gain */
+    int              lift;        /* a new vertex need only lift the worst; once in a run, for few */
+    int              lifted;      /* they had their turn */
     int              gamma;       /* the measure is gamma: the quick way */
     int              simd;        /* the processor has AVX2 */
     spr_result       failure;     /* in done */
@@ -2333,15 +2335,20 @@ static double spr__lack_of(const spr__state *s, const delaunay_handle *t, size_t
 }
 
 /* A new vertex often makes several better but still bad tetrahedra of a very bad one: it must halve
- * the sum, or lift the very worst by much. */
+ * the sum and leave no more of them, or lift the very worst by much. */
 static int spr__pit_pays(const spr__state *s, const spr__pit *c)
 {
     double after = 0;
-    int i;
-    if (s->sweep == SPR__UTMOST) return 1;
-    for (i = 0; i < c->num_facets; i++) after += spr__lack(s, c->value[i]);
-    if (c->before < 0.4 * s->target && c->after > 2 * c->before && c->after > 0.3 * s->target)
-        return 1;
+    int more = 0, i;
+    if (s->lift) return 1;
+    for (i = 0; i < c->num_facets; i++) {
+        after += spr__lack(s, c->value[i]);
+        more += c->value[i] < s->target;
+    }
+    for (i = 0; i < c->num_tets; i++) more -= s->value[c->t[i]] < s->target;
+    if (c->before < 0.4 * s->target) {
+        if (c->after > 2 * c->before && c->after > 0.3 * s->target) return 1;
+    } else if (more > 0) return 0;
     return after < 0.5 * spr__lack_of(s, c->t, (size_t)c->num_tets);
 }
 
@@ -2701,6 +2708,17 @@ static void spr__set_allowance(spr__state *s, uint64_t num_tets)
 
 enum { SPR__FEW = 32 }; /* of the worst, for which everything possible is done, at a time */
 
+/* How many of those that have the last level are tried at a time: at first the very worst, for which
+ * a new vertex may leave more bad ones. */
+static size_t spr__few(spr__state *s, size_t allowed)
+{
+    uint64_t n = s->report->before.num_tets, worst = n < 50000 ? 5 + n / 1000 : 55;
+    s->lift = !s->lifted && !s->tidy && allowed > worst;
+    s->lifted |= s->lift;
+    if (s->lift) return (size_t)worst;
+    return allowed > SPR__FEW ? SPR__FEW : allowed;
+}
+
 static int spr__is_worse(const spr__state *s, delaunay_handle a, delaunay_handle b)
 {
     return s->value[a] != s->value[b] ? s->value[a] < s->value[b] : a < b;
@@ -2743,7 +2761,8 @@ static spr_result spr__gather(spr__state *s, int level)
             return SPR_ERROR_OUT_OF_MEMORY;
     }
     most = (size_t)s->allowance[level];
-    if (level == SPR__UTMOST && most > SPR__FEW) most = SPR__FEW;
+    s->lift = 0;
+    if (level == SPR__UTMOST) most = spr__few(s, most);
     if (s->items.count > most) {
         spr__sort(s, s->items.items, s->items.count);
         for (i = most; i < s->items.count && most == s->allowance[level]; i++)
