@@ -218,6 +218,64 @@ static void halfway_cases_are_rounded_to_even(void)
     CHECK(bad == 0);
 }
 
+/* Coordinates of every size, many near a power of ten or halfway between two decimals. */
+static double some_coordinate(int kind)
+{
+    uint64_t r = random_u64();
+    double value = 1;
+    uint64_t i;
+    switch (kind) {
+    case 0:
+        memcpy(&value, &r, 8);
+        return value;
+    case 1:
+        return random_double() * 2000 - 1000;
+    case 2:
+        return (double)(int64_t)(r % 2000001 - 1000000) / 1000;
+    case 3:
+        return (double)(int64_t)(r >> 40) / 1024;
+    case 4:
+        for (i = r % 22; i > 0; i--) value *= 10;
+        return value * (1 + ((double)(r >> 60) - 8) / 4503599627370496.0) / 1e6;
+    default:
+        for (i = r % 70; i > 0; i--) value /= 2;
+        return -value * (double)(random_u64() >> (11 + r / 70 % 42));
+    }
+}
+
+/* What is written is what printf("%.17g") would write, whatever wrote it. */
+static void doubles_are_written_like_printf(void)
+{
+    const uint32_t n = 100000;
+    double *xyz = (double *)malloc(3 * n * sizeof *xyz);
+    const char *name = file_name(".node");
+    char *text, *line, expected[160];
+    meshio_mesh m;
+    size_t size;
+    uint32_t i, bad = 0;
+    memset(&m, 0, sizeof m);
+    for (i = 0; i < 3 * n; i++)
+        do xyz[i] = some_coordinate((int)(i % 6));
+        while (!(xyz[i] - xyz[i] == 0));
+    m.xyz = xyz;
+    m.num_vertices = n;
+    CHECK(meshio_write(name, &m, NULL, NULL) == MESHIO_OK);
+    text = load(name, &size);
+    if (text) text[size] = 0;
+    line = text ? strchr(text, '\n') : NULL;
+    for (i = 0; i < n && line; i++) {
+        const double *x = xyz + 3 * i;
+        char *end = strchr(line + 1, '\n'), *first = strchr(line + 1, ' ');
+        snprintf(expected, sizeof expected, " %.17g %.17g %.17g", x[0], x[1], x[2]);
+        if (!end || !first || strncmp(first, expected, strlen(expected)) != 0) bad++;
+        line = end;
+    }
+    CHECK(i == n && bad == 0);
+    free(text);
+    free(xyz);
+    remove(name);
+}
+
 static void words_are_not_numbers(void)
 {
     static const char *const bad[] = {"", "-", ".", "e5", "x", "+-1", "-x", "--1"};
@@ -1069,6 +1127,7 @@ int main(void)
 {
     doubles_are_correctly_rounded();
     halfway_cases_are_rounded_to_even();
+    doubles_are_written_like_printf();
     words_are_not_numbers();
     volume_formats_keep_every_bit();
     surface_formats_keep_the_triangles();
