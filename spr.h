@@ -2716,7 +2716,7 @@ static size_t spr__few(spr__state *s, size_t allowed)
     s->lift = !s->lifted && !s->tidy && allowed > worst;
     s->lifted |= s->lift;
     if (s->lift) return (size_t)worst;
-    return allowed > SPR__FEW ? SPR__FEW : allowed;
+    return allowed > SPR__FEW ? (size_t)SPR__FEW : allowed;
 }
 
 static int spr__is_worse(const spr__state *s, delaunay_handle a, delaunay_handle b)

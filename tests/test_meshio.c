@@ -670,7 +670,7 @@ static void large_facets_are_recovered(void)
     size_t t;
     for (i = 0; i < 2 * N; i++) {
         double r = i < N ? 3 + (i % 2 ? 2.9 * random_double() : -0.5) : 1 + (i % 2 ? 0.9 : 0);
-        double angle = 6.283185307179586 * (i % N) / N;
+        double angle = 6.283185307179586 * (double)(i % N) / (double)N;
         x[2 * i] = r * cos(angle);
         x[2 * i + 1] = r * sin(angle);
     }
