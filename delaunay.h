@@ -3300,25 +3300,60 @@ static DELAUNAY__NOINLINE void delaunay__find_rotations(delaunay__numbering *c)
     }
 }
 
+/* Which slots a sort by buckets is about: real tetrahedra or ghosts, by their rotation. */
+typedef struct delaunay__kind {
+    unsigned least, count;
+} delaunay__kind;
+
+/* Counts the slots of each of the vertices [from, end), or puts them into their buckets. All slots
+ * are looked at, and those of other vertices, which are another thread's, passed over. */
+static void delaunay__count_slots(const delaunay__numbering *c, delaunay__kind kind, uint32_t from,
+                                  uint32_t end)
+{
+    const uint8_t *mark = c->mesh->mark;
+    size_t t, slots = c->mesh->num_tets;
+    memset(c->first + from, 0, (size_t)(end - from) * sizeof *c->first);
+    for (t = 1; t < slots; t++)
+        if (mark[t] - kind.least < kind.count && c->moved[t] - from < end - from)
+            c->first[c->moved[t]]++;
+}
+
+static void delaunay__deal_slots(const delaunay__numbering *c, delaunay__kind kind, uint32_t from,
+                                 uint32_t end)
+{
+    const uint8_t *mark = c->mesh->mark;
+    size_t t, slots = c->mesh->num_tets;
+    for (t = 1; t < slots; t++)
+        if (mark[t] - kind.least < kind.count && c->moved[t] - from < end - from)
+            c->order[c->first[c->moved[t]]++] = (delaunay_handle)t;
+}
+
 /* Slots by their greatest vertex; from begin on, real or ghost ones only. Returns the end. */
-static DELAUNAY__NOINLINE size_t delaunay__bucket_slots(delaunay__numbering *c, size_t begin,
+static DELAUNAY__NOINLINE size_t delaunay__bucket_slots(const delaunay__numbering *c, size_t begin,
                                                         int ghosts)
 {
-    const unsigned least = ghosts ? DELAUNAY__GHOST_ROTATION : 1;
-    const unsigned count = (ghosts ? 16 : DELAUNAY__GHOST_ROTATION) - least;
-    const uint8_t *mark = c->mesh->mark;
-    size_t t, slots = c->mesh->num_tets, sum = begin;
+    const uint32_t n = c->mesh->num_vertices, each = n / (uint32_t)c->threads;
+    delaunay__kind kind;
+    size_t sum = begin;
     uint32_t v;
-    memset(c->first, 0, ((size_t)c->mesh->num_vertices + 1) * sizeof *c->first);
-    for (t = 1; t < slots; t++)
-        if (mark[t] - least < count) c->first[c->moved[t]]++;
-    for (v = 0; v < c->mesh->num_vertices; v++) {
-        size_t size = c->first[v];
-        c->first[v] = (delaunay_handle)sum;
-        sum += size;
+    int i, pass;
+    kind.least = ghosts ? DELAUNAY__GHOST_ROTATION : 1;
+    kind.count = (ghosts ? 16 : DELAUNAY__GHOST_ROTATION) - kind.least;
+    for (pass = 0; pass < 2; pass++) {
+#  if DELAUNAY__PARALLEL
+#    pragma omp parallel for num_threads(c->threads) schedule(static, 1) if(c->threads > 1)
+#  endif
+        for (i = 0; i < c->threads; i++) {
+            uint32_t from = (uint32_t)i * each, end = i + 1 == c->threads ? n : from + each;
+            if (pass == 0) delaunay__count_slots(c, kind, from, end);
+            else delaunay__deal_slots(c, kind, from, end);
+        }
+        for (v = 0; pass == 0 && v < n; v++) {
+            size_t size = c->first[v];
+            c->first[v] = (delaunay_handle)sum;
+            sum += size;
+        }
     }
-    for (t = 1; t < slots; t++)
-        if (mark[t] - least < count) c->order[c->first[c->moved[t]]++] = (delaunay_handle)t;
     return sum;
 }
 
