@@ -2194,8 +2194,8 @@ MESHER_API mesher_result mesher_empty_mesh(mesher_domain *domain, mesher_report 
 /* ---- >>recover ----------------------------------------------------------------------------
  * Almost all edges and facets of the surface are in the Delaunay triangulation already; what is
  * missing is mostly edges that cross one or two faces. Each missing edge is brought in by flips in
- * a copy of the tetrahedra on its way, deeper and deeper. A few that are left, or all of them in a
- * second attempt where the first did not get through without points on the surface, go on by
+ * a copy of the tetrahedra on its way, deeper and deeper. A few that are left, or all of them in
+ * later attempts where some flips first, in other orders, did not get through, go on by
  * closure searches (delaunay_reconnect) over small windows around the faces that it crosses: a
  * search that lowers the number of crossings is committed, and never loses a constrained edge
  * that is there. Steps for one edge are a transaction: they stay if the edge comes in, or if the
@@ -2203,7 +2203,8 @@ MESHER_API mesher_result mesher_empty_mesh(mesher_domain *domain, mesher_report 
  * the potential falls strictly, and the loop ends by itself. Facets with three edges in the mesh
  * follow, by the same searches with the edges that pierce them as the objective, and all facets
  * that are there are kept. What is left, such as a Schonhardt polyhedron, gets interior points:
- * in the kernel of a window, where the most crossings vanish. Interior points are removed again,
+ * in the kernel of a window, where the most crossings vanish. At last, points on what is missing
+ * make it come in in pieces, and are taken off it again. Interior points are removed again,
  * where a search of their star finds a way. After the triangulation every decision is an exact
  * orientation of stored coordinates. A missing edge that meets a constrained facet or edge of
  * the mesh proves that the surface intersects itself. */
@@ -2214,11 +2215,13 @@ enum {
     MESHER__SECTOR_GROWTH = 96, /* tetrahedra that a sector takes in from behind it at most */
     MESHER__FEW_EDGES =
         32, /* worth large searches before a point is added: one in hundreds comes in by them */
-    MESHER__ATTEMPTS = 4,    /* at the whole: by flips first, then with other places of points */
+    MESHER__ATTEMPTS = 6,    /* at the whole, with other places of points, ... */
+    MESHER__FLIP_ATTEMPTS = 3, /* ... of them by flips first, each in another order, and ... */
+    MESHER__FEW_SPLITS = 200,  /* ... with points on so many missing edges at the end */
     MESHER__VAIN = 8,        /* points that bring nothing, and one more for so many missing edges,
-                                before the first attempt is given up */
+                                before an attempt by flips adds no more of them */
     MESHER__FEW_SITES = 6,   /* windows for a point looked at, even if one is good enough, ... */
-    MESHER__MANY_SITES = 40, /* ... and after the first attempt */
+    MESHER__MANY_SITES = 40, /* ... and after the attempts by flips */
     MESHER__HOPELESS = 4,    /* interior points for one edge that bring nothing */
     MESHER__GRID_CELLS = 64, /* of one box; beyond, all edges are looked at */
     MESHER__NEAR = 4096      /* missing edges beside one window */
@@ -2383,7 +2386,7 @@ typedef struct mesher__recovery {
     } grid;                             /* over the missing edges of the list */
     double          lp[5][720][5];      /* of the linear program, a level each */
     uint64_t        random;
-    int             attempt, first;    /* first: the attempt that flips and splits nothing */
+    int             attempt, first;    /* first: one of the attempts by flips first */
     uint64_t        nodes, searches, ticks;
     uint64_t        work, max_work;    /* about as many predicates; a bound that no clock decides */
     uint8_t        *hopeless;           /* of each edge: points that brought it no nearer */
@@ -4205,15 +4208,29 @@ static int mesher__recover_by_flips(mesher__recovery *r, uint32_t e, int depth)
     return mesher__commit(r, old, num_old, r->commit, num_new) && r->edge_present[e];
 }
 
+/* The missing edges into the list, in an order of this attempt's. */
+static void mesher__shuffle_edges(mesher__recovery *r)
+{
+    uint32_t e, i, n = 0;
+    for (e = 0; e < r->num_edges; e++)
+        if (!r->edge_present[e])
+            r->order[n++] = (r->attempt ? mesher__mix(e + r->random) << 32 : 0) | e;
+    if (r->attempt && n > 1) qsort(r->order, n, sizeof *r->order, mesher__compare_u64);
+    for (i = 0; i < n; i++) r->wanted[i] = (uint32_t)r->order[i];
+    r->num_wanted = n;
+}
+
 /* Missing edges by flips, deeper and deeper while that helps. */
 static void mesher__flip_levels(mesher__recovery *r)
 {
     int depth;
-    uint32_t e, before;
+    uint32_t i, before;
     for (depth = 0; depth <= MESHER__FLIP_DEPTH && r->num_missing_edges; depth++) {
         before = r->num_missing_edges;
-        for (e = 0; e < r->num_edges && !mesher__stopped(r); e++)
-            if (!r->edge_present[e]) mesher__recover_by_flips(r, e, depth);
+        mesher__shuffle_edges(r);
+        for (i = 0; i < r->num_wanted && !mesher__stopped(r); i++)
+            if (!r->edge_present[r->wanted[i]])
+                mesher__recover_by_flips(r, r->wanted[i], depth);
         mesher__tell(r, "edges by flips of depth", depth);
         if (depth > 3 && MESHER__FLIP_YIELD * (before - r->num_missing_edges) < before) return;
     }
@@ -4868,9 +4885,9 @@ static uint32_t mesher__window_at(const mesher__recovery *r, uint32_t i)
 }
 
 /* One interior point for a missing edge whose pipe is known, where it removes most crossings of all
- * missing edges. Returns 1, and the gain, if a point was added. */
+ * missing edges, at least so many. Returns 1, and the gain, if a point was added. */
 static int mesher__point_for_edge(mesher__recovery *r, uint32_t e, int level, int keep_facets,
-                                  double *gain)
+                                  double least, double *gain)
 {
     const uint32_t *ab = r->edges + 2 * (size_t)e;
     mesher__site best;
@@ -4897,6 +4914,7 @@ static int mesher__point_for_edge(mesher__recovery *r, uint32_t e, int level, in
     }
     if (best.window < 0 || r->status != MESHER_OK) return 0;
     *gain = floor(best.gain);
+    if (*gain < least) return 0;
     return mesher__clean_window(r, &r->windows[best.window], keep_facets) &&
            mesher__star_window(r, &r->window, best.xyz);
 }
@@ -4944,10 +4962,10 @@ static int mesher__points_for_edge(mesher__recovery *r, uint32_t e)
         mesher__walk_edge(r, v[0], v[1]);
         if (r->status != MESHER_OK || mesher__report_edge(r, e)) return changed;
         if (r->pipe.too_long || r->pipe.num_crossings == 0) return changed;
-        if (!(r->first && mesher__point_for_edge(r, e, 5, 1, &gain)) &&
-            !mesher__point_for_edge(r, e, 4, 1, &gain)) {
+        if (!(r->first && mesher__point_for_edge(r, e, 5, 1, 1, &gain)) &&
+            !mesher__point_for_edge(r, e, 4, 1, -1e9, &gain)) {
             if (r->status != MESHER_OK) return 0;
-            if (!mesher__point_for_edge(r, e, 4, 0, &gain)) return changed;
+            if (!mesher__point_for_edge(r, e, 4, 0, -1e9, &gain)) return changed;
         }
         changed = 1;
         if (gain > 0) continue;
@@ -4989,6 +5007,7 @@ static int mesher__edge_points(mesher__recovery *r)
         mesher__tell(r, "points for edges, round", round);
         if (round == 1 && r->num_missing_edges) mesher__ask_for_defects(r);
         if (r->status != MESHER_OK || r->defects || r->absent) return any;
+        if (r->first) mesher__flip_levels(r);
         mesher__edge_levels(r);
         any |= changed;
         if (!changed) break;
@@ -5289,10 +5308,49 @@ static int mesher__split_facet(mesher__recovery *r, uint32_t f)
     return 1;
 }
 
+/* The facets of a vertex's star as the shell; 0 if it is too large, or has a constraint at the
+ * vertex. */
+static int mesher__shell_of_star(mesher__recovery *r, uint32_t v)
+{
+    size_t i;
+    int k;
+    mesher__note_failure(r, delaunay_vertex_star(r->mesh, r->worker, v, &r->star));
+    r->num_shell = 0;
+    for (i = 0; i < r->star.count && r->status == MESHER_OK; i++) {
+        const delaunay_tet *t = &r->mesh->tets[r->star.items[i]];
+        int local = delaunay_local_index(t, v);
+        const uint8_t *o = delaunay_facet_order(local);
+        if (r->num_shell == DELAUNAY_WINDOW_FACETS) return 0;
+        for (k = 0; k < 3; k++) {
+            if (r->mesh->flags[r->star.items[i]] &
+                DELAUNAY_EDGE_BIT(delaunay_edge_between(local, o[k])))
+                return 0;
+            r->shell[r->num_shell][k] = t->v[o[k]];
+        }
+        r->num_shell++;
+    }
+    return r->num_shell > 0;
+}
+
+/* Moves our points that no constraint holds to where their stars are deepest: room beside the
+ * surface. */
+static void mesher__relax_points(mesher__recovery *r)
+{
+    int round;
+    uint32_t v;
+    double x[3];
+    for (round = 0; round < 3; round++)
+        for (v = r->num_rows; v < r->mesh->num_vertices && !mesher__stopped(r); v++) {
+            if (!r->mesh->vertex_tet[v] || !mesher__shell_of_star(r, v)) continue;
+            r->work += 20 * (uint64_t)r->num_shell;
+            if (mesher__kernel(r, x) > 0) memcpy(r->mesh->vertices[v].x, x, sizeof x);
+        }
+}
+
 /* Splits what is missing until everything is there, in pieces. */
 static void mesher__split_all(mesher__recovery *r)
 {
-    int round;
+    int round, relaxed = 0;
     uint32_t i;
     for (round = 0; round < 40 && !mesher__stopped(r); round++) {
         int changed = 0;
@@ -5300,6 +5358,7 @@ static void mesher__split_all(mesher__recovery *r)
         mesher__list_edges(r, 0);
         for (i = 0; i < r->num_wanted && !mesher__stopped(r); i++)
             if (!r->edge_present[r->wanted[i]]) changed |= mesher__split_edge(r, r->wanted[i]);
+        if (r->num_missing_edges && r->first) mesher__flip_levels(r);
         if (r->num_missing_edges) mesher__edge_levels(r);
         if (r->num_missing_edges == 0 && !mesher__ends(r)) {
             mesher__facet_levels(r);
@@ -5309,7 +5368,10 @@ static void mesher__split_all(mesher__recovery *r)
                     changed |= mesher__split_facet(r, r->wanted[i]);
         }
         mesher__tell(r, "split, round", round);
-        if (!changed) return;
+        if (!changed && relaxed) return;
+        relaxed = !changed; /* room for points where ours stand in the way, once */
+        if (relaxed) mesher__remove_points(r);
+        if (relaxed) mesher__relax_points(r);
     }
 }
 
@@ -5722,45 +5784,6 @@ static int mesher__suppress(mesher__recovery *r, mesher__split *split, int pass)
             (pass > 0 && mesher__suppress_by_search(r, split, 50000)));
 }
 
-/* The facets of a vertex's star as the shell; 0 if it is too large, or has a constraint at the
- * vertex. */
-static int mesher__shell_of_star(mesher__recovery *r, uint32_t v)
-{
-    size_t i;
-    int k;
-    mesher__note_failure(r, delaunay_vertex_star(r->mesh, r->worker, v, &r->star));
-    r->num_shell = 0;
-    for (i = 0; i < r->star.count && r->status == MESHER_OK; i++) {
-        const delaunay_tet *t = &r->mesh->tets[r->star.items[i]];
-        int local = delaunay_local_index(t, v);
-        const uint8_t *o = delaunay_facet_order(local);
-        if (r->num_shell == DELAUNAY_WINDOW_FACETS) return 0;
-        for (k = 0; k < 3; k++) {
-            if (r->mesh->flags[r->star.items[i]] &
-                DELAUNAY_EDGE_BIT(delaunay_edge_between(local, o[k])))
-                return 0;
-            r->shell[r->num_shell][k] = t->v[o[k]];
-        }
-        r->num_shell++;
-    }
-    return r->num_shell > 0;
-}
-
-/* Moves our points that no constraint holds to where their stars are deepest: room beside the
- * surface. */
-static void mesher__relax_points(mesher__recovery *r)
-{
-    int round;
-    uint32_t v;
-    double x[3];
-    for (round = 0; round < 3; round++)
-        for (v = r->num_rows; v < r->mesh->num_vertices && !mesher__stopped(r); v++) {
-            if (!r->mesh->vertex_tet[v] || !mesher__shell_of_star(r, v)) continue;
-            r->work += 20 * (uint64_t)r->num_shell;
-            if (mesher__kernel(r, x) > 0) memcpy(r->mesh->vertices[v].x, x, sizeof x);
-        }
-}
-
 /* Takes the points off the surface, last first, as far as that goes. */
 static void mesher__suppress_all(mesher__recovery *r)
 {
@@ -5967,6 +5990,12 @@ static mesher_result mesher__report_splits(mesher__recovery *r)
     return allowed ? MESHER_OK : MESHER_ERROR_RECOVERY;
 }
 
+/* Is so little missing that points on the surface may help? */
+static int mesher__worth_splits(const mesher__recovery *r)
+{
+    return !r->first || r->num_missing_edges <= MESHER__FEW_SPLITS;
+}
+
 /* One attempt on the empty mesh as it is. *again: 1: isolated points have to be left out first; 2:
  * it failed, and another attempt is worth its while; nothing is reported then. */
 static mesher_result mesher__recover_once(mesher_domain *domain, mesher_report *report, int attempt,
@@ -5977,8 +6006,8 @@ static mesher_result mesher__recover_once(mesher_domain *domain, mesher_report *
     double start;
     *again = 0;
     if (!r) return MESHER_ERROR_OUT_OF_MEMORY;
-    r->first = attempt == 0;
-    r->attempt = attempt > 0 ? attempt - 1 : 0;
+    r->first = attempt < MESHER__FLIP_ATTEMPTS;
+    r->attempt = r->first ? attempt : attempt - MESHER__FLIP_ATTEMPTS;
     r->random += 2 * (uint64_t)r->attempt;
     mesher__translate(r);
     mesher__build_rows(r);
@@ -5990,7 +6019,8 @@ static mesher_result mesher__recover_once(mesher_domain *domain, mesher_report *
         report->missing_facets = r->num_missing_facets;
     }
     mesher__recover_all(r);
-    if (!mesher__ends(r) && !r->first && (r->num_missing_edges || r->num_missing_facets)) {
+    r->max_vain = UINT32_MAX;
+    if (!mesher__ends(r) && mesher__worth_splits(r) && (r->num_missing_edges || r->num_missing_facets)) {
         mesher__split_all(r);
         if (!mesher__ends(r) && !r->num_missing_edges && !r->num_missing_facets)
             mesher__suppress_all(r);

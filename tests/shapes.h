@@ -207,6 +207,27 @@ DELAUNAY_INLINE void random_box(shape *s, int nx, int ny, int nz, double thickne
     free(id);
 }
 
+/* A box whose triangles are split in three at random points in them, over and over: needles that
+ * lie in one plane until they are turned. */
+DELAUNAY_INLINE void split_box(shape *s, int n, int splits)
+{
+    int i, k;
+    random_box(s, n, n, n, 1);
+    for (i = 0; i < splits; i++) {
+        size_t t = random_below((uint32_t)s->num_triangles);
+        double x[3], u = 0.1 + 0.8 * random_unit(), v = (1 - u) * (0.1 + 0.8 * random_unit());
+        uint32_t *f = s->triangles + 3 * t, a = f[0], b = f[1], c = f[2], d;
+        for (k = 0; k < 3; k++) {
+            const double *p = s->xyz + 3 * (size_t)a + k, *q = s->xyz + 3 * (size_t)b + k;
+            x[k] = *p + u * (*q - *p) + v * (s->xyz[3 * (size_t)c + (size_t)k] - *p);
+        }
+        d = add_vertex(s, x[0], x[1], x[2]);
+        f[2] = d;
+        add_triangle(s, b, c, d);
+        add_triangle(s, c, a, d);
+    }
+}
+
 /* A torus in the xy plane, or stood up; its centre at x. */
 DELAUNAY_INLINE void torus(shape *s, double x, int upright, uint32_t n, uint32_t m, double thick)
 {

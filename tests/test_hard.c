@@ -4,8 +4,8 @@
  *
  * Families: prisms twisted near their limit (Schonhardt), Chazelle's polyhedron, needles, fans,
  * plates as thin as 1e-6, spheres that nearly touch, polyhedra of coplanar and cospherical
- * vertices, fibres through a box, lattices of cells, interlocked tori; some scaled by 1e-6 or 1e6,
- * some shifted by 1e6. */
+ * vertices, fibres through a box, lattices of cells, interlocked tori, boxes of needles, rough
+ * balls drawn out; some scaled by 1e-6 or 1e6, some shifted by 1e6. */
 #define MESHER_IMPLEMENTATION
 #include "mesher.h"
 #include <stdlib.h>
@@ -506,11 +506,23 @@ static uint64_t lattice(shape *s)
     return cells - 1;
 }
 
+/* Draws a shape out along (1, 0.3, 0.1). */
+static void stretch(shape *s, double factor)
+{
+    static const double along[3] = {1, 0.3, 0.1};
+    size_t i;
+    int k;
+    for (i = 0; i < s->num_vertices; i++) {
+        double *x = s->xyz + 3 * i, h = (factor - 1) * (x[0] + 0.3 * x[1] + 0.1 * x[2]) / 1.1;
+        for (k = 0; k < 3; k++) x[k] += h * along[k];
+    }
+}
+
 /* A surface by its seed; the number of its bounded cells. */
 static uint64_t hard_case(shape *s, uint64_t seed)
 {
     static const double scales[5] = {1, 1, 1e-6, 1e6, 1}, shifts[5] = {0, 0, 0, 0, 1e6};
-    uint32_t kind = (uint32_t)(seed % 10), how, i;
+    uint32_t kind = (uint32_t)(seed % 12), how, i;
     uint64_t cells = 1;
     state = seed * 0x9E3779B97F4A7C15u + 1;
     for (i = 0; i < 8; i++) random_below(2);
@@ -543,6 +555,13 @@ static uint64_t hard_case(shape *s, uint64_t seed)
         break;
     case 8:
         cells = lattice(s);
+        break;
+    case 9:
+        split_box(s, 1 + (int)random_below(3), (int)random_below(500));
+        break;
+    case 10:
+        random_ball(s, 5 + random_below(8), 0.6 * random_unit());
+        stretch(s, pow(10, 2.5 * random_unit()));
         break;
     default:
         torus(s, 0, 0, 12 + random_below(9), 5 + random_below(4), 0.3 + 0.12 * random_unit());

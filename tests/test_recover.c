@@ -203,6 +203,23 @@ static void thin_triangles_need_few_points(void)
     }
 }
 
+/* Needles in planes that rounding bends: the last edges come in by points on the surface that are
+ * taken off it again. */
+static void turned_needles_need_few_points(void)
+{
+    int i;
+    for (i = 0; i < 6; i++) {
+        shape s = {0};
+        long points;
+        state = 1000 + (uint64_t)i;
+        split_box(&s, 1, 900);
+        transform(&s, 0.7 + i, 1, i % 2 ? 1e5 : 0);
+        points = recovered(&s, "turned needles");
+        CHECK(points >= 0 && points <= 20);
+        shape_free(&s);
+    }
+}
+
 static void interlocked_tori_and_near_spheres(void)
 {
     shape s = {0};
@@ -413,6 +430,7 @@ int main(int argc, char **argv)
         wedges_around_a_saddle();
         flipped_grids_and_slabs();
         thin_triangles_need_few_points();
+    turned_needles_need_few_points();
         interlocked_tori_and_near_spheres();
         sheets_and_dangling_edges();
         isolated_points_on_the_surface_stay_out();
