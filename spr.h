@@ -35,9 +35,11 @@
  *   some times; edges and vertices around which nothing has changed are not tried again. What is
  *   as good as its facets on the surface allow is not tried at all. Each change raises the worst
  *   quality among what it replaces, by a margin; at last, changes that leave fewer bad tetrahedra
- *   need none. Plans are made side by side and committed in order (delaunay_speculate). One sweep
- *   along a curve, in blocks side by side, over all vertices then betters the mean. Positions are
- *   accepted by exact signs only.
+ *   need none; and around what the surface does not hold and nothing has bettered, vertices are
+ *   moved at random and that part is improved anew: it is taken if it has fewer bad ones. Plans are
+ *   made side by side and committed in order (delaunay_speculate). One sweep along a curve, in
+ *   blocks side by side, over all vertices then betters the mean. Positions are accepted by exact
+ *   signs only.
  *
  * LICENCE: MIT or public domain, at the end of the file.
  */
@@ -145,6 +147,7 @@ typedef struct spr_report {
     spr_statistics before, after;
     /* successful operations */
     uint64_t  smoothed, edges_removed, reconnected, vertices_removed, vertices_inserted;
+    uint64_t  shaken;  /* small parts made anew from shaken vertices */
     uint64_t  relaxed; /* vertices moved for the mean alone */
     uint64_t  rounds, plans, conflicts;
     /* bad tetrahedra left, by reason: held below the target by the surface; all vertices fixed;
@@ -446,6 +449,7 @@ typedef struct spr__case {
     uint8_t  level;    /* next operator */
     uint8_t  listed;   /* it is in the list */
     uint8_t  restarts; /* times that it, or what was in its place, began again */
+    uint8_t  shaken;   /* times that its surroundings were shaken; SPR__CLAIMED: by now */
 } spr__case;
 
 /* Of the running call; shared by all threads, written between rounds only. */
@@ -474,8 +478,10 @@ typedef struct spr__state {
     delaunay_list    bad, items;
     int              sweep;       /* the level that is running */
     int              tidy;        /* fewer bad tetrahedra are worth it, however small the gain */
-    int              lift;        /* a new vertex need only lift the worst; once in a run, for few */
+    int              lift;        /* a new vertex need only lift the worst: once, for few */
     int              lifted;      /* they had their turn */
+    int              is_patch;    /* a part of a mesh that is shaken */
+    uint64_t         shakes;      /* plans of patches so far */
     int              gamma;       /* the measure is gamma: the quick way */
     int              simd;        /* the processor has AVX2 */
     spr_result       failure;     /* in done */
@@ -2545,6 +2551,7 @@ static int spr__renew(spr__state *s, delaunay_handle t, int is_new)
     if (is_new) {
         s->at[t].goal = 0;
         s->at[t].kept = 0;
+        s->at[t].shaken = 0;
         s->at[t].listed = s->at[t].listed != 0;
     }
     for (k = 0; k < 4; k++) s->stamp[v[k]] = delaunay_engine_round(s->engine);
@@ -2704,12 +2711,13 @@ static void spr__set_allowance(spr__state *s, uint64_t num_tets)
     s->allowance[SPR__MEDIUM] = 5000 + num_tets / 50;
     s->allowance[SPR__LARGE] = 600 + num_tets / 400;
     s->allowance[SPR__UTMOST] = num_tets < 16000 ? 16 + num_tets / 100 : 176;
+    if (s->is_patch) s->allowance[SPR__LARGE] = s->allowance[SPR__UTMOST] = 0;
 }
 
 enum { SPR__FEW = 32 }; /* of the worst, for which everything possible is done, at a time */
 
-/* How many of those that have the last level are tried at a time: at first the very worst, for which
- * a new vertex may leave more bad ones. */
+/* How many of those that have the last level are tried at a time: at first the very worst, for
+ * which a new vertex may leave more bad ones. */
 static size_t spr__few(spr__state *s, size_t allowed)
 {
     uint64_t n = s->report->before.num_tets, worst = n < 50000 ? 5 + n / 1000 : 55;
@@ -2799,17 +2807,426 @@ static void spr__tidy(spr__state *s)
     }
 }
 
+/* -- shaking: where no single change gains, several at once may. The vertices around a bad
+ * tetrahedron are moved at random, and the schedule improves that part of the mesh alone, from this
+ * worse beginning; it takes the place of what was there if fewer are bad and the worst is no worse.
+ */
+
+enum {
+    SPR__PATCH_TETS = 500,
+    SPR__PATCH_VERTICES = 250,
+    SPR__PATCH_NEW = 3,     /* vertices at most */
+    SPR__PATCH_ROOM = 100,  /* more tetrahedra at most */
+    SPR__PATCHES = 16,      /* at a time */
+    SPR__SHAKES = 4,        /* of a patch, and visits to one */
+    SPR__CLAIMED = 0x80     /* a patch of this time has it */
+};
+
+/* How far a vertex is moved, of the shortest edge around. */
+#define SPR__SHAKEN 0.3
+
+/* Everything within two rings of vertices around a bad tetrahedron. */
+typedef struct spr__patch {
+    delaunay_handle t[SPR__PATCH_TETS];
+    uint32_t        tets[SPR__PATCH_TETS][4];  /* numbers in v */
+    uint32_t        v[SPR__PATCH_VERTICES];
+    uint8_t         inner[SPR__PATCH_VERTICES]; /* it may move, and all its tetrahedra are here */
+    size_t          num_tets, num_vertices, num_inner;
+    uint32_t        max_new, seed;
+    uint64_t        plans;    /* what shaking it took */
+    double          worst;    /* what must be exceeded with as many bad ones as num_bad */
+    double          before;
+    int             num_bad;
+    /* the best so far */
+    int             found;
+    size_t          num_out, num_points; /* points: those of v first */
+    uint32_t        out[SPR__PATCH_TETS + SPR__PATCH_ROOM][4];
+    double          xyz[SPR__PATCH_VERTICES + SPR__PATCH_NEW][3];
+} spr__patch;
+
+/* Allocations of several threads, one after the other: the host's are the calling thread's. */
+static void *spr__gate_alloc(void *user, size_t size)
+{
+    void *block;
+    SPR__OMP(omp critical(spr__gate))
+    block = delaunay_alloc((delaunay_memory *)user, size, 1);
+    return block;
+}
+static void spr__gate_release(void *user, void *block)
+{
+    SPR__OMP(omp critical(spr__gate))
+    delaunay_release((delaunay_memory *)user, block);
+}
+
+/* The number of v in a patch, which it may get. Returns SPR__PATCH_VERTICES if there is no room. */
+static uint32_t spr__patch_vertex(spr__patch *p, uint32_t v)
+{
+    uint32_t i;
+    for (i = 0; i < p->num_vertices; i++)
+        if (p->v[i] == v) return i;
+    if (i == SPR__PATCH_VERTICES) return i;
+    p->inner[i] = 0;
+    p->v[p->num_vertices++] = v;
+    return i;
+}
+
+static int spr__patch_has(const spr__patch *p, delaunay_handle t)
+{
+    size_t i;
+    for (i = 0; i < p->num_tets; i++)
+        if (p->t[i] == t) return 1;
+    return 0;
+}
+
+/* Adds the tetrahedra around v that are of one region with another one. Returns 1; 0 if there is no
+ * room, or another patch has one; or an error. */
+static int spr__patch_add_star(const spr__state *s, delaunay_worker *worker, spr__patch *p,
+                               uint32_t v, delaunay_handle of, delaunay_list *star)
+{
+    const delaunay_mesh *m = s->mesh;
+    delaunay_result result = delaunay_vertex_star(m, worker, v, star);
+    size_t i;
+    int k;
+    if (result != DELAUNAY_OK) return (int)result;
+    for (i = 0; i < star->count; i++) {
+        delaunay_handle t = star->items[i];
+        if (!spr__is_inside(m, t) || spr__patch_has(p, t)) continue;
+        if (m->color && m->color[t] != m->color[of]) continue;
+        if (p->num_tets == SPR__PATCH_TETS || (s->at[t].shaken & SPR__CLAIMED)) return 0;
+        for (k = 0; k < 4; k++) {
+            p->tets[p->num_tets][k] = spr__patch_vertex(p, m->tets[t].v[k]);
+            if (p->tets[p->num_tets][k] == SPR__PATCH_VERTICES) return 0;
+        }
+        p->t[p->num_tets++] = t;
+    }
+    return 1;
+}
+
+/* The stars of all vertices of the stars of the vertices of t. Returns 1; 0: not to be shaken; or
+ * an error. */
+static int spr__patch_set(const spr__state *s, delaunay_worker *worker, spr__patch *p,
+                          delaunay_handle t, delaunay_list *star)
+{
+    size_t i, ring;
+    int answer = 1;
+    p->num_tets = p->num_inner = 0;
+    p->num_vertices = 4;
+    p->found = 0;
+    p->plans = 0;
+    memcpy(p->v, s->mesh->tets[t].v, 4 * sizeof *p->v);
+    memset(p->inner, 0, 4);
+    for (i = 0, ring = 4; i < ring && answer > 0; i++) {
+        answer = spr__patch_add_star(s, worker, p, p->v[i], t, star);
+        p->inner[i] = s->movable[p->v[i]] != 0;
+        p->num_inner += p->inner[i];
+        if (i == 3) ring = p->num_vertices;
+    }
+    if (answer <= 0 || p->num_inner == 0) return answer < 0 ? answer : 0;
+    p->before = HUGE_VAL;
+    p->num_bad = 0;
+    for (i = 0; i < p->num_tets; i++) {
+        p->before = spr__min(p->before, s->value[p->t[i]]);
+        p->num_bad += s->value[p->t[i]] < s->target;
+    }
+    p->worst = spr__floor(s, p->before);
+    return 1;
+}
+
+/* A number between -1 and 1. */
+static double spr__random(uint64_t *state)
+{
+    uint64_t x = *state += UINT64_C(0x9E3779B97F4A7C15);
+    x = (x ^ (x >> 30)) * UINT64_C(0xBF58476D1CE4E5B9);
+    x = (x ^ (x >> 27)) * UINT64_C(0x94D049BB133111EB);
+    x ^= x >> 31;
+    return (double)(x >> 11) / 4503599627370496.0 - 1;
+}
+
+/* Moves the inner vertices of a patch's own mesh, one by one, where nothing is inverted. */
+static void spr__patch_jolt(const spr__patch *p, delaunay_mesh *m)
+{
+    uint64_t state = p->seed;
+    size_t v, i;
+    int k;
+    for (v = 0; v < p->num_vertices; v++) {
+        double *x = m->vertices[v + 1].x, old[3], shortest = HUGE_VAL;
+        if (!p->inner[v]) continue;
+        memcpy(old, x, sizeof old);
+        for (i = 0; i < p->num_tets; i++) {
+            const uint32_t *t = m->tets[i + 1].v;
+            if (t[0] != v + 1 && t[1] != v + 1 && t[2] != v + 1 && t[3] != v + 1) continue;
+            for (k = 0; k < 4; k++)
+                if (t[k] != v + 1)
+                    shortest = spr__min(shortest, spr__distance2(x, m->vertices[t[k]].x));
+        }
+        shortest = sqrt(shortest);
+        for (k = 0; k < 3; k++) x[k] += SPR__SHAKEN * shortest * spr__random(&state);
+        for (i = 0; i < p->num_tets; i++) {
+            const uint32_t *t = m->tets[i + 1].v;
+            if (t[0] != v + 1 && t[1] != v + 1 && t[2] != v + 1 && t[3] != v + 1) continue;
+            if (delaunay_orient3d(m->vertices[t[0]].x, m->vertices[t[1]].x, m->vertices[t[2]].x,
+                                  m->vertices[t[3]].x) > 0)
+                continue;
+            memcpy(x, old, sizeof old);
+            break;
+        }
+    }
+}
+
+/* The patch as a mesh of its own, with the marks of the whole one. */
+static int spr__patch_mesh(const spr__state *s, const spr__patch *p, const delaunay_host *host,
+                           delaunay_mesh *own)
+{
+    const delaunay_mesh *m = s->mesh;
+    double xyz[SPR__PATCH_VERTICES][3];
+    size_t i;
+    for (i = 0; i < p->num_vertices; i++) memcpy(xyz[i], spr__point(m, p->v[i]), sizeof xyz[i]);
+    if (delaunay_import(own, xyz[0], p->num_vertices, p->tets[0], NULL, p->num_tets, host, NULL) !=
+            DELAUNAY_OK ||
+        delaunay_enable_marks(own) != DELAUNAY_OK)
+        return 0;
+    for (i = 0; i < p->num_tets; i++) {
+        own->color[i + 1] = 1;
+        if (m->flags)
+            own->flags[i + 1] =
+                (uint16_t)(m->flags[p->t[i]] & (DELAUNAY_FACET_BITS | DELAUNAY_EDGE_BITS));
+    }
+    return 1;
+}
+
+/* Keeps the improved mesh of a patch if it is the best so far. */
+static void spr__patch_judge(spr__patch *p, const spr__state *own)
+{
+    const delaunay_mesh *m = own->mesh;
+    delaunay_handle t;
+    double worst = HUGE_VAL;
+    size_t num = 0;
+    uint32_t v;
+    int bad = 0, k;
+    for (t = 1; t < m->num_tets; t++) {
+        if (delaunay_is_deleted(m, t)) continue;
+        worst = spr__min(worst, own->value[t]);
+        bad += own->value[t] < own->target;
+        num++;
+    }
+    if (!(bad < p->num_bad ? worst >= p->before : bad == p->num_bad && worst > p->worst) ||
+        num > SPR__PATCH_TETS + SPR__PATCH_ROOM ||
+        m->num_vertices - 1 > p->num_vertices + SPR__PATCH_NEW)
+        return;
+    p->found = 1;
+    p->num_bad = bad;
+    p->worst = worst;
+    p->num_points = m->num_vertices - 1;
+    p->num_out = 0;
+    for (v = 1; v < m->num_vertices; v++)
+        memcpy(p->xyz[v - 1], m->vertices[v].x, sizeof p->xyz[0]);
+    for (t = 1; t < m->num_tets; t++) {
+        if (delaunay_is_deleted(m, t)) continue;
+        for (k = 0; k < 4; k++) p->out[p->num_out][k] = m->tets[t].v[k] - 1;
+        p->num_out++;
+    }
+}
+
+static spr_result spr__improve_patch(spr__state *s, uint32_t max_new);
+static void spr__close(spr__state *s);
+
+/* One attempt, by one thread with memory of its own; s and the mesh are read. */
+static void spr__patch_try(const spr__state *s, spr__patch *p)
+{
+    spr__state own;
+    spr_report report;
+    delaunay_mesh mesh;
+    delaunay_memory memory;
+    uint8_t fixed[SPR__PATCH_VERTICES + 1];
+    size_t i;
+    memset(&own, 0, sizeof own);
+    memset(&report, 0, sizeof report);
+    memset(&mesh, 0, sizeof mesh);
+    own.options = s->options;
+    memset(&own.options.host, 0, sizeof own.options.host);
+    own.options.host.allocator.alloc = spr__gate_alloc;
+    own.options.host.allocator.release = spr__gate_release;
+    own.options.host.allocator.user = s->memory;
+    own.options.host.num_threads = 1;
+    own.options.max_rounds = 0;
+    own.options.free_vertices = 1;
+    own.options.fixed_vertices = fixed;
+    for (fixed[0] = 1, i = 0; i < p->num_vertices; i++) fixed[i + 1] = !p->inner[i];
+    own.quality = s->quality;
+    own.quality_user = s->quality_user;
+    own.target = s->target;
+    own.gamma = s->gamma;
+    own.simd = s->simd;
+    own.is_patch = own.lifted = 1;
+    own.mesh = &mesh;
+    own.report = &report;
+    own.memory = &memory;
+    if (delaunay_memory_init(&memory, &own.options.host) != DELAUNAY_OK) return;
+    if (spr__patch_mesh(s, p, &own.options.host, &mesh)) {
+        spr__patch_jolt(p, &mesh);
+        if (spr__improve_patch(&own, p->max_new) == SPR_OK) spr__patch_judge(p, &own);
+        p->plans += report.plans;
+        spr__close(&own);
+    }
+    delaunay_mesh_free(&mesh);
+}
+
+static void spr__patch_shake(const spr__state *s, spr__patch *p)
+{
+    int i;
+    for (i = 0; i < SPR__SHAKES && p->num_bad > 0; i++) {
+        p->seed = p->seed * SPR__SHAKES + (uint32_t)i;
+        spr__patch_try(s, p);
+    }
+}
+
+/* Puts what was found in the place of what was there. */
+static spr_result spr__patch_commit(spr__state *s, spr__patch *p, delaunay_list *slots)
+{
+    delaunay_mesh *m = s->mesh;
+    uint32_t *out = p->out[0], v[SPR__PATCH_VERTICES + SPR__PATCH_NEW];
+    size_t i;
+    memcpy(v, p->v, p->num_vertices * sizeof *v);
+    for (slots->count = i = 0; i < p->num_out; i++)
+        if (delaunay_list_push(slots, 0) != DELAUNAY_OK) return SPR_ERROR_OUT_OF_MEMORY;
+    for (i = p->num_vertices; i < p->num_points; i++) {
+        v[i] = delaunay_add_vertex(m, p->xyz[i], DELAUNAY_NO_ID);
+        if (v[i] == 0) return SPR_ERROR_OUT_OF_MEMORY;
+        s->report->vertices_inserted++;
+    }
+    for (i = 0; i < 4 * p->num_out; i++) out[i] = v[out[i]];
+    if (!spr__fit(s)) return SPR_ERROR_OUT_OF_MEMORY;
+    i = (size_t)delaunay_replace(m, delaunay_engine_worker(s->engine), p->t, p->num_tets, out,
+                                 p->num_out, slots->items);
+    if (i != DELAUNAY_OK) return (spr_result)(int)i;
+    for (i = 0; i < p->num_vertices; i++)
+        if (p->inner[i]) memcpy(m->vertices[v[i]].x, p->xyz[i], sizeof p->xyz[i]);
+    if (!spr__fit(s)) return SPR_ERROR_OUT_OF_MEMORY;
+    for (i = 0; i < p->num_tets; i++) {
+        s->value[p->t[i]] = HUGE_VAL;
+        if (delaunay_engine_touch(s->engine, p->t[i]) != DELAUNAY_OK)
+            return SPR_ERROR_OUT_OF_MEMORY;
+    }
+    for (i = 0; i < p->num_out; i++) {
+        s->at[slots->items[i]].restarts = 0;
+        if (!spr__renew(s, slots->items[i], 1) ||
+            delaunay_engine_touch(s->engine, slots->items[i]) != DELAUNAY_OK)
+            return SPR_ERROR_OUT_OF_MEMORY;
+    }
+    s->report->shaken++;
+    return SPR_OK;
+}
+
+/* Worth shaking: bad, and the surface does not hold it. */
+static int spr__is_shakable(const spr__state *s, delaunay_handle t)
+{
+    return !delaunay_is_deleted(s->mesh, t) && s->value[t] < s->target &&
+           s->at[t].shaken < SPR__SHAKES && s->at[t].goal >= (float)s->target;
+}
+
+/* The next patches, none of which overlap: what overlaps waits for another pass. Returns their
+ * number, or an error. */
+static int spr__patches_set(spr__state *s, spr__patch *patch, delaunay_list *star)
+{
+    uint32_t vertices = s->mesh->num_vertices - s->first_new, new_ = SPR__PATCH_NEW,
+             left = s->max_new > vertices ? s->max_new - vertices : 0;
+    size_t i, j;
+    int num = 0, answer;
+    for (i = 0; i < s->items.count && num < SPR__PATCHES; i++) {
+        delaunay_handle t = s->items.items[i];
+        if (!spr__is_shakable(s, t)) continue; /* or claimed */
+        answer = spr__patch_set(s, delaunay_engine_worker(s->engine), &patch[num], t, star);
+        if (answer < 0) return answer;
+        patch[num].seed = s->at[t].shaken++;
+        if (answer == 0) continue;
+        patch[num].max_new = left < new_ ? left : new_;
+        left -= patch[num].max_new;
+        for (j = 0; j < patch[num].num_tets; j++)
+            s->at[patch[num].t[j]].shaken |= SPR__CLAIMED;
+        num++;
+    }
+    s->items.count -= i;
+    memmove(s->items.items, s->items.items + i, s->items.count * sizeof *s->items.items);
+    return num;
+}
+
+/* Shakes these patches side by side, and takes what is better. Returns how many are, or an error.
+ */
+static int spr__patches_shake(spr__state *s, spr__patch *patch, int num, delaunay_list *slots)
+{
+    int threads = delaunay_threads_for(&s->options.host, SIZE_MAX), found = 0, i;
+    size_t k;
+    (void)threads;
+    /* each thread writes its patches; the mesh is read */
+    SPR__OMP(omp parallel for schedule(dynamic, 1) num_threads(threads))
+    for (i = 0; i < num; i++) spr__patch_shake(s, &patch[i]);
+    for (i = 0; i < num; i++) {
+        spr_result result;
+        for (k = 0; k < patch[i].num_tets; k++) s->at[patch[i].t[k]].shaken &= SPR__CLAIMED - 1;
+        s->shakes += patch[i].plans;
+        if (!patch[i].found) continue;
+        found++;
+        result = spr__patch_commit(s, &patch[i], slots);
+        if (result != SPR_OK) return (int)result;
+    }
+    return found;
+}
+
+/* Enough: it takes more than all the rest, or seldom helps. */
+static int spr__has_shaken_enough(const spr__state *s, int tried, int found)
+{
+    return s->shakes > s->report->plans + s->report->before.num_tets + 5000 ||
+           (tried >= 2 * SPR__PATCHES && 6 * found < tried);
+}
+
+/* Shakes what is left and free to be better. Returns SPR_OK; SPR_GOAL_NOT_MET if it is worth no
+ * more; or why it ends. */
+static spr_result spr__shake(spr__state *s)
+{
+    const delaunay_host *host = &s->options.host;
+    spr__patch *patch = (spr__patch *)delaunay_alloc(s->memory, SPR__PATCHES, sizeof *patch);
+    spr_result result = patch ? SPR_OK : SPR_ERROR_OUT_OF_MEMORY;
+    delaunay_list list;
+    int tried = 0, found = 0, num = 1, answer;
+    size_t i;
+    memset(&list, 0, sizeof list);
+    list.memory = s->memory;
+    s->items.count = 0;
+    for (i = 0; i < s->bad.count && result == SPR_OK; i++)
+        if (delaunay_list_push(&s->items, s->bad.items[i]) != DELAUNAY_OK)
+            result = SPR_ERROR_OUT_OF_MEMORY;
+    while (result == SPR_OK && num > 0 && !spr__has_shaken_enough(s, tried, found)) {
+        num = spr__patches_set(s, patch, &list);
+        answer = num > 0 ? spr__patches_shake(s, patch, num, &list) : num;
+        if (answer < 0) result = (spr_result)answer;
+        tried += num;
+        found += answer;
+        if (host->progress && host->progress(host->user, "improve", 0.9)) result = SPR_CANCELLED;
+        if (s->deadline > 0 && delaunay_seconds(host) > s->deadline)
+            result = SPR_STOPPED_BY_BUDGET;
+    }
+    delaunay_list_free(&list);
+    delaunay_release(s->memory, patch);
+    return result != SPR_OK || 4 * found > tried ? result : SPR_GOAL_NOT_MET;
+}
+
 static spr_result spr__schedule(spr__state *s)
 {
     spr_result result = SPR_OK;
-    int sweeps, level;
+    int sweeps, level, shaken = 0;
     spr__set_allowance(s, s->report->before.num_tets);
     for (sweeps = 0; result == SPR_OK; sweeps++) {
         double start = delaunay_seconds(&s->options.host), took;
         if (s->options.max_rounds > 0 && sweeps >= s->options.max_rounds)
             return SPR_STOPPED_BY_BUDGET;
         level = spr__refresh(s);
-        if (level == SPR__HOPELESS && s->tidy) break;
+        if (level == SPR__HOPELESS && s->tidy) {
+            if (s->is_patch || s->options.no_smoothing || shaken) break;
+            result = spr__shake(s);
+            shaken = result == SPR_GOAL_NOT_MET; /* once more what has changed, then the end */
+            if (shaken) result = SPR_OK;
+            continue;
+        }
         if (level == SPR__HOPELESS) {
             spr__tidy(s);
             continue;
@@ -3204,6 +3621,25 @@ static spr_result spr__improve(spr__state *s, uint32_t max_new)
     if (result == SPR_OK && s->options.require_target && s->report->after.num_below > 0)
         result = SPR_GOAL_NOT_MET;
     return result;
+}
+
+/* A patch: the schedule alone, and no more than that takes. */
+static spr_result spr__improve_patch(spr__state *s, uint32_t max_new)
+{
+    const delaunay_mesh *m = s->mesh;
+    delaunay_handle t;
+    s->bad.memory = s->items.memory = s->memory;
+    if (delaunay_link_vertices(s->mesh) != DELAUNAY_OK) return SPR_ERROR_OUT_OF_MEMORY;
+    s->engine = delaunay_engine_new(s->mesh, &s->options.host);
+    if (!s->engine || !spr__fit(s)) return SPR_ERROR_OUT_OF_MEMORY;
+    for (t = 1, s->value[0] = HUGE_VAL; t < m->num_tets; t++)
+        s->value[t] = spr__quality_of(s, m->tets[t].v);
+    s->report->before.num_tets = m->num_tets - 1;
+    s->first_new = m->num_vertices;
+    s->max_gone = SPR__PATCH_NEW;
+    s->max_new = s->options.keep_vertices ? 0 : max_new;
+    spr__find_movable(s);
+    return spr__find_bad(s) ? spr__schedule(s) : SPR_ERROR_OUT_OF_MEMORY;
 }
 
 /* -- a polyhedron in arrays */
