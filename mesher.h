@@ -2212,7 +2212,7 @@ enum {
     MESHER__PIPE = 2048,        /* crossings or tetrahedra around one edge or facet at most */
     MESHER__MAX_WINDOWS = 4000, /* around one edge or facet */
     MESHER__PIECES = 16384,     /* of split edges, and of facets, at most; a power of two */
-    MESHER__SECTOR_GROWTH = 96, /* tetrahedra that a sector takes in from behind it at most */
+    MESHER__SECTOR_GROWTH = 300, /* tetrahedra that a sector takes in from behind it at most */
     MESHER__FEW_EDGES =
         32, /* worth large searches before a point is added: one in hundreds comes in by them */
     MESHER__ATTEMPTS = 6,    /* at the whole, with other places of points, ... */
@@ -6020,7 +6020,8 @@ static mesher_result mesher__recover_once(mesher_domain *domain, mesher_report *
     }
     mesher__recover_all(r);
     r->max_vain = UINT32_MAX;
-    if (!mesher__ends(r) && mesher__worth_splits(r) && (r->num_missing_edges || r->num_missing_facets)) {
+    if (!mesher__ends(r) && mesher__worth_splits(r) &&
+        (r->num_missing_edges || r->num_missing_facets)) {
         mesher__split_all(r);
         if (!mesher__ends(r) && !r->num_missing_edges && !r->num_missing_facets)
             mesher__suppress_all(r);

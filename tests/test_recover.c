@@ -220,6 +220,43 @@ static void turned_needles_need_few_points(void)
     }
 }
 
+static void count_attempts(void *user, int level, const char *text)
+{
+    (void)level;
+    if (strstr(text, "points removed")) ++*(int *)user;
+}
+
+/* Points come off the surface where much is in the way of those that take their place. */
+static void turned_needles_need_one_attempt(void)
+{
+    static const int seeds[2] = {1000, 1004}, size[2] = {1, 2}, splits[2] = {900, 2000};
+    int i, attempts;
+    for (i = 0; i < 2; i++) {
+        shape s = {0};
+        mesher_surface surface;
+        mesher_options options;
+        mesher_domain d;
+        state = (uint64_t)seeds[i];
+        split_box(&s, size[i], splits[i]);
+        transform(&s, 0.7 + seeds[i] - 1000, 1, 0);
+        memset(&surface, 0, sizeof surface);
+        memset(&options, 0, sizeof options);
+        memset(&d, 0, sizeof d);
+        surface.xyz = s.xyz;
+        surface.num_vertices = s.num_vertices;
+        surface.triangles = s.triangles;
+        surface.num_triangles = s.num_triangles;
+        options.no_refine = 1;
+        options.host.log = count_attempts;
+        options.host.user = &attempts;
+        attempts = 0;
+        CHECK(mesher_mesh(&d, &surface, &options, NULL) == MESHER_OK);
+        CHECK(attempts == 1);
+        mesher_domain_free(&d);
+        shape_free(&s);
+    }
+}
+
 static void interlocked_tori_and_near_spheres(void)
 {
     shape s = {0};
@@ -431,6 +468,7 @@ int main(int argc, char **argv)
         flipped_grids_and_slabs();
         thin_triangles_need_few_points();
     turned_needles_need_few_points();
+    turned_needles_need_one_attempt();
         interlocked_tori_and_near_spheres();
         sheets_and_dangling_edges();
         isolated_points_on_the_surface_stay_out();
