@@ -98,6 +98,22 @@ typedef enum spr_measure {
     SPR_USER          /* options.quality */
 } spr_measure;
 
+/* Why a bad tetrahedron is left. */
+typedef enum spr_reason {
+    SPR_BOUNDED, /* the surface itself holds it below the target: facets, and angles between them */
+    SPR_FIXED,   /* all its vertices are fixed */
+    SPR_STUCK,   /* every operator was tried around it as it is now */
+    SPR_BUDGET   /* not everything was tried, or not again since something changed beside it */
+} spr_reason;
+
+/* One bad tetrahedron that is left, its middle, and its slot in the mesh (spr_improve) after the
+ * call; bound: no tetrahedron on its surface facets can be better. */
+typedef struct spr_worst {
+    double          quality, bound, xyz[3];
+    delaunay_handle tet;
+    spr_reason      reason;
+} spr_worst;
+
 /* Zeros are the recommended setting. */
 typedef struct spr_options {
     delaunay_host host;
@@ -118,6 +134,10 @@ typedef struct spr_options {
     void          *quality_user;
     /* One a mesh vertex, nonzero: must not move; NULL: none but the constrained. */
     const uint8_t *fixed_vertices;
+    /* Told in the end of every bad tetrahedron that is left, by the calling thread, in the same
+     * order for any number of threads; NULL: nobody. A fifth of a millisecond each at most. */
+    void (*left)(void *user, const spr_worst *what);
+    void *left_user;
 } spr_options;
 
 typedef struct spr_statistics {
@@ -128,21 +148,6 @@ typedef struct spr_statistics {
     uint64_t dihedral_histogram[18];   /* all dihedral angles by 10 degrees */
 } spr_statistics;
 
-/* Why a bad tetrahedron is left. */
-typedef enum spr_reason {
-    SPR_BOUNDED, /* the surface itself holds it below the target: facets, and angles between them */
-    SPR_FIXED,   /* all its vertices are fixed */
-    SPR_STUCK,   /* every operator was tried around it as it is now */
-    SPR_BUDGET   /* not everything was tried: a budget, or cancelled */
-} spr_reason;
-
-/* One bad tetrahedron that is left; bound: no tetrahedron on its surface facets can be better. */
-typedef struct spr_worst {
-    double          quality, bound, xyz[3];
-    delaunay_handle tet;
-    spr_reason      reason;
-} spr_worst;
-
 typedef struct spr_report {
     spr_statistics before, after;
     /* successful operations */
@@ -150,9 +155,7 @@ typedef struct spr_report {
     uint64_t  shaken;  /* small parts made anew from shaken vertices */
     uint64_t  relaxed; /* vertices moved for the mean alone */
     uint64_t  rounds, plans, conflicts;
-    /* bad tetrahedra left, by reason: held below the target by the surface; all vertices fixed;
-     * others */
-    uint64_t  bounded, fixed, stuck;
+    uint64_t  bounded, fixed, stuck, unfinished; /* bad tetrahedra left, by spr_reason */
     spr_worst worst[5];
     int       num_worst;
     double    seconds, seconds_smoothing, seconds_edge_removal, seconds_reconnection;
@@ -435,7 +438,8 @@ static double spr__measure_sine(void *user, const double *a, const double *b, co
 enum {
     SPR__EDGES, SPR__SMOOTH, SPR__SMALL, SPR__REMOVE, SPR__INSERT, SPR__MEDIUM, SPR__LARGE,
     SPR__UTMOST,  /* for the very worst */
-    SPR__HOPELESS /* level of a tetrahedron for which everything was tried */
+    SPR__HOPELESS, /* level of a tetrahedron for which everything was tried */
+    SPR__GIVEN_UP  /* others had its turn */
 };
 
 typedef double (*spr__function)(void *user, const double *a, const double *b, const double *c,
@@ -2774,7 +2778,7 @@ static spr_result spr__gather(spr__state *s, int level)
     if (s->items.count > most) {
         spr__sort(s, s->items.items, s->items.count);
         for (i = most; i < s->items.count && most == s->allowance[level]; i++)
-            s->at[s->items.items[i]].level = SPR__HOPELESS;
+            s->at[s->items.items[i]].level = SPR__GIVEN_UP;
         s->items.count = most;
     }
     s->allowance[level] -= s->items.count;
@@ -3051,6 +3055,7 @@ static void spr__patch_try(const spr__state *s, spr__patch *p)
     own.options.max_rounds = 0;
     own.options.free_vertices = 1;
     own.options.fixed_vertices = fixed;
+    own.options.left = NULL;
     for (fixed[0] = 1, i = 0; i < p->num_vertices; i++) fixed[i + 1] = !p->inner[i];
     own.quality = s->quality;
     own.quality_user = s->quality_user;
@@ -3515,40 +3520,67 @@ static int spr__is_fixed(const spr__state *s, delaunay_handle t)
     return !s->movable[v[0]] && !s->movable[v[1]] && !s->movable[v[2]] && !s->movable[v[3]];
 }
 
-/* The worst that is left, and why. */
+/* Why number i of the list is left. */
+static spr_reason spr__reason(const spr__state *s, size_t i)
+{
+    delaunay_handle t = s->bad.items[i];
+    const spr__case *c = &s->left[i];
+    if (spr__is_held(s, c)) return SPR_BOUNDED;
+    if (spr__is_fixed(s, t)) return SPR_FIXED;
+    return c->level != SPR__HOPELESS || spr__has_changed(s, s->mesh->tets[t].v, c->tried + 1)
+               ? SPR_BUDGET
+               : SPR_STUCK;
+}
+
+static void spr__describe(const spr__state *s, spr_worst *w, delaunay_handle t, spr_reason reason)
+{
+    const delaunay_mesh *m = s->mesh;
+    const uint32_t *v = m->tets[t].v;
+    int k;
+    w->tet = t;
+    w->reason = reason;
+    w->quality = s->value[t];
+    w->bound = spr__bound(s, t);
+    if (w->bound < s->target) w->reason = SPR_BOUNDED;
+    for (k = 0; k < 3; k++)
+        w->xyz[k] = (spr__point(m, v[0])[k] + spr__point(m, v[1])[k] + spr__point(m, v[2])[k] +
+                     spr__point(m, v[3])[k]) /
+                    4;
+}
+
+/* The worst that is left, and why; all of it, for who wants to know. */
 static void spr__explain(spr__state *s)
 {
     spr_report *r = s->report;
+    uint64_t *count[4];
+    spr_worst w;
     size_t i;
-    int j, k;
-    r->num_worst = 0;
-    r->bounded = r->fixed = r->stuck = 0;
+    int j;
+    count[SPR_BOUNDED] = &r->bounded;
+    count[SPR_FIXED] = &r->fixed;
+    count[SPR_STUCK] = &r->stuck;
+    count[SPR_BUDGET] = &r->unfinished;
     for (i = 0; i < s->bad.count; i++) {
         delaunay_handle t = s->bad.items[i];
+        spr_reason reason;
         if (delaunay_is_deleted(s->mesh, t) || s->value[t] >= s->target) continue;
-        if (spr__is_held(s, &s->left[i])) r->bounded++;
-        else if (spr__is_fixed(s, t)) r->fixed++;
-        else r->stuck++;
+        reason = spr__reason(s, i);
+        if (s->options.left) {
+            spr__describe(s, &w, t, reason);
+            reason = w.reason;
+            s->options.left(s->options.left_user, &w);
+        }
+        ++*count[reason];
         for (j = r->num_worst; j > 0 && r->worst[j - 1].quality > s->value[t]; j--)
             if (j < 5) r->worst[j] = r->worst[j - 1];
         if (j == 5) continue;
         r->worst[j].quality = s->value[t];
         r->worst[j].tet = t;
-        r->worst[j].reason = s->left[i].level < SPR__HOPELESS ? SPR_BUDGET
-                             : spr__is_fixed(s, t)            ? SPR_FIXED
-                                                              : SPR_STUCK;
+        r->worst[j].reason = reason;
         if (r->num_worst < 5) r->num_worst++;
     }
-    for (j = 0; j < r->num_worst; j++) {
-        spr_worst *w = &r->worst[j];
-        const uint32_t *v = s->mesh->tets[w->tet].v;
-        w->bound = spr__bound(s, w->tet);
-        for (k = 0; k < 3; k++)
-            w->xyz[k] = (spr__point(s->mesh, v[0])[k] + spr__point(s->mesh, v[1])[k] +
-                         spr__point(s->mesh, v[2])[k] + spr__point(s->mesh, v[3])[k]) /
-                        4;
-        if (w->bound < s->target) w->reason = SPR_BOUNDED;
-    }
+    for (j = 0; j < r->num_worst; j++)
+        spr__describe(s, &r->worst[j], r->worst[j].tet, r->worst[j].reason);
 }
 
 /* Vertices without id that no tetrahedron has any more leave the arrays; the others keep their

@@ -24,6 +24,8 @@ static const char help[] =
     "  --no-smoothing       vertices stay where they are\n"
     "  --max-seconds S\n"
     "  --threads N          default: what OpenMP chooses\n"
+    "  --bad FILE           list what is left below the target: middle, measure, the best that its\n"
+    "                       facets on the surface allow, and why; CSV\n"
     "  --histogram          of the measure and of the dihedral angles, before and after\n"
     "  -q, --quiet          print nothing but errors\n"
     "  --help, --version\n"
@@ -32,7 +34,7 @@ static const char help[] =
     "5 not a valid mesh, 7 memory, 8 interrupted, 70 internal error\n";
 
 typedef struct arguments {
-    const char *input, *output;
+    const char *input, *output, *bad;
     spr_options options;
     int quiet, histogram;
 } arguments;
@@ -85,6 +87,8 @@ static int parse(int argc, char **argv, arguments *args)
             i++;
         } else if (strcmp(a, "--keep-vertices") == 0) {
             args->options.keep_vertices = 1;
+        } else if (strcmp(a, "--bad") == 0 && i + 1 < argc) {
+            args->bad = argv[++i];
         } else if (strcmp(a, "--histogram") == 0) {
             args->histogram = 1;
         } else if (strcmp(a, "--no-smoothing") == 0) {
@@ -133,25 +137,34 @@ static void print_statistics(const spr_report *report)
            "mean", "bad", "angle >=", "angle <=");
     print_row("before", &report->before);
     print_row("after", &report->after);
-    printf("smoothed %llu, edges removed %llu, reconnected %llu, vertices -%llu +%llu\n",
+    printf("smoothed %llu, edges removed %llu, reconnected %llu, vertices -%llu +%llu, "
+           "shaken %llu\n",
            (unsigned long long)report->smoothed, (unsigned long long)report->edges_removed,
            (unsigned long long)report->reconnected, (unsigned long long)report->vertices_removed,
-           (unsigned long long)report->vertices_inserted);
+           (unsigned long long)report->vertices_inserted, (unsigned long long)report->shaken);
     printf("seconds %.3f: smoothing %.3f, edge removal %.3f, reconnection %.3f\n", report->seconds,
            report->seconds_smoothing, report->seconds_edge_removal, report->seconds_reconnection);
+}
+
+static const char *const reason[] = {"held by the surface", "all vertices fixed", "nothing helps",
+                                     "not everything was tried"};
+
+/* One that is left, to the list of --bad. */
+static void list_bad(void *user, const spr_worst *w)
+{
+    fprintf((FILE *)user, "%.17g,%.17g,%.17g,%.6g,%.6g,%s\n", w->xyz[0], w->xyz[1], w->xyz[2],
+            w->quality, w->bound, reason[w->reason]);
 }
 
 /* What is left, and why. */
 static void print_worst(const spr_report *r)
 {
-    static const char *const reason[] = {"held by the surface", "all vertices fixed",
-                                         "nothing helps", "not everything was tried"};
     int i;
     if (r->after.num_below == 0) return;
-    printf("bad ones left: %llu held by the surface, %llu with all vertices fixed, %llu others; "
-           "the worst:\n",
+    printf("bad ones left: %llu held by the surface, %llu with all vertices fixed,\n"
+           "%llu that nothing helps, %llu for which not everything was tried; the worst:\n",
            (unsigned long long)r->bounded, (unsigned long long)r->fixed,
-           (unsigned long long)r->stuck);
+           (unsigned long long)r->stuck, (unsigned long long)r->unfinished);
     for (i = 0; i < r->num_worst; i++) {
         const spr_worst *w = &r->worst[i];
         printf("  %.4g at (%.6g, %.6g, %.6g): %s", w->quality, w->xyz[0], w->xyz[1], w->xyz[2],
@@ -194,6 +207,8 @@ static int make_room(meshio_mesh *m, size_t cap_vertices, size_t cap_tets)
 
 static int improve(const arguments *args, meshio_mesh *m)
 {
+    spr_options options = args->options;
+    FILE *bad = NULL;
     spr_report report;
     spr_result result;
     meshio_report io;
@@ -205,11 +220,24 @@ static int improve(const arguments *args, meshio_mesh *m)
         fprintf(stderr, "improve: out of memory\n");
         return TOOL_NO_MEMORY;
     }
+    if (args->bad) {
+        bad = fopen(args->bad, "w");
+        if (!bad || fputs("x,y,z,measure,bound,reason\n", bad) < 0) {
+            fprintf(stderr, "improve: cannot write '%s'\n", args->bad);
+            return TOOL_CANNOT_WRITE;
+        }
+        options.left = list_bad;
+        options.left_user = bad;
+    }
     /* a region number is any 32 bits; the sign does not matter to spr.h */
     result =
         spr_improve_arrays(m->xyz, &m->num_vertices, cap_vertices, m->tets, (uint32_t *)m->tet_tags,
-                           &m->num_tets, cap_tets, NULL, &args->options, &report);
+                           &m->num_tets, cap_tets, NULL, &options, &report);
     code = exit_code(result);
+    if (bad && (ferror(bad) | fclose(bad)) != 0) {
+        fprintf(stderr, "improve: cannot write '%s'\n", args->bad);
+        return TOOL_CANNOT_WRITE;
+    }
     if (code != TOOL_OK)
         fprintf(stderr, "improve: %s: %s\n", args->input,
                 report.message[0] ? report.message : spr_result_string(result));

@@ -1150,8 +1150,11 @@ static void print_quality(const job *j)
     const spr_statistics *q = &j->quality;
     printf("gamma       min %.4f, 0.1 %% %.4f, 1 %% %.4f, mean %.4f; %llu below 0.35", q->min,
            q->p001, q->p01, q->mean, (unsigned long long)below(q, 7));
-    if (!j->set.no_improve)
-        printf(", %llu of them held there by the surface", (unsigned long long)j->spr.bounded);
+    if (!j->set.no_improve && below(q, 7) > 0)
+        printf(":\n            %llu held by the surface, %llu with all vertices fixed,\n"
+               "            %llu that nothing helps, %llu for which not everything was tried",
+               (unsigned long long)j->spr.bounded, (unsigned long long)j->spr.fixed,
+               (unsigned long long)j->spr.stuck, (unsigned long long)j->spr.unfinished);
     printf("\nSICN        min %.4f\ndihedral    %.2f .. %.2f degrees\n", q->sicn_min,
            q->dihedral_min_degrees, q->dihedral_max_degrees);
     print_bars("gamma", q->histogram, 20, 0.05);

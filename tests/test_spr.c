@@ -293,7 +293,7 @@ static void test_improves_a_cube_and_a_ball(void)
             improve_and_check(&m, &o, &r, SPR_OK);
             CHECK(r.after.num_below * 2 < r.before.num_below &&
                   (!ball || colors > 1 || r.stuck * 20 < r.before.num_below));
-            CHECK(r.bounded + r.fixed + r.stuck == r.after.num_below);
+            CHECK(r.bounded + r.fixed + r.stuck + r.unfinished == r.after.num_below);
             CHECK(r.after.mean > r.before.mean && r.edges_removed > 0 && r.smoothed > 0);
             reconnected += r.reconnected;
             shaken += r.shaken;
@@ -610,7 +610,7 @@ static void test_where_hardly_anything_can_be_good(void)
         CHECK(10 * r.after.num_below < 9 * r.before.num_below &&
               r.after.mean > 1.1 * r.before.mean);
         CHECK(r.vertices_inserted <= r.before.num_tets / 50 + 6 &&
-              r.stuck + r.fixed + r.bounded == r.after.num_below);
+              r.stuck + r.fixed + r.bounded + r.unfinished == r.after.num_below);
     }
     CHECK(m[1].num_tets == m[0].num_tets && m[1].num_vertices == m[0].num_vertices);
     CHECK(m[1].num_tets == m[0].num_tets &&
@@ -979,6 +979,53 @@ static void test_reconnect_without_sense(void)
     CHECK(spr_reconnect(NULL, 0, 0, NULL, &r) == SPR_ERROR_INVALID_ARGUMENT);
 }
 
+typedef struct told {
+    uint64_t  count[4];
+    double    worst;
+    spr_worst last;
+} told;
+
+static void tell(void *user, const spr_worst *what)
+{
+    told *t = (told *)user;
+    t->count[what->reason]++;
+    if (what->quality < t->worst) t->worst = what->quality;
+    CHECK(what->quality < 0.35 && what->bound >= what->quality * 0.999);
+    CHECK((what->bound < 0.35) == (what->reason == SPR_BOUNDED));
+    t->last = *what;
+}
+
+static void test_tells_of_all_that_is_left(void)
+{
+    int k;
+    for (k = 0; k < 2; k++) {
+        spr_options o = open_options();
+        delaunay_mesh m;
+        spr_report r;
+        told t;
+        double middle[3] = {0, 0, 0};
+        int i, j;
+        memset(&t, 0, sizeof t);
+        t.worst = 1;
+        o.left = tell;
+        o.left_user = &t;
+        o.no_reconnection = o.no_edge_removal = o.keep_vertices = 1;
+        o.max_rounds = k;
+        CHECK(random_mesh(&m, 120, 0, NULL));
+        color_mesh(&m, 1);
+        improve_and_check(&m, &o, &r, k ? SPR_STOPPED_BY_BUDGET : SPR_OK);
+        CHECK(t.count[SPR_BOUNDED] == r.bounded && t.count[SPR_FIXED] == r.fixed &&
+              t.count[SPR_STUCK] == r.stuck && t.count[SPR_BUDGET] == r.unfinished);
+        CHECK(r.bounded + r.fixed + r.stuck + r.unfinished == r.after.num_below);
+        CHECK(t.worst == r.worst[0].quality);
+        CHECK(k ? r.unfinished > r.stuck : r.stuck > 0);
+        for (i = 0; i < 4; i++)
+            for (j = 0; j < 3; j++) middle[j] += m.vertices[m.tets[t.last.tet].v[i]].x[j] / 4;
+        for (j = 0; j < 3; j++) CHECK(fabs(middle[j] - t.last.xyz[j]) < 1e-12);
+        delaunay_mesh_free(&m);
+    }
+}
+
 static void test_says_what_the_surface_holds(void)
 {
     double xyz[3 * 8] = {0, 0, 0, 1, 0, 0, 0.5, 0.05, 0, 0.5, 0.02, 0.9};
@@ -1119,6 +1166,7 @@ int main(void)
     test_arrays_without_room_or_sense();
     test_reconnect_against_all_closures();
     test_reconnect_without_sense();
+    test_tells_of_all_that_is_left();
     test_says_what_the_surface_holds();
     test_failing_allocations();
     test_cancel_and_budgets();

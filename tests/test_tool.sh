@@ -222,8 +222,12 @@ code 0 $improve --help
 code 2 $improve "$T/cube.mesh" --target 7
 code 3 $improve "$T/missing.mesh"
 code 5 $improve "$T/cube.off"
-code 1 $improve "$T/t1.mesh" --target 0.99 --histogram
+code 1 $improve "$T/t1.mesh" --target 0.99 --histogram --bad "$T/bad.csv"
 cp "$T/out" "$T/improve.txt"
+ok "all that is left is listed" awk -F, 'NR == FNR { if (/^after/) { split($0, f, " "); n = f[7] } next }
+    FNR > 1 { seen++; wrong += !($4 < 0.99 && $5 >= $4 * 0.999 && $6 != "") }
+    END { exit !(seen == n && n > 0 && !wrong) }' "$T/improve.txt" "$T/bad.csv"
+code 4 $improve "$T/t1.mesh" -q --bad /no/such/folder/bad.csv
 ok "what is left has reasons" grep -q '^bad ones left: ' "$T/improve.txt"
 ok "the worst have places" grep -q ' at (.*): ' "$T/improve.txt"
 ok "six angles a tetrahedron" awk '/^measure/ { m = 1 } /^degrees/ { m = 2 }
