@@ -8769,55 +8769,74 @@ static int mesher__cavity_room(mesher__cavity *c, uint32_t tets, uint32_t outsid
     return 1;
 }
 
-/* Enters up to four tetrahedra, tested against the sphere, in the cavity or in the list outside. */
-static void mesher__sort_out(mesher__cavity *c, delaunay_mesh *mesh, const double *p,
-                             const delaunay_handle *batch, int count)
+/* Facets to cross are kept waiting a while, so that what is behind them can be fetched. */
+enum { MESHER__WAITING = 64, MESHER__WAIT = 8 };
+
+/* The search for a cavity under way. What changes is apart from the mesh: marks are bytes, which
+ * the compiler must suppose to overlap with anything in memory. */
+typedef struct mesher__search {
+    const delaunay_tet *tets;
+    const delaunay_vertex *vertices;
+    uint8_t *mark;
+    delaunay_handle *in, *out; /* the cavity's lists */
+    uint32_t num_in, num_out;
+    const double *p;
+    int shared, simd;
+    uint32_t section;
+} mesher__search;
+
+/* Which of count tetrahedra, up to four, have p in their spheres: bits. */
+static inline unsigned mesher__in_spheres(const mesher__search *s, const delaunay_handle *batch,
+                                          int count)
 {
-    int i, k, in = 0, unsure = 15;
+    unsigned in = 0;
+    int k, unsure = 15;
 #ifdef MESHER__SIMD
-    if (c->simd && count > 1) {
-        const uint32_t *v0 = mesh->tets[batch[0]].v, *v1 = mesh->tets[batch[1]].v;
-        const uint32_t *v2 = count > 2 ? mesh->tets[batch[2]].v : v0,
-                       *v3 = count > 3 ? mesh->tets[batch[3]].v : v0;
-        in = mesher__in_spheres4(mesh->vertices, v0, v1, v2, v3, p, &unsure);
+    if (s->simd && count > 1) {
+        const uint32_t *v0 = s->tets[batch[0]].v, *v1 = s->tets[batch[1]].v;
+        const uint32_t *v2 = count > 2 ? s->tets[batch[2]].v : v0,
+                       *v3 = count > 3 ? s->tets[batch[3]].v : v0;
+        in = (unsigned)mesher__in_spheres4(s->vertices, v0, v1, v2, v3, s->p, &unsure);
     }
 #endif
+    if (!unsure) return in;
     for (k = 0; k < count; k++) {
-        delaunay_handle u = batch[k];
-        int inside = in >> k & 1;
-        if (unsure >> k & 1) inside = mesher__in_sphere(mesh->vertices, mesh->tets[u].v, p);
-        mesh->mark[u] = inside ? MESHER__IN : MESHER__OUT;
-        c->tets[c->num_tets] = c->outside[c->num_outside] = u;
-        c->num_tets += (uint32_t)inside;
-        c->num_outside += (uint32_t)!inside;
-        for (i = 0; inside && i < 4; i++) MESHER__PREFETCH(mesh->mark + (mesh->tets[u].n[i] >> 2));
+        if (!(unsure >> k & 1)) continue;
+        in &= ~(1u << k);
+        in |= (unsigned)mesher__in_sphere(s->vertices, s->tets[batch[k]].v, s->p) << k;
     }
+    return in;
 }
 
-/* Facets to cross are kept waiting a while, so that what is behind them can be fetched. */
-enum { MESHER__WAITING = 16, MESHER__WAIT = 8 };
-
-/* Tests the tetrahedra behind up to four of the waiting facets, the first ones; those reached by
- * another facet meanwhile are dropped. LATER: a tetrahedron of the cavity is not in the section. */
-static int mesher__test_waiting(mesher__cavity *c, delaunay_mesh *mesh, const double *p,
-                                const delaunay_handle *waiting, int count)
+/* Tests the tetrahedra behind up to four waiting facets; those reached by another facet meanwhile
+ * are dropped. LATER: a tetrahedron of the cavity is not in the section. */
+static inline int mesher__test_waiting(mesher__search *s, const delaunay_handle *waiting, int count)
 {
     delaunay_handle batch[4];
+    unsigned in;
     int i, n = 0;
     for (i = 0; i < count; i++) {
         delaunay_handle u = waiting[i] >> 2;
-        if (mesh->mark[u]) continue;
-        if (c->shared && !mesher__is_mine(c, mesh, mesh->tets[u].v[waiting[i] & 3])) {
-            if (delaunay_is_ghost(mesh, u) ||
-                !mesher__in_sphere(mesh->vertices, mesh->tets[u].v, p))
+        uint8_t seen = s->mark[u];
+        if (s->shared && !seen && s->vertices[s->tets[u].v[waiting[i] & 3]].key != s->section) {
+            if (s->tets[u].v[3] == DELAUNAY_GHOST ||
+                !mesher__in_sphere(s->vertices, s->tets[u].v, s->p))
                 continue;
-            while (n) mesh->mark[batch[--n]] = 0;
+            while (n) s->mark[batch[--n]] = 0;
             return MESHER__LATER;
         }
-        mesh->mark[u] = MESHER__OUT;
-        batch[n++] = u;
+        batch[n] = u;
+        n += !seen;
+        s->mark[u] = seen ? seen : (uint8_t)MESHER__OUT;
     }
-    if (n) mesher__sort_out(c, mesh, p, batch, n);
+    in = mesher__in_spheres(s, batch, n);
+    for (i = 0; i < n; i++) { /* without branches: nobody can foretell them */
+        unsigned inside = in >> i & 1;
+        s->mark[batch[i]] = (uint8_t)(MESHER__OUT - inside);
+        s->in[s->num_in] = s->out[s->num_out] = batch[i];
+        s->num_in += inside;
+        s->num_out += !inside;
+    }
     return MESHER__DONE;
 }
 
@@ -8825,39 +8844,66 @@ static int mesher__test_waiting(mesher__cavity *c, delaunay_mesh *mesh, const do
 static int mesher__dig(mesher__cavity *c, delaunay_mesh *mesh, const double *p, delaunay_handle t)
 {
     delaunay_handle waiting[MESHER__WAITING];
-    uint32_t k = 0;
-    int i, count = 0, n, state;
+    mesher__search s;
+    uint32_t k = 0, i;
+    int first = 0, count = 0, state = MESHER__DONE; /* waiting: [first, count) */
     c->num_tets = c->num_outside = 0;
-    if (!mesher__cavity_room(c, 1, 0)) return MESHER__NO_MEMORY;
-    c->tets[c->num_tets++] = t;
-    mesh->mark[t] = MESHER__IN;
-    while (k < c->num_tets || count) {
-        for (; k < c->num_tets && count <= MESHER__WAIT; k++) {
-            t = c->tets[k];
+    if (!mesher__cavity_room(c, 8, 8)) return MESHER__NO_MEMORY;
+    s.tets = mesh->tets;
+    s.vertices = mesh->vertices;
+    s.mark = mesh->mark;
+    s.in = c->tets;
+    s.out = c->outside;
+    s.num_in = 1;
+    s.num_out = 0;
+    s.p = p;
+    s.shared = c->shared;
+    s.simd = c->simd;
+    s.section = c->section;
+    s.in[0] = t;
+    s.mark[t] = MESHER__IN;
+    while (state == MESHER__DONE && (k < s.num_in || first < count)) {
+        int n;
+        for (; k < s.num_in && count - first <= MESHER__WAIT; k++) {
+            const delaunay_handle *next = s.tets[s.in[k]].n;
+            unsigned shut = mesh->flags[s.in[k]];
             for (i = 0; i < 4; i++) {
-                delaunay_handle u = mesh->tets[t].n[i];
-                if (!u || mesh->mark[u >> 2] || (mesh->flags[t] & DELAUNAY_FACET_BIT(i))) continue;
-                MESHER__PREFETCH(mesh->tets + (u >> 2));
-                waiting[count++] = u;
+                delaunay_handle u = next[i];
+                waiting[count] = u;
+                count += (u != 0) & (s.mark[u >> 2] == 0) & !(shut & DELAUNAY_FACET_BIT(i));
+                MESHER__PREFETCH(s.tets + (u >> 2));
             }
         }
-        if (!mesher__cavity_room(c, c->num_tets + 4, c->num_outside + 4)) return MESHER__NO_MEMORY;
-        n = count < 4 ? count : 4;
-        for (i = n; i < count; i++)
-            MESHER__PREFETCH(mesh->vertices + mesh->tets[waiting[i] >> 2].v[waiting[i] & 3]);
-        state = mesher__test_waiting(c, mesh, p, waiting, n);
-        if (state != MESHER__DONE) return state;
-        count -= n;
-        memmove(waiting, waiting + n, (size_t)count * sizeof *waiting);
+        n = count - first < 4 ? count - first : 4;
+        for (i = (uint32_t)(first + n); i < (uint32_t)count; i++)
+            MESHER__PREFETCH(s.vertices + s.tets[waiting[i] >> 2].v[waiting[i] & 3]);
+        if (s.num_in + 4 > c->cap_tets || s.num_out + 4 > c->cap_outside) {
+            c->num_tets = s.num_in;
+            c->num_outside = s.num_out;
+            if (!mesher__cavity_room(c, s.num_in + 4, s.num_out + 4)) return MESHER__NO_MEMORY;
+            s.in = c->tets;
+            s.out = c->outside;
+        }
+        state = mesher__test_waiting(&s, waiting + first, n);
+        first += n;
+        if (count + 8 + MESHER__WAIT > MESHER__WAITING) {
+            memmove(waiting, waiting + first, (size_t)(count - first) * sizeof *waiting);
+            count -= first;
+            first = 0;
+        }
     }
-    return MESHER__DONE;
+    c->num_tets = s.num_in;
+    c->num_outside = s.num_out;
+    return state;
 }
 
-static void mesher__clear_marks(mesher__cavity *c, delaunay_mesh *mesh)
+static void mesher__clear_marks(const mesher__cavity *c, delaunay_mesh *mesh)
 {
-    uint32_t k;
-    for (k = 0; k < c->num_tets; k++) mesh->mark[c->tets[k]] = 0;
-    for (k = 0; k < c->num_outside; k++) mesh->mark[c->outside[k]] = 0;
+    const delaunay_handle *tets = c->tets, *outside = c->outside;
+    uint32_t k, num_tets = c->num_tets, num_outside = c->num_outside;
+    uint8_t *mark = mesh->mark;
+    for (k = 0; k < num_tets; k++) mark[tets[k]] = 0;
+    for (k = 0; k < num_outside; k++) mark[outside[k]] = 0;
 }
 
 /* Flags of the new tetrahedron on facet i of t: its facet 0, and the edges 3, 4, 5 among its
@@ -8929,36 +8975,38 @@ static int mesher__sees_all(const mesher__cavity *c, const delaunay_mesh *mesh, 
     return 1;
 }
 
-/* The facets of tetrahedron t on the cavity's boundary, appended. */
-static void mesher__border(mesher__cavity *c, const delaunay_mesh *mesh, delaunay_handle t)
-{
-    const delaunay_tet *tet = mesh->tets + t;
-    int i, k;
-    for (i = 0; i < 4; i++) {
-        const uint8_t *f = delaunay_facet_order(i);
-        mesher__facet *facet = c->facets + c->num_facets;
-        if (tet->n[i] && mesh->mark[tet->n[i] >> 2] == MESHER__IN &&
-            !(mesh->flags[t] & DELAUNAY_FACET_BIT(i)))
-            continue;
-        for (k = 0; k < 3; k++) facet->v[k] = tet->v[f[k]];
-        facet->outer = tet->n[i];
-        facet->flags = mesher__inherited(mesh->flags[t], i);
-        c->num_facets++;
-    }
-}
-
 /* The facets of the whole boundary. Returns 0 without memory. */
 static int mesher__borders(mesher__cavity *c, const delaunay_mesh *mesh)
 {
     size_t cap = c->cap_facets;
-    uint32_t k;
+    const delaunay_tet *tets = mesh->tets;
+    mesher__facet *facet;
+    uint32_t k, i, n = 0;
     c->num_facets = 0;
     if (c->shared && 4 * c->num_tets + 4 > c->cap_facets) return 0;
     if (!mesher__room(c->memory, &c->facets, &cap, 0, 4 * (size_t)c->num_tets + 4,
                       sizeof *c->facets))
         return 0;
     c->cap_facets = (uint32_t)cap;
-    for (k = 0; k < c->num_tets; k++) mesher__border(c, mesh, c->tets[k]);
+    for (k = 0; k < c->num_tets; k++) { /* which, without branches; then what they are */
+        const delaunay_handle *next = tets[c->tets[k]].n;
+        unsigned shut = mesh->flags[c->tets[k]];
+        for (i = 0; i < 4; i++) {
+            facet = c->facets + n;
+            facet->outer = next[i];
+            facet->local[0] = k;
+            facet->local[1] = i;
+            n += (next[i] == 0) | (mesh->mark[next[i] >> 2] != MESHER__IN) |
+                 ((shut & DELAUNAY_FACET_BIT(i)) != 0);
+        }
+    }
+    for (facet = c->facets; facet < c->facets + n; facet++) {
+        delaunay_handle t = c->tets[facet->local[0]];
+        const uint8_t *f = delaunay_facet_order((int)facet->local[1]);
+        for (i = 0; i < 3; i++) facet->v[i] = tets[t].v[f[i]];
+        facet->flags = mesher__inherited(mesh->flags[t], (int)facet->local[1]);
+    }
+    c->num_facets = n;
     return 1;
 }
 
@@ -9212,40 +9260,41 @@ static int mesher__vertex_room(mesher__refiner *r, size_t count)
                         sizeof *r->home);
 }
 
-/* Fills the cavity with the tetrahedra of vertex p and the facets of the boundary. */
+/* Fills the cavity with the tetrahedra of vertex p and the facets of the boundary. The cavity's own
+ * slots have its colour already. */
 static void mesher__fill(mesher__cavity *c, delaunay_mesh *mesh, uint32_t p)
 {
-    uint32_t k, color = mesh->color[c->tets[0]];
-    uint16_t flags;
+    static const uint8_t next[5] = {0, 1, 2, 0, 1};
+    const uint32_t color = mesh->color[c->tets[0]], num_facets = c->num_facets;
+    const mesher__facet *f = c->facets;
+    delaunay_tet *tets = mesh->tets;
+    delaunay_handle *slot = c->outside;
+    uint32_t k;
     int i;
     mesher__clear_marks(c, mesh);
-    for (k = 0; k < c->num_facets; k++) {
-        mesher__facet *f = c->facets + k;
+    for (k = 0; k < num_facets; k++, f++) {
         delaunay_handle t = mesher__slot(c, mesh, k);
-        delaunay_tet *tet = mesh->tets + t;
-        c->outside[k] = t;
-        flags = f->flags;
+        delaunay_tet *tet = tets + t;
+        slot[k] = t;
         tet->v[0] = p;
         tet->n[0] = f->outer;
         for (i = 0; i < 3; i++) {
             tet->v[i + 1] = f->v[i];
             mesh->vertex_tet[f->v[i]] = t;
         }
-        mesh->flags[t] = flags;
-        mesh->color[t] = color;
-        if (f->outer) mesh->tets[f->outer >> 2].n[f->outer & 3] = 4 * t;
+        mesh->flags[t] = f->flags;
+        if (k >= c->num_tets) mesh->color[t] = color;
+        if (f->outer) tets[f->outer >> 2].n[f->outer & 3] = 4 * t;
     }
-    mesh->vertex_tet[p] = c->outside[0];
-    for (k = 0; k < c->num_facets; k++) {
-        static const uint8_t next[5] = {0, 1, 2, 0, 1};
-        const uint32_t *local = c->facets[k].local;
-        delaunay_handle *n = mesh->tets[c->outside[k]].n;
+    mesh->vertex_tet[p] = slot[0];
+    for (k = 0, f = c->facets; k < num_facets; k++, f++) {
+        delaunay_handle *n = tets[slot[k]].n;
         for (i = 0; i < 3; i++) {
-            uint32_t s = *mesher__edge_slot(c, local[next[i + 2]], local[next[i + 1]]);
-            n[i + 1] = 4 * c->outside[s >> 2] + (s & 3);
+            uint32_t s = *mesher__edge_slot(c, f->local[next[i + 2]], f->local[next[i + 1]]);
+            n[i + 1] = 4 * slot[s >> 2] + (s & 3);
         }
     }
-    for (k = c->num_facets; k < c->num_tets; k++) mesher__give_slot(c, mesh, c->tets[k]);
+    for (k = num_facets; k < c->num_tets; k++) mesher__give_slot(c, mesh, c->tets[k]);
 }
 
 /* Makes the cavity of p star-shaped and free of anything that must stay. */
