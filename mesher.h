@@ -9048,17 +9048,6 @@ static int mesher__make_star(mesher__cavity *c, delaunay_mesh *mesh, const doubl
     return mesher__borders(c, mesh) ? 1 : -1;
 }
 
-/* Local number of vertex v of the cavity's boundary, given if it has none yet (vertices[v].local
- * need not be initialised: a number counts only if the list confirms it). */
-static inline uint32_t mesher__local(mesher__cavity *c, delaunay_vertex *vertices, uint32_t v)
-{
-    uint32_t l = vertices[v].local;
-    if (l < c->num_vertices && c->vertices[l] == v) return l;
-    c->vertices[c->num_vertices] = v;
-    vertices[v].local = c->num_vertices;
-    return c->num_vertices++;
-}
-
 /* Where the boundary's directed edge a-b (local numbers) is, or would be entered. */
 static inline uint32_t *mesher__edge_slot(mesher__cavity *c, uint32_t a, uint32_t b)
 {
@@ -9097,27 +9086,43 @@ static int mesher__hash_room(mesher__cavity *c)
     return 1;
 }
 
+/* Numbers the vertices of the boundary, in c->vertices (vertices[v].local need not be initialised:
+ * a number counts only if the list confirms it). */
+static void mesher__number_vertices(mesher__cavity *c, delaunay_vertex *vertices)
+{
+    uint32_t *list = c->vertices, n = 0, l, v;
+    mesher__facet *f = c->facets, *end = f + c->num_facets;
+    int i;
+    for (; f < end; f++)
+        for (i = 0; i < 3; i++) {
+            v = f->v[i];
+            l = vertices[v].local;
+            if (l >= n || list[l] != v) {
+                list[n] = v;
+                vertices[v].local = l = n++;
+            }
+            f->local[i] = l;
+        }
+    c->num_vertices = n;
+}
+
 /* Numbers the vertices of the boundary and enters its directed edges. */
 static int mesher__number(mesher__cavity *c, delaunay_mesh *mesh)
 {
     uint32_t k, need = 3 * c->num_facets;
-    mesher__facet *f = c->facets;
+    const mesher__facet *f;
     if (need > c->cap_vertices) {
         size_t cap = c->cap_vertices;
         if (c->shared) return 0;
         if (!mesher__room(c->memory, &c->vertices, &cap, 0, need, sizeof *c->vertices)) return 0;
         c->cap_vertices = (uint32_t)cap;
     }
-    c->num_vertices = 0;
-    for (k = 0; k < c->num_facets; k++, f++) {
-        f->local[0] = mesher__local(c, mesh->vertices, f->v[0]);
-        f->local[1] = mesher__local(c, mesh->vertices, f->v[1]);
-        f->local[2] = mesher__local(c, mesh->vertices, f->v[2]);
-    }
+    mesher__number_vertices(c, mesh->vertices);
     if (c->num_vertices > MESHER__LOCAL && !mesher__hash_room(c)) return 0;
     f = c->facets;
     if (c->num_vertices <= MESHER__LOCAL) {
-        for (k = 0; k < c->num_facets; k++, f++) {
+        const uint32_t num_facets = c->num_facets;
+        for (k = 0; k < num_facets; k++, f++) {
             c->matrix[f->local[1]][f->local[2]] = 4 * k + 1;
             c->matrix[f->local[2]][f->local[0]] = 4 * k + 2;
             c->matrix[f->local[0]][f->local[1]] = 4 * k + 3;
