@@ -9096,12 +9096,14 @@ static void mesher__number_vertices(mesher__cavity *c, delaunay_vertex *vertices
     for (; f < end; f++)
         for (i = 0; i < 3; i++) {
             v = f->v[i];
+            uint32_t is_new;
             l = vertices[v].local;
-            if (l >= n || list[l] != v) {
-                list[n] = v;
-                vertices[v].local = l = n++;
-            }
-            f->local[i] = l;
+            l = l < n ? l : n;
+            list[n] = v;
+            is_new = list[l] != v || l == n;
+            l = is_new ? n : l;
+            n += is_new;
+            vertices[v].local = f->local[i] = l;
         }
     c->num_vertices = n;
 }
