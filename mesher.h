@@ -7538,20 +7538,24 @@ typedef struct mesher__refiner {
     int              stop;       /* why the sweeps end early: a mesher_result, or 0 */
 } mesher__refiner;
 
-/* Makes room for need elements of an array of the refiner or a cavity, keeping the first keep. */
-static int mesher__room(delaunay_memory *memory, void *array, size_t *cap, size_t keep, size_t need,
+/* Moves an array of the refiner or a cavity, of which keep elements count, to a place for want. */
+static int mesher__grow(delaunay_memory *memory, void *array, size_t *cap, size_t keep, size_t want,
                         size_t size)
 {
     void *old, *block;
-    size_t want;
-    if (need <= *cap) return 1;
-    want = need + need / 2 + 64;
     memcpy(&old, array, sizeof old);
     block = delaunay_grow(memory, old, keep, want, size);
     if (!block) return 0;
     memcpy(array, &block, sizeof block);
     *cap = want;
     return 1;
+}
+
+/* Makes room for need elements of such an array, and some more, keeping the first keep. */
+static int mesher__room(delaunay_memory *memory, void *array, size_t *cap, size_t keep, size_t need,
+                        size_t size)
+{
+    return need <= *cap || mesher__grow(memory, array, cap, keep, need + need / 2 + 64, size);
 }
 
 /* Distance below MESHER__SPACING times the mean of two sizes, given their sum. */
@@ -8520,15 +8524,20 @@ static void mesher__lattice_free(mesher__refiner *r)
     r->cap_nodes = r->num_seen = r->cap_seen = r->cap_front = 0;
 }
 
-/* Room for the mesh that a lattice of so many points will end in, at once rather than in steps that
- * copy; where there is none, steps will do. The sweeps add two points per vertex of the surface, or
- * fewer, to the lattice; a vertex inside has about seven tetrahedra. */
-static void mesher__foresee(mesher__refiner *r, size_t points)
+/* Room for a lattice of about so many points, and for the mesh that it will end in, at once rather
+ * than in steps that copy; where there is none, steps will do. The sweeps add two points per vertex
+ * of the surface, or fewer; a vertex inside has about seven tetrahedra. */
+static void mesher__foresee(mesher__refiner *r, double expected)
 {
-    size_t more = points + 2 * (size_t)r->mesh->num_vertices + 1024,
-           vertices = r->mesh->num_vertices + more, tets = r->mesh->num_tets + 7 * more;
+    size_t n = r->mesh->num_vertices + 1024, points = (size_t)(1.1 * expected) + n,
+           more = points + n, vertices = r->mesh->num_vertices + more,
+           tets = r->mesh->num_tets + 7 * more;
     if (vertices >= UINT32_MAX / 2 || tets >= ((delaunay_handle)-1) / 4 || r->memory->limit_bytes)
         return;
+    if (points > r->cap_points)
+        (void)mesher__grow(r->memory, &r->points, &r->cap_points, 0, points, sizeof *r->points);
+    if (points > r->cap_nodes)
+        (void)mesher__grow(r->memory, &r->nodes, &r->cap_nodes, 0, points, sizeof *r->nodes);
     if (delaunay_reserve(r->mesh, vertices, tets) == DELAUNAY_OK)
         r->field.vertices = r->mesh->vertices;
 }
@@ -8596,6 +8605,7 @@ static mesher_result mesher__lattice(mesher__refiner *r)
     if (!(points >= 8) || points > MESHER__LATTICE_MOST) return MESHER_OK;
     if (!mesher__grid_reset(&r->grid, r->memory, (size_t)points + r->mesh->num_vertices))
         return mesher__no_memory(r);
+    mesher__foresee(r, points);
     if (!mesher__put_vertices(r) || !mesher__find_starts(r, &n)) return mesher__no_memory(r);
     if (!mesher__room(r->memory, &r->front, &r->cap_front, 0, 8 * MESHER__FRONT, sizeof *r->front))
         return mesher__no_memory(r);
@@ -8609,7 +8619,6 @@ static mesher_result mesher__lattice(mesher__refiner *r)
         memmove(r->points, r->points + first, (r->num_points - first) * sizeof *r->points);
     r->num_points -= first;
     mesher__lattice_free(r);
-    mesher__foresee(r, r->num_points);
     return result;
 }
 
