@@ -8153,6 +8153,8 @@ static int mesher__gather(mesher__refiner *r)
             mesher__gather_some(r, r->harvests + i, (delaunay_handle)begin,
                                 (delaunay_handle)(end < slots ? end : slots));
         }
+        /* Shared: the mesh, of which each range writes its own flags and marks. */
+        MESHER__OMP(omp parallel for schedule(static) num_threads(threads) if(n > 1))
         for (i = 0; i < n; i++) {
             size_t begin = first + (size_t)i * MESHER__SLOTS, end = begin + MESHER__SLOTS;
             mesher__note_answers(r->mesh, (delaunay_handle)begin,
@@ -8622,20 +8624,51 @@ static mesher_result mesher__lattice(mesher__refiner *r)
     return result;
 }
 
+/* What stands in the way of a point. */
+enum { MESHER__FREE, MESHER__NEAR_CORNER, MESHER__NEAR_POINT };
+
+static int mesher__in_the_way(const mesher__refiner *r, const mesher__proposal *p)
+{
+    if (mesher__has_wishes(r->options) && !mesher__is_clear(r, p, p->tet))
+        return MESHER__NEAR_CORNER;
+    return mesher__is_alone(&r->grid, r->points, p->x, p->h) ? MESHER__FREE : MESHER__NEAR_POINT;
+}
+
+/* Obstacles that the points [first, end) of the order have already, in their states, by several
+ * threads; for one thread that would be work twice. */
+static void mesher__look_ahead(mesher__refiner *r, size_t first, size_t end)
+{
+    int threads = delaunay_threads(&r->options->host), n = (int)(end - first), k;
+    if (threads == 1 || n < 1024) {
+        for (k = 0; k < n; k++) r->points[r->order[first + (size_t)k].value].state = MESHER__FREE;
+        return;
+    }
+    /* Shared: all, read only, but for the states, each written once. */
+    MESHER__OMP(omp parallel for schedule(dynamic, 256) num_threads(threads))
+    for (k = 0; k < n; k++) {
+        mesher__proposal *p = r->points + r->order[first + (size_t)k].value;
+        p->state = mesher__in_the_way(r, p);
+    }
+}
+
 /* Keeps a maximal set of points that are far enough from each other; the others are asked again
  * later. */
 static int mesher__filter(mesher__refiner *r)
 {
+    enum { BATCH = 16384 };
     size_t n = r->num_points, k, kept = 0;
     if (!mesher__grid_reset(&r->grid, r->memory, n)) return 0;
     for (k = 0; k < n; k++) {
         uint32_t i = (uint32_t)r->order[k].value;
         const mesher__proposal *p = r->points + i;
-        if (mesher__has_wishes(r->options) && !mesher__is_clear(r, p, p->tet)) {
-            r->mesh->flags[p->source] |= MESHER__SEEN;
-        } else if (mesher__is_alone(&r->grid, r->points, p->x, p->h)) {
+        int obstacle;
+        if (k % BATCH == 0) mesher__look_ahead(r, k, n - k < BATCH ? n : k + BATCH);
+        obstacle = p->state == MESHER__FREE ? mesher__in_the_way(r, p) : p->state;
+        if (obstacle == MESHER__FREE) {
             r->order[kept++].value = i;
             if (!mesher__put_in_grid(&r->grid, r->memory, r->points, i)) return 0;
+        } else if (obstacle == MESHER__NEAR_CORNER) {
+            r->mesh->flags[p->source] |= MESHER__SEEN;
         } else {
             mesher__lose(r->mesh, p->source);
         }
@@ -9862,7 +9895,7 @@ static void mesher__refiner_free(mesher__refiner *r)
 }
 
 /* Edge length / wanted length, over edges with an end that refinement added: percentiles by a
- * histogram, of some hundred thousand tetrahedra at most. */
+ * histogram, of two hundred thousand tetrahedra at most. */
 static void mesher__report_sizes(const mesher_domain *domain, mesher_report *report,
                                  uint32_t first_new)
 {
@@ -9876,7 +9909,7 @@ static void mesher__report_sizes(const mesher_domain *domain, mesher_report *rep
     out[0] = &report->size_p10;
     out[1] = &report->size_p50;
     out[2] = &report->size_p90;
-    for (t = 1; t < mesh->num_tets; t += 1 + mesh->num_tets / 400000) {
+    for (t = 1; t < mesh->num_tets; t += 1 + mesh->num_tets / 100000) {
         if (!mesher__is_inside(mesh, t)) continue;
         for (e = 0; e < 6; e++) {
             uint32_t a = mesh->tets[t].v[delaunay_edge_order(e)[0]],
