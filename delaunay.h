@@ -2593,18 +2593,20 @@ static int delaunay__cavity(delaunay__kernel *k, delaunay_handle seed, const dou
 {
     size_t num_queue = 5, done = 0, expanded = 1, num_cavity = 0, num_border = 0, num_again = 0, j;
     delaunay_handle *queue = k->queue, *cavity = k->cavity, *border = k->border, *again = k->again;
+    const delaunay_tet *tets = k->tets;
+    const int parallel = k->parallel;
     uint8_t *mark = k->mark;
     unsigned i;
     queue[0] = 4 * seed;
     DELAUNAY__STORE(&mark[seed], DELAUNAY__MARK_CAVITY);
     for (i = 0; i < 4; i++) {
-        queue[i + 1] = k->tets[seed].n[i];
+        queue[i + 1] = tets[seed].n[i];
         DELAUNAY__STORE(&mark[queue[i + 1] >> 2], DELAUNAY__MARK_SEEN);
     }
     do {
         unsigned count = delaunay__batch(num_queue - done), in;
         for (i = 0; i < 3; i++) queue[num_queue + i] = 0; /* batches are padded with the dummy */
-        if (k->parallel) /* the seed is the section's */
+        if (parallel) /* the seed is the section's */
             for (i = done == 0; i < count; i++)
                 if (delaunay__is_foreign(k, delaunay__apex(k, queue[done + i]))) {
                     delaunay__cavity_undo(k, num_queue, num_again);
@@ -2623,7 +2625,7 @@ static int delaunay__cavity(delaunay__kernel *k, delaunay_handle seed, const dou
         done += count;
         while (expanded < num_cavity) {
             delaunay_handle h = cavity[expanded++];
-            const delaunay_handle *n = k->tets[h >> 2].n;
+            const delaunay_handle *n = tets[h >> 2].n;
             DELAUNAY__STORE(&mark[h >> 2], DELAUNAY__MARK_CAVITY);
             for (i = 1; i < 4; i++) {
                 delaunay_handle b = n[(h & 3) ^ i];
@@ -2632,12 +2634,12 @@ static int delaunay__cavity(delaunay__kernel *k, delaunay_handle seed, const dou
                 num_queue += !seen;
                 num_again += !!seen;
                 DELAUNAY__STORE(&mark[b >> 2], (uint8_t)(seen | DELAUNAY__MARK_SEEN));
-                DELAUNAY__PREFETCH(&k->tets[b >> 2]);
+                DELAUNAY__PREFETCH(&tets[b >> 2]);
             }
         }
         if (DELAUNAY__UNLIKELY(num_queue + num_again + DELAUNAY__SEARCH_SLACK > k->cap_search)) {
             int result =
-                k->parallel ? (int)DELAUNAY__NEEDS_MEMORY : (int)delaunay__kernel_grow_search(k);
+                parallel ? (int)DELAUNAY__NEEDS_MEMORY : (int)delaunay__kernel_grow_search(k);
             if (result != DELAUNAY_OK) {
                 k->needs_memory = 1;
                 delaunay__cavity_undo(k, num_queue, num_again);
@@ -2649,7 +2651,7 @@ static int delaunay__cavity(delaunay__kernel *k, delaunay_handle seed, const dou
             again = k->again;
         }
     } while (done < num_queue);
-    for (j = 0; k->parallel && j < num_again; j++)
+    for (j = 0; parallel && j < num_again; j++)
         if (delaunay__is_foreign(k, delaunay__apex(k, again[j]))) {
             delaunay__cavity_undo(k, num_queue, num_again);
             return DELAUNAY__FOREIGN;
