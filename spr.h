@@ -36,10 +36,11 @@
  *   as good as its facets on the surface allow is not tried at all. Each change raises the worst
  *   quality among what it replaces, by a margin; at last, changes that leave fewer bad tetrahedra
  *   need none; and around what the surface does not hold and nothing has bettered, vertices are
- *   moved at random and that part is improved anew: it is taken if it has fewer bad ones. Plans are
- *   made side by side and committed in order (delaunay_speculate). One sweep along a curve, in
- *   blocks side by side, over all vertices then betters the mean. Positions are accepted by exact
- *   signs only.
+ *   moved at random and that part is improved anew: it is taken if it has fewer bad ones. The same
+ *   is done for the few most extreme dihedral angles and the least SICN, where that takes nothing
+ *   from gamma. Plans are made side by side and committed in order (delaunay_speculate). One sweep
+ *   along a curve, in blocks side by side, over all vertices then betters the mean. Positions are
+ *   accepted by exact signs only.
  *
  * LICENCE: MIT or public domain, at the end of the file.
  */
@@ -414,6 +415,41 @@ SPR_API void spr_dihedrals(const double *a, const double *b, const double *c, co
         out6[i] = atan2(s.det * sqrt(s.length2[i]), -spr__dot(s.normal[f[0]], s.normal[f[1]])) *
                   57.29577951308232;
     }
+}
+
+/* Three more measures of a tetrahedron, below 1 where one of its dihedral angles is small, or
+ * large, or its SICN is little. */
+static void spr__extremes(const double *a, const double *b, const double *c, const double *d,
+                          double *out)
+{
+    spr__shape s;
+    double area[4];
+    int i;
+    spr__shape_set(&s, a, b, c, d);
+    for (i = 0; i < 4; i++) area[i] = sqrt(spr__dot(s.normal[i], s.normal[i]));
+    out[0] = out[1] = 4;
+    for (i = 0; i < 6; i++) {
+        const uint8_t *f = delaunay_edge_order(5 - i);
+        double below = area[f[0]] * area[f[1]],
+               sine = below > 0 ? s.det * sqrt(s.length2[i]) / below : 0;
+        if (spr__dot(s.normal[f[0]], s.normal[f[1]]) < 0)
+            out[0] = spr__min(out[0], sine * 3.5);  /* 16.6 degrees */
+        else out[1] = spr__min(out[1], sine * 1.8); /* 146.3 degrees */
+    }
+    out[2] = spr__shape_sicn(&s) * 2.4;
+}
+
+/* No tetrahedron with gamma so far above the target has an extreme angle. */
+#define SPR__ROUND 0.15
+
+/* Gamma, or the target times the least of the three if that is less; user: the target. */
+static double spr__measure_all(void *user, const double *a, const double *b, const double *c,
+                               const double *d)
+{
+    double gamma = spr_gamma(a, b, c, d), target = *(const double *)user, e[3];
+    if (gamma > target + SPR__ROUND) return gamma;
+    spr__extremes(a, b, c, d, e);
+    return spr__min(gamma, target * spr__min(e[0], spr__min(e[1], e[2])));
 }
 
 static double spr__measure_gamma(void *user, const double *a, const double *b, const double *c,
@@ -1657,6 +1693,24 @@ static double spr__sum_above(const double *q, const double *least, size_t n)
     return sum;
 }
 
+/* No angle of a tetrahedron that is not good becomes extreme, or more so. */
+static int spr__relax_spares_angles(const spr__state *s, const spr__cone *cone, const double *here,
+                                    const double *p, const double *after)
+{
+    double was[3], is[3];
+    size_t i;
+    int k;
+    for (i = 0; i < cone->n && s->gamma; i++) {
+        const double **v = spr__cone_corners(cone, i);
+        if (after[i] > s->target + SPR__ROUND) continue;
+        spr__extremes(v[0], v[1], v[2], p, is);
+        spr__extremes(v[0], v[1], v[2], here, was);
+        for (k = 0; k < 3; k++)
+            if (is[k] < spr__min(was[k], 1)) return 0;
+    }
+    return 1;
+}
+
 /* Moves v where it is better on average, the worst of the star does not fall unless it stays well
  * above the target, and no tetrahedron becomes bad or worse. Returns 1 if it moved. */
 static int spr__relax_vertex(const spr__state *s, uint32_t v, const delaunay_list *star)
@@ -1678,7 +1732,7 @@ static int spr__relax_vertex(const spr__state *s, uint32_t v, const delaunay_lis
         for (k = 0; k < 3; k++) p[k] = here[k] + step * way[k];
         if (spr__cone_values(s, &cone, p, worst - SPR__HAIR, after) < cone.n ||
             !(spr__sum_above(after, least, cone.n) - before > 2e-3 * (double)cone.n) ||
-            !spr__cone_is_positive(&cone, p))
+            !spr__cone_is_positive(&cone, p) || !spr__relax_spares_angles(s, &cone, here, p, after))
             continue;
         memcpy(here, p, sizeof p);
         for (i = 0; i < cone.n; i++) s->value[star->items[i]] = after[i];
@@ -2841,6 +2895,8 @@ typedef struct spr__patch {
     double          worst;    /* what must be exceeded with as many bad ones as num_bad */
     double          before;
     int             num_bad;
+    int             rounding; /* it is about angles */
+    double          extreme[3], lack; /* then, the least of each measure, and what is lacking */
     /* the best so far */
     int             found;
     size_t          num_out, num_points; /* points: those of v first */
@@ -2933,7 +2989,23 @@ static int spr__patch_set(const spr__state *s, delaunay_worker *worker, spr__pat
         p->num_bad += s->value[p->t[i]] < s->target;
     }
     p->worst = spr__floor(s, p->before);
+    p->rounding = 0;
     return 1;
+}
+
+/* Adds a tetrahedron to the least of the three measures and to what is lacking. */
+static void spr__add_extremes(const delaunay_mesh *m, delaunay_handle t, double *least,
+                              double *lack)
+{
+    const uint32_t *v = m->tets[t].v;
+    double e[3];
+    int k;
+    spr__extremes(spr__point(m, v[0]), spr__point(m, v[1]), spr__point(m, v[2]),
+                  spr__point(m, v[3]), e);
+    for (k = 0; k < 3; k++) {
+        least[k] = spr__min(least[k], e[k]);
+        if (e[k] < 1) *lack += (1 - e[k]) * (1 - e[k]);
+    }
 }
 
 /* A number between -1 and 1. */
@@ -2998,28 +3070,49 @@ static int spr__patch_mesh(const spr__state *s, const spr__patch *p, const delau
     return 1;
 }
 
+/* It has fewer bad ones, or its worst is better; or its angles are less extreme. */
+static int spr__patch_is_better(spr__patch *p, int bad, double worst, const double *extreme,
+                                double lack)
+{
+    int k;
+    if (!p->rounding)
+        return bad < p->num_bad ? worst >= p->before : bad == p->num_bad && worst > p->worst;
+    for (k = 0; k < 3; k++)
+        if (extreme[k] < p->extreme[k]) return 0;
+    return bad <= p->num_bad && worst >= p->before && lack < 0.98 * p->lack;
+}
+
 /* Keeps the improved mesh of a patch if it is the best so far. */
 static void spr__patch_judge(spr__patch *p, const spr__state *own)
 {
     const delaunay_mesh *m = own->mesh;
     delaunay_handle t;
-    double worst = HUGE_VAL;
+    double worst = HUGE_VAL, extreme[3] = {4, 4, 4}, lack = 0;
     size_t num = 0;
     uint32_t v;
     int bad = 0, k;
     for (t = 1; t < m->num_tets; t++) {
+        double value = own->value[t];
         if (delaunay_is_deleted(m, t)) continue;
-        worst = spr__min(worst, own->value[t]);
-        bad += own->value[t] < own->target;
+        if (p->rounding) {
+            const uint32_t *x = m->tets[t].v;
+            value = spr_gamma(spr__point(m, x[0]), spr__point(m, x[1]), spr__point(m, x[2]),
+                              spr__point(m, x[3]));
+            spr__add_extremes(m, t, extreme, &lack);
+        }
+        worst = spr__min(worst, value);
+        bad += value < own->target;
         num++;
     }
-    if (!(bad < p->num_bad ? worst >= p->before : bad == p->num_bad && worst > p->worst) ||
+    if (!spr__patch_is_better(p, bad, worst, extreme, lack) ||
         num > SPR__PATCH_TETS + SPR__PATCH_ROOM ||
         m->num_vertices - 1 > p->num_vertices + SPR__PATCH_NEW)
         return;
     p->found = 1;
     p->num_bad = bad;
     p->worst = worst;
+    p->lack = lack;
+    memcpy(p->extreme, extreme, sizeof extreme);
     p->num_points = m->num_vertices - 1;
     p->num_out = 0;
     for (v = 1; v < m->num_vertices; v++)
@@ -3060,15 +3153,19 @@ static void spr__patch_try(const spr__state *s, spr__patch *p)
     own.quality = s->quality;
     own.quality_user = s->quality_user;
     own.target = s->target;
-    own.gamma = s->gamma;
+    own.gamma = s->gamma && !p->rounding;
     own.simd = s->simd;
+    if (p->rounding) {
+        own.quality = spr__measure_all;
+        own.quality_user = &own.target;
+    }
     own.is_patch = own.lifted = 1;
     own.mesh = &mesh;
     own.report = &report;
     own.memory = &memory;
     if (delaunay_memory_init(&memory, &own.options.host) != DELAUNAY_OK) return;
     if (spr__patch_mesh(s, p, &own.options.host, &mesh)) {
-        spr__patch_jolt(p, &mesh);
+        if (!p->rounding || p->seed > 0) spr__patch_jolt(p, &mesh);
         if (spr__improve_patch(&own, p->max_new) == SPR_OK) spr__patch_judge(p, &own);
         p->plans += report.plans;
         spr__close(&own);
@@ -3079,7 +3176,7 @@ static void spr__patch_try(const spr__state *s, spr__patch *p)
 static void spr__patch_shake(const spr__state *s, spr__patch *p)
 {
     int i;
-    for (i = 0; i < SPR__SHAKES && p->num_bad > 0; i++) {
+    for (i = 0; i < SPR__SHAKES && (p->rounding ? p->lack > 0 : p->num_bad > 0); i++) {
         p->seed = p->seed * SPR__SHAKES + (uint32_t)i;
         spr__patch_try(s, p);
     }
@@ -3213,6 +3310,98 @@ static spr_result spr__shake(spr__state *s)
     delaunay_list_free(&list);
     delaunay_release(s->memory, patch);
     return result != SPR_OK || 4 * found > tried ? result : SPR_GOAL_NOT_MET;
+}
+
+/* -- extreme angles: tetrahedra whose surroundings are improved by other measures */
+
+enum {
+    SPR__EXTREME = 8, /* the worst by each of the three measures */
+    SPR__DENSE = 6    /* where more than one in so many is bad, the surface is to blame */
+};
+
+typedef struct spr__extreme {
+    double          value[SPR__EXTREME]; /* ascending */
+    delaunay_handle t[SPR__EXTREME];
+    int             num;
+} spr__extreme;
+
+static void spr__extreme_add(spr__extreme *x, double value, delaunay_handle t)
+{
+    int i;
+    if (x->num == SPR__EXTREME && value >= x->value[x->num - 1]) return;
+    if (x->num < SPR__EXTREME) x->num++;
+    for (i = x->num - 1; i > 0 && x->value[i - 1] > value; i--) {
+        x->value[i] = x->value[i - 1];
+        x->t[i] = x->t[i - 1];
+    }
+    x->value[i] = value;
+    x->t[i] = t;
+}
+
+static void spr__find_extremes(const spr__state *s, spr__extreme *x)
+{
+    const delaunay_mesh *m = s->mesh;
+    delaunay_handle t;
+    double e[3];
+    int k;
+    memset(x, 0, 3 * sizeof *x);
+    for (t = 1; t < m->num_tets; t++) {
+        const uint32_t *v = m->tets[t].v;
+        if (!(s->value[t] < s->target + SPR__ROUND)) continue;
+        spr__extremes(spr__point(m, v[0]), spr__point(m, v[1]), spr__point(m, v[2]),
+                      spr__point(m, v[3]), e);
+        for (k = 0; k < 3; k++)
+            if (e[k] < 1) spr__extreme_add(&x[k], e[k], t);
+    }
+}
+
+/* One patch around each; those that overlap wait for the next time. Only the first few may be
+ * dense. Returns their number, or an error. */
+static int spr__round_set(spr__state *s, spr__patch *patch, delaunay_list *star,
+                          const spr__extreme *x, int dense)
+{
+    int num = 0, i, k, answer;
+    size_t j;
+    for (i = 0; i < 3 * SPR__EXTREME && num < SPR__PATCHES; i++) {
+        const spr__extreme *y = &x[i % 3];
+        spr__patch *p = &patch[num];
+        if (i / 3 >= y->num || (s->at[y->t[i / 3]].shaken & SPR__CLAIMED)) continue;
+        answer = spr__patch_set(s, delaunay_engine_worker(s->engine), p, y->t[i / 3], star);
+        if (answer < 0) return answer;
+        if (answer == 0 || (i >= dense && SPR__DENSE * (size_t)p->num_bad > p->num_tets)) continue;
+        p->max_new = 0;
+        p->seed = 0;
+        p->rounding = 1;
+        p->lack = 0;
+        for (k = 0; k < 3; k++) p->extreme[k] = 4;
+        for (j = 0; j < p->num_tets; j++) {
+            spr__add_extremes(s->mesh, p->t[j], p->extreme, &p->lack);
+            s->at[p->t[j]].shaken |= SPR__CLAIMED;
+        }
+        num++;
+    }
+    return num;
+}
+
+/* The tetrahedra with the most extreme angles, a few: less extreme where that takes nothing from
+ * gamma. */
+static spr_result spr__round(spr__state *s)
+{
+    spr__patch *patch = (spr__patch *)delaunay_alloc(s->memory, SPR__PATCHES, sizeof *patch);
+    spr__extreme x[3];
+    delaunay_list list;
+    int turn, answer = patch ? 1 : SPR_ERROR_OUT_OF_MEMORY;
+    memset(&list, 0, sizeof list);
+    list.memory = s->memory;
+    for (turn = 0; turn < 3 && answer > 0; turn++) {
+        if (s->deadline > 0 && delaunay_seconds(&s->options.host) > s->deadline) break;
+        spr__find_extremes(s, x);
+        answer = spr__round_set(s, patch, &list, x, turn == 0 ? 3 : 0);
+        if (answer > 0) answer = spr__patches_shake(s, patch, answer, &list);
+    }
+    delaunay_list_free(&list);
+    delaunay_release(s->memory, patch);
+    return answer < 0 ? (spr_result)answer : SPR_OK;
 }
 
 static spr_result spr__schedule(spr__state *s)
@@ -3644,6 +3833,7 @@ static spr_result spr__improve(spr__state *s, uint32_t max_new)
     spr__find_movable(s);
     if (!spr__find_bad(s)) return SPR_ERROR_OUT_OF_MEMORY;
     result = spr__schedule(s);
+    if (result == SPR_OK && s->gamma && !s->options.no_smoothing) result = spr__round(s);
     if (!spr__end_schedule(s)) return SPR_ERROR_OUT_OF_MEMORY;
     if (result == SPR_OK && !s->options.no_smoothing) result = spr__relax(s);
     spr__explain(s);

@@ -334,6 +334,48 @@ static void test_keeps_the_callers_points_by_default(void)
     delaunay_mesh_free(&m);
 }
 
+static double plain_gamma(void *user, const double *a, const double *b, const double *c,
+                          const double *d)
+{
+    (void)user;
+    return spr_gamma(a, b, c, d);
+}
+
+/* With gamma given as a user's measure nothing is done about angles. Points of lattices, shaken. */
+static void test_rounds_extreme_angles(void)
+{
+    enum { SIDE = 9, POINTS = SIDE * SIDE * SIDE };
+    double smallest[2] = {0, 0}, sicn[2] = {0, 0}, xyz[3 * POINTS];
+    int seed, i, k;
+    for (seed = 0; seed < 3; seed++) {
+        for (i = 0; i < POINTS; i++)
+            for (k = 0; k < 3; k++) {
+                int at = k == 0 ? i % SIDE : k == 1 ? i / SIDE % SIDE : i / SIDE / SIDE;
+                double shake = at > 0 && at < SIDE - 1 ? 0.5 * small_random(1000) / 1000 - 0.25 : 0;
+                xyz[3 * i + k] = (at + shake) / (SIDE - 1);
+            }
+        for (k = 0; k < 2; k++) {
+            spr_options o = open_options();
+            delaunay_mesh m;
+            spr_report r;
+            if (k == 0) {
+                o.measure = SPR_USER;
+                o.quality = plain_gamma;
+            }
+            memset(&m, 0, sizeof m);
+            CHECK(delaunay_tetrahedralize(&m, xyz, POINTS, NULL, NULL) == DELAUNAY_OK);
+            CHECK(delaunay_enable_marks(&m) == DELAUNAY_OK);
+            color_mesh(&m, 1);
+            improve_and_check(&m, &o, &r, SPR_OK);
+            smallest[k] += r.after.dihedral_min_degrees;
+            sicn[k] += r.after.sicn_min;
+            delaunay_mesh_free(&m);
+        }
+    }
+    CHECK(smallest[1] > smallest[0] + 0.5);
+    CHECK(sicn[1] > sicn[0]);
+}
+
 static void test_each_operator_alone(void)
 {
     int k;
@@ -1154,6 +1196,7 @@ int main(void)
     test_statistics_against_sorting();
     test_improves_a_cube_and_a_ball();
     test_keeps_the_callers_points_by_default();
+    test_rounds_extreme_angles();
     test_each_operator_alone();
     test_constrained_edges_and_facets_stay();
     test_other_measures();
