@@ -7,6 +7,7 @@
 #   make sanitize                 the same under the address and undefined-behaviour sanitizers
 #   make test-models MODELS=DIR   the tools over a folder of models with an INDEX.tsv
 #   make league MODELS=DIR        times and qualities over the same folder, beside rivals if installed
+#   make league-table MODELS=DIR  table 7.1 of the thesis for three parts of it, or those in PARTS
 #   make bench-NAME               build and run bench/NAME.c; bench-mesh takes MODELS=DIR too
 #   make include-test             every way to include the headers
 #   make dist                     standalone headers in dist/
@@ -29,7 +30,7 @@ SCRIPTS := $(wildcard tests/test_*.sh)
 BENCHES := $(patsubst bench/%.c,$(BUILD)/bench_%,$(wildcard bench/*.c)) \
            $(patsubst bench/%.cpp,$(BUILD)/bench_%,$(wildcard bench/*.cpp))
 
-.PHONY: all demo test hard sanitize test-models league include-test dist clean benches
+.PHONY: all demo test hard sanitize test-models league league-table include-test dist clean benches
 .SECONDARY:
 
 all: $(TOOLS)
@@ -81,6 +82,15 @@ test-models: all
 
 league: all
 	@BUILD=$(BUILD) sh bench/league.sh '$(MODELS)'
+
+# Rotor, Piston and Rim of the thesis cannot be had: three parts of the folder instead.
+PARTS ?= a_cad/fandisk.off a_cad/piece_explicit_volume.off a_cad/shoulder.off
+league-table: all
+	@NATIVE=1 FILES='$(PARTS)' BUILD=$(BUILD) sh bench/league.sh '$(MODELS)' | awk -F, ' \
+	  NR == 1 { for (i = 1; i <= NF; i++) c[$$i] = i; next } \
+	  $$1 != last { printf "\n%-40s %8s %8s %8s %8s\n", last = $$1, "gamma", "SICN", "min", "max" } \
+	  { printf "  %-38s %8.3f %8.3f %8.2f %8.2f\n", $$2, $$c["gamma_min"], $$c["sicn_min"], \
+	      $$c["dihedral_min"], $$c["dihedral_max"] }'
 
 bench-mesh: $(BUILD)/bench_mesh
 	$< $(ARGS) $(if $(MODELS),$$(find '$(MODELS)' -name '*.off' -o -name '*.stl' -o -name '*.obj' -o -name '*.ply'))

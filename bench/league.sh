@@ -1,7 +1,8 @@
 #!/bin/sh
 # league.sh FOLDER: each surface of a folder with an INDEX.tsv, meshed by ours, by gmsh's HXT and by TetGen (those that
 # are installed), one thread each; one CSV line a mesh, judged by bench/quality.c alone. CLASS restricts to one class,
-# FILES to some files, LIMIT is seconds a run. Rivals get the surfaces that they can read: OFF.
+# FILES to some files, LIMIT is seconds a run. Rivals get the surfaces that they can read: OFF. NATIVE=1: gmsh's own
+# mesher, too.
 BUILD=${BUILD:-build}
 LIMIT=${LIMIT:-120}
 CC=${CC:-cc}
@@ -46,14 +47,17 @@ while IFS=$tab read -r file class; do
     $limit "$BUILD/mesh" "$folder/$file" -q --threads 1 -o "$T/a.mesh" --json "$T/a.json" > /dev/null 2>&1 < /dev/null
     row ours "$file" "$start" "$T/a.mesh" "$(sed -n 's/.*"improve": \([0-9.e-]*\).*/\1/p' "$T/a.json" 2> /dev/null)"
     case $file in *.off) ;; *) continue ;; esac
-    if command -v gmsh > /dev/null; then
+    for algorithm in hxt ${NATIVE:+del3d}; do
+        command -v gmsh > /dev/null || break
+        rm -f "$T"/g.*
         to_msh "$folder/$file" "$T/g.msh"
         echo 'Merge "g.msh"; Surface Loop(1)={1}; Volume(1)={1}; Physical Volume(1)={1};' > "$T/g.geo"
         start=$(now)
-        $limit gmsh -3 "$T/g.geo" -algo hxt -nt 1 -v 4 -setnumber Mesh.OptimizeThreshold 0.35 -format mesh -save_all \
+        $limit gmsh -3 "$T/g.geo" -algo $algorithm -nt 1 -v 4 -setnumber Mesh.OptimizeThreshold 0.35 -format mesh -save_all \
             -o "$T/g.mesh" > "$T/g.log" 2>&1 < /dev/null
-        row gmsh-hxt "$file" "$start" "$T/g.mesh" "$(sed -n 's/.*tOptimize[^0-9]*\([0-9.]*\).*/\1/p' "$T/g.log")"
-    fi
+        row gmsh-$algorithm "$file" "$start" "$T/g.mesh" \
+            "$(sed -n 's/.*tOptimize[^0-9]*\([0-9.]*\).*/\1/p' "$T/g.log")"
+    done
     if command -v tetgen > /dev/null; then
         rm -f "$T"/a.*
         cp "$folder/$file" "$T/a.off"
