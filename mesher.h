@@ -2217,7 +2217,8 @@ enum {
         32, /* worth large searches before a point is added: one in hundreds comes in by them */
     MESHER__ATTEMPTS = 6,    /* at the whole, with other places of points, ... */
     MESHER__FLIP_ATTEMPTS = 3, /* ... of them by flips first, each in another order, and ... */
-    MESHER__FEW_SPLITS = 200,  /* ... with points on so many missing edges at the end */
+    MESHER__FEW_SPLITS = 1000, /* ... with points on so many missing edges at the end, ... */
+    MESHER__FEW_POINTS = 4,    /* ... after so many within for each of them */
     MESHER__VAIN = 8,        /* points that bring nothing, and one more for so many missing edges,
                                 before an attempt by flips adds no more of them */
     MESHER__FEW_SITES = 6,   /* windows for a point looked at, even if one is good enough, ... */
@@ -4954,7 +4955,7 @@ static int mesher__points_for_edge(mesher__recovery *r, uint32_t e)
     static const mesher__effort after = {10, 1000, 1, 1}, last = {12, 2000, 2, 1};
     const uint32_t *v = r->edges + 2 * (size_t)e;
     int i, changed = 0;
-    for (i = 0; i < 40 && !mesher__stopped(r); i++) {
+    for (i = 0; i < (r->first ? MESHER__FEW_POINTS : 40) && !mesher__stopped(r); i++) {
         double gain = 0;
         if (r->edge_present[e]) return 1;
         if (r->first && mesher__recover_by_flips(r, e, MESHER__FLIP_DEPTH / 2)) return 1;
@@ -5351,7 +5352,7 @@ static void mesher__relax_points(mesher__recovery *r)
 static void mesher__split_all(mesher__recovery *r)
 {
     int round, relaxed = 0;
-    uint32_t i;
+    uint32_t i, most = 4 * r->num_missing_edges + 64; /* pieces of pieces have no end */
     for (round = 0; round < 40 && !mesher__stopped(r); round++) {
         int changed = 0;
         if (mesher__ends(r) || (!r->num_missing_edges && !r->num_missing_facets)) return;
@@ -5368,6 +5369,7 @@ static void mesher__split_all(mesher__recovery *r)
                     changed |= mesher__split_facet(r, r->wanted[i]);
         }
         mesher__tell(r, "split, round", round);
+        if (r->first && r->num_missing_edges > most) return;
         if (!changed && relaxed) return;
         relaxed = !changed; /* room for points where ours stand in the way, once */
         if (relaxed) mesher__remove_points(r);

@@ -168,8 +168,13 @@ static void twisted_prisms_and_stacks(void)
 static void wedges_around_a_saddle(void)
 {
     shape s = {0};
+    long points;
     chazelle(&s, 4, 0.05);
     recovered(&s, "wedges around a saddle");
+    shape_free(&s);
+    chazelle(&s, 7, 0.1);
+    points = recovered(&s, "more wedges around a saddle");
+    CHECK(points >= 0 && points <= 17);
     shape_free(&s);
 }
 
