@@ -781,36 +781,57 @@ static void facet_ids(const delaunay_mesh *mesh, delaunay_handle t, int i, uint3
             }
 }
 
-/* Every facet of the surface is a facet of the mesh, and regions end at facets of the surface only.
- * 1: so it is; 0: not; -1: out of memory. */
-static int surface_came_back(const mesher_domain *domain)
+/* The facets of tetrahedron t that are in the mesh of the surface, marked as seen, by one of many
+ * threads. Returns 0 if a region ends where no facet of the surface is. */
+static int see_facets(const mesher_domain *domain, facet_set *set, delaunay_handle t)
 {
     const delaunay_mesh *mesh = &domain->mesh;
-    facet_set set;
-    delaunay_handle t;
-    uint32_t f, seen = 0;
-    int i, whole = 1;
-    memset(&set, 0, sizeof set);
-    if (!facet_set_init(&set, domain)) whole = -1;
-    for (t = 1; whole == 1 && t < mesh->num_tets; t++) {
-        if (delaunay_is_deleted(mesh, t) || delaunay_is_ghost(mesh, t)) continue;
-        for (i = 0; i < 4; i++) {
-            delaunay_handle n = mesh->tets[t].n[i] / 4;
-            uint32_t id[3];
-            int border =
-                mesh->color[t] != DELAUNAY_OUTSIDE && (n == 0 || mesh->color[n] != mesh->color[t]);
-            if (!border && !(mesh->flags[t] & DELAUNAY_FACET_BIT(i))) continue;
-            facet_ids(mesh, t, i, id);
-            f = set.table[facet_slot(&set, id)];
-            if (f != DELAUNAY_NO_ID) set.seen[f] = 1;
-            else if (border) whole = 0;
+    int i;
+    if (delaunay_is_deleted(mesh, t) || delaunay_is_ghost(mesh, t)) return 1;
+    for (i = 0; i < 4; i++) {
+        delaunay_handle n = mesh->tets[t].n[i] / 4;
+        uint32_t id[3], f;
+        int border =
+            mesh->color[t] != DELAUNAY_OUTSIDE && (n == 0 || mesh->color[n] != mesh->color[t]);
+        if (!border && !(mesh->flags[t] & DELAUNAY_FACET_BIT(i))) continue;
+        facet_ids(mesh, t, i, id);
+        f = set->table[facet_slot(set, id)];
+        if (f == DELAUNAY_NO_ID) {
+            if (border) return 0;
+            continue;
         }
+#ifdef _OPENMP
+#    pragma omp atomic write
+#endif
+        set->seen[f] = 1;
     }
-    for (f = 0; whole == 1 && f < domain->num_facets; f++) seen += set.seen[f];
-    if (whole == 1 && seen != domain->num_facets) whole = 0;
+    return 1;
+}
+
+/* Every facet of the surface is a facet of the mesh, and regions end at facets of the surface only.
+ * 1: so it is; 0: not; -1: out of memory. */
+static int surface_came_back(const mesher_domain *domain, const delaunay_host *host)
+{
+    long t, num_tets = (long)domain->mesh.num_tets;
+    int whole = 1, threads = delaunay_threads(host);
+    facet_set set;
+    uint32_t f, seen = 0;
+    memset(&set, 0, sizeof set);
+    if (!facet_set_init(&set, domain)) {
+        free(set.table);
+        free(set.seen);
+        return -1;
+    }
+    (void)threads;
+#ifdef _OPENMP
+#    pragma omp parallel for schedule(static) num_threads(threads) reduction(min : whole)
+#endif
+    for (t = 1; t < num_tets; t++)
+        if (!see_facets(domain, &set, (delaunay_handle)t)) whole = 0;
+    for (f = 0; f < domain->num_facets; f++) seen += set.seen[f];
     free(set.table);
     free(set.seen);
-    return whole;
+    return whole && seen == domain->num_facets;
 }
 
 static int prove(job *j)
@@ -826,7 +847,7 @@ static int prove(job *j)
         complain(j, text);
         return TOOL_INTERNAL;
     }
-    whole = j->report.surface_steiner ? 1 : surface_came_back(&j->domain);
+    whole = j->report.surface_steiner ? 1 : surface_came_back(&j->domain, &j->set.mesher.host);
     j->seconds[PHASE_PROVE] = tool_seconds() - start;
     if (whole == 1) return TOOL_OK;
     complain(j,
