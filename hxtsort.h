@@ -643,7 +643,8 @@ HXTSORT__INLINE void hxtsort__finish(hxtsort__kind kind, hxtsort__map map, unsig
     }
 }
 
-/* memcpy of bytes that nobody reads soon: past the caches, so that what they overwrite is not read. */
+/* memcpy of bytes that nobody reads soon: past the caches, so that what they overwrite is not read
+ * first. */
 static void hxtsort__stream(unsigned char *dst, const unsigned char *src, size_t bytes)
 {
     size_t i = 0;

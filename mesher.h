@@ -7997,7 +7997,6 @@ static void mesher__lose(delaunay_mesh *mesh, delaunay_handle t)
       } while (0)
 #define MESHER__CROSS(a, b, c, d) _mm256_sub_pd(_mm256_mul_pd(a, b), _mm256_mul_pd(c, d))
 
-
 /* Which of four tetrahedra have a sphere so much smaller than their corners ask for that
  * mesher__propose need not look: bits. */
 __attribute__((target("avx2"))) static int mesher__are_small4(const delaunay_vertex *vertices,

@@ -3341,8 +3341,8 @@ static const double meshio__power[] = {1e0, 1e1, 1e2,  1e3,  1e4,  1e5,  1e6,  1
                                        1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15};
 
 /* The first 17 decimal digits of a, rounded to nearest and even as an integer, and the exponent of
- * the first, *place; 0 where the arithmetic here, which is exact, does not reach. With a = m 2^-s the
- * digits are m 10^k / 2^s, where the numerator has at most 120 bits. */
+ * the first, *place; 0 where the arithmetic here, which is exact, does not reach. With a = m 2^-s
+ * the digits are m 10^k / 2^s, where the numerator has at most 120 bits. */
 static uint64_t meshio__digits(double a, int *place)
 {
     uint64_t bits, low, high, digits, rest, below = 0, half;

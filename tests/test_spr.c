@@ -341,19 +341,26 @@ static double plain_gamma(void *user, const double *a, const double *b, const do
     return spr_gamma(a, b, c, d);
 }
 
+/* The side^3 points of a lattice in the unit cube, those inside shaken. */
+static void shaken_lattice(int side, double *xyz)
+{
+    int i, k;
+    for (i = 0; i < side * side * side; i++)
+        for (k = 0; k < 3; k++) {
+            int at = k == 0 ? i % side : k == 1 ? i / side % side : i / side / side;
+            double shake = at > 0 && at < side - 1 ? 0.5 * small_random(1000) / 1000 - 0.25 : 0;
+            xyz[3 * i + k] = (at + shake) / (side - 1);
+        }
+}
+
 /* With gamma given as a user's measure nothing is done about angles. Points of lattices, shaken. */
 static void test_rounds_extreme_angles(void)
 {
     enum { SIDE = 9, POINTS = SIDE * SIDE * SIDE };
     double smallest[2] = {0, 0}, sicn[2] = {0, 0}, xyz[3 * POINTS];
-    int seed, i, k;
+    int seed, k;
     for (seed = 0; seed < 3; seed++) {
-        for (i = 0; i < POINTS; i++)
-            for (k = 0; k < 3; k++) {
-                int at = k == 0 ? i % SIDE : k == 1 ? i / SIDE % SIDE : i / SIDE / SIDE;
-                double shake = at > 0 && at < SIDE - 1 ? 0.5 * small_random(1000) / 1000 - 0.25 : 0;
-                xyz[3 * i + k] = (at + shake) / (SIDE - 1);
-            }
+        shaken_lattice(SIDE, xyz);
         for (k = 0; k < 2; k++) {
             spr_options o = open_options();
             delaunay_mesh m;
@@ -603,13 +610,8 @@ static void test_relaxes_a_lattice(void)
     double *xyz = (double *)malloc(3 * POINTS * sizeof *xyz);
     delaunay_mesh m[2];
     spr_report r;
-    int i, k;
-    for (i = 0; i < POINTS; i++)
-        for (k = 0; k < 3; k++) {
-            int at = k == 0 ? i % SIDE : k == 1 ? i / SIDE % SIDE : i / SIDE / SIDE;
-            double shake = at > 0 && at < SIDE - 1 ? 0.5 * small_random(1000) / 1000 - 0.25 : 0;
-            xyz[3 * i + k] = (at + shake) / (SIDE - 1);
-        }
+    int k;
+    shaken_lattice(SIDE, xyz);
     for (k = 0; k < 2; k++) {
         spr_options o = open_options();
         memset(&m[k], 0, sizeof m[k]);
