@@ -2343,7 +2343,7 @@ typedef struct mesher__recovery {
     delaunay_memory *memory;
     delaunay_worker *worker;
     mesher_result    status;            /* the first failure; ends everything */
-    /* constraints by mesh vertices, ascending; rows by the first vertex */
+    /* constraints by mesh vertices, ascending; rows by the first vertex, long ones sorted */
     uint32_t  num_rows;                 /* mesh vertices before any was added */
     uint32_t  num_edges, num_facets;    /* those of the domain first, then pieces of split ones */
     uint32_t  cap_at;                   /* vertices that can have missing constraints */
@@ -2354,9 +2354,9 @@ typedef struct mesher__recovery {
     mesher__split *splits;
     uint32_t  num_splits;
     uint32_t *edges, *edge_row, *edge_other, *edge_index;
-    uint32_t *facets, *facet_row, *facet_index;
-    uint64_t *facet_others;
+    uint32_t *facets, *facet_row, *facet_second, *facet_third, *facet_index;
     uint8_t  *edge_present, *facet_present;
+    uint8_t  *edge_seen, *facet_seen;   /* by place in the rows, and one more; while looking */
     uint32_t *missing_edges_at, *missing_facets_at; /* of each mesh vertex */
     uint32_t  num_missing_edges, num_missing_facets;
     uint32_t *wanted, num_wanted;         /* a list of missing edges or facets */
@@ -2603,46 +2603,96 @@ static uint32_t mesher__facet_source(const mesher__recovery *r, uint32_t f)
         ->facet_source[f < r->domain->num_facets ? f : r->facet_origin[f - r->domain->num_facets]];
 }
 
+/* -- rows: the constraints with a vertex as their first; compared several at a time, by halving
+ * where a row is long */
+enum { MESHER__ROW_BLOCK = 8, MESHER__LONG_ROW = 32 };
+
+/* Which of the first n of eight numbers are x: bits. */
+static unsigned mesher__matches(const uint32_t *row, uint32_t n, uint32_t x)
+{
+    unsigned bits = 0;
+#  if defined(__GNUC__) && defined(__x86_64__) && !defined(DELAUNAY_NO_SIMD)
+    __m128i key = _mm_set1_epi32((int)x);
+    __m128i low = _mm_cmpeq_epi32(_mm_loadu_si128((const __m128i *)(const void *)row), key);
+    __m128i high = _mm_cmpeq_epi32(_mm_loadu_si128((const __m128i *)(const void *)(row + 4)), key);
+    __m128i all = _mm_packs_epi16(_mm_packs_epi32(low, high), _mm_setzero_si128());
+    bits = (unsigned)_mm_movemask_epi8(all);
+#  else
+    unsigned i;
+    for (i = 0; i < MESHER__ROW_BLOCK; i++) bits |= (unsigned)(row[i] == x) << i;
+#  endif
+    return bits & ((1u << (n < MESHER__ROW_BLOCK ? n : MESHER__ROW_BLOCK)) - 1);
+}
+
+static uint32_t mesher__row_bit(unsigned bits)
+{
+#  if defined(__GNUC__)
+    return (uint32_t)__builtin_ctz(bits);
+#  else
+    uint32_t i = 0;
+    while (!(bits >> i & 1)) i++;
+    return i;
+#  endif
+}
+
+/* The first of the places low .. high - 1 of a sorted row that may hold x. */
+static uint32_t mesher__halve_row(const uint32_t *row, uint32_t low, uint32_t high, uint32_t x)
+{
+    while (low < high) {
+        uint32_t middle = low + (high - low) / 2;
+        if (row[middle] < x) low = middle + 1;
+        else high = middle;
+    }
+    return low;
+}
+
+/* The place of edge ab, a < b, in its row, or MESHER__ABSENT. */
+static uint32_t mesher__edge_place(const mesher__recovery *r, uint32_t a, uint32_t b)
+{
+    uint32_t low = r->edge_row[a], high = r->edge_row[a + 1];
+    if (high - low > MESHER__LONG_ROW) low = mesher__halve_row(r->edge_other, low, high, b);
+    for (; low < high; low += MESHER__ROW_BLOCK) {
+        unsigned found = mesher__matches(r->edge_other + low, high - low, b);
+        if (found) return low + mesher__row_bit(found);
+    }
+    return MESHER__ABSENT;
+}
+
+/* The place of a facet, its vertices ascending. */
+static uint32_t mesher__facet_place(const mesher__recovery *r, const uint32_t *v)
+{
+    uint32_t low = r->facet_row[v[0]], high = r->facet_row[v[0] + 1];
+    if (high - low > MESHER__LONG_ROW) low = mesher__halve_row(r->facet_second, low, high, v[1]);
+    for (; low < high; low += MESHER__ROW_BLOCK) {
+        unsigned found = mesher__matches(r->facet_second + low, high - low, v[1]) &
+                         mesher__matches(r->facet_third + low, high - low, v[2]);
+        if (found) return low + mesher__row_bit(found);
+    }
+    return MESHER__ABSENT;
+}
+
 /* The constrained edge between two mesh vertices, or MESHER__ABSENT. */
 static uint32_t mesher__edge_index(const mesher__recovery *r, uint32_t a, uint32_t b)
 {
-    uint32_t low, high, t;
-    if (a > b) t = a, a = b, b = t;
-    if (b >= r->num_rows) return mesher__edge_piece(r, a, b);
-    low = r->edge_row[a];
-    high = r->edge_row[a + 1];
-    while (high - low > 8) {
-        uint32_t middle = low + (high - low) / 2;
-        if (r->edge_other[middle] <= b) low = middle;
-        else high = middle;
-    }
-    for (; low < high; low++)
-        if (r->edge_other[low] == b)
-            return r->edge_retired[r->edge_index[low]] ? MESHER__ABSENT : r->edge_index[low];
-    return mesher__edge_piece(r, a, b);
+    uint32_t low = a < b ? a : b, high = a < b ? b : a, place;
+    if (high >= r->num_rows) return mesher__edge_piece(r, low, high);
+    place = mesher__edge_place(r, low, high);
+    if (place == MESHER__ABSENT) return mesher__edge_piece(r, low, high);
+    return r->edge_retired[r->edge_index[place]] ? MESHER__ABSENT : r->edge_index[place];
 }
 
 static uint32_t mesher__facet_index(const mesher__recovery *r, uint32_t a, uint32_t b, uint32_t c)
 {
-    uint32_t v[3], low, high;
-    uint64_t others;
+    uint32_t v[3], place;
     v[0] = a;
     v[1] = b;
     v[2] = c;
     mesher__sort3(v);
     if (v[2] >= r->num_rows) return mesher__facet_piece(r, v);
-    others = (uint64_t)v[1] << 32 | v[2];
-    low = r->facet_row[v[0]];
-    high = r->facet_row[v[0] + 1];
-    while (high - low > 8) {
-        uint32_t middle = low + (high - low) / 2;
-        if (r->facet_others[middle] <= others) low = middle;
-        else high = middle;
-    }
-    for (; low < high; low++)
-        if (r->facet_others[low] == others)
-            return r->facet_retired[r->facet_index[low]] ? MESHER__ABSENT : r->facet_index[low];
-    return MESHER__ABSENT;
+    place = mesher__facet_place(r, v);
+    return place == MESHER__ABSENT || r->facet_retired[r->facet_index[place]]
+               ? MESHER__ABSENT
+               : r->facet_index[place];
 }
 
 static void mesher__set_edge_present(mesher__recovery *r, uint32_t e, int present)
@@ -2665,41 +2715,43 @@ static void mesher__set_facet_present(mesher__recovery *r, uint32_t f, int prese
     for (k = 0; k < 3; k++) r->missing_facets_at[v[k]] += present ? ~0u : 1u;
 }
 
-/* Stable counting sort of a list of items by one column of their vertices; rows gets the limits of
- * each vertex. */
-static void mesher__sort_column(const uint32_t *vertices, uint32_t columns, uint32_t column,
-                                const uint32_t *in, uint32_t *out, uint32_t count, uint32_t *rows,
-                                uint32_t num_rows)
+/* Deals items to their first vertices, in order: rows gets the limits of each vertex. */
+static void mesher__deal_rows(const uint32_t *vertices, uint32_t columns, uint32_t count,
+                              uint32_t *rows, uint32_t num_rows, uint32_t *index)
 {
     uint32_t i;
-    memset(rows, 0, ((size_t)num_rows + 1) * sizeof *rows);
-    for (i = 0; i < count; i++) rows[vertices[(size_t)columns * in[i] + column]]++;
+    for (i = 0; i < count; i++) rows[vertices[(size_t)columns * i]]++;
     for (i = 1; i <= num_rows; i++) rows[i] += rows[i - 1];
-    for (i = count; i-- > 0;) out[--rows[vertices[(size_t)columns * in[i] + column]]] = in[i];
+    for (i = count; i-- > 0;) index[--rows[vertices[(size_t)columns * i]]] = i;
 }
 
-/* Rows of edges and facets by their first vertex, each in ascending order of the others. */
+/* Long rows in ascending order of their second vertices, equal ones as they were. */
+static void mesher__sort_long_rows(const uint32_t *vertices, uint32_t columns, const uint32_t *rows,
+                                   uint32_t num_rows, uint32_t *index, uint64_t *scratch)
+{
+    uint32_t v, i;
+    for (v = 0; v < num_rows; v++) {
+        uint32_t *row = index + rows[v], n = rows[v + 1] - rows[v];
+        if (n <= MESHER__LONG_ROW) continue;
+        for (i = 0; i < n; i++)
+            scratch[i] = (uint64_t)vertices[(size_t)columns * row[i] + 1] << 32 | row[i];
+        qsort(scratch, n, sizeof *scratch, mesher__compare_u64);
+        for (i = 0; i < n; i++) row[i] = (uint32_t)scratch[i];
+    }
+}
+
+/* Rows of edges and facets by their first vertex. */
 static void mesher__build_rows(mesher__recovery *r)
 {
     uint32_t num_edges = r->domain->num_edges, num_facets = r->domain->num_facets, i;
-    uint32_t *scratch = r->wanted;
-    for (i = 0; i < num_edges; i++) r->edge_index[i] = i;
-    mesher__sort_column(r->edges, 2, 1, r->edge_index, scratch, num_edges, r->edge_row,
-                        r->num_rows);
-    mesher__sort_column(r->edges, 2, 0, scratch, r->edge_index, num_edges, r->edge_row,
-                        r->num_rows);
+    mesher__deal_rows(r->edges, 2, num_edges, r->edge_row, r->num_rows, r->edge_index);
+    mesher__sort_long_rows(r->edges, 2, r->edge_row, r->num_rows, r->edge_index, r->order);
     for (i = 0; i < num_edges; i++) r->edge_other[i] = r->edges[2 * (size_t)r->edge_index[i] + 1];
-    for (i = 0; i < num_facets; i++) r->facet_index[i] = i;
-    mesher__sort_column(r->facets, 3, 2, r->facet_index, scratch, num_facets, r->facet_row,
-                        r->num_rows);
-    mesher__sort_column(r->facets, 3, 1, scratch, r->facet_index, num_facets, r->facet_row,
-                        r->num_rows);
-    mesher__sort_column(r->facets, 3, 0, r->facet_index, scratch, num_facets, r->facet_row,
-                        r->num_rows);
+    mesher__deal_rows(r->facets, 3, num_facets, r->facet_row, r->num_rows, r->facet_index);
+    mesher__sort_long_rows(r->facets, 3, r->facet_row, r->num_rows, r->facet_index, r->order);
     for (i = 0; i < num_facets; i++) {
-        const uint32_t *v = r->facets + 3 * (size_t)scratch[i];
-        r->facet_index[i] = scratch[i];
-        r->facet_others[i] = (uint64_t)v[1] << 32 | v[2];
+        r->facet_second[i] = r->facets[3 * (size_t)r->facet_index[i] + 1];
+        r->facet_third[i] = r->facets[3 * (size_t)r->facet_index[i] + 2];
     }
 }
 
@@ -2723,41 +2775,94 @@ static void mesher__translate(mesher__recovery *r)
 
 /* -- what is missing */
 
+/* The place of edge ab in the rows of the domain's; if it is none of them, the one after all. No
+ * branch depends on which of the two it is. */
+static inline uint32_t mesher__edge_place_or_end(const mesher__recovery *r, uint32_t a, uint32_t b)
+{
+    uint32_t first = a < b ? a : b, other = a < b ? b : a, end = r->domain->num_edges;
+    uint32_t low = r->edge_row[first], n = r->edge_row[first + 1] - low, none;
+    unsigned found = mesher__matches(r->edge_other + low, n, other);
+    if (n > MESHER__ROW_BLOCK && !found) {
+        low = mesher__edge_place(r, first, other);
+        return low == MESHER__ABSENT ? end : low;
+    }
+    none = (uint32_t)(found == 0) * UINT32_MAX;
+    return ((low + mesher__row_bit(found | 1u << MESHER__ROW_BLOCK)) & ~none) | (end & none);
+}
+
+/* Notes that the facets of a tetrahedron that are constraints are there; edges: one bit each, those
+ * that are. Returns the facets' marks. */
+static unsigned mesher__detect_facets(mesher__recovery *r, const uint32_t *v, unsigned edges)
+{
+    static const uint8_t around[4] = {1 << 3 | 1 << 4 | 1 << 5, 1 << 1 | 1 << 2 | 1 << 5,
+                                      1 << 0 | 1 << 2 | 1 << 4, 1 << 0 | 1 << 1 | 1 << 3};
+    unsigned flags = 0;
+    uint32_t place, w[3];
+    int i;
+    for (i = 0; i < 4; i++) {
+        const uint8_t *o = delaunay_facet_order(i);
+        if (around[i] & ~edges) continue;
+        w[0] = v[o[0]];
+        w[1] = v[o[1]];
+        w[2] = v[o[2]];
+        mesher__sort3(w);
+        place = mesher__facet_place(r, w);
+        if (place == MESHER__ABSENT) continue;
+        flags |= DELAUNAY_FACET_BIT(i);
+        MESHER__STORE_BYTE(&r->facet_seen[place], 1);
+    }
+    return flags;
+}
+
 /* Marks the constrained edges and facets of one tetrahedron, and notes that they are there. */
 static void mesher__detect_in(mesher__recovery *r, delaunay_handle t)
 {
     const uint32_t *v = r->mesh->tets[t].v;
-    unsigned flags = 0;
+    uint32_t place[6], end = r->domain->num_edges;
+    uint8_t *seen = r->edge_seen;
+    unsigned edges = 0, flags;
     int i;
+    place[0] = mesher__edge_place_or_end(r, v[0], v[1]);
+    place[1] = mesher__edge_place_or_end(r, v[0], v[2]);
+    place[2] = mesher__edge_place_or_end(r, v[0], v[3]);
+    place[3] = mesher__edge_place_or_end(r, v[1], v[2]);
+    place[4] = mesher__edge_place_or_end(r, v[1], v[3]);
+    place[5] = mesher__edge_place_or_end(r, v[2], v[3]);
     for (i = 0; i < 6; i++) {
-        const uint8_t *o = delaunay_edge_order(i);
-        uint32_t e = mesher__edge_index(r, v[o[0]], v[o[1]]);
-        if (e == MESHER__ABSENT) continue;
-        flags |= DELAUNAY_EDGE_BIT(i);
-        MESHER__STORE_BYTE(&r->edge_present[e], 1);
+        MESHER__STORE_BYTE(&seen[place[i]], 1);
+        edges |= (unsigned)(place[i] != end) << i;
     }
-    for (i = 0; i < 4 && flags; i++) {
-        const uint8_t *o = delaunay_facet_order(i);
-        unsigned all = DELAUNAY_EDGE_BIT(delaunay_edge_between(o[0], o[1])) |
-                       DELAUNAY_EDGE_BIT(delaunay_edge_between(o[1], o[2])) |
-                       DELAUNAY_EDGE_BIT(delaunay_edge_between(o[2], o[0]));
-        uint32_t f = (flags & all) == all ? mesher__facet_index(r, v[o[0]], v[o[1]], v[o[2]])
-                                          : MESHER__ABSENT;
-        if (f == MESHER__ABSENT) continue;
-        flags |= DELAUNAY_FACET_BIT(i);
-        MESHER__STORE_BYTE(&r->facet_present[f], 1);
-    }
+    flags = edges * DELAUNAY_EDGE_BIT(0);
+    if (edges) flags |= mesher__detect_facets(r, v, edges);
     r->mesh->flags[t] = (uint16_t)flags;
 }
 
-/* Sweeps over all tetrahedra. Shared: rows (read), presence (bytes that are only ever set to 1);
- * flags by owner. */
+/* What was seen, by edges and facets, and what was not. */
+static void mesher__count_missing(mesher__recovery *r)
+{
+    uint32_t i, k;
+    for (i = 0; i < r->domain->num_edges; i++) r->edge_present[r->edge_index[i]] = r->edge_seen[i];
+    for (i = 0; i < r->domain->num_edges; i++)
+        if (!r->edge_present[i]) {
+            r->num_missing_edges++;
+            for (k = 0; k < 2; k++) r->missing_edges_at[r->edges[2 * (size_t)i + k]]++;
+        }
+    for (i = 0; i < r->domain->num_facets; i++)
+        r->facet_present[r->facet_index[i]] = r->facet_seen[i];
+    for (i = 0; i < r->domain->num_facets; i++)
+        if (!r->facet_present[i]) {
+            r->num_missing_facets++;
+            for (k = 0; k < 3; k++) r->missing_facets_at[r->facets[3 * (size_t)i + k]]++;
+        }
+}
+
+/* Sweeps over all tetrahedra. Shared: rows (read), what was seen (bytes that are only ever set to
+ * 1); flags by owner. */
 static void mesher__detect(mesher__recovery *r)
 {
     const delaunay_mesh *mesh = r->mesh;
     int threads = delaunay_threads_for(&r->domain->options.host, mesh->num_tets);
     int64_t t, n = (int64_t)mesh->num_tets;
-    uint32_t i, k;
     (void)threads;
 #ifdef _OPENMP
 #    pragma omp parallel for schedule(static, 4096) num_threads(threads)
@@ -2766,16 +2871,7 @@ static void mesher__detect(mesher__recovery *r)
         if (!delaunay_is_deleted(mesh, (delaunay_handle)t) &&
             !delaunay_is_ghost(mesh, (delaunay_handle)t))
             mesher__detect_in(r, (delaunay_handle)t);
-    for (i = 0; i < r->domain->num_edges; i++)
-        if (!r->edge_present[i]) {
-            r->num_missing_edges++;
-            for (k = 0; k < 2; k++) r->missing_edges_at[r->edges[2 * (size_t)i + k]]++;
-        }
-    for (i = 0; i < r->domain->num_facets; i++)
-        if (!r->facet_present[i]) {
-            r->num_missing_facets++;
-            for (k = 0; k < 3; k++) r->missing_facets_at[r->facets[3 * (size_t)i + k]]++;
-        }
+    mesher__count_missing(r);
 }
 
 /* -- commits, and how they are taken back */
@@ -5842,7 +5938,10 @@ static void mesher__recovery_free(mesher__recovery *r)
     delaunay_release(memory, r->facets);
     delaunay_release(memory, r->facet_row);
     delaunay_release(memory, r->facet_index);
-    delaunay_release(memory, r->facet_others);
+    delaunay_release(memory, r->facet_second);
+    delaunay_release(memory, r->facet_third);
+    delaunay_release(memory, r->edge_seen);
+    delaunay_release(memory, r->facet_seen);
     delaunay_release(memory, r->edge_present);
     delaunay_release(memory, r->facet_present);
     delaunay_release(memory, r->hopeless);
@@ -5889,12 +5988,15 @@ static mesher__recovery *mesher__recovery_new(mesher_domain *domain, mesher_repo
     r->cap_at = r->num_rows + MESHER__PIECES;
     r->edges = (uint32_t *)mesher__zeros(r, 2 * (edges + MESHER__PIECES), sizeof(uint32_t));
     r->edge_row = (uint32_t *)mesher__zeros(r, rows + 1, sizeof(uint32_t));
-    r->edge_other = (uint32_t *)mesher__zeros(r, edges, sizeof(uint32_t));
+    r->edge_other = (uint32_t *)mesher__zeros(r, edges + MESHER__ROW_BLOCK, sizeof(uint32_t));
     r->edge_index = (uint32_t *)mesher__zeros(r, edges, sizeof(uint32_t));
     r->facets = (uint32_t *)mesher__zeros(r, 3 * (facets + MESHER__PIECES), sizeof(uint32_t));
     r->facet_row = (uint32_t *)mesher__zeros(r, rows + 1, sizeof(uint32_t));
     r->facet_index = (uint32_t *)mesher__zeros(r, facets, sizeof(uint32_t));
-    r->facet_others = (uint64_t *)mesher__zeros(r, facets, sizeof(uint64_t));
+    r->facet_second = (uint32_t *)mesher__zeros(r, facets + MESHER__ROW_BLOCK, sizeof(uint32_t));
+    r->facet_third = (uint32_t *)mesher__zeros(r, facets + MESHER__ROW_BLOCK, sizeof(uint32_t));
+    r->edge_seen = (uint8_t *)mesher__zeros(r, edges + 1, 1);
+    r->facet_seen = (uint8_t *)mesher__zeros(r, facets, 1);
     r->edge_present = (uint8_t *)mesher__zeros(r, edges + MESHER__PIECES, 1);
     r->facet_present = (uint8_t *)mesher__zeros(r, facets + MESHER__PIECES, 1);
     r->edge_retired = (uint8_t *)mesher__zeros(r, edges + MESHER__PIECES, 1);
