@@ -2105,8 +2105,12 @@ static mesher_result mesher__from_delaunay(delaunay_result result)
     return result >= DELAUNAY_ERROR_INTERNAL ? (mesher_result)result : MESHER_ERROR_SURFACE;
 }
 
-/* The box around the points: half of the largest extent beyond them on every axis, rounded outwards
- * to coordinates of few bits. */
+/* The box around the points: so many times the largest extent beyond them on every axis, rounded
+ * outwards to coordinates of few bits. A sphere through a large flat facet on the outside of the
+ * surface bulges far out before it has left the points behind the facet: corners nearby would be in
+ * it, and the facet missing. */
+#  define MESHER__BOX_EXTENTS 16
+
 static void mesher__box(const mesher_domain *domain, double *lo, double *hi)
 {
     const double *x = domain->surface.xyz;
@@ -2133,8 +2137,8 @@ static void mesher__box(const mesher_domain *domain, double *lo, double *hi)
     frexp(far, &e);
     if (far > 0 && unit < ldexp(1.0, e - 46)) unit = ldexp(1.0, e - 46);
     for (k = 0; k < 3; k++) {
-        lo[k] = (floor((lo[k] - extent / 2) / unit) - 1) * unit;
-        hi[k] = (ceil((hi[k] + extent / 2) / unit) + 1) * unit;
+        lo[k] = (floor((lo[k] - MESHER__BOX_EXTENTS * extent) / unit) - 1) * unit;
+        hi[k] = (ceil((hi[k] + MESHER__BOX_EXTENTS * extent) / unit) + 1) * unit;
     }
 }
 
