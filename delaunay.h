@@ -633,7 +633,8 @@ typedef enum delaunay_objective {
     DELAUNAY_ANY,             /* any triangulation */
     DELAUNAY_BEST_QUALITY,    /* maximise the worst quality, above bound */
     DELAUNAY_FEWER_FACES,     /* fewer interior faces than bound crossed by segment target[0..1] */
-    DELAUNAY_FEWER_EDGES      /* fewer interior edges than bound through triangle target[0..2] */
+    DELAUNAY_FEWER_EDGES,     /* fewer interior edges than bound through triangle target[0..2] */
+    DELAUNAY_FEWER_BAD        /* fewer than num_bad of quality below good, all above bound */
 } delaunay_objective;
 
 /* Heuristics that a search can do without, to measure what each is worth; the result is as good. */
@@ -648,13 +649,15 @@ enum {
 typedef struct delaunay_search {
     delaunay_objective objective;
     uint32_t flags;       /* DELAUNAY_SEARCH_*; 0: the fast way */
-    /* BEST_QUALITY: larger is better; 0 or less: unacceptable. Called with positive tetrahedra,
-     * once each (any order of the points must give the same bits); must depend on nothing but the
-     * points. */
+    /* BEST_QUALITY, FEWER_BAD: larger is better; 0 or less: unacceptable. Called with positive
+     * tetrahedra, once each (any order of the points must give the same bits); must depend on
+     * nothing but the points. */
     double (*quality)(void *user, const double *a, const double *b, const double *c,
                       const double *d);
     void    *user;
     double   bound;       /* a result must be strictly better: above (quality), below (crossings) */
+    double   good;        /* FEWER_BAD: what is below is bad */
+    uint32_t num_bad;     /* FEWER_BAD: a result has fewer; out: as many as it has */
     uint32_t target[3];   /* mesh vertices */
     uint32_t max_nodes;   /* of the search tree; 0: 100000 */
     /* out */
@@ -5802,6 +5805,7 @@ struct delaunay__search_tables {
     const delaunay_window *window;
     delaunay_search       *out;
     delaunay_objective     objective;
+    int      measures; /* the objective is one of quality */
     double   best; /* worst quality to be exceeded */
     uint32_t cost_bound, flags;
     int      found;
@@ -6018,7 +6022,7 @@ static int delaunay__candidate_allowed(delaunay__search_tables *s, uint32_t id, 
                                        uint32_t p, double *top)
 {
     uint32_t k;
-    if (s->objective == DELAUNAY_BEST_QUALITY) {
+    if (s->measures) {
         double q = delaunay__local_quality(s, id / 2, p);
         if (!(q > s->best)) return 0;
         if (q > *top) *top = q;
@@ -6083,18 +6087,21 @@ static void delaunay__front_remove(delaunay__search_tables *s, uint32_t id)
 }
 
 /* The triangle of the front with fewest candidates, the newest among equals; *mask: those. 0
- * candidates: dead end. *minimax: no completion has a better worst quality. */
-static uint32_t delaunay__choose_facet(delaunay__search_tables *s, uint32_t *mask, double *minimax)
+ * candidates: dead end. *minimax: no completion has a better worst quality. *num_poor: triangles
+ * that only bad tetrahedra can close, among those looked at. */
+static uint32_t delaunay__choose_facet(delaunay__search_tables *s, uint32_t *mask, double *minimax,
+                                       uint32_t *num_poor)
 {
     uint32_t i, m, count, chosen = 0, fewest = 99, open = s->on_front | (s->interior & ~s->used);
     *minimax = HUGE_VAL;
-    *mask = 0;
+    *mask = *num_poor = 0;
     for (i = s->num_front; i-- > 0;) {
         uint32_t id = s->front[i];
         const delaunay__choice *choice = &s->choice[id];
         if (choice->stamp != s->stamp) delaunay__choose(s, id);
         m = choice->mask & open;
         if (choice->top < *minimax) *minimax = choice->top;
+        *num_poor += choice->top < s->out->good;
         if (fewest <= 2) { /* the usual case: only one or none is better */
             if (m & (m - 1)) continue;
             count = m != 0;
@@ -6139,6 +6146,8 @@ static uint32_t delaunay__order_candidates(delaunay__search_tables *s, uint32_t 
                 double q = delaunay__local_quality(s, id / 2, p);
                 points += 2 * (q > worst) + 2 * (q > minimax);
             }
+            if (s->objective == DELAUNAY_FEWER_BAD)
+                points += 4 * (delaunay__local_quality(s, id / 2, p) >= s->out->good);
         }
         for (i = n++; i > 0 && score[i - 1] < points; i--) {
             score[i] = score[i - 1];
@@ -6161,7 +6170,11 @@ static int delaunay__accept(delaunay__search_tables *s, double worst, uint32_t c
     s->found = 1;
     s->out->num_tets = s->depth;
     memcpy(s->out->tets, s->stack, 4 * (size_t)s->depth);
-    s->out->value = s->objective == DELAUNAY_BEST_QUALITY ? worst : (double)cost;
+    s->out->value = s->measures ? worst : (double)cost;
+    if (s->objective == DELAUNAY_FEWER_BAD) {
+        s->out->num_bad = s->cost_bound = cost;
+        return cost == 0;
+    }
     if (s->objective != DELAUNAY_BEST_QUALITY) return 1;
     s->best = worst;
     s->stamp++;
@@ -6224,7 +6237,7 @@ static uint64_t delaunay__front_key(const delaunay__search_tables *s)
 
 static int delaunay__search_front(delaunay__search_tables *s, double worst, uint32_t cost)
 {
-    uint32_t id, mask, v[3], n, i;
+    uint32_t id, mask, v[3], n, i, poor;
     uint8_t order[DELAUNAY__MAX_POINTS];
     double minimax;
     uint64_t key;
@@ -6236,19 +6249,22 @@ static int delaunay__search_front(delaunay__search_tables *s, double worst, uint
     dead = &s->dead[key >> (64 - DELAUNAY__DEAD_BITS)]; /* the same place in whichever search */
     key += delaunay__mix((uint64_t)s->search << 32);
     if (dead->front == key && dead->budget >= s->cost_bound - cost) return 0;
-    id = delaunay__choose_facet(s, &mask, &minimax);
-    if (!mask) return 0;
+    id = delaunay__choose_facet(s, &mask, &minimax, &poor);
+    if (!mask || (s->objective == DELAUNAY_FEWER_BAD && cost + (poor + 3) / 4 >= s->cost_bound))
+        return 0;
     delaunay__oriented_vertices(s, id, v);
     n = delaunay__order_candidates(s, id, v, mask, worst, minimax, order);
     for (i = 0; i < n; i++) {
         double q = worst;
+        uint32_t bad = 0;
         int result;
-        if (s->objective == DELAUNAY_BEST_QUALITY) {
+        if (s->measures) {
             q = delaunay__local_quality(s, id / 2, order[i]);
             if (!(q > s->best)) continue;
+            bad = s->objective == DELAUNAY_FEWER_BAD && q < s->out->good;
             if (worst < q) q = worst;
         }
-        result = delaunay__try_candidate(s, id, v, order[i], q, cost);
+        result = delaunay__try_candidate(s, id, v, order[i], q, cost + bad);
         if (result) return result;
         if (!(worst > s->best))
             return 0; /* as good as the way here allows; the front may allow more: not a dead end */
@@ -6278,7 +6294,7 @@ static void delaunay__tables_points(delaunay__search_tables *s, const delaunay_s
     for (i = same; i < n; i++) memcpy(s->x[i], vertices[w->vertices[i]].x, sizeof s->x[0]);
     memset(&s->rows[s->choose3[same]], 0, (s->choose3[n] - s->choose3[same]) * sizeof *s->rows);
     s->num_known = n;
-    if (search->objective != DELAUNAY_BEST_QUALITY) return;
+    if (!s->measures) return;
     if (s->known_quality != search->quality || s->known_user != search->user ||
         (s->flags & DELAUNAY_SEARCH_FORGET))
         for (i = 0; i < s->choose3[n]; i++) s->rows[i].measured = 0;
@@ -6343,6 +6359,8 @@ DELAUNAY_API int delaunay_reconnect(const delaunay_mesh *mesh, delaunay_worker *
     s->window = window;
     s->out = search;
     s->objective = search->objective;
+    s->measures =
+        search->objective == DELAUNAY_BEST_QUALITY || search->objective == DELAUNAY_FEWER_BAD;
     s->flags = search->flags;
     s->points = (n < 32 ? (1u << n) - 1 : ~0u) & ~window->dropped;
     s->interior = window->interior & ~window->dropped;
@@ -6354,7 +6372,8 @@ DELAUNAY_API int delaunay_reconnect(const delaunay_mesh *mesh, delaunay_worker *
             ? (search->bound <= 0    ? 0
                : search->bound < 1e9 ? (uint32_t)ceil(search->bound)
                                      : 1000000000u)
-            : UINT32_MAX;
+        : search->objective == DELAUNAY_FEWER_BAD ? search->num_bad
+                                                  : UINT32_MAX;
     search->nodes = search->num_tets = 0;
     search->proven = 0;
     search->value = 0;
@@ -6366,7 +6385,8 @@ DELAUNAY_API int delaunay_reconnect(const delaunay_mesh *mesh, delaunay_worker *
     while (s->num_front) delaunay__front_remove(s, s->front[s->num_front - 1]);
     search->proven =
         result == 0 ||
-        (s->found && (s->objective == DELAUNAY_ANY || (result > 0 && search->value <= 0)));
+        (s->found && (s->objective == DELAUNAY_ANY ||
+                      (result > 0 && (s->measures || search->value <= 0))));
     return s->found;
 }
 

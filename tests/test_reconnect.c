@@ -38,6 +38,8 @@ typedef struct tetrahedron {
     uint64_t fits[2]; /* which others it can stand beside */
 } tetrahedron;
 
+#define GOOD 0.3 /* what is less compact is bad */
+
 typedef struct enumeration {
     const delaunay_mesh   *mesh;
     const delaunay_window *window;
@@ -45,8 +47,8 @@ typedef struct enumeration {
     uint32_t    num_tets, chosen[70], num_chosen, target[3];
     double      volume;
     long        count;
-    double      best_quality;
-    uint32_t    fewest_faces, fewest_edges;
+    double      best_quality, bound; /* bound: of the search for fewest bad ones */
+    uint32_t    fewest_faces, fewest_edges, fewest_bad;
 } enumeration;
 
 static const double *point(const enumeration *e, uint32_t local)
@@ -164,12 +166,13 @@ static int on_boundary(const enumeration *e, uint32_t a, uint32_t b, uint32_t c)
 static void judge(enumeration *e)
 {
     const delaunay_window *w = e->window;
-    uint32_t i, j, k, l, used = 0, faces = 0, edges = 0;
+    uint32_t i, j, k, l, used = 0, faces = 0, edges = 0, bad = 0;
     double q = 1e300;
     for (i = 0; i < e->num_chosen; i++) {
         const tetrahedron *t = &e->tets[e->chosen[i]];
         for (k = 0; k < 4; k++) used |= 1u << t->v[k];
         if (t->quality < q) q = t->quality;
+        bad += t->quality < GOOD;
         for (k = 0; k < 4; k++) { /* each facet: on the boundary or shared */
             uint32_t a = t->v[k ? 0 : 1], b = t->v[k < 2 ? 2 : 1], c = t->v[k < 3 ? 3 : 2],
                      others = 0;
@@ -214,6 +217,7 @@ static void judge(enumeration *e)
     if (q > e->best_quality) e->best_quality = q;
     if (faces < e->fewest_faces) e->fewest_faces = faces;
     if (edges < e->fewest_edges) e->fewest_edges = edges;
+    if (q > e->bound && bad < e->fewest_bad) e->fewest_bad = bad;
 }
 
 static void enumerate(enumeration *e, uint32_t first, const uint64_t *allowed, double volume)
@@ -241,7 +245,7 @@ static int enumerate_window(enumeration *e)
     e->num_tets = e->num_chosen = 0;
     e->count = 0;
     e->best_quality = 0;
-    e->fewest_faces = e->fewest_edges = 1000;
+    e->fewest_faces = e->fewest_edges = e->fewest_bad = 1000;
     e->volume = 0;
     for (i = 0; i < w->num_tets; i++) e->volume += small_volume(e->mesh, w->tets[i]);
     for (a[0] = 0; a[0] < n; a[0]++)
@@ -356,6 +360,19 @@ static uint32_t fewest(const enumeration *e, delaunay_worker *w, delaunay_object
     return (uint32_t)s.bound;
 }
 
+/* Fewest bad ones among the triangulations above a bound: 1000 if there are none. */
+static uint32_t fewest_bad(const enumeration *e, delaunay_worker *w, uint32_t fewer_than)
+{
+    delaunay_search s;
+    int found;
+    search_init(&s, DELAUNAY_FEWER_BAD, e->bound);
+    s.good = GOOD;
+    s.num_bad = fewer_than;
+    found = delaunay_reconnect(e->mesh, w, e->window, &s);
+    CHECK(s.proven && (!found || s.value > e->bound));
+    return found ? s.num_bad : 1000;
+}
+
 static void agrees_with_enumeration(void)
 {
     delaunay_mesh m;
@@ -366,7 +383,7 @@ static void agrees_with_enumeration(void)
     delaunay_handle tets[200];
     long pass, windows = 0, with_interior = 0, with_dropped = 0, with_pinch = 0, with_kept_edge = 0,
                with_kept_facet = 0;
-    long several = 0;
+    long several = 0, with_bad = 0, without = 0;
     uint64_t nodes[4] = {0, 0, 0, 0};
     uint32_t i, j;
     CHECK(small_delaunay(&m, &w, NULL, 50));
@@ -395,6 +412,7 @@ static void agrees_with_enumeration(void)
                 e.target[i] = 1 + small_random(m.num_vertices - 1);
                 for (j = 0; j < i && e.target[j] != e.target[i]; j++) {}
             } while (j < i);
+        e.bound = 0.02 * (double)(pass % 8);
         if (!enumerate_window(&e)) continue;
         windows++;
         with_interior += window.interior != 0;
@@ -417,12 +435,18 @@ static void agrees_with_enumeration(void)
         CHECK(delaunay_reconnect(&m, w, &window, &s) == (e.count > 0) && s.proven);
         CHECK(fewest(&e, w, DELAUNAY_FEWER_FACES) == e.fewest_faces);
         CHECK(fewest(&e, w, DELAUNAY_FEWER_EDGES) == e.fewest_edges);
+        CHECK(fewest_bad(&e, w, 1000) == e.fewest_bad);
+        CHECK(fewest_bad(&e, w, e.fewest_bad) == 1000);
+        CHECK(fewest_bad(&e, w, e.fewest_bad + 1) == e.fewest_bad);
+        with_bad += e.fewest_bad > 0 && e.fewest_bad < 1000;
+        without += e.fewest_bad == 1000;
     }
     CHECK(nodes[0] < 8 * (uint64_t)windows); /* 7.2 a window when this was written */
     CHECK(2 * nodes[0] < nodes[1] && nodes[0] < nodes[2] && nodes[0] == nodes[3]);
     CHECK(windows > 4000 && with_interior > 30 && with_dropped > 10 && with_pinch > 100 &&
           with_kept_edge > 50);
     CHECK(with_kept_facet > 500 && several > 3000);
+    CHECK(with_bad > 500 && without > 200);
     delaunay_worker_free(w);
     delaunay_mesh_free(&m);
 }
