@@ -34,11 +34,13 @@
  *   cheaper one. What changes sends the bad tetrahedra that it touches back to the first level,
  *   some times; edges and vertices around which nothing has changed are not tried again. What is
  *   as good as its facets on the surface allow is not tried at all. Each change raises the worst
- *   quality among what it replaces, by a margin; at last, changes that leave fewer bad tetrahedra
- *   need none; and around what the surface does not hold and nothing has bettered, vertices are
- *   moved at random and that part is improved anew: it is taken if it has fewer bad ones. The same
- *   is done for the few most extreme dihedral angles and the least SICN, where that takes nothing
- *   from gamma. Plans are made side by side and committed in order (delaunay_speculate). One sweep
+ *   quality among what it replaces, by a margin, and what is bad weighs no more than before: one
+ *   may become two that are much better. There are never more bad ones than in the beginning. At
+ *   last there are to be fewer, the worst no worse: the closure search then counts the bad ones
+ *   instead of looking for the best of the worst; and around what the surface does not hold and
+ *   nothing has bettered, vertices are moved at random and that part is improved anew: it is taken
+ *   if it has fewer bad ones. The same is done for the few most extreme dihedral angles and the
+ *   least SICN, where that takes nothing from gamma. Plans are made side by side and committed in order (delaunay_speculate). One sweep
  *   along a curve, in blocks side by side, over all vertices then betters the mean. Positions are
  *   accepted by exact signs only.
  *
@@ -169,7 +171,8 @@ typedef struct spr_report {
 SPR_API const char *spr_result_string(spr_result result);
 /* Improves the worst tetrahedra of every coloured region (all real ones if the mesh has no
  * colours). Constrained facets, constrained edges and their vertices, and facets without neighbour
- * or between colours stay. The worst quality never falls and nothing is ever inverted, exactly.
+ * or between colours stay. The worst quality never falls, the bad tetrahedra do not become more, and
+ * nothing is ever inverted, exactly.
  *
  *   mesh     in/out  valid, and so afterwards, whatever is returned
  *   options  in      NULL or zeroed: defaults
@@ -517,7 +520,10 @@ typedef struct spr__state {
     uint64_t         max_gone;    /* vertices that may be taken away */
     delaunay_list    bad, items;
     int              sweep;       /* the level that is running */
-    int              tidy;        /* fewer bad tetrahedra are worth it, however small the gain */
+    uint64_t         num_bad;     /* by now; never more than in the beginning, therefore: */
+    int              may_add;     /* bad ones that a change may add in this round */
+    size_t           in_flight;   /* changes in a round, at most */
+    int              tidy;        /* fewer bad tetrahedra are worth it, without any gain */
     int              lift;        /* a new vertex need only lift the worst: once, for few */
     int              lifted;      /* they had their turn */
     int              is_patch;    /* a part of a mesh that is shaken */
@@ -605,8 +611,43 @@ static double spr__floor(const spr__state *s, double before)
     return before < s->target && floor_ > s->target ? s->target : floor_;
 }
 
-/* More than rounding: where any gain will do, none can be undone and done again. */
+/* More than rounding. */
 #define SPR__MORE (1 + 1e-9)
+/* A flat tetrahedron weighs so much more than one that is nearly good. */
+#define SPR__FLAT 4
+
+/* Bad tetrahedra of a set: their number; and their weight, the more the worse they are, so that one
+ * of the worst may become several that are better. */
+typedef struct spr__burden {
+    int    num;
+    double weight;
+} spr__burden;
+
+static void spr__burden_add(const spr__state *s, spr__burden *b, double value)
+{
+    double lack = 1 - value / s->target;
+    if (!(value < s->target)) return;
+    b->num++;
+    b->weight += 1 + SPR__FLAT * lack * lack;
+}
+
+static spr__burden spr__burden_of(const spr__state *s, const delaunay_handle *t, size_t n)
+{
+    spr__burden b = {0, 0};
+    size_t i;
+    for (i = 0; i < n; i++) spr__burden_add(s, &b, s->value[t[i]]);
+    return b;
+}
+
+/* Whether a change is to be made, by the worst quality and the burden of what it replaces and of
+ * what it makes. Each one lessens what is bad, or lifts its worst, so that none is done again. */
+static int spr__is_gain(const spr__state *s, double before, double after, spr__burden was,
+                        spr__burden is)
+{
+    if (is.num > was.num + s->may_add) return 0;
+    if (!s->tidy && !s->lift && is.weight > SPR__MORE * was.weight) return 0;
+    return after > spr__floor(s, before) || (s->tidy && after > before && is.num < was.num);
+}
 
 /* -- triangles that wait for an apex: a cone */
 
@@ -999,6 +1040,16 @@ static double spr__cone_value(const spr__state *s, const spr__cone *cone, const 
     size_t n = spr__cone_values(s, cone, p, floor_, q), i;
     for (i = 0; i < n; i++) worst = spr__min(worst, q[i]);
     return worst;
+}
+
+static spr__burden spr__cone_burden(const spr__state *s, const spr__cone *cone, const double *p)
+{
+    double q[SPR__MAX_STAR + 4];
+    spr__burden b = {0, 0};
+    size_t i;
+    spr__cone_values(s, cone, p, -HUGE_VAL, q);
+    for (i = 0; i < cone->n; i++) spr__burden_add(s, &b, q[i]);
+    return b;
 }
 
 static int spr__cone_is_positive(const spr__cone *cone, const double *p)
@@ -1593,6 +1644,11 @@ static int spr__smooth(const spr__state *s, delaunay_worker *worker, uint32_t v,
     if (offer->after < s->target)
         offer->after = spr__max_min(s, &cone, offer->xyz, offer->after, 8);
     if (!(offer->after > spr__floor(s, offer->before))) return 0;
+    if (offer->after < s->target &&
+        !spr__is_gain(s, offer->before, offer->after,
+                      spr__burden_of(s, plan->star.items, plan->star.count),
+                      spr__cone_burden(s, &cone, offer->xyz)))
+        return 0;
     return spr__cone_is_positive(&cone, offer->xyz);
 }
 
@@ -1791,7 +1847,7 @@ typedef struct spr__ring {
     uint8_t apex[SPR__MAX_RING]
                 [SPR__MAX_RING]; /* of the triangle on chord (i,j), in the best of polygon i..j */
     double          before, after;
-    int             num_bad; /* of the tetrahedra that are there */
+    spr__burden     was; /* of the tetrahedra that are there */
 } spr__ring;
 
 /* Turns around edge e of t. Returns 0 if it is constrained, or meets a wall, or has too many
@@ -1811,14 +1867,15 @@ static int spr__ring_set(const spr__state *s, spr__ring *r, delaunay_handle t, i
     r->a = m->tets[t].v[i];
     r->b = m->tets[t].v[j];
     r->before = HUGE_VAL;
-    r->num_bad = 0;
+    r->was.num = 0;
+    r->was.weight = 0;
     for (r->n = 0; r->n < SPR__MAX_RING; r->n++) {
         const delaunay_tet *x = &m->tets[t];
         uint32_t next = x->v[l];
         r->t[r->n] = t;
         r->v[r->n] = x->v[k];
         r->before = spr__min(r->before, s->value[t]);
-        r->num_bad += s->value[t] < s->target;
+        spr__burden_add(s, &r->was, s->value[t]);
         if (spr__is_wall(m, t, k)) return 0;
         t = x->n[k] / 4;
         if (t == first) {
@@ -1845,26 +1902,27 @@ static double spr__ring_triangle(const spr__state *s, const spr__ring *r, int i,
     return spr__min(up, spr__quality(s, p, o, q, spr__point(m, r->a)));
 }
 
-/* Bad tetrahedra among those of chord (i,j) and below it. */
-static int spr__ring_num_bad(const spr__state *s, const spr__ring *r, int i, int j)
+/* Adds the tetrahedra of chord (i,j) and of those below it. */
+static void spr__ring_burden(const spr__state *s, const spr__ring *r, int i, int j, spr__burden *b)
 {
     const delaunay_mesh *m = s->mesh;
     const double *p = spr__point(m, r->v[i]), *q, *o = spr__point(m, r->v[j]);
-    int k = r->apex[i][j], n;
-    if (j - i < 2) return 0;
+    int k = r->apex[i][j];
+    if (j - i < 2) return;
     q = spr__point(m, r->v[k]);
-    n = (spr__quality(s, p, q, o, spr__point(m, r->b)) < s->target) +
-        (spr__quality(s, p, o, q, spr__point(m, r->a)) < s->target);
-    return n + spr__ring_num_bad(s, r, i, k) + spr__ring_num_bad(s, r, k, j);
+    spr__burden_add(s, b, spr__quality(s, p, q, o, spr__point(m, r->b)));
+    spr__burden_add(s, b, spr__quality(s, p, o, q, spr__point(m, r->a)));
+    spr__ring_burden(s, r, i, k, b);
+    spr__ring_burden(s, r, k, j, b);
 }
 
-/* Dynamic programming over the polygon [Klincsek 1980; Shewchuk 2002]. Returns 1 if it gains:
- * enough, or anything with fewer bad tetrahedra. */
+/* Dynamic programming over the polygon [Klincsek 1980; Shewchuk 2002]. Returns 1 if it gains. */
 static int spr__ring_solve(const spr__state *s, spr__ring *r)
 {
     double best[SPR__MAX_RING][SPR__MAX_RING], floor_ = spr__floor(s, r->before), q;
+    spr__burden is = {0, 0};
     int n = r->n, i, j, k, span;
-    if (s->tidy && r->num_bad > 1) floor_ = SPR__MORE * r->before;
+    if (s->tidy && r->was.num > 1) floor_ = SPR__MORE * r->before;
     if (n < 3) return 0;
     for (i = 0; i + 1 < n; i++) best[i][i + 1] = HUGE_VAL;
     for (span = 2; span < n; span++)
@@ -1883,8 +1941,9 @@ static int spr__ring_solve(const spr__state *s, spr__ring *r)
         }
     r->after = best[0][n - 1];
     if (!(r->after > floor_)) return 0;
-    return r->after > spr__floor(s, r->before) ||
-           (s->tidy && r->num_bad > 1 && spr__ring_num_bad(s, r, 0, n - 1) < r->num_bad);
+    if (r->after >= s->target) return 1;
+    spr__ring_burden(s, r, 0, n - 1, &is);
+    return spr__is_gain(s, r->before, r->after, r->was, is);
 }
 
 /* The new tetrahedra of the chord (i,j) and of those below it. */
@@ -2049,19 +2108,54 @@ static double spr__search_quality(void *user, const double *a, const double *b, 
     return spr__quality(s, a, b, c, d);
 }
 
-static int spr__has_fewer_bad(const spr__state *s, const delaunay_handle *t, int n,
-                              const delaunay_window *window, const delaunay_search *search)
+/* Qualities of the result of a search; returns their least. */
+static double spr__result_values(const spr__state *s, const delaunay_window *window,
+                                 const delaunay_search *search, double *value)
 {
-    int less = 0, i;
-    uint32_t k;
-    for (i = 0; i < n; i++) less += s->value[t[i]] < s->target;
-    for (k = 0; k < search->num_tets && less > 0; k++) {
-        uint32_t v[4];
+    double worst = HUGE_VAL;
+    uint32_t v[4], k;
+    int i;
+    for (k = 0; k < search->num_tets; k++) {
         for (i = 0; i < 4; i++) v[i] = window->vertices[search->tets[k][i]];
-        less -= spr__quality_of(s, v) < s->target;
+        value[k] = spr__quality_of(s, v);
+        worst = spr__min(worst, value[k]);
     }
-    return less > 0;
+    return worst;
 }
+
+static size_t spr__count_below(const double *value, size_t n, double limit)
+{
+    size_t i, num = 0;
+    for (i = 0; i < n; i++) num += value[i] < limit;
+    return num;
+}
+
+/* Searches fewer bad ones, none of them worse than what is there, and no more very bad ones. */
+static int spr__reconnect_tidily(const spr__state *s, delaunay_worker *worker,
+                                 const delaunay_window *window, double before, uint32_t max_nodes,
+                                 delaunay_search *search)
+{
+    double was[DELAUNAY_WINDOW_TETS], is[DELAUNAY_WINDOW_TETS], limit;
+    uint32_t i, n = window->num_tets;
+    for (i = 0; i < n; i++) was[i] = s->value[window->tets[i]];
+    memset(search, 0, offsetof(delaunay_search, tets));
+    search->objective = DELAUNAY_FEWER_BAD;
+    search->quality = spr__search_quality;
+    search->user = (void *)(uintptr_t)s;
+    search->bound = spr__max(before, 0) / SPR__MORE; /* what is there may stay: by rounding */
+    search->good = s->target;
+    search->num_bad = (uint32_t)spr__count_below(was, n, s->target);
+    search->max_nodes = max_nodes;
+    if (delaunay_reconnect(s->mesh, worker, window, search) <= 0 ||
+        spr__result_values(s, window, search, is) < before)
+        return 0;
+    for (limit = 0.5 * s->target, i = 0; i < 3; i++, limit *= 0.5)
+        if (spr__count_below(is, search->num_tets, limit) > spr__count_below(was, n, limit))
+            return 0;
+    return 1;
+}
+
+enum { SPR__TIDY_POINTS = 16 }; /* of a cavity in which fewer bad ones are searched, at most */
 
 /* The best triangulation of a set of tetrahedra, if it gains. drop: an inner vertex to leave out,
  * or 0. */
@@ -2069,12 +2163,17 @@ static int spr__reconnect(const spr__state *s, delaunay_worker *worker, const de
                           int n, uint32_t drop, double before, uint32_t max_nodes,
                           delaunay_window *window, delaunay_search *search)
 {
+    double value[DELAUNAY_WINDOW_TETS];
+    spr__burden is = {0, 0};
     uint32_t i;
     if (!delaunay_window_set(window, s->mesh, worker, t, (size_t)n, DELAUNAY_WINDOW_VERTICES, 1, 1))
         return 0;
     for (i = 0; drop && i < window->num_vertices; i++)
         if (window->vertices[i] == drop) window->dropped = 1u << i;
     if (drop && (window->dropped & ~window->interior)) return 0;
+    if (s->tidy && window->num_vertices <= SPR__TIDY_POINTS &&
+        spr__reconnect_tidily(s, worker, window, before, max_nodes, search))
+        return 1;
     memset(search, 0, offsetof(delaunay_search, tets));
     search->objective = DELAUNAY_BEST_QUALITY;
     search->quality = spr__search_quality;
@@ -2082,7 +2181,10 @@ static int spr__reconnect(const spr__state *s, delaunay_worker *worker, const de
     search->bound = s->tidy ? SPR__MORE * before : spr__floor(s, spr__max(before, 0));
     search->max_nodes = max_nodes;
     if (delaunay_reconnect(s->mesh, worker, window, search) <= 0) return 0;
-    return search->value > spr__floor(s, before) || spr__has_fewer_bad(s, t, n, window, search);
+    if (search->value >= s->target) return 1;
+    (void)spr__result_values(s, window, search, value);
+    for (i = 0; i < search->num_tets; i++) spr__burden_add(s, &is, value[i]);
+    return spr__is_gain(s, before, search->value, spr__burden_of(s, t, (size_t)n), is);
 }
 
 /* Sizes at which a growing cavity is searched, and nodes of the search; level by level. */
@@ -2140,16 +2242,17 @@ static int spr__neighbours(const delaunay_mesh *m, uint32_t v, const delaunay_li
 }
 
 /* The worst of the facets of the link of v, joined to a neighbour, or something below floor as soon
- * as one is; *num_bad: how many are bad. No edge much longer than those that were there. */
+ * as one is; *is: of all. No edge much longer than those that were there. */
 static double spr__contracted(const spr__state *s, uint32_t v, const delaunay_list *star,
-                              uint32_t neighbour, double longest, double floor_, int *num_bad)
+                              uint32_t neighbour, double longest, double floor_, spr__burden *is)
 {
     const delaunay_mesh *m = s->mesh;
     const double *p = spr__point(m, neighbour);
     double worst = HUGE_VAL, q;
     size_t i;
     int k;
-    *num_bad = 0;
+    is->num = 0;
+    is->weight = 0;
     for (i = 0; i < star->count && worst > floor_; i++) {
         const delaunay_tet *t = &m->tets[star->items[i]];
         const uint8_t *o;
@@ -2159,7 +2262,7 @@ static double spr__contracted(const spr__state *s, uint32_t v, const delaunay_li
                          spr__point(m, t->v[o[1]]), p);
         for (k = 0; k < 3; k++)
             if (spr__distance2(spr__point(m, t->v[o[k]]), p) > 1.6 * longest) q = -1;
-        *num_bad += q < s->target;
+        spr__burden_add(s, is, q);
         worst = spr__min(worst, q);
     }
     return worst;
@@ -2170,14 +2273,13 @@ static int spr__contract(const spr__state *s, uint32_t v, const delaunay_list *s
                          spr__offer *offer)
 {
     uint32_t seen[4 * SPR__MAX_STAR];
-    double longest, least = spr__floor(s, offer->before), floor_, worst;
-    int found = 0, num = spr__neighbours(s->mesh, v, star, seen, &longest), i, bad, num_bad = 0;
-    size_t k;
-    for (k = 0; k < star->count; k++) num_bad += s->value[star->items[k]] < s->target;
-    floor_ = s->tidy ? SPR__MORE * offer->before : least;
+    double longest, floor_, worst;
+    spr__burden was = spr__burden_of(s, star->items, star->count), is;
+    int found = 0, num = spr__neighbours(s->mesh, v, star, seen, &longest), i;
+    floor_ = s->tidy ? SPR__MORE * offer->before : spr__floor(s, offer->before);
     for (i = 0; i < num; i++) {
-        worst = spr__contracted(s, v, star, seen[i], longest, floor_, &bad);
-        if (worst <= floor_ || (worst <= least && bad >= num_bad)) continue;
+        worst = spr__contracted(s, v, star, seen[i], longest, floor_, &is);
+        if (worst <= floor_ || !spr__is_gain(s, offer->before, worst, was, is)) continue;
         floor_ = offer->after = worst;
         offer->vertex = v;
         offer->ring = seen[i];
@@ -2404,12 +2506,13 @@ static int spr__pit_pays(const spr__state *s, const spr__pit *c)
 {
     double after = 0;
     int more = 0, i;
-    if (s->lift) return 1;
     for (i = 0; i < c->num_facets; i++) {
         after += spr__lack(s, c->value[i]);
         more += c->value[i] < s->target;
     }
     for (i = 0; i < c->num_tets; i++) more -= s->value[c->t[i]] < s->target;
+    if (more > s->may_add) return 0;
+    if (s->lift) return 1;
     if (c->before < 0.4 * s->target) {
         if (c->after > 2 * c->before && c->after > 0.3 * s->target) return 1;
     } else if (more > 0) return 0;
@@ -2568,6 +2671,7 @@ static int spr__fit(spr__state *s)
         if (at) s->at = at;
         if (!value || !at) return 0;
         memset(s->at + old, 0, (tets - old) * sizeof *at);
+        for (; old < tets; old++) s->value[old] = HUGE_VAL;
         s->cap_tets = (delaunay_handle)tets;
     }
     if (vertices > s->cap_vertices) {
@@ -2599,12 +2703,20 @@ static int spr__list(spr__state *s, delaunay_handle t)
     return delaunay_list_push(&s->bad, t) == DELAUNAY_OK;
 }
 
+/* The quality of a slot; HUGE_VAL: nothing is there. */
+static void spr__set_value(spr__state *s, delaunay_handle t, double value)
+{
+    s->num_bad -= s->value[t] < s->target;
+    s->num_bad += value < s->target;
+    s->value[t] = value;
+}
+
 /* A tetrahedron is new, or its vertices moved. */
 static int spr__renew(spr__state *s, delaunay_handle t, int is_new)
 {
     const uint32_t *v = s->mesh->tets[t].v;
     int k;
-    s->value[t] = spr__quality_of(s, v);
+    spr__set_value(s, t, spr__quality_of(s, v));
     s->at[t].level = spr__level_from(s, 0);
     if (is_new) {
         s->at[t].goal = 0;
@@ -2614,6 +2726,14 @@ static int spr__renew(spr__state *s, delaunay_handle t, int is_new)
     }
     for (k = 0; k < 4; k++) s->stamp[v[k]] = delaunay_engine_round(s->engine);
     return s->value[t] >= s->target || spr__list(s, t);
+}
+
+/* If each change of a round adds so many, there are no more bad ones than in the beginning. */
+static void spr__set_may_add(spr__state *s)
+{
+    uint64_t begun = s->report->before.num_below,
+             spare = begun > s->num_bad ? (begun - s->num_bad) / s->in_flight : 0;
+    s->may_add = s->tidy ? 0 : s->is_patch || spare > SPR__MAX_STAR ? SPR__MAX_STAR : (int)spare;
 }
 
 static void spr__count(spr__state *s, const delaunay_plan *plan)
@@ -2679,7 +2799,7 @@ static int spr__done(void *user, delaunay_mesh *m, delaunay_worker *worker, size
         int ok = 1;
         spr__count(s, plan);
         for (i = plan->num_tets; i < plan->old_tets.count; i++)
-            s->value[plan->old_tets.items[i]] = HUGE_VAL;
+            spr__set_value(s, plan->old_tets.items[i], HUGE_VAL);
         for (i = 0; i < plan->old_tets.count; i++)
             if (s->at[plan->old_tets.items[i]].restarts > restarts)
                 restarts = s->at[plan->old_tets.items[i]].restarts;
@@ -2693,6 +2813,7 @@ static int spr__done(void *user, delaunay_mesh *m, delaunay_worker *worker, size
             s->failure = SPR_ERROR_OUT_OF_MEMORY;
             return 1;
         }
+        spr__set_may_add(s);
     }
     return s->deadline > 0 && delaunay_seconds(&s->options.host) > s->deadline;
 }
@@ -2850,6 +2971,8 @@ static spr_result spr__run(spr__state *s, int level)
     job.done = spr__done;
     job.batch = batch[level];
     s->sweep = level;
+    s->in_flight = s->items.count < batch[level] ? s->items.count : batch[level];
+    spr__set_may_add(s);
     return spr__speculate(s, &job);
 }
 
@@ -3205,7 +3328,7 @@ static spr_result spr__patch_commit(spr__state *s, spr__patch *p, delaunay_list 
         if (p->inner[i]) memcpy(m->vertices[v[i]].x, p->xyz[i], sizeof p->xyz[i]);
     if (!spr__fit(s)) return SPR_ERROR_OUT_OF_MEMORY;
     for (i = 0; i < p->num_tets; i++) {
-        s->value[p->t[i]] = HUGE_VAL;
+        spr__set_value(s, p->t[i], HUGE_VAL);
         if (delaunay_engine_touch(s->engine, p->t[i]) != DELAUNAY_OK)
             return SPR_ERROR_OUT_OF_MEMORY;
     }
@@ -3700,6 +3823,7 @@ static int spr__find_bad(spr__state *s)
     int ok = 1;
     for (t = 1; t < s->mesh->num_tets && ok; t++)
         if (s->value[t] < s->target) ok = spr__list(s, t);
+    s->num_bad = s->bad.count;
     return ok;
 }
 
