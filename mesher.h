@@ -7502,7 +7502,8 @@ enum {
     MESHER__LOST_MASK =
         0x1800, /* .. three times its point lost against another; then it is not asked again */
     MESHER__WALK_STEPS = 2000, /* then the walk is in a cycle, and the point is given up */
-    MESHER__LOCAL = 64         /* vertices of a cavity whose edges fit in a matrix */
+    MESHER__ROW = 6,
+    MESHER__LOCAL = 1 << MESHER__ROW /* vertices of a cavity whose edges fit in a matrix */
 };
 
 #  if defined(__GNUC__)
@@ -7577,12 +7578,16 @@ typedef struct mesher__cavity {
     delaunay_memory *memory;
     delaunay_handle *tets;      /* in the cavity, the one with the point first */
     uint32_t         num_tets, cap_tets;
-    delaunay_handle *outside;   /* tested and not in it; then the slots of the new tetrahedra */
-    uint32_t         num_outside, cap_outside;
+    delaunay_handle *queue;     /* facets by which the others were reached, in or not */
+    delaunay_handle *again;     /* facets to what had been; then the slots of the new tetrahedra */
+    delaunay_handle *border;    /* facets of the boundary, of the tetrahedra within */
+    uint32_t         num_queue, num_border, cap_search; /* of each of the three */
+    int              whole;     /* nothing has been cut off since the search */
     mesher__facet   *facets;
     uint32_t         num_facets, cap_facets;
     uint32_t        *vertices;  /* of the boundary */
     uint32_t         num_vertices, cap_vertices;
+    uint32_t         num_locals; /* their local numbers are below */
     uint64_t        *hash_key;  /* directed edges of a large boundary */
     uint32_t        *hash_value;
     uint32_t         cap_hash, hash_mask;
@@ -7591,8 +7596,9 @@ typedef struct mesher__cavity {
     uint32_t         section;   /* vertices[].key of what is in it */
     uint32_t         last;      /* the vertex inserted last, or 0 */
     struct mesher__section *pool; /* where new tetrahedra come from, if shared */
-    uint32_t matrix[MESHER__LOCAL]
-                   [MESHER__LOCAL]; /* the same of a small one: 4*facet + its opposite corner */
+    int              row;       /* of the matrix: 2 to this power */
+    uint32_t matrix[MESHER__LOCAL * MESHER__LOCAL]; /* the same of a small one: 4*facet + its
+                                                     * opposite corner */
 } mesher__cavity;
 
 /* A section of the curve: what one thread inserts at a time. */
@@ -8812,7 +8818,7 @@ static inline int mesher__in_sphere(const delaunay_vertex *vertices, const uint3
 #ifdef MESHER__SIMD
 /* The filter of mesher__in_sphere for four tetrahedra: bits of those that contain p; *unsure: those
  * that it cannot tell. */
-__attribute__((target("avx2"))) static int
+__attribute__((target("avx2"))) static inline int
 mesher__in_spheres4(const delaunay_vertex *vertices, const uint32_t *v0, const uint32_t *v1,
                     const uint32_t *v2, const uint32_t *v3, const double *p, int *unsure)
 {
@@ -8845,6 +8851,24 @@ mesher__in_spheres4(const delaunay_vertex *vertices, const uint32_t *v0, const u
     e = _mm256_add_pd(e, _mm256_set1_pd(1e-290));
     *unsure = _mm256_movemask_pd(_mm256_cmp_pd(_mm256_mul_pd(det, det), e, _CMP_NGT_UQ));
     return _mm256_movemask_pd(_mm256_cmp_pd(det, _mm256_setzero_pd(), _CMP_GT_OQ));
+}
+
+/* The same for those of count facet handles, which are filled up to full fours. */
+__attribute__((target("avx2"))) static unsigned
+mesher__in_spheres_avx2(const delaunay_vertex *vertices, const delaunay_tet *tets,
+                        const delaunay_handle *q, unsigned count, const double *p,
+                        unsigned *unsure)
+{
+    unsigned k, in = 0, open = 0;
+    for (k = 0; k < count; k += 4) {
+        int left;
+        in |= (unsigned)mesher__in_spheres4(vertices, tets[q[k] >> 2].v, tets[q[k + 1] >> 2].v,
+                                            tets[q[k + 2] >> 2].v, tets[q[k + 3] >> 2].v, p, &left)
+              << k;
+        open |= (unsigned)left << k;
+    }
+    *unsure = open & ((1u << count) - 1);
+    return in & ((1u << count) - 1);
 }
 #endif
 
@@ -8905,154 +8929,217 @@ static delaunay_handle mesher__walk(const mesher__cavity *c, const delaunay_mesh
 
 enum { MESHER__IN = 1, MESHER__OUT = 2 }; /* delaunay_mesh.mark while a cavity is dug */
 
-static int mesher__cavity_room(mesher__cavity *c, uint32_t tets, uint32_t outside)
+/* Room for so many tetrahedra and their vertices, and for so many facets. */
+static int mesher__cavity_room(mesher__cavity *c, size_t tets, size_t facets)
 {
-    size_t cap = c->cap_tets;
-    if (c->shared) return tets <= c->cap_tets && outside <= c->cap_outside;
-    if (!mesher__room(c->memory, &c->tets, &cap, c->num_tets, tets, sizeof *c->tets)) return 0;
-    c->cap_tets = (uint32_t)cap;
-    cap = c->cap_outside;
-    if (!mesher__room(c->memory, &c->outside, &cap, c->num_outside, outside, sizeof *c->outside))
-        return 0;
-    c->cap_outside = (uint32_t)cap;
+    size_t cap = c->cap_tets, keep = c->cap_search;
+    if (tets + 3 > c->cap_vertices || tets > c->cap_tets || facets > c->cap_search) {
+        if (c->shared) return 0;
+        if (!mesher__room(c->memory, &c->tets, &cap, c->num_tets, tets, sizeof *c->tets)) return 0;
+        c->cap_tets = (uint32_t)cap;
+        cap = c->cap_vertices;
+        if (!mesher__room(c->memory, &c->vertices, &cap, 0, tets + 3, sizeof *c->vertices))
+            return 0;
+        c->cap_vertices = (uint32_t)cap;
+        if (!mesher__room(c->memory, &c->queue, (cap = keep, &cap), keep, facets, sizeof *c->queue))
+            return 0;
+        if (!mesher__room(c->memory, &c->again, (cap = keep, &cap), keep, facets, sizeof *c->again))
+            return 0;
+        if (!mesher__room(c->memory, &c->border, (cap = keep, &cap), keep, facets,
+                          sizeof *c->border))
+            return 0;
+        c->cap_search = (uint32_t)cap;
+    }
     return 1;
 }
 
-/* Facets to cross are kept waiting a while, so that what is behind them can be fetched. */
-enum { MESHER__WAITING = 64, MESHER__WAIT = 8 };
-
-/* The search for a cavity under way. What changes is apart from the mesh: marks are bytes, which
- * the compiler must suppose to overlap with anything in memory. */
+/* The search for a cavity under way, breadth first. What changes is apart from the mesh: marks are
+ * bytes, which the compiler must suppose to overlap with anything in memory. */
 typedef struct mesher__search {
     const delaunay_tet *tets;
     const delaunay_vertex *vertices;
+    const uint16_t *flags;
     uint8_t *mark;
-    delaunay_handle *in, *out; /* the cavity's lists */
-    uint32_t num_in, num_out;
+    delaunay_handle *in; /* facets by which those in the cavity were reached; 4t+0 of the first */
+    delaunay_handle *queue, *again, *border; /* the cavity's lists */
+    uint32_t num_in, num_queue, num_again, num_border;
+    uint32_t expanded; /* of in: their neighbours have been looked at */
+    uint32_t done;     /* of queue: tested */
     const double *p;
     int shared, simd;
     uint32_t section;
 } mesher__search;
 
-/* Which of count tetrahedra, up to four, have p in their spheres: bits. */
-static inline unsigned mesher__in_spheres(const mesher__search *s, const delaunay_handle *batch,
-                                          int count)
+enum {
+    MESHER__TESTS = 12,        /* tests at a time, in fours that do not depend on each other */
+    MESHER__SEARCH_SLACK = 128 /* what the lists grow by at most from one batch to the next */
+};
+
+/* Looks behind the facets of the tetrahedra that have come in. Without branches: nobody can
+ * foretell them. */
+static inline void mesher__expand(mesher__search *s)
 {
-    unsigned in = 0;
-    int k, unsure = 15;
+    const delaunay_tet *tets = s->tets;
+    const delaunay_handle *in = s->in;
+    delaunay_handle *queue = s->queue, *again = s->again, *border = s->border;
+    uint8_t *mark = s->mark;
+    uint32_t num_queue = s->num_queue, num_again = s->num_again, num_border = s->num_border;
+    uint32_t k = s->expanded, end = s->num_in;
+    for (; k < end; k++) {
+        const delaunay_handle t = in[k] >> 2, came = in[k] & 3;
+        const delaunay_handle *next = tets[t].n;
+        const unsigned shut = s->flags[t];
+        uint32_t i;
+        for (i = k != 0; i < 4; i++) {
+            delaunay_handle facet = came ^ i, n = next[facet];
+            uint8_t seen = MESHER__FETCH(&mark[n >> 2]); /* slot 0 is everybody's */
+            unsigned blocked = (n == 0) | ((shut & DELAUNAY_FACET_BIT(facet)) != 0);
+            unsigned fresh = !seen & !blocked;
+            border[num_border] = 4 * t + facet;
+            num_border += blocked;
+            queue[num_queue] = again[num_again] = n;
+            num_queue += fresh;
+            num_again += !fresh & !blocked;
+            MESHER__STORE(&mark[n >> 2], (uint8_t)(fresh ? MESHER__OUT : seen));
+            MESHER__PREFETCH(tets + (n >> 2));
+        }
+    }
+    s->expanded = end;
+    s->num_queue = num_queue;
+    s->num_again = num_again;
+    s->num_border = num_border;
+}
+
+/* Which of the next count of the queue have p in their spheres: bits. */
+static inline unsigned mesher__in_spheres(mesher__search *s, unsigned count)
+{
+    const delaunay_handle *q = s->queue + s->done;
+    unsigned in = 0, unsure = (1u << count) - 1, k;
 #ifdef MESHER__SIMD
-    if (s->simd && count > 1) {
-        const uint32_t *v0 = s->tets[batch[0]].v, *v1 = s->tets[batch[1]].v;
-        const uint32_t *v2 = count > 2 ? s->tets[batch[2]].v : v0,
-                       *v3 = count > 3 ? s->tets[batch[3]].v : v0;
-        in = (unsigned)mesher__in_spheres4(s->vertices, v0, v1, v2, v3, s->p, &unsure);
+    if (s->simd) {
+        for (k = 0; k < 3; k++) s->queue[s->num_queue + k] = q[0]; /* fours are filled up */
+        in = mesher__in_spheres_avx2(s->vertices, s->tets, q, count, s->p, &unsure);
     }
 #endif
-    if (!unsure) return in;
-    for (k = 0; k < count; k++) {
-        if (!(unsure >> k & 1)) continue;
+    for (k = 0; unsure; k++, unsure >>= 1) {
+        if (!(unsure & 1)) continue;
         in &= ~(1u << k);
-        in |= (unsigned)mesher__in_sphere(s->vertices, s->tets[batch[k]].v, s->p) << k;
+        in |= (unsigned)mesher__in_sphere(s->vertices, s->tets[q[k] >> 2].v, s->p) << k;
     }
     return in;
 }
 
-/* Tests the tetrahedra behind up to four waiting facets; those reached by another facet meanwhile
- * are dropped. LATER: a tetrahedron of the cavity is not in the section. */
-static inline int mesher__test_waiting(mesher__search *s, const delaunay_handle *waiting, int count)
+/* Tests the next count of the queue. LATER: one of the cavity is not in the section. */
+static inline int mesher__test(mesher__search *s, unsigned count)
 {
-    delaunay_handle batch[4];
-    unsigned in;
-    int i, n = 0;
+    const delaunay_handle *q = s->queue + s->done;
+    const delaunay_tet *tets = s->tets;
+    uint32_t num_in = s->num_in, num_border = s->num_border;
+    unsigned in = mesher__in_spheres(s, count), ghosts = 0, foreign = 0, i;
+    for (i = 0; i < count; i++)
+        ghosts |= (unsigned)(tets[q[i] >> 2].v[3] == DELAUNAY_GHOST) << i;
+    in &= ~ghosts;
+    for (i = 0; s->shared && i < count; i++) {
+        uint32_t apex = tets[q[i] >> 2].v[q[i] & 3];
+        foreign |= (unsigned)(s->vertices[apex].key != s->section) << i;
+    }
+    if (in & foreign) return MESHER__LATER;
     for (i = 0; i < count; i++) {
-        delaunay_handle u = waiting[i] >> 2;
-        uint8_t seen = s->mark[u];
-        if (s->shared && !seen && s->vertices[s->tets[u].v[waiting[i] & 3]].key != s->section) {
-            if (s->tets[u].v[3] == DELAUNAY_GHOST ||
-                !mesher__in_sphere(s->vertices, s->tets[u].v, s->p))
-                continue;
-            while (n) s->mark[batch[--n]] = 0;
-            return MESHER__LATER;
-        }
-        batch[n] = u;
-        n += !seen;
-        s->mark[u] = seen ? seen : (uint8_t)MESHER__OUT;
-    }
-    in = mesher__in_spheres(s, batch, n);
-    for (i = 0; i < n; i++) { /* without branches: nobody can foretell them */
         unsigned inside = in >> i & 1;
-        s->mark[batch[i]] = (uint8_t)(MESHER__OUT - inside);
-        s->in[s->num_in] = s->out[s->num_out] = batch[i];
-        s->num_in += inside;
-        s->num_out += !inside;
+        delaunay_handle h = q[i];
+        s->mark[h >> 2] = (uint8_t)(MESHER__OUT - inside);
+        s->in[num_in] = h;
+        s->border[num_border] = tets[h >> 2].n[h & 3];
+        num_in += inside;
+        num_border += !inside;
     }
+    s->num_in = num_in;
+    s->num_border = num_border;
+    s->done += count;
     return MESHER__DONE;
+}
+
+/* From the search to the cavity: facets that lead to what was seen before are of the boundary if
+ * that stayed outside; every tetrahedron brought a vertex, and the first one four. */
+static void mesher__end_search(mesher__cavity *c, const mesher__search *s)
+{
+    uint32_t k, num_border = s->num_border;
+    for (k = 0; k < s->num_again; k++) {
+        delaunay_handle h = s->again[k];
+        s->border[num_border] = s->tets[h >> 2].n[h & 3];
+        num_border += s->mark[h >> 2] == MESHER__OUT;
+    }
+    for (k = 0; k < 3; k++) c->vertices[k] = s->tets[s->in[0] >> 2].v[k + 1];
+    for (k = 0; k < s->num_in; k++) {
+        delaunay_handle h = s->in[k];
+        c->vertices[k + 3] = s->tets[h >> 2].v[h & 3];
+        c->tets[k] = h >> 2;
+    }
+    c->num_tets = s->num_in;
+    c->num_queue = s->num_queue;
+    c->num_border = num_border;
+    c->whole = 1;
+}
+
+static void mesher__point_search(mesher__search *s, const mesher__cavity *c)
+{
+    s->in = c->tets;
+    s->queue = c->queue;
+    s->again = c->again;
+    s->border = c->border;
 }
 
 /* All tetrahedra whose spheres contain p, reached from t without crossing a constrained facet. */
 static int mesher__dig(mesher__cavity *c, delaunay_mesh *mesh, const double *p, delaunay_handle t)
 {
-    delaunay_handle waiting[MESHER__WAITING];
     mesher__search s;
-    uint32_t k = 0, i;
-    int first = 0, count = 0, state = MESHER__DONE; /* waiting: [first, count) */
-    c->num_tets = c->num_outside = 0;
-    if (!mesher__cavity_room(c, 8, 8)) return MESHER__NO_MEMORY;
+    int state = MESHER__DONE;
+    c->num_tets = c->num_queue = 0;
+    if (!mesher__cavity_room(c, MESHER__SEARCH_SLACK, MESHER__SEARCH_SLACK))
+        return MESHER__NO_MEMORY;
+    memset(&s, 0, sizeof s);
+    mesher__point_search(&s, c);
     s.tets = mesh->tets;
     s.vertices = mesh->vertices;
+    s.flags = mesh->flags;
     s.mark = mesh->mark;
-    s.in = c->tets;
-    s.out = c->outside;
-    s.num_in = 1;
-    s.num_out = 0;
     s.p = p;
     s.shared = c->shared;
     s.simd = c->simd;
     s.section = c->section;
-    s.in[0] = t;
+    s.in[s.num_in++] = 4 * t;
     s.mark[t] = MESHER__IN;
-    while (state == MESHER__DONE && (k < s.num_in || first < count)) {
-        int n;
-        for (; k < s.num_in && count - first <= MESHER__WAIT; k++) {
-            const delaunay_handle *next = s.tets[s.in[k]].n;
-            unsigned shut = mesh->flags[s.in[k]];
-            for (i = 0; i < 4; i++) {
-                delaunay_handle u = next[i];
-                waiting[count] = u;
-                count += (u != 0) & (s.mark[u >> 2] == 0) & !(shut & DELAUNAY_FACET_BIT(i));
-                MESHER__PREFETCH(s.tets + (u >> 2));
+    for (;;) {
+        uint32_t left, most = s.num_again + s.num_border;
+        if (most < s.num_queue) most = s.num_queue;
+        c->num_tets = s.num_in;
+        c->num_queue = s.num_queue;
+        if (s.num_in + MESHER__SEARCH_SLACK > c->cap_tets ||
+            most + MESHER__SEARCH_SLACK > c->cap_search) {
+            if (!mesher__cavity_room(c, s.num_in + MESHER__SEARCH_SLACK,
+                                     most + MESHER__SEARCH_SLACK)) {
+                c->tets[0] = t;
+                return MESHER__NO_MEMORY;
             }
+            mesher__point_search(&s, c);
         }
-        n = count - first < 4 ? count - first : 4;
-        for (i = (uint32_t)(first + n); i < (uint32_t)count; i++)
-            MESHER__PREFETCH(s.vertices + s.tets[waiting[i] >> 2].v[waiting[i] & 3]);
-        if (s.num_in + 4 > c->cap_tets || s.num_out + 4 > c->cap_outside) {
-            c->num_tets = s.num_in;
-            c->num_outside = s.num_out;
-            if (!mesher__cavity_room(c, s.num_in + 4, s.num_out + 4)) return MESHER__NO_MEMORY;
-            s.in = c->tets;
-            s.out = c->outside;
-        }
-        state = mesher__test_waiting(&s, waiting + first, n);
-        first += n;
-        if (count + 8 + MESHER__WAIT > MESHER__WAITING) {
-            memmove(waiting, waiting + first, (size_t)(count - first) * sizeof *waiting);
-            count -= first;
-            first = 0;
-        }
+        mesher__expand(&s);
+        left = s.num_queue - s.done;
+        if (!left) break;
+        state = mesher__test(&s, left < 4 ? left : left >= MESHER__TESTS ? MESHER__TESTS : left & ~3u);
+        if (state != MESHER__DONE) break;
     }
-    c->num_tets = s.num_in;
-    c->num_outside = s.num_out;
+    mesher__end_search(c, &s);
     return state;
 }
 
 static void mesher__clear_marks(const mesher__cavity *c, delaunay_mesh *mesh)
 {
-    const delaunay_handle *tets = c->tets, *outside = c->outside;
-    uint32_t k, num_tets = c->num_tets, num_outside = c->num_outside;
+    const delaunay_handle *queue = c->queue;
+    uint32_t k, num_queue = c->num_queue;
     uint8_t *mark = mesh->mark;
-    for (k = 0; k < num_tets; k++) mark[tets[k]] = 0;
-    for (k = 0; k < num_outside; k++) mark[outside[k]] = 0;
+    if (c->num_tets) mark[c->tets[0]] = 0;
+    for (k = 0; k < num_queue; k++) mark[queue[k] >> 2] = 0;
 }
 
 /* Flags of the new tetrahedron on facet i of t: its facet 0, and the edges 3, 4, 5 among its
@@ -9072,10 +9159,10 @@ static uint16_t mesher__inherited(uint16_t flags, int i)
  * go. */
 static int mesher__cut(mesher__cavity *c, delaunay_mesh *mesh, uint32_t k)
 {
-    if (k == 0 || c->num_outside == c->cap_outside) return 0;
+    if (k == 0) return 0;
     mesh->mark[c->tets[k]] = MESHER__OUT;
-    c->outside[c->num_outside++] = c->tets[k];
     c->tets[k] = c->tets[--c->num_tets];
+    c->whole = 0;
     return 1;
 }
 
@@ -9124,36 +9211,46 @@ static int mesher__sees_all(const mesher__cavity *c, const delaunay_mesh *mesh, 
     return 1;
 }
 
-/* The facets of the whole boundary. Returns 0 without memory. */
-static int mesher__borders(mesher__cavity *c, const delaunay_mesh *mesh)
+/* The boundary of a cavity that is not whole. Returns 0 without memory. */
+static int mesher__find_border(mesher__cavity *c, const delaunay_mesh *mesh)
 {
-    size_t cap = c->cap_facets;
     const delaunay_tet *tets = mesh->tets;
-    mesher__facet *facet;
+    delaunay_handle *border;
     uint32_t k, i, n = 0;
-    c->num_facets = 0;
-    if (c->shared && 4 * c->num_tets + 4 > c->cap_facets) return 0;
-    if (!mesher__room(c->memory, &c->facets, &cap, 0, 4 * (size_t)c->num_tets + 4,
-                      sizeof *c->facets))
-        return 0;
-    c->cap_facets = (uint32_t)cap;
-    for (k = 0; k < c->num_tets; k++) { /* which, without branches; then what they are */
-        const delaunay_handle *next = tets[c->tets[k]].n;
-        unsigned shut = mesh->flags[c->tets[k]];
+    if (!mesher__cavity_room(c, 0, 4 * (size_t)c->num_tets + 4)) return 0;
+    border = c->border;
+    for (k = 0; k < c->num_tets; k++) {
+        const delaunay_handle t = c->tets[k], *next = tets[t].n;
+        unsigned shut = mesh->flags[t];
         for (i = 0; i < 4; i++) {
-            facet = c->facets + n;
-            facet->outer = next[i];
-            facet->local[0] = k;
-            facet->local[1] = i;
+            border[n] = 4 * t + i;
             n += (next[i] == 0) | (mesh->mark[next[i] >> 2] != MESHER__IN) |
                  ((shut & DELAUNAY_FACET_BIT(i)) != 0);
         }
     }
-    for (facet = c->facets; facet < c->facets + n; facet++) {
-        delaunay_handle t = c->tets[facet->local[0]];
-        const uint8_t *f = delaunay_facet_order((int)facet->local[1]);
-        for (i = 0; i < 3; i++) facet->v[i] = tets[t].v[f[i]];
-        facet->flags = mesher__inherited(mesh->flags[t], (int)facet->local[1]);
+    c->num_border = n;
+    return 1;
+}
+
+/* The facets of the whole boundary. Returns 0 without memory. */
+static int mesher__borders(mesher__cavity *c, const delaunay_mesh *mesh)
+{
+    const delaunay_tet *tets = mesh->tets;
+    size_t cap = c->cap_facets;
+    uint32_t k, i, n;
+    if (!c->whole && !mesher__find_border(c, mesh)) return 0;
+    n = c->num_border;
+    if (c->shared && n > c->cap_facets) return 0;
+    if (!mesher__room(c->memory, &c->facets, &cap, 0, n, sizeof *c->facets)) return 0;
+    c->cap_facets = (uint32_t)cap;
+    for (k = 0; k < n; k++) {
+        const delaunay_handle h = c->border[k];
+        const delaunay_tet *tet = tets + (h >> 2);
+        const uint8_t *f = delaunay_facet_order((int)(h & 3));
+        mesher__facet *facet = c->facets + k;
+        for (i = 0; i < 3; i++) facet->v[i] = tet->v[f[i]];
+        facet->outer = tet->n[h & 3];
+        facet->flags = mesher__inherited(mesh->flags[h >> 2], (int)(h & 3));
     }
     c->num_facets = n;
     return 1;
@@ -9182,7 +9279,6 @@ static int mesher__make_star(mesher__cavity *c, delaunay_mesh *mesh, const doubl
 {
     uint32_t k;
     int again = 1;
-    if (!mesher__cavity_room(c, c->num_tets, c->num_outside + c->num_tets)) return -1;
     if (!mesher__borders(c, mesh)) return -1;
     if (mesher__sees_all(c, mesh, p)) return 1;
     while (again) {
@@ -9202,7 +9298,7 @@ static inline uint32_t *mesher__edge_slot(mesher__cavity *c, uint32_t a, uint32_
 {
     uint64_t key = ((uint64_t)(a + 1) << 32) | b;
     uint32_t k;
-    if (c->num_vertices <= MESHER__LOCAL) return &c->matrix[a][b];
+    if (c->num_locals <= MESHER__LOCAL) return c->matrix + (a << c->row | b);
     k = (uint32_t)((key * 0x9e3779b97f4a7c15u) >> 40) & c->hash_mask;
     while (c->hash_key[k] && c->hash_key[k] != key) k = (k + 1) & c->hash_mask;
     if (!c->hash_key[k]) c->hash_value[k] = 0;
@@ -9213,7 +9309,7 @@ static void mesher__enter_edge(mesher__cavity *c, uint32_t a, uint32_t b, uint32
 {
     uint32_t *slot = mesher__edge_slot(c, a, b);
     *slot = value;
-    if (c->num_vertices > MESHER__LOCAL)
+    if (c->num_locals > MESHER__LOCAL)
         c->hash_key[slot - c->hash_value] = ((uint64_t)(a + 1) << 32) | b;
 }
 
@@ -9237,7 +9333,7 @@ static int mesher__hash_room(mesher__cavity *c)
 
 /* Numbers the vertices of the boundary, in c->vertices (vertices[v].local need not be initialised:
  * a number counts only if the list confirms it). */
-static void mesher__number_vertices(mesher__cavity *c, delaunay_vertex *vertices)
+static void mesher__number_border(mesher__cavity *c, delaunay_vertex *vertices)
 {
     uint32_t *list = c->vertices, n = 0, l, v;
     mesher__facet *f = c->facets, *end = f + c->num_facets;
@@ -9254,33 +9350,55 @@ static void mesher__number_vertices(mesher__cavity *c, delaunay_vertex *vertices
             n += is_new;
             vertices[v].local = f->local[i] = l;
         }
+    c->num_vertices = c->num_locals = n;
+}
+
+/* The same for a whole cavity: the number of a vertex is that of the last tetrahedron that brought
+ * it, so nothing waits for anything. All vertices of the cavity are left in c->vertices, once. */
+static void mesher__number_whole(mesher__cavity *c, delaunay_vertex *vertices)
+{
+    uint32_t *list = c->vertices, k, i, n = 0;
+    const uint32_t num_locals = c->num_tets + 3;
+    mesher__facet *f = c->facets, *end = f + c->num_facets;
+    for (k = 0; k < num_locals; k++) vertices[list[k]].local = k;
+    for (k = 0; k < num_locals; k++) {
+        uint32_t v = list[k];
+        list[n] = v;
+        n += vertices[v].local == k;
+    }
+    for (; f < end; f++)
+        for (i = 0; i < 3; i++) f->local[i] = vertices[f->v[i]].local;
+    c->num_locals = num_locals;
     c->num_vertices = n;
 }
 
 /* Numbers the vertices of the boundary and enters its directed edges. */
 static int mesher__number(mesher__cavity *c, delaunay_mesh *mesh)
 {
-    uint32_t k, need = 3 * c->num_facets;
-    const mesher__facet *f;
-    if (need > c->cap_vertices) {
-        size_t cap = c->cap_vertices;
-        if (c->shared) return 0;
+    uint32_t k, num_facets = c->num_facets;
+    const mesher__facet *f = c->facets;
+    if (c->whole) {
+        mesher__number_whole(c, mesh->vertices);
+    } else {
+        size_t cap = c->cap_vertices, need = 3 * (size_t)num_facets;
+        if (c->shared && need > cap) return 0;
         if (!mesher__room(c->memory, &c->vertices, &cap, 0, need, sizeof *c->vertices)) return 0;
         c->cap_vertices = (uint32_t)cap;
+        mesher__number_border(c, mesh->vertices);
     }
-    mesher__number_vertices(c, mesh->vertices);
-    if (c->num_vertices > MESHER__LOCAL && !mesher__hash_room(c)) return 0;
-    f = c->facets;
-    if (c->num_vertices <= MESHER__LOCAL) {
-        const uint32_t num_facets = c->num_facets;
+    c->row = c->num_locals <= MESHER__LOCAL / 2 ? MESHER__ROW - 1 : MESHER__ROW;
+    if (c->num_locals <= MESHER__LOCAL) {
+        uint32_t *matrix = c->matrix;
+        const int row = c->row;
         for (k = 0; k < num_facets; k++, f++) {
-            c->matrix[f->local[1]][f->local[2]] = 4 * k + 1;
-            c->matrix[f->local[2]][f->local[0]] = 4 * k + 2;
-            c->matrix[f->local[0]][f->local[1]] = 4 * k + 3;
+            matrix[f->local[1] << row | f->local[2]] = 4 * k + 1;
+            matrix[f->local[2] << row | f->local[0]] = 4 * k + 2;
+            matrix[f->local[0] << row | f->local[1]] = 4 * k + 3;
         }
         return 1;
     }
-    for (k = 0; k < c->num_facets; k++, f++) {
+    if (!mesher__hash_room(c)) return 0;
+    for (k = 0; k < num_facets; k++, f++) {
         mesher__enter_edge(c, f->local[1], f->local[2], 4 * k + 1);
         mesher__enter_edge(c, f->local[2], f->local[0], 4 * k + 2);
         mesher__enter_edge(c, f->local[0], f->local[1], 4 * k + 3);
@@ -9298,19 +9416,31 @@ static int mesher__has_edge(mesher__cavity *c, delaunay_mesh *mesh, uint32_t a, 
     return v[i % 3] == a && v[(i + 1) % 3] == b;
 }
 
+/* True if a vertex of the cavity is not on its boundary, a sphere: by their number, or one by one.
+ */
+static int mesher__swallows_vertex(const mesher__cavity *c, const delaunay_mesh *mesh)
+{
+    uint32_t k;
+    int i;
+    if (c->whole) return 2 * c->num_vertices != c->num_facets + 4;
+    for (k = 0; k < c->num_tets; k++)
+        for (i = 0; i < 4; i++) {
+            uint32_t v = mesh->tets[c->tets[k]].v[i], l = mesh->vertices[v].local;
+            if (l >= c->num_vertices || c->vertices[l] != v) return 1;
+        }
+    return 0;
+}
+
 /* Nothing inside the cavity must survive: its vertices and constrained edges are all on the
  * boundary. Where an edge is not, returns the index + 1 of a tetrahedron around it; for a vertex,
  * -1. */
 static int mesher__swallows(mesher__cavity *c, delaunay_mesh *mesh)
 {
     uint32_t k;
-    int i, e;
+    int e;
+    if (mesher__swallows_vertex(c, mesh)) return -1;
     for (k = 0; k < c->num_tets; k++) {
         delaunay_handle t = c->tets[k];
-        for (i = 0; i < 4; i++) {
-            uint32_t v = mesh->tets[t].v[i], l = mesh->vertices[v].local;
-            if (l >= c->num_vertices || c->vertices[l] != v) return -1;
-        }
         for (e = 0; (mesh->flags[t] & DELAUNAY_EDGE_BITS) && e < 6; e++) {
             uint32_t a = mesh->tets[t].v[delaunay_edge_order(e)[0]];
             uint32_t b = mesh->tets[t].v[delaunay_edge_order(e)[1]];
@@ -9416,15 +9546,32 @@ static int mesher__vertex_room(mesher__refiner *r, size_t count)
                         sizeof *r->home);
 }
 
+/* Links the tetrahedra of a ball, in slot, to each other. */
+static void mesher__link_ball(mesher__cavity *c, delaunay_tet *tets, const delaunay_handle *slot)
+{
+    static const uint8_t next[5] = {0, 1, 2, 0, 1};
+    const mesher__facet *f = c->facets, *end = f + c->num_facets;
+    const uint32_t *matrix = c->matrix;
+    const int row = c->row, small = c->num_locals <= MESHER__LOCAL;
+    uint32_t i;
+    for (; f < end; f++) {
+        delaunay_handle *n = tets[slot[f - c->facets]].n;
+        for (i = 0; i < 3; i++) {
+            uint32_t a = f->local[next[i + 2]], b = f->local[next[i + 1]];
+            uint32_t s = small ? matrix[a << row | b] : *mesher__edge_slot(c, a, b);
+            n[i + 1] = 4 * slot[s >> 2] + (s & 3);
+        }
+    }
+}
+
 /* Fills the cavity with the tetrahedra of vertex p and the facets of the boundary. The cavity's own
  * slots have its colour already. */
 static void mesher__fill(mesher__cavity *c, delaunay_mesh *mesh, uint32_t p)
 {
-    static const uint8_t next[5] = {0, 1, 2, 0, 1};
     const uint32_t color = mesh->color[c->tets[0]], num_facets = c->num_facets;
     const mesher__facet *f = c->facets;
     delaunay_tet *tets = mesh->tets;
-    delaunay_handle *slot = c->outside;
+    delaunay_handle *slot = c->again;
     uint32_t k;
     int i;
     mesher__clear_marks(c, mesh);
@@ -9443,13 +9590,7 @@ static void mesher__fill(mesher__cavity *c, delaunay_mesh *mesh, uint32_t p)
         if (f->outer) tets[f->outer >> 2].n[f->outer & 3] = 4 * t;
     }
     mesh->vertex_tet[p] = slot[0];
-    for (k = 0, f = c->facets; k < num_facets; k++, f++) {
-        delaunay_handle *n = tets[slot[k]].n;
-        for (i = 0; i < 3; i++) {
-            uint32_t s = *mesher__edge_slot(c, f->local[next[i + 2]], f->local[next[i + 1]]);
-            n[i + 1] = 4 * slot[s >> 2] + (s & 3);
-        }
-    }
+    mesher__link_ball(c, tets, slot);
     for (k = num_facets; k < c->num_tets; k++) mesher__give_slot(c, mesh, c->tets[k]);
 }
 
@@ -9764,21 +9905,18 @@ static int mesher__cavities(mesher__refiner *r, int threads)
     }
     for (i = 0; i < threads; i++) {
         mesher__cavity *c = r->cavities + i;
-        size_t tets = c->cap_tets, outside = c->cap_outside, facets = c->cap_facets,
-               vertices = c->cap_vertices;
+        size_t facets = c->cap_facets, vertices = c->cap_vertices;
         c->memory = r->memory;
         c->simd = r->cavity.simd;
         c->shared = 0;
+        c->num_tets = 0;
         c->num_facets = 512;
-        if (!mesher__room(r->memory, &c->tets, &tets, 0, 1024, sizeof *c->tets) ||
-            !mesher__room(r->memory, &c->outside, &outside, 0, 2048, sizeof *c->outside) ||
-            !mesher__room(r->memory, &c->facets, &facets, 0, 2048, sizeof *c->facets) ||
+        if (!mesher__room(r->memory, &c->facets, &facets, 0, 2048, sizeof *c->facets) ||
             !mesher__room(r->memory, &c->vertices, &vertices, 0, 3 * 2048, sizeof *c->vertices))
             return 0;
-        c->cap_tets = (uint32_t)tets;
-        c->cap_outside = (uint32_t)outside;
         c->cap_facets = (uint32_t)facets;
         c->cap_vertices = (uint32_t)vertices;
+        if (!mesher__cavity_room(c, 1024, 4096)) return 0;
         if (!mesher__hash_room(c)) return 0;
         c->shared = 1;
     }
@@ -9825,15 +9963,15 @@ static mesher_result mesher__rename(mesher__refiner *r, uint32_t from, uint32_t 
     mesher__cavity *c = &r->cavity;
     uint32_t k;
     int i;
-    c->num_tets = c->num_outside = 0;
+    c->num_tets = c->num_queue = 0;
     if (!mesher__cavity_room(c, 1, 0)) return mesher__no_memory(r);
     c->tets[c->num_tets++] = mesh->vertex_tet[from];
     mesh->mark[c->tets[0]] = MESHER__IN;
     for (k = 0; k < c->num_tets; k++) {
         delaunay_tet *t = mesh->tets + c->tets[k];
         int own = delaunay_local_index(t, from);
-        if (!mesher__cavity_room(c, c->num_tets + 4, 0)) {
-            mesher__clear_marks(c, mesh);
+        if (!mesher__cavity_room(c, (size_t)c->num_tets + 4, 0)) {
+            for (k = 0; k < c->num_tets; k++) mesh->mark[c->tets[k]] = 0;
             return mesher__no_memory(r);
         }
         for (i = 0; i < 4; i++) {
@@ -9843,9 +9981,9 @@ static mesher_result mesher__rename(mesher__refiner *r, uint32_t from, uint32_t 
             c->tets[c->num_tets++] = u;
         }
     }
-    mesher__clear_marks(c, mesh);
     for (k = 0; k < c->num_tets; k++) {
         delaunay_tet *t = mesh->tets + c->tets[k];
+        mesh->mark[c->tets[k]] = 0;
         t->v[delaunay_local_index(t, from)] = to;
     }
     memcpy(mesh->vertices[to].x, mesh->vertices[from].x, sizeof mesh->vertices[to].x);
@@ -9969,7 +10107,9 @@ static mesher_result mesher__refiner_init(mesher__refiner *r, mesher_domain *dom
 static void mesher__cavity_free(mesher__cavity *c)
 {
     delaunay_release(c->memory, c->tets);
-    delaunay_release(c->memory, c->outside);
+    delaunay_release(c->memory, c->queue);
+    delaunay_release(c->memory, c->again);
+    delaunay_release(c->memory, c->border);
     delaunay_release(c->memory, c->facets);
     delaunay_release(c->memory, c->vertices);
     delaunay_release(c->memory, c->hash_key);
