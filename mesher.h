@@ -9126,7 +9126,8 @@ static int mesher__dig(mesher__cavity *c, delaunay_mesh *mesh, const double *p, 
         mesher__expand(&s);
         left = s.num_queue - s.done;
         if (!left) break;
-        state = mesher__test(&s, left < 4 ? left : left >= MESHER__TESTS ? MESHER__TESTS : left & ~3u);
+        if (left >= 4) left = left < MESHER__TESTS ? left & ~3u : (uint32_t)MESHER__TESTS;
+        state = mesher__test(&s, left);
         if (state != MESHER__DONE) break;
     }
     mesher__end_search(c, &s);
