@@ -9718,8 +9718,8 @@ static mesher_result mesher__insert_serially(mesher__refiner *r, size_t begin, s
 
 /* -- insertion by several threads [Marot 2020, 4.2-4.4]: the curve is cut in sections that hold as
  * many points; a thread inserts those of a section, and touches only tetrahedra all of whose
- * vertices are in it. What needs others waits for other sections, at last for one thread. The sections depend on
- * the counts alone, so the mesh does not depend on the number of threads.
+ * vertices are in it. What needs others waits for other sections, at last for one thread. The
+ * sections depend on the counts alone, so the mesh does not depend on the number of threads.
  *
  * Why there is no race: a neighbour of a tetrahedron of mine has three vertices of mine, so it
  * is mine or nobody's, and nobody writes its vertices. Its handle to my tetrahedron is written
