@@ -3729,10 +3729,10 @@ static uint32_t mesher__cell_slot(const mesher__flips *f, delaunay_handle t)
     return j;
 }
 
-/* The copy of a tetrahedron, made if need be and linked to those that are there; 0: no room. */
+/* The copy of a tetrahedron, made if need be; 0: no room. */
 static uint32_t mesher__cell_of(mesher__flips *f, delaunay_handle t)
 {
-    uint32_t j = mesher__cell_slot(f, t), number = f->num_cells, i, k;
+    uint32_t j = mesher__cell_slot(f, t), number = f->num_cells;
     mesher__copy *c = &f->cells[number];
     if (f->stamps[j] == f->epoch) return f->slots[j];
     if (number == MESHER__CELLS) {
@@ -3747,21 +3747,21 @@ static uint32_t mesher__cell_of(mesher__flips *f, delaunay_handle t)
     c->from = t;
     c->flags = f->mesh->flags[t];
     c->linked = c->gone = 0;
-    for (k = 0; k < 4; k++) {
-        delaunay_handle h = c->n[k];
-        if (!h) continue;
-        i = mesher__cell_slot(f, h / 4);
-        if (f->stamps[i] == f->epoch)
-            mesher__cells_link(f, 4 * number + k, 4 * (delaunay_handle)f->slots[i] + h % 4);
-    }
     return number;
 }
 
-/* The facet beyond facet k of a cell, 4 * cell + facet; 0: nothing there, or no room. */
+/* The facet beyond facet k of a cell, 4 * cell + facet; 0: nothing there, or no room. Copies are
+ * linked when one is entered from the other: what a flip makes is linked to all around it, so what
+ * is not linked has not been flipped. */
 static delaunay_handle mesher__beyond(mesher__flips *f, uint32_t cell, uint32_t k)
 {
     mesher__copy *c = &f->cells[cell];
-    if (!(c->linked >> k & 1) && (!c->n[k] || !mesher__cell_of(f, c->n[k] / 4))) return 0;
+    delaunay_handle h = c->n[k];
+    uint32_t other;
+    if (c->linked >> k & 1) return h;
+    other = h ? mesher__cell_of(f, h / 4) : 0;
+    if (!other) return 0;
+    mesher__cells_link(f, 4 * (delaunay_handle)cell + k, 4 * (delaunay_handle)other + h % 4);
     return c->n[k];
 }
 
@@ -3840,7 +3840,9 @@ static void mesher__flips_undo(mesher__flips *f, uint32_t length)
         for (i = 0; i < gone; i++) {
             uint32_t cell = f->log[--f->num_log];
             f->cells[cell].gone = 0;
-            for (k = 0; k < 4; k++) mesher__cells_link(f, 4 * cell + k, f->cells[cell].n[k]);
+            for (k = 0; k < 4; k++)
+                if (f->cells[cell].linked >> k & 1)
+                    mesher__cells_link(f, 4 * cell + k, f->cells[cell].n[k]);
         }
     }
 }
@@ -3897,6 +3899,11 @@ static int mesher__triangulate_ring(mesher__flips *f, const mesher__ring *g, uin
     uint8_t (*apex)[MESHER__RING] = f->apex[level];
     uint32_t i, j, k, width, n = g->n, sum;
     if (n < 3) return 0;
+    if (n == 3) {
+        f->work += 2;
+        apex[0][2] = 1;
+        return mesher__ring_between(f, g, 0, 1, 2);
+    }
     for (i = 0; i + 1 < n; i++) cost[i][i + 1] = 0;
     for (width = 2; width < n; width++)
         for (i = 0; i + width < n; i++) {
