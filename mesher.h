@@ -2334,6 +2334,8 @@ typedef struct mesher__flips {
     uint16_t     cost[MESHER__FLIP_DEPTH + 2][MESHER__RING][MESHER__RING];
     uint8_t      apex[MESHER__FLIP_DEPTH + 2][MESHER__RING][MESHER__RING];
     mesher__way  way[2];
+    uint64_t     tried[3 * MESHER__WAY]; /* edges on the way, since anything changed */
+    uint32_t     num_tried;
 } mesher__flips;
 /* Work for the searches before any point is added, and for all that follows: half a minute or so
  * and three times as long. An attempt that needs it all is the last one. */
@@ -2375,6 +2377,7 @@ typedef struct mesher__recovery {
     delaunay_window window;
     delaunay_search search;
     mesher__flips  *flips;
+    delaunay_list   came;             /* edges that a commit brings */
     uint32_t shell[DELAUNAY_WINDOW_FACETS][3]; /* a polyhedron's facets, outward, mesh vertices */
     delaunay_handle
         shell_beyond[DELAUNAY_WINDOW_FACETS]; /* behind facets of a sector; 0: a constraint */
@@ -2907,6 +2910,31 @@ static void mesher__account_old(mesher__recovery *r, const delaunay_handle *old,
     }
 }
 
+/* Edges of new tetrahedra that are constraints: those that come by this commit have all their
+ * tetrahedra among the new ones. */
+static void mesher__account_new_edges(mesher__recovery *r, const delaunay_handle *slots,
+                                      size_t count)
+{
+    delaunay_mesh *mesh = r->mesh;
+    size_t i;
+    int k;
+    r->came.count = 0;
+    for (i = 0; i < count; i++)
+        for (k = 0; k < 6; k++) {
+            const uint8_t *o = delaunay_edge_order(k);
+            uint32_t a = mesh->tets[slots[i]].v[o[0]], b = mesh->tets[slots[i]].v[o[1]], e;
+            if (a >= r->cap_at || b >= r->cap_at || !r->missing_edges_at[a] ||
+                !r->missing_edges_at[b])
+                continue;
+            e = mesher__edge_index(r, a, b);
+            if (e == MESHER__ABSENT) continue;
+            mesh->flags[slots[i]] = (uint16_t)(mesh->flags[slots[i]] | DELAUNAY_EDGE_BIT(k));
+            mesher__push(r, &r->came, e);
+        }
+    for (i = 0; i < r->came.count; i++)
+        mesher__set_edge_present(r, (uint32_t)r->came.items[i], 1);
+}
+
 /* Constraints of new tetrahedra: what is marked is there; what is not, but is a constraint, came by
  * this commit. */
 static void mesher__account_new(mesher__recovery *r, const delaunay_handle *slots, size_t count)
@@ -2914,21 +2942,8 @@ static void mesher__account_new(mesher__recovery *r, const delaunay_handle *slot
     delaunay_mesh *mesh = r->mesh;
     size_t i;
     int k;
-    for (i = 0; i < count; i++)
-        for (k = 0; k < 6; k++) {
-            const uint8_t *o = delaunay_edge_order(k);
-            uint32_t a = mesh->tets[slots[i]].v[o[0]], b = mesh->tets[slots[i]].v[o[1]], e;
-            int marked = (mesh->flags[slots[i]] & DELAUNAY_EDGE_BIT(k)) != 0;
-            if (a >= r->cap_at || b >= r->cap_at || !r->missing_edges_at[a] ||
-                !r->missing_edges_at[b])
-                continue;
-            e = mesher__edge_index(r, a, b);
-            if (e == MESHER__ABSENT) continue;
-            mesher__set_edge_present(r, e, 1);
-            if (!marked)
-                mesher__note_failure(r, delaunay_mark_edge(mesh, r->worker, slots[i], a, b, 1));
-        }
-    for (i = 0; i < count; i++)
+    if (r->num_missing_edges) mesher__account_new_edges(r, slots, count);
+    for (i = 0; i < count && r->num_missing_facets; i++)
         for (k = 0; k < 4; k++) {
             const uint8_t *o = delaunay_facet_order(k);
             const uint32_t *v = mesh->tets[slots[i]].v;
@@ -4251,13 +4266,24 @@ static uint32_t mesher__find_way(mesher__flips *f, mesher__way *way)
     return more < 0 ? MESHER__ABSENT : way->count;
 }
 
+/* Notes that an edge is about to be tried; 0: it was, since anything changed. */
+static int mesher__first_try(mesher__flips *f, uint32_t p, uint32_t q)
+{
+    uint64_t edge = mesher__pair(p, q);
+    uint32_t i;
+    for (i = 0; i < f->num_tried; i++)
+        if (f->tried[i] == edge) return 0;
+    f->tried[f->num_tried++] = edge;
+    return 1;
+}
+
 /* The i-th thing that may be done about an obstacle. */
 static int mesher__flip_obstacle(mesher__flips *f, const mesher__obstacle *o, int i, int depth)
 {
-    if (o->k < 0)
-        return i == 0 && mesher__remove_edge(f, o->cell, o->v[0], o->v[1], 0, 0, depth);
-    if (i == 0) return mesher__flip_face(f, o->cell, (uint32_t)o->k);
-    return mesher__remove_edge(f, o->cell, o->v[i - 1], o->v[i % 3], 0, 0, depth);
+    uint32_t p = o->v[o->k < 0 ? 0 : (i + 2) % 3], q = o->v[o->k < 0 ? 1 : i % 3];
+    if (o->k >= 0 && i == 0) return mesher__flip_face(f, o->cell, (uint32_t)o->k);
+    return (o->k >= 0 || i == 0) && mesher__first_try(f, p, q) &&
+           mesher__remove_edge(f, o->cell, p, q, 0, 0, depth);
 }
 
 /* Flips that leave fewer obstacles, or as many; obstacles from both ends inwards. 1: fewer. */
@@ -4265,6 +4291,7 @@ static int mesher__flip_once(mesher__flips *f, int depth)
 {
     uint32_t n = f->way[0].count, j, mark, left;
     int i;
+    f->num_tried = 0;
     for (j = 0; j < n && !f->full; j++)
         for (i = 0; i < 4 && !f->full; i++) {
             const mesher__obstacle *o = &f->way[0].at[j % 2 ? n - 1 - j / 2 : j / 2];
@@ -4276,8 +4303,10 @@ static int mesher__flip_once(mesher__flips *f, int depth)
                 mesher__flips_undo(f, mark);
                 continue;
             }
-            f->way[0] = f->way[1];
+            f->way[0].count = f->way[1].count;
+            memcpy(f->way[0].at, f->way[1].at, left * sizeof *f->way[0].at);
             if (left < n) return 1;
+            f->num_tried = 0;
         }
     return 0;
 }
@@ -4290,6 +4319,17 @@ static int mesher__flip_edge(mesher__flips *f, const delaunay_mesh *mesh, uint32
     if (mesher__find_way(f, &f->way[0]) == MESHER__ABSENT) return 0;
     while (f->way[0].count > 0 && mesher__flip_once(f, depth)) {}
     return f->num_log > 0;
+}
+
+/* mesher__commit of r->commit for flips, outside transactions: no constraint goes with them. */
+static int mesher__commit_flips(mesher__recovery *r, const delaunay_handle *old, size_t num_old,
+                                size_t num_new)
+{
+    delaunay_result result =
+        delaunay_replace(r->mesh, r->worker, old, num_old, r->commit, num_new, r->slots);
+    mesher__note_failure(r, result);
+    if (result == DELAUNAY_OK) mesher__account_new(r, r->slots, num_new);
+    return r->status == MESHER_OK;
 }
 
 /* Missing edge e by flips; 1 if it is there. What did not lead there stays, too. */
@@ -4313,7 +4353,7 @@ static int mesher__recover_by_flips(mesher__recovery *r, uint32_t e, int depth)
         for (k = 0; k < 4 && !c->from; k++) r->commit[4 * num_new + k] = c->v[k];
         num_new += !c->from;
     }
-    return mesher__commit(r, old, num_old, r->commit, num_new) && r->edge_present[e];
+    return mesher__commit_flips(r, old, num_old, num_new) && r->edge_present[e];
 }
 
 /* The missing edges into the list, in an order of this attempt's. */
@@ -5927,7 +5967,7 @@ static void mesher__recovery_free(mesher__recovery *r)
 {
     delaunay_memory *memory = r->memory;
     mesher__set *sets[5];
-    delaunay_list *lists[4];
+    delaunay_list *lists[5];
     int i;
     sets[0] = &r->seen;
     sets[1] = &r->seen_edges;
@@ -5938,8 +5978,9 @@ static void mesher__recovery_free(mesher__recovery *r)
     lists[1] = &r->star;
     lists[2] = &r->star2;
     lists[3] = &r->pool;
+    lists[4] = &r->came;
     for (i = 0; i < 5; i++) mesher__set_free(sets[i]);
-    for (i = 0; i < 4; i++) delaunay_list_free(lists[i]);
+    for (i = 0; i < 5; i++) delaunay_list_free(lists[i]);
     delaunay_release(memory, r->grid.rows);
     delaunay_release(memory, r->grid.edges);
     delaunay_release(memory, r->edges);
@@ -5992,7 +6033,7 @@ static mesher__recovery *mesher__recovery_new(mesher_domain *domain, mesher_repo
     r->max_vain = MESHER__VAIN;
     r->seen.memory = r->seen_edges.memory = r->known.memory = r->known_near.memory =
         r->failed.memory = memory;
-    r->queue.memory = r->star.memory = r->star2.memory = r->pool.memory = memory;
+    r->queue.memory = r->star.memory = r->star2.memory = r->pool.memory = r->came.memory = memory;
     mesher__set_clear(&r->failed);
     r->num_edges = domain->num_edges;
     r->num_facets = domain->num_facets;
