@@ -40,9 +40,9 @@
  *   instead of looking for the best of the worst; and around what the surface does not hold and
  *   nothing has bettered, vertices are moved at random and that part is improved anew: it is taken
  *   if it has fewer bad ones. The same is done for the few most extreme dihedral angles and the
- *   least SICN, where that takes nothing from gamma. Plans are made side by side and committed in order (delaunay_speculate). One sweep
- *   along a curve, in blocks side by side, over all vertices then betters the mean. Positions are
- *   accepted by exact signs only.
+ *   least SICN, where that takes nothing from gamma. Plans are made side by side and committed in
+ *   order (delaunay_speculate). One sweep along a curve, in blocks side by side, over all vertices
+ *   then betters the mean. Positions are accepted by exact signs only.
  *
  * LICENCE: MIT or public domain, at the end of the file.
  */
@@ -171,7 +171,7 @@ typedef struct spr_report {
 SPR_API const char *spr_result_string(spr_result result);
 /* Improves the worst tetrahedra of every coloured region (all real ones if the mesh has no
  * colours). Constrained facets, constrained edges and their vertices, and facets without neighbour
- * or between colours stay. The worst quality never falls, the bad tetrahedra do not become more, and
+ * or between colours stay. The worst quality never falls, bad tetrahedra do not become more, and
  * nothing is ever inverted, exactly.
  *
  *   mesh     in/out  valid, and so afterwards, whatever is returned
