@@ -422,24 +422,29 @@ SPR_API void spr_dihedrals(const double *a, const double *b, const double *c, co
 
 /* Three more measures of a tetrahedron, below 1 where one of its dihedral angles is small, or
  * large, or its SICN is little. */
-static void spr__extremes(const double *a, const double *b, const double *c, const double *d,
-                          double *out)
+static void spr__shape_extremes(const spr__shape *s, double *out)
 {
-    spr__shape s;
     double area[4];
     int i;
-    spr__shape_set(&s, a, b, c, d);
-    for (i = 0; i < 4; i++) area[i] = sqrt(spr__dot(s.normal[i], s.normal[i]));
+    for (i = 0; i < 4; i++) area[i] = sqrt(spr__dot(s->normal[i], s->normal[i]));
     out[0] = out[1] = 4;
     for (i = 0; i < 6; i++) {
         const uint8_t *f = delaunay_edge_order(5 - i);
         double below = area[f[0]] * area[f[1]],
-               sine = below > 0 ? s.det * sqrt(s.length2[i]) / below : 0;
-        if (spr__dot(s.normal[f[0]], s.normal[f[1]]) < 0)
+               sine = below > 0 ? s->det * sqrt(s->length2[i]) / below : 0;
+        if (spr__dot(s->normal[f[0]], s->normal[f[1]]) < 0)
             out[0] = spr__min(out[0], sine * 3.5);  /* 16.6 degrees */
         else out[1] = spr__min(out[1], sine * 1.8); /* 146.3 degrees */
     }
-    out[2] = spr__shape_sicn(&s) * 2.4;
+    out[2] = spr__shape_sicn(s) * 2.4;
+}
+
+static void spr__extremes(const double *a, const double *b, const double *c, const double *d,
+                          double *out)
+{
+    spr__shape s;
+    spr__shape_set(&s, a, b, c, d);
+    spr__shape_extremes(&s, out);
 }
 
 /* No tetrahedron with gamma so far above the target has an extreme angle. */
@@ -449,9 +454,12 @@ static void spr__extremes(const double *a, const double *b, const double *c, con
 static double spr__measure_all(void *user, const double *a, const double *b, const double *c,
                                const double *d)
 {
-    double gamma = spr_gamma(a, b, c, d), target = *(const double *)user, e[3];
+    double gamma, target = *(const double *)user, e[3];
+    spr__shape s;
+    spr__shape_set(&s, a, b, c, d);
+    gamma = spr__shape_gamma(&s);
     if (gamma > target + SPR__ROUND) return gamma;
-    spr__extremes(a, b, c, d, e);
+    spr__shape_extremes(&s, e);
     return spr__min(gamma, target * spr__min(e[0], spr__min(e[1], e[2])));
 }
 
@@ -613,8 +621,10 @@ static double spr__floor(const spr__state *s, double before)
 
 /* More than rounding. */
 #define SPR__MORE (1 + 1e-9)
-/* A flat tetrahedron weighs so much more than one that is nearly good. */
-#define SPR__FLAT 4
+/* A bad tetrahedron weighs 1 .. 25: by its lack of quality, squared and to the 16th power, so that
+ * several better ones in the place of one that is nearly flat weigh less. */
+#define SPR__SQUARE 4
+#define SPR__SIXTEENTH 20
 
 /* Bad tetrahedra of a set: their number; and their weight, the more the worse they are, so that one
  * of the worst may become several that are better. */
@@ -625,10 +635,11 @@ typedef struct spr__burden {
 
 static void spr__burden_add(const spr__state *s, spr__burden *b, double value)
 {
-    double lack = 1 - value / s->target;
+    double lack = 1 - value / s->target, square = lack * lack, eighth = square * square;
     if (!(value < s->target)) return;
+    eighth *= eighth;
     b->num++;
-    b->weight += 1 + SPR__FLAT * lack * lack;
+    b->weight += 1 + SPR__SQUARE * square + SPR__SIXTEENTH * eighth * eighth;
 }
 
 static spr__burden spr__burden_of(const spr__state *s, const delaunay_handle *t, size_t n)
@@ -2632,7 +2643,7 @@ static int spr__plan(void *user, const delaunay_mesh *m, delaunay_worker *worker
                      delaunay_plan *plan)
 {
     static const spr__effort small = {7, 2, 10, 300}, medium = {12, 2, 16, 1500},
-                             large = {20, 4, 32, 6000}, utmost = {14, 3, 32, 10000};
+                             large = {20, 4, 32, 3000}, utmost = {14, 3, 32, 10000};
     const spr__state *s = (const spr__state *)user;
     delaunay_handle t = s->items.items[item];
     double goal;
