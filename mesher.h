@@ -2506,11 +2506,25 @@ static void mesher__push(mesher__recovery *r, delaunay_list *list, delaunay_hand
     mesher__note_failure(r, delaunay_list_push(list, t));
 }
 
-static void *mesher__zeros(mesher__recovery *r, size_t count, size_t size)
+static void *mesher__block(mesher__recovery *r, size_t count, size_t size)
 {
     void *block = delaunay_alloc(r->memory, count ? count : 1, size);
+    if (!block) r->status = MESHER_ERROR_OUT_OF_MEMORY;
+    return block;
+}
+
+static void *mesher__zeros(mesher__recovery *r, size_t count, size_t size)
+{
+    void *block = mesher__block(r, count, size);
     if (block) memset(block, 0, (count ? count : 1) * size);
-    else r->status = MESHER_ERROR_OUT_OF_MEMORY;
+    return block;
+}
+
+/* Numbers that are written before they are read, but for the last few, which are zeros. */
+static uint32_t *mesher__numbers(mesher__recovery *r, size_t count, size_t zeros)
+{
+    uint32_t *block = (uint32_t *)mesher__block(r, count + zeros, sizeof *block);
+    if (block) memset(block + count, 0, zeros * sizeof *block);
     return block;
 }
 
@@ -2747,36 +2761,61 @@ static void mesher__sort_long_rows(const uint32_t *vertices, uint32_t columns, c
     }
 }
 
-/* Rows of edges and facets by their first vertex. */
-static void mesher__build_rows(mesher__recovery *r)
+/* The domain's edges as mesh vertices, and their rows. */
+static void mesher__build_edge_rows(mesher__recovery *r)
 {
-    uint32_t num_edges = r->domain->num_edges, num_facets = r->domain->num_facets, i;
-    mesher__deal_rows(r->edges, 2, num_edges, r->edge_row, r->num_rows, r->edge_index);
+    const mesher_domain *d = r->domain;
+    const uint32_t *vertex_of = d->mesh.vertex_of;
+    uint32_t i;
+    for (i = 0; i < d->num_edges; i++) {
+        uint32_t *v = r->edges + 2 * (size_t)i;
+        uint32_t a = vertex_of[d->edges[2 * (size_t)i]], b = vertex_of[d->edges[2 * (size_t)i + 1]];
+        v[0] = a < b ? a : b;
+        v[1] = a < b ? b : a;
+    }
+    mesher__deal_rows(r->edges, 2, d->num_edges, r->edge_row, r->num_rows, r->edge_index);
     mesher__sort_long_rows(r->edges, 2, r->edge_row, r->num_rows, r->edge_index, r->order);
-    for (i = 0; i < num_edges; i++) r->edge_other[i] = r->edges[2 * (size_t)r->edge_index[i] + 1];
-    mesher__deal_rows(r->facets, 3, num_facets, r->facet_row, r->num_rows, r->facet_index);
-    mesher__sort_long_rows(r->facets, 3, r->facet_row, r->num_rows, r->facet_index, r->order);
-    for (i = 0; i < num_facets; i++) {
+    for (i = 0; i < d->num_edges; i++)
+        r->edge_other[i] = r->edges[2 * (size_t)r->edge_index[i] + 1];
+}
+
+static void mesher__build_facet_rows(mesher__recovery *r)
+{
+    const mesher_domain *d = r->domain;
+    const uint32_t *vertex_of = d->mesh.vertex_of;
+    uint32_t i, k;
+    for (i = 0; i < d->num_facets; i++) {
+        uint32_t *v = r->facets + 3 * (size_t)i;
+        for (k = 0; k < 3; k++) v[k] = vertex_of[d->facets[3 * (size_t)i + k]];
+        mesher__sort3(v);
+    }
+    mesher__deal_rows(r->facets, 3, d->num_facets, r->facet_row, r->num_rows, r->facet_index);
+    mesher__sort_long_rows(r->facets, 3, r->facet_row, r->num_rows, r->facet_index,
+                           r->order + d->num_edges);
+    for (i = 0; i < d->num_facets; i++) {
         r->facet_second[i] = r->facets[3 * (size_t)r->facet_index[i] + 1];
         r->facet_third[i] = r->facets[3 * (size_t)r->facet_index[i] + 2];
     }
 }
 
-/* The domain's constraints as mesh vertices. */
-static void mesher__translate(mesher__recovery *r)
+/* Two threads: edges and facets share what they read alone. */
+static int mesher__two_threads(const mesher__recovery *r)
 {
-    const mesher_domain *d = r->domain;
-    const uint32_t *vertex_of = d->mesh.vertex_of;
-    uint32_t i, k, t;
-    for (i = 0; i < d->num_edges; i++) {
-        uint32_t *v = r->edges + 2 * (size_t)i;
-        for (k = 0; k < 2; k++) v[k] = vertex_of[d->edges[2 * (size_t)i + k]];
-        if (v[0] > v[1]) t = v[0], v[0] = v[1], v[1] = t;
-    }
-    for (i = 0; i < d->num_facets; i++) {
-        uint32_t *v = r->facets + 3 * (size_t)i;
-        for (k = 0; k < 3; k++) v[k] = vertex_of[d->facets[3 * (size_t)i + k]];
-        mesher__sort3(v);
+    size_t steps = (size_t)r->domain->num_edges + r->domain->num_facets;
+    return delaunay_threads_for(&r->domain->options.host, steps) > 1 ? 2 : 1;
+}
+
+/* Rows of edges and facets by their first vertex. */
+static void mesher__build_rows(mesher__recovery *r)
+{
+    int threads = mesher__two_threads(r), i;
+    (void)threads;
+#ifdef _OPENMP
+#    pragma omp parallel for num_threads(threads)
+#endif
+    for (i = 0; i < 2; i++) {
+        if (i == 0) mesher__build_edge_rows(r);
+        else mesher__build_facet_rows(r);
     }
 }
 
@@ -2844,23 +2883,41 @@ static void mesher__detect_in(mesher__recovery *r, delaunay_handle t)
     r->mesh->flags[t] = (uint16_t)flags;
 }
 
-/* What was seen, by edges and facets, and what was not. */
-static void mesher__count_missing(mesher__recovery *r)
+/* What was seen, by edges, and what was not. */
+static void mesher__count_missing_edges(mesher__recovery *r)
 {
     uint32_t i, k;
     for (i = 0; i < r->domain->num_edges; i++) r->edge_present[r->edge_index[i]] = r->edge_seen[i];
-    for (i = 0; i < r->domain->num_edges; i++)
-        if (!r->edge_present[i]) {
-            r->num_missing_edges++;
-            for (k = 0; k < 2; k++) r->missing_edges_at[r->edges[2 * (size_t)i + k]]++;
-        }
+    for (i = 0; i < r->domain->num_edges; i++) {
+        if (r->edge_present[i]) continue;
+        r->num_missing_edges++;
+        for (k = 0; k < 2; k++) r->missing_edges_at[r->edges[2 * (size_t)i + k]]++;
+    }
+}
+
+static void mesher__count_missing_facets(mesher__recovery *r)
+{
+    uint32_t i, k;
     for (i = 0; i < r->domain->num_facets; i++)
         r->facet_present[r->facet_index[i]] = r->facet_seen[i];
-    for (i = 0; i < r->domain->num_facets; i++)
-        if (!r->facet_present[i]) {
-            r->num_missing_facets++;
-            for (k = 0; k < 3; k++) r->missing_facets_at[r->facets[3 * (size_t)i + k]]++;
-        }
+    for (i = 0; i < r->domain->num_facets; i++) {
+        if (r->facet_present[i]) continue;
+        r->num_missing_facets++;
+        for (k = 0; k < 3; k++) r->missing_facets_at[r->facets[3 * (size_t)i + k]]++;
+    }
+}
+
+static void mesher__count_missing(mesher__recovery *r)
+{
+    int threads = mesher__two_threads(r), i;
+    (void)threads;
+#ifdef _OPENMP
+#    pragma omp parallel for num_threads(threads)
+#endif
+    for (i = 0; i < 2; i++) {
+        if (i == 0) mesher__count_missing_edges(r);
+        else mesher__count_missing_facets(r);
+    }
 }
 
 /* Sweeps over all tetrahedra. Shared: rows (read), what was seen (bytes that are only ever set to
@@ -6020,7 +6077,7 @@ static mesher__recovery *mesher__recovery_new(mesher_domain *domain, mesher_repo
     delaunay_memory *memory = &domain->memory;
     mesher__recovery *r = (mesher__recovery *)delaunay_alloc(memory, 1, sizeof *r);
     size_t edges = domain->num_edges, facets = domain->num_facets, rows = domain->mesh.num_vertices;
-    size_t most = (edges > facets ? edges : facets) + MESHER__PIECES;
+    size_t most = edges + facets + 2 * MESHER__PIECES;
     if (!r) return NULL;
     memset(r, 0, sizeof *r);
     r->domain = domain;
@@ -6038,15 +6095,15 @@ static mesher__recovery *mesher__recovery_new(mesher_domain *domain, mesher_repo
     r->num_edges = domain->num_edges;
     r->num_facets = domain->num_facets;
     r->cap_at = r->num_rows + MESHER__PIECES;
-    r->edges = (uint32_t *)mesher__zeros(r, 2 * (edges + MESHER__PIECES), sizeof(uint32_t));
+    r->edges = mesher__numbers(r, 2 * edges, 2 * MESHER__PIECES);
     r->edge_row = (uint32_t *)mesher__zeros(r, rows + 1, sizeof(uint32_t));
-    r->edge_other = (uint32_t *)mesher__zeros(r, edges + MESHER__ROW_BLOCK, sizeof(uint32_t));
-    r->edge_index = (uint32_t *)mesher__zeros(r, edges, sizeof(uint32_t));
-    r->facets = (uint32_t *)mesher__zeros(r, 3 * (facets + MESHER__PIECES), sizeof(uint32_t));
+    r->edge_other = mesher__numbers(r, edges, MESHER__ROW_BLOCK);
+    r->edge_index = mesher__numbers(r, edges, 1);
+    r->facets = mesher__numbers(r, 3 * facets, 3 * MESHER__PIECES);
     r->facet_row = (uint32_t *)mesher__zeros(r, rows + 1, sizeof(uint32_t));
-    r->facet_index = (uint32_t *)mesher__zeros(r, facets, sizeof(uint32_t));
-    r->facet_second = (uint32_t *)mesher__zeros(r, facets + MESHER__ROW_BLOCK, sizeof(uint32_t));
-    r->facet_third = (uint32_t *)mesher__zeros(r, facets + MESHER__ROW_BLOCK, sizeof(uint32_t));
+    r->facet_index = mesher__numbers(r, facets, 1);
+    r->facet_second = mesher__numbers(r, facets, MESHER__ROW_BLOCK);
+    r->facet_third = mesher__numbers(r, facets, MESHER__ROW_BLOCK);
     r->edge_seen = (uint8_t *)mesher__zeros(r, edges + 1, 1);
     r->facet_seen = (uint8_t *)mesher__zeros(r, facets, 1);
     r->edge_present = (uint8_t *)mesher__zeros(r, edges + MESHER__PIECES, 1);
@@ -6061,8 +6118,8 @@ static mesher__recovery *mesher__recovery_new(mesher_domain *domain, mesher_repo
     r->edge_slots = (uint32_t *)mesher__zeros(r, 2 * MESHER__PIECES, sizeof(uint32_t));
     r->facet_slots = (uint32_t *)mesher__zeros(r, 2 * MESHER__PIECES, sizeof(uint32_t));
     r->splits = (mesher__split *)mesher__zeros(r, MESHER__PIECES / 4, sizeof(mesher__split));
-    r->wanted = (uint32_t *)mesher__zeros(r, most, sizeof(uint32_t));
-    r->order = (uint64_t *)mesher__zeros(r, most, sizeof(uint64_t));
+    r->wanted = mesher__numbers(r, most, 1);
+    r->order = (uint64_t *)mesher__block(r, most, sizeof *r->order);
     r->flips = (mesher__flips *)mesher__zeros(r, 1, sizeof *r->flips);
     r->worker = delaunay_worker_new(memory);
     if (r->status != MESHER_OK || !r->worker) {
@@ -6165,7 +6222,6 @@ static mesher_result mesher__recover_once(mesher_domain *domain, mesher_report *
     r->first = attempt < MESHER__FLIP_ATTEMPTS;
     r->attempt = r->first ? attempt : attempt - MESHER__FLIP_ATTEMPTS;
     r->random += 2 * (uint64_t)r->attempt;
-    mesher__translate(r);
     mesher__build_rows(r);
     start = delaunay_seconds(&domain->options.host);
     mesher__detect(r);
