@@ -2626,7 +2626,8 @@ static uint32_t mesher__facet_source(const mesher__recovery *r, uint32_t f)
 
 /* -- rows: the constraints with a vertex as their first; compared several at a time, by halving
  * where a row is long */
-enum { MESHER__ROW_BLOCK = 8, MESHER__LONG_ROW = 32 };
+#  define MESHER__ROW_BLOCK 8u
+#  define MESHER__LONG_ROW 32u
 
 /* Which of the first n of eight numbers are x: bits. */
 static unsigned mesher__matches(const uint32_t *row, uint32_t n, uint32_t x)
