@@ -9038,12 +9038,13 @@ enum { MESHER__IN = 1, MESHER__OUT = 2 }; /* delaunay_mesh.mark while a cavity i
 static int mesher__cavity_room(mesher__cavity *c, size_t tets, size_t facets)
 {
     size_t cap = c->cap_tets, keep = c->cap_search;
-    if (tets + 3 > c->cap_vertices || tets > c->cap_tets || facets > c->cap_search) {
+    if (tets > cap || cap + 3 > c->cap_vertices || facets > keep) {
         if (c->shared) return 0;
         if (!mesher__room(c->memory, &c->tets, &cap, c->num_tets, tets, sizeof *c->tets)) return 0;
         c->cap_tets = (uint32_t)cap;
         cap = c->cap_vertices;
-        if (!mesher__room(c->memory, &c->vertices, &cap, 0, tets + 3, sizeof *c->vertices))
+        if (!mesher__room(c->memory, &c->vertices, &cap, 0, (size_t)c->cap_tets + 3,
+                          sizeof *c->vertices))
             return 0;
         c->cap_vertices = (uint32_t)cap;
         if (!mesher__room(c->memory, &c->queue, (cap = keep, &cap), keep, facets, sizeof *c->queue))
