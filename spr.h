@@ -23,7 +23,8 @@
  *   The surface, the interfaces between regions, constrained edges and facets stay as they are, so
  *   a sharp angle or a needle of the surface bounds what can be reached; the report says where it
  *   does. Sizes are kept, not made: about one new vertex in 60 tetrahedra at most, none that makes
- *   an edge much shorter than those around it. Limits: those of delaunay.h.
+ *   an edge much shorter than those around it; one in 12 may go, none that makes one much longer.
+ *   Limits: those of delaunay.h.
  *
  * HOW IT WORKS
  *   Every bad tetrahedron has a level, the next operator to be tried for it, cheapest first: edge
@@ -3946,8 +3947,9 @@ static void spr__close(spr__state *s)
 }
 
 /* A new vertex brings some six tetrahedra: so many tetrahedra of the mesh to one keep it within a
- * tenth of its size. */
-enum { SPR__TETS_A_VERTEX = 60 };
+ * tenth of its size. More may go: between walls that are near each other every vertex makes more
+ * bad ones, and what refinement put there is best taken away. */
+enum { SPR__TETS_A_VERTEX = 60, SPR__TETS_A_GONE = 12 };
 
 /* Everything but opening and closing. */
 static spr_result spr__improve(spr__state *s, uint32_t max_new)
@@ -3963,7 +3965,7 @@ static spr_result spr__improve(spr__state *s, uint32_t max_new)
     if (result != SPR_OK) return result;
     s->first_new = s->mesh->num_vertices;
     most = s->report->before.num_tets / SPR__TETS_A_VERTEX + 6;
-    s->max_gone = most;
+    s->max_gone = s->report->before.num_tets / SPR__TETS_A_GONE + 6;
     s->max_new = s->options.keep_vertices ? 0 : most < max_new ? (uint32_t)most : max_new;
     spr__find_movable(s);
     if (!spr__find_bad(s)) return SPR_ERROR_OUT_OF_MEMORY;
