@@ -622,9 +622,9 @@ static double spr__floor(const spr__state *s, double before)
 
 /* More than rounding. */
 #define SPR__MORE (1 + 1e-9)
-/* A bad tetrahedron weighs 1 .. 25: by its lack of quality, squared and to the 16th power, so that
+/* A bad tetrahedron weighs 1 .. 29: by its lack of quality, squared and to the 16th power, so that
  * several better ones in the place of one that is nearly flat weigh less. */
-#define SPR__SQUARE 4
+#define SPR__SQUARE 8
 #define SPR__SIXTEENTH 20
 
 /* Bad tetrahedra of a set: their number; and their weight, the more the worse they are, so that one
