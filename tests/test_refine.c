@@ -765,6 +765,36 @@ static void a_ball_end_to_end(void)
     }
 }
 
+/* Few points in a rough ball: their cavities are large, and cut until they are star-shaped. */
+static void large_cavities_are_cut(int times, double roughness, double size, uint32_t seed)
+{
+    static double xyz[3 * 5000];
+    static uint32_t triangles[3 * 10000];
+    mesher_domain d;
+    mesher_surface surface;
+    mesher_options o;
+    mesher_report r;
+    uint32_t nv, nt = sphere(times, xyz, triangles, &nv), i;
+    memset(&surface, 0, sizeof surface);
+    memset(&o, 0, sizeof o);
+    memset(&r, 0, sizeof r);
+    for (i = 0; i < nv; i++) {
+        double f;
+        seed = seed * 1664525u + 1013904223u;
+        f = 1 + roughness * (seed >> 8) / 16777216.0;
+        xyz[3 * i] *= f, xyz[3 * i + 1] *= f, xyz[3 * i + 2] *= f;
+    }
+    surface.xyz = xyz;
+    surface.num_vertices = nv;
+    surface.triangles = triangles;
+    surface.num_triangles = nt;
+    o.size = size;
+    CHECK(mesher_mesh(&d, &surface, &o, &r) == MESHER_OK);
+    CHECK(r.refined_vertices > 0);
+    CHECK(delaunay_validate(&d.mesh, DELAUNAY_VALIDATE_GEOMETRY, NULL) == DELAUNAY_OK);
+    mesher_domain_free(&d);
+}
+
 /* A real part, end to end, with sizes of its own and a size function. */
 static void a_part_is_the_same_for_any_number_of_threads(void)
 {
@@ -872,6 +902,8 @@ int main(void)
     a_finished_mesh_is_refined();
     a_part_is_the_same_for_any_number_of_threads();
     a_ball_end_to_end();
+    large_cavities_are_cut(5, 0.02, 0.25, 0);
+    large_cavities_are_cut(5, 0.3, 0.25, 1);
     one_cube_gets_the_wanted_size();
     a_fine_surface_is_honoured();
     a_plate_of_one_layer_gets_no_points();
