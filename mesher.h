@@ -2226,7 +2226,8 @@ enum {
     MESHER__VAIN = 8,        /* points that bring nothing, and one more for so many missing edges,
                                 before an attempt by flips adds no more of them */
     MESHER__FEW_SITES = 6,   /* windows for a point looked at, even if one is good enough, ... */
-    MESHER__MANY_SITES = 40, /* ... and after the attempts by flips */
+    MESHER__MANY_SITES = 40, /* ... and after the attempts by flips; ... */
+    MESHER__SITES_FIRST = 24, MESHER__SITES = 250, /* ... and at most, at first and then */
     MESHER__HOPELESS = 4,    /* interior points for one edge that bring nothing */
     MESHER__GRID_CELLS = 64, /* of one box; beyond, all edges are looked at */
     MESHER__NEAR = 4096      /* missing edges beside one window */
@@ -5097,12 +5098,12 @@ static int mesher__point_for_edge(mesher__recovery *r, uint32_t e, int level, in
 {
     const uint32_t *ab = r->edges + 2 * (size_t)e;
     mesher__site best;
-    uint32_t i, tested = 0;
+    uint32_t i, tested = 0, most = r->first ? MESHER__SITES_FIRST : MESHER__SITES;
     best.window = -1;
     best.gain = -1e9;
     mesher__windows_of_edge(r, level, DELAUNAY_WINDOW_VERTICES);
     mesher__windows_by_share(r, 0);
-    for (i = 0; i < r->num_windows && tested < 250 && !mesher__stopped(r); i++) {
+    for (i = 0; i < r->num_windows && tested < most && !mesher__stopped(r); i++) {
         const mesher__window *w = &r->windows[mesher__window_at(r, i)];
         if (tested >= (r->first ? MESHER__FEW_SITES : MESHER__MANY_SITES) &&
             best.gain + r->first >= r->pipe.num_crossings)
@@ -5135,7 +5136,7 @@ static int mesher__point_for_facet(mesher__recovery *r)
     best.gain = -1;
     mesher__windows_of_facet(r, 1, DELAUNAY_WINDOW_VERTICES);
     mesher__windows_by_share(r, 1);
-    for (i = 0; i < r->num_windows && tested < 250 && !mesher__stopped(r); i++) {
+    for (i = 0; i < r->num_windows && tested < MESHER__SITES && !mesher__stopped(r); i++) {
         double share = (double)(MESHER__PIPE - (r->window_order[i] >> 48)), deep[3], depth;
         if (share < best.gain - 1) break;
         if (!mesher__clean_window(r, &r->windows[mesher__window_at(r, i)], 1)) continue;
