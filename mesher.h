@@ -9107,7 +9107,7 @@ static inline void mesher__expand(mesher__search *s)
             queue[num_queue] = again[num_again] = n;
             num_queue += fresh;
             num_again += !fresh & !blocked;
-            MESHER__STORE(&mark[n >> 2], (uint8_t)(fresh ? MESHER__OUT : seen));
+            MESHER__STORE(&mark[n >> 2], (uint8_t)(fresh ? (unsigned)MESHER__OUT : seen));
             MESHER__PREFETCH(tets + (n >> 2));
         }
     }
