@@ -2800,24 +2800,20 @@ static void mesher__build_facet_rows(mesher__recovery *r)
     }
 }
 
-/* Two threads: edges and facets share what they read alone. */
-static int mesher__two_threads(const mesher__recovery *r)
+/* What is to be done for all edges, and for all facets, by two threads: they share what they only
+ * read. */
+static void mesher__do_both(mesher__recovery *r, void (*edges)(mesher__recovery *),
+                            void (*facets)(mesher__recovery *))
 {
     size_t steps = (size_t)r->domain->num_edges + r->domain->num_facets;
-    return delaunay_threads_for(&r->domain->options.host, steps) > 1 ? 2 : 1;
-}
-
-/* Rows of edges and facets by their first vertex. */
-static void mesher__build_rows(mesher__recovery *r)
-{
-    int threads = mesher__two_threads(r), i;
+    int threads = delaunay_threads_for(&r->domain->options.host, steps) > 1 ? 2 : 1, i;
     (void)threads;
 #ifdef _OPENMP
 #    pragma omp parallel for num_threads(threads)
 #endif
     for (i = 0; i < 2; i++) {
-        if (i == 0) mesher__build_edge_rows(r);
-        else mesher__build_facet_rows(r);
+        if (i == 0) edges(r);
+        else facets(r);
     }
 }
 
@@ -2909,19 +2905,6 @@ static void mesher__count_missing_facets(mesher__recovery *r)
     }
 }
 
-static void mesher__count_missing(mesher__recovery *r)
-{
-    int threads = mesher__two_threads(r), i;
-    (void)threads;
-#ifdef _OPENMP
-#    pragma omp parallel for num_threads(threads)
-#endif
-    for (i = 0; i < 2; i++) {
-        if (i == 0) mesher__count_missing_edges(r);
-        else mesher__count_missing_facets(r);
-    }
-}
-
 /* Sweeps over all tetrahedra. Shared: rows (read), what was seen (bytes that are only ever set to
  * 1); flags by owner. */
 static void mesher__detect(mesher__recovery *r)
@@ -2937,7 +2920,7 @@ static void mesher__detect(mesher__recovery *r)
         if (!delaunay_is_deleted(mesh, (delaunay_handle)t) &&
             !delaunay_is_ghost(mesh, (delaunay_handle)t))
             mesher__detect_in(r, (delaunay_handle)t);
-    mesher__count_missing(r);
+    mesher__do_both(r, mesher__count_missing_edges, mesher__count_missing_facets);
 }
 
 /* -- commits, and how they are taken back */
@@ -6224,7 +6207,7 @@ static mesher_result mesher__recover_once(mesher_domain *domain, mesher_report *
     r->first = attempt < MESHER__FLIP_ATTEMPTS;
     r->attempt = r->first ? attempt : attempt - MESHER__FLIP_ATTEMPTS;
     r->random += 2 * (uint64_t)r->attempt;
-    mesher__build_rows(r);
+    mesher__do_both(r, mesher__build_edge_rows, mesher__build_facet_rows);
     start = delaunay_seconds(&domain->options.host);
     mesher__detect(r);
     if (report) {
@@ -9039,7 +9022,12 @@ enum { MESHER__IN = 1, MESHER__OUT = 2 }; /* delaunay_mesh.mark while a cavity i
 static int mesher__cavity_room(mesher__cavity *c, size_t tets, size_t facets)
 {
     size_t cap = c->cap_tets, keep = c->cap_search;
+    int i;
     if (tets > cap || cap + 3 > c->cap_vertices || facets > keep) {
+        delaunay_handle **lists[3];
+        lists[0] = &c->queue;
+        lists[1] = &c->again;
+        lists[2] = &c->border;
         if (c->shared) return 0;
         if (!mesher__room(c->memory, &c->tets, &cap, c->num_tets, tets, sizeof *c->tets)) return 0;
         c->cap_tets = (uint32_t)cap;
@@ -9048,13 +9036,10 @@ static int mesher__cavity_room(mesher__cavity *c, size_t tets, size_t facets)
                           sizeof *c->vertices))
             return 0;
         c->cap_vertices = (uint32_t)cap;
-        if (!mesher__room(c->memory, &c->queue, (cap = keep, &cap), keep, facets, sizeof *c->queue))
-            return 0;
-        if (!mesher__room(c->memory, &c->again, (cap = keep, &cap), keep, facets, sizeof *c->again))
-            return 0;
-        if (!mesher__room(c->memory, &c->border, (cap = keep, &cap), keep, facets,
-                          sizeof *c->border))
-            return 0;
+        for (i = 0; i < 3; i++) {
+            cap = keep;
+            if (!mesher__room(c->memory, lists[i], &cap, keep, facets, sizeof **lists[i])) return 0;
+        }
         c->cap_search = (uint32_t)cap;
     }
     return 1;
