@@ -917,10 +917,12 @@ DELAUNAY_API delaunay_worker *delaunay_engine_worker(delaunay_engine *engine);
 #  define DELAUNAY__UNLIKELY(x) __builtin_expect(!!(x), 0)
 #  define DELAUNAY__NOINLINE __attribute__((noinline))
 #  define DELAUNAY__PREFETCH(p) __builtin_prefetch(p)
+#  define DELAUNAY__PREFETCH_WRITE(p) __builtin_prefetch((p), 1)
 #else
 #  define DELAUNAY__UNLIKELY(x) (x)
 #  define DELAUNAY__NOINLINE
 #  define DELAUNAY__PREFETCH(p) ((void)(p))
+#  define DELAUNAY__PREFETCH_WRITE(p) ((void)(p))
 #endif
 #if defined(__GNUC__) && defined(__x86_64__) && !defined(DELAUNAY_NO_SIMD)
 #  include <immintrin.h>
@@ -3216,31 +3218,39 @@ static void delaunay__canonical_rotation(const uint32_t *v, uint8_t *out)
 }
 
 /* All rotations: 12 of real tetrahedra, then 3 of ghosts. index: by the results of the comparisons
- * of all pairs of vertices, and whether the last is the ghost. Number 0 is that of deleted ones. */
-enum { DELAUNAY__GHOST_CODE = 64, DELAUNAY__GHOST_ROTATION = 13, DELAUNAY__ROTATION_BITS = 15 };
+ * of all pairs of vertices, and whether the last is the ghost. Number 0 is that of deleted ones.
+ * inverse: the second half is the first again, for marks with DELAUNAY__PLACED. */
+enum { DELAUNAY__GHOST_CODE = 64, DELAUNAY__GHOST_ROTATION = 13, DELAUNAY__PLACED = 16 };
 typedef struct delaunay__rotations {
-    uint8_t index[128], order[16][4], inverse[16][4];
+    uint8_t index[128], order[16][4], inverse[2 * DELAUNAY__PLACED][4];
+    uint8_t bytes[16][16];      /* the order of all bytes of four corners; of none: zeros */
+    uint8_t packed_inverse[16]; /* two bits a corner */
     int num;
 } delaunay__rotations;
 
 static unsigned delaunay__rotation_code(const uint32_t *v)
 {
-    return (unsigned)(v[0] < v[1]) | (unsigned)(v[0] < v[2]) << 1 | (unsigned)(v[0] < v[3]) << 2 |
-           (unsigned)(v[1] < v[2]) << 3 | (unsigned)(v[1] < v[3]) << 4 |
-           (unsigned)(v[2] < v[3]) << 5 | (v[3] == DELAUNAY_GHOST ? DELAUNAY__GHOST_CODE : 0);
+    return (unsigned)(v[0] > v[1]) | (unsigned)(v[1] > v[2]) << 1 | (unsigned)(v[2] > v[3]) << 2 |
+           (unsigned)(v[3] > v[0]) << 3 | (unsigned)(v[0] > v[2]) << 4 |
+           (unsigned)(v[1] > v[3]) << 5 | (v[3] == DELAUNAY_GHOST ? DELAUNAY__GHOST_CODE : 0);
 }
 
 /* The rotation of a tetrahedron with these vertices, added to the list if it is not there. */
 static void delaunay__rotations_add(delaunay__rotations *r, const uint32_t *v)
 {
-    uint8_t order[4], i;
+    uint8_t order[4], i, k;
     int j;
     delaunay__canonical_rotation(v, order);
     for (j = v[3] == DELAUNAY_GHOST ? DELAUNAY__GHOST_ROTATION : 1; j < r->num; j++)
         if (memcmp(r->order[j], order, sizeof order) == 0) break;
     if (j == r->num) r->num++;
     memcpy(r->order[j], order, sizeof order);
-    for (i = 0; i < 4; i++) r->inverse[j][order[i]] = i;
+    r->packed_inverse[j] = 0;
+    for (i = 0; i < 4; i++) {
+        r->inverse[j][order[i]] = i;
+        r->packed_inverse[j] = (uint8_t)(r->packed_inverse[j] | i << 2 * order[i]);
+        for (k = 0; k < 4; k++) r->bytes[j][4 * i + k] = (uint8_t)(4 * order[i] + k);
+    }
     r->index[delaunay__rotation_code(v)] = (uint8_t)j;
 }
 
@@ -3249,6 +3259,7 @@ static void delaunay__rotations_init(delaunay__rotations *r)
     uint32_t v[4], code, i;
     int ghost;
     memset(r, 0, sizeof *r);
+    memset(r->bytes[0], 128, sizeof r->bytes[0]);
     r->num = 1;
     for (ghost = 0; ghost < 2; ghost++)
         for (code = 0; code < 256; code++) { /* all orders of four */
@@ -3259,6 +3270,7 @@ static void delaunay__rotations_init(delaunay__rotations *r)
             if (ghost) v[3] = DELAUNAY_GHOST;
             delaunay__rotations_add(r, v);
         }
+    memcpy(r->inverse[DELAUNAY__PLACED], r->inverse, DELAUNAY__PLACED * sizeof *r->inverse);
 }
 
 static uint16_t delaunay__rotate_flags(uint16_t flags, const uint8_t *order)
@@ -3279,29 +3291,86 @@ typedef struct delaunay__numbering {
     delaunay__rotations rotations;
     delaunay_handle
         *moved; /* at first the greatest vertex of each tetrahedron, at last its new slot */
-    delaunay_handle *order; /* slots in canonical order */
-    delaunay_handle *first; /* for each vertex, where its tetrahedra end in order */
-    delaunay_handle num;
+    delaunay_handle *order; /* slots by their greatest vertex */
+    delaunay_handle *first; /* for each vertex, where its tetrahedra end in order; behind it */
+    size_t cap_order;       /* of both */
     int threads;
+    int simd;             /* at last moved has the rotation, too, in the bits beyond slot_mask */
+    delaunay_handle slot_mask;
 } delaunay__numbering;
 
-enum { DELAUNAY__FEW_TETS = 48, DELAUNAY__MANY_TETS = 300 };
+enum { DELAUNAY__FEW_TETS = 48, DELAUNAY__MANY_TETS = 300, DELAUNAY__PACKED_BITS = 28 };
 
-/* The rotation of every tetrahedron, in mark, and its greatest vertex, in moved. */
-static DELAUNAY__NOINLINE void delaunay__find_rotations(delaunay__numbering *c)
+/* Share i of the slots, dealt to as many threads as there are. */
+static void delaunay__slots_of(const delaunay__numbering *c, int i, size_t *from, size_t *end)
 {
-    delaunay_mesh *mesh = c->mesh;
-    long t, slots = (long)mesh->num_tets;
-#  if DELAUNAY__PARALLEL
-#    pragma omp parallel for num_threads(c->threads) schedule(static)
-#  endif
-    for (t = 1; t < slots; t++) {
+    size_t slots = c->mesh->num_tets - 1, each = slots / (size_t)c->threads;
+    *from = 1 + each * (size_t)i;
+    *end = i + 1 == c->threads ? slots + 1 : *from + each;
+}
+
+/* The rotation of every tetrahedron, in mark, and its greatest vertex, in moved; one thread counts
+ * those of each vertex at once. */
+static DELAUNAY__NOINLINE void delaunay__find_plain(const delaunay__numbering *c, size_t t,
+                                                    size_t end)
+{
+    const delaunay_mesh *mesh = c->mesh;
+    for (; t < end; t++) {
         const uint32_t *v = mesh->tets[t].v;
         unsigned r = v[0] ? c->rotations.index[delaunay__rotation_code(v)] : 0;
+        uint32_t greatest = v[c->rotations.order[r][0]];
         mesh->mark[t] = (uint8_t)r;
-        c->moved[t] = r ? v[c->rotations.order[r][0]] : DELAUNAY_NONE;
-        if (mesh->flags && r)
-            mesh->flags[t] = delaunay__rotate_flags(mesh->flags[t], c->rotations.order[r]);
+        c->moved[t] = r ? greatest : DELAUNAY_NONE;
+        if (c->threads == 1) c->first[greatest] += r - 1 < DELAUNAY__GHOST_ROTATION - 1;
+    }
+}
+
+#  if defined(DELAUNAY__AVX2) && !defined(DELAUNAY_INDEX64)
+/* The same with all comparisons at once; signed ones, so of numbers with their first bit turned. */
+static DELAUNAY__TARGET DELAUNAY__NOINLINE void
+delaunay__find_avx2(const delaunay__numbering *c, size_t t, size_t end)
+{
+    const __m128i first_bit = _mm_set1_epi32(INT32_MIN), zero = _mm_setzero_si128();
+    const delaunay_tet *tets = c->mesh->tets;
+    const uint8_t *index = c->rotations.index;
+    uint8_t *mark = c->mesh->mark;
+    delaunay_handle *moved = c->moved, *first = c->threads == 1 ? c->first : NULL;
+    for (; t < end; t++) {
+        __m128i v = _mm_loadu_si128((const __m128i *)(const void *)tets[t].v);
+        __m128i s = _mm_xor_si128(v, first_bit);
+        __m128i next = _mm_cmpgt_epi32(s, _mm_shuffle_epi32(s, 0x39));
+        __m128i over = _mm_cmpgt_epi32(s, _mm_shuffle_epi32(s, 0x4e));
+        int none = _mm_movemask_ps(_mm_castsi128_ps(_mm_cmpeq_epi32(v, zero)));
+        int code = _mm_movemask_ps(_mm_castsi128_ps(next)) |
+                   (_mm_movemask_ps(_mm_castsi128_ps(over)) & 3) << 4 | (none & 8) << 3;
+        unsigned r = none & 1 ? 0 : index[code];
+        uint32_t greatest = tets[t].v[c->rotations.order[r][0]];
+        mark[t] = (uint8_t)r;
+        moved[t] = greatest; /* v[0], which is 0, if there is none */
+        if (first) first[greatest] += r - 1 < DELAUNAY__GHOST_ROTATION - 1;
+    }
+}
+#  endif
+
+static DELAUNAY__NOINLINE void delaunay__find_rotations(const delaunay__numbering *c)
+{
+    delaunay_mesh *mesh = c->mesh;
+    int i;
+    if (c->threads == 1) memset(c->first, 0, mesh->num_vertices * sizeof *c->first);
+#  if DELAUNAY__PARALLEL
+#    pragma omp parallel for num_threads(c->threads) schedule(static, 1) if(c->threads > 1)
+#  endif
+    for (i = 0; i < c->threads; i++) {
+        size_t t, end;
+        delaunay__slots_of(c, i, &t, &end);
+#  if defined(DELAUNAY__AVX2) && !defined(DELAUNAY_INDEX64)
+        if (c->simd) delaunay__find_avx2(c, t, end);
+        else
+#  endif
+            delaunay__find_plain(c, t, end);
+        for (; mesh->flags && t < end; t++)
+            mesh->flags[t] =
+                delaunay__rotate_flags(mesh->flags[t], c->rotations.order[mesh->mark[t]]);
     }
 }
 
@@ -3309,6 +3378,19 @@ static DELAUNAY__NOINLINE void delaunay__find_rotations(delaunay__numbering *c)
 typedef struct delaunay__kind {
     unsigned least, count;
 } delaunay__kind;
+
+/* The next slot of that kind after t, or one soon before it; marks are looked at by eights. */
+static size_t delaunay__skip_slots(const uint8_t *mark, size_t t, size_t slots, delaunay__kind kind)
+{
+    const uint64_t ones = UINT64_C(0x0101010101010101), more = ones * (128 - kind.least);
+    uint64_t marks;
+    if (kind.least == 1) return t + 1; /* nearly all are */
+    for (t++; t + 8 <= slots; t += 8) {
+        memcpy(&marks, mark + t, 8);
+        if ((marks + more) & ones << 7) break;
+    }
+    return t;
+}
 
 /* Counts the slots of each of the vertices [from, end), or puts them into their buckets. All slots
  * are looked at, and those of other vertices, which are another thread's, passed over. */
@@ -3318,7 +3400,7 @@ static void delaunay__count_slots(const delaunay__numbering *c, delaunay__kind k
     const uint8_t *mark = c->mesh->mark;
     size_t t, slots = c->mesh->num_tets;
     memset(c->first + from, 0, (size_t)(end - from) * sizeof *c->first);
-    for (t = 1; t < slots; t++)
+    for (t = 1; t < slots; t = delaunay__skip_slots(mark, t, slots, kind))
         if (mark[t] - kind.least < kind.count && c->moved[t] - from < end - from)
             c->first[c->moved[t]]++;
 }
@@ -3328,7 +3410,7 @@ static void delaunay__deal_slots(const delaunay__numbering *c, delaunay__kind ki
 {
     const uint8_t *mark = c->mesh->mark;
     size_t t, slots = c->mesh->num_tets;
-    for (t = 1; t < slots; t++)
+    for (t = 1; t < slots; t = delaunay__skip_slots(mark, t, slots, kind))
         if (mark[t] - kind.least < kind.count && c->moved[t] - from < end - from)
             c->order[c->first[c->moved[t]]++] = (delaunay_handle)t;
 }
@@ -3345,10 +3427,11 @@ static DELAUNAY__NOINLINE size_t delaunay__bucket_slots(const delaunay__numberin
     kind.least = ghosts ? DELAUNAY__GHOST_ROTATION : 1;
     kind.count = (ghosts ? 16 : DELAUNAY__GHOST_ROTATION) - kind.least;
     for (pass = 0; pass < 2; pass++) {
+        int counted = pass == 0 && !ghosts && c->threads == 1; /* with the rotations */
 #  if DELAUNAY__PARALLEL
 #    pragma omp parallel for num_threads(c->threads) schedule(static, 1) if(c->threads > 1)
 #  endif
-        for (i = 0; i < c->threads; i++) {
+        for (i = 0; i < (counted ? 0 : c->threads); i++) {
             uint32_t from = (uint32_t)i * each, end = i + 1 == c->threads ? n : from + each;
             if (pass == 0) delaunay__count_slots(c, kind, from, end);
             else delaunay__deal_slots(c, kind, from, end);
@@ -3395,29 +3478,79 @@ static void delaunay__sort_many(const delaunay__numbering *c, delaunay_handle *a
     }
 }
 
-/* The tetrahedra of one vertex by their second and third vertices: no two agree in both. Few: by
- * counting the smaller ones of each, without branches. */
-static void delaunay__sort_bucket(const delaunay__numbering *c, size_t begin, size_t end)
+/* The new slot of the tetrahedron in an old one. */
+DELAUNAY_INLINE void delaunay__set_place(const delaunay__numbering *c, delaunay_handle t, size_t to)
 {
-    uint64_t key[DELAUNAY__FEW_TETS];
-    delaunay_handle slot[DELAUNAY__FEW_TETS], *order = c->order + begin;
+    c->moved[t] = (delaunay_handle)to;
+    if (c->simd) c->moved[t] |= (delaunay_handle)c->mesh->mark[t] << DELAUNAY__PACKED_BITS;
+}
+
+/* The tetrahedra of one vertex by their second and third vertices, key: no two agree in both. Few:
+ * by counting the smaller ones of each, without branches. */
+static void delaunay__sort_bucket(const delaunay__numbering *c, size_t begin, size_t end,
+                                  const uint64_t *key)
+{
+    delaunay_handle *order = c->order + begin;
     size_t i, j, n = end - begin;
     if (n > DELAUNAY__FEW_TETS) {
         delaunay__sort_many(c, order, n);
-        for (i = 0; i < n; i++) c->moved[order[i]] = (delaunay_handle)(begin + i);
+        for (i = 0; i < n; i++) delaunay__set_place(c, order[i], begin + i);
         return;
-    }
-    for (i = 0; i < n; i++) {
-        slot[i] = order[i];
-        key[i] = delaunay__second_key(c, slot[i]);
     }
     for (i = 0; i < n; i++) {
         size_t rank = 0;
         for (j = 0; j < n; j++) rank += key[j] < key[i];
-        order[rank] = slot[i];
-        c->moved[slot[i]] = (delaunay_handle)(begin + rank);
+        delaunay__set_place(c, order[i], begin + rank);
     }
 }
+
+#  if defined(DELAUNAY__AVX2) && !defined(DELAUNAY_INDEX64)
+/* The same of up to 8 * eights tetrahedra. Of what follows, up to last, something is
+ * written, which is overwritten later. */
+DELAUNAY__TARGET __attribute__((always_inline)) DELAUNAY_INLINE void
+delaunay__sort_fixed(const delaunay__numbering *c, size_t begin, size_t end, size_t last,
+                     const uint64_t *key, const int eights)
+{
+    const __m256i first_bit = _mm256_set1_epi64x(INT64_MIN), most = _mm256_set1_epi64x(INT64_MAX);
+    const __m256i n = _mm256_set1_epi64x((long long)(end - begin));
+    const delaunay_handle *order = c->order + begin;
+    const uint8_t *mark = c->mesh->mark;
+    __m256i k[8], rank[8], at = _mm256_setr_epi64x(0, 1, 2, 3);
+    uint64_t keys[32], places[32];
+    size_t count = last - begin < (size_t)(8 * eights) ? last - begin : (size_t)(8 * eights);
+    size_t i;
+    int j;
+    for (j = 0; j < 2 * eights; j++) {
+        k[j] = _mm256_loadu_si256((const __m256i *)(const void *)(key + 4 * j));
+        k[j] = _mm256_blendv_epi8(most, _mm256_xor_si256(k[j], first_bit),
+                                  _mm256_cmpgt_epi64(n, at));
+        at = _mm256_add_epi64(at, _mm256_set1_epi64x(4));
+        _mm256_storeu_si256((__m256i *)(void *)(keys + 4 * j), k[j]);
+        rank[j] = _mm256_set1_epi64x((long long)begin);
+    }
+    for (i = 0; i < (size_t)(8 * eights); i++) {
+        __m256i x = _mm256_set1_epi64x((long long)keys[i]);
+        for (j = 0; j < 2 * eights; j++)
+            rank[j] = _mm256_sub_epi64(rank[j], _mm256_cmpgt_epi64(k[j], x));
+    }
+    for (j = 0; j < 2 * eights; j++)
+        _mm256_storeu_si256((__m256i *)(void *)(places + 4 * j), rank[j]);
+    for (i = 0; i < count; i++)
+        c->moved[order[i]] =
+            (delaunay_handle)places[i] | (delaunay_handle)mark[order[i]] << DELAUNAY__PACKED_BITS;
+}
+
+static DELAUNAY__TARGET void delaunay__sort_bucket_avx2(const delaunay__numbering *c, size_t begin,
+                                                        size_t end, size_t last,
+                                                        const uint64_t *key)
+{
+    if (end - begin <= 8) delaunay__sort_fixed(c, begin, end, last, key, 1);
+    else if (end - begin <= 16) delaunay__sort_fixed(c, begin, end, last, key, 2);
+    else if (end - begin <= 24) delaunay__sort_fixed(c, begin, end, last, key, 3);
+    else if (end - begin <= 32) delaunay__sort_fixed(c, begin, end, last, key, 4);
+    else delaunay__sort_bucket(c, begin, end, key);
+}
+#  endif
 
 /* Buckets that are worth a radix sort, one by one; without memory for that, by heap sort. */
 static void delaunay__sort_large_buckets(const delaunay__numbering *c, size_t begin, size_t most)
@@ -3440,20 +3573,54 @@ static void delaunay__sort_large_buckets(const delaunay__numbering *c, size_t be
             pairs[i].key = delaunay__second_key(c, c->order[from + i]);
         }
         if (!pairs || hxtsort_pairs(pairs, n, &sort) != HXTSORT_OK) {
-            delaunay__sort_bucket(c, from, to);
+            delaunay__sort_bucket(c, from, to, NULL);
             continue;
         }
-        for (i = 0; i < n; i++) {
-            c->order[from + i] = (delaunay_handle)pairs[i].value;
-            c->moved[pairs[i].value] = (delaunay_handle)(from + i);
-        }
+        for (i = 0; i < n; i++)
+            delaunay__set_place(c, (delaunay_handle)pairs[i].value, from + i);
     }
     delaunay_release(m, pairs);
 }
 
+/* Sorts the buckets of vertices [v, end), which begin at from; those that are large are left for
+ * later. Returns the size of the largest such. */
+static size_t delaunay__sort_chunk(const delaunay__numbering *c, uint32_t v, uint32_t end,
+                                   size_t from)
+{
+    enum { KEYS = 512, AHEAD = 48 };
+    uint64_t key[KEYS + 32];
+    const delaunay_handle *first = c->first;
+    size_t i, to, last = first[end - 1], most = 0; /* beyond last: another thread's */
+    memset(key + KEYS, 0, 32 * sizeof *key);
+    while (v < end) {
+        uint32_t u = v;
+        for (to = from; u < end && first[u] - from <= KEYS; u++) to = first[u];
+        if (u == v) { /* larger than all keys */
+            most = most > first[v] - from ? most : first[v] - from;
+            from = first[v++];
+            continue;
+        }
+        for (i = from; i < to; i++) {
+            if (i + AHEAD < last) DELAUNAY__PREFETCH(&c->mesh->tets[c->order[i + AHEAD]]);
+            key[i - from] = delaunay__second_key(c, c->order[i]);
+        }
+        for (i = from; v < u; v++) {
+            size_t next = first[v];
+            if (next - i > DELAUNAY__MANY_TETS) most = most > next - i ? most : next - i;
+#  if defined(DELAUNAY__AVX2) && !defined(DELAUNAY_INDEX64)
+            else if (c->simd) delaunay__sort_bucket_avx2(c, i, next, last, key + (i - from));
+#  endif
+            else delaunay__sort_bucket(c, i, next, key + (i - from));
+            i = next;
+        }
+        from = to;
+    }
+    return most;
+}
+
 static DELAUNAY__NOINLINE void delaunay__sort_buckets(const delaunay__numbering *c, size_t begin)
 {
-    enum { CHUNK = 4096, AHEAD = 24 };
+    enum { CHUNK = 4096 };
     long chunk, num = (long)(c->mesh->num_vertices / CHUNK + 1);
     size_t most = 0;
 #  if DELAUNAY__PARALLEL
@@ -3461,83 +3628,111 @@ static DELAUNAY__NOINLINE void delaunay__sort_buckets(const delaunay__numbering 
 #  endif
     for (chunk = 0; chunk < num; chunk++) {
         uint32_t v = (uint32_t)chunk * CHUNK, end = v + CHUNK;
-        size_t from = v ? c->first[v - 1] : begin, i, last;
+        size_t from = v ? c->first[v - 1] : begin, large;
         if (end > c->mesh->num_vertices) end = c->mesh->num_vertices;
         if (v >= end) continue;
-        last = c->first[end - 1]; /* of this chunk: what follows is another thread's */
-        for (; v < end; v++) {
-            size_t to = c->first[v];
-            for (i = from + AHEAD; i < to + AHEAD && i < last; i++)
-                DELAUNAY__PREFETCH(&c->mesh->tets[c->order[i]]);
-            if (to - from > DELAUNAY__MANY_TETS) most = most > to - from ? most : to - from;
-            else if (to > from) delaunay__sort_bucket(c, from, to);
-            from = to;
-        }
+        large = delaunay__sort_chunk(c, v, end, from);
+        most = most > large ? most : large;
     }
     if (most) delaunay__sort_large_buckets(c, begin, most);
 }
 
-/* Corners in canonical order and handles in terms of the new slots and corners, still in the old
- * places, of slots [from, end): in the old order neighbours are near. */
-static void delaunay__renumber_share(const delaunay__numbering *c, size_t from, size_t end)
+/* The tetrahedra of count slots from t on with corners in canonical order and handles in terms of
+ * the new slots and corners; y may be where they are. Slots without one do not count. */
+static DELAUNAY__NOINLINE void delaunay__renumber_plain(const delaunay__numbering *c, size_t t,
+                                                        size_t count, delaunay_tet *y)
 {
-    enum { AHEAD = 12 };
-    delaunay_tet *tets = c->mesh->tets;
-    const delaunay_handle *moved = c->moved;
     const uint8_t *mark = c->mesh->mark;
-    size_t t, i;
-    for (t = from; t < end; t++) {
-        const uint8_t *order = c->rotations.order[mark[t]];
-        const delaunay_tet x = tets[t];
-        delaunay_tet y;
-        if (t + AHEAD < end && mark[t + AHEAD])
-            for (i = 0; i < 4; i++) DELAUNAY__PREFETCH(&moved[tets[t + AHEAD].n[i] >> 2]);
+    size_t end = t + count;
+    for (; t < end; t++, y++) {
+        const uint8_t *order = c->rotations.order[mark[t] % DELAUNAY__PLACED];
+        const delaunay_tet x = c->mesh->tets[t];
+        int i;
         if (mark[t] == 0) continue;
         for (i = 0; i < 4; i++) { /* nothing remains nothing */
             delaunay_handle h = x.n[order[i]];
-            y.v[i] = x.v[order[i]];
-            y.n[i] = 4 * moved[h >> 2] + c->rotations.inverse[mark[h >> 2]][h & 3];
+            y->v[i] = x.v[order[i]];
+            y->n[i] = 4 * c->moved[h >> 2] + c->rotations.inverse[mark[h >> 2]][h & 3];
         }
-        tets[t] = y;
     }
 }
 
-/* Share i of the slots, dealt to as many threads as there are. */
-static void delaunay__slots_of(const delaunay__numbering *c, int i, size_t *from, size_t *end)
+#  if defined(DELAUNAY__AVX2) && !defined(DELAUNAY_INDEX64)
+/* The same, four corners at once. */
+static DELAUNAY__TARGET DELAUNAY__NOINLINE void
+delaunay__renumber_avx2(const delaunay__numbering *c, size_t t, size_t count, delaunay_tet *y)
 {
-    size_t slots = c->mesh->num_tets - 1, each = slots / (size_t)c->threads;
-    *from = 1 + each * (size_t)i;
-    *end = i + 1 == c->threads ? slots + 1 : *from + each;
+    enum { AHEAD = 32 };
+    const __m128i three = _mm_set1_epi32(3);
+    const delaunay_tet *tets = c->mesh->tets;
+    const int *moved = (const int *)(const void *)c->moved;
+    const __m128i inverses =
+        _mm_loadu_si128((const __m128i *)(const void *)c->rotations.packed_inverse);
+    size_t end = t + count, slots = c->mesh->num_tets;
+    for (; t < end; t++, y++) {
+        const delaunay_handle *n = tets[t + AHEAD < slots ? t + AHEAD : t].n;
+        const uint8_t *bytes = c->rotations.bytes[(unsigned)moved[t] >> DELAUNAY__PACKED_BITS];
+        __m128i o = _mm_loadu_si128((const __m128i *)(const void *)bytes);
+        __m128i v = _mm_loadu_si128((const __m128i *)(const void *)tets[t].v);
+        __m128i h = _mm_loadu_si128((const __m128i *)(const void *)tets[t].n), w, f;
+        DELAUNAY__PREFETCH(&moved[n[0] >> 2]);
+        DELAUNAY__PREFETCH(&moved[n[1] >> 2]);
+        DELAUNAY__PREFETCH(&moved[n[2] >> 2]);
+        DELAUNAY__PREFETCH(&moved[n[3] >> 2]);
+        h = _mm_shuffle_epi8(h, o);
+        f = _mm_srli_epi32(h, 2);
+        w = _mm_setr_epi32(moved[(unsigned)_mm_extract_epi32(f, 0)],
+                           moved[(unsigned)_mm_extract_epi32(f, 1)],
+                           moved[(unsigned)_mm_extract_epi32(f, 2)],
+                           moved[(unsigned)_mm_extract_epi32(f, 3)]);
+        f = _mm_shuffle_epi8(inverses, _mm_srli_epi32(w, DELAUNAY__PACKED_BITS));
+        f = _mm_srlv_epi32(f, _mm_slli_epi32(_mm_and_si128(h, three), 1));
+        h = _mm_or_si128(_mm_srli_epi32(_mm_slli_epi32(w, 32 - DELAUNAY__PACKED_BITS),
+                                        30 - DELAUNAY__PACKED_BITS),
+                         _mm_and_si128(f, three));
+        _mm_storeu_si128((__m128i *)(void *)y->v, _mm_shuffle_epi8(v, o));
+        _mm_storeu_si128((__m128i *)(void *)y->n, h);
+    }
+}
+#  endif
+
+static void delaunay__renumber(const delaunay__numbering *c, size_t t, size_t count,
+                               delaunay_tet *y)
+{
+#  if defined(DELAUNAY__AVX2) && !defined(DELAUNAY_INDEX64)
+    if (c->simd) {
+        delaunay__renumber_avx2(c, t, count, y);
+        return;
+    }
+#  endif
+    delaunay__renumber_plain(c, t, count, y);
 }
 
-/* Where the tetrahedron in slot t is to go; from then on the slot has none to lift. 0: it has none.
- * shared: other threads lift, too; they leave LIFTING there while they copy. */
+/* Where the tetrahedron in a slot is to go; from then on the slot has none to lift. 0: it has none.
+ * Other threads lift, too; they leave LIFTING there while they copy. */
 #  define DELAUNAY__LIFTING ((delaunay_handle)-1)
-DELAUNAY_INLINE delaunay_handle delaunay__take_slot(delaunay_handle *moved, delaunay_handle leave,
-                                                    const int shared)
+static delaunay_handle delaunay__take_slot(delaunay_handle *moved, delaunay_handle leave)
 {
-    delaunay_handle to;
-    if (!shared) {
-        to = *moved;
-        *moved = leave;
-        return to;
-    }
 #  if DELAUNAY__PARALLEL
+    delaunay_handle to;
     while ((to = __atomic_load_n(moved, __ATOMIC_ACQUIRE)) != DELAUNAY_NONE)
         if (to != DELAUNAY__LIFTING &&
             __atomic_compare_exchange_n(moved, &to, leave, 0, __ATOMIC_ACQUIRE, __ATOMIC_RELAXED))
             return to;
-#  endif
     return DELAUNAY_NONE;
+#  else
+    delaunay_handle to = *moved;
+    *moved = leave;
+    return to;
+#  endif
 }
 
 /* Moves every tetrahedron to its new slot, in place: along the cycles of the permutation, several
  * at a time so that their cache misses overlap. A chain lifts one of the slots [next, end), which
  * leaves a hole, and goes on with the one that it displaces, until it meets a hole: its own, that
- * of another chain, or a deleted slot. shared: other threads lift from other slots. Just one chain
- * ever comes to a slot; it and the thread that may lift there agree by moved. */
-DELAUNAY_INLINE void delaunay__move_share(const delaunay__numbering *c, size_t next, size_t end,
-                                          const int shared)
+ * of another chain, or a deleted slot. Other threads lift from other slots. Just one chain ever
+ * comes to a slot; it and the thread that may lift there agree by moved. */
+static void delaunay__move_share(const delaunay__numbering *c, size_t next, size_t end)
 {
     enum { CHAINS = 12 };
     delaunay_tet *tets = c->mesh->tets, carried[CHAINS], x;
@@ -3549,13 +3744,13 @@ DELAUNAY_INLINE void delaunay__move_share(const delaunay__numbering *c, size_t n
         for (i = 0; i < CHAINS; i++) {
             delaunay_handle t = target[i];
             if (t) {
-                to = delaunay__take_slot(&moved[t], DELAUNAY_NONE, shared);
+                to = delaunay__take_slot(&moved[t], DELAUNAY_NONE);
                 x = tets[t];
                 tets[t] = carried[i];
             } else {
                 while (next < end && !DELAUNAY__LOAD(&moved[next])) next++;
                 if (next == end) continue;
-                to = delaunay__take_slot(&moved[next], DELAUNAY__LIFTING, shared);
+                to = delaunay__take_slot(&moved[next], DELAUNAY__LIFTING);
                 x = tets[next];
 #  if DELAUNAY__PARALLEL
                 if (to) __atomic_store_n(&moved[next], DELAUNAY_NONE, __ATOMIC_RELEASE);
@@ -3563,6 +3758,7 @@ DELAUNAY_INLINE void delaunay__move_share(const delaunay__numbering *c, size_t n
                 moved[next] = DELAUNAY_NONE;
 #  endif
             }
+            to &= c->slot_mask;
             carried[i] = x;
             target[i] = to;
             busy = 1;
@@ -3572,26 +3768,111 @@ DELAUNAY_INLINE void delaunay__move_share(const delaunay__numbering *c, size_t n
     }
 }
 
-/* Renumbers and moves all. Renumbering writes a thread's own slots, and reads moved and mark. */
+/* Tetrahedra that the sweep has lifted and whose places it has not reached: a queue, in the memory
+ * of order and first. */
+typedef struct delaunay__lifted {
+    delaunay_tet *ring;
+    size_t cap, head, count;
+    size_t oldest; /* slot that the first one was in */
+} delaunay__lifted;
+
+enum { DELAUNAY__SWEEP = 64 }; /* slots at a time: multiples of it */
+
+/* Where the first one is to go. */
+static size_t delaunay__lifted_place(const delaunay__numbering *c, const delaunay__lifted *l)
+{
+    return c->moved[l->oldest] & c->slot_mask;
+}
+
+/* Takes it out. The next one that waits is the next with a place beyond its own part of the sweep,
+ * unless it has been placed. */
+static void delaunay__lifted_pop(const delaunay__numbering *c, delaunay__lifted *l)
+{
+    size_t s = l->oldest;
+    l->head = l->head + 1 == l->cap ? 0 : l->head + 1;
+    if (--l->count == 0) return;
+    do s++;
+    while ((c->moved[s] & c->slot_mask) <= (s | (DELAUNAY__SWEEP - 1)) ||
+           c->mesh->mark[s] >= DELAUNAY__PLACED);
+    l->oldest = s;
+}
+
+/* Places x, which was in slot t, at once, though that is not swept yet: what is there goes to its
+ * own place, and so on until that is free. */
+static DELAUNAY__NOINLINE void delaunay__place_chain(const delaunay__numbering *c, size_t t,
+                                                     delaunay_tet x, size_t swept)
+{
+    uint8_t *mark = c->mesh->mark;
+    size_t to = c->moved[t] & c->slot_mask;
+    mark[t] = (uint8_t)(mark[t] + DELAUNAY__PLACED);
+    while (to >= swept && mark[to]) {
+        delaunay_tet y;
+        delaunay__renumber(c, to, 1, &y);
+        mark[to] = (uint8_t)(mark[to] + DELAUNAY__PLACED);
+        c->mesh->tets[to] = x;
+        x = y;
+        to = c->moved[to] & c->slot_mask;
+    }
+    c->mesh->tets[to] = x;
+}
+
+static void delaunay__lift(const delaunay__numbering *c, delaunay__lifted *l, size_t t,
+                           const delaunay_tet *x, size_t swept)
+{
+    size_t end = l->head + l->count;
+    if (l->count == l->cap) {
+        delaunay__place_chain(c, t, *x, swept);
+        return;
+    }
+    if (l->count++ == 0) l->oldest = t;
+    l->ring[end < l->cap ? end : end - l->cap] = *x;
+}
+
+/* Renumbers and moves all in one sweep over the slots: down to a place that is swept, else to the
+ * queue. Tetrahedra made along the curve by one thread come nearly in order and go down, but those
+ * in the slots of the round before, an eighth of all: these fit into the queue. */
+static DELAUNAY__NOINLINE void delaunay__sweep_tets(const delaunay__numbering *c)
+{
+    delaunay_tet *tets = c->mesh->tets, x[DELAUNAY__SWEEP];
+    const uint8_t *mark = c->mesh->mark;
+    size_t from, end, t, slots = c->mesh->num_tets;
+    delaunay__lifted l;
+    memset(&l, 0, sizeof l);
+    l.ring = (delaunay_tet *)(void *)c->order;
+    l.cap = c->cap_order * sizeof *c->order / sizeof *l.ring;
+    for (from = 0; from < slots; from = end) {
+        end = slots - from < DELAUNAY__SWEEP ? slots : from + DELAUNAY__SWEEP;
+        delaunay__renumber(c, from, end - from, x);
+        for (t = from; t < end; t++) {
+            size_t to = c->moved[t] & c->slot_mask, ahead = t + DELAUNAY__SWEEP;
+            DELAUNAY__PREFETCH_WRITE(&tets[c->moved[ahead < slots ? ahead : t] & c->slot_mask]);
+            if (mark[t] == 0 || mark[t] >= DELAUNAY__PLACED) continue;
+            if (to < end) tets[to] = x[t - from];
+            else delaunay__lift(c, &l, t, &x[t - from], end);
+        }
+        while (l.count && (t = delaunay__lifted_place(c, &l)) < end) {
+            tets[t] = l.ring[l.head];
+            delaunay__lifted_pop(c, &l);
+        }
+    }
+}
+
+/* Renumbers and moves all. Several threads renumber in place, each its own slots, reading moved and
+ * mark; then they move. */
 static DELAUNAY__NOINLINE void delaunay__move_tets(const delaunay__numbering *c)
 {
-    int i;
+    int i, pass;
+    if (c->threads == 1) delaunay__sweep_tets(c);
+    for (pass = 0; pass < 2 && c->threads > 1; pass++) {
 #  if DELAUNAY__PARALLEL
 #    pragma omp parallel for num_threads(c->threads) schedule(static, 1)
 #  endif
-    for (i = 0; i < c->threads; i++) {
-        size_t from, end;
-        delaunay__slots_of(c, i, &from, &end);
-        delaunay__renumber_share(c, from, end);
-    }
-    if (c->threads == 1) delaunay__move_share(c, 1, c->mesh->num_tets, 0);
-#  if DELAUNAY__PARALLEL
-#    pragma omp parallel for num_threads(c->threads) schedule(static, 1)
-#  endif
-    for (i = 0; i < (c->threads == 1 ? 0 : c->threads); i++) {
-        size_t from, end;
-        delaunay__slots_of(c, i, &from, &end);
-        delaunay__move_share(c, from, end, 1);
+        for (i = 0; i < c->threads; i++) {
+            size_t from, end;
+            delaunay__slots_of(c, i, &from, &end);
+            if (pass == 0) delaunay__renumber(c, from, end - from, c->mesh->tets + from);
+            else delaunay__move_share(c, from, end);
+        }
     }
     memset(c->mesh->mark, 0, c->mesh->num_tets);
 }
@@ -3600,16 +3881,18 @@ static DELAUNAY__NOINLINE void delaunay__move_tets(const delaunay__numbering *c)
 static void delaunay__move_marks(const delaunay__numbering *c, uint16_t *flags, uint32_t *color)
 {
     delaunay_mesh *mesh = c->mesh;
-    delaunay_handle i;
+    size_t t;
     if (flags) {
         memset(flags, 0, mesh->cap_tets * sizeof *flags);
-        for (i = 1; i < c->num; i++) flags[i] = mesh->flags[c->order[i]];
+        for (t = 1; t < mesh->num_tets; t++)
+            if (mesh->mark[t]) flags[c->moved[t] & c->slot_mask] = mesh->flags[t];
         delaunay_release(&mesh->memory, mesh->flags);
         mesh->flags = flags;
     }
     if (color) {
         memset(color, 0, mesh->cap_tets * sizeof *color);
-        for (i = 1; i < c->num; i++) color[i] = mesh->color[c->order[i]];
+        for (t = 1; t < mesh->num_tets; t++)
+            if (mesh->mark[t]) color[c->moved[t] & c->slot_mask] = mesh->color[t];
         delaunay_release(&mesh->memory, mesh->color);
         mesh->color = color;
     }
@@ -3629,10 +3912,16 @@ DELAUNAY_API delaunay_result delaunay_canonicalize(delaunay_mesh *mesh, const de
     memset(&c, 0, sizeof c);
     c.mesh = mesh;
     c.threads = slots < 100000 ? 1 : delaunay_threads(host);
+    c.slot_mask = (delaunay_handle)-1;
+#  if defined(DELAUNAY__AVX2) && !defined(DELAUNAY_INDEX64)
+    c.simd = DELAUNAY__AVX2 && slots < (size_t)1 << DELAUNAY__PACKED_BITS;
+    if (c.simd) c.slot_mask = ((delaunay_handle)1 << DELAUNAY__PACKED_BITS) - 1;
+#  endif
     c.moved = (delaunay_handle *)delaunay_alloc(m, slots, sizeof *c.moved);
-    c.order = (delaunay_handle *)delaunay_alloc(m, slots, sizeof *c.order);
-    c.first = (delaunay_handle *)delaunay_alloc(m, (size_t)mesh->num_vertices + 1, sizeof *c.first);
-    if (!c.moved || !c.order || !c.first) goto done;
+    c.cap_order = slots + mesh->num_vertices;
+    c.order = (delaunay_handle *)delaunay_alloc(m, c.cap_order, sizeof *c.order);
+    if (!c.moved || !c.order) goto done;
+    c.first = c.order + slots;
     if (mesh->flags && !(flags = (uint16_t *)delaunay_alloc(m, mesh->cap_tets, sizeof *flags)))
         goto done;
     if (mesh->color && !(color = (uint32_t *)delaunay_alloc(m, mesh->cap_tets, sizeof *color)))
@@ -3646,23 +3935,21 @@ DELAUNAY_API delaunay_result delaunay_canonicalize(delaunay_mesh *mesh, const de
     real = num; /* moved of these is done; that of ghosts still names vertices */
     num = delaunay__bucket_slots(&c, real, 1);
     delaunay__sort_buckets(&c, real);
-    c.num = (delaunay_handle)num;
-    delaunay__move_tets(&c);
     delaunay__move_marks(&c, flags, color);
     flags = NULL;
     color = NULL;
-    mesh->num_tets = c.num;
+    delaunay__move_tets(&c);
+    mesh->num_tets = (delaunay_handle)num;
     mesh->num_free = 0;
     if (mesh->vertex_tet) { /* the lowest tetrahedron of each star */
         memset(mesh->vertex_tet, 0, mesh->cap_vertices * sizeof *mesh->vertex_tet);
-        for (t = c.num; t-- > 1;)
+        for (t = mesh->num_tets; t-- > 1;)
             for (i = 0; i < 4; i++) mesh->vertex_tet[mesh->tets[t].v[i]] = t;
     }
     result = DELAUNAY_OK;
 done:
     delaunay_release(m, c.moved);
     delaunay_release(m, c.order);
-    delaunay_release(m, c.first);
     delaunay_release(m, flags);
     delaunay_release(m, color);
     return result;

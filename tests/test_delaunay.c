@@ -353,6 +353,61 @@ static void any_allocation_may_fail(void)
     free(xyz);
 }
 
+/* The tetrahedra of mesh, the i-th one of a random order for i, coloured, one facet in three
+ * constrained; then in canonical order. */
+static void import_shuffled(delaunay_mesh *copy, const double *xyz, size_t n, const uint32_t *tets,
+                            size_t count, uint32_t seed)
+{
+    uint32_t *mixed = (uint32_t *)malloc(16 * count), *colors = (uint32_t *)malloc(4 * count), x[4];
+    size_t i, j;
+    delaunay_handle f;
+    for (i = 0; i < count; i++) {
+        seed = seed * 1664525u + 1013904223u;
+        j = seed % (i + 1);
+        memcpy(x, tets + 4 * i, sizeof x);
+        memcpy(mixed + 4 * i, mixed + 4 * j, i == j ? 0 : sizeof x);
+        memcpy(mixed + 4 * j, x, sizeof x);
+    }
+    for (i = 0; i < count; i++)
+        colors[i] = mixed[4 * i] ^ mixed[4 * i + 1] ^ mixed[4 * i + 2] ^ mixed[4 * i + 3];
+    CHECK(delaunay_import(copy, xyz, n, mixed, colors, count, NULL, NULL) == DELAUNAY_OK);
+    for (f = 4; f < 4 * copy->num_tets; f++) {
+        const uint8_t *v = delaunay_facet_vertices[f & 3];
+        const uint32_t *w = copy->tets[f >> 2].v;
+        if ((w[v[0]] + w[v[1]] + w[v[2]]) % 3 == 0) delaunay_mark_facet(copy, f, 1);
+    }
+    CHECK(delaunay_canonicalize(copy, NULL) == DELAUNAY_OK);
+    CHECK(delaunay_validate(copy, DELAUNAY_VALIDATE_GEOMETRY, NULL) == DELAUNAY_OK);
+    free(mixed);
+    free(colors);
+}
+
+static void canonical_order_forgets_the_slots(void)
+{
+    size_t n = 3000;
+    double *xyz = make_points(UNIFORM, n);
+    delaunay_mesh mesh = {0}, a = {0}, b = {0};
+    uint32_t *tets, seed;
+    uint64_t count;
+    CHECK(delaunay_tetrahedralize(&mesh, xyz, n, NULL, NULL) == DELAUNAY_OK);
+    count = delaunay_export_tets(&mesh, NULL, 0);
+    tets = (uint32_t *)malloc(16 * (size_t)count);
+    CHECK(delaunay_export_tets(&mesh, tets, count) == count);
+    import_shuffled(&a, xyz, n, tets, (size_t)count, 1);
+    for (seed = 2; seed < 5; seed++) {
+        import_shuffled(&b, xyz, n, tets, (size_t)count, seed);
+        CHECK(a.num_tets == b.num_tets);
+        CHECK(memcmp(a.tets, b.tets, a.num_tets * sizeof *a.tets) == 0);
+        CHECK(memcmp(a.color, b.color, a.num_tets * sizeof *a.color) == 0);
+        CHECK(memcmp(a.flags, b.flags, a.num_tets * sizeof *a.flags) == 0);
+    }
+    delaunay_mesh_free(&mesh);
+    delaunay_mesh_free(&a);
+    delaunay_mesh_free(&b);
+    free(tets);
+    free(xyz);
+}
+
 static void import_and_validate(void)
 {
     size_t n = 500, i;
@@ -427,6 +482,7 @@ int main(void)
     few_and_flat_points();
     duplicates_map_to_the_first();
     any_allocation_may_fail();
+    canonical_order_forgets_the_slots();
     import_and_validate();
     cancelled_leaves_nothing();
 #if defined(DELAUNAY__AVX2)
