@@ -3709,30 +3709,33 @@ static void delaunay__renumber(const delaunay__numbering *c, size_t t, size_t co
 }
 
 /* Where the tetrahedron in a slot is to go; from then on the slot has none to lift. 0: it has none.
- * Other threads lift, too; they leave LIFTING there while they copy. */
+ * shared: other threads lift, too; they leave LIFTING there while they copy. */
 #  define DELAUNAY__LIFTING ((delaunay_handle)-1)
-static delaunay_handle delaunay__take_slot(delaunay_handle *moved, delaunay_handle leave)
+DELAUNAY_INLINE delaunay_handle delaunay__take_slot(delaunay_handle *moved, delaunay_handle leave,
+                                                    const int shared)
 {
-#  if DELAUNAY__PARALLEL
     delaunay_handle to;
+    if (!shared) {
+        to = *moved;
+        *moved = leave;
+        return to;
+    }
+#  if DELAUNAY__PARALLEL
     while ((to = __atomic_load_n(moved, __ATOMIC_ACQUIRE)) != DELAUNAY_NONE)
         if (to != DELAUNAY__LIFTING &&
             __atomic_compare_exchange_n(moved, &to, leave, 0, __ATOMIC_ACQUIRE, __ATOMIC_RELAXED))
             return to;
-    return DELAUNAY_NONE;
-#  else
-    delaunay_handle to = *moved;
-    *moved = leave;
-    return to;
 #  endif
+    return DELAUNAY_NONE;
 }
 
 /* Moves every tetrahedron to its new slot, in place: along the cycles of the permutation, several
  * at a time so that their cache misses overlap. A chain lifts one of the slots [next, end), which
  * leaves a hole, and goes on with the one that it displaces, until it meets a hole: its own, that
- * of another chain, or a deleted slot. Other threads lift from other slots. Just one chain ever
- * comes to a slot; it and the thread that may lift there agree by moved. */
-static void delaunay__move_share(const delaunay__numbering *c, size_t next, size_t end)
+ * of another chain, or a deleted slot. shared: other threads lift from other slots. Just one chain
+ * ever comes to a slot; it and the thread that may lift there agree by moved. */
+DELAUNAY_INLINE void delaunay__move_share(const delaunay__numbering *c, size_t next, size_t end,
+                                          const int shared)
 {
     enum { CHAINS = 12 };
     delaunay_tet *tets = c->mesh->tets, carried[CHAINS], x;
@@ -3744,13 +3747,13 @@ static void delaunay__move_share(const delaunay__numbering *c, size_t next, size
         for (i = 0; i < CHAINS; i++) {
             delaunay_handle t = target[i];
             if (t) {
-                to = delaunay__take_slot(&moved[t], DELAUNAY_NONE);
+                to = delaunay__take_slot(&moved[t], DELAUNAY_NONE, shared);
                 x = tets[t];
                 tets[t] = carried[i];
             } else {
                 while (next < end && !DELAUNAY__LOAD(&moved[next])) next++;
                 if (next == end) continue;
-                to = delaunay__take_slot(&moved[next], DELAUNAY__LIFTING);
+                to = delaunay__take_slot(&moved[next], DELAUNAY__LIFTING, shared);
                 x = tets[next];
 #  if DELAUNAY__PARALLEL
                 if (to) __atomic_store_n(&moved[next], DELAUNAY_NONE, __ATOMIC_RELEASE);
@@ -3857,21 +3860,30 @@ static DELAUNAY__NOINLINE void delaunay__sweep_tets(const delaunay__numbering *c
     }
 }
 
-/* Renumbers and moves all. Several threads renumber in place, each its own slots, reading moved and
- * mark; then they move. */
+/* Whether so few go up that the queue of a sweep holds nearly all that wait at one time. */
+static int delaunay__is_nearly_in_order(const delaunay__numbering *c)
+{
+    size_t t, slots = c->mesh->num_tets, up = 0; /* deleted ones go to 0 */
+    for (t = 1; t < slots; t++) up += (c->moved[t] & c->slot_mask) > (t | (DELAUNAY__SWEEP - 1));
+    return up <= slots / 4;
+}
+
+/* Renumbers and moves all. Without a sweep threads renumber in place, each its own slots, reading
+ * moved and mark; then they move. */
 static DELAUNAY__NOINLINE void delaunay__move_tets(const delaunay__numbering *c)
 {
-    int i, pass;
-    if (c->threads == 1) delaunay__sweep_tets(c);
-    for (pass = 0; pass < 2 && c->threads > 1; pass++) {
+    int i, pass, sweep = c->threads == 1 && delaunay__is_nearly_in_order(c);
+    if (sweep) delaunay__sweep_tets(c);
+    for (pass = 0; pass < 2 && !sweep; pass++) {
 #  if DELAUNAY__PARALLEL
-#    pragma omp parallel for num_threads(c->threads) schedule(static, 1)
+#    pragma omp parallel for num_threads(c->threads) schedule(static, 1) if(c->threads > 1)
 #  endif
         for (i = 0; i < c->threads; i++) {
             size_t from, end;
             delaunay__slots_of(c, i, &from, &end);
             if (pass == 0) delaunay__renumber(c, from, end - from, c->mesh->tets + from);
-            else delaunay__move_share(c, from, end);
+            else if (c->threads > 1) delaunay__move_share(c, from, end, 1);
+            else delaunay__move_share(c, from, end, 0);
         }
     }
     memset(c->mesh->mark, 0, c->mesh->num_tets);
