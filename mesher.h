@@ -3363,11 +3363,15 @@ typedef struct mesher__patch {
     delaunay_handle tets[DELAUNAY_WINDOW_TETS];
     size_t          count;
     int             full;
+    uint64_t        bits; /* of its tetrahedra: one that is not among them is not in it */
 } mesher__patch;
+
+static uint64_t mesher__tet_bit(delaunay_handle t) { return (uint64_t)1 << (t & 63); }
 
 static int mesher__patch_has(const mesher__patch *p, delaunay_handle t)
 {
     size_t i;
+    if (!(p->bits & mesher__tet_bit(t))) return 0;
     for (i = 0; i < p->count; i++)
         if (p->tets[i] == t) return 1;
     return 0;
@@ -3376,14 +3380,21 @@ static int mesher__patch_has(const mesher__patch *p, delaunay_handle t)
 static void mesher__patch_add(mesher__patch *p, delaunay_handle t)
 {
     if (mesher__patch_has(p, t)) return;
-    if (p->count == DELAUNAY_WINDOW_TETS) p->full = 1;
-    else p->tets[p->count++] = t;
+    if (p->count == DELAUNAY_WINDOW_TETS) {
+        p->full = 1;
+        return;
+    }
+    p->tets[p->count++] = t;
+    p->bits |= mesher__tet_bit(t);
 }
 
 static void mesher__patch_set(mesher__patch *p, const delaunay_handle *tets, size_t count)
 {
+    size_t i;
     p->full = count > DELAUNAY_WINDOW_TETS;
     p->count = p->full ? 0 : count;
+    p->bits = 0;
+    for (i = 0; i < p->count; i++) p->bits |= mesher__tet_bit(tets[i]);
     memcpy(p->tets, tets, p->count * sizeof *tets);
 }
 
@@ -4579,20 +4590,75 @@ static uint32_t mesher__near_edges(mesher__recovery *r, const double *lo, const 
     return count;
 }
 
+/* Two directions across a segment from a, about. What lies beside the segment in one of them, by
+ * more than rounding, is not crossed by it: most facets need no predicate. */
+typedef struct mesher__sight {
+    double a[3], across[2][3], slack[2], size[2], length;
+} mesher__sight;
+
+static void mesher__sight_set(const mesher__recovery *r, const uint32_t *ab, mesher__sight *s)
+{
+    const double *a = mesher__x(r, ab[0]), *b = mesher__x(r, ab[1]);
+    double d[3];
+    int i, k, axis = 0;
+    for (k = 0; k < 3; k++) {
+        s->a[k] = a[k];
+        d[k] = b[k] - a[k];
+        if (fabs(d[k]) < fabs(d[axis])) axis = k;
+    }
+    s->length = fabs(d[0]) + fabs(d[1]) + fabs(d[2]);
+    s->across[0][axis] = 0;
+    s->across[0][(axis + 1) % 3] = -d[(axis + 2) % 3];
+    s->across[0][(axis + 2) % 3] = d[(axis + 1) % 3];
+    for (k = 0; k < 3; k++)
+        s->across[1][k] = d[(k + 1) % 3] * s->across[0][(k + 2) % 3] -
+                          d[(k + 2) % 3] * s->across[0][(k + 1) % 3];
+    for (i = 0; i < 2; i++) {
+        const double *u = s->across[i];
+        s->size[i] = 1e-14 * (fabs(u[0]) + fabs(u[1]) + fabs(u[2]));
+        s->slack[i] = fabs(u[0] * d[0] + u[1] * d[1] + u[2] * d[2]);
+    }
+}
+
+/* Bits for the sides of the segment that a point is certainly on. Rounding is below 8 times 2^-53
+ * of the sum of the products; the bound is 90 times that number. */
+static unsigned mesher__sight_of(const mesher__sight *s, const double *x)
+{
+    double d[3], length = s->length;
+    unsigned bits = 0;
+    int i, k;
+    for (k = 0; k < 3; k++) {
+        d[k] = x[k] - s->a[k];
+        length += fabs(d[k]);
+    }
+    for (i = 0; i < 2; i++) {
+        const double *u = s->across[i];
+        double side = u[0] * d[0] + u[1] * d[1] + u[2] * d[2];
+        double least = s->slack[i] + s->size[i] * length;
+        if (side > least) bits |= 1u << (2 * i);
+        if (side < -least) bits |= 2u << (2 * i);
+    }
+    return bits;
+}
+
 /* Crossings of one missing edge by all facets of tetrahedra given by their vertices. */
 static long mesher__count_crossings(const mesher__recovery *r, const uint32_t *ab,
-                                    const uint32_t *tets, size_t count)
+                                    const mesher__sight *sight, const uint32_t *tets, size_t count)
 {
     long crossings = 0;
     size_t i;
     int k;
-    for (i = 0; i < count; i++)
+    for (i = 0; i < count; i++) {
+        const uint32_t *v = tets + 4 * i;
+        unsigned at[4];
+        for (k = 0; k < 4; k++) at[k] = mesher__sight_of(sight, mesher__x(r, v[k]));
         for (k = 0; k < 4; k++) {
             const uint8_t *o = delaunay_facet_order(k);
-            const uint32_t *v = tets + 4 * i;
+            if (at[o[0]] & at[o[1]] & at[o[2]]) continue;
             crossings +=
                 delaunay_segment_crosses(r->mesh, ab[0], ab[1], v[o[0]], v[o[1]], v[o[2]], NULL);
         }
+    }
     return crossings;
 }
 
@@ -4612,8 +4678,10 @@ static long mesher__journal_gain(mesher__recovery *r)
         r->work += (uint64_t)n * (num_old + num_new);
         for (i = 0; i < n; i++) {
             const uint32_t *ab = r->edges + 2 * (size_t)r->near_edges[i];
-            gain += mesher__count_crossings(r, ab, was, num_old) -
-                    mesher__count_crossings(r, ab, made, num_new);
+            mesher__sight sight;
+            mesher__sight_set(r, ab, &sight);
+            gain += mesher__count_crossings(r, ab, &sight, was, num_old) -
+                    mesher__count_crossings(r, ab, &sight, made, num_new);
         }
         end -= 4 * ((size_t)num_old + num_new) + 2;
     }
@@ -4934,16 +5002,22 @@ typedef struct mesher__site {
 /* Crossings of one missing edge by the boundary of a window; -1: it has nothing to do with the
  * window. */
 static long mesher__boundary_crossings(const mesher__recovery *r, const delaunay_window *w,
-                                       const uint32_t *ab)
+                                       const uint32_t *ab, const mesher__sight *sight)
 {
+    unsigned at[DELAUNAY_WINDOW_VERTICES], all = ~0u;
     long crossings = 0;
     uint32_t j, ends = 0;
-    for (j = 0; j < w->num_facets; j++)
-        crossings += delaunay_segment_crosses(r->mesh, ab[0], ab[1], w->vertices[w->facets[j][0]],
-                                              w->vertices[w->facets[j][1]],
-                                              w->vertices[w->facets[j][2]], NULL);
-    for (j = 0; j < w->num_vertices; j++)
+    for (j = 0; j < w->num_vertices; j++) {
+        at[j] = mesher__sight_of(sight, mesher__x(r, w->vertices[j]));
+        all &= at[j];
         ends += w->vertices[j] == ab[0] || w->vertices[j] == ab[1];
+    }
+    for (j = 0; j < w->num_facets && !all; j++) {
+        const uint8_t *f = w->facets[j];
+        if (at[f[0]] & at[f[1]] & at[f[2]]) continue;
+        crossings += delaunay_segment_crosses(r->mesh, ab[0], ab[1], w->vertices[f[0]],
+                                              w->vertices[f[1]], w->vertices[f[2]], NULL);
+    }
     return crossings || ends == 2 ? crossings : -1;
 }
 
@@ -4956,11 +5030,14 @@ static long mesher__window_crossings(mesher__recovery *r, const delaunay_window 
     uint32_t i, j, n = 0;
     for (i = 0; i < *num_near; i++) {
         const uint32_t *ab = r->edges + 2 * (size_t)r->near_edges[i];
-        long crossed = mesher__boundary_crossings(r, w, ab);
+        mesher__sight sight;
+        long crossed;
+        mesher__sight_set(r, ab, &sight);
+        crossed = mesher__boundary_crossings(r, w, ab, &sight);
         if (crossed < 0) continue;
         boundary += crossed;
         for (j = 0; j < w->num_tets; j++)
-            inside += mesher__count_crossings(r, ab, r->mesh->tets[w->tets[j]].v, 1);
+            inside += mesher__count_crossings(r, ab, &sight, r->mesh->tets[w->tets[j]].v, 1);
         r->near_edges[n++] = r->near_edges[i];
     }
     *num_near = n;
@@ -4971,6 +5048,7 @@ static long mesher__window_crossings(mesher__recovery *r, const delaunay_window 
 static long mesher__star_crossings(mesher__recovery *r, const delaunay_window *w, uint32_t num_near,
                                    const double *xyz)
 {
+    unsigned at[DELAUNAY_WINDOW_VERTICES], at_star;
     double ghost[3];
     long count = 0;
     uint32_t i, j;
@@ -4979,12 +5057,17 @@ static long mesher__star_crossings(mesher__recovery *r, const delaunay_window *w
     memcpy(r->mesh->vertices[0].x, xyz, sizeof ghost);
     for (i = 0; i < num_near; i++) {
         const uint32_t *ab = r->edges + 2 * (size_t)r->near_edges[i];
+        mesher__sight sight;
+        mesher__sight_set(r, ab, &sight);
+        at_star = mesher__sight_of(&sight, xyz);
+        for (j = 0; j < w->num_vertices; j++)
+            at[j] = mesher__sight_of(&sight, mesher__x(r, w->vertices[j])) & at_star;
         for (j = 0; j < w->num_facets; j++)
             for (k = 0; k < 3; k++) {
                 uint32_t a = w->facets[j][k], b = w->facets[j][(k + 1) % 3];
-                if (a < b)
-                    count += delaunay_segment_crosses(r->mesh, ab[0], ab[1], w->vertices[a],
-                                                      w->vertices[b], 0, NULL);
+                if (a > b || (at[a] & at[b])) continue;
+                count += delaunay_segment_crosses(r->mesh, ab[0], ab[1], w->vertices[a],
+                                                  w->vertices[b], 0, NULL);
             }
     }
     memcpy(r->mesh->vertices[0].x, ghost, sizeof ghost);
@@ -5045,10 +5128,13 @@ static uint32_t mesher__pipe_share(const mesher__recovery *r, const mesher__wind
     const mesher__pipe *p = &r->pipe;
     const delaunay_handle *tets = r->pool.items + w->first;
     uint32_t i, j, share = 0, n = of_facet ? p->num_tets : p->num_crossings;
+    uint64_t bits = 0;
+    for (j = 0; j < w->num_tets; j++) bits |= mesher__tet_bit(tets[j]);
     for (i = 0; i < n; i++) {
         delaunay_handle a = of_facet ? p->tets[i] : p->crossings[i].tets[0];
         delaunay_handle b = of_facet ? a : p->crossings[i].tets[1];
         int found = 0;
+        if (~bits & (mesher__tet_bit(a) | mesher__tet_bit(b))) continue;
         for (j = 0; j < w->num_tets; j++) found |= (tets[j] == a) | (tets[j] == b) << 1;
         share += found == 3;
     }
