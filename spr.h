@@ -521,6 +521,7 @@ typedef struct spr__state {
     void            *room;        /* then, free to use: cap_tets cases */
     uint32_t        *stamp;       /* a vertex: round of the last change around it */
     uint32_t        *still;       /* a vertex: round in which no better place was found */
+    uint32_t        *stays;       /* a vertex: round in which it could not be taken away */
     uint64_t         allowance[8]; /* plans left to each level */
     uint8_t         *movable;     /* a vertex */
     delaunay_handle  cap_tets;
@@ -530,6 +531,7 @@ typedef struct spr__state {
     delaunay_list    bad, items;
     int              sweep;       /* the level that is running */
     uint64_t         num_bad;     /* by now; never more than in the beginning, therefore: */
+    uint64_t         tidy_below;  /* more bad ones are not made fewer one by one: a patch in vain */
     int              may_add;     /* bad ones that a change may add in this round */
     size_t           in_flight;   /* changes in a round, at most */
     int              tidy;        /* fewer bad tetrahedra are worth it, without any gain */
@@ -1674,7 +1676,7 @@ static void spr__swap(delaunay_list *a, delaunay_list *b)
 /* Of a plan's data: what done() is told. */
 enum {
     SPR__GOAL = 1,   /* what is worth trying for, a double */
-    SPR__IN_VAIN = 2 /* bit i: vertex i of the tetrahedron has no better place */
+    SPR__IN_VAIN = 2 /* bit i: vertex i of the tetrahedron has no better place, or has to stay */
 };
 
 /* Only vertices whose star has changed since they were last tried in vain. */
@@ -2324,7 +2326,7 @@ static int spr__plan_contraction(const spr__state *s, delaunay_plan *plan, const
 }
 
 /* Contracts an edge at one of the vertices of t; thorough: retriangulates the whole star without
- * it. */
+ * it. Only vertices whose star has changed since that was last tried in vain. */
 static int spr__plan_removal(const spr__state *s, delaunay_worker *worker, delaunay_handle t,
                              delaunay_plan *plan, int thorough)
 {
@@ -2335,10 +2337,11 @@ static int spr__plan_removal(const spr__state *s, delaunay_worker *worker, delau
     memset(&best, 0, sizeof best);
     for (i = 0; i < 4; i++) {
         uint32_t v = m->tets[t].v[i];
-        if (s->movable[v] < 2) continue;
+        if (s->movable[v] < 2 || s->stays[v] > s->stamp[v]) continue;
         result = delaunay_vertex_star(m, worker, v, &plan->star);
         if (result != DELAUNAY_OK) return (int)result;
         if (plan->star.count > SPR__MAX_STAR) continue;
+        plan->data[SPR__IN_VAIN] |= 1u << i;
         offer.before = spr__worst_of(s, plan->star.items, plan->star.count);
         offer.after = -HUGE_VAL;
         if (thorough) {
@@ -2689,17 +2692,21 @@ static int spr__fit(spr__state *s)
     if (vertices > s->cap_vertices) {
         uint32_t *stamp = (uint32_t *)delaunay_grow(s->memory, s->stamp, s->cap_vertices, vertices,
                                                     sizeof *stamp);
-        uint32_t *still;
+        uint32_t *still, *stays;
         uint8_t *movable;
         if (stamp) s->stamp = stamp;
         still = (uint32_t *)delaunay_grow(s->memory, s->still, s->cap_vertices, vertices,
                                           sizeof *still);
         if (still) s->still = still;
+        stays = (uint32_t *)delaunay_grow(s->memory, s->stays, s->cap_vertices, vertices,
+                                          sizeof *stays);
+        if (stays) s->stays = stays;
         movable = (uint8_t *)delaunay_grow(s->memory, s->movable, s->cap_vertices, vertices,
                                            sizeof *movable);
         if (movable) s->movable = movable;
-        if (!stamp || !still || !movable) return 0;
+        if (!stamp || !still || !stays || !movable) return 0;
         memset(s->still + s->cap_vertices, 0, (vertices - s->cap_vertices) * sizeof *still);
+        memset(s->stays + s->cap_vertices, 0, (vertices - s->cap_vertices) * sizeof *stays);
         memset(s->stamp + s->cap_vertices, 0, (vertices - s->cap_vertices) * sizeof *stamp);
         memset(s->movable + s->cap_vertices, 2, vertices - s->cap_vertices);
         s->cap_vertices = (uint32_t)vertices;
@@ -2805,7 +2812,8 @@ static int spr__done(void *user, delaunay_mesh *m, delaunay_worker *worker, size
         s->at[t].tried = delaunay_engine_round(s->engine);
         if (s->sweep == SPR__EDGES) s->at[t].kept = s->at[t].tried;
         for (i = 0; i < 4; i++)
-            if (plan->data[SPR__IN_VAIN] >> i & 1) s->still[m->tets[t].v[i]] = s->at[t].tried;
+            if (plan->data[SPR__IN_VAIN] >> i & 1)
+                (s->sweep == SPR__REMOVE ? s->stays : s->still)[m->tets[t].v[i]] = s->at[t].tried;
     } else {
         uint8_t restarts = 0;
         int ok = 1;
@@ -2998,6 +3006,7 @@ static void spr__tidy(spr__state *s)
         s->at[t].kept = 0;
         s->at[t].level = spr__level_from(s, SPR__EDGES);
     }
+    memset(s->stays, 0, s->cap_vertices * sizeof *s->stays);
 }
 
 /* -- shaking: where no single change gains, several at once may. The vertices around a bad
@@ -3262,6 +3271,13 @@ static void spr__patch_judge(spr__patch *p, const spr__state *own)
 static spr_result spr__improve_patch(spr__state *s, uint32_t max_new);
 static void spr__close(spr__state *s);
 
+/* How many bad ones a patch may have before they are made fewer one by one, which takes most of the
+ * time and seldom takes away more than a few, to have less than these after that. */
+static uint64_t spr__within_reach(int num_bad)
+{
+    return (uint64_t)num_bad + (uint64_t)num_bad / 32 + 1;
+}
+
 /* One attempt, by one thread with memory of its own; s and the mesh are read. */
 static void spr__patch_try(const spr__state *s, spr__patch *p)
 {
@@ -3295,6 +3311,7 @@ static void spr__patch_try(const spr__state *s, spr__patch *p)
         own.quality_user = &own.target;
     }
     own.is_patch = own.lifted = 1;
+    own.tidy_below = p->rounding ? 0 : spr__within_reach(p->num_bad);
     own.mesh = &mesh;
     own.report = &report;
     own.memory = &memory;
@@ -3409,10 +3426,10 @@ static int spr__patches_shake(spr__state *s, spr__patch *patch, int num, delauna
     return found;
 }
 
-/* Enough: it has taken two plans a tetrahedron of the mesh, or seldom helps. */
+/* Enough: it has taken a plan a tetrahedron of the mesh, or seldom helps. */
 static int spr__has_shaken_enough(const spr__state *s, int tried, int found)
 {
-    return s->shakes > 2 * s->report->before.num_tets + 5000 ||
+    return s->shakes > s->report->before.num_tets + 5000 ||
            (tried >= 2 * SPR__PATCHES && 6 * found < tried);
 }
 
@@ -3544,6 +3561,7 @@ static spr_result spr__schedule(spr__state *s)
     spr_result result = SPR_OK;
     int sweeps, level, shaken = 0;
     spr__set_allowance(s, s->report->before.num_tets);
+    if (!s->is_patch) s->tidy_below = UINT64_MAX;
     for (sweeps = 0; result == SPR_OK; sweeps++) {
         double start = delaunay_seconds(&s->options.host), took;
         if (s->options.max_rounds > 0 && sweeps >= s->options.max_rounds)
@@ -3557,6 +3575,7 @@ static spr_result spr__schedule(spr__state *s)
             continue;
         }
         if (level == SPR__HOPELESS) {
+            if (s->num_bad > s->tidy_below) break;
             spr__tidy(s);
             continue;
         }
@@ -3576,8 +3595,9 @@ static int spr__end_schedule(spr__state *s)
     size_t i;
     delaunay_engine_free(s->engine);
     delaunay_release(s->memory, s->still);
+    delaunay_release(s->memory, s->stays);
     s->engine = NULL;
-    s->still = NULL;
+    s->still = s->stays = NULL;
     s->left = (spr__case *)delaunay_alloc(s->memory, s->bad.count + 1, sizeof *s->left);
     for (i = 0; s->left && i < s->bad.count; i++) s->left[i] = s->at[s->bad.items[i]];
     s->room = s->at;
@@ -3942,6 +3962,7 @@ static void spr__close(spr__state *s)
     delaunay_release(s->memory, s->left);
     delaunay_release(s->memory, s->room);
     delaunay_release(s->memory, s->still);
+    delaunay_release(s->memory, s->stays);
     delaunay_release(s->memory, s->stamp);
     delaunay_release(s->memory, s->movable);
 }
