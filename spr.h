@@ -36,8 +36,9 @@
  *   some times; edges and vertices around which nothing has changed are not tried again. What is
  *   as good as its facets on the surface allow is not tried at all. Each change raises the worst
  *   quality among what it replaces, by a margin, and what is bad weighs no more than before: one
- *   may become two that are much better. There are never more bad ones than in the beginning. At
- *   last there are to be fewer, the worst no worse: the closure search then counts the bad ones
+ *   may become two that are much better. There are never more bad ones than in the beginning. Then
+ *   the few worst of those that are nearly flat have another turn, in which they may become many.
+ *   At last there are to be fewer, the worst no worse: the closure search then counts the bad ones
  *   instead of looking for the best of the worst; and around what the surface does not hold and
  *   nothing has bettered, vertices are moved at random and that part is improved anew: it is taken
  *   if it has fewer bad ones. The same is done for the few most extreme dihedral angles and the
@@ -535,8 +536,10 @@ typedef struct spr__state {
     int              may_add;     /* bad ones that a change may add in this round */
     size_t           in_flight;   /* changes in a round, at most */
     int              tidy;        /* fewer bad tetrahedra are worth it, without any gain */
-    int              lift;        /* a new vertex need only lift the worst: once, for few */
-    int              lifted;      /* they had their turn */
+    int              lift;        /* a change need only lift the worst: for few */
+    int              lifts;       /* how often they had their turn */
+    int              is_lifting;  /* only what is below this is tried */
+    double           lift_below;
     int              is_patch;    /* a part of a mesh that is shaken */
     uint64_t         shakes;      /* plans of patches so far */
     int              gamma;       /* the measure is gamma: the quick way */
@@ -628,6 +631,8 @@ static double spr__floor(const spr__state *s, double before)
  * several better ones in the place of one that is nearly flat weigh less. */
 #define SPR__SQUARE 8
 #define SPR__SIXTEENTH 20
+/* Nearly flat: below so much of what is worth trying for. */
+#define SPR__FLAT 0.1
 
 /* Bad tetrahedra of a set: their number; and their weight, the more the worse they are, so that one
  * of the worst may become several that are better. */
@@ -2873,6 +2878,7 @@ static int spr__refresh(spr__state *s)
             continue;
         }
         s->bad.items[n++] = t;
+        if (s->is_lifting && s->value[t] >= s->lift_below) continue;
         if (s->at[t].goal > 0 && s->value[t] >= (double)s->at[t].goal) continue;
         if (s->at[t].level > first && s->at[t].restarts < spr__patience(s, t) &&
             spr__has_changed(s, s->mesh->tets[t].v, s->at[t].tried)) {
@@ -2915,14 +2921,20 @@ static void spr__set_allowance(spr__state *s, uint64_t num_tets)
 
 enum { SPR__FEW = 32 }; /* of the worst, for which everything possible is done, at a time */
 
+/* How many are the very worst. */
+static size_t spr__very_worst(const spr__state *s)
+{
+    uint64_t n = s->report->before.num_tets;
+    return n < 50000 ? (size_t)(5 + n / 1000) : 55;
+}
+
 /* How many of those that have the last level are tried at a time: at first the very worst, for
  * which a new vertex may leave more bad ones. */
 static size_t spr__few(spr__state *s, size_t allowed)
 {
-    uint64_t n = s->report->before.num_tets, worst = n < 50000 ? 5 + n / 1000 : 55;
-    s->lift = !s->lifted && !s->tidy && allowed > worst;
-    s->lifted |= s->lift;
-    if (s->lift) return (size_t)worst;
+    s->lift = s->lifts == 0 && !s->tidy && allowed > spr__very_worst(s);
+    s->lifts += s->lift;
+    if (s->lift) return spr__very_worst(s);
     return allowed > SPR__FEW ? (size_t)SPR__FEW : allowed;
 }
 
@@ -2964,12 +2976,12 @@ static spr_result spr__gather(spr__state *s, int level)
     s->items.count = 0;
     for (i = 0; i < s->bad.count; i++) {
         delaunay_handle t = s->bad.items[i];
-        if (s->at[t].level == level && delaunay_list_push(&s->items, t) != DELAUNAY_OK)
-            return SPR_ERROR_OUT_OF_MEMORY;
+        if (s->at[t].level != level || (s->is_lifting && s->value[t] >= s->lift_below)) continue;
+        if (delaunay_list_push(&s->items, t) != DELAUNAY_OK) return SPR_ERROR_OUT_OF_MEMORY;
     }
     most = (size_t)s->allowance[level];
-    s->lift = 0;
-    if (level == SPR__UTMOST) most = spr__few(s, most);
+    s->lift = s->is_lifting;
+    if (level == SPR__UTMOST && !s->lift) most = spr__few(s, most);
     if (s->items.count > most) {
         spr__sort(s, s->items.items, s->items.count);
         for (i = most; i < s->items.count && most == s->allowance[level]; i++)
@@ -2996,16 +3008,62 @@ static spr_result spr__run(spr__state *s, int level)
     return spr__speculate(s, &job);
 }
 
+/* A tetrahedron is tried from the first level on, whatever was tried before. */
+static void spr__begin_again(spr__state *s, delaunay_handle t)
+{
+    s->at[t].kept = 0;
+    s->at[t].level = spr__level_from(s, SPR__EDGES);
+}
+
+/* Lists the very worst, if they are nearly flat. Returns 0 without memory. */
+static int spr__find_flat(spr__state *s)
+{
+    size_t i;
+    s->items.count = 0;
+    for (i = 0; i < s->bad.count; i++) {
+        delaunay_handle t = s->bad.items[i];
+        if (s->value[t] < SPR__FLAT * spr__goal(s, t) &&
+            delaunay_list_push(&s->items, t) != DELAUNAY_OK)
+            return 0;
+    }
+    spr__sort(s, s->items.items, s->items.count);
+    if (s->items.count > spr__very_worst(s)) s->items.count = spr__very_worst(s);
+    return 1;
+}
+
+enum { SPR__LIFT_PLANS = 16 }; /* of each level, for each that is lifted: more than were left */
+
+/* When nothing more can be gained, the very worst, if they are nearly flat, are tried once more by
+ * all means: now each may become several that are better. Returns 0 without memory. */
+static int spr__lift(spr__state *s)
+{
+    size_t i;
+    int level;
+    s->lifts = 2;
+    if (!spr__find_flat(s)) return 0;
+    if (s->items.count == 0) return 1;
+    s->is_lifting = 1;
+    s->lift_below = nextafter(s->value[s->items.items[s->items.count - 1]], HUGE_VAL);
+    for (level = SPR__REMOVE; level < SPR__HOPELESS; level++)
+        if (s->allowance[level] < UINT64_MAX / 2)
+            s->allowance[level] += SPR__LIFT_PLANS * (uint64_t)s->items.count;
+    for (i = 0; i < s->items.count; i++) {
+        delaunay_handle t = s->items.items[i];
+        s->at[t].listed = 1;
+        s->at[t].restarts = 0;
+        spr__begin_again(s, t);
+    }
+    memset(s->stays, 0, s->cap_vertices * sizeof *s->stays);
+    memset(s->still, 0, s->cap_vertices * sizeof *s->still);
+    return 1;
+}
+
 /* When nothing more can be gained, the bad ones that are left are made fewer. */
 static void spr__tidy(spr__state *s)
 {
     size_t i;
     s->tidy = 1;
-    for (i = 0; i < s->bad.count; i++) {
-        delaunay_handle t = s->bad.items[i];
-        s->at[t].kept = 0;
-        s->at[t].level = spr__level_from(s, SPR__EDGES);
-    }
+    for (i = 0; i < s->bad.count; i++) spr__begin_again(s, s->bad.items[i]);
     memset(s->stays, 0, s->cap_vertices * sizeof *s->stays);
 }
 
@@ -3310,7 +3368,7 @@ static void spr__patch_try(const spr__state *s, spr__patch *p)
         own.quality = spr__measure_all;
         own.quality_user = &own.target;
     }
-    own.is_patch = own.lifted = 1;
+    own.is_patch = own.lifts = 1;
     own.tidy_below = p->rounding ? 0 : spr__within_reach(p->num_bad);
     own.mesh = &mesh;
     own.report = &report;
@@ -3556,6 +3614,27 @@ static spr_result spr__round(spr__state *s)
     return answer < 0 ? (spr_result)answer : SPR_OK;
 }
 
+/* When nothing more can be gained as things are: lifting, tidying, shaking, one after the other.
+ * Returns SPR_GOAL_NOT_MET in the end. */
+static spr_result spr__next_stage(spr__state *s, int *shaken)
+{
+    spr_result result;
+    if (s->is_lifting) {
+        s->is_lifting = 0;
+    } else if (s->lifts < 2 && !s->is_patch) {
+        if (!spr__lift(s)) return SPR_ERROR_OUT_OF_MEMORY;
+    } else if (!s->tidy) {
+        if (s->num_bad > s->tidy_below) return SPR_GOAL_NOT_MET;
+        spr__tidy(s);
+    } else {
+        if (s->is_patch || s->options.no_smoothing || *shaken) return SPR_GOAL_NOT_MET;
+        result = spr__shake(s);
+        *shaken = result == SPR_GOAL_NOT_MET; /* once more what has changed, then the end */
+        return *shaken ? SPR_OK : result;
+    }
+    return SPR_OK;
+}
+
 static spr_result spr__schedule(spr__state *s)
 {
     spr_result result = SPR_OK;
@@ -3567,16 +3646,8 @@ static spr_result spr__schedule(spr__state *s)
         if (s->options.max_rounds > 0 && sweeps >= s->options.max_rounds)
             return SPR_STOPPED_BY_BUDGET;
         level = spr__refresh(s);
-        if (level == SPR__HOPELESS && s->tidy) {
-            if (s->is_patch || s->options.no_smoothing || shaken) break;
-            result = spr__shake(s);
-            shaken = result == SPR_GOAL_NOT_MET; /* once more what has changed, then the end */
-            if (shaken) result = SPR_OK;
-            continue;
-        }
         if (level == SPR__HOPELESS) {
-            if (s->num_bad > s->tidy_below) break;
-            spr__tidy(s);
+            result = spr__next_stage(s, &shaken);
             continue;
         }
         result = spr__run(s, level);
@@ -3585,7 +3656,7 @@ static spr_result spr__schedule(spr__state *s)
         else if (level == SPR__SMOOTH) s->report->seconds_smoothing += took;
         else s->report->seconds_reconnection += took;
     }
-    return result;
+    return result == SPR_GOAL_NOT_MET ? SPR_OK : result;
 }
 
 /* Gives back what nothing but the schedule needs, and keeps what is to be said of the bad ones that
