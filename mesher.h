@@ -5715,6 +5715,17 @@ static void mesher__switch_split(mesher__recovery *r, const mesher__split *split
     for (i = 0; i < split->num_facets; i++) mesher__retire_facet(r, split->facets[i], !whole);
 }
 
+/* Marks a split's edge, whole again, in all tetrahedra around it. Its point was on it up to a
+ * rounding: the edge may have come before, beside the point, and have tetrahedra outside the
+ * cavity. */
+static void mesher__mark_whole_edge(mesher__recovery *r, const mesher__split *split)
+{
+    const uint32_t *ab = r->edges + 2 * (size_t)split->edge;
+    delaunay_handle t = delaunay_find_edge(r->mesh, r->worker, ab[0], ab[1]);
+    mesher__note_failure(r, t ? delaunay_mark_edge(r->mesh, r->worker, t, ab[0], ab[1], 1)
+                              : DELAUNAY_ERROR_INTERNAL);
+}
+
 /* Commits num_new tetrahedra of r->commit in place of r->star, without the split. */
 static int mesher__commit_whole(mesher__recovery *r, mesher__split *split, uint32_t num_new)
 {
@@ -5726,6 +5737,7 @@ static int mesher__commit_whole(mesher__recovery *r, mesher__split *split, uint3
     }
     r->mesh->vertex_tet[split->vertex] = 0;
     split->undone = 1;
+    if (split->edge != MESHER__ABSENT) mesher__mark_whole_edge(r, split);
     return 1;
 }
 
