@@ -3484,10 +3484,10 @@ static int spr__patches_shake(spr__state *s, spr__patch *patch, int num, delauna
     return found;
 }
 
-/* Enough: it has taken a plan a tetrahedron of the mesh, or seldom helps. */
+/* Enough: it has taken two plans a tetrahedron of the mesh, or seldom helps. */
 static int spr__has_shaken_enough(const spr__state *s, int tried, int found)
 {
-    return s->shakes > s->report->before.num_tets + 5000 ||
+    return s->shakes > 2 * s->report->before.num_tets + 5000 ||
            (tried >= 2 * SPR__PATCHES && 6 * found < tried);
 }
 
