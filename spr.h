@@ -3330,7 +3330,8 @@ static spr_result spr__improve_patch(spr__state *s, uint32_t max_new);
 static void spr__close(spr__state *s);
 
 /* How many bad ones a patch may have before they are made fewer one by one, which takes most of the
- * time and seldom takes away more than a few, to have less than these after that. */
+ * time and seldom takes away more than a few, to have less than these after that. Patches that are
+ * about angles do without. */
 static uint64_t spr__within_reach(int num_bad)
 {
     return (uint64_t)num_bad + (uint64_t)num_bad / 32 + 1;

@@ -225,8 +225,8 @@ static void turned_needles_need_few_points(void)
     }
 }
 
-/* Points on edges are on them up to a rounding: an edge may come beside its point before the point is
- * taken off it. Then tetrahedra have it that the commit does not make, and are marked as well. */
+/* Points on edges are on them up to a rounding: an edge may come beside its point before the point
+ * is taken off it. Then tetrahedra have it that the commit does not make, and are marked too. */
 static void edges_that_came_beside_their_points_are_marked(void)
 {
     static const double scales[2] = {1, 1.027};
