@@ -4226,6 +4226,23 @@ static delaunay_result delaunay__next_curve(delaunay__partitions *p, uint32_t co
     return (delaunay_result)hxtsort_pairs32(p->items, num_items, &p->sort);
 }
 
+static void delaunay__reverse_items(hxtsort_pair32 *items, size_t begin, size_t end)
+{
+    while (begin + 1 < end) {
+        hxtsort_pair32 x = items[begin];
+        items[begin++] = items[--end];
+        items[end] = x;
+    }
+}
+
+/* The items from number by on, then those before it. */
+static void delaunay__turn_items(hxtsort_pair32 *items, size_t num, size_t by)
+{
+    delaunay__reverse_items(items, 0, by);
+    delaunay__reverse_items(items, by, num);
+    delaunay__reverse_items(items, 0, num);
+}
+
 /* Sections with equal numbers of items; items of one key in one section. */
 static void delaunay__cut_sections(delaunay__partitions *p, size_t num_items, int num)
 {
@@ -4389,6 +4406,27 @@ static int delaunay__run_serial(delaunay__partitions *p, size_t num_items)
     return DELAUNAY_OK;
 }
 
+/* One attempt in num sections. Returns how many items it left, at the front, or an error. */
+static int64_t delaunay__attempt(delaunay__partitions *p, size_t num_items, int num)
+{
+    size_t left = 0;
+    int i;
+    delaunay__feed_kernels(p, num_items);
+    delaunay__kernel_view(p->kernels[0]);
+    delaunay__cut_sections(p, num_items, num);
+    delaunay__place_hints(p, num);
+    delaunay__run_sections(p, num);
+    if (p->status != DELAUNAY_OK) return p->status;
+    for (i = 0; i < num; i++) {
+        memmove(p->items + left, p->items + p->cuts[i].begin, p->cuts[i].left * sizeof *p->items);
+        left += p->cuts[i].left;
+    }
+    p->job->attempts++;
+    p->job->conflicts += left;
+    p->done += (double)(num_items - left);
+    return (int64_t)left;
+}
+
 /* Attempts in fewer and fewer sections, then one by one. Vertices 1 .. count-1 have keys or get
  * them; the first attempt takes the keys and the order of the items as they are if fresh. */
 static int delaunay__run_items(delaunay__partitions *p, uint32_t count, size_t num_items, int fresh)
@@ -4396,33 +4434,45 @@ static int delaunay__run_items(delaunay__partitions *p, uint32_t count, size_t n
     int num = p->job->num_sections ? p->job->num_sections : p->num_kernels, attempt,
         result = DELAUNAY_OK;
     for (attempt = 0; attempt < DELAUNAY__MAX_ATTEMPTS; attempt++) {
-        size_t left = 0;
-        int i;
+        int64_t left;
         if ((size_t)num > num_items / DELAUNAY__ITEMS_A_SECTION)
             num = (int)(num_items / DELAUNAY__ITEMS_A_SECTION);
         if (num <= 1) break;
         if (attempt > 0 || !fresh) result = delaunay__next_curve(p, count, num_items);
         if (result != DELAUNAY_OK) return result;
-        delaunay__feed_kernels(p, num_items);
-        delaunay__kernel_view(p->kernels[0]);
-        delaunay__cut_sections(p, num_items, num);
-        delaunay__place_hints(p, num);
-        delaunay__run_sections(p, num);
-        if (p->status != DELAUNAY_OK) return p->status;
-        for (i = 0; i < num; i++) {
-            memmove(p->items + left, p->items + p->cuts[i].begin,
-                    p->cuts[i].left * sizeof *p->items);
-            left += p->cuts[i].left;
-        }
-        p->job->attempts++;
-        p->job->conflicts += left;
-        p->done += (double)(num_items - left);
-        if (2 * left > num_items) num /= 2;
-        num_items = left;
+        left = delaunay__attempt(p, num_items, num);
+        if (left < 0) return (int)left;
+        if (2 * (size_t)left > num_items) num /= 2;
+        num_items = (size_t)left;
     }
     result = delaunay__run_serial(p, num_items);
     p->done += (double)num_items;
     return result;
+}
+
+/* Items sorted by keys of the curve that is not bent. All rounds divide it in the same places: near
+ * these the rounds before have put points, too, and cavities are small. What two sections leave is
+ * divided once more: two halves of the closed curve meet in a plane, and halves that start a
+ * quarter later in another one, so that next to nothing remains, near a line, for one thread. */
+static int delaunay__run_round(delaunay__partitions *p, uint32_t count, size_t num_items)
+{
+    size_t left = num_items;
+    int attempt, num = p->num_kernels;
+    for (attempt = 0; attempt < 2; attempt++) {
+        size_t before = left;
+        int64_t answer;
+        if ((size_t)num > left / DELAUNAY__ITEMS_A_SECTION)
+            num = (int)(left / DELAUNAY__ITEMS_A_SECTION);
+        if (num <= 1 || (num > 2 && attempt)) break;
+        if (attempt) delaunay__turn_items(p->items, left, left / 4);
+        answer = delaunay__attempt(p, left, num);
+        if (answer < 0) return (int)answer;
+        left = (size_t)answer;
+        if (2 * left > before) num /= 2;
+    }
+    if (num > 1 && left > num_items / 16) return delaunay__run_items(p, count, left, 0);
+    p->done += (double)left;
+    return delaunay__run_serial(p, left);
 }
 
 DELAUNAY_API int delaunay_section_insert(delaunay_section *section, uint32_t vertex)
@@ -7930,18 +7980,25 @@ static delaunay_result delaunay__insert_rounds(delaunay__partitions *p, const ui
     uint32_t v = 5, n = mesh->num_vertices, end, i;
     int r, result = DELAUNAY_OK;
     size_t largest = 0;
+    const hilbert_box unbent = p->box;
+    uint64_t attempt = 0;
     for (r = 0; r < DELAUNAY__MAX_ROUNDS; r++)
         largest = rounds[r + 1] - rounds[r] > largest ? rounds[r + 1] - rounds[r] : largest;
     p->items = (hxtsort_pair32 *)delaunay_alloc(&mesh->memory, largest, sizeof *p->items);
     if (!p->items) return DELAUNAY_ERROR_OUT_OF_MEMORY;
-    for (r = 0; r < DELAUNAY__MAX_ROUNDS && result == DELAUNAY_OK; r++, v = end) {
+    for (r = 0; r < DELAUNAY__MAX_ROUNDS && result == DELAUNAY_OK && v < n; r++, v = end) {
         end = rounds[r + 1] > v ? rounds[r + 1] : v;
         if (end > n) end = n;
+        if (attempt != p->attempt && v < end) { /* the round before has bent the curve */
+            p->box = unbent;
+            attempt = p->attempt;
+            delaunay__rekey(p, n);
+        }
         for (i = v; i < end; i++) {
             p->items[i - v].key = mesh->vertices[i].key;
             p->items[i - v].value = i;
         }
-        result = delaunay__run_items(p, end, end - v, p->attempt == 0);
+        result = delaunay__run_round(p, end, end - v);
     }
     return (delaunay_result)result;
 }
