@@ -3046,10 +3046,10 @@ static void delaunay__counted_release(void *user, void *block)
 }
 
 /* items: the points in order of insertion, equal ones side by side, the lowest index first;
- * round_begin[r]: the first item of round r, and one more. */
+ * round_begin[r]: the first item of round r, and one more. *distinct: no two are equal, for sure. */
 static delaunay_result delaunay__order_points(delaunay_memory *memory, const double *xyz,
                                               size_t count, int threads, hxtsort_pair *items,
-                                              hilbert_box *box, size_t *round_begin)
+                                              hilbert_box *box, size_t *round_begin, int *distinct)
 {
     delaunay__order o;
     uint64_t *keys = (uint64_t *)delaunay_alloc(memory, count, sizeof *keys);
@@ -3094,9 +3094,12 @@ static delaunay_result delaunay__order_points(delaunay_memory *memory, const dou
         }
         round_begin[r] = i;
     }
+    *distinct = 1;
     for (i = 0; i < count && result == DELAUNAY_OK; i = j) {
         for (j = i + 1; j < count && items[j].key == items[i].key; j++) {}
-        if (j - i > 1) result = delaunay__order_run(&o, i, j);
+        if (j - i == 1) continue;
+        *distinct = 0;
+        result = delaunay__order_run(&o, i, j);
     }
     return result;
 }
@@ -3130,6 +3133,31 @@ static void delaunay__place_vertices(delaunay_mesh *mesh, const double *xyz, con
     mesh->num_vertices = v + 1;
 }
 
+/* The same of points of which no two are equal. */
+static void delaunay__place_distinct(delaunay_mesh *mesh, const double *xyz, const double *weights,
+                                     const hxtsort_pair *items, size_t count,
+                                     const size_t *round_begin, uint32_t *rounds, int threads)
+{
+    long n = (long)count, i;
+    int r;
+    (void)threads;
+#  if DELAUNAY__PARALLEL
+#    pragma omp parallel for num_threads(threads) schedule(static)
+#  endif
+    for (i = 0; i < n; i++) {
+        uint32_t id = (uint32_t)items[i].value, v = (uint32_t)i + 1;
+        if (i + 16 < n) DELAUNAY__PREFETCH(xyz + 3 * items[i + 16].value);
+        memcpy(mesh->vertices[v].x, xyz + 3 * (size_t)id, 3 * sizeof *xyz);
+        mesh->vertices[v].key = mesh->vertices[v].local = 0;
+        mesh->vertex_id[v] = id;
+        mesh->vertex_of[id] = v;
+        if (weights) mesh->weight[v] = weights[id];
+    }
+    for (r = 0; r <= DELAUNAY__MAX_ROUNDS; r++) rounds[r] = (uint32_t)round_begin[r] + 1;
+    mesh->num_vertices = (uint32_t)count + 1;
+}
+
+/* vertex_of follows only if no vertex has several points. */
 static void delaunay__swap_vertices(delaunay_mesh *mesh, uint32_t a, uint32_t b)
 {
     delaunay_vertex x = mesh->vertices[a];
@@ -3142,6 +3170,10 @@ static void delaunay__swap_vertices(delaunay_mesh *mesh, uint32_t a, uint32_t b)
         double w = mesh->weight[a];
         mesh->weight[a] = mesh->weight[b];
         mesh->weight[b] = w;
+    }
+    if (mesh->num_points == mesh->num_vertices - 1) {
+        mesh->vertex_of[mesh->vertex_id[a]] = a;
+        mesh->vertex_of[mesh->vertex_id[b]] = b;
     }
 }
 
@@ -3729,15 +3761,42 @@ DELAUNAY_INLINE delaunay_handle delaunay__take_slot(delaunay_handle *moved, dela
     return DELAUNAY_NONE;
 }
 
+/* Every 256th tetrahedron, lifted beforehand, and where each is to go; in the memory of order. */
+typedef struct delaunay__starts {
+    delaunay_tet *tets;
+    delaunay_handle *places;
+} delaunay__starts;
+
+enum { DELAUNAY__BETWEEN_STARTS = 256 };
+
+static void delaunay__starts_init(delaunay__starts *s, const delaunay__numbering *c)
+{
+    s->tets = (delaunay_tet *)(void *)c->order;
+    s->places = (delaunay_handle *)(void *)(s->tets + c->mesh->num_tets / DELAUNAY__BETWEEN_STARTS +
+                                            1);
+}
+
+static void delaunay__lift_starts(const delaunay__numbering *c, const delaunay__starts *s,
+                                  size_t from, size_t end)
+{
+    for (; from < end; from++) {
+        size_t t = from * DELAUNAY__BETWEEN_STARTS;
+        s->tets[from] = c->mesh->tets[t];
+        s->places[from] = c->moved[t] & c->slot_mask;
+        c->moved[t] = DELAUNAY_NONE;
+    }
+}
+
 /* Moves every tetrahedron to its new slot, in place: along the cycles of the permutation, several
  * at a time so that their cache misses overlap. A chain lifts one of the slots [next, end), which
  * leaves a hole, and goes on with the one that it displaces, until it meets a hole: its own, that
  * of another chain, or a deleted slot. shared: other threads lift from other slots. Just one chain
- * ever comes to a slot; it and the thread that may lift there agree by moved. */
+ * ever comes to a slot; it and the thread that may lift there agree by moved. With starts chains
+ * begin with these, [next, end) of them; no slot is met by two chains then. */
 DELAUNAY_INLINE void delaunay__move_share(const delaunay__numbering *c, size_t next, size_t end,
-                                          const int shared)
+                                          const delaunay__starts *starts, const int shared)
 {
-    enum { CHAINS = 12 };
+    enum { CHAINS = 24 };
     delaunay_tet *tets = c->mesh->tets, carried[CHAINS], x;
     delaunay_handle target[CHAINS], *moved = c->moved, to;
     int i, busy = 1;
@@ -3750,6 +3809,10 @@ DELAUNAY_INLINE void delaunay__move_share(const delaunay__numbering *c, size_t n
                 to = delaunay__take_slot(&moved[t], DELAUNAY_NONE, shared);
                 x = tets[t];
                 tets[t] = carried[i];
+            } else if (starts) {
+                if (next == end) continue;
+                x = starts->tets[next];
+                to = starts->places[next++];
             } else {
                 while (next < end && !DELAUNAY__LOAD(&moved[next])) next++;
                 if (next == end) continue;
@@ -3868,25 +3931,44 @@ static int delaunay__is_nearly_in_order(const delaunay__numbering *c)
     return up <= slots / 4;
 }
 
-/* Renumbers and moves all. Without a sweep threads renumber in place, each its own slots, reading
- * moved and mark; then they move. */
-static DELAUNAY__NOINLINE void delaunay__move_tets(const delaunay__numbering *c)
+/* Several threads: each renumbers its own slots in place, reading moved and mark. Then chains from
+ * the lifted ones move nearly all without a word between the threads; the rest are cycles and ends
+ * of chains without such a start. */
+static DELAUNAY__NOINLINE void delaunay__move_shared(const delaunay__numbering *c)
 {
-    int i, pass, sweep = c->threads == 1 && delaunay__is_nearly_in_order(c);
-    if (sweep) delaunay__sweep_tets(c);
-    for (pass = 0; pass < 2 && !sweep; pass++) {
+    delaunay__starts starts;
+    int i, pass;
+    delaunay__starts_init(&starts, c);
+    for (pass = 0; pass < 4; pass++) {
 #  if DELAUNAY__PARALLEL
-#    pragma omp parallel for num_threads(c->threads) schedule(static, 1) if(c->threads > 1)
+#    pragma omp parallel for num_threads(c->threads) schedule(static, 1)
 #  endif
         for (i = 0; i < c->threads; i++) {
-            size_t from, end;
+            size_t from, end, first, last;
             delaunay__slots_of(c, i, &from, &end);
+            first = (from - 1) / DELAUNAY__BETWEEN_STARTS + 1; /* starts at from or behind */
+            last = (end - 1) / DELAUNAY__BETWEEN_STARTS + 1;
             if (pass == 0) delaunay__renumber(c, from, end - from, c->mesh->tets + from);
-            else if (c->threads > 1) delaunay__move_share(c, from, end, 1);
-            else delaunay__move_share(c, from, end, 0);
+            else if (pass == 1) delaunay__lift_starts(c, &starts, first, last);
+            else if (pass == 2) delaunay__move_share(c, first, last, &starts, 0);
+            else delaunay__move_share(c, from, end, NULL, 1);
         }
     }
-    memset(c->mesh->mark, 0, c->mesh->num_tets);
+}
+
+/* Renumbers and moves all. */
+static DELAUNAY__NOINLINE void delaunay__move_tets(const delaunay__numbering *c)
+{
+    size_t slots = c->mesh->num_tets;
+    if (c->threads > 1) {
+        delaunay__move_shared(c);
+    } else if (delaunay__is_nearly_in_order(c)) {
+        delaunay__sweep_tets(c);
+    } else {
+        delaunay__renumber(c, 1, slots - 1, c->mesh->tets + 1);
+        delaunay__move_share(c, 1, slots, NULL, 0);
+    }
+    memset(c->mesh->mark, 0, slots);
 }
 
 /* Flags and colours into new arrays, which replace the old ones. */
@@ -7952,9 +8034,10 @@ static delaunay_result delaunay__sort(delaunay_mesh *mesh, const double *xyz, co
     size_t round_begin[DELAUNAY__MAX_ROUNDS + 1];
     hxtsort_pair *items = (hxtsort_pair *)delaunay_alloc(&mesh->memory, count, sizeof *items);
     delaunay_result result = items ? DELAUNAY_OK : DELAUNAY_ERROR_OUT_OF_MEMORY;
+    int distinct = 0;
     if (result == DELAUNAY_OK)
-        result =
-            delaunay__order_points(&mesh->memory, xyz, count, threads, items, box, round_begin);
+        result = delaunay__order_points(&mesh->memory, xyz, count, threads, items, box, round_begin,
+                                        &distinct);
     if (result == DELAUNAY_OK) result = delaunay_reserve(mesh, count + 1, 1);
     if (result == DELAUNAY_OK) {
         mesh->vertex_of = (uint32_t *)delaunay_alloc(&mesh->memory, count, sizeof *mesh->vertex_of);
@@ -7966,7 +8049,9 @@ static delaunay_result delaunay__sort(delaunay_mesh *mesh, const double *xyz, co
         if (!mesh->weight) result = DELAUNAY_ERROR_OUT_OF_MEMORY;
         else mesh->weight[DELAUNAY_GHOST] = 0;
     }
-    if (result == DELAUNAY_OK)
+    if (result == DELAUNAY_OK && distinct)
+        delaunay__place_distinct(mesh, xyz, weights, items, count, round_begin, rounds, threads);
+    else if (result == DELAUNAY_OK)
         delaunay__place_vertices(mesh, xyz, weights, items, count, round_begin, rounds);
     delaunay_release(&mesh->memory, items);
     return result;
@@ -8034,7 +8119,7 @@ static delaunay_result delaunay__insert_all(delaunay_mesh *mesh, const uint32_t 
     return result;
 }
 
-/* After vertices were swapped, the map from points follows. local: the old number of v; key: the
+/* After vertices were swapped the map from points follows. local: the old number of v; key: the
  * new one. */
 static void delaunay__renew_vertex_of(delaunay_mesh *mesh)
 {
@@ -8146,7 +8231,7 @@ static delaunay_result delaunay__take_points(delaunay_mesh *mesh, const delaunay
     report->num_duplicates = count - report->num_vertices;
     report->dimension = delaunay__first_four(mesh);
     if (report->dimension < 3) return DELAUNAY_ERROR_DIMENSION;
-    delaunay__renew_vertex_of(mesh);
+    if (report->num_duplicates) delaunay__renew_vertex_of(mesh);
     return DELAUNAY_OK;
 }
 
@@ -8315,11 +8400,12 @@ static delaunay_result delaunay__insert_points(delaunay_mesh *mesh, const double
     hilbert_box box;
     double start = delaunay_seconds(&options->host), sorted, inserted;
     uint32_t before = mesh->num_vertices;
+    int distinct;
     hxtsort_pair *items = (hxtsort_pair *)delaunay_alloc(&mesh->memory, count, sizeof *items);
     delaunay_result result = items ? DELAUNAY_OK : DELAUNAY_ERROR_OUT_OF_MEMORY;
     if (result == DELAUNAY_OK)
         result = delaunay__order_points(&mesh->memory, xyz, count, delaunay_threads(&options->host),
-                                        items, &box, round_begin);
+                                        items, &box, round_begin, &distinct);
     if (result == DELAUNAY_OK)
         result = delaunay__append_vertices(mesh, xyz, items, count, round_begin, rounds);
     delaunay_release(&mesh->memory, items);
