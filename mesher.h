@@ -2323,7 +2323,7 @@ typedef struct mesher__ring {
 typedef struct mesher__flips {
     const delaunay_mesh *mesh;
     uint32_t     a, b;   /* the missing edge */
-    uint32_t     num_cells, num_free, num_log, epoch;
+    uint32_t     num_cells, num_free, num_log, num_made, epoch;
     uint32_t     budget; /* edges that may be tried */
     uint64_t     work;
     int          full;   /* something had no room */
@@ -2331,6 +2331,7 @@ typedef struct mesher__flips {
     uint32_t     free_cells[MESHER__CELLS];
     uint32_t     slots[MESHER__CELL_SLOTS], stamps[MESHER__CELL_SLOTS];
     uint32_t     log[MESHER__FLIP_LOG]; /* of each flip: cells gone, cells made, their numbers */
+    uint32_t     made[MESHER__FLIP_LOG / 3][2]; /* edges that the flips of the log make, in order */
     uint32_t     edges[MESHER__FLIP_DEPTH + 2][2]; /* those that wait to be removed */
     uint16_t     cost[MESHER__FLIP_DEPTH + 2][MESHER__RING][MESHER__RING];
     uint8_t      apex[MESHER__FLIP_DEPTH + 2][MESHER__RING][MESHER__RING];
@@ -2385,6 +2386,9 @@ typedef struct mesher__recovery {
     uint32_t        num_shell;
     delaunay_handle slots[DELAUNAY_WINDOW_FACETS];
     uint32_t        commit[4 * DELAUNAY_WINDOW_FACETS];
+    delaunay_handle commit_link[4 * DELAUNAY_WINDOW_FACETS];
+    uint8_t         commit_inside[4 * DELAUNAY_WINDOW_FACETS];
+    uint16_t        commit_flags[DELAUNAY_WINDOW_FACETS];
     uint32_t *journal; /* of the running transaction: old, new vertices, their numbers */
     size_t          num_journal, cap_journal;
     int             in_transaction;
@@ -2834,18 +2838,24 @@ static inline uint32_t mesher__edge_place_or_end(const mesher__recovery *r, uint
     return ((low + mesher__row_bit(found | 1u << MESHER__ROW_BLOCK)) & ~none) | (end & none);
 }
 
-/* Notes that the facets of a tetrahedron that are constraints are there; edges: one bit each, those
- * that are. Returns the facets' marks. */
-static unsigned mesher__detect_facets(mesher__recovery *r, const uint32_t *v, unsigned edges)
+/* The marks of the three edges of facet k. */
+static unsigned mesher__facet_edges(int k)
 {
     static const uint8_t around[4] = {1 << 3 | 1 << 4 | 1 << 5, 1 << 1 | 1 << 2 | 1 << 5,
                                       1 << 0 | 1 << 2 | 1 << 4, 1 << 0 | 1 << 1 | 1 << 3};
+    return around[k] * DELAUNAY_EDGE_BIT(0);
+}
+
+/* Notes that the facets of a tetrahedron that are constraints are there; edges: the marks of those
+ * that are. Returns the facets' marks. */
+static unsigned mesher__detect_facets(mesher__recovery *r, const uint32_t *v, unsigned edges)
+{
     unsigned flags = 0;
     uint32_t place, w[3];
     int i;
     for (i = 0; i < 4; i++) {
         const uint8_t *o = delaunay_facet_order(i);
-        if (around[i] & ~edges) continue;
+        if (mesher__facet_edges(i) & ~edges) continue;
         w[0] = v[o[0]];
         w[1] = v[o[1]];
         w[2] = v[o[2]];
@@ -2877,7 +2887,7 @@ static void mesher__detect_in(mesher__recovery *r, delaunay_handle t)
         edges |= (unsigned)(place[i] != end) << i;
     }
     flags = edges * DELAUNAY_EDGE_BIT(0);
-    if (edges) flags |= mesher__detect_facets(r, v, edges);
+    if (flags) flags |= mesher__detect_facets(r, v, flags);
     r->mesh->flags[t] = (uint16_t)flags;
 }
 
@@ -2977,28 +2987,38 @@ static void mesher__account_new_edges(mesher__recovery *r, const delaunay_handle
         mesher__set_edge_present(r, (uint32_t)r->came.items[i], 1);
 }
 
-/* Constraints of new tetrahedra: what is marked is there; what is not, but is a constraint, came by
- * this commit. */
-static void mesher__account_new(mesher__recovery *r, const delaunay_handle *slots, size_t count)
+/* Facets of new tetrahedra that are constraints: their edges are, and marked already. */
+static void mesher__account_new_facets(mesher__recovery *r, const delaunay_handle *slots,
+                                       size_t count)
 {
     delaunay_mesh *mesh = r->mesh;
     size_t i;
     int k;
-    if (r->num_missing_edges) mesher__account_new_edges(r, slots, count);
     for (i = 0; i < count && r->num_missing_facets; i++)
         for (k = 0; k < 4; k++) {
             const uint8_t *o = delaunay_facet_order(k);
             const uint32_t *v = mesh->tets[slots[i]].v;
-            int marked = (mesh->flags[slots[i]] & DELAUNAY_FACET_BIT(k)) != 0, j;
+            unsigned flags = mesh->flags[slots[i]], edges = mesher__facet_edges(k);
+            int j;
             uint32_t f;
+            if ((flags & edges) != edges) continue;
             for (j = 0; j < 3; j++)
                 if (v[o[j]] >= r->cap_at || !r->missing_facets_at[v[o[j]]]) break;
             if (j < 3) continue;
             f = mesher__facet_index(r, v[o[0]], v[o[1]], v[o[2]]);
             if (f == MESHER__ABSENT) continue;
             mesher__set_facet_present(r, f, 1);
-            if (!marked) delaunay_mark_facet(mesh, 4 * slots[i] + (delaunay_handle)k, 1);
+            if (!(flags & DELAUNAY_FACET_BIT(k)))
+                delaunay_mark_facet(mesh, 4 * slots[i] + (delaunay_handle)k, 1);
         }
+}
+
+/* Constraints of new tetrahedra: what is marked is there; what is not, but is a constraint, came by
+ * this commit. */
+static void mesher__account_new(mesher__recovery *r, const delaunay_handle *slots, size_t count)
+{
+    if (r->num_missing_edges) mesher__account_new_edges(r, slots, count);
+    mesher__account_new_facets(r, slots, count);
 }
 
 static int mesher__journal_room(mesher__recovery *r, size_t more)
@@ -3772,7 +3792,7 @@ static void mesher__flips_clear(mesher__flips *f, const delaunay_mesh *mesh, uin
     f->a = a;
     f->b = b;
     f->num_cells = 1;
-    f->num_free = f->num_log = 0;
+    f->num_free = f->num_log = f->num_made = 0;
     f->full = 0;
     if (++f->epoch != 0) return;
     memset(f->stamps, 0, sizeof f->stamps);
@@ -3882,6 +3902,14 @@ static uint32_t mesher__new_cell(mesher__flips *f, uint32_t a, uint32_t b, uint3
     return i;
 }
 
+/* Notes the edge that a flip makes. Two tetrahedra to three make one, n around an edge n - 3: fewer
+ * than a third of the numbers in the log. */
+static void mesher__edge_made(mesher__flips *f, uint32_t a, uint32_t b)
+{
+    f->made[f->num_made][0] = a;
+    f->made[f->num_made++][1] = b;
+}
+
 static void mesher__cell_goes(mesher__flips *f, uint32_t cell)
 {
     f->cells[cell].gone = 1;
@@ -3900,6 +3928,7 @@ static void mesher__flips_undo(mesher__flips *f, uint32_t length)
     while (f->num_log > length) {
         uint32_t made = f->log[f->num_log - 1], gone = f->log[f->num_log - 2], i, k;
         f->num_log -= 2;
+        f->num_made -= made == 3 ? 1 : gone - 3; /* 3: only two tetrahedra become so many */
         for (i = 0; i < made; i++) {
             uint32_t cell = f->log[--f->num_log];
             f->cells[cell].gone = 1;
@@ -4030,6 +4059,7 @@ static void mesher__fill_ring(mesher__flips *f, const mesher__ring *g, const mes
     if (j == k + 1) flags |= DELAUNAY_FACET_BIT(1) * m->facet_q[k];
     if (i == 0 && j == g->n - 1) flags |= DELAUNAY_FACET_BIT(2) * m->facet_q[j];
     c = mesher__new_cell(f, g->p, g->r[i], g->r[k], g->r[j], flags);
+    if (i > 0 || j < g->n - 1) mesher__edge_made(f, g->r[i], g->r[j]);
     flags = DELAUNAY_EDGE_BIT(0) * m->at_q[i] | DELAUNAY_EDGE_BIT(1) * m->at_q[j] |
             DELAUNAY_EDGE_BIT(2) * m->at_q[k] | DELAUNAY_EDGE_BIT(3) * rim_ij |
             DELAUNAY_EDGE_BIT(4) * rim_ik | DELAUNAY_EDGE_BIT(5) * rim_kj;
@@ -4119,6 +4149,7 @@ static int mesher__flip_face(mesher__flips *f, uint32_t cell, uint32_t k)
         mesher__cells_link(f, 4 * made[i], out[i][1]);
         mesher__cells_link(f, 4 * made[i] + 1, 4 * made[j] + 2);
     }
+    mesher__edge_made(f, d, e);
     mesher__flip_done(f, 2, 3);
     return 1;
 }
@@ -4374,14 +4405,77 @@ static int mesher__flip_edge(mesher__flips *f, const delaunay_mesh *mesh, uint32
     return f->num_log > 0;
 }
 
-/* mesher__commit of r->commit for flips, outside transactions: no constraint goes with them. */
-static int mesher__commit_flips(mesher__recovery *r, const delaunay_handle *old, size_t num_old,
-                                size_t num_new)
+/* The missing edges among those that flips made, and that are there at the end, in the flags of the
+ * new cells: all that is around them is new. */
+static void mesher__account_flips(mesher__recovery *r, uint32_t num_new)
 {
-    delaunay_result result =
-        delaunay_replace(r->mesh, r->worker, old, num_old, r->commit, num_new, r->slots);
-    mesher__note_failure(r, result);
-    if (result == DELAUNAY_OK) mesher__account_new(r, r->slots, num_new);
+    const mesher__flips *f = r->flips;
+    uint32_t i, k, e;
+    for (k = 0; k < f->num_made; k++) {
+        uint32_t a = f->made[k][0], b = f->made[k][1], there = 0;
+        if (a >= r->cap_at || b >= r->cap_at || !r->missing_edges_at[a] || !r->missing_edges_at[b])
+            continue;
+        e = mesher__edge_index(r, a, b);
+        if (e == MESHER__ABSENT || r->edge_present[e]) continue;
+        for (i = 0; i < num_new; i++) {
+            const delaunay_tet *t = &r->mesh->tets[r->slots[i]];
+            int at_a = delaunay_local_index(t, a), at_b = delaunay_local_index(t, b);
+            unsigned bit;
+            if (at_a < 0 || at_b < 0) continue;
+            bit = DELAUNAY_EDGE_BIT(delaunay_edge_between(at_a, at_b));
+            r->mesh->flags[r->slots[i]] = (uint16_t)(r->mesh->flags[r->slots[i]] | bit);
+            there = 1;
+        }
+        if (there) mesher__set_edge_present(r, e, 1);
+    }
+    mesher__account_new_facets(r, r->slots, num_new);
+}
+
+/* Lists the cells that flips removed, and gives those that they made numbers. 0: too many. */
+static int mesher__list_flips(mesher__recovery *r, delaunay_handle *old, uint32_t *number,
+                              uint32_t *num_old, uint32_t *num_new)
+{
+    const mesher__flips *f = r->flips;
+    uint32_t i;
+    *num_old = *num_new = 0;
+    for (i = 1; i < f->num_cells; i++) {
+        const mesher__copy *c = &f->cells[i];
+        if (c->from ? !c->gone : c->gone) continue;
+        if ((c->from ? *num_old : *num_new) == DELAUNAY_WINDOW_FACETS) return 0;
+        if (c->from) old[(*num_old)++] = c->from;
+        else number[i] = (*num_new)++;
+    }
+    return 1;
+}
+
+/* Puts what flips made into the mesh, outside transactions: no constraint goes with them. The copy
+ * knows all links. */
+static int mesher__commit_flips(mesher__recovery *r)
+{
+    const mesher__flips *f = r->flips;
+    delaunay_handle old[DELAUNAY_WINDOW_FACETS];
+    uint32_t number[MESHER__CELLS], num_old, num_new, i, j, k;
+    delaunay_links links;
+    if (!mesher__list_flips(r, old, number, &num_old, &num_new)) return 0;
+    for (i = 1, j = 0; i < f->num_cells; i++) {
+        const mesher__copy *c = &f->cells[i];
+        if (c->from || c->gone) continue;
+        memcpy(r->commit + 4 * (size_t)j, c->v, sizeof c->v);
+        r->commit_flags[j] = c->flags;
+        for (k = 0; k < 4; k++) {
+            uint32_t other = (uint32_t)(c->n[k] / 4), side = (uint32_t)(c->n[k] % 4);
+            delaunay_handle from = f->cells[other].from;
+            r->commit_link[4 * (size_t)j + k] = 4 * (from ? from : number[other]) + side;
+            r->commit_inside[4 * (size_t)j + k] = !from;
+        }
+        j++;
+    }
+    links.link = r->commit_link;
+    links.inside = r->commit_inside;
+    links.flags = r->commit_flags;
+    mesher__note_failure(r, delaunay_replace_linked(r->mesh, r->worker, old, num_old, r->commit,
+                                                    &links, num_new, r->slots));
+    if (r->status == MESHER_OK) mesher__account_flips(r, num_new);
     return r->status == MESHER_OK;
 }
 
@@ -4389,24 +4483,13 @@ static int mesher__commit_flips(mesher__recovery *r, const delaunay_handle *old,
 static int mesher__recover_by_flips(mesher__recovery *r, uint32_t e, int depth)
 {
     mesher__flips *f = r->flips;
-    uint32_t i, k, num_old = 0, num_new = 0;
-    delaunay_handle old[DELAUNAY_WINDOW_FACETS];
     int changed;
     f->budget = 16u << (depth < 4 ? depth : 4);
     f->work = 0;
     changed = mesher__flip_edge(f, r->mesh, r->edges[2 * (size_t)e], r->edges[2 * (size_t)e + 1],
                                 depth);
     r->work += f->work;
-    if (!changed) return 0;
-    for (i = 1; i < f->num_cells; i++) {
-        const mesher__copy *c = &f->cells[i];
-        if (c->from ? !c->gone : c->gone) continue;
-        if ((c->from ? num_old : num_new) == DELAUNAY_WINDOW_FACETS) return 0;
-        if (c->from) old[num_old++] = c->from;
-        for (k = 0; k < 4 && !c->from; k++) r->commit[4 * num_new + k] = c->v[k];
-        num_new += !c->from;
-    }
-    return mesher__commit_flips(r, old, num_old, num_new) && r->edge_present[e];
+    return changed && mesher__commit_flips(r) && r->edge_present[e];
 }
 
 /* The missing edges into the list, in an order of this attempt's. */

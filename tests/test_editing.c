@@ -112,6 +112,48 @@ static void locate_finds_every_point(void)
     }
 }
 
+/* The links of three new tetrahedra as delaunay_replace made them, for delaunay_replace_linked on
+ * the same mesh before: the same in every byte. */
+static void known_links_make_the_same(const delaunay_mesh *made, const delaunay_handle *slots,
+                                      delaunay_mesh *before, const uint32_t *tets)
+{
+    delaunay_worker *w = delaunay_worker_new(&before->memory);
+    delaunay_handle old[2] = {1, 2}, link[12], at[3];
+    uint8_t inside[12];
+    uint16_t flags[3];
+    delaunay_links links;
+    delaunay_handle i, j, k;
+    for (i = 0; i < 3; i++) {
+        flags[i] = made->flags[slots[i]];
+        for (k = 0; k < 4; k++) {
+            link[4 * i + k] = made->tets[slots[i]].n[k];
+            for (j = 0; j < 3 && slots[j] != link[4 * i + k] / 4; j++) {}
+            inside[4 * i + k] = j < 3;
+            if (j < 3) link[4 * i + k] = 4 * j + link[4 * i + k] % 4;
+        }
+    }
+    links.link = link;
+    links.inside = inside;
+    links.flags = flags;
+    CHECK(delaunay_replace_linked(before, w, old, 2, tets, &links, 3, at) == DELAUNAY_OK);
+    CHECK(!memcmp(at, slots, sizeof at) && before->num_tets == made->num_tets);
+    CHECK(small_valid(before));
+    CHECK(!memcmp(before->tets, made->tets, made->num_tets * sizeof *made->tets));
+    CHECK(!memcmp(before->flags, made->flags, made->num_tets * sizeof *made->flags));
+    CHECK(!memcmp(before->color, made->color, made->num_tets * sizeof *made->color));
+    CHECK(!memcmp(before->vertex_tet, made->vertex_tet,
+                  made->num_vertices * sizeof *made->vertex_tet));
+    delaunay_worker_free(w);
+}
+
+static void mark_some(delaunay_mesh *m, delaunay_worker *w)
+{
+    delaunay_mark_facet(m, delaunay_find_facet(m, w, 1, 2, 4), 1);
+    delaunay_mark_facet(m, delaunay_find_facet(m, w, 1, 2, 3), 1);
+    CHECK(delaunay_mark_edge(m, w, 1, 1, 2, 1) == DELAUNAY_OK);
+    CHECK(delaunay_mark_edge(m, w, 1, 3, 4, 1) == DELAUNAY_OK);
+}
+
 /* Two tetrahedra become three; everything marked on their hull stays marked, and the shared facet's
  * mark goes. */
 static void marks_follow_what_persists(void)
@@ -119,7 +161,7 @@ static void marks_follow_what_persists(void)
     static const double xyz[15] = {0, 0, 0, 4, 0, 0, 0, 4, 0, 1, 1, 4, 1, 1, -4};
     static const uint32_t two[8] = {0, 1, 2, 3, 0, 2, 1, 4};
     static const uint32_t three[12] = {4, 5, 1, 2, 4, 5, 2, 3, 4, 5, 3, 1};
-    delaunay_mesh m;
+    delaunay_mesh m, again;
     delaunay_worker *w;
     delaunay_handle old[3] = {1, 2, 0}, slots[3], f;
     uint32_t tets[12];
@@ -127,14 +169,13 @@ static void marks_follow_what_persists(void)
     for (pass = 0; pass < 2; pass++) {
         double before;
         CHECK(small_mesh(&m, NULL, xyz, 5, two, 2, pass));
+        CHECK(small_mesh(&again, NULL, xyz, 5, two, 2, pass));
+        again.color[1] = again.color[2] = 7;
         w = delaunay_worker_new(&m.memory);
         before = small_total(&m);
         m.color[1] = m.color[2] = 7;
-        f = delaunay_find_facet(&m, w, 1, 2, 4);
-        delaunay_mark_facet(&m, f, 1);
-        delaunay_mark_facet(&m, delaunay_find_facet(&m, w, 1, 2, 3), 1);
-        CHECK(delaunay_mark_edge(&m, w, 1, 1, 2, 1) == DELAUNAY_OK);
-        CHECK(delaunay_mark_edge(&m, w, 1, 3, 4, 1) == DELAUNAY_OK);
+        mark_some(&m, w);
+        mark_some(&again, w);
         CHECK(small_valid(&m));
         memcpy(tets, three, sizeof tets);
         for (i = 0; i < 3; i++)
@@ -147,6 +188,8 @@ static void marks_follow_what_persists(void)
             }
         CHECK(delaunay_replace(&m, w, old, 2, tets, 3, slots) == DELAUNAY_OK);
         CHECK(slots[0] == 1 && slots[1] == 2 && slots[2] == m.num_tets - 1);
+        known_links_make_the_same(&m, slots, &again, tets);
+        delaunay_mesh_free(&again);
         CHECK(small_valid(&m) && small_total(&m) == before);
         CHECK(delaunay_find_facet(&m, w, 1, 2, 3) == 0);
         f = delaunay_find_facet(&m, w, 1, 2, 4);
