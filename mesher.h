@@ -2291,6 +2291,7 @@ enum {
     MESHER__RING = 20,         /* tetrahedra around an edge that goes at most */
     MESHER__WAY = 64,          /* faces and edges that the missing edge crosses at most */
     MESHER__FLIP_LOG = 8192,
+    MESHER__VIEWS = 128,       /* a power of two */
     MESHER__FLIP_DEPTH = 16,
     MESHER__FLIP_YIELD = 32    /* one in so many missing edges has to come in by a pass */
 };
@@ -2308,6 +2309,7 @@ typedef struct mesher__copy {
 typedef struct mesher__obstacle {
     uint32_t cell, v[3];
     int      k;
+    uint8_t  order[3]; /* of the edges v[i] v[i + 1] of a face: nearest to the missing edge first */
 } mesher__obstacle;
 
 typedef struct mesher__way {
@@ -2320,10 +2322,19 @@ typedef struct mesher__ring {
     uint32_t p, q, n, r[MESHER__RING], cells[MESHER__RING];
 } mesher__ring;
 
+/* A vertex as it is seen along the missing edge, in units of its length, about. */
+typedef struct mesher__view {
+    uint64_t key; /* epoch and vertex */
+    double   x, y, far; /* far: its distance, no less */
+} mesher__view;
+
 typedef struct mesher__flips {
     const delaunay_mesh *mesh;
     uint32_t     a, b;   /* the missing edge */
+    double       across[2][3], per_length; /* the axes of a view along it, over its length */
+    mesher__view views[MESHER__VIEWS]; /* of the vertices last asked for */
     uint32_t     num_cells, num_free, num_log, num_made, epoch;
+    uint32_t     start;  /* a cell at a, where the way last began; 0: none */
     uint32_t     budget; /* edges that may be tried */
     uint64_t     work;
     int          full;   /* something had no room */
@@ -3780,9 +3791,63 @@ static int mesher__flip_orient(const mesher__flips *f, uint32_t a, uint32_t b, u
     return delaunay_orient3d(x[a].x, x[b].x, x[c].x, x[d].x);
 }
 
-/* Which way pq turns about the missing edge. */
-static int mesher__turn(const mesher__flips *f, uint32_t p, uint32_t q)
+/* Two axes across the missing edge ab, right-handed with it, over its length. */
+static void mesher__views_set(mesher__flips *f)
 {
+    const double *a = f->mesh->vertices[f->a].x, *b = f->mesh->vertices[f->b].x;
+    double (*e)[3] = f->across, d[3], length2 = 0, scale;
+    int i, j, k;
+    for (i = 0; i < 3; i++) {
+        d[i] = b[i] - a[i];
+        length2 += d[i] * d[i];
+    }
+    i = fabs(d[0]) < fabs(d[1]) ? 0 : 1; /* the axis least along it */
+    if (fabs(d[2]) < fabs(d[i])) i = 2;
+    j = (i + 1) % 3;
+    k = (i + 2) % 3;
+    scale = 1 / sqrt(length2 * (d[j] * d[j] + d[k] * d[k]));
+    if (!(length2 > 1e-150 && length2 < 1e150)) scale = length2 = 0; /* nothing is told by views */
+    e[0][i] = 0;
+    e[0][j] = d[k] * scale;
+    e[0][k] = -d[j] * scale;
+    scale = f->per_length = length2 > 0 ? 1 / sqrt(length2) : 0;
+    for (i = 0; i < 3; i++) {
+        j = (i + 1) % 3;
+        k = (i + 2) % 3;
+        e[1][i] = (d[j] * e[0][k] - d[k] * e[0][j]) * scale;
+    }
+}
+
+static inline const mesher__view *mesher__view_of(mesher__flips *f, uint32_t v)
+{
+    mesher__view *view = &f->views[v & (MESHER__VIEWS - 1)];
+    uint64_t key = (uint64_t)f->epoch << 32 | v;
+    const double *a = f->mesh->vertices[f->a].x, *x = f->mesh->vertices[v].x;
+    double d[3];
+    if (view->key == key) return view;
+    d[0] = x[0] - a[0];
+    d[1] = x[1] - a[1];
+    d[2] = x[2] - a[2];
+    view->key = key;
+    view->x = f->across[0][0] * d[0] + f->across[0][1] * d[1] + f->across[0][2] * d[2];
+    view->y = f->across[1][0] * d[0] + f->across[1][1] * d[1] + f->across[1][2] * d[2];
+    view->far = (fabs(d[0]) + fabs(d[1]) + fabs(d[2])) * f->per_length;
+    return view;
+}
+
+/* Which way pq turns about the missing edge ab: the sign of ab x (ap x aq). With units of two to
+ * the -53, in lengths of ab: differences are off by 1 each, the axes by 8, sums of three products
+ * by 3, so a view by 12 times its distance; the last difference by 26 distances squared or so. 90
+ * are allowed; what underflows, or overflows, is left to the exact predicate, too. */
+static int mesher__turn(mesher__flips *f, uint32_t p, uint32_t q)
+{
+    const mesher__view *v = mesher__view_of(f, p);
+    double x = v->x, y = v->y, far = v->far, turn, bound;
+    v = mesher__view_of(f, q); /* may take the other's place */
+    turn = x * v->y - y * v->x;
+    bound = far * v->far * 1e-14 + 1e-290;
+    if (turn > bound) return 1;
+    if (turn < -bound) return -1;
     return mesher__flip_orient(f, f->a, f->b, p, q);
 }
 
@@ -3794,8 +3859,11 @@ static void mesher__flips_clear(mesher__flips *f, const delaunay_mesh *mesh, uin
     f->num_cells = 1;
     f->num_free = f->num_log = f->num_made = 0;
     f->full = 0;
+    f->start = 0;
+    mesher__views_set(f);
     if (++f->epoch != 0) return;
     memset(f->stamps, 0, sizeof f->stamps);
+    memset(f->views, 0, sizeof f->views);
     f->epoch = 1;
 }
 
@@ -3944,10 +4012,19 @@ static void mesher__flips_undo(mesher__flips *f, uint32_t length)
     }
 }
 
-/* Does the missing edge cross a face? Its edges count. */
-static unsigned mesher__in_way(const mesher__flips *f, uint32_t p, uint32_t q, uint32_t r)
+/* Does the missing edge cross a face? Its edges count. As delaunay_segment_crosses, turns first. */
+static unsigned mesher__in_way(mesher__flips *f, uint32_t p, uint32_t q, uint32_t r)
 {
-    return (unsigned)delaunay_segment_crosses(f->mesh, f->a, f->b, p, q, r, NULL);
+    uint32_t a = f->a, b = f->b;
+    int x, y, z, side;
+    if (a == p || a == q || a == r || b == p || b == q || b == r) return 0;
+    x = mesher__turn(f, p, q);
+    y = mesher__turn(f, q, r);
+    if (x * y < 0) return 0;
+    z = mesher__turn(f, r, p);
+    if (x * z < 0 || y * z < 0) return 0;
+    side = mesher__flip_orient(f, p, q, r, a);
+    return side != 0 && side * mesher__flip_orient(f, p, q, r, b) < 0;
 }
 
 /* What is around edge pq of a cell; 0: it cannot go, as a constraint, for its size, or at the
@@ -4235,7 +4312,7 @@ static int mesher__way_add(mesher__flips *f, mesher__way *way, uint32_t cell, in
 static int mesher__way_start(mesher__flips *f, mesher__way *way)
 {
     delaunay_handle t = f->mesh->vertex_tet[f->a];
-    uint32_t cell = t ? mesher__cell_of(f, t) : 0, step;
+    uint32_t cell = f->start ? f->start : t ? mesher__cell_of(f, t) : 0, step;
     if (cell && f->cells[cell].gone) cell = mesher__cell_with(f, f->a, f->a);
     for (step = 0; cell && step < 300; step++) {
         const mesher__copy *c = &f->cells[cell];
@@ -4254,6 +4331,7 @@ static int mesher__way_start(mesher__flips *f, mesher__way *way)
         f->work += 3;
         if (k == 3) {
             int zeros = (s[0] == 0) + (s[1] == 0) + (s[2] == 0);
+            f->start = cell;
             if (zeros > 1) return -1;
             if (!zeros) return mesher__way_add(f, way, cell, i, w[0], w[1], w[2]) ? 1 : -1;
             k = s[0] == 0 ? 0 : s[1] == 0 ? 1 : 2;
@@ -4361,28 +4439,66 @@ static int mesher__first_try(mesher__flips *f, uint32_t p, uint32_t q)
     return 1;
 }
 
-/* The i-th thing that may be done about an obstacle. */
-static int mesher__flip_obstacle(mesher__flips *f, const mesher__obstacle *o, int i, int depth)
+/* The edges of a face in the way by their distances from the missing edge, as it is seen from
+ * there: the nearest one is in the way most often. */
+static void mesher__nearest_first(mesher__flips *f, mesher__obstacle *o)
 {
-    uint32_t p = o->v[o->k < 0 ? 0 : (i + 2) % 3], q = o->v[o->k < 0 ? 1 : i % 3];
+    double distance[3];
+    uint8_t i, j;
+    for (i = 0; i < 3; i++) {
+        const mesher__view *v = mesher__view_of(f, o->v[i]);
+        double x = v->x, y = v->y, dx, dy, turn;
+        v = mesher__view_of(f, o->v[(i + 1) % 3]);
+        dx = v->x - x;
+        dy = v->y - y;
+        turn = x * dy - y * dx;
+        distance[i] = turn * turn / (dx * dx + dy * dy);
+        for (j = i; j > 0 && distance[i] < distance[o->order[j - 1]]; j--)
+            o->order[j] = o->order[j - 1];
+        o->order[j] = i;
+    }
+}
+
+/* The i-th thing that may be done about an obstacle. */
+static int mesher__flip_obstacle(mesher__flips *f, mesher__obstacle *o, int i, int depth)
+{
+    uint32_t e = 0;
+    if (o->k < 0 && i > 0) return 0;
     if (o->k >= 0 && i == 0) return mesher__flip_face(f, o->cell, (uint32_t)o->k);
-    return (o->k >= 0 || i == 0) && mesher__first_try(f, p, q) &&
-           mesher__remove_edge(f, o->cell, p, q, 0, 0, depth);
+    if (o->k >= 0) {
+        if (i == 1) mesher__nearest_first(f, o);
+        e = o->order[i - 1];
+    }
+    return mesher__first_try(f, o->v[e], o->v[(e + 1) % 3]) &&
+           mesher__remove_edge(f, o->cell, o->v[e], o->v[(e + 1) % 3], 0, 0, depth);
+}
+
+/* Have flips made the missing edge itself, after the first few edges that they made? */
+static int mesher__edge_is_made(const mesher__flips *f, uint32_t first)
+{
+    uint32_t i;
+    for (i = first; i < f->num_made; i++)
+        if (mesher__pair(f->made[i][0], f->made[i][1]) == mesher__pair(f->a, f->b))
+            return mesher__cell_with(f, f->a, f->b) != 0;
+    return 0;
 }
 
 /* Flips that leave fewer obstacles, or as many; obstacles from both ends inwards. 1: fewer. */
 static int mesher__flip_once(mesher__flips *f, int depth)
 {
-    uint32_t n = f->way[0].count, j, mark, left;
+    uint32_t n = f->way[0].count, j, mark, made, left;
     int i;
     f->num_tried = 0;
     for (j = 0; j < n && !f->full; j++)
         for (i = 0; i < 4 && !f->full; i++) {
-            const mesher__obstacle *o = &f->way[0].at[j % 2 ? n - 1 - j / 2 : j / 2];
+            mesher__obstacle *o = &f->way[0].at[j % 2 ? n - 1 - j / 2 : j / 2];
             mark = f->num_log;
+            made = f->num_made;
             mesher__flip_obstacle(f, o, i, depth);
             if (f->num_log == mark) continue;
-            left = mesher__find_way(f, &f->way[1]);
+            left = 0;
+            f->way[1].count = 0;
+            if (!mesher__edge_is_made(f, made)) left = mesher__find_way(f, &f->way[1]);
             if (left > n) {
                 mesher__flips_undo(f, mark);
                 continue;
