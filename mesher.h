@@ -2293,6 +2293,7 @@ enum {
     MESHER__FLIP_LOG = 8192,
     MESHER__VIEWS = 128,       /* a power of two */
     MESHER__FLIP_DEPTH = 16,
+    MESHER__FLIP_PASSES = 16,
     MESHER__FLIP_YIELD = 32    /* one in so many missing edges has to come in by a pass */
 };
 
@@ -4620,12 +4621,15 @@ static void mesher__shuffle_edges(mesher__recovery *r)
     r->num_wanted = n;
 }
 
-/* Missing edges by flips, deeper and deeper while that helps. */
+/* Missing edges by flips, deeper and deeper while that helps: by half and more, since a pass does
+ * all that one less deep does, and flips that it leaves behind are in the way of the next. */
 static void mesher__flip_levels(mesher__recovery *r)
 {
-    int depth;
+    static const uint8_t depths[] = {0, 3, 5, 8, 13, MESHER__FLIP_DEPTH};
+    int pass, last = (int)sizeof depths - 1, depth;
     uint32_t i, before;
-    for (depth = 0; depth <= MESHER__FLIP_DEPTH && r->num_missing_edges; depth++) {
+    for (pass = 0; pass < MESHER__FLIP_PASSES && r->num_missing_edges; pass++) {
+        depth = depths[pass < last ? pass : last];
         before = r->num_missing_edges;
         mesher__shuffle_edges(r);
         for (i = 0; i < r->num_wanted && !mesher__stopped(r); i++)
