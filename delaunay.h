@@ -1913,6 +1913,7 @@ struct delaunay_section {
     uint32_t start, length; /* the section: keys from start on, around the end if need be */
     int needs_memory;       /* since the last region: something was too small */
     int needs_slots;        /* .. the array of tetrahedra */
+    size_t reserve; /* slots that the threads may draw at once between two looks at their counter */
     int worker;
     delaunay_handle *queue, *cavity, *border,
         *again; /* of the search: cap_search each, in one block */
@@ -2784,10 +2785,8 @@ static void delaunay__ball_big(delaunay__kernel *k, const delaunay_handle *slot,
     }
 }
 
-/* The reserve is what up to 256 threads may draw at once between two looks at the counter. */
 enum {
     DELAUNAY__SLOTS_AT_ONCE = 256,
-    DELAUNAY__SLOTS_IN_RESERVE = 256 * 256,
     DELAUNAY__MANY_SLOTS = 1 << 25 /* 1 GiB of tetrahedra */
 };
 
@@ -2803,8 +2802,7 @@ static delaunay_result delaunay__ball_slots(delaunay__kernel *k, size_t need)
         k->freed[k->num_freed++] = mesh->free_tets[--mesh->num_free];
     while (k->num_freed < need) {
         if (k->parallel) {
-            if (DELAUNAY__LOAD(&mesh->num_tets) + (size_t)need + DELAUNAY__SLOTS_IN_RESERVE >
-                mesh->cap_tets) {
+            if (DELAUNAY__LOAD(&mesh->num_tets) + need + k->reserve > mesh->cap_tets) {
                 k->needs_slots = k->needs_memory = 1;
                 return DELAUNAY_ERROR_OUT_OF_MEMORY;
             }
@@ -3062,7 +3060,7 @@ static void delaunay__counted_release(void *user, void *block)
 }
 
 /* items: the points in order of insertion, equal ones side by side, the lowest index first;
- * round_begin[r]: the first item of round r, and one more. *distinct: no two are equal, for sure. */
+ * round_begin[r]: the first item of round r, and one more. *distinct: surely no two are equal. */
 static delaunay_result delaunay__order_points(delaunay_memory *memory, const double *xyz,
                                               size_t count, int threads, hxtsort_pair *items,
                                               hilbert_box *box, size_t *round_begin, int *distinct)
@@ -3342,7 +3340,9 @@ typedef struct delaunay__numbering {
     delaunay_handle *order; /* slots by their greatest vertex */
     delaunay_handle *first; /* for each vertex, where its tetrahedra end in order; behind it */
     size_t cap_order;       /* of both */
+    uint32_t *shares;       /* of the vertices: where those of each thread begin, and one more */
     int threads;
+    int counts_at_once;   /* the rotations are found by threads that count in arrays of their own */
     int simd;             /* at last moved has the rotation, too, in the bits beyond slot_mask */
     delaunay_handle slot_mask;
 } delaunay__numbering;
@@ -3357,10 +3357,17 @@ static void delaunay__slots_of(const delaunay__numbering *c, int i, size_t *from
     *end = i + 1 == c->threads ? slots + 1 : *from + each;
 }
 
-/* The rotation of every tetrahedron, in mark, and its greatest vertex, in moved; one thread counts
- * those of each vertex at once. */
+/* Where thread i counts: the first one in place, the others in the memory of order. */
+static delaunay_handle *delaunay__counts_of(const delaunay__numbering *c, int i)
+{
+    if (!c->counts_at_once) return NULL;
+    return i == 0 ? c->first : c->order + (size_t)(i - 1) * c->mesh->num_vertices;
+}
+
+/* The rotation of every tetrahedron, in mark, and its greatest vertex, in moved; first: NULL, or
+ * where those of each vertex are counted at once, the real ones. */
 static DELAUNAY__NOINLINE void delaunay__find_plain(const delaunay__numbering *c, size_t t,
-                                                    size_t end)
+                                                    size_t end, delaunay_handle *first)
 {
     const delaunay_mesh *mesh = c->mesh;
     for (; t < end; t++) {
@@ -3369,20 +3376,20 @@ static DELAUNAY__NOINLINE void delaunay__find_plain(const delaunay__numbering *c
         uint32_t greatest = v[c->rotations.order[r][0]];
         mesh->mark[t] = (uint8_t)r;
         c->moved[t] = r ? greatest : DELAUNAY_NONE;
-        if (c->threads == 1) c->first[greatest] += r - 1 < DELAUNAY__GHOST_ROTATION - 1;
+        if (first) first[greatest] += r - 1 < DELAUNAY__GHOST_ROTATION - 1;
     }
 }
 
 #  if defined(DELAUNAY__AVX2) && !defined(DELAUNAY_INDEX64)
 /* The same with all comparisons at once; signed ones, so of numbers with their first bit turned. */
 static DELAUNAY__TARGET DELAUNAY__NOINLINE void
-delaunay__find_avx2(const delaunay__numbering *c, size_t t, size_t end)
+delaunay__find_avx2(const delaunay__numbering *c, size_t t, size_t end, delaunay_handle *first)
 {
     const __m128i first_bit = _mm_set1_epi32(INT32_MIN), zero = _mm_setzero_si128();
     const delaunay_tet *tets = c->mesh->tets;
     const uint8_t *index = c->rotations.index;
     uint8_t *mark = c->mesh->mark;
-    delaunay_handle *moved = c->moved, *first = c->threads == 1 ? c->first : NULL;
+    delaunay_handle *moved = c->moved;
     for (; t < end; t++) {
         __m128i v = _mm_loadu_si128((const __m128i *)(const void *)tets[t].v);
         __m128i s = _mm_xor_si128(v, first_bit);
@@ -3404,18 +3411,19 @@ static DELAUNAY__NOINLINE void delaunay__find_rotations(const delaunay__numberin
 {
     delaunay_mesh *mesh = c->mesh;
     int i;
-    if (c->threads == 1) memset(c->first, 0, mesh->num_vertices * sizeof *c->first);
 #  if DELAUNAY__PARALLEL
 #    pragma omp parallel for num_threads(c->threads) schedule(static, 1) if(c->threads > 1)
 #  endif
     for (i = 0; i < c->threads; i++) {
         size_t t, end;
+        delaunay_handle *counts = delaunay__counts_of(c, i);
+        if (counts) memset(counts, 0, mesh->num_vertices * sizeof *counts);
         delaunay__slots_of(c, i, &t, &end);
 #  if defined(DELAUNAY__AVX2) && !defined(DELAUNAY_INDEX64)
-        if (c->simd) delaunay__find_avx2(c, t, end);
+        if (c->simd) delaunay__find_avx2(c, t, end, counts);
         else
 #  endif
-            delaunay__find_plain(c, t, end);
+            delaunay__find_plain(c, t, end, counts);
         for (; mesh->flags && t < end; t++)
             mesh->flags[t] =
                 delaunay__rotate_flags(mesh->flags[t], c->rotations.order[mesh->mark[t]]);
@@ -3463,34 +3471,60 @@ static void delaunay__deal_slots(const delaunay__numbering *c, delaunay__kind ki
             c->order[c->first[c->moved[t]]++] = (delaunay_handle)t;
 }
 
+/* What the threads have counted of the vertices [from, end), into first. */
+static void delaunay__add_counts(const delaunay__numbering *c, uint32_t from, uint32_t end)
+{
+    int i;
+    uint32_t v;
+    for (i = 1; i < c->threads; i++) {
+        const delaunay_handle *counts = delaunay__counts_of(c, i);
+        for (v = from; v < end; v++) c->first[v] += counts[v];
+    }
+}
+
+/* From counts to where the slots of each vertex begin, from begin on. Returns where all end. Shares
+ * of some slots each, the last one with the rest, are cut; 0: they stay. */
+static size_t delaunay__add_up(const delaunay__numbering *c, size_t begin, size_t each)
+{
+    size_t sum = 0;
+    uint32_t v, n = c->mesh->num_vertices;
+    int share = 1, num = each ? c->threads : 1;
+    for (v = 0; v < n; v++) {
+        size_t size = c->first[v];
+        while (share < num && sum >= (size_t)share * each) c->shares[share++] = v;
+        c->first[v] = (delaunay_handle)(begin + sum);
+        sum += size;
+    }
+    while (share < num) c->shares[share++] = n;
+    return begin + sum;
+}
+
 /* Slots by their greatest vertex; from begin on, real or ghost ones only. Returns the end. */
 static DELAUNAY__NOINLINE size_t delaunay__bucket_slots(const delaunay__numbering *c, size_t begin,
                                                         int ghosts)
 {
-    const uint32_t n = c->mesh->num_vertices, each = n / (uint32_t)c->threads;
+    const uint32_t n = c->mesh->num_vertices;
     delaunay__kind kind;
-    size_t sum = begin;
-    uint32_t v;
+    size_t end = begin;
     int i, pass;
     kind.least = ghosts ? DELAUNAY__GHOST_ROTATION : 1;
     kind.count = (ghosts ? 16 : DELAUNAY__GHOST_ROTATION) - kind.least;
+    for (i = 0; i <= c->threads; i++)
+        c->shares[i] = (uint32_t)((uint64_t)n * (uint64_t)i / (uint64_t)c->threads);
     for (pass = 0; pass < 2; pass++) {
-        int counted = pass == 0 && !ghosts && c->threads == 1; /* with the rotations */
+        int counted = pass == 0 && !ghosts && c->counts_at_once;
 #  if DELAUNAY__PARALLEL
 #    pragma omp parallel for num_threads(c->threads) schedule(static, 1) if(c->threads > 1)
 #  endif
-        for (i = 0; i < (counted ? 0 : c->threads); i++) {
-            uint32_t from = (uint32_t)i * each, end = i + 1 == c->threads ? n : from + each;
-            if (pass == 0) delaunay__count_slots(c, kind, from, end);
-            else delaunay__deal_slots(c, kind, from, end);
+        for (i = 0; i < c->threads; i++) {
+            if (counted) delaunay__add_counts(c, c->shares[i], c->shares[i + 1]);
+            else if (pass == 0) delaunay__count_slots(c, kind, c->shares[i], c->shares[i + 1]);
+            else delaunay__deal_slots(c, kind, c->shares[i], c->shares[i + 1]);
         }
-        for (v = 0; pass == 0 && v < n; v++) {
-            size_t size = c->first[v];
-            c->first[v] = (delaunay_handle)sum;
-            sum += size;
-        }
+        if (pass == 0)
+            end = delaunay__add_up(c, begin, ghosts ? 0 : c->mesh->num_tets / (size_t)c->threads);
     }
-    return sum;
+    return end;
 }
 
 /* Second and third vertex in canonical order of the tetrahedron in slot t. */
@@ -4030,8 +4064,10 @@ DELAUNAY_API delaunay_result delaunay_canonicalize(delaunay_mesh *mesh, const de
     c.moved = (delaunay_handle *)delaunay_alloc(m, slots, sizeof *c.moved);
     c.cap_order = slots + mesh->num_vertices;
     c.order = (delaunay_handle *)delaunay_alloc(m, c.cap_order, sizeof *c.order);
-    if (!c.moved || !c.order) goto done;
+    c.shares = (uint32_t *)delaunay_alloc(m, (size_t)c.threads + 1, sizeof *c.shares);
+    if (!c.moved || !c.order || !c.shares) goto done;
     c.first = c.order + slots;
+    c.counts_at_once = (size_t)(c.threads - 1) <= slots / mesh->num_vertices;
     if (mesh->flags && !(flags = (uint16_t *)delaunay_alloc(m, mesh->cap_tets, sizeof *flags)))
         goto done;
     if (mesh->color && !(color = (uint32_t *)delaunay_alloc(m, mesh->cap_tets, sizeof *color)))
@@ -4060,6 +4096,7 @@ DELAUNAY_API delaunay_result delaunay_canonicalize(delaunay_mesh *mesh, const de
 done:
     delaunay_release(m, c.moved);
     delaunay_release(m, c.order);
+    delaunay_release(m, c.shares);
     delaunay_release(m, flags);
     delaunay_release(m, color);
     return result;
@@ -4286,6 +4323,7 @@ static delaunay_result delaunay__partitions_init(delaunay__partitions *p, delaun
         result = delaunay__kernel_init(p->kernels[i], mesh);
         p->kernels[i]->exact_doubles = exact_doubles;
         p->kernels[i]->worker = i;
+        p->kernels[i]->reserve = DELAUNAY__SLOTS_AT_ONCE * (size_t)p->num_kernels;
     }
     return result;
 }
@@ -4464,7 +4502,7 @@ static void delaunay__run_sections(delaunay__partitions *p, int num)
 /* What was too small in the last region; a failure is found again, and told, by the serial end. */
 static void delaunay__feed_kernels(delaunay__partitions *p, size_t num_items)
 {
-    size_t slots = p->mesh->num_tets + 7 * num_items + DELAUNAY__SLOTS_IN_RESERVE;
+    size_t slots = p->mesh->num_tets + 7 * num_items + p->kernels[0]->reserve;
     int i;
     for (i = 0; i < p->num_kernels; i++) {
         delaunay__kernel *k = p->kernels[i];
@@ -8118,7 +8156,8 @@ static delaunay_result delaunay__insert_all(delaunay_mesh *mesh, const uint32_t 
     size_t n = mesh->num_vertices;
     delaunay_result result, finished;
     size_t slots = 7 * n + 1024;
-    if (delaunay_threads(&options->host) > 1) slots += 2 * DELAUNAY__SLOTS_IN_RESERVE;
+    if (delaunay_threads(&options->host) > 1)
+        slots += 2 * DELAUNAY__SLOTS_AT_ONCE * (size_t)delaunay_threads(&options->host);
     result = delaunay__reserve_tets(mesh, slots);
     if (result != DELAUNAY_OK) return result;
     memset(&job, 0, sizeof job);
