@@ -4314,7 +4314,8 @@ static int mesher__way_start(mesher__flips *f, mesher__way *way)
 {
     delaunay_handle t = f->mesh->vertex_tet[f->a];
     uint32_t cell = f->start ? f->start : t ? mesher__cell_of(f, t) : 0, step;
-    if (cell && f->cells[cell].gone) cell = mesher__cell_with(f, f->a, f->a);
+    if (cell && (f->cells[cell].gone || mesher__cell_index(&f->cells[cell], f->a) < 0))
+        cell = mesher__cell_with(f, f->a, f->a); /* its number may be another's by now */
     for (step = 0; cell && step < 300; step++) {
         const mesher__copy *c = &f->cells[cell];
         int i = mesher__cell_index(c, f->a), k, s[3];
