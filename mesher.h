@@ -7986,6 +7986,7 @@ typedef struct mesher__cavity {
     int shared; /* other threads insert too: no allocation, and only in the own section */
     uint32_t         section;   /* vertices[].key of what is in it */
     uint32_t         last;      /* the vertex inserted last, or 0 */
+    uint32_t         most;      /* a cavity of more tetrahedra is given up */
     struct mesher__section *pool; /* where new tetrahedra come from, if shared */
     int              row;       /* of the matrix: 2 to this power */
     uint32_t matrix[MESHER__LOCAL * MESHER__LOCAL]; /* the same of a small one: 4*facet + its
@@ -8000,6 +8001,7 @@ typedef struct mesher__section {
     delaunay_handle  fresh, fresh_end;
     uint32_t         start;         /* a vertex of the section, or 0 */
     uint64_t         inserted, born, dead;
+    uint64_t         lost;          /* tetrahedra looked at for points that were given up */
 } mesher__section;
 
 enum { MESHER__SECTIONS = 256 };
@@ -8039,6 +8041,7 @@ typedef struct mesher__refiner {
     int              num_cavities;
     int cancelled; /* 1: by the host, 2: out of time; by the calling thread, read by all */
     uint64_t         inserted, num_tets, ignored;
+    uint64_t         lost;       /* tetrahedra looked at for points that were given up */
     double           start;
     int              stop;       /* why the sweeps end early: a mesher_result, or 0 */
 } mesher__refiner;
@@ -9522,6 +9525,7 @@ static int mesher__dig(mesher__cavity *c, delaunay_mesh *mesh, const double *p, 
         if (!left) break;
         if (left >= 4) left = left < MESHER__TESTS ? left & ~3u : (uint32_t)MESHER__TESTS;
         state = mesher__test(&s, left);
+        if (state == MESHER__DONE && s.num_in > c->most) state = MESHER__GIVEN_UP;
         if (state != MESHER__DONE) break;
     }
     mesher__end_search(c, &s);
@@ -10047,6 +10051,18 @@ static delaunay_handle mesher__find(const mesher__refiner *r, const mesher__cavi
     return t;
 }
 
+/* How many tetrahedra a cavity may have. Points that are given up may have cost the search of
+ * MESHER__LOSS tetrahedra, and MESHER__LOSS_EACH for each point inserted; past that only plain
+ * cavities are worth it. Over needles of a surface that are a hundred times longer than the sizes,
+ * every point sees thousands of tetrahedra, and hardly one can be inserted. */
+enum { MESHER__LOSS = 1 << 20, MESHER__LOSS_EACH = 32, MESHER__PLAIN = 128 };
+
+static uint32_t mesher__largest(const mesher__refiner *r)
+{
+    return r->lost > MESHER__LOSS + MESHER__LOSS_EACH * r->inserted ? (uint32_t)MESHER__PLAIN
+                                                                    : UINT32_MAX;
+}
+
 /* Inserts one point as vertex p->vertex; anything but DONE leaves the mesh untouched. */
 static int mesher__insert(mesher__refiner *r, mesher__cavity *c, const mesher__proposal *p)
 {
@@ -10060,6 +10076,7 @@ static int mesher__insert(mesher__refiner *r, mesher__cavity *c, const mesher__p
     if (state == MESHER__DONE) state = mesher__shape(c, mesh, p->x);
     if (state == MESHER__DONE && !mesher__keeps_distance(r, c, p)) state = MESHER__GIVEN_UP;
     if (state == MESHER__DONE && !mesher__ball_room(r, c)) state = MESHER__NO_MEMORY;
+    if (state == MESHER__GIVEN_UP) *(c->shared ? &c->pool->lost : &r->lost) += c->num_queue;
     if (state != MESHER__DONE) {
         mesher__clear_marks(c, mesh);
         return c->shared && state == MESHER__NO_MEMORY ? MESHER__LATER : state;
@@ -10102,6 +10119,7 @@ static mesher_result mesher__insert_serially(mesher__refiner *r, size_t begin, s
             if (!mesher__vertex_room(r, 1)) return mesher__no_memory(r);
             p->vertex = delaunay_add_vertex(r->mesh, p->x, DELAUNAY_NO_ID);
         }
+        r->cavity.most = mesher__largest(r);
         p->state = mesher__insert(r, &r->cavity, p);
         if (p->state != MESHER__DONE && !numbered) r->mesh->num_vertices--;
         if (p->state == MESHER__NO_MEMORY) return mesher__no_memory(r);
@@ -10257,6 +10275,7 @@ static int mesher__collect_slots(mesher__refiner *r, uint32_t parts)
         }
         for (k = 0; k < s->num_slots; k++) mesh->free_tets[mesh->num_free++] = s->slots[k];
         r->inserted += s->inserted;
+        r->lost += s->lost;
         r->num_tets += s->born;
         r->num_tets -= s->dead;
     }
@@ -10270,6 +10289,7 @@ static void mesher__insert_section(mesher__refiner *r, mesher__cavity *c, uint32
     const mesher_options *o = r->options;
     size_t k;
     c->section = i;
+    c->most = mesher__largest(r);
     c->pool = s;
     c->last = 0;
     for (k = s->first; k < s->end; k++) {

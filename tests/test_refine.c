@@ -795,6 +795,65 @@ static void large_cavities_are_cut(int times, double roughness, double size, uin
     mesher_domain_free(&d);
 }
 
+/* A prism over a convex polygon of n corners, with fans for its ends: 2n vertices, 4n-4 triangles.
+ */
+static void prism(mesher_surface *surface, double *xyz, uint32_t *triangles, uint32_t n,
+                  const double *polygon, double height)
+{
+    uint32_t i, k, *t = triangles;
+    for (i = 0; i < 2 * n; i++) {
+        xyz[3 * i] = polygon[2 * (i % n)];
+        xyz[3 * i + 1] = polygon[2 * (i % n) + 1];
+        xyz[3 * i + 2] = i < n ? 0 : height;
+    }
+    for (i = 0; i < n; i++) {
+        uint32_t j = (i + 1) % n, corner[12];
+        corner[0] = i, corner[1] = j, corner[2] = n + j;
+        corner[3] = i, corner[4] = n + j, corner[5] = n + i;
+        corner[6] = 0, corner[7] = j, corner[8] = i;
+        corner[9] = n, corner[10] = n + i, corner[11] = n + j;
+        for (k = 0; k < (i > 0 && j > 0 ? 12u : 6u); k++) *t++ = corner[k];
+    }
+    memset(surface, 0, sizeof *surface);
+    surface->xyz = xyz;
+    surface->num_vertices = 2 * n;
+    surface->triangles = triangles;
+    surface->num_triangles = 4 * n - 4;
+}
+
+/* Sizes far below the lengths of the needles at both ends of a coin: the mesh is finished without
+ * digging thousands of cavities of thousands of tetrahedra in vain. */
+static void needles_do_not_hold_up(void)
+{
+    enum { N = 200 };
+    static double polygon[2 * N], xyz[6 * N];
+    static uint32_t triangles[12 * N];
+    uint64_t hash = 0;
+    int i, threads;
+    for (i = 0; i < N; i++) {
+        polygon[2 * i] = 10 * cos(2 * 3.14159265358979 * i / N);
+        polygon[2 * i + 1] = 10 * sin(2 * 3.14159265358979 * i / N);
+    }
+    for (threads = 1; threads <= 3; threads += 2) {
+        mesher_domain d;
+        mesher_surface surface;
+        mesher_options o;
+        mesher_report r;
+        prism(&surface, xyz, triangles, N, polygon, 0.6);
+        memset(&o, 0, sizeof o);
+        memset(&r, 0, sizeof r);
+        o.size = 0.25;
+        o.host.num_threads = threads;
+        CHECK(mesher_mesh(&d, &surface, &o, &r) == MESHER_OK);
+        CHECK(r.refined_vertices > 5000);
+        CHECK(r.size_in_band > 0.6);
+        CHECK(delaunay_validate(&d.mesh, DELAUNAY_VALIDATE_GEOMETRY, NULL) == DELAUNAY_OK);
+        if (threads == 1) hash = mesh_hash(&d);
+        CHECK(mesh_hash(&d) == hash);
+        mesher_domain_free(&d);
+    }
+}
+
 /* A real part, end to end, with sizes of its own and a size function. */
 static void a_part_is_the_same_for_any_number_of_threads(void)
 {
@@ -904,6 +963,7 @@ int main(void)
     a_ball_end_to_end();
     large_cavities_are_cut(5, 0.02, 0.25, 0);
     large_cavities_are_cut(5, 0.3, 0.25, 1);
+    needles_do_not_hold_up();
     one_cube_gets_the_wanted_size();
     a_fine_surface_is_honoured();
     a_plate_of_one_layer_gets_no_points();
