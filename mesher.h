@@ -277,6 +277,10 @@ typedef struct mesher_domain {
     uint8_t        *vertex_used;
     /* wanted edge length at each mesh vertex; NULL before mesher_size */
     double         *size;
+    /* the same before the gradation bounded it, and the vertex whose own size did (or the vertex
+     * itself), for those that mesher_size met */
+    double         *own_size;
+    uint32_t       *size_source;
     uint32_t        cap_size;
     mesher_region  *regions;      /* every bounded cell */
     uint32_t        num_regions;
@@ -7273,8 +7277,10 @@ MESHER_API mesher_result mesher_region_tags(mesher_domain *domain, uint32_t i, i
 /* The wanted edge length h. On the surface: the mean length of the constrained edges at a vertex
  * [Marot 2020, 7]. Inside: interpolated in the mesh as it was before refinement, which is kept as a
  * background, so h(x) does not depend on the order in which points are inserted. The gradation
- * limits the interpolation by h(x) <= h(v) + slope*|x - v| at the corners v of the background's
- * tetrahedron around x. */
+ * limits this, from vertex to vertex and at x by h(x) <= h(v) + slope*|x - v| for the vertices v
+ * that have limited the corners of the background's tetrahedron around x. What is interpolated are
+ * the sizes before, so a plate with a small fillet at each of its corners is not filled with the
+ * fillets' sizes. */
 
 static double mesher__distance(const double *a, const double *b)
 {
@@ -7729,14 +7735,33 @@ static mesher_result mesher__curvature_sizes(mesher_domain *domain)
     return MESHER_OK;
 }
 
+/* Bounds the size of a vertex by that of another, if it is much larger. */
+static int mesher__limit_size(mesher_domain *domain, uint32_t v, uint32_t by, double most)
+{
+    if (!(domain->size[v] > (1 + 1e-9) * (domain->size[by] + most))) return 0;
+    domain->size[v] = domain->size[by] + most;
+    domain->size_source[v] = domain->size_source[by];
+    return 1;
+}
+
 /* Sizes of vertices that share a tetrahedron differ by no more than the gradation allows; the least
  * ones stay. */
-static void mesher__limit_gradation(mesher_domain *domain)
+static mesher_result mesher__limit_gradation(mesher_domain *domain)
 {
     const delaunay_mesh *mesh = &domain->mesh;
     double slope = mesher__slope(&domain->options), *size = domain->size;
     delaunay_handle t;
+    uint32_t v;
     int sweep, e, changed = 1;
+    delaunay_release(&domain->memory, domain->own_size);
+    delaunay_release(&domain->memory, domain->size_source);
+    domain->own_size =
+        (double *)delaunay_alloc(&domain->memory, mesh->num_vertices, sizeof *domain->own_size);
+    domain->size_source = (uint32_t *)delaunay_alloc(&domain->memory, mesh->num_vertices,
+                                                     sizeof *domain->size_source);
+    if (!domain->own_size || !domain->size_source) return MESHER_ERROR_OUT_OF_MEMORY;
+    memcpy(domain->own_size, size, mesh->num_vertices * sizeof *size);
+    for (v = 0; v < mesh->num_vertices; v++) domain->size_source[v] = v;
     for (sweep = 0; sweep < 100 && changed; sweep++)
         for (changed = 0, t = 1; t < mesh->num_tets; t++) {
             if (!mesher__is_inside(mesh, t)) continue;
@@ -7746,12 +7771,11 @@ static void mesher__limit_gradation(mesher_domain *domain)
                 double most;
                 if (!(size[a] > 0) || !(size[b] > 0)) continue;
                 most = slope * mesher__distance(mesh->vertices[a].x, mesh->vertices[b].x);
-                if (size[a] > (1 + 1e-9) * (size[b] + most)) size[a] = size[b] + most;
-                else if (size[b] > (1 + 1e-9) * (size[a] + most)) size[b] = size[a] + most;
-                else continue;
-                changed = 1;
+                changed |= mesher__limit_size(domain, a, b, most) ||
+                           mesher__limit_size(domain, b, a, most);
             }
         }
+    return MESHER_OK;
 }
 
 MESHER_API mesher_result mesher_size(mesher_domain *domain, mesher_report *report)
@@ -7775,8 +7799,8 @@ MESHER_API mesher_result mesher_size(mesher_domain *domain, mesher_report *repor
     if (result == MESHER_OK && domain->options.curvature_degrees > 0)
         result = mesher__curvature_sizes(domain);
     if (result == MESHER_OK) result = mesher__wish_at_vertices(domain, &ignored);
+    if (result == MESHER_OK) result = mesher__limit_gradation(domain);
     if (result != MESHER_OK) return result;
-    mesher__limit_gradation(domain);
     least = mesher__size_floor(mesh);
     for (v = 1; v < mesh->num_vertices; v++)
         if (domain->size[v] > 0 && domain->size[v] < least) domain->size[v] = least;
@@ -7792,6 +7816,8 @@ typedef struct mesher__field {
     const mesher_options  *options;
     const delaunay_vertex *vertices; /* those of the mesh; they may move: set again after growth */
     const double          *size;         /* likewise */
+    const double          *own;          /* domain->own_size, NULL: as size; .. */
+    const uint32_t        *source;       /* .. domain->size_source */
     delaunay_tet          *tets;         /* the background */
     uint32_t              *color;
     delaunay_handle        num_tets;
@@ -7852,22 +7878,53 @@ static delaunay_handle mesher__find_home(const mesher__field *field, const doubl
     return t;
 }
 
+/* Sizes at the corners of a tetrahedron of the background, to be interpolated. 0: the gradation has
+ * bounded none of them, or they grow. Else their own ones, bounded by each other only; *most: what
+ * those that have bounded them leave at x. */
+static int mesher__corner_sizes(const mesher__field *field, const uint32_t *v, const double *x,
+                                double *size, double *most)
+{
+    int i, j, bounded = 0;
+    for (i = 0; i < 4; i++) {
+        size[i] = field->size[v[i]];
+        bounded |= size[i] > 0 && field->own && field->own[v[i]] > (1 + 1e-9) * size[i];
+    }
+    if (!bounded || field->options->growth > 1) return 0;
+    for (i = 0; i < 4; i++)
+        if (size[i] > 0 && field->own[v[i]] > size[i]) size[i] = field->own[v[i]];
+    for (i = 0; i < 4; i++) {
+        const uint32_t source = field->source[v[i]];
+        double d = mesher__distance(field->vertices[source].x, x);
+        if (!(size[i] > 0)) continue;
+        if (*most > field->size[source] + field->slope * d)
+            *most = field->size[source] + field->slope * d;
+        for (j = 0; j < 4; j++) {
+            d = mesher__distance(field->vertices[v[i]].x, field->vertices[v[j]].x);
+            if (size[j] > size[i] + field->slope * d) size[j] = size[i] + field->slope * d;
+        }
+    }
+    return 1;
+}
+
 /* h(x) without the size function. home: in, a tetrahedron of the background near x; out, the one
  * around it; *found says whether there is one. */
 static double mesher__field_at(const mesher__field *field, const double *x, delaunay_handle *home,
                                int *found)
 {
-    double w[4], h = 0, most = 1e300, weight = 0, growth = field->options->growth;
-    int i;
+    double w[4], size[4], h = 0, most = 1e300, weight = 0, growth = field->options->growth;
+    const uint32_t *v;
+    int i, bounded;
     *home = mesher__find_home(field, x, *home, w, found);
+    v = field->tets[*home].v;
+    bounded = mesher__corner_sizes(field, v, x, size, &most);
     for (i = 0; i < 4; i++) {
-        uint32_t v = field->tets[*home].v[i];
-        double s = field->size[v], d;
+        double s = size[i], d;
         if (!(s > 0)) continue;
-        d = mesher__distance(field->vertices[v].x, x);
         h += w[i] * s;
         weight += w[i];
-        s += (growth > 1 ? growth - 1 : field->slope) * d;
+        if (bounded) continue;
+        d = mesher__distance(field->vertices[v[i]].x, x);
+        s = field->size[v[i]] + (growth > 1 ? growth - 1 : field->slope) * d;
         if (s < most) most = s;
     }
     if (!(weight > 0) || growth > 1 || most < h / weight) h = most;
@@ -8738,20 +8795,31 @@ static mesher_result mesher__no_memory(const mesher__refiner *r)
 /* More points than this are left to the sweeps, which stop at budgets. */
 #  define MESHER__LATTICE_MOST 3e8
 
+/* The size in the middle of a tetrahedron of the background. */
+static double mesher__size_in(const mesher__refiner *r, delaunay_handle t)
+{
+    const uint32_t *v = r->field.tets[t].v;
+    double x[3];
+    int i, found;
+    for (i = 0; i < 3; i++)
+        x[i] = (r->field.vertices[v[0]].x[i] + r->field.vertices[v[1]].x[i] +
+                r->field.vertices[v[2]].x[i] + r->field.vertices[v[3]].x[i]) /
+               4;
+    return mesher__field_at(&r->field, x, &t, &found);
+}
+
 /* How many points a lattice all over the inside would have. */
 static double mesher__lattice_points(const mesher__refiner *r)
 {
     const delaunay_mesh *mesh = r->mesh;
     double sum = 0, w[4];
     delaunay_handle t;
-    int i;
     for (t = 1; t < mesh->num_tets; t++) {
         const uint32_t *v = mesh->tets[t].v;
-        double h = 0;
+        double h;
         if (!mesher__is_inside(mesh, t)) continue;
         mesher__weights(mesh->vertices, v, mesh->vertices[v[0]].x, w);
-        for (i = 0; i < 4; i++) h += r->domain->size[v[i]] / 4;
-        h *= MESHER__CUBE;
+        h = MESHER__CUBE * mesher__size_in(r, t);
         sum += w[0] / 3 / (h * h * h);
     }
     return sum;
@@ -9002,13 +9070,12 @@ static int mesher__find_starts(mesher__refiner *r, size_t *count)
     double x[3], rr, h, ratio;
     uint64_t bits;
     size_t n = 0;
-    int i;
     for (t = 1; t < mesh->num_tets; t++) {
         const uint32_t *v = mesh->tets[t].v;
         if (!mesher__is_inside(mesh, t)) continue;
         rr = mesher__circumcentre(mesh->vertices[v[0]].x, mesh->vertices[v[1]].x,
                                   mesh->vertices[v[2]].x, mesh->vertices[v[3]].x, x);
-        for (h = 0, i = 0; i < 4; i++) h += r->domain->size[v[i]] / 4;
+        h = mesher__size_in(r, t);
         if (!(rr > 2.25 * h * h)) continue;
         if (!mesher__room(r->memory, &r->order, &r->cap_order, n, n + 1, sizeof *r->order))
             return 0;
@@ -9056,12 +9123,10 @@ static int mesher__start_at(const mesher__refiner *r, delaunay_handle t, double 
 {
     const uint32_t *v = r->mesh->tets[t].v;
     const delaunay_vertex *vertices = r->mesh->vertices;
-    double h = 0;
-    int i;
-    for (i = 0; i < 4; i++) h += r->domain->size[v[i]] / 4;
     return mesher__circumcentre(vertices[v[0]].x, vertices[v[1]].x, vertices[v[2]].x,
                                 vertices[v[3]].x, x) >= 0 &&
-           mesher__in_box(r, x) && mesher__is_alone(&r->grid, r->points, x, h);
+           mesher__in_box(r, x) &&
+           mesher__is_alone(&r->grid, r->points, x, mesher__size_in(r, t));
 }
 
 /* Drops the starts in whose way a point is by now, several threads sharing them: returns how many
@@ -10498,6 +10563,8 @@ static mesher_result mesher__refiner_init(mesher__refiner *r, mesher_domain *dom
     r->field.options = r->options;
     r->field.vertices = mesh->vertices;
     r->field.size = domain->size;
+    r->field.own = domain->own_size;
+    r->field.source = domain->size_source;
     r->field.slope = mesher__slope(r->options);
     r->field.least = mesher__size_floor(mesh);
     r->field.num_tets = mesh->num_tets;
@@ -10822,6 +10889,8 @@ MESHER_API void mesher_domain_free(mesher_domain *domain)
         delaunay_release(memory, domain->survivor);
         delaunay_release(memory, domain->vertex_used);
         delaunay_release(memory, domain->size);
+        delaunay_release(memory, domain->own_size);
+        delaunay_release(memory, domain->size_source);
         delaunay_release(memory, domain->regions);
         delaunay_release(memory, domain->facet_sides);
     }

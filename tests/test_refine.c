@@ -821,6 +821,38 @@ static void prism(mesher_surface *surface, double *xyz, uint32_t *triangles, uin
     surface->num_triangles = 4 * n - 4;
 }
 
+/* Tiny sizes at the corners of a plate stay there: what is interpolated across it are the sizes
+ * that its vertices ask for, not what the gradation leaves of them. */
+static void small_corners_do_not_fill_a_plate(void)
+{
+    static const double corner[8] = {0, 0, 10, 0, 10, 10, 0, 10},
+                        next[8] = {1, 0, 0, 1, -1, 0, 0, -1};
+    double polygon[24], xyz[72], wish[24];
+    uint32_t triangles[3 * 44];
+    mesher_domain d;
+    mesher_surface surface;
+    mesher_options o;
+    mesher_report r;
+    int i, k;
+    for (i = 0; i < 4; i++)
+        for (k = 0; k < 2; k++) { /* before, in and after the corner */
+            double back = -next[(2 * i + 6 + k) % 8], on = next[2 * i + k];
+            polygon[6 * i + k] = corner[2 * i + k] + 0.01 * back;
+            polygon[6 * i + 2 + k] = corner[2 * i + k] + 0.003 * (back + on);
+            polygon[6 * i + 4 + k] = corner[2 * i + k] + 0.01 * on;
+        }
+    for (i = 0; i < 24; i++) wish[i] = i % 3 == 1 ? 0.01 : 1;
+    prism(&surface, xyz, triangles, 12, polygon, 1);
+    memset(&o, 0, sizeof o);
+    memset(&r, 0, sizeof r);
+    o.vertex_sizes = wish;
+    o.max_vertices = 20000;
+    CHECK(mesher_mesh(&d, &surface, &o, &r) == MESHER_OK);
+    CHECK(r.refined_vertices > 20 && r.refined_vertices < 5000);
+    for (i = 0; i < 24 && d.size; i++) CHECK(d.size[d.mesh.vertex_of[i]] < 0.03);
+    mesher_domain_free(&d);
+}
+
 /* Sizes far below the lengths of the needles at both ends of a coin: the mesh is finished without
  * digging thousands of cavities of thousands of tetrahedra in vain. */
 static void needles_do_not_hold_up(void)
@@ -963,6 +995,7 @@ int main(void)
     a_ball_end_to_end();
     large_cavities_are_cut(5, 0.02, 0.25, 0);
     large_cavities_are_cut(5, 0.3, 0.25, 1);
+    small_corners_do_not_fill_a_plate();
     needles_do_not_hold_up();
     one_cube_gets_the_wanted_size();
     a_fine_surface_is_honoured();
