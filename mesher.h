@@ -2577,9 +2577,10 @@ static void mesher__tell(mesher__recovery *r, const char *stage, int detail)
     if (!host->log) return;
     snprintf(
         text, sizeof text,
-        "recover: %s %d: %lu edges and %lu facets missing, %lu points, %.3g searches, %.3g nodes, work %.3g",
+        "recover: %s %d: %lu edges and %lu facets missing, %ld points, %.3g searches, %.3g nodes, "
+        "work %.3g",
         stage, detail, (unsigned long)r->num_missing_edges, (unsigned long)r->num_missing_facets,
-        (unsigned long)(r->added - r->removed), (double)r->searches, (double)r->nodes,
+        (long)r->added - (long)r->removed, (double)r->searches, (double)r->nodes,
         (double)r->work);
     host->log(host->user, DELAUNAY_LOG_DEBUG, text);
 }
