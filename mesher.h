@@ -9115,8 +9115,8 @@ static void mesher__foresee(mesher__refiner *r, double expected)
         (void)mesher__grow(r->memory, &r->points, &r->cap_points, 0, points, sizeof *r->points);
     if (points > r->cap_nodes)
         (void)mesher__grow(r->memory, &r->nodes, &r->cap_nodes, 0, points, sizeof *r->nodes);
-    if (delaunay_reserve(r->mesh, vertices, tets) == DELAUNAY_OK)
-        r->field.vertices = r->mesh->vertices;
+    (void)delaunay_reserve(r->mesh, vertices, tets);
+    r->field.vertices = r->mesh->vertices; /* moved, perhaps even where the tetrahedra failed */
 }
 
 /* Where a lattice may start in tetrahedron t; 0 if another point is in the way. */
