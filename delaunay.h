@@ -3750,9 +3750,10 @@ delaunay__renumber_avx2(const delaunay__numbering *c, size_t t, size_t count, de
     const int *moved = (const int *)(const void *)c->moved;
     const __m128i inverses =
         _mm_loadu_si128((const __m128i *)(const void *)c->rotations.packed_inverse);
-    size_t end = t + count, slots = c->mesh->num_tets;
+    /* what is beyond the end may be another thread's */
+    size_t end = t + count, known = c->threads == 1 ? c->mesh->num_tets : end;
     for (; t < end; t++, y++) {
-        const delaunay_handle *n = tets[t + AHEAD < slots ? t + AHEAD : t].n;
+        const delaunay_handle *n = tets[t + AHEAD < known ? t + AHEAD : t].n;
         const uint8_t *bytes = c->rotations.bytes[(unsigned)moved[t] >> DELAUNAY__PACKED_BITS];
         __m128i o = _mm_loadu_si128((const __m128i *)(const void *)bytes);
         __m128i v = _mm_loadu_si128((const __m128i *)(const void *)tets[t].v);
