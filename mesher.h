@@ -7322,9 +7322,9 @@ static double mesher__clamp_size(const mesher_options *o, double h)
 #define MESHER__INWARDS 1.3
 
 /* Ratio of sizes one edge apart, at most, where the caller says nothing. With 1.4 surfaces with
- * edges of very different lengths get 3 to 10 times the tetrahedra of 2, and no fewer bad ones; the
- * interpolation of [Marot 2020, 7] has about 2. Around sources the caller has chosen the place, and
- * 1.4 gives the better mesh. */
+ * edges of very different lengths get 1.4 to 3.5 times the tetrahedra of 2; the interpolation of
+ * [Marot 2020, 7] has about 2. Around sources the caller has chosen the place, and 1.4 gives the
+ * better mesh. */
 #  define MESHER__GRADATION            2.0
 #  define MESHER__GRADATION_OF_SOURCES 1.4
 
