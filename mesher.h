@@ -2202,7 +2202,8 @@ MESHER_API mesher_result mesher_empty_mesh(mesher_domain *domain, mesher_report 
 /* ---- >>recover ----------------------------------------------------------------------------
  * Almost all edges and facets of the surface are in the Delaunay triangulation already; what is
  * missing is mostly edges that cross one or two faces. Each missing edge is brought in by flips in
- * a copy of the tetrahedra on its way, deeper and deeper. A few that are left, or all of them in
+ * a copy of the tetrahedra on its way, deeper and deeper; where flat sides are cut into needles, by
+ * flips in their planes, with points beside these. A few that are left, or all of them in
  * later attempts where some flips first, in other orders, did not get through, go on by
  * closure searches (delaunay_reconnect) over small windows around the faces that it crosses: a
  * search that lowers the number of crossings is committed, and never loses a constrained edge
@@ -2282,6 +2283,33 @@ typedef struct mesher__pipe {
     int blocked; /* by a constraint of the mesh with so many vertices: */
     uint32_t blocker[3];
 } mesher__pipe;
+
+/* Of flips in a plane. */
+enum {
+    MESHER__SPIN = 128,    /* tetrahedra around a rung at most */
+    MESHER__HALF = 24,     /* vertices of a half that is filled without a point at most */
+    MESHER__MANY_RUNGS = 8 /* of a missing edge in the mean, to be flipped in the plane */
+};
+
+/* An edge of the mesh that crosses a missing edge in its plane. */
+typedef struct mesher__rung {
+    uint32_t        p, q;  /* to the left and right of it */
+    delaunay_handle t;     /* has both, or had */
+    int             stuck; /* cannot be flipped without a point, as things are */
+} mesher__rung;
+
+/* What is around an edge pq: tetrahedron i has p, q, v[i], v[i + 1], positive in this order. */
+typedef struct mesher__spin {
+    uint32_t        n, v[MESHER__SPIN];
+    delaunay_handle tets[MESHER__SPIN];
+} mesher__spin;
+
+typedef struct mesher__plane {
+    mesher__rung rungs[MESHER__PIPE + 1];
+    uint32_t     count, off;               /* off: a vertex that is not in the plane */
+    mesher__spin spin;
+    uint8_t      apex[MESHER__HALF][MESHER__HALF];
+} mesher__plane;
 
 typedef struct mesher__window {
     uint64_t signature;
@@ -2395,6 +2423,7 @@ typedef struct mesher__recovery {
     delaunay_window window;
     delaunay_search search;
     mesher__flips  *flips;
+    mesher__plane   plane;
     delaunay_list   came;             /* edges that a commit brings */
     uint32_t shell[DELAUNAY_WINDOW_FACETS][3]; /* a polyhedron's facets, outward, mesh vertices */
     delaunay_handle
@@ -5202,6 +5231,394 @@ static int mesher__star_window(mesher__recovery *r, const delaunay_window *w, co
     return 1;
 }
 
+/* -- in a plane: a missing edge that crosses nothing but edges of the mesh which lie in one plane
+ * with it, its rungs, as where a flat side of the surface is triangulated in another way than by
+ * the mesh. It comes in by flips of the rungs in the plane. Each takes the tetrahedra around a
+ * rung, and fills their halves on both sides of the plane again: by tetrahedra between the rung's
+ * ends and its link, or, where there is no such filling, around a point of ours. There always is
+ * one: a point of the rung sees all of the half from within but what lies in the plane, and so does
+ * one near it, on that side. */
+
+/* The sign of a turn in the plane of the rungs. */
+static int mesher__plane_turn(const mesher__recovery *r, uint32_t a, uint32_t b, uint32_t c)
+{
+    return delaunay_orient3d(mesher__x(r, a), mesher__x(r, b), mesher__x(r, c),
+                             mesher__x(r, r->plane.off));
+}
+
+/* Do segments ab and cd of the plane cross, in their interiors? */
+static int mesher__plane_cross(const mesher__recovery *r, uint32_t a, uint32_t b, uint32_t c,
+                               uint32_t d)
+{
+    return mesher__plane_turn(r, a, b, c) * mesher__plane_turn(r, a, b, d) < 0 &&
+           mesher__plane_turn(r, c, d, a) * mesher__plane_turn(r, c, d, b) < 0;
+}
+
+/* The first rung of missing edge ab, and with it the plane. */
+static int mesher__first_rung(mesher__recovery *r, uint32_t a, uint32_t b)
+{
+    static const uint8_t pairs[3][3] = {{0, 1, 2}, {1, 2, 0}, {2, 0, 1}};
+    size_t i;
+    int k;
+    mesher__note_failure(r, delaunay_vertex_star(r->mesh, r->worker, a, &r->star));
+    for (i = 0; i < r->star.count && r->status == MESHER_OK; i++) {
+        delaunay_handle t = r->star.items[i];
+        const uint32_t *v = r->mesh->tets[t].v;
+        const uint8_t *o = delaunay_facet_order(delaunay_local_index(&r->mesh->tets[t], a));
+        if (delaunay_is_ghost(r->mesh, t)) continue;
+        for (k = 0; k < 3; k++) {
+            uint32_t x = v[o[pairs[k][0]]], y = v[o[pairs[k][1]]];
+            mesher__rung *rung = r->plane.rungs;
+            if (x == b || y == b || delaunay_orient3d(mesher__x(r, a), mesher__x(r, b),
+                                                      mesher__x(r, x), mesher__x(r, y)))
+                continue;
+            r->plane.off = v[o[pairs[k][2]]];
+            if (!mesher__plane_cross(r, a, b, x, y)) continue;
+            rung->p = mesher__plane_turn(r, a, b, x) > 0 ? x : y;
+            rung->q = rung->p == x ? y : x;
+            rung->t = t;
+            rung->stuck = 0;
+            r->plane.count = 1;
+            return 1;
+        }
+    }
+    return 0;
+}
+
+/* What is around edge pq of tetrahedron t, as mesher__ring; 0: a constraint, too much, the hull. */
+static int mesher__spin_around(mesher__recovery *r, delaunay_handle t, uint32_t p, uint32_t q)
+{
+    const delaunay_mesh *mesh = r->mesh;
+    const delaunay_tet *tet = &mesh->tets[t];
+    mesher__spin *s = &r->plane.spin;
+    int i = delaunay_local_index(tet, p), j = delaunay_local_index(tet, q);
+    const uint8_t *o;
+    uint32_t k, next, out;
+    delaunay_handle h;
+    if (i < 0 || j < 0 || (mesh->flags[t] & DELAUNAY_EDGE_BIT(delaunay_edge_between(i, j))))
+        return 0;
+    if (delaunay_is_ghost(mesh, t)) return 0;
+    o = delaunay_facet_order(i);
+    k = o[0] == j ? 0 : o[1] == j ? 1 : 2;
+    s->v[0] = tet->v[o[(k + 1) % 3]];
+    s->tets[0] = t;
+    next = tet->v[o[(k + 2) % 3]];
+    out = s->v[0];
+    for (s->n = 1; next != s->v[0]; s->n++) {
+        if (s->n == MESHER__SPIN) return 0;
+        h = mesh->tets[t].n[delaunay_local_index(&mesh->tets[t], out)];
+        t = h / 4;
+        if (!t || delaunay_is_ghost(mesh, t)) return 0;
+        out = next;
+        s->v[s->n] = out;
+        s->tets[s->n] = t;
+        next = mesh->tets[t].v[h % 4];
+    }
+    r->work += s->n;
+    return 1;
+}
+
+/* A tetrahedron with a rung, and what is around it. */
+static int mesher__spin_rung(mesher__recovery *r, mesher__rung *g)
+{
+    const delaunay_tet *tet = &r->mesh->tets[g->t];
+    if (delaunay_local_index(tet, g->p) < 0 || delaunay_local_index(tet, g->q) < 0)
+        g->t = delaunay_find_edge(r->mesh, r->worker, g->p, g->q);
+    return g->t && mesher__spin_around(r, g->t, g->p, g->q);
+}
+
+/* All rungs of missing edge ab. 0: its plane is not in the mesh, or a vertex or constraint is in
+ * the way. */
+static int mesher__walk_plane(mesher__recovery *r, uint32_t a, uint32_t b)
+{
+    const mesher__spin *s = &r->plane.spin;
+    uint32_t i, z;
+    int side;
+    r->plane.count = 0;
+    if (!mesher__first_rung(r, a, b)) return 0;
+    for (;;) {
+        mesher__rung *g = &r->plane.rungs[r->plane.count - 1];
+        if (!mesher__spin_rung(r, g)) return 0;
+        for (i = 0; i < s->n; i++) {
+            z = s->v[i];
+            if (z == b) return 1;
+            if (delaunay_orient3d(mesher__x(r, a), mesher__x(r, g->p), mesher__x(r, g->q),
+                                  mesher__x(r, z)) == 0 &&
+                mesher__plane_turn(r, g->p, g->q, z) == mesher__plane_turn(r, g->p, g->q, b))
+                break;
+        }
+        if (i == s->n || r->plane.count == MESHER__PIPE) return 0;
+        side = mesher__plane_turn(r, a, b, z);
+        if (side == 0) return 0;
+        g[1].p = side > 0 ? z : g->p;
+        g[1].q = side > 0 ? g->q : z;
+        g[1].t = s->tets[i];
+        g[1].stuck = 0;
+        r->plane.count++;
+    }
+}
+
+/* The vertices before and behind a rung, in the plane. */
+static void mesher__rung_ends(const mesher__recovery *r, uint32_t a, uint32_t b, uint32_t i,
+                              uint32_t *before, uint32_t *behind)
+{
+    const mesher__rung *g = &r->plane.rungs[i];
+    *before = i == 0 ? a : g[-1].p == g->p ? g[-1].q : g[-1].p;
+    *behind = i + 1 == r->plane.count ? b : g[1].p == g->p ? g[1].q : g[1].p;
+}
+
+/* Fills half i0 .. i1 of the spin, around edge pq: tetrahedra into r->commit. 0: it cannot be. */
+static int mesher__fill_half(mesher__recovery *r, uint32_t p, uint32_t q, const uint32_t *h,
+                             uint32_t m, uint32_t *num_new)
+{
+    uint8_t (*apex)[MESHER__HALF] = r->plane.apex; /* 0: there is none */
+    uint32_t stack[MESHER__HALF][2], n = 0, i, j, k, width;
+    if (m > MESHER__HALF) return 0;
+    for (width = 2; width < m; width++)
+        for (i = 0; i + width < m; i++) {
+            j = i + width;
+            apex[i][j] = 0;
+            for (k = i + 1; k < j && !apex[i][j]; k++) {
+                if ((k > i + 1 && !apex[i][k]) || (j > k + 1 && !apex[k][j])) continue;
+                r->work += 2;
+                if (delaunay_orient3d(mesher__x(r, p), mesher__x(r, h[i]), mesher__x(r, h[k]),
+                                      mesher__x(r, h[j])) > 0 &&
+                    delaunay_orient3d(mesher__x(r, q), mesher__x(r, h[i]), mesher__x(r, h[k]),
+                                      mesher__x(r, h[j])) < 0)
+                    apex[i][j] = (uint8_t)k;
+            }
+        }
+    if (!apex[0][m - 1]) return 0;
+    stack[n][0] = 0;
+    stack[n++][1] = m - 1;
+    while (n > 0) {
+        uint32_t *c = r->commit + 4 * (size_t)*num_new;
+        i = stack[--n][0];
+        j = stack[n][1];
+        if (j == i + 1) continue;
+        k = apex[i][j];
+        c[0] = p, c[1] = h[i], c[2] = h[k], c[3] = h[j];
+        c[4] = q, c[5] = h[i], c[6] = h[j], c[7] = h[k];
+        *num_new += 2;
+        stack[n][0] = i;
+        stack[n++][1] = k;
+        stack[n][0] = k;
+        stack[n++][1] = j;
+    }
+    return 1;
+}
+
+/* A point that sees a half of the spin from within. */
+static int mesher__half_point(mesher__recovery *r, uint32_t p, uint32_t q, const uint32_t *h,
+                              uint32_t m, double *x)
+{
+    double deep[3] = {0, 0, 0}, foot[3], u[3], v[3], t, s;
+    const double *xp = mesher__x(r, p), *xq = mesher__x(r, q), *x0 = mesher__x(r, h[0]),
+                 *x1 = mesher__x(r, h[m - 1]);
+    uint32_t i;
+    int k, l;
+    r->num_shell = 0;
+    for (i = 0; i < m; i++) {
+        uint32_t *f = r->shell[r->num_shell++], *g = r->shell[r->num_shell++];
+        f[0] = p, f[1] = h[(i + 1) % m], f[2] = h[i];
+        g[0] = q, g[1] = h[i], g[2] = h[(i + 1) % m];
+    }
+    r->work += 20 * (uint64_t)r->num_shell;
+    if (mesher__kernel(r, x) > 0) return 1;
+    for (k = 0; k < 3; k++) {
+        u[k] = xq[k] - xp[k];
+        v[k] = x1[k] - x0[k];
+        for (i = 1; i + 1 < m; i++) deep[k] += mesher__x(r, h[i])[k] / (m - 2);
+    }
+    for (t = s = 0, k = 0; k < 3; k++) { /* where the line h0 h1 meets pq: by the largest normal */
+        double n = u[(k + 1) % 3] * v[(k + 2) % 3] - u[(k + 2) % 3] * v[(k + 1) % 3];
+        if (fabs(n) <= fabs(s)) continue;
+        s = n;
+        l = (k + 1) % 3;
+        t = ((x0[l] - xp[l]) * v[(k + 2) % 3] - (x0[(k + 2) % 3] - xp[(k + 2) % 3]) * v[l]) / n;
+    }
+    for (k = 0; k < 3; k++) foot[k] = xp[k] + t * u[k];
+    for (t = .5; t > 1e-9; t /= 2) {
+        for (k = 0; k < 3; k++) x[k] = foot[k] + t * (deep[k] - foot[k]);
+        if (mesher__in_kernel(r, x)) return 1;
+    }
+    return 0;
+}
+
+/* Fills half of the spin around a new point. */
+static int mesher__star_half(mesher__recovery *r, uint32_t p, uint32_t q, const uint32_t *h,
+                             uint32_t m, uint32_t *num_new)
+{
+    double x[3];
+    uint32_t v, i;
+    if (!mesher__half_point(r, p, q, h, m, x)) return 0;
+    v = delaunay_add_vertex(r->mesh, x, DELAUNAY_NO_ID);
+    if (!v) r->status = MESHER_ERROR_OUT_OF_MEMORY;
+    if (!v) return 0;
+    for (i = 0; i < r->num_shell; i++, ++*num_new) {
+        uint32_t *c = r->commit + 4 * (size_t)*num_new;
+        c[0] = r->shell[i][0], c[1] = r->shell[i][2], c[2] = r->shell[i][1], c[3] = v;
+    }
+    r->added++;
+    return 1;
+}
+
+/* Flips rung i in the plane, with new points or without. */
+static int mesher__flip_rung(mesher__recovery *r, uint32_t i, uint32_t before, uint32_t behind,
+                             int points)
+{
+    mesher__rung *g = &r->plane.rungs[i];
+    const mesher__spin *s = &r->plane.spin;
+    uint32_t half[2][MESHER__SPIN], count[2], at[2] = {UINT32_MAX, UINT32_MAX}, j, k, num_new = 0;
+    uint32_t vertices = r->mesh->num_vertices, added = r->added;
+    if (!mesher__spin_rung(r, g)) return 0;
+    for (j = 0; j < s->n; j++) {
+        if (s->v[j] == before) at[0] = j;
+        if (s->v[j] == behind) at[1] = j;
+    }
+    if (at[0] == UINT32_MAX || at[1] == UINT32_MAX) return 0;
+    for (k = 0; k < 2; k++)
+        for (count[k] = 0, j = at[k];; j = (j + 1) % s->n) {
+            half[k][count[k]++] = s->v[j];
+            if (j == at[1 - k]) break;
+        }
+    if (count[0] < 3 || count[1] < 3) return 0;
+    for (k = 0; k < 2; k++) {
+        if (mesher__fill_half(r, g->p, g->q, half[k], count[k], &num_new)) continue;
+        if (!points || !mesher__star_half(r, g->p, g->q, half[k], count[k], &num_new)) break;
+    }
+    if (k < 2 || !mesher__commit(r, s->tets, s->n, r->commit, num_new)) {
+        r->mesh->num_vertices = vertices;
+        r->added = added;
+        return 0;
+    }
+    g->t = r->slots[0];
+    return 1;
+}
+
+/* What the flip of a rung does: 2: it is one less, 1: another vertex than target has it, 0: it
+ * cannot be, or does not help. */
+static int mesher__rung_use(const mesher__recovery *r, uint32_t a, uint32_t b, uint32_t i,
+                            uint32_t before, uint32_t behind, uint32_t target)
+{
+    const mesher__rung *g = &r->plane.rungs[i];
+    int one = before == a || behind == b ||
+              (g[-1].p == before) == (g[1].p == behind);
+    if (!one && g->p != target && g->q != target) return 0;
+    if (mesher__plane_turn(r, before, behind, g->p) *
+            mesher__plane_turn(r, before, behind, g->q) >= 0)
+        return 0;
+    return 1 + one;
+}
+
+/* The end of a rung that is farthest from the missing edge, about. */
+static uint32_t mesher__farthest(const mesher__recovery *r, uint32_t a, uint32_t b)
+{
+    const double *x = mesher__x(r, a), *y = mesher__x(r, b);
+    double most = -1, u[3], w[3];
+    uint32_t i, target = 0;
+    int k, side;
+    for (k = 0; k < 3; k++) u[k] = y[k] - x[k];
+    for (i = 0; i < r->plane.count; i++)
+        for (side = 0; side < 2; side++) {
+            uint32_t v = side ? r->plane.rungs[i].q : r->plane.rungs[i].p;
+            const double *z = mesher__x(r, v);
+            double d = 0;
+            if (v == target) continue;
+            for (k = 0; k < 3; k++) w[k] = z[k] - x[k];
+            for (k = 0; k < 3; k++) {
+                double c = u[(k + 1) % 3] * w[(k + 2) % 3] - u[(k + 2) % 3] * w[(k + 1) % 3];
+                d += c * c;
+            }
+            if (d <= most) continue;
+            most = d;
+            target = v;
+        }
+    return target;
+}
+
+/* Is a vertex still an end of a rung? */
+static int mesher__at_rung(const mesher__recovery *r, uint32_t v)
+{
+    uint32_t i;
+    for (i = 0; i < r->plane.count; i++)
+        if (r->plane.rungs[i].p == v || r->plane.rungs[i].q == v) return 1;
+    return 0;
+}
+
+/* One flip of a rung, from *cursor on, with new points or without; 0: none can be done. */
+static int mesher__plane_step(mesher__recovery *r, uint32_t a, uint32_t b, uint32_t target,
+                              int points, uint32_t *cursor)
+{
+    uint32_t n, i, before, behind;
+    mesher__rung *g;
+    int use;
+    for (n = 0; n < r->plane.count; n++) {
+        i = (*cursor + n) % r->plane.count;
+        g = &r->plane.rungs[i];
+        if (g->stuck && !points) continue;
+        mesher__rung_ends(r, a, b, i, &before, &behind);
+        use = mesher__rung_use(r, a, b, i, before, behind, target);
+        r->work += 2;
+        if (!use) continue;
+        if (!mesher__flip_rung(r, i, before, behind, points)) {
+            if (r->status != MESHER_OK) return 0;
+            g->stuck = 1;
+            continue;
+        }
+        if (use == 2) {
+            memmove(g, g + 1, (r->plane.count - i - 1) * sizeof *g);
+            r->plane.count--;
+        } else {
+            int left = mesher__plane_turn(r, a, b, before) > 0;
+            g->p = left ? before : behind;
+            g->q = left ? behind : before;
+            g->stuck = 0;
+        }
+        if (i > 0) g[-1].stuck = 0;
+        if (i + 1 < r->plane.count) g[1].stuck = 0;
+        if (i < r->plane.count) g->stuck = 0;
+        *cursor = i > 0 ? i - 1 : 0;
+        return 1;
+    }
+    return 0;
+}
+
+/* Missing edge e by flips in a plane. Each leaves it fewer rungs, or as many and fewer of them at
+ * target, until no rung is there any more: this ends. Constraints do not go. */
+static void mesher__plane_edge(mesher__recovery *r, uint32_t e)
+{
+    uint32_t a = r->edges[2 * (size_t)e], b = r->edges[2 * (size_t)e + 1], cursor = 0, target = 0;
+    if (!mesher__walk_plane(r, a, b)) return;
+    while (r->plane.count > 0 && !mesher__stopped(r)) {
+        if (target == 0 || !mesher__at_rung(r, target)) target = mesher__farthest(r, a, b);
+        if (!mesher__plane_step(r, a, b, target, 0, &cursor) &&
+            !mesher__plane_step(r, a, b, target, 1, &cursor))
+            return;
+    }
+}
+
+/* Missing edges that lie in a plane of the mesh, by flips in it, those with the fewest rungs first:
+ * if they have many in the mean. Where they have few, other steps take fewer points. */
+static void mesher__plane_levels(mesher__recovery *r)
+{
+    uint64_t rungs = 0;
+    uint32_t i, e, n = 0;
+    for (e = 0; e < r->num_edges && !mesher__stopped(r); e++) {
+        if (r->edge_present[e] ||
+            !mesher__walk_plane(r, r->edges[2 * (size_t)e], r->edges[2 * (size_t)e + 1]))
+            continue;
+        rungs += r->plane.count;
+        r->order[n++] = (uint64_t)r->plane.count << 32 | e;
+    }
+    if (rungs < MESHER__MANY_RUNGS * (uint64_t)n || n == 0) return;
+    if (n > 1) qsort(r->order, n, sizeof *r->order, mesher__compare_u64);
+    for (i = 0; i < n && !mesher__stopped(r); i++)
+        if (!r->edge_present[(uint32_t)r->order[i]])
+            mesher__plane_edge(r, (uint32_t)r->order[i]);
+    mesher__tell(r, "edges in planes of", (int)n);
+}
+
 /* The best place for a new point so far. */
 typedef struct mesher__site {
     int      window;
@@ -6426,6 +6843,7 @@ static void mesher__recover_all(mesher__recovery *r)
 {
     int round;
     if (r->first) mesher__flip_levels(r);
+    if (r->first) mesher__plane_levels(r);
     r->max_vain = MESHER__VAIN + r->num_missing_edges / MESHER__VAIN;
     mesher__edge_levels(r);
     if (mesher__ends(r)) return;

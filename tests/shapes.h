@@ -228,6 +228,58 @@ DELAUNAY_INLINE void split_box(shape *s, int n, int splits)
     }
 }
 
+/* Twice the area of a triangle of vertices, seen from above. */
+DELAUNAY_INLINE double area_above(const shape *s, uint32_t a, uint32_t b, uint32_t c)
+{
+    const double *x = s->xyz + 3 * a, *y = s->xyz + 3 * b, *z = s->xyz + 3 * c;
+    return (y[0] - x[0]) * (z[1] - x[1]) - (y[1] - x[1]) * (z[0] - x[0]);
+}
+
+/* Is abc an ear of a polygon of n vertices, seen from above? */
+DELAUNAY_INLINE int is_ear(const shape *s, const uint32_t *polygon, uint32_t n, uint32_t a,
+                           uint32_t b, uint32_t c)
+{
+    uint32_t i;
+    if (area_above(s, a, b, c) <= 1e-9) return 0;
+    for (i = 0; i < n; i++) {
+        uint32_t v = polygon[i];
+        if (v != a && v != b && v != c && area_above(s, a, b, v) >= 0 &&
+            area_above(s, b, c, v) >= 0 && area_above(s, c, a, v) >= 0)
+            return 0;
+    }
+    return 1;
+}
+
+/* A plate with n corners around lobes, its two sides cut into needles: ear after ear where the last
+ * one was. */
+DELAUNAY_INLINE void lobed_plate(shape *s, uint32_t n, int lobes, double thickness)
+{
+    uint32_t *left = (uint32_t *)malloc(n * sizeof *left), m = n, i, vain = 0;
+    size_t t, sides;
+    for (i = 0; i < 2 * n; i++) {
+        double angle = 6.283185307179586 * (i % n) / n, radius = 15 + 4 * sin(lobes * angle);
+        add_vertex(s, radius * cos(angle), radius * sin(angle), i < n ? 0 : thickness);
+    }
+    for (i = 0; i < n; i++) left[i] = i;
+    for (i = 0; m > 2 && vain < m; vain++, i = (i + 1) % m) {
+        uint32_t a = left[(i + m - 1) % m], b = left[i], c = left[(i + 1) % m];
+        if (m > 3 && !is_ear(s, left, m, a, b, c)) continue;
+        add_triangle(s, a, c, b);
+        memmove(left + i, left + i + 1, (m - i - 1) * sizeof *left);
+        m--;
+        i = (i + 2 * m - 2) % m;
+        vain = 0;
+    }
+    for (t = 0, sides = s->num_triangles; t < sides; t++)
+        add_triangle(s, s->triangles[3 * t] + n, s->triangles[3 * t + 2] + n,
+                     s->triangles[3 * t + 1] + n);
+    for (i = 0; i < n; i++) {
+        add_triangle(s, i, (i + 1) % n, (i + 1) % n + n);
+        add_triangle(s, i, (i + 1) % n + n, i + n);
+    }
+    free(left);
+}
+
 /* A torus in the xy plane, or stood up; its centre at x. */
 DELAUNAY_INLINE void torus(shape *s, double x, int upright, uint32_t n, uint32_t m, double thick)
 {

@@ -249,35 +249,53 @@ static void count_attempts(void *user, int level, const char *text)
     if (strstr(text, "points removed")) ++*(int *)user;
 }
 
+/* The number of attempts at a surface that is recovered, else 0. */
+static int attempts_at(const shape *s)
+{
+    mesher_surface surface;
+    mesher_options options;
+    mesher_domain d;
+    mesher_result result;
+    int attempts = 0;
+    memset(&surface, 0, sizeof surface);
+    memset(&options, 0, sizeof options);
+    memset(&d, 0, sizeof d);
+    surface.xyz = s->xyz;
+    surface.num_vertices = s->num_vertices;
+    surface.triangles = s->triangles;
+    surface.num_triangles = s->num_triangles;
+    options.no_refine = 1;
+    options.host.log = count_attempts;
+    options.host.user = &attempts;
+    result = mesher_mesh(&d, &surface, &options, NULL);
+    mesher_domain_free(&d);
+    return result == MESHER_OK ? attempts : 0;
+}
+
 /* Points come off the surface where much is in the way of those that take their place. */
 static void turned_needles_need_one_attempt(void)
 {
     static const int seeds[2] = {0, 4}, size[2] = {1, 2}, splits[2] = {900, 2000};
-    int i, attempts;
+    int i;
     for (i = 0; i < 2; i++) {
         shape s = {0};
-        mesher_surface surface;
-        mesher_options options;
-        mesher_domain d;
         state = 1000 + (uint64_t)seeds[i];
         split_box(&s, size[i], splits[i]);
         transform(&s, 0.7 + seeds[i], 1, 0);
-        memset(&surface, 0, sizeof surface);
-        memset(&options, 0, sizeof options);
-        memset(&d, 0, sizeof d);
-        surface.xyz = s.xyz;
-        surface.num_vertices = s.num_vertices;
-        surface.triangles = s.triangles;
-        surface.num_triangles = s.num_triangles;
-        options.no_refine = 1;
-        options.host.log = count_attempts;
-        options.host.user = &attempts;
-        attempts = 0;
-        CHECK(mesher_mesh(&d, &surface, &options, NULL) == MESHER_OK);
-        CHECK(attempts == 1);
-        mesher_domain_free(&d);
+        CHECK(attempts_at(&s) == 1);
         shape_free(&s);
     }
+}
+
+/* Flat sides whose needles cross dozens of edges of the mesh in their plane, each. */
+static void needles_in_planes_need_one_attempt(void)
+{
+    shape s = {0};
+    lobed_plate(&s, 1100, 5, 3.67);
+    CHECK(s.num_triangles == 2 * 1098 + 2 * 1100);
+    CHECK(attempts_at(&s) == 1);
+    CHECK(recovered(&s, "needles in planes") >= 0);
+    shape_free(&s);
 }
 
 static void interlocked_tori_and_near_spheres(void)
@@ -493,6 +511,7 @@ int main(int argc, char **argv)
         turned_needles_need_few_points();
         edges_that_came_beside_their_points_are_marked();
         turned_needles_need_one_attempt();
+        needles_in_planes_need_one_attempt();
         interlocked_tori_and_near_spheres();
         sheets_and_dangling_edges();
         isolated_points_on_the_surface_stay_out();
