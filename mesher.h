@@ -2227,7 +2227,9 @@ enum {
     MESHER__ATTEMPTS = 6,    /* at the whole, with other places of points, ... */
     MESHER__FLIP_ATTEMPTS = 3, /* ... of them by flips first, each in another order, and ... */
     MESHER__FEW_SPLITS = 1000, /* ... with points on so many missing edges at the end, ... */
-    MESHER__FEW_POINTS = 4,    /* ... after so many within for each of them */
+    MESHER__FEW_POINTS = 4,    /* ... after so many within for each of them; these points stop
+                                  where edges stay or come for so many rounds: */
+    MESHER__SPLIT_STAYS = 6, MESHER__SPLIT_RISES = 3,
     MESHER__VAIN = 8,        /* points that bring nothing, and one more for so many missing edges,
                                 before an attempt by flips adds no more of them */
     MESHER__FEW_SITES = 6,   /* windows for a point looked at, even if one is good enough, ... */
@@ -2449,6 +2451,7 @@ typedef struct mesher__recovery {
     uint64_t        work, max_work;    /* about as many predicates; a bound that no clock decides */
     uint8_t        *hopeless;           /* of each edge: points that brought it no nearer */
     int             stuck;              /* points within bring in few edges more */
+    int             unmoved;            /* they brought in less than a quarter of many */
     uint32_t        vain, max_vain;     /* points that brought nothing */
     int             checked;            /* the intersection test has run, and found nothing */
     uint32_t        added, removed;
@@ -6249,9 +6252,28 @@ static void mesher__relax_points(mesher__recovery *r)
         }
 }
 
+/* The missing edges from round to round of splits. */
+typedef struct mesher__course {
+    uint32_t last, most;
+    int      fell, rises, stays;
+} mesher__course;
+
+/* Notes the edges missing after a round; 1: they will hardly come. At first their number may rise
+ * for some rounds, but not for several after it has fallen by half. */
+static int mesher__course_fails(mesher__course *c, uint32_t missing)
+{
+    c->rises = missing > c->last && c->fell ? c->rises + 1 : 0;
+    c->stays = missing == c->last && missing ? c->stays + 1 : 0;
+    if (missing > c->most) c->most = missing;
+    if (missing <= c->most / 2) c->fell = 1;
+    c->last = missing;
+    return c->rises == MESHER__SPLIT_RISES || c->stays == MESHER__SPLIT_STAYS;
+}
+
 /* Splits what is missing until everything is there, in pieces. */
 static void mesher__split_all(mesher__recovery *r)
 {
+    mesher__course course = {0, 0, 0, 0, 0};
     int round, relaxed = 0;
     uint32_t i, most = 4 * r->num_missing_edges + 64; /* pieces of pieces have no end */
     for (round = 0; round < 40 && !mesher__stopped(r); round++) {
@@ -6271,6 +6293,7 @@ static void mesher__split_all(mesher__recovery *r)
         }
         mesher__tell(r, "split, round", round);
         if (r->first && r->num_missing_edges > most) return;
+        if (mesher__course_fails(&course, r->num_missing_edges)) return;
         if (!changed && relaxed) return;
         relaxed = !changed; /* room for points where ours stand in the way, once */
         if (relaxed) mesher__remove_points(r);
@@ -6699,14 +6722,16 @@ static int mesher__suppress(mesher__recovery *r, mesher__split *split, int pass)
             (pass > 0 && mesher__suppress_by_search(r, split, 50000)));
 }
 
-/* Takes the points off the surface, last first, as far as that goes. */
+/* Takes the points off the surface, last first, as far as that goes; not on and on where many stay
+ * and none went. */
 static void mesher__suppress_all(mesher__recovery *r)
 {
-    uint32_t left = r->num_splits, i;
+    uint32_t left = r->num_splits, before, i;
     int pass, changed = 1;
     mesher__relax_points(r);
     for (pass = 0; pass < 12 && left > 0 && (changed || pass < 4); pass++) {
         changed = 0;
+        before = left;
         for (i = r->num_splits; i-- > 0 && !mesher__stopped(r);) {
             mesher__split *split = &r->splits[i];
             if (split->undone || mesher__split_again(r, i) || !mesher__suppress(r, split, pass))
@@ -6717,6 +6742,7 @@ static void mesher__suppress_all(mesher__recovery *r)
         if (left > 0) changed |= mesher__remove_points(r);
         if (left > 0) mesher__relax_points(r);
         mesher__tell(r, "points left on the surface", (int)left);
+        if (pass > 0 && left == before && left > MESHER__FEW_EDGES) return;
     }
 }
 
@@ -6842,12 +6868,14 @@ static mesher__recovery *mesher__recovery_new(mesher_domain *domain, mesher_repo
 static void mesher__recover_all(mesher__recovery *r)
 {
     int round;
+    uint32_t before;
     if (r->first) mesher__flip_levels(r);
     if (r->first) mesher__plane_levels(r);
     r->max_vain = MESHER__VAIN + r->num_missing_edges / MESHER__VAIN;
     mesher__edge_levels(r);
     if (mesher__ends(r)) return;
     if (r->num_missing_edges > r->num_facets / 32) mesher__ask_for_defects(r);
+    before = r->num_missing_edges;
     r->max_work = r->work + MESHER__WORK_THEN;
     for (round = 0; round < 12 && !mesher__stopped(r); round++) {
         int changed = 0;
@@ -6859,6 +6887,8 @@ static void mesher__recover_all(mesher__recovery *r)
         if (mesher__ends(r)) return;
         if (r->num_missing_facets) changed |= mesher__facet_points(r);
         mesher__tell(r, "points for facets, round", round);
+        r->unmoved = r->num_missing_edges > MESHER__FEW_EDGES &&
+                     4 * (uint64_t)r->num_missing_edges > 3 * (uint64_t)before;
         if (!r->num_missing_edges && !r->num_missing_facets) return;
         if (!changed) return;
     }
@@ -6919,8 +6949,9 @@ static int mesher__worth_splits(const mesher__recovery *r)
     return !r->first || r->num_missing_edges <= MESHER__FEW_SPLITS;
 }
 
-/* One attempt on the empty mesh as it is. *again: 1: isolated points have to be left out first; 2:
- * it failed, and another attempt is worth its while; nothing is reported then. */
+/* One attempt on the empty mesh as it is. *again: 1: isolated points have to be left out first;
+ * more: it failed, and the attempt one less further on is worth its while (not one by flips again,
+ * in another order, where hardly an edge came in by points); nothing is reported then. */
 static mesher_result mesher__recover_once(mesher_domain *domain, mesher_report *report, int attempt,
                                           int *again)
 {
@@ -6968,7 +6999,7 @@ static mesher_result mesher__recover_once(mesher_domain *domain, mesher_report *
                (r->num_missing_edges || r->num_missing_facets || mesher__points_on_surface(r))) {
         int worthwhile = r->first ? r->work < r->max_work : r->work < MESHER__WORK_FIRST;
         if (worthwhile && attempt < MESHER__ATTEMPTS - 1) {
-            *again = 2;
+            *again = r->first && r->unmoved ? 1 + MESHER__FLIP_ATTEMPTS - attempt : 2;
         } else if (r->num_missing_edges || r->num_missing_facets) {
             result = MESHER_ERROR_RECOVERY;
             mesher__report_missing(r);
