@@ -39,12 +39,14 @@
  *   may become two that are much better. There are never more bad ones than in the beginning. Then
  *   the few worst of those that are nearly flat have another turn, in which they may become many.
  *   At last there are to be fewer, the worst no worse: the closure search then counts the bad ones
- *   instead of looking for the best of the worst; and around what the surface does not hold and
- *   nothing has bettered, vertices are moved at random and that part is improved anew: it is taken
- *   if it has fewer bad ones. The same is done for the few most extreme dihedral angles and the
- *   least SICN, where that takes nothing from gamma. Plans are made side by side and committed in
- *   order (delaunay_speculate). One sweep along a curve, in blocks side by side, over all vertices
- *   then betters the mean. Positions are accepted by exact signs only.
+ *   instead of looking for the best of the worst; and around what is far from what the surface
+ *   allows, the few worst and then those with the fewest bad ones beside them, vertices are moved
+ *   at random and that part is improved anew: it is taken if its bad ones are fewer or weigh less,
+ *   for as long as that happens often enough. The same is done for the few most extreme dihedral
+ *   angles and the least SICN; a much better one may cost one more bad tetrahedron in a dozen.
+ *   Plans are made side by side and committed in order (delaunay_speculate). One sweep along a
+ *   curve, in blocks side by side, over all vertices then betters the mean. Positions are accepted
+ *   by exact signs only.
  *
  * LICENCE: MIT or public domain, at the end of the file.
  */
@@ -542,6 +544,8 @@ typedef struct spr__state {
     double           lift_below;
     int              is_patch;    /* a part of a mesh that is shaken */
     uint64_t         shakes;      /* plans of patches so far */
+    int64_t          shake_credit; /* those that patches may still make in vain */
+    double           least;       /* before that, the worst of the mesh */
     int              gamma;       /* the measure is gamma: the quick way */
     int              simd;        /* the processor has AVX2 */
     spr_result       failure;     /* in done */
@@ -3079,11 +3083,26 @@ enum {
     SPR__PATCH_ROOM = 100,  /* more tetrahedra at most */
     SPR__PATCHES = 16,      /* at a time */
     SPR__SHAKES = 4,        /* of a patch, and visits to one */
-    SPR__CLAIMED = 0x80     /* a patch of this time has it */
+    SPR__ROUNDED = 0x40,    /* its angles were tried */
+    SPR__CLAIMED = 0x80,    /* a patch of this time has it */
+    SPR__CROWD = 256,       /* bad ones around: more are as many */
+    SPR__SHAKE_FEW = 4,     /* of the worst, in any surroundings; for others, no more than one */
+    SPR__HOPEFUL = 3,       /* in so many around is bad */
+    SPR__SPARE = 12,        /* one more bad one in so many, where that is worth it */
+    SPR__SHAKE_CREDIT = 20000, /* plans in vain, at most */
+    SPR__SHAKE_GAIN = 1000  /* plans that one bad one less is worth */
 };
 
 /* How far a vertex is moved, of the shortest edge around. */
 #define SPR__SHAKEN 0.3
+/* A few more bad ones are worth it where the worst, or an extreme angle, is so much better. */
+#define SPR__MUCH 1.1
+/* Of their weight, what as many bad ones may weigh. */
+#define SPR__LIGHTER 0.97
+/* Of what the surface allows. */
+#define SPR__FAR_BELOW 0.5
+/* Of the target: the worst of a patch may fall to this, if what is bad weighs less. */
+#define SPR__MILD 0.5
 
 /* Everything within two rings of vertices around a bad tetrahedron. */
 typedef struct spr__patch {
@@ -3094,9 +3113,11 @@ typedef struct spr__patch {
     size_t          num_tets, num_vertices, num_inner;
     uint32_t        max_new, seed;
     uint64_t        plans;    /* what shaking it took */
-    double          worst;    /* what must be exceeded with as many bad ones as num_bad */
-    double          before;
-    int             num_bad;
+    double          before;   /* the worst */
+    double          least;    /* of any mesh that takes its place */
+    double          worst;    /* to be exceeded, or: */
+    double          weight;   /* of the bad ones: to be less, if they are as many as num_bad */
+    int             num_bad, was_bad, may_add; /* bad ones: by now, before, and more */
     int             rounding; /* it is about angles */
     double          extreme[3], lack; /* then, the least of each measure, and what is lacking */
     /* the best so far */
@@ -3169,6 +3190,7 @@ static int spr__patch_add_star(const spr__state *s, delaunay_worker *worker, spr
 static int spr__patch_set(const spr__state *s, delaunay_worker *worker, spr__patch *p,
                           delaunay_handle t, delaunay_list *star)
 {
+    spr__burden was;
     size_t i, ring;
     int answer = 1;
     p->num_tets = p->num_inner = 0;
@@ -3184,13 +3206,13 @@ static int spr__patch_set(const spr__state *s, delaunay_worker *worker, spr__pat
         if (i == 3) ring = p->num_vertices;
     }
     if (answer <= 0 || p->num_inner == 0) return answer < 0 ? answer : 0;
-    p->before = HUGE_VAL;
-    p->num_bad = 0;
-    for (i = 0; i < p->num_tets; i++) {
-        p->before = spr__min(p->before, s->value[p->t[i]]);
-        p->num_bad += s->value[p->t[i]] < s->target;
-    }
+    was = spr__burden_of(s, p->t, p->num_tets);
+    p->before = spr__worst_of(s, p->t, p->num_tets);
+    p->least = spr__min(p->before, spr__max(s->least, SPR__MILD * s->target));
     p->worst = spr__floor(s, p->before);
+    p->num_bad = p->was_bad = was.num;
+    p->may_add = was.num / SPR__SPARE;
+    p->weight = was.weight;
     p->rounding = 0;
     return 1;
 }
@@ -3272,16 +3294,21 @@ static int spr__patch_mesh(const spr__state *s, const spr__patch *p, const delau
     return 1;
 }
 
-/* It has fewer bad ones, or its worst is better; or its angles are less extreme. */
-static int spr__patch_is_better(spr__patch *p, int bad, double worst, const double *extreme,
+/* It has fewer bad ones, or they weigh less, or the worst is better; or its angles are less
+ * extreme. */
+static int spr__patch_is_better(spr__patch *p, spr__burden is, double worst, const double *extreme,
                                 double lack)
 {
-    int k;
-    if (!p->rounding)
-        return bad < p->num_bad ? worst >= p->before : bad == p->num_bad && worst > p->worst;
-    for (k = 0; k < 3; k++)
+    int k, much = !p->rounding && worst > SPR__MUCH * p->worst;
+    if (worst < p->least) return 0;
+    for (k = 0; k < 3 && p->rounding; k++) {
         if (extreme[k] < p->extreme[k]) return 0;
-    return bad <= p->num_bad && worst >= p->before && lack < 0.98 * p->lack;
+        much |= extreme[k] > SPR__MUCH * p->extreme[k];
+    }
+    if (is.num > p->num_bad && (!much || is.num > p->was_bad + p->may_add)) return 0;
+    if (p->rounding) return lack < 0.98 * p->lack;
+    return is.weight < SPR__LIGHTER * p->weight || worst > p->worst ||
+           (is.num < p->num_bad && worst >= p->before);
 }
 
 /* Keeps the improved mesh of a patch if it is the best so far. */
@@ -3290,9 +3317,10 @@ static void spr__patch_judge(spr__patch *p, const spr__state *own)
     const delaunay_mesh *m = own->mesh;
     delaunay_handle t;
     double worst = HUGE_VAL, extreme[3] = {4, 4, 4}, lack = 0;
+    spr__burden is = {0, 0};
     size_t num = 0;
     uint32_t v;
-    int bad = 0, k;
+    int k;
     for (t = 1; t < m->num_tets; t++) {
         double value = own->value[t];
         if (delaunay_is_deleted(m, t)) continue;
@@ -3303,16 +3331,17 @@ static void spr__patch_judge(spr__patch *p, const spr__state *own)
             spr__add_extremes(m, t, extreme, &lack);
         }
         worst = spr__min(worst, value);
-        bad += value < own->target;
+        spr__burden_add(own, &is, value);
         num++;
     }
-    if (!spr__patch_is_better(p, bad, worst, extreme, lack) ||
+    if (!spr__patch_is_better(p, is, worst, extreme, lack) ||
         num > SPR__PATCH_TETS + SPR__PATCH_ROOM ||
         m->num_vertices - 1 > p->num_vertices + SPR__PATCH_NEW)
         return;
     p->found = 1;
-    p->num_bad = bad;
-    p->worst = worst;
+    p->num_bad = is.num;
+    p->weight = is.weight;
+    p->worst = spr__max(p->worst, worst);
     p->lack = lack;
     memcpy(p->extreme, extreme, sizeof extreme);
     p->num_points = m->num_vertices - 1;
@@ -3384,12 +3413,17 @@ static void spr__patch_try(const spr__state *s, spr__patch *p)
     delaunay_mesh_free(&mesh);
 }
 
+/* Until two attempts took the same number of plans: then there is hardly anything to be moved. */
 static void spr__patch_shake(const spr__state *s, spr__patch *p)
 {
+    uint64_t plans, last = UINT64_MAX;
     int i;
     for (i = 0; i < SPR__SHAKES && (p->rounding ? p->lack > 0 : p->num_bad > 0); i++) {
         p->seed = p->seed * SPR__SHAKES + (uint32_t)i;
+        plans = p->plans;
         spr__patch_try(s, p);
+        if (p->plans - plans == last) break;
+        last = p->plans - plans;
     }
 }
 
@@ -3430,16 +3464,66 @@ static spr_result spr__patch_commit(spr__state *s, spr__patch *p, delaunay_list 
     return SPR_OK;
 }
 
-/* Worth shaking: bad, and the surface does not hold it. */
+/* Worth shaking: bad, and far below what the surface allows. */
 static int spr__is_shakable(const spr__state *s, delaunay_handle t)
 {
+    double goal = (double)s->at[t].goal;
     return !delaunay_is_deleted(s->mesh, t) && s->value[t] < s->target &&
-           s->at[t].shaken < SPR__SHAKES && s->at[t].goal >= (float)s->target;
+           s->at[t].shaken < SPR__SHAKES &&
+           (s->at[t].goal >= (float)s->target || s->value[t] < SPR__FAR_BELOW * goal);
+}
+
+/* How many bad ones are around the vertices of t, each as often as it has one of them. */
+static size_t spr__num_around(const spr__state *s, const uint32_t *around, delaunay_handle t)
+{
+    const uint32_t *v = s->mesh->tets[t].v;
+    size_t num = (size_t)around[v[0]] + around[v[1]] + around[v[2]] + around[v[3]];
+    return num < SPR__CROWD ? num : SPR__CROWD - 1;
+}
+
+/* The list from first on by the number of bad ones around; otherwise the order stays. Returns 0
+ * without memory. */
+static int spr__sort_by_crowd(spr__state *s, const uint32_t *around, size_t first)
+{
+    size_t place[SPR__CROWD + 1] = {0}, n = s->items.count, i;
+    delaunay_handle *t = s->items.items,
+                    *old = (delaunay_handle *)delaunay_alloc(s->memory, n + 1, sizeof *old);
+    if (!old) return 0;
+    for (i = first; i < n; i++) {
+        old[i] = t[i];
+        place[spr__num_around(s, around, t[i]) + 1]++;
+    }
+    for (place[0] = first, i = 0; i < SPR__CROWD; i++) place[i + 1] += place[i];
+    for (i = first; i < n; i++) t[place[spr__num_around(s, around, old[i])]++] = old[i];
+    delaunay_release(s->memory, old);
+    return 1;
+}
+
+/* What is to be shaken: first the few worst, then those with the fewest bad ones around, which take
+ * the least time and are bettered the most often. Returns 0 without memory. */
+static int spr__find_shakable(spr__state *s)
+{
+    uint32_t *around = (uint32_t *)delaunay_alloc(s->memory, s->cap_vertices, sizeof *around);
+    size_t i;
+    int k, ok = around != NULL;
+    if (ok) memset(around, 0, s->cap_vertices * sizeof *around);
+    for (s->items.count = i = 0; i < s->bad.count && ok; i++) {
+        delaunay_handle t = s->bad.items[i];
+        if (delaunay_is_deleted(s->mesh, t) || !(s->value[t] < s->target)) continue;
+        for (k = 0; k < 4; k++) around[s->mesh->tets[t].v[k]]++;
+        if (spr__is_shakable(s, t)) ok = delaunay_list_push(&s->items, t) == DELAUNAY_OK;
+    }
+    if (ok) {
+        spr__sort(s, s->items.items, s->items.count);
+        ok = spr__sort_by_crowd(s, around, SPR__SHAKE_FEW);
+    }
+    delaunay_release(s->memory, around);
+    return ok;
 }
 
 /* The next patches, none of which overlap: what overlaps waits for another pass. Returns their
  * number, or an error. */
-static int spr__patches_set(spr__state *s, spr__patch *patch, delaunay_list *star)
+static int spr__patches_set(spr__state *s, spr__patch *patch, delaunay_list *star, int few)
 {
     uint32_t vertices = s->mesh->num_vertices - s->first_new, new_ = SPR__PATCH_NEW,
              left = s->max_new > vertices ? s->max_new - vertices : 0;
@@ -3451,7 +3535,9 @@ static int spr__patches_set(spr__state *s, spr__patch *patch, delaunay_list *sta
         answer = spr__patch_set(s, delaunay_engine_worker(s->engine), &patch[num], t, star);
         if (answer < 0) return answer;
         patch[num].seed = s->at[t].shaken++;
-        if (answer == 0) continue;
+        if (answer == 0 || (--few < 0 && SPR__HOPEFUL * (size_t)patch[num].num_bad >
+                                             patch[num].num_tets))
+            continue;
         patch[num].max_new = left < new_ ? left : new_;
         left -= patch[num].max_new;
         for (j = 0; j < patch[num].num_tets; j++)
@@ -3461,6 +3547,12 @@ static int spr__patches_set(spr__state *s, spr__patch *patch, delaunay_list *sta
     s->items.count -= i;
     memmove(s->items.items, s->items.items + i, s->items.count * sizeof *s->items.items);
     return num;
+}
+
+/* There are never more bad ones than in the beginning. */
+static uint64_t spr__max_bad(const spr__state *s)
+{
+    return s->report->before.num_below > s->num_bad ? s->report->before.num_below : s->num_bad;
 }
 
 /* Shakes these patches side by side, and takes what is better. Returns how many are, or an error.
@@ -3477,19 +3569,32 @@ static int spr__patches_shake(spr__state *s, spr__patch *patch, int num, delauna
         spr_result result;
         for (k = 0; k < patch[i].num_tets; k++) s->at[patch[i].t[k]].shaken &= SPR__CLAIMED - 1;
         s->shakes += patch[i].plans;
-        if (!patch[i].found) continue;
+        s->shake_credit -= (int64_t)patch[i].plans;
+        if (!patch[i].found || s->num_bad + (uint64_t)patch[i].num_bad >
+                                   spr__max_bad(s) + (uint64_t)patch[i].was_bad)
+            continue;
         found++;
+        s->shake_credit += SPR__SHAKE_GAIN * (1 + patch[i].was_bad - patch[i].num_bad);
         result = spr__patch_commit(s, &patch[i], slots);
         if (result != SPR_OK) return (int)result;
     }
     return found;
 }
 
-/* Enough: it has taken two plans a tetrahedron of the mesh, or seldom helps. */
-static int spr__has_shaken_enough(const spr__state *s, int tried, int found)
+static int64_t spr__most_credit(const spr__state *s)
 {
-    return s->shakes > 2 * s->report->before.num_tets + 5000 ||
-           (tried >= 2 * SPR__PATCHES && 6 * found < tried);
+    uint64_t most = 4000 + s->report->before.num_tets / 2;
+    return most < SPR__SHAKE_CREDIT ? (int64_t)most : (int64_t)SPR__SHAKE_CREDIT;
+}
+
+/* Enough: it has taken two plans a tetrahedron of the mesh, or seldom helps: each success pays for
+ * some more plans, and no more than are there in the beginning are kept. */
+static int spr__has_shaken_enough(spr__state *s)
+{
+    uint64_t num_tets = s->report->before.num_tets;
+    int64_t most = spr__most_credit(s);
+    if (s->shakes == 0 || s->shake_credit > most) s->shake_credit = most;
+    return s->shake_credit <= 0 || s->shakes > 2 * num_tets + 5000;
 }
 
 /* Shakes what is left and free to be better. Returns SPR_OK; SPR_GOAL_NOT_MET if it is worth no
@@ -3501,15 +3606,12 @@ static spr_result spr__shake(spr__state *s)
     spr_result result = patch ? SPR_OK : SPR_ERROR_OUT_OF_MEMORY;
     delaunay_list list;
     int tried = 0, found = 0, num = 1, answer;
-    size_t i;
     memset(&list, 0, sizeof list);
     list.memory = s->memory;
-    s->items.count = 0;
-    for (i = 0; i < s->bad.count && result == SPR_OK; i++)
-        if (delaunay_list_push(&s->items, s->bad.items[i]) != DELAUNAY_OK)
-            result = SPR_ERROR_OUT_OF_MEMORY;
-    while (result == SPR_OK && num > 0 && !spr__has_shaken_enough(s, tried, found)) {
-        num = spr__patches_set(s, patch, &list);
+    s->least = spr__worst_of(s, s->bad.items, s->bad.count);
+    if (result == SPR_OK && !spr__find_shakable(s)) result = SPR_ERROR_OUT_OF_MEMORY;
+    while (result == SPR_OK && num > 0 && !spr__has_shaken_enough(s)) {
+        num = spr__patches_set(s, patch, &list, tried == 0 ? SPR__SHAKE_FEW : 0);
         answer = num > 0 ? spr__patches_shake(s, patch, num, &list) : num;
         if (answer < 0) result = (spr_result)answer;
         tried += num;
@@ -3558,7 +3660,7 @@ static void spr__find_extremes(const spr__state *s, spr__extreme *x)
     memset(x, 0, 3 * sizeof *x);
     for (t = 1; t < m->num_tets; t++) {
         const uint32_t *v = m->tets[t].v;
-        if (!(s->value[t] < s->target + SPR__ROUND)) continue;
+        if (!(s->value[t] < s->target + SPR__ROUND) || (s->at[t].shaken & SPR__ROUNDED)) continue;
         spr__extremes(spr__point(m, v[0]), spr__point(m, v[1]), spr__point(m, v[2]),
                       spr__point(m, v[3]), e);
         for (k = 0; k < 3; k++)
@@ -3571,16 +3673,20 @@ static void spr__find_extremes(const spr__state *s, spr__extreme *x)
 static int spr__round_set(spr__state *s, spr__patch *patch, delaunay_list *star,
                           const spr__extreme *x, int dense)
 {
+    uint32_t vertices = s->mesh->num_vertices - s->first_new, new_ = SPR__PATCH_NEW,
+             left = s->max_new > vertices ? s->max_new - vertices : 0;
     int num = 0, i, k, answer;
     size_t j;
-    for (i = 0; i < 3 * SPR__EXTREME && num < SPR__PATCHES; i++) {
+    for (i = 0; i < 3 * SPR__EXTREME && num < SPR__PATCHES / 2; i++) {
         const spr__extreme *y = &x[i % 3];
         spr__patch *p = &patch[num];
         if (i / 3 >= y->num || (s->at[y->t[i / 3]].shaken & SPR__CLAIMED)) continue;
         answer = spr__patch_set(s, delaunay_engine_worker(s->engine), p, y->t[i / 3], star);
         if (answer < 0) return answer;
         if (answer == 0 || (i >= dense && SPR__DENSE * (size_t)p->num_bad > p->num_tets)) continue;
-        p->max_new = 0;
+        s->at[y->t[i / 3]].shaken |= SPR__ROUNDED;
+        p->max_new = left < new_ ? left : new_;
+        left -= p->max_new;
         p->seed = 0;
         p->rounding = 1;
         p->lack = 0;
@@ -3604,10 +3710,12 @@ static spr_result spr__round(spr__state *s)
     int turn, answer = patch ? 1 : SPR_ERROR_OUT_OF_MEMORY;
     memset(&list, 0, sizeof list);
     list.memory = s->memory;
-    for (turn = 0; turn < 3 && answer > 0; turn++) {
+    s->least = spr__worst_of(s, s->bad.items, s->bad.count);
+    s->shake_credit = spr__most_credit(s) / 2;
+    for (turn = 0; turn < 3 && answer > 0 && s->shake_credit > 0; turn++) {
         if (s->deadline > 0 && delaunay_seconds(&s->options.host) > s->deadline) break;
         spr__find_extremes(s, x);
-        answer = spr__round_set(s, patch, &list, x, turn == 0 ? 3 : 0);
+        answer = spr__round_set(s, patch, &list, x, turn == 0 ? 6 : 1);
         if (answer > 0) answer = spr__patches_shake(s, patch, answer, &list);
     }
     delaunay_list_free(&list);

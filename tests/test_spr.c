@@ -602,6 +602,65 @@ static void test_same_bytes_for_any_number_of_threads(void)
     for (k = 0; k < 4; k++) delaunay_mesh_free(&m[k]);
 }
 
+/* What is found for a part of a mesh with 24 bad ones: fewer, lighter, a better worst; two more
+ * only for a worst, or an angle, that is much better; never a worst that is below the least. */
+static void test_what_a_part_of_a_mesh_is_replaced_by(void)
+{
+    static const double same[3] = {0.3, 0.3, 0.3}, rounder[3] = {0.3, 0.4, 0.3},
+                        worse[3] = {0.4, 0.4, 0.29};
+    static spr__patch p;
+    spr__burden as_before = {24, 100}, fewer = {23, 101}, lighter = {24, 96}, more = {26, 110},
+                too_many = {27, 90};
+    p.num_bad = p.was_bad = 24;
+    p.may_add = 2;
+    p.weight = 100;
+    p.before = p.least = 0.1;
+    p.worst = 0.105;
+    CHECK(!spr__patch_is_better(&p, as_before, 0.1, same, 0));
+    CHECK(spr__patch_is_better(&p, as_before, 0.11, same, 0));
+    CHECK(spr__patch_is_better(&p, fewer, 0.1, same, 0));
+    CHECK(spr__patch_is_better(&p, lighter, 0.1, same, 0));
+    CHECK(!spr__patch_is_better(&p, fewer, 0.099, same, 0));
+    CHECK(!spr__patch_is_better(&p, more, 0.11, same, 0));
+    CHECK(spr__patch_is_better(&p, more, 0.12, same, 0));
+    CHECK(!spr__patch_is_better(&p, too_many, 0.3, same, 0));
+    p.rounding = 1;
+    p.lack = 10;
+    memcpy(p.extreme, same, sizeof same);
+    CHECK(!spr__patch_is_better(&p, as_before, 0.1, same, 9.9));
+    CHECK(spr__patch_is_better(&p, as_before, 0.1, same, 9));
+    CHECK(!spr__patch_is_better(&p, more, 0.3, same, 9));
+    CHECK(spr__patch_is_better(&p, more, 0.1, rounder, 9));
+    CHECK(!spr__patch_is_better(&p, more, 0.1, worse, 9));
+    CHECK(!spr__patch_is_better(&p, as_before, 0.09, rounder, 9));
+}
+
+/* The first stay in front; the others by the bad ones around, which are counted up to a limit. */
+static void test_parts_with_few_bad_ones_are_shaken_first(void)
+{
+    static delaunay_tet tets[6];
+    delaunay_mesh mesh;
+    delaunay_memory memory;
+    delaunay_host host;
+    spr__state s;
+    uint32_t around[6] = {0, 2, 100, 1000, 2, 7};
+    int i, k;
+    memset(&mesh, 0, sizeof mesh);
+    memset(&host, 0, sizeof host);
+    memset(&s, 0, sizeof s);
+    CHECK(delaunay_memory_init(&memory, &host) == DELAUNAY_OK);
+    mesh.tets = tets;
+    s.mesh = &mesh;
+    s.memory = s.items.memory = &memory;
+    for (i = 1; i < 6; i++)
+        for (k = 0; k < 4; k++) tets[i].v[k] = (uint32_t)i;
+    for (i = 5; i > 0; i--) CHECK(delaunay_list_push(&s.items, (delaunay_handle)i) == DELAUNAY_OK);
+    CHECK(spr__sort_by_crowd(&s, around, 1));
+    CHECK(s.items.items[0] == 5 && s.items.items[1] == 4 && s.items.items[2] == 1);
+    CHECK(s.items.items[3] == 3 && s.items.items[4] == 2);
+    delaunay_list_free(&s.items);
+}
+
 /* Points of a lattice, shaken: enough of them for several blocks of the relaxing sweep, in which
  * those between the blocks wait. */
 static void test_relaxes_a_lattice(void)
@@ -1211,6 +1270,8 @@ int main(void)
     test_statistics_by_vectors_and_the_plain_way_agree();
     test_same_bytes_for_any_number_of_threads();
     test_relaxes_a_lattice();
+    test_what_a_part_of_a_mesh_is_replaced_by();
+    test_parts_with_few_bad_ones_are_shaken_first();
     test_where_hardly_anything_can_be_good();
     test_arrays();
     test_arrays_without_room_or_sense();
