@@ -2213,10 +2213,10 @@ MESHER_API mesher_result mesher_empty_mesh(mesher_domain *domain, mesher_report 
  * follow, by the same searches with the edges that pierce them as the objective, and all facets
  * that are there are kept. What is left, such as a Schonhardt polyhedron, gets interior points:
  * in the kernel of a window, where the most crossings vanish. At last, points on what is missing
- * make it come in in pieces, and are taken off it again. Interior points are removed again,
- * where a search of their star finds a way. After the triangulation every decision is an exact
- * orientation of stored coordinates. A missing edge that meets a constrained facet or edge of
- * the mesh proves that the surface intersects itself. */
+ * make it come in in pieces, and are taken off it again. Interior points are removed again, where
+ * they can move onto a neighbour, or a search of their star finds a way. After the triangulation
+ * every decision is an exact orientation of stored coordinates. A missing edge that meets a
+ * constrained facet or edge of the mesh proves that the surface intersects itself. */
 enum {
     MESHER__PIPE = 2048,        /* crossings or tetrahedra around one edge or facet at most */
     MESHER__MAX_WINDOWS = 4000, /* around one edge or facet */
@@ -2290,7 +2290,7 @@ typedef struct mesher__pipe {
 enum {
     MESHER__SPIN = 128,    /* tetrahedra around a rung at most */
     MESHER__HALF = 24,     /* vertices of a half that is filled without a point at most */
-    MESHER__MANY_RUNGS = 8 /* of a missing edge in the mean, to be flipped in the plane */
+    MESHER__MANY_RUNGS = 24 /* of a missing edge in the mean, to be flipped in the plane */
 };
 
 /* An edge of the mesh that crosses a missing edge in its plane. */
@@ -5970,6 +5970,62 @@ static int mesher__remove_point(mesher__recovery *r, uint32_t v, uint32_t max_po
     return 1;
 }
 
+/* The facets of a vertex's star as the shell; 0 if it is too large, or has a constraint at the
+ * vertex. */
+static int mesher__shell_of_star(mesher__recovery *r, uint32_t v)
+{
+    size_t i;
+    int k;
+    mesher__note_failure(r, delaunay_vertex_star(r->mesh, r->worker, v, &r->star));
+    r->num_shell = 0;
+    for (i = 0; i < r->star.count && r->status == MESHER_OK; i++) {
+        const delaunay_tet *t = &r->mesh->tets[r->star.items[i]];
+        int local = delaunay_local_index(t, v);
+        const uint8_t *o = delaunay_facet_order(local);
+        if (r->num_shell == DELAUNAY_WINDOW_FACETS) return 0;
+        for (k = 0; k < 3; k++) {
+            if (r->mesh->flags[r->star.items[i]] &
+                DELAUNAY_EDGE_BIT(delaunay_edge_between(local, o[k])))
+                return 0;
+            r->shell[r->num_shell][k] = t->v[o[k]];
+        }
+        r->num_shell++;
+    }
+    return r->num_shell > 0;
+}
+
+/* Takes one of our vertices out by moving it onto a neighbour that sees all of its star's boundary
+ * but the facets it lies on. */
+static int mesher__collapse_point(mesher__recovery *r, uint32_t v)
+{
+    const uint32_t (*shell)[3] = (const uint32_t (*)[3])r->shell;
+    uint32_t i, j, n;
+    if (!mesher__shell_of_star(r, v)) return 0;
+    mesher__set_clear(&r->known);
+    for (i = 0; i < 3 * r->num_shell && r->status == MESHER_OK; i++) {
+        uint32_t u = shell[i / 3][i % 3];
+        if (!mesher__add(r, &r->known, u)) continue;
+        for (j = n = 0; j < r->num_shell; j++) {
+            const uint32_t *f = shell[j];
+            if (f[0] == u || f[1] == u || f[2] == u) continue;
+            r->work++;
+            if (delaunay_orient3d(mesher__x(r, f[0]), mesher__x(r, f[1]), mesher__x(r, f[2]),
+                                  mesher__x(r, u)) >= 0)
+                break;
+            r->commit[4 * n] = f[0];
+            r->commit[4 * n + 1] = f[2];
+            r->commit[4 * n + 2] = f[1];
+            r->commit[4 * n++ + 3] = u;
+        }
+        if (j < r->num_shell) continue;
+        if (!mesher__commit(r, r->star.items, r->star.count, r->commit, n)) return 0;
+        r->mesh->vertex_tet[v] = 0;
+        r->removed++;
+        return 1;
+    }
+    return 0;
+}
+
 /* Takes out what points of ours can go; 1 if one could. */
 static int mesher__remove_points(mesher__recovery *r)
 {
@@ -5978,7 +6034,8 @@ static int mesher__remove_points(mesher__recovery *r)
     for (pass = 0; pass < 4; pass++) {
         uint32_t before = r->removed, v;
         for (v = r->mesh->num_vertices; v-- > r->num_rows && !mesher__stopped(r);)
-            if (r->mesh->vertex_tet[v])
+            if (r->mesh->vertex_tet[v] && !(v < r->cap_at && r->missing_edges_at[v]) &&
+                !mesher__collapse_point(r, v))
                 mesher__remove_point(r, v, pass < 2 ? 16 : 24, pass < 2 ? 3000 : 20000);
         if (r->removed == before && pass > 0) break;
     }
@@ -6211,30 +6268,6 @@ static int mesher__split_facet(mesher__recovery *r, uint32_t f)
     split->end_edge = r->num_edges;
     split->end_facet = r->num_facets;
     return 1;
-}
-
-/* The facets of a vertex's star as the shell; 0 if it is too large, or has a constraint at the
- * vertex. */
-static int mesher__shell_of_star(mesher__recovery *r, uint32_t v)
-{
-    size_t i;
-    int k;
-    mesher__note_failure(r, delaunay_vertex_star(r->mesh, r->worker, v, &r->star));
-    r->num_shell = 0;
-    for (i = 0; i < r->star.count && r->status == MESHER_OK; i++) {
-        const delaunay_tet *t = &r->mesh->tets[r->star.items[i]];
-        int local = delaunay_local_index(t, v);
-        const uint8_t *o = delaunay_facet_order(local);
-        if (r->num_shell == DELAUNAY_WINDOW_FACETS) return 0;
-        for (k = 0; k < 3; k++) {
-            if (r->mesh->flags[r->star.items[i]] &
-                DELAUNAY_EDGE_BIT(delaunay_edge_between(local, o[k])))
-                return 0;
-            r->shell[r->num_shell][k] = t->v[o[k]];
-        }
-        r->num_shell++;
-    }
-    return r->num_shell > 0;
 }
 
 /* Moves our points that no constraint holds to where their stars are deepest: room beside the
@@ -6981,8 +7014,8 @@ static mesher_result mesher__recover_once(mesher_domain *domain, mesher_report *
     }
     if (r->status == MESHER_OK && !r->defects && !r->absent && !r->num_missing_edges &&
         !r->num_missing_facets) {
-        mesher__remove_points(r);
-        mesher__relax_points(r);
+        do mesher__relax_points(r);
+        while (mesher__remove_points(r));
     }
     mesher__tell(r, "points removed, now", (int)(r->added - r->removed));
     if (r->status == MESHER_OK) mesher__pack_points(r);

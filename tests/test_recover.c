@@ -287,14 +287,17 @@ static void turned_needles_need_one_attempt(void)
     }
 }
 
-/* Flat sides whose needles cross dozens of edges of the mesh in their plane, each. */
+/* Flat sides whose needles cross dozens of edges of the mesh in their plane, each. Most points that
+ * this takes go again. */
 static void needles_in_planes_need_one_attempt(void)
 {
     shape s = {0};
+    long points;
     lobed_plate(&s, 1100, 5, 3.67);
     CHECK(s.num_triangles == 2 * 1098 + 2 * 1100);
     CHECK(attempts_at(&s) == 1);
-    CHECK(recovered(&s, "needles in planes") >= 0);
+    points = recovered(&s, "needles in planes");
+    CHECK(points >= 0 && points <= 120);
     shape_free(&s);
 }
 
