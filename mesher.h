@@ -8476,13 +8476,20 @@ typedef struct mesher__proposal {
     int32_t         state;  /* what became of it */
 } mesher__proposal;
 
-/* Points by cells, one edge length per power of two, in a hash: each point in the level that fits
- * its own size. */
+/* A point in a grid: half a cache line, because their number is what a search costs. */
+typedef struct mesher__spot {
+    double   x[3];
+    float    h;    /* its size, in the unit of its level */
+    uint32_t next; /* 1 + index of the next one in its cell, or 0 */
+} mesher__spot;
+
+/* Points by cells, one edge length per power of two, in a hash: each point in the levels of all
+ * sizes that ask for it. */
 typedef struct mesher__grid {
     uint64_t *used;   /* by block of 4 x 4 x 4 cells: bits of those with points */
     uint32_t *cells;  /* 1 + index of the first point, where used */
-    uint32_t *chain;  /* the same of the next, by point */
-    size_t    cap_used, cap_cells, cap_chain, mask; /* mask: of blocks */
+    mesher__spot *spots;
+    size_t    num_spots, cap_used, cap_cells, cap_spots, mask; /* mask: of blocks */
     int       low, high; /* levels in use */
     double    origin[3]; /* below all points */
 } mesher__grid;
@@ -8569,8 +8576,9 @@ typedef struct mesher__refiner {
     uint64_t        *nodes;      /* of lattices, by point */
     struct mesher__seen *seen;   /* all that have been tried: a hash table */
     struct mesher__candidate *front;
+    struct mesher__lattice_start *starts;
     uint64_t         num_lattices;
-    size_t           cap_nodes, num_seen, cap_seen, cap_front;
+    size_t           cap_nodes, num_seen, cap_seen, cap_front, num_starts, cap_starts;
     mesher__cavity   cavity;
     mesher__section  sections[MESHER__SECTIONS];
     delaunay_handle *slots;
@@ -8674,16 +8682,17 @@ static inline int mesher__first_bit(uint64_t bits)
 #  endif
 }
 
-/* Empties a grid for at most so many points. */
+/* Empties a grid for about so many points. */
 static int mesher__grid_reset(mesher__grid *g, delaunay_memory *memory, size_t points)
 {
     size_t blocks = 1;
     while (64 * blocks < points + points / 2) blocks *= 2;
     if (!mesher__room(memory, &g->used, &g->cap_used, 0, blocks, sizeof *g->used) ||
         !mesher__room(memory, &g->cells, &g->cap_cells, 0, 64 * blocks, sizeof *g->cells) ||
-        !mesher__room(memory, &g->chain, &g->cap_chain, 0, points, sizeof *g->chain))
+        !mesher__room(memory, &g->spots, &g->cap_spots, 0, points, sizeof *g->spots))
         return 0;
     memset(g->used, 0, blocks * sizeof *g->used);
+    g->num_spots = 0;
     g->mask = blocks - 1;
     g->low = 5000;
     g->high = -5000;
@@ -8694,7 +8703,11 @@ static void mesher__grid_free(mesher__grid *g, delaunay_memory *memory)
 {
     delaunay_release(memory, g->used);
     delaunay_release(memory, g->cells);
-    delaunay_release(memory, g->chain);
+    delaunay_release(memory, g->spots);
+    g->used = NULL;
+    g->cells = NULL;
+    g->spots = NULL;
+    g->cap_used = g->cap_cells = g->cap_spots = 0;
 }
 
 /* A range of cells along one axis within block b: bits low to high, clipped to the four of it. */
@@ -8706,28 +8719,33 @@ static inline unsigned mesher__grid_bits(int64_t low, int64_t high, int64_t b)
     return (2u << to) - (1u << from);
 }
 
-/* One of the points in the cells of a block whose bits are set is too near a point of size h at
- * x. */
-static inline int mesher__meets(const mesher__grid *g, const mesher__proposal *points,
-                                const double *x, double h, size_t block, uint64_t bits)
+/* How large the size of a point at x may be, up to h, for the points in those cells of a block
+ * whose bits are set; unit: of their level. */
+static inline double mesher__leave(const mesher__grid *g, const double *x, double h, double unit,
+                                   size_t block, uint64_t bits)
 {
     for (bits &= g->used[block]; bits; bits &= bits - 1) {
         uint32_t q = g->cells[block << 6 | (size_t)mesher__first_bit(bits)];
-        for (; q; q = g->chain[q - 1])
-            if (mesher__too_near(x, points[q - 1].x, h + points[q - 1].h)) return 1;
+        while (q) {
+            const mesher__spot *spot = g->spots + (q - 1);
+            double size = unit * (double)spot->h;
+            if (mesher__too_near(x, spot->x, h + size))
+                h = 2 / MESHER__SPACING * mesher__distance(x, spot->x) - size;
+            q = spot->next;
+        }
     }
-    return 0;
+    return h;
 }
 
-/* A point in the cells of a level up to reach (in cells) away is too near a point of size h at
- * x. */
-static inline int mesher__meets_at(const mesher__grid *g, const mesher__proposal *points,
-                                   const double *x, double h, int level, double reach)
+/* The same for all points of a level up to reach (in cells) away. Below least, any answer below
+ * will do. */
+static inline double mesher__leave_at(const mesher__grid *g, const double *x, double h,
+                                      double least, int level, double reach)
 {
     static const uint64_t in_y[16] = {0x0,    0x1,    0x10,   0x11,   0x100,  0x101,
                                       0x110,  0x111,  0x1000, 0x1001, 0x1010, 0x1011,
                                       0x1100, 0x1101, 0x1110, 0x1111};
-    double scale = mesher__power(-level);
+    const double scale = mesher__power(-level), unit = mesher__power(level);
     int64_t low[3], high[3], i, j, k;
     int d;
     for (d = 0; d < 3; d++) {
@@ -8741,53 +8759,68 @@ static inline int mesher__meets_at(const mesher__grid *g, const mesher__proposal
                         (uint64_t)(z & 8) << 45;
         for (j = low[1] >> 2; j <= high[1] >> 2; j++) {
             uint64_t in_yz = in_z * in_y[mesher__grid_bits(low[1], high[1], j)];
-            for (i = low[0] >> 2; i <= high[0] >> 2; i++)
-                if (mesher__meets(g, points, x, h, mesher__grid_block(g, level, i, j, k),
-                                  in_yz * mesher__grid_bits(low[0], high[0], i)))
-                    return 1;
+            for (i = low[0] >> 2; i <= high[0] >> 2; i++) {
+                h = mesher__leave(g, x, h, unit, mesher__grid_block(g, level, i, j, k),
+                                  in_yz * mesher__grid_bits(low[0], high[0], i));
+                if (h < least) return h;
+            }
         }
     }
-    return 0;
+    return h;
 }
 
-/* No point in the grid is too near a point of size h at x. Only points whose size is within a third
- * of h are looked for: the gradation leaves hardly any other so near, and insertion tests again. */
-static int mesher__is_alone(const mesher__grid *g, const mesher__proposal *points, const double *x,
-                            double h)
+/* Sizes that are this much larger or smaller do not meet in a grid: the gradation leaves hardly any
+ * other so near, and insertion tests again. */
+#define MESHER__ALIKE 1.33
+
+/* The largest size up to h that a point at x may have for its distance from the points of a grid;
+ * below least, any answer below will do. */
+static double mesher__room_at(const mesher__grid *g, const double *x, double h, double least)
 {
-    double least = 0.75 * h, most = 1.33 * h;
-    int l = mesher__level(least), last = mesher__level(most);
-    if (l < g->low) l = g->low;
-    if (last > g->high) last = g->high;
-    for (; l <= last; l++) {
-        double scale = mesher__power(-l), reach = MESHER__SPACING * most * scale;
-        reach = 0.5 * (MESHER__SPACING * h * scale + (reach < 1 ? reach : 1));
-        if (mesher__meets_at(g, points, x, h, l, reach)) return 0;
-    }
-    return 1;
+    int level = mesher__level(h);
+    if (level < g->low || level > g->high) return h;
+    return mesher__leave_at(g, x, h, least, level,
+                            0.5 * MESHER__SPACING * (1 + MESHER__ALIKE) * h *
+                                mesher__power(-level));
+}
+
+/* No point in the grid is too near a point of size h at x. */
+static int mesher__is_alone(const mesher__grid *g, const double *x, double h)
+{
+    return mesher__room_at(g, x, h, h) >= h;
 }
 
 /* A quick form, for points that will be tested again: the nearest cells of the level of h only. */
-static int mesher__is_crowded(const mesher__grid *g, const mesher__proposal *points,
-                              const double *x, double h)
+static int mesher__is_crowded(const mesher__grid *g, const double *x, double h)
 {
     int level = mesher__level(h);
-    return mesher__meets_at(g, points, x, h, level,
-                            0.5 * MESHER__SPACING * h * mesher__power(-level));
+    return mesher__leave_at(g, x, h, h, level,
+                            0.5 * MESHER__SPACING * h * mesher__power(-level)) < h;
 }
 
-static int mesher__put_in_grid(mesher__grid *g, delaunay_memory *memory,
-                               const mesher__proposal *points, uint32_t k)
+/* Puts a point in one level. */
+static int mesher__put_in_level(mesher__grid *g, delaunay_memory *memory, int level,
+                                const double *x, double h)
 {
-    int level = mesher__level(points[k].h);
-    size_t cell = mesher__grid_cell(g, level, points[k].x);
-    if (!mesher__room(memory, &g->chain, &g->cap_chain, k, (size_t)k + 1, sizeof *g->chain))
-        return 0;
-    g->chain[k] = mesher__grid_first(g, cell);
-    g->cells[cell] = k + 1;
+    size_t cell = mesher__grid_cell(g, level, x), n = g->num_spots;
+    mesher__spot *spot;
+    if (!mesher__room(memory, &g->spots, &g->cap_spots, n, n + 1, sizeof *g->spots)) return 0;
+    spot = g->spots + n;
+    memcpy(spot->x, x, sizeof spot->x);
+    spot->h = (float)(h * mesher__power(-level));
+    spot->next = mesher__grid_first(g, cell);
+    g->cells[cell] = (uint32_t)++g->num_spots;
     g->used[cell >> 6] |= (uint64_t)1 << (cell & 63);
     if (level < g->low) g->low = level;
     if (level > g->high) g->high = level;
+    return 1;
+}
+
+static int mesher__put_in_grid(mesher__grid *g, delaunay_memory *memory, const double *x, double h)
+{
+    int level = mesher__level(h / MESHER__ALIKE), last = mesher__level(h * MESHER__ALIKE);
+    for (; level <= last; level++)
+        if (!mesher__put_in_level(g, memory, level, x, h)) return 0;
     return 1;
 }
 
@@ -8958,7 +8991,7 @@ static int mesher__propose(const mesher__refiner *r, delaunay_handle t, mesher__
     p->vertex = p->hint = 0;
     p->state = 0;
     if (rr >= 0 && h && mesher__in_box(r, p->x) &&
-        mesher__is_crowded(&h->grid, h->points, p->x, sum / 4))
+        mesher__is_crowded(&h->grid, p->x, sum / 4))
         return MESHER__CROWDED;
     if (rr >= 0 && mesher__settle(r, p, t, &met))
         return mesher__is_clear(r, p, t) && mesher__is_clear(r, p, p->tet) ? MESHER__POINT
@@ -9120,10 +9153,11 @@ static int mesher__sieve(const mesher__refiner *r, delaunay_handle *list, int co
 static void mesher__ask(const mesher__refiner *r, mesher__harvest *h, delaunay_handle t)
 {
     int alone = !mesher__has_wishes(r->options);
-    int answer = mesher__propose(r, t, h->points + h->num_points, alone ? h : NULL);
+    mesher__proposal *p = h->points + h->num_points;
+    int answer = mesher__propose(r, t, p, alone ? h : NULL);
     r->mesh->mark[t] = (uint8_t)answer; /* others read the flags */
     if (answer != MESHER__POINT) return;
-    if (alone) mesher__put_in_grid(&h->grid, r->memory, h->points, (uint32_t)h->num_points);
+    if (alone) mesher__put_in_level(&h->grid, r->memory, mesher__level(p->h), p->x, p->h);
     h->num_points++;
 }
 
@@ -9273,49 +9307,54 @@ static mesher_result mesher__no_memory(const mesher__refiner *r)
 /* Edge of the cubes of the body-centred lattice, relative to the wanted size: its edges are 1.04
  * and 1.2 of it. */
 #  define MESHER__CUBE 1.2
-/* Largest relative change of the size from one point of a lattice to the next. */
+/* Largest relative change of the size from one point of a lattice to the next, and one for which
+ * nothing need be moved. */
 #  define MESHER__UNIFORM 0.1
+#  define MESHER__SAME 0.03
 /* More points than this are left to the sweeps, which stop at budgets. */
 #  define MESHER__LATTICE_MOST 3e8
 
-/* The size in the middle of a tetrahedron of the background. */
-static double mesher__size_in(const mesher__refiner *r, delaunay_handle t)
-{
-    const uint32_t *v = r->field.tets[t].v;
-    double x[3];
-    int i, found;
-    for (i = 0; i < 3; i++)
-        x[i] = (r->field.vertices[v[0]].x[i] + r->field.vertices[v[1]].x[i] +
-                r->field.vertices[v[2]].x[i] + r->field.vertices[v[3]].x[i]) /
-               4;
-    return mesher__field_at(&r->field, x, &t, &found);
-}
-
-/* How many points a lattice all over the inside would have. */
-static double mesher__lattice_points(const mesher__refiner *r)
+/* The sizes wanted in the middle of tetrahedra first to end - 1 (a batch, or fewer), as h[t]; 0:
+ * not inside. The background is the same mesh yet. */
+static uint64_t mesher__sizes_in(const mesher__refiner *r, delaunay_handle first,
+                                 delaunay_handle end, double *h)
 {
     const delaunay_mesh *mesh = r->mesh;
-    double sum = 0, w[4];
+    double xyz[3 * MESHER__BATCH], size[MESHER__BATCH];
+    uint32_t region[MESHER__BATCH];
+    uint64_t ignored;
     delaunay_handle t;
-    for (t = 1; t < mesh->num_tets; t++) {
+    size_t n = 0;
+    int i, found;
+    for (t = first; t < end; t++) {
         const uint32_t *v = mesh->tets[t].v;
-        double h;
+        delaunay_handle home = t;
+        double *x = xyz + 3 * n;
         if (!mesher__is_inside(mesh, t)) continue;
-        mesher__weights(mesh->vertices, v, mesh->vertices[v[0]].x, w);
-        h = MESHER__CUBE * mesher__size_in(r, t);
-        sum += w[0] / 3 / (h * h * h);
+        for (i = 0; i < 3; i++)
+            x[i] = (mesh->vertices[v[0]].x[i] + mesh->vertices[v[1]].x[i] +
+                    mesh->vertices[v[2]].x[i] + mesh->vertices[v[3]].x[i]) /
+                   4;
+        region[n] = mesh->color[t];
+        size[n++] = mesher__field_at(&r->field, x, &home, &found);
     }
-    return sum;
+    ignored = n ? mesher__wishes(r->options, n, xyz, region, size) : 0;
+    for (n = 0, t = first; t < end; t++) {
+        h[t] = 0;
+        if (!mesher__is_inside(mesh, t)) continue;
+        h[t] = size[n] > r->field.least ? size[n] : r->field.least;
+        n++;
+    }
+    return ignored;
 }
 
 /* True if the point's own cell has another one that is much nearer than the size: it will do for
  * both. */
-static int mesher__is_covered(const mesher__grid *g, const mesher__proposal *points,
-                              const mesher__proposal *p)
+static int mesher__is_covered(const mesher__grid *g, const double *x, double h)
 {
-    uint32_t q = mesher__grid_first(g, mesher__grid_cell(g, mesher__level(p->h), p->x));
-    for (; q; q = g->chain[q - 1])
-        if (mesher__too_near(p->x, points[q - 1].x, 0.5 * p->h)) return 1;
+    uint32_t q = mesher__grid_first(g, mesher__grid_cell(g, mesher__level(h), x));
+    for (; q; q = g->spots[q - 1].next)
+        if (mesher__too_near(x, g->spots[q - 1].x, 0.5 * h)) return 1;
     return 0;
 }
 
@@ -9332,9 +9371,9 @@ static int mesher__put_vertices(mesher__refiner *r)
         if (!r->home[v] || !(r->domain->size[v] > 0)) continue;
         memcpy(p->x, r->mesh->vertices[v].x, sizeof p->x);
         p->h = r->domain->size[v];
-        if (mesher__is_covered(&r->grid, r->points, p)) continue;
-        if (!mesher__put_in_grid(&r->grid, r->memory, r->points, (uint32_t)r->num_points++))
-            return 0;
+        if (mesher__is_covered(&r->grid, p->x, p->h)) continue;
+        if (!mesher__put_in_grid(&r->grid, r->memory, p->x, p->h)) return 0;
+        r->num_points++;
     }
     return 1;
 }
@@ -9418,12 +9457,13 @@ static int mesher__lattice_room(mesher__refiner *r)
            mesher__room(r->memory, &r->nodes, &r->cap_nodes, r->num_points, need, sizeof *r->nodes);
 }
 
-/* Candidates in flight: neighbours of a batch of points; and starts. */
-enum { MESHER__FRONT = 2048, MESHER__STARTS = 4096 };
+/* Candidates in flight: neighbours of a batch of points. */
+enum { MESHER__FRONT = 2048 };
 typedef struct mesher__candidate {
     mesher__proposal p;
     uint64_t         node;
     uint32_t         parent, direction;
+    double           room; /* the largest size that the points around it allow there */
 } mesher__candidate;
 
 /* Puts a candidate beside its parent, at the distance that a size h there and the parent's ask
@@ -9435,8 +9475,9 @@ static int mesher__beside(const mesher__refiner *r, mesher__candidate *c, double
     double x[3], half = MESHER__CUBE / 4 * (parent->h + h);
     int i;
     for (i = 0; i < 3; i++) x[i] = parent->x[i] + (c->direction >> i & 1 ? half : -half);
-    return mesher__in_box(r, x) &&
-           mesher__is_alone(&r->grid, r->points, x, (1 - MESHER__UNIFORM) * h) &&
+    if (!mesher__in_box(r, x)) return 0;
+    c->room = mesher__room_at(&r->grid, x, h / (1 - MESHER__SAME), (1 - MESHER__UNIFORM) * h);
+    return c->room >= (1 - MESHER__UNIFORM) * h &&
            mesher__place(r, &c->p, x, home, parent->region);
 }
 
@@ -9448,11 +9489,11 @@ static void mesher__judge(const mesher__refiner *r, mesher__candidate *c)
     if (!c->p.state) return;
     c->p.state = 0;
     if (change > MESHER__UNIFORM) return;
-    if (change > 0.03) {
+    if (change > MESHER__SAME) {
         if (!mesher__beside(r, c, h, c->p.home)) return;
         if (c->p.h > h) c->p.h = h;
     }
-    c->p.state = mesher__is_alone(&r->grid, r->points, c->p.x, c->p.h);
+    c->p.state = c->p.h <= c->room;
 }
 
 /* Places the candidates of a batch, several threads sharing them; returns how many are left to look
@@ -9488,7 +9529,7 @@ static int mesher__grid_follow(mesher__refiner *r)
     if (r->num_points <= 256 * (r->grid.mask + 1)) return 1;
     if (!mesher__grid_reset(&r->grid, r->memory, 4 * r->num_points)) return 0;
     for (k = 0; k < r->num_points; k++)
-        if (!mesher__put_in_grid(&r->grid, r->memory, r->points, (uint32_t)k)) return 0;
+        if (!mesher__put_in_grid(&r->grid, r->memory, r->points[k].x, r->points[k].h)) return 0;
     return 1;
 }
 
@@ -9520,8 +9561,8 @@ static mesher_result mesher__grow_lattice(mesher__refiner *r, size_t p)
             if (!mesher__lattice_room(r)) return mesher__no_memory(r);
             r->front[k].p.state = 0;
             r->points[r->num_points] = r->front[k].p;
-            r->nodes[r->num_points] = r->front[k].node;
-            if (!mesher__put_in_grid(&r->grid, r->memory, r->points, (uint32_t)r->num_points++))
+            r->nodes[r->num_points++] = r->front[k].node;
+            if (!mesher__put_in_grid(&r->grid, r->memory, r->front[k].p.x, r->front[k].p.h))
                 return mesher__no_memory(r);
         }
     }
@@ -9533,42 +9574,110 @@ static mesher_result mesher__start_lattice(mesher__refiner *r, const mesher__pro
                                            uint64_t number)
 {
     size_t k = r->num_points;
-    if (!mesher__is_alone(&r->grid, r->points, p->x, 1.5 * p->h)) return MESHER_OK;
+    if (!mesher__is_alone(&r->grid, p->x, 1.5 * p->h)) return MESHER_OK;
     if (!mesher__lattice_room(r)) return mesher__no_memory(r);
     r->points[k] = *p;
     r->nodes[k] = (number & 0x7fff) << 48 | 0x800080008000u;
     if (mesher__see_node(r, r->nodes[k]) < 0) return mesher__no_memory(r);
     r->num_points++;
-    if (!mesher__put_in_grid(&r->grid, r->memory, r->points, (uint32_t)k))
-        return mesher__no_memory(r);
+    if (!mesher__put_in_grid(&r->grid, r->memory, p->x, p->h)) return mesher__no_memory(r);
     return mesher__grow_lattice(r, k);
 }
 
-/* The tetrahedra with an empty sphere wider than the size, in order: the widest, relative to the
- * size, first. */
-static int mesher__find_starts(mesher__refiner *r, size_t *count)
+/* Where a lattice may start, in an empty sphere that is wider than the size. */
+typedef struct mesher__lattice_start {
+    double          x[3], h; /* h: the size there, or 0 where another point is in the way */
+    delaunay_handle tet;
+} mesher__lattice_start;
+
+/* Keeps a place where a lattice may start, for a sphere of ratio times the size; late: after all
+ * others. Returns 0 without memory. */
+static int mesher__keep_start(mesher__refiner *r, delaunay_handle t, const double *x, double h,
+                              double ratio, int late)
+{
+    size_t n = r->num_starts;
+    uint64_t bits;
+    if (!mesher__in_box(r, x)) return 1;
+    if (!mesher__room(r->memory, &r->order, &r->cap_order, n, n + 1, sizeof *r->order) ||
+        !mesher__room(r->memory, &r->starts, &r->cap_starts, n, n + 1, sizeof *r->starts))
+        return 0;
+    memcpy(r->starts[n].x, x, sizeof r->starts[n].x);
+    r->starts[n].h = h;
+    r->starts[n].tet = t;
+    memcpy(&bits, &ratio, sizeof bits);
+    r->order[n].key = (~bits & (UINT64_MAX >> 1)) | (uint64_t)(late != 0) << 63;
+    r->order[n].value = n;
+    r->num_starts++;
+    return 1;
+}
+
+/* The least height of a tetrahedron. */
+static double mesher__least_height(const double *const *p)
+{
+    double volume = 0, area = 0;
+    int i, k;
+    for (i = 0; i < 4; i++) {
+        const double *a = p[(i + 1) & 3], *b = p[(i + 2) & 3], *c = p[(i + 3) & 3];
+        double n[3], nn = 0;
+        for (k = 0; k < 3; k++) {
+            int j = (k + 1) % 3, l = (k + 2) % 3;
+            n[k] = (b[j] - a[j]) * (c[l] - a[l]) - (b[l] - a[l]) * (c[j] - a[j]);
+            nn += n[k] * n[k];
+        }
+        area = nn > area ? nn : area;
+        volume = fabs(n[0] * (p[i][0] - a[0]) + n[1] * (p[i][1] - a[1]) + n[2] * (p[i][2] - a[2]));
+    }
+    return area > 0 ? volume / sqrt(area) : 0;
+}
+
+/* Keeps the places in tetrahedron t, of size h: the centre of its sphere, and, should something be
+ * in the way of all of those, its own if it is so large. */
+static int mesher__keep_starts(mesher__refiner *r, delaunay_handle t, double h)
+{
+    const uint32_t *v = r->mesh->tets[t].v;
+    const double *p[4];
+    double x[3], ratio;
+    int i;
+    for (i = 0; i < 4; i++) p[i] = r->mesh->vertices[v[i]].x;
+    ratio = sqrt(mesher__circumcentre(p[0], p[1], p[2], p[3], x)) / h;
+    if (!(ratio > 1.5)) return 1;
+    if (!mesher__keep_start(r, t, x, h, ratio, 0)) return 0;
+    if (mesher__least_height(p) < 2 * h) return 1;
+    for (i = 0; i < 3; i++) x[i] = (p[0][i] + p[1][i] + p[2][i] + p[3][i]) / 4;
+    return mesher__keep_start(r, t, x, h, ratio, 1);
+}
+
+/* All places where lattices may start, and their order: the widest sphere, relative to the size,
+ * first. *points: how many a lattice all over the inside would have. Returns 0 without memory. */
+static int mesher__find_starts(mesher__refiner *r, double *points)
 {
     const delaunay_mesh *mesh = r->mesh;
+    int64_t b, batches = ((int64_t)mesh->num_tets + MESHER__BATCH - 1) / MESHER__BATCH;
+    int threads = delaunay_threads(&r->options->host);
+    double *h = (double *)delaunay_alloc(r->memory, mesh->num_tets, sizeof *h), w[4];
+    uint64_t ignored = 0;
     delaunay_handle t;
-    double x[3], rr, h, ratio;
-    uint64_t bits;
-    size_t n = 0;
-    for (t = 1; t < mesh->num_tets; t++) {
-        const uint32_t *v = mesh->tets[t].v;
-        if (!mesher__is_inside(mesh, t)) continue;
-        rr = mesher__circumcentre(mesh->vertices[v[0]].x, mesh->vertices[v[1]].x,
-                                  mesh->vertices[v[2]].x, mesh->vertices[v[3]].x, x);
-        h = mesher__size_in(r, t);
-        if (!(rr > 2.25 * h * h)) continue;
-        if (!mesher__room(r->memory, &r->order, &r->cap_order, n, n + 1, sizeof *r->order))
-            return 0;
-        ratio = sqrt(rr) / h;
-        memcpy(&bits, &ratio, sizeof bits);
-        r->order[n].key = ~bits;
-        r->order[n++].value = t;
+    *points = 0;
+    if (!h) return 0;
+    (void)threads;
+    /* Shared: the mesh and the field, read only; each batch has its part of the sizes. */
+    MESHER__OMP(omp parallel for schedule(dynamic, 1) num_threads(threads)                         \
+                    reduction(+ : ignored) if(batches > 4))
+    for (b = 0; b < batches; b++) {
+        delaunay_handle first = (delaunay_handle)(b * MESHER__BATCH),
+                        end = b + 1 < batches ? first + MESHER__BATCH : mesh->num_tets;
+        ignored += mesher__sizes_in(r, first ? first : 1, end, h);
     }
-    *count = n;
-    return mesher__sort(r->domain, r->order, n) == MESHER_OK;
+    r->ignored += ignored;
+    for (t = 1; t < mesh->num_tets; t++) {
+        double edge = MESHER__CUBE * h[t];
+        if (!(h[t] > 0)) continue;
+        mesher__weights(mesh->vertices, mesh->tets[t].v, mesh->vertices[mesh->tets[t].v[0]].x, w);
+        *points += w[0] / 3 / (edge * edge * edge);
+        if (!mesher__keep_starts(r, t, h[t])) break;
+    }
+    delaunay_release(r->memory, h);
+    return t == mesh->num_tets && mesher__sort(r->domain, r->order, r->num_starts) == MESHER_OK;
 }
 
 /* What only lattices need. */
@@ -9577,10 +9686,13 @@ static void mesher__lattice_free(mesher__refiner *r)
     delaunay_release(r->memory, r->nodes);
     delaunay_release(r->memory, r->seen);
     delaunay_release(r->memory, r->front);
+    delaunay_release(r->memory, r->starts);
+    mesher__grid_free(&r->grid, r->memory);
     r->nodes = NULL;
     r->seen = NULL;
     r->front = NULL;
-    r->cap_nodes = r->num_seen = r->cap_seen = r->cap_front = 0;
+    r->starts = NULL;
+    r->cap_nodes = r->num_seen = r->cap_seen = r->cap_front = r->num_starts = r->cap_starts = 0;
 }
 
 /* Room for a lattice of about so many points, and for the mesh that it will end in, at once rather
@@ -9601,49 +9713,41 @@ static void mesher__foresee(mesher__refiner *r, double expected)
     r->field.vertices = r->mesh->vertices; /* moved, perhaps even where the tetrahedra failed */
 }
 
-/* Where a lattice may start in tetrahedron t; 0 if another point is in the way. */
-static int mesher__start_at(const mesher__refiner *r, delaunay_handle t, double *x)
+/* Drops the starts in whose way a point is by now, several threads sharing them. In the order of
+ * the mesh, for its neighbours are looked for in the same memory. */
+static void mesher__thin_starts(mesher__refiner *r)
 {
-    const uint32_t *v = r->mesh->tets[t].v;
-    const delaunay_vertex *vertices = r->mesh->vertices;
-    return mesher__circumcentre(vertices[v[0]].x, vertices[v[1]].x, vertices[v[2]].x,
-                                vertices[v[3]].x, x) >= 0 &&
-           mesher__in_box(r, x) &&
-           mesher__is_alone(&r->grid, r->points, x, mesher__size_in(r, t));
-}
-
-/* Drops the starts in whose way a point is by now, several threads sharing them: returns how many
- * of the count from the first on are left. */
-static size_t mesher__thin_starts(mesher__refiner *r, size_t first, size_t count)
-{
-    int threads = count < 1024 ? 1 : delaunay_threads(&r->options->host), k, n = (int)count;
-    uint8_t stays[MESHER__STARTS];
-    size_t left = 0;
+    int64_t k, n = (int64_t)r->num_starts;
+    int threads = delaunay_threads(&r->options->host);
     (void)threads;
-    /* Shared: all, read only, but for the answers, each written once. */
-    MESHER__OMP(omp parallel for schedule(dynamic, 256) num_threads(threads) if(threads > 1))
+    /* Shared: all, read only, but for the starts, each of one thread. */
+    MESHER__OMP(omp parallel for schedule(dynamic, 1024) num_threads(threads) if(n > 4096))
     for (k = 0; k < n; k++) {
-        double x[3];
-        stays[k] = (uint8_t)mesher__start_at(
-            r, (delaunay_handle)r->order[first + (size_t)k].value, x);
+        mesher__lattice_start *s = r->starts + k;
+        if (s->h > 0 && !mesher__is_alone(&r->grid, s->x, s->h)) s->h = 0;
     }
-    for (k = 0; k < n; k++)
-        if (stays[k]) r->order[first + left++] = r->order[first + (size_t)k];
-    return left;
 }
 
-/* The lattices of count starts from the first on, in order. */
-static mesher_result mesher__lattices_from(mesher__refiner *r, size_t first, size_t count)
+/* The lattices of all starts, in order. */
+static mesher_result mesher__lattices(mesher__refiner *r)
 {
     mesher_result result = MESHER_OK;
-    size_t k, before;
-    for (k = first; k < first + count && result == MESHER_OK; k++) {
-        delaunay_handle t = (delaunay_handle)r->order[k].value, met;
+    size_t k, thinned = 0, before;
+    for (k = 0; k < r->num_starts && result == MESHER_OK; k++) {
+        mesher__lattice_start *s = r->starts + r->order[k].value;
+        int late = r->order[k].key >> 63 != 0;
+        delaunay_handle met;
         mesher__proposal p;
-        double x[3];
-        if (!mesher__start_at(r, t, x) || !mesher__see(r->mesh, x, t, &met)) continue;
-        if (!mesher__place(r, &p, x, t, r->mesh->color[t])) continue;
-        r->ignored += mesher__wishes(r->options, 1, x, &p.region, &p.h);
+        if (k == 0 || (k % 256 == 0 && r->num_points > thinned + thinned / 8)) {
+            mesher__thin_starts(r);
+            thinned = r->num_points;
+            if (mesher__over_budget(r) != MESHER_OK) break;
+        }
+        if (late && r->num_lattices > 0) break;
+        if (!(s->h > 0) || !mesher__is_alone(&r->grid, s->x, s->h)) continue;
+        if (!mesher__see(r->mesh, s->x, s->tet, &met)) continue;
+        if (!mesher__place(r, &p, s->x, s->tet, r->mesh->color[s->tet])) continue;
+        r->ignored += mesher__wishes(r->options, 1, s->x, &p.region, &p.h);
         before = r->num_points;
         result = mesher__start_lattice(r, &p, r->num_lattices);
         r->num_lattices += r->num_points > before;
@@ -9655,23 +9759,20 @@ static mesher_result mesher__lattices_from(mesher__refiner *r, size_t first, siz
  * uniform: their Delaunay tetrahedra are all alike and good, and nothing has to be tried. */
 static mesher_result mesher__lattice(mesher__refiner *r)
 {
-    double points = mesher__lattice_points(r);
-    size_t n = 0, k, first, count;
-    mesher_result result = MESHER_OK;
+    double points;
+    size_t first;
+    mesher_result result;
     r->num_points = 0;
+    if (!mesher__find_starts(r, &points)) return mesher__no_memory(r);
     if (!(points >= 8) || points > MESHER__LATTICE_MOST) return MESHER_OK;
     if (!mesher__grid_reset(&r->grid, r->memory, (size_t)points + r->mesh->num_vertices))
         return mesher__no_memory(r);
     mesher__foresee(r, points);
-    if (!mesher__put_vertices(r) || !mesher__find_starts(r, &n)) return mesher__no_memory(r);
+    if (!mesher__put_vertices(r)) return mesher__no_memory(r);
     if (!mesher__room(r->memory, &r->front, &r->cap_front, 0, 8 * MESHER__FRONT, sizeof *r->front))
         return mesher__no_memory(r);
     first = r->num_points;
-    for (k = 0; k < n && result == MESHER_OK; k += count) {
-        count = n - k < MESHER__STARTS ? n - k : (size_t)MESHER__STARTS;
-        result = mesher__lattices_from(r, k, mesher__thin_starts(r, k, count));
-        if (mesher__over_budget(r) != MESHER_OK) break;
-    }
+    result = mesher__lattices(r);
     if (r->num_points > first)
         memmove(r->points, r->points + first, (r->num_points - first) * sizeof *r->points);
     r->num_points -= first;
@@ -9686,7 +9787,7 @@ static int mesher__in_the_way(const mesher__refiner *r, const mesher__proposal *
 {
     if (mesher__has_wishes(r->options) && !mesher__is_clear(r, p, p->tet))
         return MESHER__NEAR_CORNER;
-    return mesher__is_alone(&r->grid, r->points, p->x, p->h) ? MESHER__FREE : MESHER__NEAR_POINT;
+    return mesher__is_alone(&r->grid, p->x, p->h) ? MESHER__FREE : MESHER__NEAR_POINT;
 }
 
 /* Obstacles that the points [first, end) of the order have already, in their states, by several
@@ -9721,7 +9822,7 @@ static int mesher__filter(mesher__refiner *r)
         obstacle = p->state == MESHER__FREE ? mesher__in_the_way(r, p) : p->state;
         if (obstacle == MESHER__FREE) {
             r->order[kept++].value = i;
-            if (!mesher__put_in_grid(&r->grid, r->memory, r->points, i)) return 0;
+            if (!mesher__put_in_grid(&r->grid, r->memory, p->x, p->h)) return 0;
         } else if (obstacle == MESHER__NEAR_CORNER) {
             r->mesh->flags[p->source] |= MESHER__SEEN;
         } else {
