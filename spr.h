@@ -184,7 +184,7 @@ SPR_API const char *spr_result_string(spr_result result);
  *
  * Returns  SPR_OK; a positive code: stopped by a budget, or a target that is not met
  * Cost     what is bad decides: 0.4-2 us a tetrahedron of a clean mesh, 0.1-1 ms where most are bad
- *          for good; 32 bytes a slot and 9 a vertex, in the end 24 and 46
+ *          for good; 32 bytes a slot and 17 a vertex, in the end 24 and 46
  * Threads  options->host.num_threads; distinct meshes may be improved at once
  * Repeats  same bytes for any number of threads, except under max_seconds
  * Source   Marot 2020, chapter 6 */
