@@ -7014,8 +7014,9 @@ static mesher_result mesher__recover_once(mesher_domain *domain, mesher_report *
     }
     if (r->status == MESHER_OK && !r->defects && !r->absent && !r->num_missing_edges &&
         !r->num_missing_facets) {
-        do mesher__relax_points(r);
-        while (mesher__remove_points(r));
+        mesher__remove_points(r);
+        mesher__relax_points(r);
+        if (mesher__remove_points(r)) mesher__relax_points(r);
     }
     mesher__tell(r, "points removed, now", (int)(r->added - r->removed));
     if (r->status == MESHER_OK) mesher__pack_points(r);
