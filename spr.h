@@ -3545,7 +3545,8 @@ static int spr__patches_set(spr__state *s, spr__patch *patch, delaunay_list *sta
         num++;
     }
     s->items.count -= i;
-    memmove(s->items.items, s->items.items + i, s->items.count * sizeof *s->items.items);
+    if (i && s->items.count)
+        memmove(s->items.items, s->items.items + i, s->items.count * sizeof *s->items.items);
     return num;
 }
 
