@@ -6,7 +6,8 @@ cd "$(dirname "$0")/.." || exit 1
 CLANG=${CLANG:-clang}
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
-[ $# -gt 0 ] || set -- test_extremes test_speculate test_weighted
+[ $# -gt 0 ] || set -- test_delaunay test_extremes test_recover test_refine test_speculate test_spr \
+    test_weighted
 passed=0
 failed=0
 for test; do
