@@ -5288,7 +5288,8 @@ static int mesher__first_rung(mesher__recovery *r, uint32_t a, uint32_t b)
     return 0;
 }
 
-/* What is around edge pq of tetrahedron t, as mesher__ring; 0: a constraint, too much, the hull. */
+/* What is around edge pq of tetrahedron t, as mesher__ring_of in a copy; 0: a constraint, too much,
+ * the hull. */
 static int mesher__spin_around(mesher__recovery *r, delaunay_handle t, uint32_t p, uint32_t q)
 {
     const delaunay_mesh *mesh = r->mesh;
@@ -5370,7 +5371,8 @@ static void mesher__rung_ends(const mesher__recovery *r, uint32_t a, uint32_t b,
     *behind = i + 1 == r->plane.count ? b : g[1].p == g->p ? g[1].q : g[1].p;
 }
 
-/* Fills half i0 .. i1 of the spin, around edge pq: tetrahedra into r->commit. 0: it cannot be. */
+/* Fills a half of the spin around edge pq, with the m vertices of h: tetrahedra into r->commit. 0:
+ * it cannot be. */
 static int mesher__fill_half(mesher__recovery *r, uint32_t p, uint32_t q, const uint32_t *h,
                              uint32_t m, uint32_t *num_new)
 {
@@ -5576,7 +5578,6 @@ static int mesher__plane_step(mesher__recovery *r, uint32_t a, uint32_t b, uint3
             int left = mesher__plane_turn(r, a, b, before) > 0;
             g->p = left ? before : behind;
             g->q = left ? behind : before;
-            g->stuck = 0;
         }
         if (i > 0) g[-1].stuck = 0;
         if (i + 1 < r->plane.count) g[1].stuck = 0;
@@ -9765,7 +9766,10 @@ static mesher_result mesher__lattice(mesher__refiner *r)
     mesher_result result;
     r->num_points = 0;
     if (!mesher__find_starts(r, &points)) return mesher__no_memory(r);
-    if (!(points >= 8) || points > MESHER__LATTICE_MOST) return MESHER_OK;
+    if (!(points >= 8) || points > MESHER__LATTICE_MOST) {
+        mesher__lattice_free(r);
+        return MESHER_OK;
+    }
     if (!mesher__grid_reset(&r->grid, r->memory, (size_t)points + r->mesh->num_vertices))
         return mesher__no_memory(r);
     mesher__foresee(r, points);

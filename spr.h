@@ -3521,12 +3521,18 @@ static int spr__find_shakable(spr__state *s)
     return ok;
 }
 
+/* How many vertices may still be added. */
+static uint32_t spr__new_left(const spr__state *s)
+{
+    uint32_t added = s->mesh->num_vertices - s->first_new;
+    return s->max_new > added ? s->max_new - added : 0;
+}
+
 /* The next patches, none of which overlap: what overlaps waits for another pass. Returns their
  * number, or an error. */
 static int spr__patches_set(spr__state *s, spr__patch *patch, delaunay_list *star, int few)
 {
-    uint32_t vertices = s->mesh->num_vertices - s->first_new, new_ = SPR__PATCH_NEW,
-             left = s->max_new > vertices ? s->max_new - vertices : 0;
+    uint32_t left = spr__new_left(s), new_ = SPR__PATCH_NEW;
     size_t i, j;
     int num = 0, answer;
     for (i = 0; i < s->items.count && num < SPR__PATCHES; i++) {
@@ -3674,8 +3680,7 @@ static void spr__find_extremes(const spr__state *s, spr__extreme *x)
 static int spr__round_set(spr__state *s, spr__patch *patch, delaunay_list *star,
                           const spr__extreme *x, int dense)
 {
-    uint32_t vertices = s->mesh->num_vertices - s->first_new, new_ = SPR__PATCH_NEW,
-             left = s->max_new > vertices ? s->max_new - vertices : 0;
+    uint32_t left = spr__new_left(s), new_ = SPR__PATCH_NEW;
     int num = 0, i, k, answer;
     size_t j;
     for (i = 0; i < 3 * SPR__EXTREME && num < SPR__PATCHES / 2; i++) {
