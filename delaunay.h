@@ -1922,13 +1922,12 @@ struct delaunay_section {
     size_t num_freed, cap_freed;
     delaunay_handle *edges; /* matrix of a ball's edges: the facet behind each */
     uint16_t (*edge_keys)[4];
-    delaunay_handle *hashed; /* the same for big balls: triples from, to, facet */
-    size_t cap_hashed;
 };
 typedef struct delaunay_section delaunay__kernel;
 
 enum {
     DELAUNAY__MATRIX_BITS = 7, /* at most 128 vertices in the matrix */
+    DELAUNAY__MATRIX_CAVITY = 124,
     DELAUNAY__MATRIX_FACETS = 256,
     DELAUNAY__SEARCH_SLACK = 64,
     DELAUNAY__MARK_SEEN = 1,
@@ -2039,7 +2038,6 @@ static void delaunay__kernel_free(delaunay__kernel *k)
     delaunay_release(k->memory, k->freed);
     delaunay_release(k->memory, k->edges);
     delaunay_release(k->memory, k->edge_keys);
-    delaunay_release(k->memory, k->hashed);
     memset(k, 0, sizeof *k);
 }
 
@@ -2739,48 +2737,46 @@ DELAUNAY_INLINE void delaunay__ball_small(const delaunay__kernel *k, const delau
     }
 }
 
-/* The entry of an edge, whatever its direction, in the table of triples; the third 0: free. */
-DELAUNAY_INLINE delaunay_handle *delaunay__hashed_edge(delaunay_handle *table, uint32_t a,
-                                                       uint32_t b, size_t mask)
+/* From facet h of the cavity around its edge without third, inside the cavity, to where that comes
+ * out: the facet of the new tetrahedron that is next to the one of h. */
+DELAUNAY_INLINE delaunay_handle delaunay__ball_turn(const delaunay__kernel *k, delaunay_handle h,
+                                                    uint32_t third)
 {
-    uint32_t low = a < b ? a : b, high = a < b ? b : a;
-    uint64_t h = ((uint64_t)high << 32 | low) * UINT64_C(0x9e3779b97f4a7c15);
-    size_t i = (size_t)(h >> 32) & mask;
-    while (table[3 * i + 2] && (table[3 * i] != low || table[3 * i + 1] != high))
-        i = (i + 1) & mask;
-    table[3 * i] = low;
-    table[3 * i + 1] = high;
-    return table + 3 * i + 2;
+    const delaunay_tet *tets = k->tets;
+    delaunay_handle out;
+    do {
+        const delaunay_tet *t = &tets[h >> 2];
+        uint32_t apex = t->v[h & 3];
+        h = t->n[delaunay_local_index(t, third)];
+        third = apex;
+    } while (DELAUNAY__LOAD(&k->mark[h >> 2]) == DELAUNAY__MARK_CAVITY);
+    out = tets[h >> 2].n[h & 3];
+    return out + (delaunay_handle)delaunay_local_index(&tets[out >> 2], third);
 }
 
-static size_t delaunay__hashed_mask(size_t num_border)
-{
-    size_t mask = 255;
-    while (mask < 3 * num_border) mask = 2 * mask + 1;
-    return mask;
-}
-
-/* Balls too big for the matrix: each edge is met twice, and its entry has the sum of both facets
- * modulo 2, so that each finds the other without a branch. In between the new tetrahedra hold the
- * places of the entries. */
+/* Balls too big for the matrix: adjacencies by turning around the edges of the cavity's boundary,
+ * while the cavity is still there. Overwrites the border with the cavity's sides of its facets. */
 static void delaunay__ball_big(delaunay__kernel *k, const delaunay_handle *slot, uint32_t p)
 {
-    size_t j, count = k->num_border, mask = delaunay__hashed_mask(count);
-    delaunay_handle i, *table = k->hashed;
-    memset(table, 0, 3 * (mask + 1) * sizeof *table);
+    size_t j, count = k->num_border;
+    int i;
     for (j = 0; j < count; j++) {
-        delaunay_handle s = *(slot - j);
+        delaunay_handle h = k->border[j], s = *(slot - j), *n = k->tets[s].n;
         uint32_t v[3];
-        delaunay__ball_tet(k, k->border[j], s, p, v);
-        for (i = 1; i < 4; i++) {
-            delaunay_handle *sum = delaunay__hashed_edge(table, v[i % 3], v[(i + 1) % 3], mask);
-            *sum ^= 4 * s + i;
-            k->tets[s].n[i] = (delaunay_handle)(sum - table);
-        }
+        k->border[j] = k->tets[h >> 2].n[h & 3];
+        delaunay__ball_tet(k, h, s, p, v);
+        n[1] = n[2] = n[3] = DELAUNAY_NONE;
     }
     for (j = 0; j < count; j++) {
-        delaunay_handle s = *(slot - j), *n = k->tets[s].n;
-        for (i = 1; i < 4; i++) n[i] = table[n[i]] ^ (4 * s + i);
+        delaunay_handle s = *(slot - j);
+        delaunay_tet *t = &k->tets[s];
+        for (i = 1; i < 4; i++) {
+            delaunay_handle g;
+            if (t->n[i] != DELAUNAY_NONE) continue;
+            g = delaunay__ball_turn(k, k->border[j], t->v[i]);
+            t->n[i] = g;
+            k->tets[g >> 2].n[g & 3] = 4 * s + (delaunay_handle)i;
+        }
     }
 }
 
@@ -2833,27 +2829,17 @@ static delaunay_result delaunay__ball_slots(delaunay__kernel *k, size_t need)
 /* Room for what the next ball writes; on failure nothing has changed but capacities. */
 static int delaunay__ball_reserve(delaunay__kernel *k)
 {
-    size_t need = k->num_border, mask = delaunay__hashed_mask(need);
+    size_t need = k->num_border;
     size_t freed = k->num_freed + k->num_cavity + need + DELAUNAY__SLOTS_AT_ONCE;
-    int big = k->num_cavity > 124 || need > DELAUNAY__MATRIX_FACETS;
     delaunay_result result;
     if (k->parallel) {
-        if (freed <= k->cap_freed && !(big && 3 * (mask + 1) > k->cap_hashed) &&
-            delaunay__ball_slots(k, need) == DELAUNAY_OK)
+        if (freed <= k->cap_freed && delaunay__ball_slots(k, need) == DELAUNAY_OK)
             return DELAUNAY_OK;
         k->needs_memory = 1;
         return DELAUNAY__NEEDS_MEMORY;
     }
     result = delaunay__kernel_reserve_freed(k, freed);
-    if (result != DELAUNAY_OK) return result;
-    if (big && 3 * (mask + 1) > k->cap_hashed) {
-        delaunay_release(k->memory, k->hashed);
-        k->cap_hashed = 0;
-        k->hashed = (delaunay_handle *)delaunay_alloc(k->memory, 6 * (mask + 1), sizeof *k->hashed);
-        if (!k->hashed) return DELAUNAY_ERROR_OUT_OF_MEMORY;
-        k->cap_hashed = 6 * (mask + 1);
-    }
-    return delaunay__ball_slots(k, need);
+    return result != DELAUNAY_OK ? (int)result : (int)delaunay__ball_slots(k, need);
 }
 
 /* Fills the cavity with the ball of p [Marot 2020, 3.6]. */
@@ -2863,6 +2849,8 @@ static void delaunay__ball(delaunay__kernel *k, uint32_t p)
     delaunay_handle *freed = k->freed + k->num_freed, *slot = freed - 1;
     const delaunay_handle *cavity = k->cavity;
     const uint32_t *v = k->tets[cavity[0] >> 2].v;
+    const int big = num_cavity > DELAUNAY__MATRIX_CAVITY || count > DELAUNAY__MATRIX_FACETS;
+    if (big) delaunay__ball_big(k, slot, p);
     for (j = 0; j < 4; j++)
         if (v[j]) k->vertices[v[j]].local = (uint32_t)j + 1;
     for (j = 0; j < num_cavity; j++) {
@@ -2873,11 +2861,11 @@ static void delaunay__ball(delaunay__kernel *k, uint32_t p)
         DELAUNAY__STORE(&k->mark[t], 0);
         if (j && apex) k->vertices[apex].local = (uint32_t)j + 4;
     }
-    if (num_cavity <= 28) delaunay__ball_small(k, slot, p, 5);
-    else if (num_cavity <= 60) delaunay__ball_small(k, slot, p, 6);
-    else if (num_cavity <= 124 && count <= DELAUNAY__MATRIX_FACETS)
-        delaunay__ball_small(k, slot, p, 7);
-    else delaunay__ball_big(k, slot, p);
+    if (!big) {
+        if (num_cavity <= 28) delaunay__ball_small(k, slot, p, 5);
+        else if (num_cavity <= 60) delaunay__ball_small(k, slot, p, 6);
+        else delaunay__ball_small(k, slot, p, 7);
+    }
     k->hint = *slot;
     memmove(slot + 1 - count, freed, num_cavity * sizeof *freed);
     k->num_freed = k->num_freed + num_cavity - count;
@@ -4514,11 +4502,6 @@ static void delaunay__feed_kernels(delaunay__partitions *p, size_t num_items)
         k->needs_slots = 0;
         (void)delaunay__kernel_grow_search(k);
         (void)delaunay__kernel_reserve_freed(k, 2 * k->cap_freed);
-        if (k->cap_hashed < 65536) {
-            delaunay_release(k->memory, k->hashed);
-            k->hashed = (delaunay_handle *)delaunay_alloc(k->memory, 65536, sizeof *k->hashed);
-            k->cap_hashed = k->hashed ? 65536 : 0;
-        }
     }
     (void)delaunay__reserve_tets(p->mesh, slots);
 }
