@@ -7377,12 +7377,13 @@ DELAUNAY_API delaunay_worker *delaunay_engine_worker(delaunay_engine *engine)
     return engine->workers[0];
 }
 
-/* Owners and versions for all slots that the mesh has room for. */
-static delaunay_result delaunay__engine_slots(delaunay_engine *e)
+/* Owners and versions for so many slots, and some more. */
+static delaunay_result delaunay__engine_slots(delaunay_engine *e, size_t slots)
 {
-    size_t cap = e->mesh->cap_tets, old = e->cap_slots;
+    size_t cap = slots + slots / 64 + 1024, old = e->cap_slots;
     uint32_t *owner, *version;
-    if (cap <= old) return DELAUNAY_OK;
+    if (slots <= old) return DELAUNAY_OK;
+    if (cap > e->mesh->cap_tets) cap = e->mesh->cap_tets;
     owner = (uint32_t *)delaunay_grow(e->gate.memory, e->owner, old, cap, sizeof *owner);
     if (!owner) return DELAUNAY_ERROR_OUT_OF_MEMORY;
     e->owner = owner;
@@ -7397,7 +7398,7 @@ static delaunay_result delaunay__engine_slots(delaunay_engine *e)
 
 DELAUNAY_API delaunay_result delaunay_engine_touch(delaunay_engine *engine, delaunay_handle t)
 {
-    delaunay_result result = delaunay__engine_slots(engine);
+    delaunay_result result = delaunay__engine_slots(engine, engine->mesh->num_tets);
     if (result == DELAUNAY_OK) engine->version[t] = engine->round;
     return result;
 }
@@ -7551,7 +7552,7 @@ static delaunay_result delaunay__round_assign(delaunay_engine *e, size_t num)
     if (result == DELAUNAY_OK && m->num_tets + fresh > m->cap_tets)
         result = delaunay__reserve_tets(m, (m->num_tets + fresh) / 2 * 3 + 64);
     if (result == DELAUNAY_OK) result = delaunay__reserve_free(m, free_left + freed);
-    if (result == DELAUNAY_OK) result = delaunay__engine_slots(e);
+    if (result == DELAUNAY_OK) result = delaunay__engine_slots(e, m->num_tets + fresh);
     if (result != DELAUNAY_OK) return result;
     for (i = 0; i < num; i++) {
         delaunay_plan *p = e->plans[i];
@@ -7743,7 +7744,7 @@ DELAUNAY_API delaunay_result delaunay_speculate(delaunay_engine *engine, delauna
                 position = position >= job->num_items - step ? position - (job->num_items - step)
                                                              : position + step;
         }
-        result = delaunay__engine_slots(e);
+        result = delaunay__engine_slots(e, e->mesh->num_tets);
         if (result != DELAUNAY_OK) break;
         delaunay__round_plan(e, job, num);
         job->rounds++;

@@ -2683,11 +2683,13 @@ static int spr__plan(void *user, const delaunay_mesh *m, delaunay_worker *worker
     }
 }
 
-/* Room in the arrays for all slots and vertices of the mesh. */
+/* Room in the arrays for all slots that are in use, and some more, and for all vertices. */
 static int spr__fit(spr__state *s)
 {
-    size_t tets = s->mesh->cap_tets, vertices = s->mesh->cap_vertices, old = s->cap_tets;
+    size_t tets = s->mesh->num_tets, vertices = s->mesh->cap_vertices, old = s->cap_tets;
     if (tets > old) {
+        tets += tets / 64 + 1024;
+        if (tets > s->mesh->cap_tets) tets = s->mesh->cap_tets;
         double *value = (double *)delaunay_grow(s->memory, s->value, old, tets, sizeof *value);
         spr__case *at;
         if (value) s->value = value;

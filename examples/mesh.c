@@ -14,6 +14,9 @@
 #include "meshio.h"
 #include "demo_part.h"
 #include "tool.h"
+#ifdef __GLIBC__
+#  include <malloc.h> /* malloc_trim */
+#endif
 
 static const char help_usage[] =
     "usage: mesh INPUT [-o OUTPUT] [options]\n"
@@ -857,6 +860,14 @@ static int prove(job *j)
 
 /* ---- meshing ---- */
 
+/* What the phases so far freed in between goes back to the system. */
+static void trim_memory(void)
+{
+#ifdef __GLIBC__
+    malloc_trim(0);
+#endif
+}
+
 static void improve(job *j)
 {
     double start = tool_seconds(), left = j->set.max_seconds - (start - j->start);
@@ -899,6 +910,7 @@ static int mesh_surface(job *j)
     j->seconds[PHASE_REGIONS] = j->report.seconds_regions;
     j->seconds[PHASE_SIZE] = j->report.seconds_size;
     j->seconds[PHASE_REFINE] = j->report.seconds_refine;
+    trim_memory();
     improve(j);
     clear_progress(j);
     if (j->code == TOOL_INTERNAL) return j->code;
