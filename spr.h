@@ -1122,9 +1122,9 @@ static int spr__wedge_has(const spr__wedge *w, const double *p)
     return 1;
 }
 
-/* Pattern search from p for the best apex. */
+/* Pattern search from p for the best apex, or for one that is good enough. */
 static double spr__best_apex(const spr__state *s, const spr__facet *f, const spr__wedge *w,
-                             double *p)
+                             double *p, double enough)
 {
     static const signed char way[14][3] = {
         {1, 0, 0},    {-1, 0, 0}, {0, 1, 0},   {0, -1, 0}, {0, 0, 1},   {0, 0, -1}, {1, 1, 1},
@@ -1134,6 +1134,7 @@ static double spr__best_apex(const spr__state *s, const spr__facet *f, const spr
     int i, k, tries, moved;
     for (tries = 0; step > least && tries < 100; tries++) {
         for (moved = i = 0; i < 14; i++) {
+            if (best >= enough) return best;
             for (k = 0; k < 3; k++) q[k] = p[k] + step * way[i][k];
             if (!spr__wedge_has(w, q)) continue;
             value = spr__facet_value(s, f, q);
@@ -1147,19 +1148,20 @@ static double spr__best_apex(const spr__state *s, const spr__facet *f, const spr
     return best;
 }
 
-/* The best quality over all apices; here: an apex that is known to be possible, or NULL. */
+/* The best quality over all apices, or one that is enough; here: an apex that is known to be
+ * possible, or NULL. */
 static double spr__facet_bound(const spr__state *s, const spr__facet *f, const spr__wedge *w,
-                               const double *here)
+                               const double *here, double enough)
 {
     double p[3], best = 0, height = 0.6 * sqrt(f->longest);
     int k;
     for (k = 0; k < 3; k++)
         p[k] =
             (f->a[k] + f->b[k] + f->c[k]) / 3 + (f->area > 0 ? height * f->normal[k] / f->area : 0);
-    if (spr__wedge_has(w, p)) best = spr__best_apex(s, f, w, p);
-    if (here) {
+    if (spr__wedge_has(w, p)) best = spr__best_apex(s, f, w, p, enough);
+    if (here && best < enough) {
         memcpy(p, here, sizeof p);
-        best = spr__max(best, spr__best_apex(s, f, w, p));
+        best = spr__max(best, spr__best_apex(s, f, w, p, enough));
     }
     return best;
 }
@@ -1171,7 +1173,7 @@ SPR_API double spr_gamma_bound(const double *a, const double *b, const double *c
     memset(&s, 0, sizeof s);
     s.gamma = 1;
     spr__facet_set(&f, a, b, c);
-    return f.area > 0 ? spr__facet_bound(&s, &f, NULL, NULL) : 0;
+    return f.area > 0 ? spr__facet_bound(&s, &f, NULL, NULL, HUGE_VAL) : 0;
 }
 
 /* Facet i of t cannot be crossed: constrained, on the border, or between colours. */
@@ -1200,8 +1202,9 @@ static delaunay_handle spr__next_wall(const delaunay_mesh *m, delaunay_handle t,
     return 0;
 }
 
-/* Upper bound of the quality of a tetrahedron on wall i of t, by the walls that it meets. */
-static double spr__wall_bound(const spr__state *s, delaunay_handle t, int i)
+/* Upper bound of the quality of a tetrahedron on wall i of t, by the walls that it meets; or
+ * something that is enough, if it is that much. */
+static double spr__wall_bound(const spr__state *s, delaunay_handle t, int i, double enough)
 {
     const delaunay_mesh *m = s->mesh;
     const uint32_t *v = m->tets[t].v;
@@ -1226,16 +1229,17 @@ static double spr__wall_bound(const spr__state *s, delaunay_handle t, int i)
         memcpy(w.point[w.n], g.a, sizeof w.point[0]);
         memcpy(w.normal[w.n++], g.normal, sizeof w.normal[0]);
     }
-    return spr__facet_bound(s, &f, &w, spr__point(m, v[i]));
+    return spr__facet_bound(s, &f, &w, spr__point(m, v[i]), enough);
 }
 
-/* The best that a tetrahedron with the walls of t can reach; 1 without walls. */
-static double spr__bound(const spr__state *s, delaunay_handle t)
+/* The best that a tetrahedron with the walls of t can reach, or something that is enough; 1 without
+ * walls. */
+static double spr__bound(const spr__state *s, delaunay_handle t, double enough)
 {
     double bound = 1;
     int i;
     for (i = 0; i < 4; i++)
-        if (spr__is_wall(s->mesh, t, i)) bound = spr__min(bound, spr__wall_bound(s, t, i));
+        if (spr__is_wall(s->mesh, t, i)) bound = spr__min(bound, spr__wall_bound(s, t, i, enough));
     return bound;
 }
 
@@ -2648,7 +2652,7 @@ static double spr__goal(const spr__state *s, delaunay_handle t)
 {
     double bound;
     if (s->at[t].goal > 0) return (double)s->at[t].goal;
-    bound = spr__bound(s, t);
+    bound = spr__bound(s, t, s->target);
     return bound >= s->target ? s->target : 0.97 * bound;
 }
 
@@ -4073,7 +4077,7 @@ static void spr__describe(const spr__state *s, spr_worst *w, delaunay_handle t, 
     w->tet = t;
     w->reason = reason;
     w->quality = s->value[t];
-    w->bound = spr__bound(s, t);
+    w->bound = spr__bound(s, t, HUGE_VAL);
     if (w->bound < s->target) w->reason = SPR_BOUNDED;
     for (k = 0; k < 3; k++)
         w->xyz[k] = (spr__point(m, v[0])[k] + spr__point(m, v[1])[k] + spr__point(m, v[2])[k] +
