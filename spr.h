@@ -547,6 +547,7 @@ typedef struct spr__state {
     int64_t          shake_credit; /* those that patches may still make in vain */
     double           least;       /* before that, the worst of the mesh */
     int              gamma;       /* the measure is gamma: the quick way */
+    int              rounding;    /* it is spr__measure_all */
     int              simd;        /* the processor has AVX2 */
     spr_result       failure;     /* in done */
 } spr__state;
@@ -609,6 +610,10 @@ static double spr__quality(const spr__state *s, const double *a, const double *b
 {
 #if defined(SPR__TARGET)
     if (s->gamma && s->simd) return spr__gamma_avx2(a, b, c, d);
+    if (s->rounding && s->simd) {
+        double gamma = spr__gamma_avx2(a, b, c, d);
+        if (gamma > s->target + SPR__ROUND) return gamma;
+    }
 #endif
     return s->gamma ? spr_gamma(a, b, c, d) : s->quality(s->quality_user, a, b, c, d);
 }
@@ -951,6 +956,116 @@ SPR__TARGET static void spr__facet4_gradient_avx2(const spr__facet4 *f, const do
     _mm256_storeu_pd(value, spr__gamma4(f, spr__same4(p), gradient));
 }
 
+/* spr__shape of four tetrahedra, and the roots of the normals' squares. */
+typedef struct spr__shape4 {
+    spr__v3 normal[4];
+    __m256d length2[6], area[4], area2[4], det;
+} spr__shape4;
+
+SPR__TARGET DELAUNAY_INLINE void spr__shape4_set(spr__shape4 *s, spr__v3 a, spr__v3 b, spr__v3 c,
+                                                 spr__v3 d)
+{
+    spr__v3 e[6];
+    int i;
+    e[0] = spr__sub4(b, a);
+    e[1] = spr__sub4(c, a);
+    e[2] = spr__sub4(d, a);
+    e[3] = spr__sub4(c, b);
+    e[4] = spr__sub4(d, b);
+    e[5] = spr__sub4(d, c);
+    s->normal[0] = spr__cross4(e[3], e[4]);
+    s->normal[1] = spr__cross4(e[2], e[1]);
+    s->normal[2] = spr__cross4(e[0], e[2]);
+    s->normal[3] = spr__cross4(e[1], e[0]);
+    s->det = _mm256_xor_pd(spr__dot4(s->normal[3], e[2]), _mm256_set1_pd(-0.0));
+    for (i = 0; i < 6; i++) s->length2[i] = spr__dot4(e[i], e[i]);
+    for (i = 0; i < 4; i++) {
+        s->area2[i] = spr__dot4(s->normal[i], s->normal[i]);
+        s->area[i] = _mm256_sqrt_pd(s->area2[i]);
+    }
+}
+
+/* a / b, or 0 where b is not positive. */
+SPR__TARGET DELAUNAY_INLINE __m256d spr__ratio4(__m256d a, __m256d b)
+{
+    __m256d some = _mm256_cmp_pd(b, _mm256_setzero_pd(), _CMP_GT_OQ);
+    return _mm256_and_pd(_mm256_div_pd(a, b), some);
+}
+
+SPR__TARGET DELAUNAY_INLINE __m256d spr__shape4_gamma(const spr__shape4 *s)
+{
+    __m256d area = s->area[0], longest = s->length2[0];
+    int i;
+    for (i = 1; i < 4; i++) area = _mm256_add_pd(area, s->area[i]);
+    for (i = 1; i < 6; i++) longest = _mm256_max_pd(longest, s->length2[i]);
+    return spr__ratio4(_mm256_mul_pd(_mm256_set1_pd(SPR__SQRT24), s->det),
+                       _mm256_mul_pd(area, _mm256_sqrt_pd(longest)));
+}
+
+SPR__TARGET DELAUNAY_INLINE __m256d spr__shape4_sicn(const spr__shape4 *s)
+{
+    __m256d area2 = s->area2[0], length2 = s->length2[0];
+    int i;
+    for (i = 1; i < 4; i++) area2 = _mm256_add_pd(area2, s->area2[i]);
+    for (i = 1; i < 6; i++) length2 = _mm256_add_pd(length2, s->length2[i]);
+    return spr__ratio4(_mm256_mul_pd(_mm256_set1_pd(6), s->det),
+                       _mm256_sqrt_pd(_mm256_mul_pd(area2, length2)));
+}
+
+/* Edge i lies between these facets. */
+static const int spr__edge_facets[6][2] = {{2, 3}, {1, 3}, {1, 2}, {0, 3}, {0, 2}, {0, 1}};
+
+SPR__TARGET DELAUNAY_INLINE void spr__shape4_extremes(const spr__shape4 *s, __m256d *out)
+{
+    int i;
+    out[0] = out[1] = _mm256_set1_pd(4);
+    for (i = 0; i < 6; i++) {
+        int f = spr__edge_facets[i][0], g = spr__edge_facets[i][1];
+        __m256d sine = spr__ratio4(_mm256_mul_pd(s->det, _mm256_sqrt_pd(s->length2[i])),
+                                   _mm256_mul_pd(s->area[f], s->area[g])),
+                obtuse = _mm256_cmp_pd(spr__dot4(s->normal[f], s->normal[g]),
+                                       _mm256_setzero_pd(), _CMP_LT_OQ),
+                small = _mm256_min_pd(out[0], _mm256_mul_pd(sine, _mm256_set1_pd(3.5))),
+                large = _mm256_min_pd(out[1], _mm256_mul_pd(sine, _mm256_set1_pd(1.8)));
+        out[0] = _mm256_blendv_pd(out[0], small, obtuse);
+        out[1] = _mm256_blendv_pd(large, out[1], obtuse);
+    }
+    out[2] = _mm256_mul_pd(spr__shape4_sicn(s), _mm256_set1_pd(2.4));
+}
+
+/* spr__measure_all of four facets with apex p. */
+SPR__TARGET DELAUNAY_INLINE __m256d spr__all4(const spr__facet4 *f, spr__v3 p, double target)
+{
+    spr__shape4 s;
+    __m256d gamma, all, e[3];
+    spr__shape4_set(&s, spr__load4(f->a), spr__load4(f->b), spr__load4(f->c), p);
+    gamma = spr__shape4_gamma(&s);
+    spr__shape4_extremes(&s, e);
+    all = _mm256_mul_pd(_mm256_set1_pd(target),
+                        _mm256_min_pd(e[0], _mm256_min_pd(e[1], e[2])));
+    return _mm256_blendv_pd(_mm256_min_pd(gamma, all), gamma,
+                            _mm256_cmp_pd(gamma, _mm256_set1_pd(target + SPR__ROUND), _CMP_GT_OQ));
+}
+
+/* spr__extremes of four tetrahedra, by their corners; a row for each measure. */
+SPR__TARGET static void spr__points4_extremes_avx2(const double *(*p)[4], double (*out)[4])
+{
+    spr__v3 v[4];
+    spr__shape4 s;
+    __m256d e[3];
+    int i;
+    for (i = 0; i < 4; i++) v[i] = spr__gather4(p[0][i], p[1][i], p[2][i], p[3][i]);
+    spr__shape4_set(&s, v[0], v[1], v[2], v[3]);
+    spr__shape4_extremes(&s, e);
+    for (i = 0; i < 3; i++) _mm256_storeu_pd(out[i], e[i]);
+}
+
+SPR__TARGET static void spr__facet4_all_avx2(const spr__facet4 *f, const double *p, double target,
+                                             double *out)
+{
+    _mm256_storeu_pd(out, spr__all4(f, spr__same4(p), target));
+}
+
 SPR__TARGET static size_t spr__cone_gammas_avx2(const spr__cone *cone, const double *p,
                                                 double floor_, double *out)
 {
@@ -999,29 +1114,43 @@ static const double **spr__cone_corners(const spr__cone *cone, size_t i)
     return (const double **)(uintptr_t)cone->f[i / 4].corner[i % 4];
 }
 
+/* Qualities with apex p of the four facets that begin with i. */
+static void spr__cone_four(const spr__state *s, const spr__cone *cone, size_t i, const double *p,
+                           double *out)
+{
+    size_t k;
+    spr__facet f;
+#if defined(SPR__TARGET)
+    if (s->rounding && s->simd) {
+        spr__facet4_all_avx2(&cone->f[i / 4], p, s->target, out);
+        return;
+    }
+#endif
+    for (k = 0; k < 4; k++) {
+        if (s->gamma) {
+            spr__facet_of_four(&f, &cone->f[i / 4], (int)k);
+            out[k] = spr__facet_gamma(&f, p, NULL);
+        } else if (i + k < cone->n) {
+            const double **v = spr__cone_corners(cone, i + k);
+            out[k] = s->quality(s->quality_user, v[0], v[1], v[2], p);
+        } else out[k] = out[k - 1];
+    }
+}
+
 /* Qualities with apex p, four by four, until one of four is not above floor. Returns how many were
  * found, in fours: out has room for SPR__MAX_STAR + 4. */
 static size_t spr__cone_values(const spr__state *s, const spr__cone *cone, const double *p,
                                double floor_, double *out)
 {
-    size_t i, k;
+    size_t i;
 #if defined(SPR__TARGET)
     if (s->gamma && s->simd) return spr__cone_gammas_avx2(cone, p, floor_, out);
 #endif
     for (i = 0; i < cone->n; i += 4) {
-        int enough = 0;
-        for (k = i; k < i + 4; k++) {
-            const double **v = spr__cone_corners(cone, k);
-            spr__facet f;
-            if (s->gamma) {
-                spr__facet_of_four(&f, &cone->f[i / 4], (int)(k % 4));
-                out[k] = spr__facet_gamma(&f, p, NULL);
-            } else if (k < cone->n)
-                out[k] = s->quality(s->quality_user, v[0], v[1], v[2], p);
-            else out[k] = out[k - 1];
-            enough |= out[k] <= floor_;
-        }
-        if (enough) return i + 4;
+        spr__cone_four(s, cone, i, p, out + i);
+        if (out[i] <= floor_ || out[i + 1] <= floor_ || out[i + 2] <= floor_ ||
+            out[i + 3] <= floor_)
+            return i + 4;
     }
     return i;
 }
@@ -1034,15 +1163,13 @@ static void spr__cone_gradients(const spr__state *s, const spr__cone *cone, size
     size_t k;
     int j;
     if (!s->gamma) { /* differences */
-        for (k = 0; k < 4 && i + k < cone->n; k++) {
-            const double **v = spr__cone_corners(cone, i + k);
-            double here = s->quality(s->quality_user, v[0], v[1], v[2], p),
-                   h = 1e-5 * sqrt(cone->f[i / 4].longest[k]), q[3];
-            for (j = 0; j < 3; j++) {
-                memcpy(q, p, sizeof q);
-                q[j] += h;
-                gradient[k][j] = (s->quality(s->quality_user, v[0], v[1], v[2], q) - here) / h;
-            }
+        double h = 1e-5 * sqrt(cone->f[i / 4].longest[0]), q[3], there[4];
+        spr__cone_four(s, cone, i, p, value);
+        for (j = 0; j < 3; j++) {
+            memcpy(q, p, sizeof q);
+            q[j] += h;
+            spr__cone_four(s, cone, i, q, there);
+            for (k = 0; k < 4; k++) gradient[k][j] = (there[k] - value[k]) / h;
         }
         return;
     }
@@ -1322,46 +1449,18 @@ SPR__TARGET DELAUNAY_INLINE void spr__cosine4(spr__four *four, int i, spr__v3 m,
 
 SPR__TARGET static void spr__four_set_avx2(spr__four *f)
 {
-    static const int facet[6][2] = {{0, 1}, {0, 2}, {0, 3}, {1, 2}, {1, 3}, {2, 3}};
-    spr__v3 v[4], e[6], n[4];
-    __m256d zero = _mm256_setzero_pd(), square[4], root[4], det, area = zero, area2 = zero,
-            longest = zero, length2 = zero, l2, below, some;
+    spr__v3 v[4];
+    spr__shape4 s;
     int i;
     for (i = 0; i < 4; i++)
         v[i] = spr__gather4(f->corner[0][i], f->corner[1][i], f->corner[2][i], f->corner[3][i]);
-    e[0] = spr__sub4(v[1], v[0]);
-    e[1] = spr__sub4(v[2], v[0]);
-    e[2] = spr__sub4(v[3], v[0]);
-    e[3] = spr__sub4(v[2], v[1]);
-    e[4] = spr__sub4(v[3], v[1]);
-    e[5] = spr__sub4(v[3], v[2]);
-    n[0] = spr__cross4(e[3], e[4]);
-    n[1] = spr__cross4(e[2], e[1]);
-    n[2] = spr__cross4(e[0], e[2]);
-    n[3] = spr__cross4(e[1], e[0]);
-    det = _mm256_xor_pd(spr__dot4(n[3], e[2]), _mm256_set1_pd(-0.0));
+    spr__shape4_set(&s, v[0], v[1], v[2], v[3]);
+    _mm256_storeu_pd(f->gamma, spr__shape4_gamma(&s));
+    _mm256_storeu_pd(f->sicn, spr__shape4_sicn(&s));
     for (i = 0; i < 6; i++) {
-        l2 = spr__dot4(e[i], e[i]);
-        longest = _mm256_max_pd(longest, l2);
-        length2 = _mm256_add_pd(length2, l2);
+        int a = spr__edge_facets[5 - i][0], b = spr__edge_facets[5 - i][1];
+        spr__cosine4(f, i, s.normal[a], s.normal[b], _mm256_mul_pd(s.area[a], s.area[b]));
     }
-    for (i = 0; i < 4; i++) {
-        square[i] = spr__dot4(n[i], n[i]);
-        root[i] = _mm256_sqrt_pd(square[i]);
-        area = _mm256_add_pd(area, root[i]);
-        area2 = _mm256_add_pd(area2, square[i]);
-    }
-    below = _mm256_mul_pd(area, _mm256_sqrt_pd(longest));
-    some = _mm256_cmp_pd(below, zero, _CMP_GT_OQ);
-    l2 = _mm256_mul_pd(_mm256_set1_pd(SPR__SQRT24), det);
-    _mm256_storeu_pd(f->gamma, _mm256_and_pd(_mm256_div_pd(l2, below), some));
-    below = _mm256_sqrt_pd(_mm256_mul_pd(area2, length2));
-    some = _mm256_cmp_pd(below, zero, _CMP_GT_OQ);
-    l2 = _mm256_mul_pd(_mm256_set1_pd(6), det);
-    _mm256_storeu_pd(f->sicn, _mm256_and_pd(_mm256_div_pd(l2, below), some));
-    for (i = 0; i < 6; i++)
-        spr__cosine4(f, i, n[facet[i][0]], n[facet[i][1]],
-                     _mm256_mul_pd(root[facet[i][0]], root[facet[i][1]]));
 }
 #endif
 
@@ -1787,6 +1886,7 @@ static int spr__relax_spares_angles(const spr__state *s, const spr__cone *cone, 
         const double **v = spr__cone_corners(cone, i);
         if (after[i] > s->target + SPR__ROUND) continue;
         spr__extremes(v[0], v[1], v[2], p, is);
+        if (is[0] >= 1 && is[1] >= 1 && is[2] >= 1) continue;
         spr__extremes(v[0], v[1], v[2], here, was);
         for (k = 0; k < 3; k++)
             if (is[k] < spr__min(was[k], 1)) return 0;
@@ -3112,7 +3212,7 @@ enum {
 
 /* Everything within two rings of vertices around a bad tetrahedron. */
 typedef struct spr__patch {
-    delaunay_handle t[SPR__PATCH_TETS];
+    delaunay_handle t[SPR__PATCH_TETS + SPR__PATCH_ROOM]; /* in the end those that are there then */
     uint32_t        tets[SPR__PATCH_TETS][4];  /* numbers in v */
     uint32_t        v[SPR__PATCH_VERTICES];
     uint8_t         inner[SPR__PATCH_VERTICES]; /* it may move, and all its tetrahedra are here */
@@ -3399,6 +3499,7 @@ static void spr__patch_try(const spr__state *s, spr__patch *p)
     own.quality_user = s->quality_user;
     own.target = s->target;
     own.gamma = s->gamma && !p->rounding;
+    own.rounding = p->rounding;
     own.simd = s->simd;
     if (p->rounding) {
         own.quality = spr__measure_all;
@@ -3434,14 +3535,13 @@ static void spr__patch_shake(const spr__state *s, spr__patch *p)
 }
 
 /* Puts what was found in the place of what was there. */
-static spr_result spr__patch_commit(spr__state *s, spr__patch *p, delaunay_list *slots)
+static spr_result spr__patch_commit(spr__state *s, spr__patch *p)
 {
     delaunay_mesh *m = s->mesh;
+    delaunay_handle slots[SPR__PATCH_TETS + SPR__PATCH_ROOM];
     uint32_t *out = p->out[0], v[SPR__PATCH_VERTICES + SPR__PATCH_NEW];
     size_t i;
     memcpy(v, p->v, p->num_vertices * sizeof *v);
-    for (slots->count = i = 0; i < p->num_out; i++)
-        if (delaunay_list_push(slots, 0) != DELAUNAY_OK) return SPR_ERROR_OUT_OF_MEMORY;
     for (i = p->num_vertices; i < p->num_points; i++) {
         v[i] = delaunay_add_vertex(m, p->xyz[i], DELAUNAY_NO_ID);
         if (v[i] == 0) return SPR_ERROR_OUT_OF_MEMORY;
@@ -3450,7 +3550,7 @@ static spr_result spr__patch_commit(spr__state *s, spr__patch *p, delaunay_list 
     for (i = 0; i < 4 * p->num_out; i++) out[i] = v[out[i]];
     if (!spr__fit(s)) return SPR_ERROR_OUT_OF_MEMORY;
     i = (size_t)delaunay_replace(m, delaunay_engine_worker(s->engine), p->t, p->num_tets, out,
-                                 p->num_out, slots->items);
+                                 p->num_out, slots);
     if (i != DELAUNAY_OK) return (spr_result)(int)i;
     for (i = 0; i < p->num_vertices; i++)
         if (p->inner[i]) memcpy(m->vertices[v[i]].x, p->xyz[i], sizeof p->xyz[i]);
@@ -3461,11 +3561,13 @@ static spr_result spr__patch_commit(spr__state *s, spr__patch *p, delaunay_list 
             return SPR_ERROR_OUT_OF_MEMORY;
     }
     for (i = 0; i < p->num_out; i++) {
-        s->at[slots->items[i]].restarts = 0;
-        if (!spr__renew(s, slots->items[i], 1) ||
-            delaunay_engine_touch(s->engine, slots->items[i]) != DELAUNAY_OK)
+        p->t[i] = slots[i];
+        s->at[slots[i]].restarts = 0;
+        if (!spr__renew(s, slots[i], 1) ||
+            delaunay_engine_touch(s->engine, slots[i]) != DELAUNAY_OK)
             return SPR_ERROR_OUT_OF_MEMORY;
     }
+    p->num_tets = p->num_out;
     s->report->shaken++;
     return SPR_OK;
 }
@@ -3570,7 +3672,7 @@ static uint64_t spr__max_bad(const spr__state *s)
 
 /* Shakes these patches side by side, and takes what is better. Returns how many are, or an error.
  */
-static int spr__patches_shake(spr__state *s, spr__patch *patch, int num, delaunay_list *slots)
+static int spr__patches_shake(spr__state *s, spr__patch *patch, int num)
 {
     int threads = delaunay_threads_for(&s->options.host, SIZE_MAX), found = 0, i;
     size_t k;
@@ -3588,7 +3690,7 @@ static int spr__patches_shake(spr__state *s, spr__patch *patch, int num, delauna
             continue;
         found++;
         s->shake_credit += SPR__SHAKE_GAIN * (1 + patch[i].was_bad - patch[i].num_bad);
-        result = spr__patch_commit(s, &patch[i], slots);
+        result = spr__patch_commit(s, &patch[i]);
         if (result != SPR_OK) return (int)result;
     }
     return found;
@@ -3625,7 +3727,7 @@ static spr_result spr__shake(spr__state *s)
     if (result == SPR_OK && !spr__find_shakable(s)) result = SPR_ERROR_OUT_OF_MEMORY;
     while (result == SPR_OK && num > 0 && !spr__has_shaken_enough(s)) {
         num = spr__patches_set(s, patch, &list, tried == 0 ? SPR__SHAKE_FEW : 0);
-        answer = num > 0 ? spr__patches_shake(s, patch, num, &list) : num;
+        answer = num > 0 ? spr__patches_shake(s, patch, num) : num;
         if (answer < 0) result = (spr_result)answer;
         tried += num;
         found += answer;
@@ -3664,20 +3766,87 @@ static void spr__extreme_add(spr__extreme *x, double value, delaunay_handle t)
     x->t[i] = t;
 }
 
-static void spr__find_extremes(const spr__state *s, spr__extreme *x)
+/* Of the first n of four tetrahedra; a row for each measure. */
+static void spr__four_extremes(const spr__state *s, const delaunay_handle *t, int n,
+                               double (*out)[4])
 {
-    const delaunay_mesh *m = s->mesh;
-    delaunay_handle t;
+    const double *p[4][4];
     double e[3];
+    int i, k;
+    for (i = 0; i < 4; i++)
+        for (k = 0; k < 4; k++) p[i][k] = spr__point(s->mesh, s->mesh->tets[t[i < n ? i : 0]].v[k]);
+#if defined(SPR__TARGET)
+    if (s->simd) {
+        spr__points4_extremes_avx2(p, out);
+        return;
+    }
+#endif
+    for (i = 0; i < n; i++) {
+        spr__extremes(p[i][0], p[i][1], p[i][2], p[i][3], e);
+        for (k = 0; k < 3; k++) out[k][i] = e[k];
+    }
+}
+
+/* Lists those of up to four tetrahedra that have an extreme angle. Returns 0 without memory. */
+static int spr__list_extremes(spr__state *s, const delaunay_handle *t, int n)
+{
+    double e[3][4];
+    int i, ok = 1;
+    if (n == 0) return 1;
+    spr__four_extremes(s, t, n, e);
+    for (i = 0; i < n && ok; i++)
+        if (e[0][i] < 1 || e[1][i] < 1 || e[2][i] < 1)
+            ok = delaunay_list_push(&s->items, t[i]) == DELAUNAY_OK;
+    return ok;
+}
+
+/* Lists all that have. */
+static int spr__find_extremes(spr__state *s)
+{
+    delaunay_handle t, four[4];
+    int n = 0, ok = 1;
+    for (s->items.count = 0, t = 1; t < s->mesh->num_tets && ok; t++) {
+        if (!(s->value[t] < s->target + SPR__ROUND)) continue;
+        four[n++] = t;
+        if (n < 4) continue;
+        ok = spr__list_extremes(s, four, n);
+        n = 0;
+    }
+    return ok && spr__list_extremes(s, four, n);
+}
+
+/* Those of patches that were shaken come back into the list if they still have: before that, the
+ * others stay. */
+static void spr__drop_claimed(spr__state *s)
+{
+    size_t i, n = 0;
+    for (i = 0; i < s->items.count; i++)
+        if (!(s->at[s->items.items[i]].shaken & SPR__CLAIMED))
+            s->items.items[n++] = s->items.items[i];
+    s->items.count = n;
+}
+static int spr__list_patch(spr__state *s, const spr__patch *p)
+{
+    size_t i;
+    int ok = 1;
+    for (i = 0; i < p->num_tets && ok; i++)
+        if (s->value[p->t[i]] < s->target + SPR__ROUND) ok = spr__list_extremes(s, &p->t[i], 1);
+    return ok;
+}
+
+/* The worst of the list, but those whose angles were tried. */
+static void spr__worst_extremes(const spr__state *s, spr__extreme *x)
+{
+    double e[3][4];
+    size_t i;
     int k;
     memset(x, 0, 3 * sizeof *x);
-    for (t = 1; t < m->num_tets; t++) {
-        const uint32_t *v = m->tets[t].v;
-        if (!(s->value[t] < s->target + SPR__ROUND) || (s->at[t].shaken & SPR__ROUNDED)) continue;
-        spr__extremes(spr__point(m, v[0]), spr__point(m, v[1]), spr__point(m, v[2]),
-                      spr__point(m, v[3]), e);
+    for (i = 0; i < s->items.count; i++) {
+        delaunay_handle t = s->items.items[i];
+        if (s->at[t].shaken & SPR__ROUNDED) continue;
+        spr__four_extremes(s, &t, 1, e);
         for (k = 0; k < 3; k++)
-            if (e[k] < 1) spr__extreme_add(&x[k], e[k], t);
+            if (e[k][0] < 1) spr__extreme_add(&x[k], e[k][0], t);
     }
 }
 
@@ -3719,16 +3888,20 @@ static spr_result spr__round(spr__state *s)
     spr__patch *patch = (spr__patch *)delaunay_alloc(s->memory, SPR__PATCHES, sizeof *patch);
     spr__extreme x[3];
     delaunay_list list;
-    int turn, answer = patch ? 1 : SPR_ERROR_OUT_OF_MEMORY;
+    int turn, i, num, answer = patch && spr__find_extremes(s) ? 1 : SPR_ERROR_OUT_OF_MEMORY;
     memset(&list, 0, sizeof list);
     list.memory = s->memory;
     s->least = spr__worst_of(s, s->bad.items, s->bad.count);
     s->shake_credit = spr__most_credit(s) / 2;
     for (turn = 0; turn < 3 && answer > 0 && s->shake_credit > 0; turn++) {
         if (s->deadline > 0 && delaunay_seconds(&s->options.host) > s->deadline) break;
-        spr__find_extremes(s, x);
-        answer = spr__round_set(s, patch, &list, x, turn == 0 ? 6 : 1);
-        if (answer > 0) answer = spr__patches_shake(s, patch, answer, &list);
+        spr__worst_extremes(s, x);
+        answer = num = spr__round_set(s, patch, &list, x, turn == 0 ? 6 : 1);
+        if (num <= 0) break;
+        spr__drop_claimed(s);
+        answer = spr__patches_shake(s, patch, num);
+        for (i = 0; i < num && answer >= 0; i++)
+            if (!spr__list_patch(s, &patch[i])) answer = SPR_ERROR_OUT_OF_MEMORY;
     }
     delaunay_list_free(&list);
     delaunay_release(s->memory, patch);
