@@ -3187,6 +3187,7 @@ enum {
     SPR__PATCH_VERTICES = 250,
     SPR__PATCH_NEW = 3,     /* vertices at most */
     SPR__PATCH_ROOM = 100,  /* more tetrahedra at most */
+    SPR__PATCH_TABLE = 1024, /* of tetrahedra and of vertices, by hash: a power of 2 */
     SPR__PATCHES = 16,      /* at a time */
     SPR__SHAKES = 4,        /* of a patch, and visits to one */
     SPR__ROUNDED = 0x40,    /* its angles were tried */
@@ -3216,6 +3217,7 @@ typedef struct spr__patch {
     uint32_t        tets[SPR__PATCH_TETS][4];  /* numbers in v */
     uint32_t        v[SPR__PATCH_VERTICES];
     uint8_t         inner[SPR__PATCH_VERTICES]; /* it may move, and all its tetrahedra are here */
+    uint16_t        tet_at[SPR__PATCH_TABLE], vertex_at[SPR__PATCH_TABLE]; /* numbers + 1 */
     size_t          num_tets, num_vertices, num_inner;
     uint32_t        max_new, seed;
     uint64_t        plans;    /* what shaking it took */
@@ -3247,30 +3249,38 @@ static void spr__gate_release(void *user, void *block)
     delaunay_release((delaunay_memory *)user, block);
 }
 
+static uint32_t spr__patch_hash(uint64_t key)
+{
+    return (uint32_t)((key * UINT64_C(0x9E3779B97F4A7C15)) >> 32) & (SPR__PATCH_TABLE - 1);
+}
+
 /* The number of v in a patch, which it may get. Returns SPR__PATCH_VERTICES if there is no room. */
 static uint32_t spr__patch_vertex(spr__patch *p, uint32_t v)
 {
-    uint32_t i;
-    for (i = 0; i < p->num_vertices; i++)
-        if (p->v[i] == v) return i;
+    uint32_t at = spr__patch_hash(v), i;
+    for (; (i = p->vertex_at[at]) != 0; at = (at + 1) & (SPR__PATCH_TABLE - 1))
+        if (p->v[i - 1] == v) return i - 1;
+    i = (uint32_t)p->num_vertices;
     if (i == SPR__PATCH_VERTICES) return i;
     p->inner[i] = 0;
     p->v[p->num_vertices++] = v;
+    p->vertex_at[at] = (uint16_t)(i + 1);
     return i;
 }
 
-static int spr__patch_has(const spr__patch *p, delaunay_handle t)
+/* Where t is in the table of a patch, or where it would be. */
+static uint16_t *spr__patch_slot(spr__patch *p, delaunay_handle t)
 {
-    size_t i;
-    for (i = 0; i < p->num_tets; i++)
-        if (p->t[i] == t) return 1;
-    return 0;
+    uint32_t at = spr__patch_hash(t);
+    while (p->tet_at[at] != 0 && p->t[p->tet_at[at] - 1] != t)
+        at = (at + 1) & (SPR__PATCH_TABLE - 1);
+    return &p->tet_at[at];
 }
 
 /* Adds the tetrahedra around v that are of one region with another one. Returns 1; 0 if there is no
- * room, or another patch has one; or an error. */
+ * room, or more bad ones than that, or another patch has one; or an error. */
 static int spr__patch_add_star(const spr__state *s, delaunay_worker *worker, spr__patch *p,
-                               uint32_t v, delaunay_handle of, delaunay_list *star)
+                               uint32_t v, delaunay_handle of, int max_bad, delaunay_list *star)
 {
     const delaunay_mesh *m = s->mesh;
     delaunay_result result = delaunay_vertex_star(m, worker, v, star);
@@ -3279,44 +3289,49 @@ static int spr__patch_add_star(const spr__state *s, delaunay_worker *worker, spr
     if (result != DELAUNAY_OK) return (int)result;
     for (i = 0; i < star->count; i++) {
         delaunay_handle t = star->items[i];
-        if (!spr__is_inside(m, t) || spr__patch_has(p, t)) continue;
+        uint16_t *slot = spr__patch_slot(p, t);
+        if (*slot != 0 || !spr__is_inside(m, t)) continue;
         if (m->color && m->color[t] != m->color[of]) continue;
         if (p->num_tets == SPR__PATCH_TETS || (s->at[t].shaken & SPR__CLAIMED)) return 0;
+        p->num_bad += s->value[t] < s->target;
+        if (p->num_bad > max_bad) return 0;
         for (k = 0; k < 4; k++) {
             p->tets[p->num_tets][k] = spr__patch_vertex(p, m->tets[t].v[k]);
             if (p->tets[p->num_tets][k] == SPR__PATCH_VERTICES) return 0;
         }
         p->t[p->num_tets++] = t;
+        *slot = (uint16_t)p->num_tets;
     }
     return 1;
 }
 
-/* The stars of all vertices of the stars of the vertices of t. Returns 1; 0: not to be shaken; or
- * an error. */
+/* The stars of all vertices of the stars of the vertices of t. Not if more than one in so many is
+ * bad, unless that is 0. Returns 1; 0: not to be shaken; or an error. */
 static int spr__patch_set(const spr__state *s, delaunay_worker *worker, spr__patch *p,
-                          delaunay_handle t, delaunay_list *star)
+                          delaunay_handle t, int one_in, delaunay_list *star)
 {
+    int answer = 1, max_bad = one_in ? SPR__PATCH_TETS / one_in : SPR__PATCH_TETS, k;
     spr__burden was;
     size_t i, ring;
-    int answer = 1;
-    p->num_tets = p->num_inner = 0;
-    p->num_vertices = 4;
-    p->found = 0;
+    p->num_tets = p->num_inner = p->num_vertices = 0;
+    p->num_bad = p->found = 0;
     p->plans = 0;
-    memcpy(p->v, s->mesh->tets[t].v, 4 * sizeof *p->v);
-    memset(p->inner, 0, 4);
+    memset(p->tet_at, 0, sizeof p->tet_at);
+    memset(p->vertex_at, 0, sizeof p->vertex_at);
+    for (k = 0; k < 4; k++) (void)spr__patch_vertex(p, s->mesh->tets[t].v[k]);
     for (i = 0, ring = 4; i < ring && answer > 0; i++) {
-        answer = spr__patch_add_star(s, worker, p, p->v[i], t, star);
+        answer = spr__patch_add_star(s, worker, p, p->v[i], t, max_bad, star);
         p->inner[i] = s->movable[p->v[i]] != 0;
         p->num_inner += p->inner[i];
         if (i == 3) ring = p->num_vertices;
     }
     if (answer <= 0 || p->num_inner == 0) return answer < 0 ? answer : 0;
+    if (one_in && (size_t)one_in * (size_t)p->num_bad > p->num_tets) return 0;
     was = spr__burden_of(s, p->t, p->num_tets);
     p->before = spr__worst_of(s, p->t, p->num_tets);
     p->least = spr__min(p->before, spr__max(s->least, SPR__MILD * s->target));
     p->worst = spr__floor(s, p->before);
-    p->num_bad = p->was_bad = was.num;
+    p->was_bad = was.num;
     p->may_add = was.num / SPR__SPARE;
     p->weight = was.weight;
     p->rounding = 0;
@@ -3646,12 +3661,12 @@ static int spr__patches_set(spr__state *s, spr__patch *patch, delaunay_list *sta
     for (i = 0; i < s->items.count && num < SPR__PATCHES; i++) {
         delaunay_handle t = s->items.items[i];
         if (!spr__is_shakable(s, t)) continue; /* or claimed */
-        answer = spr__patch_set(s, delaunay_engine_worker(s->engine), &patch[num], t, star);
+        answer = spr__patch_set(s, delaunay_engine_worker(s->engine), &patch[num], t,
+                                few > 0 ? 0 : SPR__HOPEFUL, star);
         if (answer < 0) return answer;
         patch[num].seed = s->at[t].shaken++;
-        if (answer == 0 || (--few < 0 && SPR__HOPEFUL * (size_t)patch[num].num_bad >
-                                             patch[num].num_tets))
-            continue;
+        if (answer == 0) continue;
+        few--;
         patch[num].max_new = left < new_ ? left : new_;
         left -= patch[num].max_new;
         for (j = 0; j < patch[num].num_tets; j++)
@@ -3862,9 +3877,10 @@ static int spr__round_set(spr__state *s, spr__patch *patch, delaunay_list *star,
         const spr__extreme *y = &x[i % 3];
         spr__patch *p = &patch[num];
         if (i / 3 >= y->num || (s->at[y->t[i / 3]].shaken & SPR__CLAIMED)) continue;
-        answer = spr__patch_set(s, delaunay_engine_worker(s->engine), p, y->t[i / 3], star);
+        answer = spr__patch_set(s, delaunay_engine_worker(s->engine), p, y->t[i / 3],
+                                i < dense ? 0 : SPR__DENSE, star);
         if (answer < 0) return answer;
-        if (answer == 0 || (i >= dense && SPR__DENSE * (size_t)p->num_bad > p->num_tets)) continue;
+        if (answer == 0) continue;
         s->at[y->t[i / 3]].shaken |= SPR__ROUNDED;
         p->max_new = left < new_ ? left : new_;
         left -= p->max_new;
