@@ -44,9 +44,10 @@
  *   at random and that part is improved anew: it is taken if its bad ones are fewer or weigh less,
  *   for as long as that happens often enough. The same is done for the few most extreme dihedral
  *   angles and the least SICN; a much better one may cost one more bad tetrahedron in a dozen.
- *   Plans are made side by side and committed in order (delaunay_speculate). One sweep along a
- *   curve, in blocks side by side, over all vertices then betters the mean. Positions are accepted
- *   by exact signs only.
+ *   For the mean, edges and facets of tetrahedra below it, the worst 20000 or so, are flipped where
+ *   that worsens nothing that is bad or extreme, and one sweep along a curve, in blocks side by
+ *   side, moves all vertices. Plans are made side by side and committed in order
+ *   (delaunay_speculate). Positions are accepted by exact signs only.
  *
  * LICENCE: MIT or public domain, at the end of the file.
  */
@@ -160,7 +161,7 @@ typedef struct spr_report {
     /* successful operations */
     uint64_t  smoothed, edges_removed, reconnected, vertices_removed, vertices_inserted;
     uint64_t  shaken;  /* small parts made anew from shaken vertices */
-    uint64_t  relaxed; /* vertices moved for the mean alone */
+    uint64_t  flipped, relaxed; /* edges and facets flipped, vertices moved: for the mean alone */
     uint64_t  rounds, plans, conflicts;
     uint64_t  bounded, fixed, stuck, unfinished; /* bad tetrahedra left, by spr_reason */
     spr_worst worst[5];
@@ -490,7 +491,8 @@ enum {
     SPR__EDGES, SPR__SMOOTH, SPR__SMALL, SPR__REMOVE, SPR__INSERT, SPR__MEDIUM, SPR__LARGE,
     SPR__UTMOST,  /* for the very worst */
     SPR__HOPELESS, /* level of a tetrahedron for which everything was tried */
-    SPR__GIVEN_UP  /* others had its turn */
+    SPR__GIVEN_UP, /* others had its turn */
+    SPR__MEAN      /* no level: flips for the mean are running */
 };
 
 typedef double (*spr__function)(void *user, const double *a, const double *b, const double *c,
@@ -542,6 +544,7 @@ typedef struct spr__state {
     int              lifts;       /* how often they had their turn */
     int              is_lifting;  /* only what is below this is tried */
     double           lift_below;
+    double           fair, mean;  /* flips for the mean: what is below is tried; the mean before */
     int              is_patch;    /* a part of a mesh that is shaken */
     uint64_t         shakes;      /* plans of patches so far */
     int64_t          shake_credit; /* those that patches may still make in vain */
@@ -2124,6 +2127,160 @@ static int spr__plan_edges(const spr__state *s, delaunay_handle t, delaunay_plan
     return answer;
 }
 
+/* -- flips that are better on average */
+
+enum {
+    SPR__MEAN_RING = 7,      /* tetrahedra around an edge, at most */
+    SPR__MEAN_PLANS = 20000, /* in a pass, at most */
+    SPR__MEAN_PASSES = 3,
+    SPR__MEAN_BATCH = 1024
+};
+
+/* The least that is worth a flip, of the sum of what qualities are above the mean. */
+#define SPR__MEAN_GAIN 0.01
+
+/* Tetrahedra that may take the place of others. */
+typedef struct spr__exchange {
+    delaunay_handle t[SPR__MAX_RING];
+    uint32_t        tets[2 * SPR__MAX_RING][4];
+    int             num_old, num_new;
+    double          gain;
+} spr__exchange;
+
+/* The triangulation of the ring with the best sum of qualities above the mean, none below the worst
+ * that is there. */
+static int spr__ring_solve_mean(const spr__state *s, spr__ring *r)
+{
+    const delaunay_mesh *m = s->mesh;
+    double best[SPR__MAX_RING][SPR__MAX_RING], q, sum;
+    int n = r->n, i, j, k, span;
+    if (n < 3 || n > SPR__MEAN_RING) return 0;
+    for (i = 0; i + 1 < n; i++) best[i][i + 1] = 0;
+    for (span = 2; span < n; span++)
+        for (i = 0; i + span < n; i++) {
+            j = i + span;
+            best[i][j] = -HUGE_VAL;
+            for (k = i + 1; k < j; k++) {
+                const double *x = spr__point(m, r->v[i]), *y = spr__point(m, r->v[k]),
+                             *z = spr__point(m, r->v[j]);
+                sum = best[i][k] + best[k][j];
+                if (sum + 2 * (1 - s->mean) <= best[i][j]) continue;
+                q = spr__quality(s, x, y, z, spr__point(m, r->b));
+                if (q < r->before) continue;
+                sum += q - s->mean;
+                q = spr__quality(s, x, z, y, spr__point(m, r->a));
+                if (q < r->before) continue;
+                sum += q - s->mean;
+                if (sum <= best[i][j]) continue;
+                best[i][j] = sum;
+                r->apex[i][j] = (uint8_t)k;
+            }
+        }
+    r->after = best[0][n - 1];
+    return r->after > -HUGE_VAL;
+}
+
+/* Lowers least to the measures of a tetrahedron that is not good. */
+static void spr__least_extremes(const spr__state *s, const uint32_t *v, double *least)
+{
+    double e[3];
+    int k;
+    if (spr__quality_of(s, v) > s->target + SPR__ROUND) return;
+    spr__extremes(spr__point(s->mesh, v[0]), spr__point(s->mesh, v[1]), spr__point(s->mesh, v[2]),
+                  spr__point(s->mesh, v[3]), e);
+    for (k = 0; k < 3; k++) least[k] = spr__min(least[k], e[k]);
+}
+
+/* No angle of new tetrahedra that are not good is extreme, or more so than one that was there. */
+static int spr__exchange_spares_angles(const spr__state *s, const spr__exchange *x)
+{
+    double was[3] = {1, 1, 1}, is[3] = {1, 1, 1};
+    int i, k;
+    for (i = 0; i < x->num_new && s->gamma; i++)
+        spr__least_extremes(s, x->tets[i], is);
+    for (i = 0; i < x->num_old && spr__min(is[0], spr__min(is[1], is[2])) < 1; i++)
+        spr__least_extremes(s, s->mesh->tets[x->t[i]].v, was);
+    for (k = 0; k < 3; k++)
+        if (is[k] < was[k]) return 0;
+    return 1;
+}
+
+/* Whether the mean rises, and nothing that is bad or extreme becomes worse. */
+static int spr__is_exchange_better(const spr__state *s, spr__exchange *x)
+{
+    spr__burden was = spr__burden_of(s, x->t, (size_t)x->num_old), is = {0, 0};
+    double worst = spr__worst_of(s, x->t, (size_t)x->num_old), q;
+    int i;
+    for (x->gain = 0, i = 0; i < x->num_old; i++) x->gain -= s->value[x->t[i]] - s->mean;
+    for (i = 0; i < x->num_new; i++) {
+        q = spr__quality_of(s, x->tets[i]);
+        if (q < worst) return 0;
+        x->gain += q - s->mean;
+        spr__burden_add(s, &is, q);
+    }
+    return x->gain > SPR__MEAN_GAIN && is.num <= was.num && is.weight <= SPR__MORE * was.weight &&
+           spr__exchange_spares_angles(s, x) && spr__all_positive(s->mesh, x->tets, x->num_new);
+}
+
+static int spr__exchange_edge(const spr__state *s, delaunay_handle t, int e, spr__exchange *x)
+{
+    spr__ring r;
+    double sum = 0;
+    int i;
+    if (!spr__ring_set(s, &r, t, e) || !spr__ring_solve_mean(s, &r)) return 0;
+    for (i = 0; i < r.n; i++) sum += s->value[r.t[i]] - s->mean;
+    if (!(r.after - sum > SPR__MEAN_GAIN)) return 0;
+    x->num_old = r.n;
+    memcpy(x->t, r.t, sizeof x->t);
+    x->num_new = spr__ring_tets(&r, 0, r.n - 1, x->tets);
+    return spr__is_exchange_better(s, x);
+}
+
+/* Facet i gives way to the edge between the vertices beyond. */
+static int spr__exchange_facet(const spr__state *s, delaunay_handle t, int i, spr__exchange *x)
+{
+    const delaunay_mesh *m = s->mesh;
+    const uint8_t *o = delaunay_facet_order(i);
+    const uint32_t *v = m->tets[t].v;
+    delaunay_handle n = m->tets[t].n[i];
+    int k;
+    if (spr__is_wall(m, t, i)) return 0;
+    x->num_old = 2;
+    x->num_new = 3;
+    x->t[0] = t;
+    x->t[1] = n / 4;
+    for (k = 0; k < 3; k++) {
+        x->tets[k][0] = v[o[(k + 1) % 3]];
+        x->tets[k][1] = v[o[k]];
+        x->tets[k][2] = m->tets[n / 4].v[n % 4];
+        x->tets[k][3] = v[i];
+    }
+    return spr__is_exchange_better(s, x);
+}
+
+static int spr__plan_mean(void *user, const delaunay_mesh *m, delaunay_worker *worker, size_t item,
+                          delaunay_plan *plan)
+{
+    const spr__state *s = (const spr__state *)user;
+    delaunay_handle t = s->items.items[item];
+    spr__exchange best, x;
+    int i, answer = DELAUNAY_PLAN_COMMIT;
+    (void)worker;
+    if (delaunay_is_deleted(m, t) || s->value[t] >= s->fair) return DELAUNAY_PLAN_NOTHING;
+    best.num_old = best.num_new = 0;
+    for (best.gain = 0, i = 0; i < 10; i++)
+        if ((i < 6 ? spr__exchange_edge(s, t, i, &x) : spr__exchange_facet(s, t, i - 6, &x)) &&
+            x.gain > best.gain)
+            best = x;
+    if (!(best.gain > 0)) return DELAUNAY_PLAN_NOTHING;
+    for (i = 0; i < best.num_old && answer > 0; i++)
+        answer = delaunay_plan_remove(plan, best.t[i]);
+    for (i = 0; i < best.num_new && answer > 0; i++)
+        answer = delaunay_plan_add(plan, best.tets[i][0], best.tets[i][1], best.tets[i][2],
+                                   best.tets[i][3]);
+    return answer;
+}
+
 /* ---- >>reconnection ----------------------------------------------------------------------- */
 
 /* A cavity that grows by one vertex at a time [Marot 2020, 6.3]. */
@@ -2876,7 +3033,8 @@ static void spr__set_may_add(spr__state *s)
 
 static void spr__count(spr__state *s, const delaunay_plan *plan)
 {
-    if (plan->num_new) s->report->vertices_inserted++;
+    if (s->sweep == SPR__MEAN) s->report->flipped++;
+    else if (plan->num_new) s->report->vertices_inserted++;
     else if (s->sweep == SPR__EDGES) s->report->edges_removed++;
     else if (s->sweep == SPR__SMOOTH) s->report->smoothed++;
     else if (s->sweep == SPR__REMOVE) s->report->vertices_removed++;
@@ -2921,7 +3079,9 @@ static int spr__done(void *user, delaunay_mesh *m, delaunay_worker *worker, size
         s->failure = SPR_ERROR_OUT_OF_MEMORY;
         return 1;
     }
-    if (!plan->committed) {
+    if (!plan->committed && s->sweep == SPR__MEAN) {
+        return 0;
+    } else if (!plan->committed) {
         double goal;
         memcpy(&goal, &plan->data[SPR__GOAL], sizeof goal);
         if (delaunay_is_deleted(m, t) || s->value[t] >= s->target) return 0;
@@ -3973,6 +4133,49 @@ static spr_result spr__schedule(spr__state *s)
     return result == SPR_GOAL_NOT_MET ? SPR_OK : result;
 }
 
+/* The greatest twentieth with no more tetrahedra below than one pass tries. */
+static double spr__fair(const spr__state *s)
+{
+    uint64_t num = 0;
+    int i;
+    for (i = 0; i < 20 && i < 20 * s->mean; i++) {
+        num += s->report->before.histogram[i];
+        if (num > SPR__MEAN_PLANS) break;
+    }
+    return i / 20.0;
+}
+
+/* Flips around what is below the mean, the worst if there are too many. */
+static spr_result spr__flip_for_mean(spr__state *s)
+{
+    delaunay_speculation job;
+    delaunay_handle t;
+    spr_result result = SPR_OK;
+    uint32_t since = 0, round_;
+    double start = delaunay_seconds(&s->options.host);
+    int pass;
+    s->sweep = SPR__MEAN;
+    s->in_flight = SPR__MEAN_BATCH;
+    s->mean = s->report->before.mean;
+    s->fair = spr__fair(s);
+    for (pass = 0; pass < SPR__MEAN_PASSES && result == SPR_OK && s->fair > 0; pass++) {
+        round_ = delaunay_engine_round(s->engine);
+        for (s->items.count = 0, t = 1; t < s->mesh->num_tets; t++) {
+            if (!(s->value[t] < s->fair) || !spr__has_changed(s, s->mesh->tets[t].v, since))
+                continue;
+            if (delaunay_list_push(&s->items, t) != DELAUNAY_OK) return SPR_ERROR_OUT_OF_MEMORY;
+        }
+        since = round_ + 1;
+        memset(&job, 0, sizeof job);
+        job.plan = spr__plan_mean;
+        job.done = spr__done;
+        job.batch = SPR__MEAN_BATCH;
+        result = spr__speculate(s, &job);
+    }
+    s->report->seconds_edge_removal += delaunay_seconds(&s->options.host) - start;
+    return result;
+}
+
 /* Gives back what nothing but the schedule needs, and keeps what is to be said of the bad ones that
  * are left. Returns 0 without memory. */
 static int spr__end_schedule(spr__state *s)
@@ -4377,6 +4580,7 @@ static spr_result spr__improve(spr__state *s, uint32_t max_new)
     if (!spr__find_bad(s)) return SPR_ERROR_OUT_OF_MEMORY;
     result = spr__schedule(s);
     if (result == SPR_OK && s->gamma && !s->options.no_smoothing) result = spr__round(s);
+    if (result == SPR_OK && !s->options.no_edge_removal) result = spr__flip_for_mean(s);
     if (!spr__end_schedule(s)) return SPR_ERROR_OUT_OF_MEMORY;
     if (result == SPR_OK && !s->options.no_smoothing) result = spr__relax(s);
     spr__explain(s);
