@@ -2240,6 +2240,9 @@ enum {
     MESHER__NEAR = 4096      /* missing edges beside one window */
 };
 #  define MESHER__ABSENT UINT32_MAX
+/* A point on a missing edge is so far from its ends at least, in lengths of the edge: nearer ones
+ * are rounded over pieces of the surface that end there. */
+#  define MESHER__SPLIT_MARGIN 1e-5
 #  if defined(__GNUC__) && defined(_OPENMP)
 #    define MESHER__STORE_BYTE(where, value)                                                       \
       __atomic_store_n((where), (uint8_t)(value), __ATOMIC_RELAXED)
@@ -6185,7 +6188,8 @@ static int mesher__splitting_point(mesher__recovery *r, const double *a, const d
             double t = of_facet ? 0.5 : low + places[p] * (high - low);
             if (r->attempt && !of_facet)
                 t += 0.2 * (high - low) * ((double)mesher__random(r) / 4294967296.0 - 0.5);
-            if (!(t > 0 && t < 1)) continue;
+            if (t < MESHER__SPLIT_MARGIN) t = MESHER__SPLIT_MARGIN;
+            if (t > 1 - MESHER__SPLIT_MARGIN) t = 1 - MESHER__SPLIT_MARGIN;
             for (k = 0; k < 3 && !of_facet; k++) x[k] = a[k] + t * (b[k] - a[k]);
             if (mesher__in_kernel(r, x)) return 1;
         }
