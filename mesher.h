@@ -3386,38 +3386,6 @@ static void mesher__windows_clear(mesher__recovery *r)
     mesher__set_clear(&r->known);
 }
 
-/* Notes a window of at most max_points vertices, unless it is known. Returns 0 if it, and all that
- * contain it, are too large. */
-static int mesher__window_add(mesher__recovery *r, const delaunay_handle *tets, size_t count,
-                              uint32_t max_points)
-{
-    uint32_t points[DELAUNAY_WINDOW_VERTICES], n = 0, j;
-    uint64_t signature = 0;
-    mesher__window *w;
-    size_t i;
-    int k;
-    if (count == 0 || count > DELAUNAY_WINDOW_TETS || r->num_windows == MESHER__MAX_WINDOWS)
-        return 0;
-    for (i = 0; i < count; i++) {
-        const delaunay_tet *t = &r->mesh->tets[tets[i]];
-        for (k = 0; k < 4; k++) {
-            for (j = n; j > 0 && points[j - 1] != t->v[k]; j--) {}
-            if (j > 0) continue;
-            if (n == max_points) return 0;
-            points[n++] = t->v[k];
-        }
-        signature += mesher__tet_signature(t);
-    }
-    if (!mesher__add(r, &r->known, signature)) return 1;
-    w = &r->windows[r->num_windows++];
-    w->signature = signature;
-    w->first = (uint32_t)r->pool.count;
-    w->num_tets = (uint32_t)count;
-    w->num_points = n;
-    for (i = 0; i < count; i++) mesher__push(r, &r->pool, tets[i]);
-    return 1;
-}
-
 /* The windows in ascending order of points, then of tetrahedra, then as they came. */
 static void mesher__windows_sort(mesher__recovery *r)
 {
@@ -3432,53 +3400,96 @@ static void mesher__windows_sort(mesher__recovery *r)
 
 /* A set of tetrahedra under construction. */
 typedef struct mesher__patch {
-    delaunay_handle tets[DELAUNAY_WINDOW_TETS];
-    size_t          count;
+    uint32_t        count, num_points;
     int             full;
     uint64_t        bits; /* of its tetrahedra: one that is not among them is not in it */
+    uint64_t        signature;
+    uint32_t        points[DELAUNAY_WINDOW_VERTICES];
+    delaunay_handle tets[DELAUNAY_WINDOW_TETS]; /* last: what is not used of it is not copied */
 } mesher__patch;
 
 static uint64_t mesher__tet_bit(delaunay_handle t) { return (uint64_t)1 << (t & 63); }
 
 static int mesher__patch_has(const mesher__patch *p, delaunay_handle t)
 {
-    size_t i;
+    uint32_t i;
     if (!(p->bits & mesher__tet_bit(t))) return 0;
     for (i = 0; i < p->count; i++)
         if (p->tets[i] == t) return 1;
     return 0;
 }
 
-static void mesher__patch_add(mesher__patch *p, delaunay_handle t)
+static void mesher__patch_copy(mesher__patch *p, const mesher__patch *from)
 {
+    memcpy(p, from, offsetof(mesher__patch, tets) + from->count * sizeof *from->tets);
+}
+
+static int mesher__patch_has_point(const mesher__patch *p, uint32_t v)
+{
+    uint32_t i;
+    for (i = p->num_points; i > 0 && p->points[i - 1] != v; i--) {}
+    return i > 0;
+}
+
+static void mesher__patch_add(const mesher__recovery *r, mesher__patch *p, delaunay_handle t)
+{
+    const delaunay_tet *tet = &r->mesh->tets[t];
+    int k;
     if (mesher__patch_has(p, t)) return;
-    if (p->count == DELAUNAY_WINDOW_TETS) {
-        p->full = 1;
-        return;
+    p->full |= p->count == DELAUNAY_WINDOW_TETS;
+    for (k = 0; k < 4 && !p->full; k++) {
+        if (mesher__patch_has_point(p, tet->v[k])) continue;
+        p->full = p->num_points == DELAUNAY_WINDOW_VERTICES;
+        if (!p->full) p->points[p->num_points++] = tet->v[k];
     }
+    if (p->full) return;
     p->tets[p->count++] = t;
     p->bits |= mesher__tet_bit(t);
+    p->signature += mesher__tet_signature(tet);
 }
 
-static void mesher__patch_set(mesher__patch *p, const delaunay_handle *tets, size_t count)
+static void mesher__patch_union(const mesher__recovery *r, mesher__patch *p,
+                                const delaunay_handle *tets, size_t count)
 {
     size_t i;
-    p->full = count > DELAUNAY_WINDOW_TETS;
-    p->count = p->full ? 0 : count;
-    p->bits = 0;
-    for (i = 0; i < p->count; i++) p->bits |= mesher__tet_bit(tets[i]);
-    memcpy(p->tets, tets, p->count * sizeof *tets);
+    for (i = 0; i < count && !p->full; i++) mesher__patch_add(r, p, tets[i]);
 }
 
-static void mesher__patch_union(mesher__patch *p, const delaunay_handle *tets, size_t count)
+static void mesher__patch_set(const mesher__recovery *r, mesher__patch *p,
+                              const delaunay_handle *tets, size_t count)
 {
-    size_t i;
-    for (i = 0; i < count && !p->full; i++) mesher__patch_add(p, tets[i]);
+    p->full = 0;
+    p->count = p->num_points = 0;
+    p->bits = p->signature = 0;
+    mesher__patch_union(r, p, tets, count);
 }
 
+/* Makes a window of a patch of at most max_points vertices, unless it is known. Returns 0 if it,
+ * and all that contain it, are too large. */
 static int mesher__patch_note(mesher__recovery *r, const mesher__patch *p, uint32_t max_points)
 {
-    return !p->full && mesher__window_add(r, p->tets, p->count, max_points);
+    mesher__window *w;
+    uint32_t i;
+    if (p->full || p->count == 0 || p->num_points > max_points ||
+        r->num_windows == MESHER__MAX_WINDOWS)
+        return 0;
+    if (!mesher__add(r, &r->known, p->signature)) return 1;
+    w = &r->windows[r->num_windows++];
+    w->signature = p->signature;
+    w->first = (uint32_t)r->pool.count;
+    w->num_tets = p->count;
+    w->num_points = p->num_points;
+    for (i = 0; i < p->count; i++) mesher__push(r, &r->pool, p->tets[i]);
+    return 1;
+}
+
+/* The same of tetrahedra. */
+static int mesher__window_note(mesher__recovery *r, const delaunay_handle *tets, size_t count,
+                               uint32_t max_points)
+{
+    mesher__patch patch;
+    mesher__patch_set(r, &patch, tets, count);
+    return mesher__patch_note(r, &patch, max_points);
 }
 
 /* Adds the vertex beyond the most facets of the patch, one that the patch has already before
@@ -3486,8 +3497,7 @@ static int mesher__patch_note(mesher__recovery *r, const mesher__patch *p, uint3
 static int mesher__patch_grow(const mesher__recovery *r, mesher__patch *p)
 {
     enum { MAX_APICES = 256 };
-    uint32_t apex[MAX_APICES], votes[MAX_APICES], n = 0, best = 0, j;
-    size_t i, count = p->count, k;
+    uint32_t apex[MAX_APICES], votes[MAX_APICES], n = 0, best = 0, i, j, k, count = p->count;
     if (p->full) return 0;
     for (i = 0; i < count; i++)
         for (k = 0; k < 4; k++) {
@@ -3498,13 +3508,9 @@ static int mesher__patch_grow(const mesher__recovery *r, mesher__patch *p)
             if (v == DELAUNAY_GHOST) continue;
             for (j = 0; j < n && apex[j] != v; j++) {}
             if (j == n) {
-                size_t m;
                 if (n == MAX_APICES) continue;
                 apex[n] = v;
-                votes[n++] = 0;
-                for (m = 0; m < count && delaunay_local_index(&r->mesh->tets[p->tets[m]], v) < 0;
-                     m++) {}
-                if (m < count) votes[j] = 1u << 16;
+                votes[n++] = mesher__patch_has_point(p, v) ? 1u << 16 : 0;
             }
             votes[j]++;
         }
@@ -3515,7 +3521,7 @@ static int mesher__patch_grow(const mesher__recovery *r, mesher__patch *p)
         for (k = 0; k < 4; k++) {
             delaunay_handle f = r->mesh->tets[p->tets[i]].n[k];
             if (f && delaunay_local_index(&r->mesh->tets[f / 4], apex[best]) >= 0)
-                mesher__patch_add(p, f / 4);
+                mesher__patch_add(r, p, f / 4);
         }
     return p->count > count && !p->full;
 }
@@ -3535,24 +3541,23 @@ static void mesher__patch_note_grown(mesher__recovery *r, mesher__patch *p, int 
     while (mesher__patch_note(r, p, max_points) && growth-- > 0 && mesher__patch_grow(r, p)) {}
 }
 
-/* The star of each edge of the tetrahedra of r->star, united with it. */
-static void mesher__double_stars(mesher__recovery *r, uint32_t max_points)
+/* The star of each edge of the tetrahedra of a star, united with it. */
+static void mesher__double_stars(mesher__recovery *r, const mesher__patch *star,
+                                 uint32_t max_points)
 {
-    delaunay_handle tets[24];
-    size_t count = r->star.count, q;
     mesher__patch patch;
+    uint32_t q;
     int j;
-    if (count == 0 || count > 24) return;
-    memcpy(tets, r->star.items, count * sizeof *tets);
-    for (q = 0; q < count; q++)
+    if (star->full || star->count > 24) return;
+    for (q = 0; q < star->count; q++)
         for (j = 0; j < 6; j++) {
             const uint8_t *o = delaunay_edge_order(j);
-            const uint32_t *v = r->mesh->tets[tets[q]].v;
+            const uint32_t *v = r->mesh->tets[star->tets[q]].v;
             if (v[3] == DELAUNAY_GHOST ||
-                !mesher__small_star(r, tets[q], v[o[0]], v[o[1]], max_points))
+                !mesher__small_star(r, star->tets[q], v[o[0]], v[o[1]], max_points))
                 continue;
-            mesher__patch_set(&patch, tets, count);
-            mesher__patch_union(&patch, r->star.items, r->star.count);
+            mesher__patch_copy(&patch, star);
+            mesher__patch_union(r, &patch, r->star.items, r->star.count);
             mesher__patch_note(r, &patch, max_points);
         }
 }
@@ -3563,25 +3568,25 @@ static void mesher__windows_at_edge(mesher__recovery *r, delaunay_handle t, uint
                                     int crossed, int pipe_fits, int level, uint32_t max_points)
 {
     const mesher__pipe *p = &r->pipe;
-    mesher__patch patch;
+    mesher__patch star, patch;
     uint32_t q;
     if (!mesher__small_star(r, t, a, b, max_points)) return;
-    if (crossed) mesher__window_add(r, r->star.items, r->star.count, max_points);
+    mesher__patch_set(r, &star, r->star.items, r->star.count);
+    if (crossed) mesher__patch_note(r, &star, max_points);
     if (pipe_fits) {
-        mesher__patch_set(&patch, r->star.items, r->star.count);
-        mesher__patch_union(&patch, p->tets, p->num_tets);
+        mesher__patch_copy(&patch, &star);
+        mesher__patch_union(r, &patch, p->tets, p->num_tets);
         mesher__patch_note(r, &patch, max_points);
     }
     if (level < 2) return;
     for (q = 0; q < p->num_crossings; q++) {
-        mesher__patch_set(&patch, r->star.items, r->star.count);
-        if (!mesher__patch_has(&patch, p->crossings[q].tets[0]) &&
-            !mesher__patch_has(&patch, p->crossings[q].tets[1]))
-            continue;
-        mesher__patch_union(&patch, p->crossings[q].tets, 2);
+        const delaunay_handle *pair = p->crossings[q].tets;
+        if (!mesher__patch_has(&star, pair[0]) && !mesher__patch_has(&star, pair[1])) continue;
+        mesher__patch_copy(&patch, &star);
+        mesher__patch_union(r, &patch, pair, 2);
         mesher__patch_note(r, &patch, max_points);
     }
-    if (crossed && level < 5) mesher__double_stars(r, max_points);
+    if (crossed && level < 5) mesher__double_stars(r, &star, max_points);
 }
 
 /* Runs of consecutive crossings; at level 4 also grown. */
@@ -3591,12 +3596,13 @@ static void mesher__windows_of_runs(mesher__recovery *r, int level, uint32_t max
     mesher__patch patch, grown;
     uint32_t i, j;
     for (i = 0; i < p->num_crossings; i++) {
-        mesher__patch_set(&patch, p->crossings[i].tets, 2);
+        mesher__patch_set(r, &patch, p->crossings[i].tets, 2);
         for (j = i; j < p->num_crossings && j < i + 14; j++) {
-            mesher__patch_union(&patch, p->crossings[j].tets, 2);
+            mesher__patch_union(r, &patch, p->crossings[j].tets, 2);
             if (!mesher__patch_note(r, &patch, max_points)) break;
-            grown = patch;
-            if (level == 4) mesher__patch_note_grown(r, &grown, 4, max_points);
+            if (level != 4) continue;
+            mesher__patch_copy(&grown, &patch);
+            mesher__patch_note_grown(r, &grown, 4, max_points);
         }
     }
 }
@@ -3611,8 +3617,8 @@ static void mesher__windows_of_edge(mesher__recovery *r, int level, uint32_t max
     int j, pipe_fits;
     mesher__windows_clear(r);
     for (i = 0; i < p->num_crossings; i++)
-        mesher__window_add(r, p->crossings[i].tets, 2, max_points);
-    pipe_fits = mesher__window_add(r, p->tets, p->num_tets, max_points);
+        mesher__window_note(r, p->crossings[i].tets, 2, max_points);
+    pipe_fits = mesher__window_note(r, p->tets, p->num_tets, max_points);
     if (level >= 2 && p->num_crossings > 2) mesher__windows_of_runs(r, level, max_points);
     mesher__set_clear(&r->seen_edges);
     for (i = 0; i < p->num_crossings && r->status == MESHER_OK; i++) {
@@ -3632,10 +3638,10 @@ static void mesher__windows_of_edge(mesher__recovery *r, int level, uint32_t max
                 mesher__windows_at_edge(r, p->tets[i], a, b, 0, pipe_fits, level, max_points);
         }
     if (level == 3) {
-        mesher__patch_set(&patch, p->tets, p->num_tets);
+        mesher__patch_set(r, &patch, p->tets, p->num_tets);
         if (pipe_fits) mesher__patch_note_grown(r, &patch, 12, max_points);
         for (i = 0; i < p->num_crossings; i++) {
-            mesher__patch_set(&patch, p->crossings[i].tets, 2);
+            mesher__patch_set(r, &patch, p->crossings[i].tets, 2);
             mesher__patch_note_grown(r, &patch, 10, max_points);
         }
     }
@@ -3646,17 +3652,18 @@ static void mesher__windows_of_edge(mesher__recovery *r, int level, uint32_t max
 static void mesher__windows_of_facet(mesher__recovery *r, int level, uint32_t max_points)
 {
     const mesher__pipe *p = &r->pipe;
-    mesher__patch patch;
+    mesher__patch star, patch;
     uint32_t i;
     mesher__windows_clear(r);
-    mesher__patch_set(&patch, p->tets, p->num_tets);
+    mesher__patch_set(r, &patch, p->tets, p->num_tets);
     mesher__patch_note_grown(r, &patch, 6 + 6 * level, max_points);
     for (i = 0; i < p->num_edges && r->status == MESHER_OK; i++) {
         if (!mesher__small_star(r, p->edge_tets[i], p->edges[i][0], p->edges[i][1], max_points))
             continue;
-        mesher__patch_set(&patch, r->star.items, r->star.count);
+        mesher__patch_set(r, &star, r->star.items, r->star.count);
+        mesher__patch_copy(&patch, &star);
         mesher__patch_note_grown(r, &patch, 4 + 4 * level, max_points);
-        mesher__double_stars(r, max_points);
+        mesher__double_stars(r, &star, max_points);
     }
     mesher__windows_sort(r);
 }
@@ -5632,54 +5639,82 @@ typedef struct mesher__site {
     double   gain, xyz[3];
 } mesher__site;
 
-/* Crossings of one missing edge by the boundary of a window; -1: it has nothing to do with the
- * window. */
-static long mesher__boundary_crossings(const mesher__recovery *r, const delaunay_window *w,
-                                       const uint32_t *ab, const mesher__sight *sight)
+/* The faces of a window that are not on its boundary, by its own numbers of vertices. */
+static uint32_t mesher__interior_faces(const mesher__recovery *r, const delaunay_window *w,
+                                       uint8_t (*faces)[3])
 {
-    unsigned at[DELAUNAY_WINDOW_VERTICES], all = ~0u;
-    long crossings = 0;
-    uint32_t j, ends = 0;
-    for (j = 0; j < w->num_vertices; j++) {
-        at[j] = mesher__sight_of(sight, mesher__x(r, w->vertices[j]));
-        all &= at[j];
-        ends += w->vertices[j] == ab[0] || w->vertices[j] == ab[1];
+    uint32_t i, j, n = 0;
+    int k, c;
+    for (i = 0; i < w->num_tets; i++) {
+        const delaunay_tet *t = &r->mesh->tets[w->tets[i]];
+        uint8_t local[4];
+        for (c = 0; c < 4; c++) {
+            for (j = 0; w->vertices[j] != t->v[c]; j++) {}
+            local[c] = (uint8_t)j;
+        }
+        for (k = 0; k < 4; k++) {
+            for (j = 0; j < i && w->tets[j] != t->n[k] / 4; j++) {}
+            if (j == i) continue; /* on the boundary, or met from the other side */
+            for (c = 0; c < 3; c++) faces[n][c] = local[delaunay_facet_order(k)[c]];
+            n++;
+        }
     }
-    for (j = 0; j < w->num_facets && !all; j++) {
-        const uint8_t *f = w->facets[j];
+    return n;
+}
+
+/* How many of some faces of a window a missing edge crosses, at most so many; at: the sides of it
+ * that the window's vertices are on. */
+static long mesher__faces_crossed(const mesher__recovery *r, const delaunay_window *w,
+                                  const uint32_t *ab, const unsigned *at,
+                                  const uint8_t (*faces)[3], uint32_t count, long most)
+{
+    long crossings = 0;
+    uint32_t j;
+    for (j = 0; j < count && crossings < most; j++) {
+        const uint8_t *f = faces[j];
         if (at[f[0]] & at[f[1]] & at[f[2]]) continue;
         crossings += delaunay_segment_crosses(r->mesh, ab[0], ab[1], w->vertices[f[0]],
                                               w->vertices[f[1]], w->vertices[f[2]], NULL);
     }
-    return crossings || ends == 2 ? crossings : -1;
+    return crossings;
 }
 
-/* Crossings of near missing edges by the interior faces of a window, less what the boundary counts.
- * Near edges that do not enter the window leave the list. */
+/* Crossings of near missing edges by the interior faces of a window. Near edges that do not enter
+ * the window leave the list. */
 static long mesher__window_crossings(mesher__recovery *r, const delaunay_window *w,
                                      uint32_t *num_near)
 {
-    long inside = 0, boundary = 0;
-    uint32_t i, j, n = 0;
+    uint8_t faces[2 * DELAUNAY_WINDOW_TETS][3];
+    uint32_t i, j, n = 0, num_faces = mesher__interior_faces(r, w, faces);
+    long all = 0, crossed;
     for (i = 0; i < *num_near; i++) {
         const uint32_t *ab = r->edges + 2 * (size_t)r->near_edges[i];
+        unsigned at[DELAUNAY_WINDOW_VERTICES], beside = ~0u;
+        uint32_t ends = 0;
         mesher__sight sight;
-        long crossed;
         mesher__sight_set(r, ab, &sight);
-        crossed = mesher__boundary_crossings(r, w, ab, &sight);
-        if (crossed < 0) continue;
-        boundary += crossed;
-        for (j = 0; j < w->num_tets; j++)
-            inside += mesher__count_crossings(r, ab, &sight, r->mesh->tets[w->tets[j]].v, 1);
+        for (j = 0; j < w->num_vertices; j++) {
+            at[j] = mesher__sight_of(&sight, mesher__x(r, w->vertices[j]));
+            beside &= at[j];
+            ends += w->vertices[j] == ab[0] || w->vertices[j] == ab[1];
+        }
+        if (beside) continue;
+        crossed = mesher__faces_crossed(r, w, ab, at, (const uint8_t (*)[3])faces, num_faces,
+                                        LONG_MAX);
+        if (!crossed && ends < 2 &&
+            !mesher__faces_crossed(r, w, ab, at, w->facets, w->num_facets, 1))
+            continue;
+        all += crossed;
         r->near_edges[n++] = r->near_edges[i];
     }
     *num_near = n;
-    return (inside - boundary) / 2;
+    return all;
 }
 
-/* The same after starring from a point, which stands in for vertex 0 while it is tried. */
+/* The same after starring from a point, which stands in for vertex 0 while it is tried; not
+ * counted on from most crossings on. */
 static long mesher__star_crossings(mesher__recovery *r, const delaunay_window *w, uint32_t num_near,
-                                   const double *xyz)
+                                   const double *xyz, double most)
 {
     unsigned at[DELAUNAY_WINDOW_VERTICES], at_star;
     double ghost[3];
@@ -5688,7 +5723,7 @@ static long mesher__star_crossings(mesher__recovery *r, const delaunay_window *w
     int k;
     memcpy(ghost, r->mesh->vertices[0].x, sizeof ghost);
     memcpy(r->mesh->vertices[0].x, xyz, sizeof ghost);
-    for (i = 0; i < num_near; i++) {
+    for (i = 0; i < num_near && (double)count < most; i++) {
         const uint32_t *ab = r->edges + 2 * (size_t)r->near_edges[i];
         mesher__sight sight;
         mesher__sight_set(r, ab, &sight);
@@ -5734,8 +5769,9 @@ static void mesher__try_sites(mesher__recovery *r, const uint32_t *ab, int windo
             x[k] = i ? foot + along[i] * (deep[k] - foot) : deep[k];
         }
         if (i > 0 && !mesher__in_kernel(r, x)) continue;
-        gain = (double)(old - mesher__star_crossings(r, w, num_near, x)) + (i ? 0 : 0.3) +
-               0.1 * (depth < 0.999 ? depth : 0.999);
+        gain = (double)old + (i ? 0 : 0.3) + 0.1 * (depth < 0.999 ? depth : 0.999);
+        if (gain <= best->gain) return;
+        gain -= (double)mesher__star_crossings(r, w, num_near, x, gain - best->gain);
         if (gain <= best->gain) continue;
         best->gain = gain;
         best->window = window;
