@@ -2298,10 +2298,11 @@ DELAUNAY__TARGET DELAUNAY_INLINE delaunay__dd4 delaunay__dd_lift(const delaunay_
         delaunay__dd_mul(a[2], a[2]));
 }
 
-/* The determinants of delaunay__in_conflict4_avx2 again. With l below c eps and wrong by d eps^2 (c,
- * d), to first order: differences (1, 0), minors (4, 14), their sums of three (8, 61), lifts (5,
- * 26), the determinant (16, 219), all times its permanent, which is below 5 R^5; 219 eps^2 5 R^5 is
- * a seventh of 1e-28 R^5. xyz[i][k]: coordinate k of the four tetrahedra's vertices i. */
+/* The determinants of delaunay__in_conflict4_avx2 again. With l below c eps and wrong by d eps^2,
+ * to first order (c, d): differences (1, 0), minors (4, 14), their sums of three (8, 61), lifts
+ * (5, 26), the determinant (16, 219), all times its permanent, which is below 5 R^5; 219 eps^2
+ * times this is a seventh of 1e-28 R^5. xyz[i][k]: coordinate k of the four tetrahedra's vertices
+ * i. */
 static DELAUNAY__TARGET DELAUNAY__NOINLINE void
 delaunay__insphere4_dd(__m256d xyz[4][3], const double *e, __m256d ghost, __m256d ghost_lift,
                        __m256d *det)

@@ -325,7 +325,7 @@ MESHER_API mesher_result mesher_mesh(mesher_domain *domain, const mesher_surface
  *   domain    out   as mesher_mesh leaves it; on failure zeroed
  *   surface   in    vertices, and the triangles and lines to keep: all on the border and between
  *                   regions, and any others that are facets and edges of the mesh
- *   tets      in    4*num_tets indices into the vertices, of one orientation, meeting facet to facet
+ *   tets      in    4*num_tets indices of vertices, of one orientation, meeting facet to facet
  *   regions   in    num_tets numbers from 1 on, or NULL: all 1
  *   options   in    NULL or zeroed: defaults; regions, and all that is about recovery, is not used
  *   report    out   may be NULL
@@ -6989,7 +6989,8 @@ static void mesher__report_missing(mesher__recovery *r)
     if (r->report)
         snprintf(
             r->report->message, sizeof r->report->message,
-            "%lu edges and %lu facets of the surface could not be recovered, and no defect of it explains why",
+            "%lu edges and %lu facets of the surface could not be recovered, and no defect of it "
+            "explains why",
             (unsigned long)r->num_missing_edges, (unsigned long)r->num_missing_facets);
 }
 

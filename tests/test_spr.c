@@ -661,23 +661,43 @@ static void test_parts_with_few_bad_ones_are_shaken_first(void)
     delaunay_list_free(&s.items);
 }
 
+/* Twice the Delaunay mesh of a shaken lattice, one region. */
+static void make_lattices(int side, delaunay_mesh *m)
+{
+    size_t points = (size_t)side * (size_t)side * (size_t)side;
+    double *xyz = (double *)malloc(3 * points * sizeof *xyz);
+    int k;
+    shaken_lattice(side, xyz);
+    memset(m, 0, 2 * sizeof *m);
+    for (k = 0; k < 2; k++) {
+        CHECK(delaunay_tetrahedralize(&m[k], xyz, points, NULL, NULL) == DELAUNAY_OK);
+        CHECK(delaunay_enable_marks(&m[k]) == DELAUNAY_OK);
+        color_mesh(&m[k], 1);
+    }
+    free(xyz);
+}
+
+static void check_same_and_free(delaunay_mesh *m)
+{
+    CHECK(m[1].num_tets == m[0].num_tets && m[1].num_vertices == m[0].num_vertices);
+    CHECK(!memcmp(m[1].tets, m[0].tets, m[0].num_tets * sizeof *m[0].tets));
+    CHECK(!memcmp(m[1].vertices, m[0].vertices, m[0].num_vertices * sizeof *m[0].vertices));
+    delaunay_mesh_free(&m[0]);
+    delaunay_mesh_free(&m[1]);
+}
+
 /* Points of a lattice, shaken: enough of them for several blocks of the relaxing sweep, in which
  * those between the blocks wait. */
 static void test_relaxes_a_lattice(void)
 {
     enum { SIDE = 19, POINTS = SIDE * SIDE * SIDE };
     static const int threads[] = {1, 4};
-    double *xyz = (double *)malloc(3 * POINTS * sizeof *xyz);
     delaunay_mesh m[2];
     spr_report r;
     int k;
-    shaken_lattice(SIDE, xyz);
+    make_lattices(SIDE, m);
     for (k = 0; k < 2; k++) {
         spr_options o = open_options();
-        memset(&m[k], 0, sizeof m[k]);
-        CHECK(delaunay_tetrahedralize(&m[k], xyz, POINTS, NULL, NULL) == DELAUNAY_OK);
-        CHECK(delaunay_enable_marks(&m[k]) == DELAUNAY_OK);
-        color_mesh(&m[k], 1);
         o.no_edge_removal = o.no_reconnection = o.keep_vertices = 1;
         o.target = 0.01; /* hardly one is bad: the sweep alone */
         o.host.num_threads = threads[k];
@@ -685,11 +705,7 @@ static void test_relaxes_a_lattice(void)
         CHECK(r.relaxed > POINTS / 5 && r.after.mean > r.before.mean + 0.01);
         CHECK(r.after.num_below <= r.before.num_below);
     }
-    CHECK(m[1].num_tets == m[0].num_tets && m[1].num_vertices == m[0].num_vertices);
-    CHECK(!memcmp(m[1].tets, m[0].tets, m[0].num_tets * sizeof *m[0].tets));
-    CHECK(!memcmp(m[1].vertices, m[0].vertices, m[0].num_vertices * sizeof *m[0].vertices));
-    for (k = 0; k < 2; k++) delaunay_mesh_free(&m[k]);
-    free(xyz);
+    check_same_and_free(m);
 }
 
 /* The same, flips for the mean alone: nothing becomes worse, and there are fewer tetrahedra. */
@@ -697,17 +713,12 @@ static void test_flips_for_the_mean(void)
 {
     enum { SIDE = 11, POINTS = SIDE * SIDE * SIDE };
     static const int threads[] = {1, 3};
-    double *xyz = (double *)malloc(3 * POINTS * sizeof *xyz);
     delaunay_mesh m[2];
     spr_report r;
     int k;
-    shaken_lattice(SIDE, xyz);
+    make_lattices(SIDE, m);
     for (k = 0; k < 2; k++) {
         spr_options o = open_options();
-        memset(&m[k], 0, sizeof m[k]);
-        CHECK(delaunay_tetrahedralize(&m[k], xyz, POINTS, NULL, NULL) == DELAUNAY_OK);
-        CHECK(delaunay_enable_marks(&m[k]) == DELAUNAY_OK);
-        color_mesh(&m[k], 1);
         o.no_smoothing = o.no_reconnection = o.keep_vertices = 1;
         o.target = 0.01;
         o.host.num_threads = threads[k];
@@ -717,10 +728,7 @@ static void test_flips_for_the_mean(void)
         CHECK(r.after.min >= r.before.min && r.after.num_below <= r.before.num_below);
         CHECK(r.after.dihedral_max_degrees <= r.before.dihedral_max_degrees + 1e-9);
     }
-    CHECK(m[1].num_tets == m[0].num_tets);
-    CHECK(!memcmp(m[1].tets, m[0].tets, m[0].num_tets * sizeof *m[0].tets));
-    for (k = 0; k < 2; k++) delaunay_mesh_free(&m[k]);
-    free(xyz);
+    check_same_and_free(m);
 }
 
 /* Points of a cube pressed flat: hardly a tetrahedron can be good, long searches meet their limits.
