@@ -399,6 +399,7 @@ MESHER_API void mesher_report_add(mesher_report *report, mesher_kind kind, uint3
  * ============================================================================================ */
 #if defined(MESHER_IMPLEMENTATION) && !defined(MESHER_IMPLEMENTATION_DONE)
 #define MESHER_IMPLEMENTATION_DONE
+#include <limits.h> /* LONG_MAX only */
 #include <math.h>
 #include <stdio.h> /* snprintf only */
 #include <stdlib.h> /* qsort only */

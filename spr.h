@@ -2471,8 +2471,7 @@ static int spr__reconnect(const spr__state *s, delaunay_worker *worker, const de
     return spr__is_gain(s, before, search->value, spr__burden_of(s, t, (size_t)n), is);
 }
 
-/* Sizes at which a growing cavity is searched, and nodes of the search; level by level. What is
- * larger than one that took too many nodes hardly ever gains: that is for the very worst. */
+/* Sizes at which a growing cavity is searched, and nodes of the search; level by level. */
 typedef struct spr__effort {
     int      first, step, last;
     uint32_t nodes;
@@ -2485,14 +2484,12 @@ static int spr__plan_grow(const spr__state *s, delaunay_worker *worker, delaunay
     delaunay_window window;
     delaunay_search search;
     int next = effort.first, more = spr__cavity_set(s, &c, t);
-    search.nodes = 0;
     while (more && next <= effort.last) {
         more = spr__cavity_grow(s, &c);
         if (c.num_vertices < next && more) continue;
         if (c.num_vertices < effort.first) break;
         if (spr__reconnect(s, worker, c.t, c.num_tets, 0, c.before, effort.nodes, &window, &search))
             return delaunay_plan_window(plan, &window, &search);
-        if (s->sweep == SPR__LARGE && search.nodes >= effort.nodes) break;
         next = c.num_vertices + effort.step;
     }
     return DELAUNAY_PLAN_NOTHING;
@@ -2891,7 +2888,6 @@ static int spr__is_off(const spr__state *s, int level)
     case SPR__SMOOTH: return o->no_smoothing;
     case SPR__REMOVE: return o->keep_vertices;
     case SPR__INSERT: return o->keep_vertices || s->max_new == 0;
-    case SPR__LARGE: return o->no_reconnection || s->tidy; /* no way to fewer: 0.1 s for each */
     default: return o->no_reconnection;
     }
 }
