@@ -1927,7 +1927,7 @@ typedef struct delaunay_section delaunay__kernel;
 
 enum {
     DELAUNAY__MATRIX_BITS = 7, /* at most 128 vertices in the matrix */
-    DELAUNAY__MATRIX_CAVITY = 124,
+    DELAUNAY__MATRIX_CAVITY = 124, /* tetrahedra: a number for each, four for the first */
     DELAUNAY__MATRIX_FACETS = 256,
     DELAUNAY__SEARCH_SLACK = 64,
     DELAUNAY__MARK_SEEN = 1,
@@ -2852,7 +2852,7 @@ static void delaunay__ball(delaunay__kernel *k, uint32_t p)
     const uint32_t *v = k->tets[cavity[0] >> 2].v;
     const int big = num_cavity > DELAUNAY__MATRIX_CAVITY || count > DELAUNAY__MATRIX_FACETS;
     if (big) delaunay__ball_big(k, slot, p);
-    for (j = 0; j < 4; j++)
+    for (j = 0; j < 4 && !big; j++)
         if (v[j]) k->vertices[v[j]].local = (uint32_t)j + 1;
     for (j = 0; j < num_cavity; j++) {
         delaunay_handle h = cavity[j], t = h >> 2;
@@ -2860,7 +2860,7 @@ static void delaunay__ball(delaunay__kernel *k, uint32_t p)
         freed[j] = t;
         k->tets[t].v[0] = 0;
         DELAUNAY__STORE(&k->mark[t], 0);
-        if (j && apex) k->vertices[apex].local = (uint32_t)j + 4;
+        if (j && apex && !big) k->vertices[apex].local = (uint32_t)j + 4;
     }
     if (!big) {
         if (num_cavity <= 28) delaunay__ball_small(k, slot, p, 5);

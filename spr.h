@@ -2949,10 +2949,11 @@ static int spr__fit(spr__state *s)
 {
     size_t tets = s->mesh->num_tets, vertices = s->mesh->cap_vertices, old = s->cap_tets;
     if (tets > old) {
+        double *value;
+        spr__case *at;
         tets += tets / 64 + 1024;
         if (tets > s->mesh->cap_tets) tets = s->mesh->cap_tets;
-        double *value = (double *)delaunay_grow(s->memory, s->value, old, tets, sizeof *value);
-        spr__case *at;
+        value = (double *)delaunay_grow(s->memory, s->value, old, tets, sizeof *value);
         if (value) s->value = value;
         at = (spr__case *)delaunay_grow(s->memory, s->at, old, tets, sizeof *at);
         if (at) s->at = at;
@@ -4000,6 +4001,7 @@ static void spr__drop_claimed(spr__state *s)
             s->items.items[n++] = s->items.items[i];
     s->items.count = n;
 }
+
 static int spr__list_patch(spr__state *s, const spr__patch *p)
 {
     size_t i;
