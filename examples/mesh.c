@@ -1073,6 +1073,7 @@ static int write_output(job *j)
     options.format = format;
     options.ascii = j->set.ascii;
     options.binary = j->set.binary;
+    options.num_threads = delaunay_threads(&j->set.mesher.host);
     if (viewer) gamma = output_quality(j);
     if ((viewer ? gamma == NULL : !output_surface(j, &m)) ||
         (j->set.order == 2 && !raise_order(&m, &tets, &xyz))) {

@@ -163,6 +163,7 @@ typedef struct meshio_write_options {
     int binary;                 /* VTK and MSH are text unless this is set */
     const meshio_field *fields; /* may be NULL */
     size_t num_fields;
+    int num_threads;            /* that write text, with OpenMP; 0: 1. The same bytes for any number */
 } meshio_write_options;
 
 /* Read a file.
@@ -219,6 +220,9 @@ MESHIO_API size_t meshio_parse_double(const char *text, size_t length, double *v
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#ifdef _OPENMP
+#  include <omp.h>
+#endif
 #if (defined(__unix__) || defined(__APPLE__)) && !defined(__STRICT_ANSI__)
 #  include <sys/stat.h>
 #  define MESHIO__STAT 1
@@ -3267,6 +3271,7 @@ typedef struct meshio__writer {
     char path[1024], part[1040]; /* the final name; the one it has until it is complete */
     int direct;                  /* a device or pipe: no renaming */
     int failed, error;           /* errno of the first failure */
+    int threads;
     uint64_t offset;
     size_t used;
     char buffer[1 << 16];
@@ -3312,19 +3317,37 @@ static void meshio__printf(meshio__writer *w, const char *format, ...)
     meshio__puts(w, text);
 }
 
+/* A place for so many bytes at once, few enough; *used is raised by what was written there. */
+static char *meshio__room(meshio__writer *w, size_t bytes)
+{
+    if (sizeof w->buffer - w->used < bytes) meshio__flush(w);
+    return w->buffer + w->used;
+}
+
+static const char meshio__two_digits[] =
+    "0001020304050607080910111213141516171819202122232425262728293031323334353637383940414243444546"
+    "4748495051525354555657585960616263646566676869707172737475767778798081828384858687888990919293"
+    "949596979899";
+
+static int meshio__num_digits(uint64_t v)
+{
+    int n = 1;
+    for (; v >= 10000; v /= 10000) n += 4;
+    return n + (v >= 10) + (v >= 100) + (v >= 1000);
+}
+
 /* An integer and the character after it. */
 static void meshio__put_int(meshio__writer *w, int64_t value, char after)
 {
-    char text[24];
-    int i = (int)sizeof text;
+    char *to = meshio__room(w, 24), *p;
     uint64_t v = value < 0 ? 0 - (uint64_t)value : (uint64_t)value;
-    text[--i] = after;
-    do {
-        text[--i] = (char)('0' + v % 10);
-        v /= 10;
-    } while (v);
-    if (value < 0) text[--i] = '-';
-    meshio__put(w, text + i, sizeof text - (size_t)i);
+    if (value < 0) *to++ = '-';
+    p = to += meshio__num_digits(v);
+    for (; v >= 100; v /= 100) memcpy(p -= 2, meshio__two_digits + 2 * (v % 100), 2);
+    if (v >= 10) memcpy(p - 2, meshio__two_digits + 2 * v, 2);
+    else p[-1] = (char)('0' + v);
+    *to++ = after;
+    w->used = (size_t)(to - w->buffer);
 }
 
 /* a * b: the upper 64 bits, and *low. */
@@ -3382,28 +3405,32 @@ static int meshio__format_double(char text[40], double value)
     uint32_t part;
     if (digits == 0) return snprintf(text, 40, "%.17g", value);
     part = (uint32_t)(digits % 100000000);
-    for (i = 16; i > 8; i--, part /= 10) digit[i] = (char)('0' + part % 10);
+    for (i = 15; i > 8; i -= 2, part /= 100)
+        memcpy(digit + i, meshio__two_digits + 2 * (part % 100), 2);
     part = (uint32_t)(digits / 100000000);
-    for (; i >= 0; i--, part /= 10) digit[i] = (char)('0' + part % 10);
+    for (; i > 0; i -= 2, part /= 100)
+        memcpy(digit + i, meshio__two_digits + 2 * (part % 100), 2);
+    digit[0] = (char)('0' + part);
     while (digit[last - 1] == '0') last--;
     if (value < 0) text[n++] = '-';
     if (place < 0) {
-        text[n++] = '0';
-        text[n++] = '.';
-        for (i = place; i < -1; i++) text[n++] = '0';
-        for (i = 0; i < last; i++) text[n++] = digit[i];
-        return n;
+        memcpy(text + n, "0.000", 5);
+        n += 1 - place;
+        memcpy(text + n, digit, sizeof digit); /* more than there are: of one size */
+        return n + last;
     }
-    for (i = 0; i <= place; i++) text[n++] = digit[i];
-    if (last > i) text[n++] = '.';
-    for (; i < last; i++) text[n++] = digit[i];
-    return n;
+    memcpy(text + n, digit, sizeof digit);
+    i = place + 1;
+    if (last <= i) return n + i;
+    text[n + i] = '.';
+    memcpy(text + n + i + 1, digit + i, (size_t)(last - i));
+    return n + last + 1;
 }
 
 /* A double that reads back as the same bits, and the character after it. */
 static void meshio__put_double(meshio__writer *w, double value, char after)
 {
-    char text[41];
+    char *text;
     int n;
     uint64_t bits;
     memcpy(&bits, &value, 8);
@@ -3412,9 +3439,10 @@ static void meshio__put_double(meshio__writer *w, double value, char after)
         meshio__put_int(w, (int64_t)value, after);
         return;
     }
+    text = meshio__room(w, 41);
     n = meshio__format_double(text, value);
     text[n] = after;
-    meshio__put(w, text, (size_t)n + 1);
+    w->used += (size_t)n + 1;
 }
 
 static void meshio__put_xyz(meshio__writer *w, const double *xyz)
@@ -3427,13 +3455,12 @@ static void meshio__put_xyz(meshio__writer *w, const double *xyz)
 /* Integers of 1, 4 or 8 bytes in this machine's order, or (VTK) the highest byte first. */
 static void meshio__put_raw(meshio__writer *w, int64_t value, int bytes, int big_endian)
 {
-    unsigned char raw[8];
-    int little = meshio__little_endian(), i;
-    for (i = 0; i < bytes; i++) {
-        int place = little && !big_endian ? i : bytes - 1 - i;
-        raw[place] = (unsigned char)((uint64_t)value >> (8 * i));
-    }
-    meshio__put(w, raw, (size_t)bytes);
+    char *raw = meshio__room(w, 8);
+    int i;
+    if (meshio__little_endian() && !big_endian) memcpy(raw, &value, 8); /* the lowest are first */
+    else
+        for (i = 0; i < bytes; i++) raw[bytes - 1 - i] = (char)((uint64_t)value >> (8 * i));
+    w->used += (size_t)bytes;
 }
 
 static void meshio__put_raw_double(meshio__writer *w, double value, int big_endian)
@@ -3496,32 +3523,114 @@ static meshio_result meshio__complete(meshio__writer *w, meshio_report *report)
 
 /* ---- >>writers --------------------------------------------------------------------------------- */
 
-static void meshio__write_medit_cells(meshio__writer *w, const char *name, const uint32_t *v,
-                                      const int32_t *tags, size_t num, int corners)
+/* Items first .. last - 1 of a list, each of at most MESHIO__ITEM bytes as text. */
+typedef void (*meshio__put_items)(meshio__writer *w, const void *list, size_t first, size_t last);
+enum { MESHIO__ITEM = 256 };
+
+/* All n items of a list: pieces that fit into a buffer, one a thread at a time, in order. */
+static void meshio__put_list(meshio__writer *w, const void *list, size_t n, meshio__put_items put)
 {
+    size_t each = sizeof w->buffer / MESHIO__ITEM, pieces = n / each + 1;
+    meshio__writer *parts = NULL;
+#ifdef _OPENMP
+    int64_t i;
+    if (w->threads > 1 && pieces / 4 > (size_t)w->threads)
+        parts = (meshio__writer *)MESHIO_MALLOC((size_t)w->threads * sizeof *parts);
+    if (parts) {
+#  pragma omp parallel for ordered schedule(static, 1) num_threads(w->threads)
+        for (i = 0; i < (int64_t)pieces; i++) {
+            meshio__writer *part = &parts[omp_get_thread_num()];
+            size_t first = (size_t)i * each, last = first + each < n ? first + each : n;
+            part->used = 0;
+            put(part, list, first, last);
+#  pragma omp ordered
+            meshio__put(w, part->buffer, part->used);
+        }
+        MESHIO_FREE(parts);
+        return;
+    }
+#endif
+    (void)pieces;
+    (void)parts;
+    put(w, list, 0, n);
+}
+
+/* The three kinds of elements in the order of the writers: corners, tags, number, Gmsh's type. */
+typedef struct meshio__kind {
+    const uint32_t *v;
+    const int32_t *tags;
+    size_t num;
+    int corners, gmsh, vtk;
+} meshio__kind;
+
+static void meshio__kinds(const meshio_mesh *m, meshio__kind kinds[3])
+{
+    kinds[0].v = m->edges;
+    kinds[0].tags = m->edge_tags;
+    kinds[0].num = m->num_edges;
+    kinds[0].corners = 2;
+    kinds[0].gmsh = 1;
+    kinds[0].vtk = 3;
+    kinds[1].v = m->triangles;
+    kinds[1].tags = m->triangle_tags;
+    kinds[1].num = m->num_triangles;
+    kinds[1].corners = 3;
+    kinds[1].gmsh = 2;
+    kinds[1].vtk = 5;
+    kinds[2].v = m->tets;
+    kinds[2].tags = m->tet_tags;
+    kinds[2].num = m->num_tets;
+    kinds[2].corners = 4;
+    kinds[2].gmsh = 4;
+    kinds[2].vtk = 10;
+    if (!m->second_order) return;
+    kinds[0].corners = 3;
+    kinds[0].gmsh = 8;
+    kinds[0].vtk = 21;
+    kinds[1].corners = 6;
+    kinds[1].gmsh = 9;
+    kinds[1].vtk = 22;
+    kinds[2].corners = 10;
+    kinds[2].gmsh = 11;
+    kinds[2].vtk = 24;
+}
+
+static void meshio__put_medit_vertices(meshio__writer *w, const void *list, size_t first,
+                                       size_t last)
+{
+    const meshio_mesh *m = (const meshio_mesh *)list;
     size_t i;
-    int k;
-    if (num == 0) return;
-    meshio__printf(w, "%s\n%llu\n", name, (unsigned long long)num);
-    for (i = 0; i < num; i++) {
+    for (i = first; i < last; i++) {
+        meshio__put_xyz(w, m->xyz + 3 * i);
+        meshio__put_int(w, m->vertex_tags ? m->vertex_tags[i] : 0, '\n');
+    }
+}
+
+static void meshio__put_medit_cells(meshio__writer *w, const void *list, size_t first, size_t last)
+{
+    const meshio__kind *kind = (const meshio__kind *)list;
+    size_t i, corners = (size_t)kind->corners, k;
+    for (i = first; i < last; i++) {
         for (k = 0; k < corners; k++)
-            meshio__put_int(w, (int64_t)v[(size_t)corners * i + (size_t)k] + 1, ' ');
-        meshio__put_int(w, tags ? tags[i] : 0, '\n');
+            meshio__put_int(w, (int64_t)kind->v[corners * i + k] + 1, ' ');
+        meshio__put_int(w, kind->tags ? kind->tags[i] : 0, '\n');
     }
 }
 
 static void meshio__write_medit(meshio__writer *w, const meshio_mesh *m)
 {
-    size_t i;
+    static const char *const names[] = {"Edges", "Triangles", "Tetrahedra"};
+    meshio__kind kinds[3];
+    int k;
+    meshio__kinds(m, kinds);
     meshio__printf(w, "MeshVersionFormatted 2\nDimension 3\nVertices\n%llu\n",
                    (unsigned long long)m->num_vertices);
-    for (i = 0; i < m->num_vertices; i++) {
-        meshio__put_xyz(w, m->xyz + 3 * i);
-        meshio__put_int(w, m->vertex_tags ? m->vertex_tags[i] : 0, '\n');
+    meshio__put_list(w, m, m->num_vertices, meshio__put_medit_vertices);
+    for (k = 0; k < 3; k++) {
+        if (kinds[k].num == 0) continue;
+        meshio__printf(w, "%s\n%llu\n", names[k], (unsigned long long)kinds[k].num);
+        meshio__put_list(w, &kinds[k], kinds[k].num, meshio__put_medit_cells);
     }
-    meshio__write_medit_cells(w, "Edges", m->edges, m->edge_tags, m->num_edges, 2);
-    meshio__write_medit_cells(w, "Triangles", m->triangles, m->triangle_tags, m->num_triangles, 3);
-    meshio__write_medit_cells(w, "Tetrahedra", m->tets, m->tet_tags, m->num_tets, 4);
     meshio__puts(w, "End\n");
 }
 
@@ -3575,46 +3684,6 @@ static void meshio__write_medit_binary(meshio__writer *w, const meshio_mesh *m)
     meshio__put_raw(w, 0, wide ? 8 : 4, 0);
 }
 
-/* The three kinds of elements in the order of the writers: corners, tags, number, Gmsh's type. */
-typedef struct meshio__kind {
-    const uint32_t *v;
-    const int32_t *tags;
-    size_t num;
-    int corners, gmsh, vtk;
-} meshio__kind;
-
-static void meshio__kinds(const meshio_mesh *m, meshio__kind kinds[3])
-{
-    kinds[0].v = m->edges;
-    kinds[0].tags = m->edge_tags;
-    kinds[0].num = m->num_edges;
-    kinds[0].corners = 2;
-    kinds[0].gmsh = 1;
-    kinds[0].vtk = 3;
-    kinds[1].v = m->triangles;
-    kinds[1].tags = m->triangle_tags;
-    kinds[1].num = m->num_triangles;
-    kinds[1].corners = 3;
-    kinds[1].gmsh = 2;
-    kinds[1].vtk = 5;
-    kinds[2].v = m->tets;
-    kinds[2].tags = m->tet_tags;
-    kinds[2].num = m->num_tets;
-    kinds[2].corners = 4;
-    kinds[2].gmsh = 4;
-    kinds[2].vtk = 10;
-    if (!m->second_order) return;
-    kinds[0].corners = 3;
-    kinds[0].gmsh = 8;
-    kinds[0].vtk = 21;
-    kinds[1].corners = 6;
-    kinds[1].gmsh = 9;
-    kinds[1].vtk = 22;
-    kinds[2].corners = 10;
-    kinds[2].gmsh = 11;
-    kinds[2].vtk = 24;
-}
-
 /* An integer, in binary of the given width or in text with a blank after it. */
 static void meshio__put_any(meshio__writer *w, int binary, int bytes, int64_t value)
 {
@@ -3639,22 +3708,73 @@ static void meshio__write_msh_header(meshio__writer *w, const char *version, int
     meshio__puts(w, "$EndMeshFormat\n");
 }
 
+/* What a list of an MSH 2.2 file is made of. */
+typedef struct meshio__msh2_list {
+    const meshio_mesh *mesh;
+    const meshio__kind *kind;
+    size_t id; /* of the element before the first */
+    int binary;
+} meshio__msh2_list;
+
+static void meshio__put_msh2_nodes(meshio__writer *w, const void *list, size_t first, size_t last)
+{
+    const meshio__msh2_list *l = (const meshio__msh2_list *)list;
+    const double *xyz = l->mesh->xyz;
+    size_t i;
+    int c;
+    for (i = first; i < last; i++) {
+        meshio__put_any(w, l->binary, 4, (int64_t)i + 1);
+        for (c = 0; c < 3; c++)
+            if (l->binary)
+                meshio__put_raw_double(w, xyz[3 * i + (size_t)c], 0);
+            else
+                meshio__put_double(w, xyz[3 * i + (size_t)c], c < 2 ? ' ' : '\n');
+    }
+}
+
+/* Type and tags are the same in most elements, one after another. */
+static void meshio__put_msh2_elements(meshio__writer *w, const void *list, size_t first,
+                                      size_t last)
+{
+    const meshio__msh2_list *l = (const meshio__msh2_list *)list;
+    const meshio__kind *kind = l->kind;
+    size_t corners = (size_t)kind->corners, i, c;
+    int length = 0;
+    int32_t before = 0;
+    char tags[64];
+    for (i = first; i < last; i++) {
+        int32_t tag = kind->tags ? kind->tags[i] : 0;
+        meshio__put_any(w, l->binary, 4, (int64_t)(l->id + i + 1));
+        if (l->binary) {
+            meshio__put_raw(w, tag, 4, 0);
+            meshio__put_raw(w, tag, 4, 0);
+        } else {
+            if (length == 0 || tag != before)
+                length = snprintf(tags, sizeof tags, "%d 2 %ld %ld ", kind->gmsh, (long)tag,
+                                  (long)tag);
+            before = tag;
+            meshio__put(w, tags, (size_t)length);
+        }
+        for (c = 0; c < corners; c++) { /* the last two middles of a tetrahedron: 23, 13 */
+            size_t at = corners == 10 && c >= 8 ? 17 - c : c;
+            meshio__put_any(w, l->binary, 4, (int64_t)kind->v[i * corners + at] + 1);
+        }
+        meshio__put_newline(w, l->binary);
+    }
+}
+
 static void meshio__write_msh2(meshio__writer *w, const meshio_mesh *m, int binary)
 {
     meshio__kind kinds[3];
-    size_t i, id = 0;
-    int k, c;
+    meshio__msh2_list list;
+    int k;
     meshio__kinds(m, kinds);
+    list.mesh = m;
+    list.id = 0;
+    list.binary = binary;
     meshio__write_msh_header(w, "2.2", binary);
     meshio__printf(w, "$Nodes\n%llu\n", (unsigned long long)m->num_vertices);
-    for (i = 0; i < m->num_vertices; i++) {
-        meshio__put_any(w, binary, 4, (int64_t)i + 1);
-        for (c = 0; c < 3; c++)
-            if (binary)
-                meshio__put_raw_double(w, m->xyz[3 * i + (size_t)c], 0);
-            else
-                meshio__put_double(w, m->xyz[3 * i + (size_t)c], c < 2 ? ' ' : '\n');
-    }
+    meshio__put_list(w, &list, m->num_vertices, meshio__put_msh2_nodes);
     meshio__printf(w, "%s$EndNodes\n$Elements\n%llu\n", binary ? "\n" : "",
                    (unsigned long long)(m->num_edges + m->num_triangles + m->num_tets));
     for (k = 0; k < 3; k++) {
@@ -3663,23 +3783,9 @@ static void meshio__write_msh2(meshio__writer *w, const meshio_mesh *m, int bina
             meshio__put_raw(w, (int64_t)kinds[k].num, 4, 0);
             meshio__put_raw(w, 2, 4, 0);
         }
-        for (i = 0; i < kinds[k].num; i++) {
-            int64_t tag = kinds[k].tags ? kinds[k].tags[i] : 0;
-            meshio__put_any(w, binary, 4, (int64_t)++id);
-            if (!binary) {
-                meshio__put_int(w, kinds[k].gmsh, ' ');
-                meshio__put_int(w, 2, ' ');
-            }
-            meshio__put_any(w, binary, 4, tag);
-            meshio__put_any(w, binary, 4, tag);
-            for (c = 0; c < kinds[k].corners;
-                 c++) { /* the last two middles of a tetrahedron: 23, 13 */
-                size_t at = (size_t)(kinds[k].corners == 10 && c >= 8 ? 17 - c : c);
-                meshio__put_any(w, binary, 4,
-                                (int64_t)kinds[k].v[i * (size_t)kinds[k].corners + at] + 1);
-            }
-            meshio__put_newline(w, binary);
-        }
+        list.kind = &kinds[k];
+        meshio__put_list(w, &list, kinds[k].num, meshio__put_msh2_elements);
+        list.id += kinds[k].num;
     }
     meshio__printf(w, "%s$EndElements\n", binary ? "\n" : "");
 }
@@ -4495,7 +4601,9 @@ MESHIO_API meshio_result meshio_write(const char *path, const meshio_mesh *mesh,
         report->result = MESHIO_ERROR_OUT_OF_MEMORY;
         return MESHIO_ERROR_OUT_OF_MEMORY;
     }
-    result = meshio__write(w, path, mesh, options ? options : &defaults, report);
+    if (!options) options = &defaults;
+    w->threads = options->num_threads;
+    result = meshio__write(w, path, mesh, options, report);
     MESHIO_FREE(w);
     return result;
 }

@@ -276,6 +276,49 @@ static void doubles_are_written_like_printf(void)
     remove(name);
 }
 
+/* Lists that are long enough to be shared by threads. */
+static void text_does_not_depend_on_threads(void)
+{
+    static const char *const extensions[] = {".mesh", ".msh", ".msh"};
+    const uint32_t n = 20000;
+    double *xyz = (double *)malloc(3 * n * sizeof *xyz);
+    uint32_t *tets = (uint32_t *)malloc(4 * n * sizeof *tets);
+    int32_t *tags = (int32_t *)malloc(n * sizeof *tags);
+    meshio_write_options options;
+    meshio_mesh m;
+    size_t size[2], i;
+    char *text[2];
+    memset(&m, 0, sizeof m);
+    memset(&options, 0, sizeof options);
+    for (i = 0; i < 3 * n; i++) xyz[i] = random_double() * 2000 - 1000;
+    for (i = 0; i < 4 * n; i++) tets[i] = (uint32_t)(random_u64() % n);
+    for (i = 0; i < n; i++) tags[i] = (int32_t)(i / 3000) - 2;
+    m.xyz = xyz;
+    m.num_vertices = n;
+    m.tets = tets;
+    m.tet_tags = tags;
+    m.num_tets = n;
+    for (i = 0; i < sizeof extensions / sizeof extensions[0]; i++) {
+        const char *name = file_name(extensions[i]);
+        options.binary = i == 2;
+        options.num_threads = 0;
+        CHECK(meshio_write(name, &m, &options, NULL) == MESHIO_OK);
+        text[0] = load(name, &size[0]);
+        for (options.num_threads = 1; options.num_threads < 10; options.num_threads += 3) {
+            CHECK(meshio_write(name, &m, &options, NULL) == MESHIO_OK);
+            text[1] = load(name, &size[1]);
+            CHECK(text[0] && text[1] && size[0] == size[1] &&
+                  memcmp(text[0], text[1], size[0]) == 0);
+            free(text[1]);
+        }
+        free(text[0]);
+        remove(name);
+    }
+    free(xyz);
+    free(tets);
+    free(tags);
+}
+
 static void words_are_not_numbers(void)
 {
     static const char *const bad[] = {"", "-", ".", "e5", "x", "+-1", "-x", "--1"};
@@ -1128,6 +1171,7 @@ int main(void)
     doubles_are_correctly_rounded();
     halfway_cases_are_rounded_to_even();
     doubles_are_written_like_printf();
+    text_does_not_depend_on_threads();
     words_are_not_numbers();
     volume_formats_keep_every_bit();
     surface_formats_keep_the_triangles();
