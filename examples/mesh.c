@@ -52,7 +52,8 @@ static const char help_usage[] =
 static const char help_options[] =
     "stages\n"
     "  --check              look for defects of the surface, and stop\n"
-    "  --no-refine          the surface recovered, and no points inside but where they are needed\n"
+    "  --no-refine          the surface recovered, and nothing else: points inside only where they are\n"
+    "                       needed, no improvement (which the program improve can do)\n"
     "  --refine-mesh        INPUT is a tetrahedral mesh: what it has is kept, and points are added where the\n"
     "                       sizes above ask for them (default: the lengths of its own edges)\n"
     "  --no-improve         the mesh as refinement leaves it\n"
@@ -165,7 +166,7 @@ static int parse_region_size(const char *a, const char *text, settings *s)
 static int parse_flag(const char *a, settings *s)
 {
     if (strcmp(a, "--check") == 0) s->check = 1;
-    else if (strcmp(a, "--no-refine") == 0) s->mesher.no_refine = 1;
+    else if (strcmp(a, "--no-refine") == 0) s->mesher.no_refine = s->no_improve = 1;
     else if (strcmp(a, "--no-improve") == 0) s->no_improve = 1;
     else if (strcmp(a, "--refine-mesh") == 0) s->refine_mesh = 1;
     else if (strcmp(a, "--coarse") == 0) s->mesher.growth = 1.3;

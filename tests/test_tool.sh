@@ -160,7 +160,7 @@ code 0 $mesh "$T/nested.off" --regions parity --json "$T/nested.json"
 ok "JSON" grep -q '"cells": 1' "$T/nested.json"
 code 5 $mesh "$T/open.off" -q --json "$T/open.json"
 ok "JSON after a failure" grep -q '"exit_code": 5' "$T/open.json"
-code 0 $mesh "$T/cube.off" --no-refine --no-improve --json "$T/small.json"
+code 0 $mesh "$T/cube.off" --no-refine --json "$T/small.json"
 ok "no new vertices in a cube" grep -q '"vertices": 8' "$T/small.json"
 code 0 $mesh "$T/grid.off" -q -o "$T/t1.mesh" --threads 1
 code 0 $mesh "$T/grid.off" -q -o "$T/t3.mesh" --threads 3
