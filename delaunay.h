@@ -7956,8 +7956,13 @@ static delaunay_result delaunay__check_all(const delaunay_mesh *mesh, int level,
         int i;
         if (end > mesh->num_tets) end = mesh->num_tets;
         for (t += t == 0; t < end && t < first; t++) {
-            for (i = 0; t + AHEAD < mesh->num_tets && i < 4; i++)
-                DELAUNAY__PREFETCH(&mesh->tets[mesh->tets[t + AHEAD].n[i] >> 2]);
+            for (i = 0; t + AHEAD < mesh->num_tets && i < 4; i++) {
+                const delaunay_tet *soon = &mesh->tets[t + AHEAD];
+                if (level != DELAUNAY_VALIDATE_GEOMETRY)
+                    DELAUNAY__PREFETCH(&mesh->tets[soon->n[i] >> 2]);
+                else if (soon->v[i] < mesh->num_vertices)
+                    DELAUNAY__PREFETCH(&mesh->vertices[soon->v[i]]);
+            }
             if (delaunay_is_deleted(mesh, t)) continue;
             if (delaunay__check_at(mesh, t, level, &unused)) first = t;
         }
