@@ -3525,34 +3525,50 @@ static meshio_result meshio__complete(meshio__writer *w, meshio_report *report)
 
 /* Items first .. last - 1 of a list, each of at most MESHIO__ITEM bytes as text. */
 typedef void (*meshio__put_items)(meshio__writer *w, const void *list, size_t first, size_t last);
-enum { MESHIO__ITEM = 256 };
+enum { MESHIO__ITEM = 256, MESHIO__PARTS = 16 /* a thread */ };
 
-/* All n items of a list: pieces that fit into a buffer, one a thread at a time, in order. */
+#ifdef _OPENMP
+/* Items first .. last - 1, at most as many as fit into all parts: each part is filled by one of the
+ * threads, then they are written in order. */
+static void meshio__put_shared(meshio__writer *w, const void *list, size_t first, size_t last,
+                               meshio__put_items put, meshio__writer *parts)
+{
+    const size_t each = sizeof w->buffer / MESHIO__ITEM;
+    int64_t i, n = (int64_t)((last - first + each - 1) / each);
+#  pragma omp parallel for schedule(dynamic, 1) num_threads(w->threads)
+    for (i = 0; i < n; i++) {
+        size_t begin = first + (size_t)i * each;
+        parts[i].used = 0;
+        put(&parts[i], list, begin, begin + each < last ? begin + each : last);
+    }
+    for (i = 0; i < n; i++) meshio__put(w, parts[i].buffer, parts[i].used);
+}
+#endif
+
+/* All n items of a list. Where other programs use the processors, threads wait for each other
+ * longer than they help: if a round that they share takes longer than one of this thread alone, the
+ * next ones are alone, for ten times the time lost. */
 static void meshio__put_list(meshio__writer *w, const void *list, size_t n, meshio__put_items put)
 {
-    size_t each = sizeof w->buffer / MESHIO__ITEM, pieces = n / each + 1;
-    meshio__writer *parts = NULL;
+    size_t first = 0;
 #ifdef _OPENMP
-    int64_t i;
-    if (w->threads > 1 && pieces / 4 > (size_t)w->threads)
-        parts = (meshio__writer *)MESHIO_MALLOC((size_t)w->threads * sizeof *parts);
-    if (parts) {
-#  pragma omp parallel for ordered schedule(static, 1) num_threads(w->threads)
-        for (i = 0; i < (int64_t)pieces; i++) {
-            meshio__writer *part = &parts[omp_get_thread_num()];
-            size_t first = (size_t)i * each, last = first + each < n ? first + each : n;
-            part->used = 0;
-            put(part, list, first, last);
-#  pragma omp ordered
-            meshio__put(w, part->buffer, part->used);
-        }
-        MESHIO_FREE(parts);
-        return;
+    size_t count = w->threads > 1 ? (size_t)w->threads * MESHIO__PARTS : 0;
+    size_t round = count * (sizeof w->buffer / MESHIO__ITEM), last;
+    meshio__writer *parts = NULL;
+    double alone = -1, until = 0, start, end; /* alone: the least for a round */
+    if (round && n > 4 * round) parts = (meshio__writer *)MESHIO_MALLOC(count * sizeof *parts);
+    for (; parts && first < n; first = last) {
+        last = n - first < round ? n : first + round;
+        start = omp_get_wtime();
+        if (alone < 0 || start < until) put(w, list, first, last);
+        else meshio__put_shared(w, list, first, last, put, parts);
+        end = omp_get_wtime();
+        if (alone < 0 || (start < until && end - start < alone)) alone = end - start;
+        else if (start >= until && end - start > alone) until = end + 10 * (end - start - alone);
     }
+    MESHIO_FREE(parts);
 #endif
-    (void)pieces;
-    (void)parts;
-    put(w, list, 0, n);
+    put(w, list, first, n);
 }
 
 /* The three kinds of elements in the order of the writers: corners, tags, number, Gmsh's type. */

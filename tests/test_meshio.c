@@ -280,7 +280,7 @@ static void doubles_are_written_like_printf(void)
 static void text_does_not_depend_on_threads(void)
 {
     static const char *const extensions[] = {".mesh", ".msh", ".msh"};
-    const uint32_t n = 20000;
+    const uint32_t n = 120000;
     double *xyz = (double *)malloc(3 * n * sizeof *xyz);
     uint32_t *tets = (uint32_t *)malloc(4 * n * sizeof *tets);
     int32_t *tags = (int32_t *)malloc(n * sizeof *tags);
@@ -292,7 +292,7 @@ static void text_does_not_depend_on_threads(void)
     memset(&options, 0, sizeof options);
     for (i = 0; i < 3 * n; i++) xyz[i] = random_double() * 2000 - 1000;
     for (i = 0; i < 4 * n; i++) tets[i] = (uint32_t)(random_u64() % n);
-    for (i = 0; i < n; i++) tags[i] = (int32_t)(i / 3000) - 2;
+    for (i = 0; i < n; i++) tags[i] = (int32_t)(i / 18000) - 2;
     m.xyz = xyz;
     m.num_vertices = n;
     m.tets = tets;
