@@ -185,7 +185,8 @@ SPR_API const char *spr_result_string(spr_result result);
  *
  * Returns  SPR_OK; a positive code: stopped by a budget, or a target that is not met
  * Cost     what is bad decides: 0.4-2 us a tetrahedron of a clean mesh, 0.1-1 ms where most are bad
- *          for good; 32 bytes a slot and 17 a vertex, in the end 24 and 46
+ *          for good; 32 bytes a slot, 17 a vertex and up to 32 a bad one, in the end 24
+ *          and 46
  * Threads  options->host.num_threads; distinct meshes may be improved at once
  * Repeats  same bytes for any number of threads, except under max_seconds
  * Source   Marot 2020, chapter 6 */
@@ -527,6 +528,8 @@ typedef struct spr__state {
     uint32_t        *stamp;       /* a vertex: round of the last change around it */
     uint32_t        *still;       /* a vertex: round in which no better place was found */
     uint32_t        *stays;       /* a vertex: round in which it could not be taken away */
+    uint32_t        *vain;        /* cavities that were searched in vain, by hash; or NULL */
+    int              vain_bits;   /* 2 to the power of this, at most */
     uint64_t         allowance[8]; /* plans left to each level */
     uint8_t         *movable;     /* a vertex */
     delaunay_handle  cap_tets;
@@ -1790,8 +1793,10 @@ static void spr__swap(delaunay_list *a, delaunay_list *b)
 
 /* Of a plan's data: what done() is told. */
 enum {
-    SPR__GOAL = 1,   /* what is worth trying for, a double */
-    SPR__IN_VAIN = 2 /* bit i: vertex i of the tetrahedron has no better place, or has to stay */
+    SPR__GOAL = 1,    /* what is worth trying for, a double */
+    SPR__IN_VAIN = 2, /* bit i: vertex i of the tetrahedron has no better place, or has to stay */
+    SPR__VAIN = 3,    /* and from here on: keys of cavities that were searched in vain; or 0 */
+    SPR__MAX_VAIN = 5
 };
 
 /* Only vertices whose star has changed since they were last tried in vain. */
@@ -2430,9 +2435,9 @@ static int spr__reconnect_tidily(const spr__state *s, delaunay_worker *worker,
     search->good = s->target;
     search->num_bad = (uint32_t)spr__count_below(was, n, s->target);
     search->max_nodes = max_nodes;
-    if (delaunay_reconnect(s->mesh, worker, window, search) <= 0 ||
-        spr__result_values(s, window, search, is) < before)
-        return 0;
+    if (delaunay_reconnect(s->mesh, worker, window, search) <= 0) return 0;
+    search->proven = 0; /* another way may lead to another result */
+    if (spr__result_values(s, window, search, is) < before) return 0;
     for (limit = 0.5 * s->target, i = 0; i < 3; i++, limit *= 0.5)
         if (spr__count_below(is, search->num_tets, limit) > spr__count_below(was, n, limit))
             return 0;
@@ -2440,6 +2445,14 @@ static int spr__reconnect_tidily(const spr__state *s, delaunay_worker *worker,
 }
 
 enum { SPR__TIDY_POINTS = 16 }; /* of a cavity in which fewer bad ones are searched, at most */
+
+/* Answers of a search. */
+enum {
+    SPR__FOUND = 1,
+    SPR__NOT_NOW = 0,   /* what there is does not gain, as much as is asked for now */
+    SPR__NEVER = -1,    /* there is nothing */
+    SPR__NOT_SO = -2    /* nothing within so many nodes, in this order */
+};
 
 /* The best triangulation of a set of tetrahedra, if it gains. drop: an inner vertex to leave out,
  * or 0. */
@@ -2450,25 +2463,30 @@ static int spr__reconnect(const spr__state *s, delaunay_worker *worker, const de
     double value[DELAUNAY_WINDOW_TETS];
     spr__burden is = {0, 0};
     uint32_t i;
+    int proven = 1;
     if (!delaunay_window_set(window, s->mesh, worker, t, (size_t)n, DELAUNAY_WINDOW_VERTICES, 1, 1))
-        return 0;
+        return SPR__NEVER;
     for (i = 0; drop && i < window->num_vertices; i++)
         if (window->vertices[i] == drop) window->dropped = 1u << i;
-    if (drop && (window->dropped & ~window->interior)) return 0;
-    if (s->tidy && window->num_vertices <= SPR__TIDY_POINTS &&
-        spr__reconnect_tidily(s, worker, window, before, max_nodes, search))
-        return 1;
+    if (drop && (window->dropped & ~window->interior)) return SPR__NEVER;
+    if (s->tidy && window->num_vertices <= SPR__TIDY_POINTS) {
+        if (spr__reconnect_tidily(s, worker, window, before, max_nodes, search)) return SPR__FOUND;
+        proven = search->proven;
+    }
     memset(search, 0, offsetof(delaunay_search, tets));
     search->objective = DELAUNAY_BEST_QUALITY;
     search->quality = spr__search_quality;
     search->user = (void *)(uintptr_t)s;
     search->bound = s->tidy ? SPR__MORE * before : spr__floor(s, spr__max(before, 0));
     search->max_nodes = max_nodes;
-    if (delaunay_reconnect(s->mesh, worker, window, search) <= 0) return 0;
-    if (search->value >= s->target) return 1;
+    if (delaunay_reconnect(s->mesh, worker, window, search) <= 0)
+        return proven && search->proven ? SPR__NEVER : SPR__NOT_SO;
+    if (search->value >= s->target) return SPR__FOUND;
     (void)spr__result_values(s, window, search, value);
     for (i = 0; i < search->num_tets; i++) spr__burden_add(s, &is, value[i]);
-    return spr__is_gain(s, before, search->value, spr__burden_of(s, t, (size_t)n), is);
+    return spr__is_gain(s, before, search->value, spr__burden_of(s, t, (size_t)n), is)
+               ? SPR__FOUND
+               : SPR__NOT_NOW;
 }
 
 /* Sizes at which a growing cavity is searched, and nodes of the search; level by level. */
@@ -2477,20 +2495,76 @@ typedef struct spr__effort {
     uint32_t nodes;
 } spr__effort;
 
+/* A cavity as it is, with where its vertices are. Two with the same key could hide a result, never
+ * make a wrong one. */
+typedef struct spr__key {
+    uint64_t set; /* its tetrahedra, in any order */
+    uint64_t way; /* in this one, and the nodes of the search */
+} spr__key;
+
+static uint64_t spr__mix(uint64_t x)
+{
+    x *= UINT64_C(0x9E3779B97F4A7C15);
+    return x ^ (x >> 29);
+}
+
+static spr__key spr__cavity_key(const spr__state *s, const spr__cavity *c, uint32_t nodes)
+{
+    spr__key key = {0, nodes};
+    uint64_t x[3], h;
+    int i, k;
+    for (i = 0; i < c->num_tets; i++) {
+        const uint32_t *v = s->mesh->tets[c->t[i]].v;
+        for (h = 0, k = 0; k < 4; k++) h = spr__mix(h + v[k]);
+        key.set += h;
+        key.way = spr__mix(key.way + h);
+    }
+    for (i = 0; i < c->num_vertices; i++) {
+        memcpy(x, spr__point(s->mesh, c->v[i]), sizeof x);
+        for (h = c->v[i], k = 0; k < 3; k++) h = spr__mix(h + x[k]);
+        key.set += h;
+    }
+    key.set = spr__mix(key.set + (uint64_t)s->tidy);
+    key.way = spr__mix(key.way + key.set);
+    key.set += key.set == 0;
+    key.way += key.way == 0;
+    return key;
+}
+
+static uint32_t *spr__vain_slot(const spr__state *s, uint64_t key)
+{
+    return &s->vain[key >> (64 - s->vain_bits)];
+}
+
+static int spr__is_vain(const spr__state *s, spr__key key)
+{
+    return s->vain && (*spr__vain_slot(s, key.set) == (uint32_t)key.set ||
+                       *spr__vain_slot(s, key.way) == (uint32_t)key.way);
+}
+
+/* Cavities that were searched in vain before, around this tetrahedron or another one, are not
+ * searched again. */
 static int spr__plan_grow(const spr__state *s, delaunay_worker *worker, delaunay_handle t,
                           delaunay_plan *plan, spr__effort effort)
 {
     spr__cavity c;
     delaunay_window window;
     delaunay_search search;
-    int next = effort.first, more = spr__cavity_set(s, &c, t);
+    int next = effort.first, more = spr__cavity_set(s, &c, t), vain = 0, answer;
     while (more && next <= effort.last) {
+        spr__key key;
         more = spr__cavity_grow(s, &c);
         if (c.num_vertices < next && more) continue;
         if (c.num_vertices < effort.first) break;
-        if (spr__reconnect(s, worker, c.t, c.num_tets, 0, c.before, effort.nodes, &window, &search))
-            return delaunay_plan_window(plan, &window, &search);
         next = c.num_vertices + effort.step;
+        key = spr__cavity_key(s, &c, effort.nodes);
+        if (spr__is_vain(s, key)) continue;
+        answer = spr__reconnect(s, worker, c.t, c.num_tets, 0, c.before, effort.nodes, &window,
+                                &search);
+        if (answer == SPR__FOUND) return delaunay_plan_window(plan, &window, &search);
+        if (answer != SPR__NOT_NOW)
+            plan->data[SPR__VAIN + vain++ % SPR__MAX_VAIN] =
+                answer == SPR__NEVER ? key.set : key.way;
     }
     return DELAUNAY_PLAN_NOTHING;
 }
@@ -2618,7 +2692,7 @@ static int spr__plan_removal(const spr__state *s, delaunay_worker *worker, delau
             delaunay_window window;
             delaunay_search search;
             if (spr__reconnect(s, worker, plan->star.items, (int)plan->star.count, v, offer.before,
-                               3000, &window, &search))
+                               3000, &window, &search) == SPR__FOUND)
                 return delaunay_plan_window(plan, &window, &search);
         } else if (spr__contract(s, v, &plan->star, &offer) &&
                    (!best.vertex || offer.after - offer.before > best.after - best.before))
@@ -3090,6 +3164,10 @@ static int spr__done(void *user, delaunay_mesh *m, delaunay_worker *worker, size
         for (i = 0; i < 4; i++)
             if (plan->data[SPR__IN_VAIN] >> i & 1)
                 (s->sweep == SPR__REMOVE ? s->stays : s->still)[m->tets[t].v[i]] = s->at[t].tried;
+        for (i = 0; i < SPR__MAX_VAIN && s->vain; i++)
+            if (plan->data[SPR__VAIN + i])
+                *spr__vain_slot(s, plan->data[SPR__VAIN + i]) =
+                    (uint32_t)plan->data[SPR__VAIN + i];
     } else {
         uint8_t restarts = 0;
         int ok = 1;
@@ -3174,6 +3252,19 @@ static spr_result spr__speculate(spr__state *s, delaunay_speculation *job)
     s->report->plans += job->plans;
     s->report->conflicts += job->conflicts;
     return s->failure != SPR_OK ? s->failure : (spr_result)result;
+}
+
+/* Room for the cavities that are searched in vain, some four around each of the bad ones. Returns 0
+ * without memory. */
+static int spr__set_vain(spr__state *s)
+{
+    size_t size;
+    for (s->vain_bits = 10; s->vain_bits < 22 && s->bad.count >> (s->vain_bits - 2); s->vain_bits++)
+        {}
+    size = (size_t)1 << s->vain_bits;
+    s->vain = (uint32_t *)delaunay_alloc(s->memory, size, sizeof *s->vain);
+    if (s->vain) memset(s->vain, 0, size * sizeof *s->vain);
+    return s->vain != NULL;
 }
 
 /* Plans that each level may make in all. On a clean mesh no limit is met; where the surface leaves
@@ -3349,6 +3440,7 @@ enum {
     SPR__PATCH_NEW = 3,     /* vertices at most */
     SPR__PATCH_ROOM = 100,  /* more tetrahedra at most */
     SPR__PATCH_TABLE = 1024, /* of tetrahedra and of vertices, by hash: a power of 2 */
+    SPR__PATCH_VAIN = 12,    /* bits of the table of cavities that were searched in vain */
     SPR__PATCHES = 16,      /* at a time */
     SPR__SHAKES = 4,        /* of a patch, and visits to one */
     SPR__ROUNDED = 0x40,    /* its angles were tried */
@@ -3382,6 +3474,7 @@ typedef struct spr__patch {
     size_t          num_tets, num_vertices, num_inner;
     uint32_t        max_new, seed;
     uint64_t        plans;    /* what shaking it took */
+    uint32_t        vain[1 << SPR__PATCH_VAIN]; /* of all attempts */
     double          before;   /* the worst */
     double          least;    /* of any mesh that takes its place */
     double          worst;    /* to be exceeded, or: */
@@ -3682,6 +3775,8 @@ static void spr__patch_try(const spr__state *s, spr__patch *p)
         own.quality_user = &own.target;
     }
     own.is_patch = own.lifts = 1;
+    own.vain = p->vain;
+    own.vain_bits = SPR__PATCH_VAIN;
     own.tidy_below = p->rounding ? 0 : spr__within_reach(p->num_bad);
     own.mesh = &mesh;
     own.report = &report;
@@ -3701,6 +3796,7 @@ static void spr__patch_shake(const spr__state *s, spr__patch *p)
 {
     uint64_t plans, last = UINT64_MAX;
     int i;
+    memset(p->vain, 0, sizeof p->vain);
     for (i = 0; i < SPR__SHAKES && (p->rounding ? p->lack > 0 : p->num_bad > 0); i++) {
         p->seed = p->seed * SPR__SHAKES + (uint32_t)i;
         plans = p->plans;
@@ -4182,8 +4278,9 @@ static int spr__end_schedule(spr__state *s)
     delaunay_engine_free(s->engine);
     delaunay_release(s->memory, s->still);
     delaunay_release(s->memory, s->stays);
+    delaunay_release(s->memory, s->vain);
     s->engine = NULL;
-    s->still = s->stays = NULL;
+    s->still = s->stays = s->vain = NULL;
     s->left = (spr__case *)delaunay_alloc(s->memory, s->bad.count + 1, sizeof *s->left);
     for (i = 0; s->left && i < s->bad.count; i++) s->left[i] = s->at[s->bad.items[i]];
     s->room = s->at;
@@ -4549,6 +4646,7 @@ static void spr__close(spr__state *s)
     delaunay_release(s->memory, s->room);
     delaunay_release(s->memory, s->still);
     delaunay_release(s->memory, s->stays);
+    if (!s->is_patch) delaunay_release(s->memory, s->vain); /* a patch lends its own */
     delaunay_release(s->memory, s->stamp);
     delaunay_release(s->memory, s->movable);
 }
@@ -4575,7 +4673,7 @@ static spr_result spr__improve(spr__state *s, uint32_t max_new)
     s->max_gone = s->report->before.num_tets / SPR__TETS_A_GONE + 6;
     s->max_new = s->options.keep_vertices ? 0 : most < max_new ? (uint32_t)most : max_new;
     spr__find_movable(s);
-    if (!spr__find_bad(s)) return SPR_ERROR_OUT_OF_MEMORY;
+    if (!spr__find_bad(s) || !spr__set_vain(s)) return SPR_ERROR_OUT_OF_MEMORY;
     result = spr__schedule(s);
     if (result == SPR_OK && s->gamma && !s->options.no_smoothing) result = spr__round(s);
     if (result == SPR_OK && !s->options.no_edge_removal) result = spr__flip_for_mean(s);
