@@ -3446,6 +3446,7 @@ enum {
     SPR__ROUNDED = 0x40,    /* its angles were tried */
     SPR__CLAIMED = 0x80,    /* a patch of this time has it */
     SPR__CROWD = 256,       /* bad ones around: more are as many */
+    SPR__LOOSE = 1 << 30,   /* of a vertex: it, or a neighbour, may move */
     SPR__SHAKE_FEW = 4,     /* of the worst, in any surroundings; for others, no more than one */
     SPR__HOPEFUL = 3,       /* in so many around is bad */
     SPR__SPARE = 12,        /* one more bad one in so many, where that is worth it */
@@ -3559,12 +3560,18 @@ static int spr__patch_add_star(const spr__state *s, delaunay_worker *worker, spr
     return 1;
 }
 
+/* Bad ones in a patch, if no more than one in so many may be bad; 0: any number. */
+static uint32_t spr__patch_max_bad(int one_in)
+{
+    return (uint32_t)SPR__PATCH_TETS / (uint32_t)(one_in ? one_in : 1);
+}
+
 /* The stars of all vertices of the stars of the vertices of t. Not if more than one in so many is
  * bad, unless that is 0. Returns 1; 0: not to be shaken; or an error. */
 static int spr__patch_set(const spr__state *s, delaunay_worker *worker, spr__patch *p,
                           delaunay_handle t, int one_in, delaunay_list *star)
 {
-    int answer = 1, max_bad = one_in ? SPR__PATCH_TETS / one_in : SPR__PATCH_TETS, k;
+    int answer = 1, max_bad = (int)spr__patch_max_bad(one_in), k;
     spr__burden was;
     size_t i, ring;
     p->num_tets = p->num_inner = p->num_vertices = 0;
@@ -3853,12 +3860,35 @@ static int spr__is_shakable(const spr__state *s, delaunay_handle t)
            (s->at[t].goal >= (float)s->target || s->value[t] < SPR__FAR_BELOW * goal);
 }
 
+/* What is around each vertex, when a list was made of what is to be shaken. */
+typedef struct spr__around {
+    uint32_t *num;          /* bad ones; and SPR__LOOSE */
+    uint32_t  num_vertices; /* then */
+} spr__around;
+
 /* How many bad ones are around the vertices of t, each as often as it has one of them. */
 static size_t spr__num_around(const spr__state *s, const uint32_t *around, delaunay_handle t)
 {
     const uint32_t *v = s->mesh->tets[t].v;
-    size_t num = (size_t)around[v[0]] + around[v[1]] + around[v[2]] + around[v[3]];
+    size_t num = 0;
+    int k;
+    for (k = 0; k < 4; k++) num += around[v[k]] & (SPR__LOOSE - 1);
     return num < SPR__CROWD ? num : SPR__CROWD - 1;
+}
+
+/* Whether a patch around t may have so few bad ones, and a vertex that may move, by what was around
+ * its vertices. */
+static int spr__patch_may_do(const spr__state *s, const spr__around *around, delaunay_handle t,
+                             uint32_t max_bad)
+{
+    const uint32_t *v = s->mesh->tets[t].v;
+    int k, loose = 0;
+    for (k = 0; k < 4; k++) {
+        if (v[k] >= around->num_vertices) return 1; /* it is new: who knows */
+        if ((around->num[v[k]] & (SPR__LOOSE - 1)) > max_bad) return 0;
+        loose |= (around->num[v[k]] & SPR__LOOSE) != 0;
+    }
+    return loose;
 }
 
 /* The list from first on by the number of bad ones around; otherwise the order stays. Returns 0
@@ -3879,26 +3909,41 @@ static int spr__sort_by_crowd(spr__state *s, const uint32_t *around, size_t firs
     return 1;
 }
 
+/* Marks vertices that may move, and their neighbours. */
+static void spr__mark_loose(const spr__state *s, uint32_t *around)
+{
+    const delaunay_mesh *m = s->mesh;
+    delaunay_handle t;
+    int k;
+    for (t = 1; t < m->num_tets; t++) {
+        const uint32_t *v = m->tets[t].v;
+        if (delaunay_is_deleted(m, t) || !spr__is_inside(m, t)) continue;
+        if (!s->movable[v[0]] && !s->movable[v[1]] && !s->movable[v[2]] && !s->movable[v[3]])
+            continue;
+        for (k = 0; k < 4; k++) around[v[k]] |= SPR__LOOSE;
+    }
+}
+
 /* What is to be shaken: first the few worst, then those with the fewest bad ones around, which take
  * the least time and are bettered the most often. Returns 0 without memory. */
-static int spr__find_shakable(spr__state *s)
+static int spr__find_shakable(spr__state *s, spr__around *around)
 {
-    uint32_t *around = (uint32_t *)delaunay_alloc(s->memory, s->cap_vertices, sizeof *around);
     size_t i;
-    int k, ok = around != NULL;
-    if (ok) memset(around, 0, s->cap_vertices * sizeof *around);
+    int k, ok = 1;
+    around->num_vertices = s->mesh->num_vertices;
+    around->num = (uint32_t *)delaunay_alloc(s->memory, around->num_vertices, sizeof *around->num);
+    if (!around->num) return 0;
+    memset(around->num, 0, around->num_vertices * sizeof *around->num);
     for (s->items.count = i = 0; i < s->bad.count && ok; i++) {
         delaunay_handle t = s->bad.items[i];
         if (delaunay_is_deleted(s->mesh, t) || !(s->value[t] < s->target)) continue;
-        for (k = 0; k < 4; k++) around[s->mesh->tets[t].v[k]]++;
+        for (k = 0; k < 4; k++) around->num[s->mesh->tets[t].v[k]]++;
         if (spr__is_shakable(s, t)) ok = delaunay_list_push(&s->items, t) == DELAUNAY_OK;
     }
-    if (ok) {
-        spr__sort(s, s->items.items, s->items.count);
-        ok = spr__sort_by_crowd(s, around, SPR__SHAKE_FEW);
-    }
-    delaunay_release(s->memory, around);
-    return ok;
+    if (!ok) return 0;
+    spr__mark_loose(s, around->num);
+    spr__sort(s, s->items.items, s->items.count);
+    return spr__sort_by_crowd(s, around->num, SPR__SHAKE_FEW);
 }
 
 /* How many vertices may still be added. */
@@ -3910,16 +3955,20 @@ static uint32_t spr__new_left(const spr__state *s)
 
 /* The next patches, none of which overlap: what overlaps waits for another pass. Returns their
  * number, or an error. */
-static int spr__patches_set(spr__state *s, spr__patch *patch, delaunay_list *star, int few)
+static int spr__patches_set(spr__state *s, spr__patch *patch, const spr__around *around,
+                            delaunay_list *star, int few)
 {
     uint32_t left = spr__new_left(s), new_ = SPR__PATCH_NEW;
     size_t i, j;
     int num = 0, answer;
     for (i = 0; i < s->items.count && num < SPR__PATCHES; i++) {
         delaunay_handle t = s->items.items[i];
+        int one_in = few > 0 ? 0 : SPR__HOPEFUL;
         if (!spr__is_shakable(s, t)) continue; /* or claimed */
-        answer = spr__patch_set(s, delaunay_engine_worker(s->engine), &patch[num], t,
-                                few > 0 ? 0 : SPR__HOPEFUL, star);
+        answer = 0;
+        if (spr__patch_may_do(s, around, t, spr__patch_max_bad(one_in)))
+            answer = spr__patch_set(s, delaunay_engine_worker(s->engine), &patch[num], t, one_in,
+                                    star);
         if (answer < 0) return answer;
         patch[num].seed = s->at[t].shaken++;
         if (answer == 0) continue;
@@ -3990,15 +4039,16 @@ static spr_result spr__shake(spr__state *s)
 {
     const delaunay_host *host = &s->options.host;
     spr__patch *patch = (spr__patch *)delaunay_alloc(s->memory, SPR__PATCHES, sizeof *patch);
+    spr__around around = {NULL, 0};
     spr_result result = patch ? SPR_OK : SPR_ERROR_OUT_OF_MEMORY;
     delaunay_list list;
     int tried = 0, found = 0, num = 1, answer;
     memset(&list, 0, sizeof list);
     list.memory = s->memory;
     s->least = spr__worst_of(s, s->bad.items, s->bad.count);
-    if (result == SPR_OK && !spr__find_shakable(s)) result = SPR_ERROR_OUT_OF_MEMORY;
+    if (result == SPR_OK && !spr__find_shakable(s, &around)) result = SPR_ERROR_OUT_OF_MEMORY;
     while (result == SPR_OK && num > 0 && !spr__has_shaken_enough(s)) {
-        num = spr__patches_set(s, patch, &list, tried == 0 ? SPR__SHAKE_FEW : 0);
+        num = spr__patches_set(s, patch, &around, &list, tried == 0 ? SPR__SHAKE_FEW : 0);
         answer = num > 0 ? spr__patches_shake(s, patch, num) : num;
         if (answer < 0) result = (spr_result)answer;
         tried += num;
@@ -4008,6 +4058,7 @@ static spr_result spr__shake(spr__state *s)
             result = SPR_STOPPED_BY_BUDGET;
     }
     delaunay_list_free(&list);
+    delaunay_release(s->memory, around.num);
     delaunay_release(s->memory, patch);
     return result != SPR_OK || 4 * found > tried ? result : SPR_GOAL_NOT_MET;
 }
