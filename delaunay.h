@@ -351,6 +351,23 @@ DELAUNAY_API double delaunay_seconds(const delaunay_host *host);
 DELAUNAY_API int delaunay_threads(const delaunay_host *host);
 /* Those of them that so many short steps are worth; on a busy machine others wake late. */
 DELAUNAY_API int delaunay_threads_for(const delaunay_host *host, size_t steps);
+/* CPU seconds of the calling thread; 0 where there is no such clock. */
+DELAUNAY_API double delaunay_cpu_seconds(void);
+
+/* -- how many threads a loop is worth. Threads that share a loop wait for the last of them at its
+ * end, and where other programs use the processors that one may be away for milliseconds. A stage
+ * with many short loops asks a crew before each of them, and tells it the work done, the CPU seconds
+ * of all threads: a loop that took longer than that is followed by ones alone, for ten times the
+ * time lost. (Not where the host has a clock of its own.) Results must not depend on it. Zeroed but
+ * for the host before the first loop. */
+typedef struct delaunay_crew {
+    const delaunay_host *host;
+    double               begin, alone_until; /* by the host's clock */
+    int                  threads;
+} delaunay_crew;
+/* The threads for a loop that is worth sharing (nonzero) or not. */
+DELAUNAY_API int  delaunay_crew_begin(delaunay_crew *crew, int worthwhile);
+DELAUNAY_API void delaunay_crew_end(delaunay_crew *crew, double work);
 
 /* -- predicates. Points are three doubles. Signs are exact: -1, 0, 1. */
 
@@ -1059,6 +1076,34 @@ DELAUNAY_API int delaunay_threads(const delaunay_host *host)
 DELAUNAY_API int delaunay_threads_for(const delaunay_host *host, size_t steps)
 {
     return steps < 16384 ? 1 : delaunay_threads(host);
+}
+
+DELAUNAY_API double delaunay_cpu_seconds(void)
+{
+#  if defined(CLOCK_THREAD_CPUTIME_ID) && defined(__linux__)
+    struct timespec now;
+    if (clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now) == 0)
+        return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
+#  endif
+    return 0;
+}
+
+DELAUNAY_API int delaunay_crew_begin(delaunay_crew *crew, int worthwhile)
+{
+    crew->threads = worthwhile ? delaunay_threads(crew->host) : 1;
+    if (crew->threads == 1) return 1;
+    crew->begin = delaunay_seconds(crew->host);
+    if (crew->begin < crew->alone_until) crew->threads = 1;
+    return crew->threads;
+}
+
+DELAUNAY_API void delaunay_crew_end(delaunay_crew *crew, double work)
+{
+    double now, lost;
+    if (crew->threads == 1 || !(work > 0) || (crew->host && crew->host->clock)) return;
+    now = delaunay_seconds(crew->host);
+    lost = now - crew->begin - work;
+    if (lost > 0) crew->alone_until = now + 10 * lost;
 }
 
 DELAUNAY_API delaunay_result delaunay_list_push(delaunay_list *list, delaunay_handle item)
@@ -7212,7 +7257,7 @@ struct delaunay_engine {
     uint32_t         *version;  /* one a slot: round of the last write */
     size_t            cap_slots;
     uint32_t          round;
-    double            alone_until; /* this time the others are not asked */
+    delaunay_crew     crew;
 };
 
 /* -- filling a plan */
@@ -7328,6 +7373,7 @@ DELAUNAY_API delaunay_engine *delaunay_engine_new(delaunay_mesh *mesh, const del
     memset(e, 0, sizeof *e);
     e->mesh = mesh;
     if (host) e->host = *host;
+    e->crew.host = &e->host;
     e->gate.memory = &mesh->memory;
     e->num_threads = DELAUNAY__HAS_ATOMICS ? delaunay_threads(host) : 1;
     e->memories = (delaunay_memory *)delaunay_alloc(&mesh->memory, (size_t)e->num_threads,
@@ -7623,7 +7669,8 @@ static int64_t delaunay__plan_first(delaunay_engine *e, const delaunay_speculati
     double start = delaunay_seconds(&e->host), now = start;
     int64_t i;
     for (i = 0; i < n; i++) {
-        if (e->num_threads > 1 && now - start >= DELAUNAY__LEAST_ALONE && now >= e->alone_until)
+        if (e->num_threads > 1 && now - start >= DELAUNAY__LEAST_ALONE &&
+            now >= e->crew.alone_until)
             break;
         delaunay__plan_make(e, job, e->plans[i], 0);
         if (e->num_threads > 1) now = delaunay_seconds(&e->host);
@@ -7631,28 +7678,30 @@ static int64_t delaunay__plan_first(delaunay_engine *e, const delaunay_speculati
     return i;
 }
 
-/* The plans from first on, by all threads. On a machine that is busy with other things they wake
- * late: what is lost by that is kept below a tenth of the time. */
+/* The plans from first on, by all threads. */
 static void delaunay__plan_rest(delaunay_engine *e, const delaunay_speculation *job, int64_t first,
                                 int64_t n)
 {
-    double start = delaunay_seconds(&e->host), end, work = 0;
+    int threads = delaunay_crew_begin(&e->crew, e->num_threads > 1);
+    double work = 0;
     int64_t i;
-    DELAUNAY__OMP(omp parallel for schedule(dynamic, 1) num_threads(e->num_threads)               \
-                      reduction(+ : work))
-    for (i = first; i < n; i++) {
-        double begin = delaunay_seconds(&e->host);
-        delaunay__plan_make(e, job, e->plans[i], delaunay__thread_number());
-        work += delaunay_seconds(&e->host) - begin;
+    (void)threads;
+    DELAUNAY__OMP(omp parallel num_threads(threads) reduction(+ : work))
+    {
+        double begin = delaunay_cpu_seconds();
+        DELAUNAY__OMP(omp for schedule(dynamic, 1) nowait)
+        for (i = first; i < n; i++)
+            delaunay__plan_make(e, job, e->plans[i], delaunay__thread_number());
+        work += delaunay_cpu_seconds() - begin;
     }
-    end = delaunay_seconds(&e->host);
-    if (end - start > work) e->alone_until = end + 10 * (end - start - work);
+    delaunay_crew_end(&e->crew, work);
 }
 
 /* Threads for so many short steps. */
 static int delaunay__threads_to_share(const delaunay_engine *e, int64_t plans)
 {
-    int worth = plans >= DELAUNAY__ALONE_PLANS && delaunay_seconds(&e->host) >= e->alone_until;
+    int worth =
+        plans >= DELAUNAY__ALONE_PLANS && delaunay_seconds(&e->host) >= e->crew.alone_until;
     return worth ? e->num_threads : 1;
 }
 

@@ -8629,6 +8629,7 @@ typedef struct mesher__refiner {
     size_t           cap_slots;
     mesher__cavity  *cavities;   /* of the threads */
     mesher__harvest *harvests;
+    delaunay_crew    crew;       /* for the short loops of the sweeps */
     int              num_harvests;
     int              num_cavities;
     int cancelled; /* 1: by the host, 2: out of time; by the calling thread, read by all */
@@ -9265,26 +9266,37 @@ static int mesher__gather(mesher__refiner *r)
 {
     int threads = delaunay_threads(&r->options->host), count = threads > 1 ? 4 * threads : 1, i, n;
     size_t slots = r->mesh->num_tets, first;
+    double work;
     r->num_points = 0;
     if (!mesher__harvests(r, count)) return 0;
     for (first = 1; first < slots; first += (size_t)n * MESHER__SLOTS) {
         n = (slots - first + MESHER__SLOTS - 1) / MESHER__SLOTS < (size_t)count
                 ? (int)((slots - first + MESHER__SLOTS - 1) / MESHER__SLOTS) : count;
-        /* Shared: the mesh, of which each range writes its own marks; private: a harvest for each
-         * range. */
-        MESHER__OMP(omp parallel for schedule(dynamic, 1) num_threads(threads) if(n > 1))
-        for (i = 0; i < n; i++) {
-            size_t begin = first + (size_t)i * MESHER__SLOTS, end = begin + MESHER__SLOTS;
-            mesher__gather_some(r, r->harvests + i, (delaunay_handle)begin,
-                                (delaunay_handle)(end < slots ? end : slots));
+        threads = delaunay_crew_begin(&r->crew, n > 1);
+        work = 0;
+        /* Shared: the mesh, of which each range writes its own marks, and, when all are through,
+         * its own flags; private: a harvest for each range. */
+        MESHER__OMP(omp parallel num_threads(threads) private(i) reduction(+ : work))
+        {
+            double start = delaunay_cpu_seconds();
+            MESHER__OMP(omp for schedule(dynamic, 1) nowait)
+            for (i = 0; i < n; i++) {
+                size_t begin = first + (size_t)i * MESHER__SLOTS, end = begin + MESHER__SLOTS;
+                mesher__gather_some(r, r->harvests + i, (delaunay_handle)begin,
+                                    (delaunay_handle)(end < slots ? end : slots));
+            }
+            work += delaunay_cpu_seconds() - start;
+            MESHER__OMP(omp barrier)
+            start = delaunay_cpu_seconds();
+            MESHER__OMP(omp for schedule(static) nowait)
+            for (i = 0; i < n; i++) {
+                size_t begin = first + (size_t)i * MESHER__SLOTS, end = begin + MESHER__SLOTS;
+                mesher__note_answers(r->mesh, (delaunay_handle)begin,
+                                     (delaunay_handle)(end < slots ? end : slots));
+            }
+            work += delaunay_cpu_seconds() - start;
         }
-        /* Shared: the mesh, of which each range writes its own flags and marks. */
-        MESHER__OMP(omp parallel for schedule(static) num_threads(threads) if(n > 1))
-        for (i = 0; i < n; i++) {
-            size_t begin = first + (size_t)i * MESHER__SLOTS, end = begin + MESHER__SLOTS;
-            mesher__note_answers(r->mesh, (delaunay_handle)begin,
-                                 (delaunay_handle)(end < slots ? end : slots));
-        }
+        delaunay_crew_end(&r->crew, work);
         for (i = 0; i < n; i++) {
             const mesher__harvest *h = r->harvests + i;
             if (!mesher__room(r->memory, &r->points, &r->cap_points, r->num_points,
@@ -9540,29 +9552,47 @@ static void mesher__judge(const mesher__refiner *r, mesher__candidate *c)
     c->p.state = c->p.h <= c->room;
 }
 
-/* Places the candidates of a batch, several threads sharing them; returns how many are left to look
- * at. */
+/* Places a candidate, or judges one that is placed, or both. */
+static void mesher__judge_one(mesher__refiner *r, mesher__candidate *c, int place, int judge)
+{
+    if (place) {
+        c->p.state = mesher__beside(r, c, r->points[c->parent].h, r->points[c->parent].home);
+        if (!c->p.state) return;
+        if (judge) c->p.h = mesher__clamp_size(r->options, c->p.h);
+    }
+    if (judge) mesher__judge(r, c);
+}
+
+/* The same for n candidates, shared by the threads. */
+static void mesher__judge_some(mesher__refiner *r, mesher__candidate *all, size_t count, int place,
+                               int judge)
+{
+    int threads = delaunay_crew_begin(&r->crew, count >= 1024), i, n = (int)count;
+    double work = 0;
+    (void)threads;
+    MESHER__OMP(omp parallel num_threads(threads) if(threads > 1) reduction(+ : work))
+    {
+        double start = delaunay_cpu_seconds();
+        MESHER__OMP(omp for schedule(dynamic, 64) nowait)
+        for (i = 0; i < n; i++) mesher__judge_one(r, all + i, place, judge);
+        work += delaunay_cpu_seconds() - start;
+    }
+    delaunay_crew_end(&r->crew, work);
+}
+
+/* Places the candidates of a batch; returns how many are left to look at. */
 static size_t mesher__judge_all(mesher__refiner *r, mesher__candidate *all, size_t count)
 {
-    int threads = count < 1024 ? 1 : delaunay_threads(&r->options->host), i, n = (int)count;
-    int wishes = mesher__has_wishes(r->options);
     size_t k, placed = 0;
-    (void)threads;
-    MESHER__OMP(omp parallel for schedule(dynamic, 64) num_threads(threads) if(threads > 1))
-    for (i = 0; i < n; i++) {
-        mesher__candidate *c = all + i;
-        c->p.state = mesher__beside(r, c, r->points[c->parent].h, r->points[c->parent].home);
-        if (wishes || !c->p.state) continue;
-        c->p.h = mesher__clamp_size(r->options, c->p.h);
-        mesher__judge(r, c);
+    if (!mesher__has_wishes(r->options)) {
+        mesher__judge_some(r, all, count, 1, 1);
+        return count;
     }
-    if (!wishes) return count;
+    mesher__judge_some(r, all, count, 1, 0);
     for (k = 0; k < count; k++)
         if (all[k].p.state) all[placed++] = all[k];
     mesher__wish_at_points(r, &all[0].p, sizeof *all, placed);
-    n = (int)placed;
-    MESHER__OMP(omp parallel for schedule(dynamic, 64) num_threads(threads) if(threads > 1))
-    for (i = 0; i < n; i++) mesher__judge(r, all + i);
+    mesher__judge_some(r, all, placed, 0, 1);
     return placed;
 }
 
@@ -11180,6 +11210,7 @@ static mesher_result mesher__refiner_init(mesher__refiner *r, mesher_domain *dom
     r->mesh = mesh;
     r->memory = r->cavity.memory = &mesh->memory;
     r->options = &domain->options;
+    r->crew.host = &r->options->host;
 #ifdef MESHER__SIMD
     r->cavity.simd = __builtin_cpu_supports("avx2");
 #endif

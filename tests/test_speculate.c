@@ -423,9 +423,44 @@ static void a_delaunay_mesh_stays_valid(void)
     free(xyz);
 }
 
+/* A loop that took longer than the work in it is followed by ones alone. */
+static void a_crew_stays_away_when_it_does_not_help(void)
+{
+    delaunay_host host;
+    delaunay_crew crew;
+    double start;
+    memset(&host, 0, sizeof host);
+    memset(&crew, 0, sizeof crew);
+    host.num_threads = 3;
+    crew.host = &host;
+    CHECK(delaunay_crew_begin(&crew, 0) == 1);
+    delaunay_crew_end(&crew, 1e-9);
+    CHECK(crew.alone_until == 0);
+    CHECK(delaunay_crew_begin(&crew, 1) == delaunay_threads(&host));
+    start = delaunay_seconds(&host);
+    while (delaunay_seconds(&host) - start < 1e-3) {}
+    delaunay_crew_end(&crew, 1e9);
+    CHECK(crew.alone_until == 0);
+    delaunay_crew_end(&crew, 0); /* no such clock */
+    CHECK(crew.alone_until == 0);
+    delaunay_crew_end(&crew, 1e-9);
+    CHECK(crew.alone_until > start || delaunay_threads(&host) == 1);
+    crew.alone_until = start + 1e6;
+    CHECK(delaunay_crew_begin(&crew, 1) == 1);
+    delaunay_crew_end(&crew, 1e-9);
+    host.clock = check_hasty_clock;
+    crew.alone_until = 0;
+    CHECK(delaunay_crew_begin(&crew, 1) == delaunay_threads(&host));
+    delaunay_crew_end(&crew, 1e-9);
+    CHECK(crew.alone_until == 0);
+    start = delaunay_cpu_seconds();
+    CHECK(start >= 0 && delaunay_cpu_seconds() >= start);
+}
+
 int main(void)
 {
     threads_do_not_matter();
+    a_crew_stays_away_when_it_does_not_help();
     a_delaunay_mesh_stays_valid();
     stale_plans_are_made_again();
     failures_leave_a_valid_mesh();
