@@ -5981,7 +5981,7 @@ static int mesher__facet_points(mesher__recovery *r)
     return any;
 }
 
-/* Takes one of our vertices out again, if its star can do without. */
+/* Takes one of our vertices out again, if no constraint holds it and its star can do without. */
 static int mesher__remove_point(mesher__recovery *r, uint32_t v, uint32_t max_points,
                                 uint32_t max_nodes)
 {
@@ -5994,6 +5994,8 @@ static int mesher__remove_point(mesher__recovery *r, uint32_t v, uint32_t max_po
         return 0;
     for (local = 0; w->vertices[local] != v; local++) {}
     if (!(w->interior >> local & 1)) return 0;
+    for (i = 0; i < w->num_kept_edges; i++) /* a search from its facets on would find v again */
+        if (w->kept_edges[i][0] == local || w->kept_edges[i][1] == local) return 0;
     w->dropped = 1u << local;
     memset(s, 0, offsetof(delaunay_search, tets));
     s->objective = DELAUNAY_ANY;

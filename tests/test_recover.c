@@ -301,6 +301,36 @@ static void needles_in_planes_need_one_attempt(void)
     shape_free(&s);
 }
 
+/* A search of a vertex's star that leaves it out, but begins at facets that it holds, would find
+ * it again. */
+static void vertices_of_constraints_are_not_removed(void)
+{
+    shape s = {0};
+    mesher_domain domain;
+    mesher_report report;
+    mesher__recovery *r;
+    uint32_t v, i, tried = 0;
+    random_box(&s, 3, 3, 2, 0.5);
+    CHECK(recover(&domain, &s, &report) == MESHER_OK);
+    r = mesher__recovery_new(&domain, &report);
+    CHECK(r != NULL);
+    if (r) {
+        mesher__do_both(r, mesher__build_edge_rows, mesher__build_facet_rows);
+        mesher__detect(r);
+        for (i = 0; i < s.num_vertices; i++) {
+            v = domain.mesh.vertex_of[i];
+            if (!domain.mesh.vertex_tet[v]) continue;
+            tried++;
+            CHECK(!mesher__remove_point(r, v, DELAUNAY_WINDOW_VERTICES, 20000));
+            CHECK(domain.mesh.vertex_tet[v] != 0);
+        }
+        mesher__recovery_free(r);
+    }
+    CHECK(tried > 20);
+    mesher_domain_free(&domain);
+    shape_free(&s);
+}
+
 static void interlocked_tori_and_near_spheres(void)
 {
     shape s = {0};
@@ -515,6 +545,7 @@ int main(int argc, char **argv)
         edges_that_came_beside_their_points_are_marked();
         turned_needles_need_one_attempt();
         needles_in_planes_need_one_attempt();
+        vertices_of_constraints_are_not_removed();
         interlocked_tori_and_near_spheres();
         sheets_and_dangling_edges();
         isolated_points_on_the_surface_stay_out();
