@@ -6839,7 +6839,7 @@ static void delaunay__tables_stamp(delaunay__search_tables *s)
 }
 
 /* The boundary and both sides of kept facets: a triangle of the front sees the inside. Returns what
- * kept facets cost. */
+ * kept facets cost; UINT32_MAX for a boundary that has a triangle twice, which nothing closes. */
 static uint32_t delaunay__tables_front(delaunay__search_tables *s)
 {
     const delaunay_window *w = s->window;
@@ -6848,7 +6848,9 @@ static uint32_t delaunay__tables_front(delaunay__search_tables *s)
     memset(s->pair_used, 0, s->choose2[w->num_vertices] * sizeof *s->pair_used);
     for (i = 0; i < w->num_facets; i++) {
         const uint8_t *f = w->facets[i];
-        delaunay__front_add(s, delaunay__oriented(s, f[0], f[2], f[1]));
+        id = delaunay__oriented(s, f[0], f[2], f[1]);
+        if (s->place[id]) return UINT32_MAX;
+        delaunay__front_add(s, id);
         for (k = 0; k < 3; k++) {
             s->boundary_pairs[f[k]] |= 1u << f[(k + 1) % 3];
             s->boundary_pairs[f[(k + 1) % 3]] |= 1u << f[k];

@@ -557,6 +557,32 @@ static void schoenhardt_has_none_without_a_point(void)
     delaunay_mesh_free(&m);
 }
 
+/* A boundary that has a triangle twice bounds nothing; the worker is good for the next search. */
+static void boundaries_with_a_triangle_twice_have_none(void)
+{
+    static const double xyz[12] = {0, 0, 0, 2, 0, 0, 0, 2, 0, 0, 0, 2};
+    delaunay_mesh m;
+    static delaunay_window w;
+    static delaunay_search s;
+    delaunay_worker *worker = by_hand(&m, &w, xyz, 4);
+    int twice;
+    for (twice = 3; twice-- > 0;) {
+        w.num_vertices = 4;
+        w.num_facets = 0;
+        facet(&w, 0, 2, 1);
+        facet(&w, 0, 1, 3);
+        facet(&w, 1, 2, 3);
+        facet(&w, 0, 3, 2);
+        if (twice == 2) facet(&w, 3, 0, 1);
+        if (twice == 1) facet(&w, 3, 2, 0), facet(&w, 2, 1, 0);
+        search_init(&s, DELAUNAY_ANY, 0);
+        CHECK(delaunay_reconnect(&m, worker, &w, &s) == (twice == 0));
+        CHECK(s.num_tets == (twice == 0));
+    }
+    delaunay_worker_free(worker);
+    delaunay_mesh_free(&m);
+}
+
 static void octahedron_takes_the_best_diagonal(void)
 {
     static const double xyz[18] = {-20, 0, 0, 20, 0, 0, 0, -16, 0, 0, 16, 0, 0, 0, -12, 0, 0, 12};
@@ -688,6 +714,7 @@ int main(void)
     agrees_with_enumeration();
     improved_windows_commit();
     schoenhardt_has_none_without_a_point();
+    boundaries_with_a_triangle_twice_have_none();
     octahedron_takes_the_best_diagonal();
     cubes_have_five_or_six();
     tables_are_reused_safely();
