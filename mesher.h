@@ -7064,7 +7064,6 @@ static mesher_result mesher__recover_once(mesher_domain *domain, mesher_report *
         if (mesher__remove_points(r)) mesher__relax_points(r);
     }
     mesher__tell(r, "points removed, now", (int)(r->added - r->removed));
-    if (r->status == MESHER_OK) mesher__pack_points(r);
     result = r->status;
     if (result == MESHER_OK && r->defects) {
         result = MESHER_ERROR_SURFACE;
@@ -7086,6 +7085,8 @@ static mesher_result mesher__recover_once(mesher_domain *domain, mesher_report *
             result = mesher__report_splits(r);
         }
     }
+    if (r->status == MESHER_OK) mesher__pack_points(r); /* what is reported has the old numbers */
+    if (r->status != MESHER_OK) result = r->status;
     if (report) report->interior_steiner = r->added - r->removed;
     mesher__recovery_free(r);
     return result;
