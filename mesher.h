@@ -2348,8 +2348,11 @@ typedef struct mesher__copy {
 typedef struct mesher__obstacle {
     uint32_t cell, v[3];
     int      k;
-    uint8_t  order[3]; /* of the edges v[i] v[i + 1] of a face: nearest to the missing edge first */
+    /* of the edges v[i] v[i + 1] of a face: nearest to the missing edge first; the first one is
+     * MESHER__UNORDERED until it is asked for */
+    uint8_t order[3];
 } mesher__obstacle;
+#  define MESHER__UNORDERED 3
 
 typedef struct mesher__way {
     mesher__obstacle at[MESHER__WAY];
@@ -2420,16 +2423,10 @@ typedef struct mesher__recovery {
     uint32_t *wanted, num_wanted;         /* a list of missing edges or facets */
     uint64_t *order;
     /* work on one of them */
-    mesher__pipe    pipe;
     mesher__set     seen, seen_edges, known, known_near, failed;
     delaunay_list   queue, star, star2, pool;
-    mesher__window  windows[MESHER__MAX_WINDOWS];
-    uint64_t        window_order[MESHER__MAX_WINDOWS];
     uint32_t        num_windows;
-    delaunay_window window;
-    delaunay_search search;
     mesher__flips  *flips;
-    mesher__plane   plane;
     delaunay_list   came;             /* edges that a commit brings */
     uint32_t shell[DELAUNAY_WINDOW_FACETS][3]; /* a polyhedron's facets, outward, mesh vertices */
     delaunay_handle
@@ -2443,12 +2440,10 @@ typedef struct mesher__recovery {
     uint32_t *journal; /* of the running transaction: old, new vertices, their numbers */
     size_t          num_journal, cap_journal;
     int             in_transaction;
-    uint32_t        near_edges[MESHER__NEAR];
     struct {
         double    step;
         uint32_t  num_buckets, *rows, *edges;
     } grid;                             /* over the missing edges of the list */
-    double          lp[5][720][5];      /* of the linear program, a level each */
     uint64_t        random;
     int             attempt, first;    /* first: one of the attempts by flips first */
     uint64_t        nodes, searches, ticks;
@@ -2461,6 +2456,15 @@ typedef struct mesher__recovery {
     uint32_t        added, removed;
     int             absent;             /* isolated vertices found on the surface: start again */
     int             defects;
+    /* Work space, not zeroed. */
+    mesher__pipe    pipe;
+    mesher__window  windows[MESHER__MAX_WINDOWS];
+    uint64_t        window_order[MESHER__MAX_WINDOWS];
+    delaunay_window window;
+    delaunay_search search;
+    mesher__plane   plane;
+    uint32_t        near_edges[MESHER__NEAR];
+    double          lp[5][720][5];      /* of the linear program, a level each */
 } mesher__recovery;
 
 /* -- sets */
@@ -4353,6 +4357,7 @@ static int mesher__way_add(mesher__flips *f, mesher__way *way, uint32_t cell, in
     o->v[0] = x;
     o->v[1] = y;
     o->v[2] = z;
+    o->order[0] = MESHER__UNORDERED;
     return 1;
 }
 
@@ -4516,7 +4521,7 @@ static int mesher__flip_obstacle(mesher__flips *f, mesher__obstacle *o, int i, i
     if (o->k < 0 && i > 0) return 0;
     if (o->k >= 0 && i == 0) return mesher__flip_face(f, o->cell, (uint32_t)o->k);
     if (o->k >= 0) {
-        if (i == 1) mesher__nearest_first(f, o);
+        if (o->order[0] == MESHER__UNORDERED) mesher__nearest_first(f, o);
         e = o->order[i - 1];
     }
     return mesher__first_try(f, o->v[e], o->v[(e + 1) % 3]) &&
@@ -6174,6 +6179,44 @@ static uint32_t mesher__facet_root(const mesher__recovery *r, uint32_t f)
     return f < r->domain->num_facets ? f : r->facet_origin[f - r->domain->num_facets];
 }
 
+/* An array of count elements gets so many more, zeroed. */
+static void *mesher__widen(mesher__recovery *r, void *old, size_t count, size_t more, size_t size)
+{
+    char *block = (char *)delaunay_grow(r->memory, old, count, count + more, size);
+    if (!block) r->status = MESHER_ERROR_OUT_OF_MEMORY;
+    else memset(block + count * size, 0, more * size);
+    return block ? block : old;
+}
+
+/* Arrays for pieces, which few surfaces need. 0: no memory. */
+static int mesher__pieces_room(mesher__recovery *r)
+{
+    const size_t edges = r->num_edges, facets = r->num_facets, more = MESHER__PIECES;
+    const size_t both = edges + facets, rows = r->cap_at;
+    if (r->splits) return 1;
+    r->edges = (uint32_t *)mesher__widen(r, r->edges, 2 * edges, 2 * more, sizeof *r->edges);
+    r->facets = (uint32_t *)mesher__widen(r, r->facets, 3 * facets, 3 * more, sizeof *r->facets);
+    r->edge_present = (uint8_t *)mesher__widen(r, r->edge_present, edges, more, 1);
+    r->facet_present = (uint8_t *)mesher__widen(r, r->facet_present, facets, more, 1);
+    r->edge_retired = (uint8_t *)mesher__widen(r, r->edge_retired, edges, more, 1);
+    r->facet_retired = (uint8_t *)mesher__widen(r, r->facet_retired, facets, more, 1);
+    r->hopeless = (uint8_t *)mesher__widen(r, r->hopeless, edges, more, 1);
+    r->missing_edges_at =
+        (uint32_t *)mesher__widen(r, r->missing_edges_at, rows, more, sizeof(uint32_t));
+    r->missing_facets_at =
+        (uint32_t *)mesher__widen(r, r->missing_facets_at, rows, more, sizeof(uint32_t));
+    r->wanted = (uint32_t *)mesher__widen(r, r->wanted, both, 2 * more, sizeof *r->wanted);
+    r->order = (uint64_t *)mesher__widen(r, r->order, both, 2 * more, sizeof *r->order);
+    r->edge_origin = (uint32_t *)mesher__zeros(r, more, sizeof(uint32_t));
+    r->facet_origin = (uint32_t *)mesher__zeros(r, more, sizeof(uint32_t));
+    r->edge_slots = (uint32_t *)mesher__zeros(r, 2 * more, sizeof(uint32_t));
+    r->facet_slots = (uint32_t *)mesher__zeros(r, 2 * more, sizeof(uint32_t));
+    r->splits = (mesher__split *)mesher__zeros(r, more / 4, sizeof(mesher__split));
+    if (r->status != MESHER_OK) return 0;
+    r->cap_at += MESHER__PIECES;
+    return 1;
+}
+
 /* Is there room for one more split? */
 static int mesher__split_room(const mesher__recovery *r)
 {
@@ -6353,6 +6396,7 @@ static void mesher__split_all(mesher__recovery *r)
     mesher__course course = {0, 0, 0, 0, 0};
     int round, relaxed = 0;
     uint32_t i, most = 4 * r->num_missing_edges + 64; /* pieces of pieces have no end */
+    if (!mesher__pieces_room(r)) return;
     for (round = 0; round < 40 && !mesher__stopped(r); round++) {
         int changed = 0;
         if (mesher__ends(r) || (!r->num_missing_edges && !r->num_missing_facets)) return;
@@ -6889,9 +6933,8 @@ static mesher__recovery *mesher__recovery_new(mesher_domain *domain, mesher_repo
     delaunay_memory *memory = &domain->memory;
     mesher__recovery *r = (mesher__recovery *)delaunay_alloc(memory, 1, sizeof *r);
     size_t edges = domain->num_edges, facets = domain->num_facets, rows = domain->mesh.num_vertices;
-    size_t most = edges + facets + 2 * MESHER__PIECES;
     if (!r) return NULL;
-    memset(r, 0, sizeof *r);
+    memset(r, 0, offsetof(mesher__recovery, pipe));
     r->domain = domain;
     r->mesh = &domain->mesh;
     r->report = report;
@@ -6906,33 +6949,29 @@ static mesher__recovery *mesher__recovery_new(mesher_domain *domain, mesher_repo
     mesher__set_clear(&r->failed);
     r->num_edges = domain->num_edges;
     r->num_facets = domain->num_facets;
-    r->cap_at = r->num_rows + MESHER__PIECES;
-    r->edges = mesher__numbers(r, 2 * edges, 2 * MESHER__PIECES);
+    r->cap_at = r->num_rows;
+    r->edges = mesher__numbers(r, 2 * edges, 0);
     r->edge_row = (uint32_t *)mesher__zeros(r, rows + 1, sizeof(uint32_t));
     r->edge_other = mesher__numbers(r, edges, MESHER__ROW_BLOCK);
     r->edge_index = mesher__numbers(r, edges, 1);
-    r->facets = mesher__numbers(r, 3 * facets, 3 * MESHER__PIECES);
+    r->facets = mesher__numbers(r, 3 * facets, 0);
     r->facet_row = (uint32_t *)mesher__zeros(r, rows + 1, sizeof(uint32_t));
     r->facet_index = mesher__numbers(r, facets, 1);
     r->facet_second = mesher__numbers(r, facets, MESHER__ROW_BLOCK);
     r->facet_third = mesher__numbers(r, facets, MESHER__ROW_BLOCK);
     r->edge_seen = (uint8_t *)mesher__zeros(r, edges + 1, 1);
     r->facet_seen = (uint8_t *)mesher__zeros(r, facets, 1);
-    r->edge_present = (uint8_t *)mesher__zeros(r, edges + MESHER__PIECES, 1);
-    r->facet_present = (uint8_t *)mesher__zeros(r, facets + MESHER__PIECES, 1);
-    r->edge_retired = (uint8_t *)mesher__zeros(r, edges + MESHER__PIECES, 1);
-    r->facet_retired = (uint8_t *)mesher__zeros(r, facets + MESHER__PIECES, 1);
-    r->hopeless = (uint8_t *)mesher__zeros(r, edges + MESHER__PIECES, 1);
-    r->missing_edges_at = (uint32_t *)mesher__zeros(r, rows + MESHER__PIECES, sizeof(uint32_t));
-    r->missing_facets_at = (uint32_t *)mesher__zeros(r, rows + MESHER__PIECES, sizeof(uint32_t));
-    r->edge_origin = (uint32_t *)mesher__zeros(r, MESHER__PIECES, sizeof(uint32_t));
-    r->facet_origin = (uint32_t *)mesher__zeros(r, MESHER__PIECES, sizeof(uint32_t));
-    r->edge_slots = (uint32_t *)mesher__zeros(r, 2 * MESHER__PIECES, sizeof(uint32_t));
-    r->facet_slots = (uint32_t *)mesher__zeros(r, 2 * MESHER__PIECES, sizeof(uint32_t));
-    r->splits = (mesher__split *)mesher__zeros(r, MESHER__PIECES / 4, sizeof(mesher__split));
-    r->wanted = mesher__numbers(r, most, 1);
-    r->order = (uint64_t *)mesher__block(r, most, sizeof *r->order);
-    r->flips = (mesher__flips *)mesher__zeros(r, 1, sizeof *r->flips);
+    r->edge_present = (uint8_t *)mesher__zeros(r, edges, 1);
+    r->facet_present = (uint8_t *)mesher__zeros(r, facets, 1);
+    r->edge_retired = (uint8_t *)mesher__zeros(r, edges, 1);
+    r->facet_retired = (uint8_t *)mesher__zeros(r, facets, 1);
+    r->hopeless = (uint8_t *)mesher__zeros(r, edges, 1);
+    r->missing_edges_at = (uint32_t *)mesher__zeros(r, rows, sizeof(uint32_t));
+    r->missing_facets_at = (uint32_t *)mesher__zeros(r, rows, sizeof(uint32_t));
+    r->wanted = mesher__numbers(r, edges + facets, 1);
+    r->order = (uint64_t *)mesher__block(r, edges + facets, sizeof *r->order);
+    r->flips = (mesher__flips *)mesher__block(r, 1, sizeof *r->flips);
+    if (r->flips) r->flips->epoch = UINT32_MAX; /* its tables are emptied at the first use */
     r->worker = delaunay_worker_new(memory);
     if (r->status != MESHER_OK || !r->worker) {
         mesher__recovery_free(r);
