@@ -689,6 +689,7 @@ enum {
     SPR__AHEAD = 4,       /* how early what is looked at next but so many is fetched */
     SPR__MAX_STAR = 200,  /* tetrahedra of a star, facets of a cone */
     SPR__MAX_RING = 10,   /* tetrahedra around an edge that is removed */
+    SPR__WIDE_RING = 32,  /* around one that gets a new vertex, where nothing else helps */
     SPR__MAX_ACTIVE = 12, /* gradients of the worst facets that smoothing looks at */
     SPR__MAX_CAVITY = 60  /* tetrahedra that a new vertex replaces */
 };
@@ -1977,17 +1978,17 @@ static uint64_t spr__relax_block(const spr__state *s, const spr__sweep *w, size_
  */
 typedef struct spr__ring {
     int             n;
-    uint32_t        a, b, v[SPR__MAX_RING];  /* (a, b, v[k], v[k+1]) is positive */
-    delaunay_handle t[SPR__MAX_RING];
+    uint32_t        a, b, v[SPR__WIDE_RING]; /* (a, b, v[k], v[k+1]) is positive */
+    delaunay_handle t[SPR__WIDE_RING];
     uint8_t apex[SPR__MAX_RING]
                 [SPR__MAX_RING]; /* of the triangle on chord (i,j), in the best of polygon i..j */
     double          before, after;
     spr__burden     was; /* of the tetrahedra that are there */
 } spr__ring;
 
-/* Turns around edge e of t. Returns 0 if it is constrained, or meets a wall, or has too many
- * tetrahedra. */
-static int spr__ring_set(const spr__state *s, spr__ring *r, delaunay_handle t, int e)
+/* Turns around edge e of t. Returns 0 if it is constrained, or meets a wall, or has more than so
+ * many tetrahedra. */
+static int spr__ring_set(const spr__state *s, spr__ring *r, delaunay_handle t, int e, int most)
 {
     const delaunay_mesh *m = s->mesh;
     int i = delaunay_edge_order(e)[0], j = delaunay_edge_order(e)[1];
@@ -2004,7 +2005,7 @@ static int spr__ring_set(const spr__state *s, spr__ring *r, delaunay_handle t, i
     r->before = HUGE_VAL;
     r->was.num = 0;
     r->was.weight = 0;
-    for (r->n = 0; r->n < SPR__MAX_RING; r->n++) {
+    for (r->n = 0; r->n < most; r->n++) {
         const delaunay_tet *x = &m->tets[t];
         uint32_t next = x->v[l];
         r->t[r->n] = t;
@@ -2116,7 +2117,7 @@ static int spr__plan_edges(const spr__state *s, delaunay_handle t, delaunay_plan
     for (e = 0; e < 6; e++) {
         const uint8_t *o = delaunay_edge_order(e);
         if (s->stamp[v[o[0]]] < s->at[t].kept || s->stamp[v[o[1]]] < s->at[t].kept) continue;
-        if (!spr__ring_set(s, &ring, t, e) || !spr__ring_solve(s, &ring) ||
+        if (!spr__ring_set(s, &ring, t, e, SPR__MAX_RING) || !spr__ring_solve(s, &ring) ||
             ring.after <= best.after)
             continue;
         n = spr__ring_tets(&ring, 0, ring.n - 1, tets);
@@ -2232,7 +2233,7 @@ static int spr__exchange_edge(const spr__state *s, delaunay_handle t, int e, spr
     spr__ring r;
     double sum = 0;
     int i;
-    if (!spr__ring_set(s, &r, t, e) || !spr__ring_solve_mean(s, &r)) return 0;
+    if (!spr__ring_set(s, &r, t, e, SPR__MAX_RING) || !spr__ring_solve_mean(s, &r)) return 0;
     for (i = 0; i < r.n; i++) sum += s->value[r.t[i]] - s->mean;
     if (!(r.after - sum > SPR__MEAN_GAIN)) return 0;
     x->num_old = r.n;
@@ -2918,7 +2919,8 @@ static int spr__pit_set(const spr__state *s, spr__pit *c, delaunay_handle t, int
                               spr__point(m, v[delaunay_edge_order(k - 1)[1]])[i]) /
                                  2;
     if (k == 0) return spr__pit_add(s, c, t);
-    if (!spr__ring_set(s, &ring, t, k - 1)) return 0;
+    if (!spr__ring_set(s, &ring, t, k - 1, s->is_lifting ? SPR__WIDE_RING : SPR__MAX_RING))
+        return 0;
     for (i = 0; i < ring.n; i++)
         if (!spr__pit_add(s, c, ring.t[i])) return 0;
     return 1;
