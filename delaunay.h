@@ -356,10 +356,10 @@ DELAUNAY_API double delaunay_cpu_seconds(void);
 
 /* -- how many threads a loop is worth. Threads that share a loop wait for the last of them at its
  * end, and where other programs use the processors that one may be away for milliseconds. A stage
- * with many short loops asks a crew before each of them, and tells it the work done, the CPU seconds
- * of all threads: a loop that took longer than that is followed by ones alone, for ten times the
- * time lost. (Not where the host has a clock of its own.) Results must not depend on it. Zeroed but
- * for the host before the first loop. */
+ * with many short loops asks a crew before each of them, and tells it the work that was done, in
+ * CPU seconds of all threads: a loop that took longer than that is followed by ones alone, for ten
+ * times the time lost. (Not where the host has a clock of its own.) Results must not depend on it.
+ * Zeroed but for the host before the first loop. */
 typedef struct delaunay_crew {
     const delaunay_host *host;
     double               begin, alone_until; /* by the host's clock */
