@@ -139,7 +139,7 @@ typedef struct mesher_size_grid {
 typedef struct mesher_options {
     delaunay_host  host;
     mesher_regions regions;
-    int    no_refine;             /* the surface recovered, and nothing else */
+    int    no_refine;             /* the surface recovered, with few points, and nothing else */
     /* at the very last, points on edges and facets of the surface; counted, listed */
     int    allow_surface_steiner;
     int    no_intersection_test;  /* mesher_check: only the cheap checks */
@@ -2331,6 +2331,9 @@ enum {
     MESHER__FLIP_LOG = 8192,
     MESHER__VIEWS = 128,       /* a power of two */
     MESHER__FLIP_DEPTH = 16,
+    MESHER__THIN_STAR = 200,    /* tetrahedra around a point that is to go, at most, ... */
+    MESHER__THIN_BUDGET = 1000, /* ... edges there that may be tried, ... */
+    MESHER__THIN_DEPTH = 3,     /* ... and that wait for each other */
     MESHER__FLIP_PASSES = 16,
     MESHER__FLIP_YIELD = 32    /* one in so many missing edges has to come in by a pass */
 };
@@ -6074,17 +6077,47 @@ static int mesher__collapse_point(mesher__recovery *r, uint32_t v)
     return 0;
 }
 
-/* Takes out what points of ours can go; 1 if one could. */
+/* Removes edges at a vertex of ours by flips, so that less is around it. 1: some went. */
+static int mesher__thin_star(mesher__recovery *r, uint32_t v)
+{
+    mesher__flips *f = r->flips;
+    uint32_t cell, last, k;
+    size_t i;
+    mesher__note_failure(r, delaunay_vertex_star(r->mesh, r->worker, v, &r->star));
+    if (r->status != MESHER_OK || r->star.count == 0 || r->star.count > MESHER__THIN_STAR) return 0;
+    mesher__flips_clear(f, r->mesh, v, v); /* nothing is in the way of an edge from v to v */
+    f->budget = MESHER__THIN_BUDGET;
+    f->work = 0;
+    for (i = 0; i < r->star.count; i++) mesher__cell_of(f, r->star.items[i]);
+    last = f->num_cells;
+    for (cell = 1; cell < last && !f->full; cell++)
+        for (k = 0; k < 4 && !f->cells[cell].gone; k++) {
+            uint32_t w = f->cells[cell].v[k];
+            if (w != v) mesher__remove_edge(f, cell, v, w, 0, 0, MESHER__THIN_DEPTH);
+        }
+    r->work += f->work;
+    return f->num_log > 0 && mesher__commit_flips(r);
+}
+
+static int mesher__point_goes(mesher__recovery *r, uint32_t v, uint32_t max_points,
+                              uint32_t max_nodes)
+{
+    return mesher__collapse_point(r, v) || mesher__remove_point(r, v, max_points, max_nodes);
+}
+
+/* Takes out what points of ours can go; 1 if one could. Where nothing else will be in the mesh they
+ * are worth more effort than where refinement adds points anyway. */
 static int mesher__remove_points(mesher__recovery *r)
 {
     uint32_t start = r->removed;
-    int pass;
-    for (pass = 0; pass < 4; pass++) {
+    int few = r->domain->options.no_refine, pass;
+    for (pass = 0; pass < (few ? 12 : 4); pass++) {
         uint32_t before = r->removed, v;
         for (v = r->mesh->num_vertices; v-- > r->num_rows && !mesher__stopped(r);)
             if (r->mesh->vertex_tet[v] && !(v < r->cap_at && r->missing_edges_at[v]) &&
-                !mesher__collapse_point(r, v))
-                mesher__remove_point(r, v, pass < 2 ? 16 : 24, pass < 2 ? 3000 : 20000);
+                !mesher__point_goes(r, v, pass < 2 ? 16 : 24, pass < 2 ? 3000 : 20000) && few &&
+                pass > 0 && mesher__thin_star(r, v))
+                mesher__point_goes(r, v, 16, 3000);
         if (r->removed == before && pass > 0) break;
     }
     return r->removed > start;
