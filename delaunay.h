@@ -7375,9 +7375,10 @@ DELAUNAY_API delaunay_engine *delaunay_engine_new(delaunay_mesh *mesh, const del
     memset(e, 0, sizeof *e);
     e->mesh = mesh;
     if (host) e->host = *host;
-    e->crew.host = &e->host;
     e->gate.memory = &mesh->memory;
     e->num_threads = DELAUNAY__HAS_ATOMICS ? delaunay_threads(host) : 1;
+    e->host.num_threads = e->num_threads; /* the workers: OpenMP may allow others more later */
+    e->crew.host = &e->host;
     e->memories = (delaunay_memory *)delaunay_alloc(&mesh->memory, (size_t)e->num_threads,
                                                     sizeof *e->memories);
     e->workers = (delaunay_worker **)delaunay_alloc(&mesh->memory, (size_t)e->num_threads,

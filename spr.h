@@ -2450,9 +2450,9 @@ enum { SPR__TIDY_POINTS = 16 }; /* of a cavity in which fewer bad ones are searc
 /* Answers of a search. */
 enum {
     SPR__FOUND = 1,
-    SPR__NOT_NOW = 0,   /* what there is does not gain, as much as is asked for now */
-    SPR__NEVER = -1,    /* there is nothing */
-    SPR__NOT_SO = -2    /* nothing within so many nodes, in this order */
+    SPR__NO_GAIN = 0, /* the best there is gains less than these surroundings ask for */
+    SPR__NEVER = -1,  /* there is nothing */
+    SPR__NOT_SO = -2  /* nothing within so many nodes, in this order */
 };
 
 /* The best triangulation of a set of tetrahedra, if it gains. drop: an inner vertex to leave out,
@@ -2487,7 +2487,7 @@ static int spr__reconnect(const spr__state *s, delaunay_worker *worker, const de
     for (i = 0; i < search->num_tets; i++) spr__burden_add(s, &is, value[i]);
     return spr__is_gain(s, before, search->value, spr__burden_of(s, t, (size_t)n), is)
                ? SPR__FOUND
-               : SPR__NOT_NOW;
+               : SPR__NO_GAIN;
 }
 
 /* Sizes at which a growing cavity is searched, and nodes of the search; level by level. */
@@ -2563,7 +2563,7 @@ static int spr__plan_grow(const spr__state *s, delaunay_worker *worker, delaunay
         answer = spr__reconnect(s, worker, c.t, c.num_tets, 0, c.before, effort.nodes, &window,
                                 &search);
         if (answer == SPR__FOUND) return delaunay_plan_window(plan, &window, &search);
-        if (answer != SPR__NOT_NOW)
+        if (answer != SPR__NO_GAIN)
             plan->data[SPR__VAIN + vain++ % SPR__MAX_VAIN] =
                 answer == SPR__NEVER ? key.set : key.way;
     }

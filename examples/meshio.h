@@ -3581,34 +3581,24 @@ typedef struct meshio__kind {
 
 static void meshio__kinds(const meshio_mesh *m, meshio__kind kinds[3])
 {
+    static const int numbers[2][3][3] = {{{2, 1, 3}, {3, 2, 5}, {4, 4, 10}},
+                                         {{3, 8, 21}, {6, 9, 22}, {10, 11, 24}}};
+    int k;
     kinds[0].v = m->edges;
     kinds[0].tags = m->edge_tags;
     kinds[0].num = m->num_edges;
-    kinds[0].corners = 2;
-    kinds[0].gmsh = 1;
-    kinds[0].vtk = 3;
     kinds[1].v = m->triangles;
     kinds[1].tags = m->triangle_tags;
     kinds[1].num = m->num_triangles;
-    kinds[1].corners = 3;
-    kinds[1].gmsh = 2;
-    kinds[1].vtk = 5;
     kinds[2].v = m->tets;
     kinds[2].tags = m->tet_tags;
     kinds[2].num = m->num_tets;
-    kinds[2].corners = 4;
-    kinds[2].gmsh = 4;
-    kinds[2].vtk = 10;
-    if (!m->second_order) return;
-    kinds[0].corners = 3;
-    kinds[0].gmsh = 8;
-    kinds[0].vtk = 21;
-    kinds[1].corners = 6;
-    kinds[1].gmsh = 9;
-    kinds[1].vtk = 22;
-    kinds[2].corners = 10;
-    kinds[2].gmsh = 11;
-    kinds[2].vtk = 24;
+    for (k = 0; k < 3; k++) {
+        const int *number = numbers[m->second_order != 0][k];
+        kinds[k].corners = number[0];
+        kinds[k].gmsh = number[1];
+        kinds[k].vtk = number[2];
+    }
 }
 
 static void meshio__put_medit_vertices(meshio__writer *w, const void *list, size_t first,

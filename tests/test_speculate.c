@@ -250,6 +250,38 @@ static void threads_do_not_matter(void)
     }
 }
 
+#ifdef _OPENMP
+static int more_threads(void *user, const char *phase, double done_part)
+{
+    (void)user;
+    (void)phase;
+    (void)done_part;
+    omp_set_num_threads(8);
+    return 0;
+}
+
+/* OpenMP's default may rise after an engine was made: it has workers for the threads of then. */
+static void an_engine_keeps_its_threads(void)
+{
+    delaunay_mesh m;
+    delaunay_worker *w = NULL;
+    delaunay_host host;
+    delaunay_result result;
+    uint64_t conflicts = 0;
+    int usual = omp_get_max_threads();
+    memset(&host, 0, sizeof host);
+    host.progress = more_threads;
+    small_state = 777;
+    CHECK(small_delaunay(&m, &w, NULL, 200));
+    omp_set_num_threads(2);
+    CHECK(edit(&m, 0, &host, 0, &result, &conflicts) != 0);
+    CHECK(result == DELAUNAY_OK && small_valid(&m));
+    omp_set_num_threads(usual);
+    delaunay_worker_free(w);
+    delaunay_mesh_free(&m);
+}
+#endif
+
 /* What each plan saw was still so when it was committed: the worst quality of a window never falls.
  * Its own items are the only writers, so a fall would be a conflict that was not seen. */
 static void stale_plans_are_made_again(void)
@@ -460,6 +492,9 @@ static void a_crew_stays_away_when_it_does_not_help(void)
 int main(void)
 {
     threads_do_not_matter();
+#ifdef _OPENMP
+    an_engine_keeps_its_threads();
+#endif
     a_crew_stays_away_when_it_does_not_help();
     a_delaunay_mesh_stays_valid();
     stale_plans_are_made_again();
