@@ -499,16 +499,21 @@ enum {
 typedef double (*spr__function)(void *user, const double *a, const double *b, const double *c,
                                 const double *d);
 
-/* Of a bad tetrahedron; zeros for others. */
+/* Of a bad tetrahedron: what has been found out about it. */
 typedef struct spr__case {
     float    goal;     /* what is worth trying for; 0: not known yet */
     uint32_t tried;    /* round of the last failure */
     uint32_t kept;     /* round in which no edge was worth removing */
+} spr__case;
+
+/* Of a slot of the mesh. */
+typedef struct spr__slot {
+    uint32_t number;   /* of its case; 0: nothing is known, which is case 0 */
     uint8_t  level;    /* next operator */
     uint8_t  listed;   /* it is in the list */
     uint8_t  restarts; /* times that it, or what was in its place, began again */
     uint8_t  shaken;   /* times that its surroundings were shaken; SPR__CLAIMED: by now */
-} spr__case;
+} spr__slot;
 
 /* Of the running call; shared by all threads, written between rounds only. */
 typedef struct spr__state {
@@ -522,9 +527,11 @@ typedef struct spr__state {
     double           target;
     double           deadline;    /* by the host's clock; 0: none */
     double          *value;       /* a tetrahedron: its quality; large: not to be improved */
-    spr__case       *at;          /* a tetrahedron: how far one is with it; until the relaxation */
-    spr__case       *left;        /* then, of those in the list of bad ones, in order */
-    void            *room;        /* then, free to use: cap_tets cases */
+    spr__slot       *at;          /* a tetrahedron: how far one is with it; until the relaxation */
+    spr__case       *cases;       /* by number; until the relaxation */
+    delaunay_list    free_cases;  /* numbers that nobody has */
+    uint32_t         num_cases, cap_cases;
+    uint8_t         *left;        /* then: why those in the list are left, in order: spr_reason */
     uint32_t        *stamp;       /* a vertex: round of the last change around it */
     uint32_t        *still;       /* a vertex: round in which no better place was found */
     uint32_t        *stays;       /* a vertex: round in which it could not be taken away */
@@ -559,6 +566,12 @@ typedef struct spr__state {
 } spr__state;
 
 static const double *spr__point(const delaunay_mesh *m, uint32_t v) { return m->vertices[v].x; }
+
+/* Case 0, of those of which nothing is known, is read only. */
+static spr__case *spr__case_of(const spr__state *s, delaunay_handle t)
+{
+    return s->cases + s->at[t].number;
+}
 
 #if defined(SPR__TARGET)
 /* The transpose of four rows: x, y and z of each. */
@@ -1844,7 +1857,7 @@ typedef struct spr__sweep {
     uint32_t        *place;  /* of a mesh vertex: its index in the list; SPR__AT_REST: does not
                                 move, or has its turn behind it */
     size_t          *row;    /* by place: where the star begins; num + 1 */
-    delaunay_handle *star, *own; /* own: allocated, or NULL */
+    delaunay_handle *star;   /* the stars, one after the other */
     uint32_t        *list;   /* places of those that are left, in order */
     uint8_t         *rests;  /* of each in the list: it is done */
     size_t           left;
@@ -2110,13 +2123,14 @@ static int spr__plan_edges(const spr__state *s, delaunay_handle t, delaunay_plan
 {
     const uint32_t *v = s->mesh->tets[t].v;
     uint32_t tets[2 * SPR__MAX_RING][4];
+    const uint32_t kept = spr__case_of(s, t)->kept;
     spr__ring ring, best;
     int e, i, n, answer = DELAUNAY_PLAN_COMMIT;
     best.n = 0;
     best.after = -HUGE_VAL;
     for (e = 0; e < 6; e++) {
         const uint8_t *o = delaunay_edge_order(e);
-        if (s->stamp[v[o[0]]] < s->at[t].kept || s->stamp[v[o[1]]] < s->at[t].kept) continue;
+        if (s->stamp[v[o[0]]] < kept || s->stamp[v[o[1]]] < kept) continue;
         if (!spr__ring_set(s, &ring, t, e, SPR__MAX_RING) || !spr__ring_solve(s, &ring) ||
             ring.after <= best.after)
             continue;
@@ -2984,7 +2998,7 @@ static void spr__set_goal(delaunay_plan *plan, double goal)
 static double spr__goal(const spr__state *s, delaunay_handle t)
 {
     double bound;
-    if (s->at[t].goal > 0) return (double)s->at[t].goal;
+    if (spr__case_of(s, t)->goal > 0) return (double)spr__case_of(s, t)->goal;
     bound = spr__bound(s, t, s->target);
     return bound >= s->target ? s->target : 0.97 * bound;
 }
@@ -3020,18 +3034,34 @@ static int spr__plan(void *user, const delaunay_mesh *m, delaunay_worker *worker
     }
 }
 
+/* Room for one case more, and for case 0. */
+static int spr__case_room(spr__state *s)
+{
+    size_t cap = s->cap_cases + s->cap_cases / 2 + 64;
+    spr__case *cases;
+    if (s->num_cases && s->num_cases < s->cap_cases) return 1;
+    if (cap > UINT32_MAX) return 0;
+    cases = (spr__case *)delaunay_grow(s->memory, s->cases, s->cap_cases, cap, sizeof *cases);
+    if (!cases) return 0;
+    s->cases = cases;
+    s->cap_cases = (uint32_t)cap;
+    if (s->num_cases == 0) memset(&s->cases[s->num_cases++], 0, sizeof *cases);
+    return 1;
+}
+
 /* Room in the arrays for all slots that are in use, and some more, and for all vertices. */
 static int spr__fit(spr__state *s)
 {
     size_t tets = s->mesh->num_tets, vertices = s->mesh->cap_vertices, old = s->cap_tets;
+    if (!s->cases && !spr__case_room(s)) return 0;
     if (tets > old) {
         double *value;
-        spr__case *at;
+        spr__slot *at;
         tets += tets / 64 + 1024;
         if (tets > s->mesh->cap_tets) tets = s->mesh->cap_tets;
         value = (double *)delaunay_grow(s->memory, s->value, old, tets, sizeof *value);
         if (value) s->value = value;
-        at = (spr__case *)delaunay_grow(s->memory, s->at, old, tets, sizeof *at);
+        at = (spr__slot *)delaunay_grow(s->memory, s->at, old, tets, sizeof *at);
         if (at) s->at = at;
         if (!value || !at) return 0;
         memset(s->at + old, 0, (tets - old) * sizeof *at);
@@ -3063,8 +3093,36 @@ static int spr__fit(spr__state *s)
     return 1;
 }
 
+/* Gives t a case of its own. Returns 0 without memory. */
+static int spr__open_case(spr__state *s, delaunay_handle t)
+{
+    if (s->at[t].number) return 1;
+    if (s->free_cases.count) {
+        s->at[t].number = (uint32_t)s->free_cases.items[--s->free_cases.count];
+    } else {
+        if (!spr__case_room(s)) return 0;
+        s->at[t].number = s->num_cases++;
+    }
+    memset(spr__case_of(s, t), 0, sizeof *s->cases);
+    return 1;
+}
+
+/* Nothing is known of what is in the slot by now; what is in the list keeps a case. */
+static int spr__close_case(spr__state *s, delaunay_handle t)
+{
+    uint32_t number = s->at[t].number;
+    if (!number) return 1;
+    if (s->at[t].listed) {
+        memset(spr__case_of(s, t), 0, sizeof *s->cases);
+        return 1;
+    }
+    s->at[t].number = 0;
+    return delaunay_list_push(&s->free_cases, number) == DELAUNAY_OK;
+}
+
 static int spr__list(spr__state *s, delaunay_handle t)
 {
+    if (!spr__open_case(s, t)) return 0;
     if (s->at[t].listed) return 1;
     s->at[t].listed = 1;
     s->at[t].level = spr__level_from(s, 0);
@@ -3087,10 +3145,9 @@ static int spr__renew(spr__state *s, delaunay_handle t, int is_new)
     spr__set_value(s, t, spr__quality_of(s, v));
     s->at[t].level = spr__level_from(s, 0);
     if (is_new) {
-        s->at[t].goal = 0;
-        s->at[t].kept = 0;
         s->at[t].shaken = 0;
         s->at[t].listed = s->at[t].listed != 0;
+        if (!spr__close_case(s, t)) return 0;
     }
     for (k = 0; k < 4; k++) s->stamp[v[k]] = delaunay_engine_round(s->engine);
     return s->value[t] >= s->target || spr__list(s, t);
@@ -3122,9 +3179,10 @@ enum { SPR__EXHAUSTED = 2 };
  * it is among the very worst in the end. */
 static int spr__last_level(const spr__state *s, delaunay_handle t)
 {
-    double goal = (double)s->at[t].goal;
+    const float held = spr__case_of(s, t)->goal;
+    const double goal = (double)held;
     if (s->at[t].listed == SPR__EXHAUSTED) return SPR__INSERT;
-    if (goal == 0 || s->at[t].goal >= (float)s->target) return SPR__LARGE;
+    if (goal == 0 || held >= (float)s->target) return SPR__LARGE;
     return s->value[t] >= 0.8 * goal   ? SPR__INSERT
            : s->value[t] >= 0.4 * goal ? SPR__MEDIUM
                                        : SPR__LARGE;
@@ -3134,7 +3192,8 @@ static int spr__last_level(const spr__state *s, delaunay_handle t)
 static uint8_t spr__next_level(const spr__state *s, delaunay_handle t, int level)
 {
     uint8_t next = spr__level_from(s, level + 1);
-    if (next == SPR__HOPELESS || (s->at[t].goal > 0 && s->value[t] >= (double)s->at[t].goal))
+    const double goal = (double)spr__case_of(s, t)->goal;
+    if (next == SPR__HOPELESS || (goal > 0 && s->value[t] >= goal))
         return SPR__HOPELESS;
     if (next <= spr__last_level(s, t)) return next;
     if (s->at[t].listed == SPR__EXHAUSTED) return SPR__HOPELESS;
@@ -3155,17 +3214,19 @@ static int spr__done(void *user, delaunay_mesh *m, delaunay_worker *worker, size
     if (!plan->committed && s->sweep == SPR__MEAN) {
         return 0;
     } else if (!plan->committed) {
+        const uint32_t round_ = delaunay_engine_round(s->engine);
+        spr__case *c = spr__case_of(s, t);
         double goal;
         memcpy(&goal, &plan->data[SPR__GOAL], sizeof goal);
         if (delaunay_is_deleted(m, t) || s->value[t] >= s->target) return 0;
-        if (goal > 0) s->at[t].goal = goal >= s->target ? (float)s->target : (float)goal;
+        if (goal > 0) c->goal = goal >= s->target ? (float)s->target : (float)goal;
         if (s->at[t].level == s->sweep) s->at[t].level = spr__next_level(s, t, s->sweep);
         if (s->at[t].level == SPR__HOPELESS) s->at[t].listed = SPR__EXHAUSTED;
-        s->at[t].tried = delaunay_engine_round(s->engine);
-        if (s->sweep == SPR__EDGES) s->at[t].kept = s->at[t].tried;
+        c->tried = round_;
+        if (s->sweep == SPR__EDGES) c->kept = round_;
         for (i = 0; i < 4; i++)
             if (plan->data[SPR__IN_VAIN] >> i & 1)
-                (s->sweep == SPR__REMOVE ? s->stays : s->still)[m->tets[t].v[i]] = s->at[t].tried;
+                (s->sweep == SPR__REMOVE ? s->stays : s->still)[m->tets[t].v[i]] = round_;
         for (i = 0; i < SPR__MAX_VAIN && s->vain; i++)
             if (plan->data[SPR__VAIN + i])
                 *spr__vain_slot(s, plan->data[SPR__VAIN + i]) =
@@ -3195,16 +3256,17 @@ static int spr__done(void *user, delaunay_mesh *m, delaunay_worker *worker, size
 }
 
 /* The surface is known to hold it below the target; goals are floats. */
-static int spr__is_held(const spr__state *s, const spr__case *c)
+static int spr__is_held(const spr__state *s, delaunay_handle t)
 {
-    return c->goal > 0 && c->goal < (float)s->target;
+    const float goal = spr__case_of(s, t)->goal;
+    return goal > 0 && goal < (float)s->target;
 }
 
 /* How often a tetrahedron, or what became of it, begins again because something changed nearby.
  * Where the bad ones are dense each success wakes dozens of them. */
 static int spr__patience(const spr__state *s, delaunay_handle t)
 {
-    return spr__is_held(s, &s->at[t]) ? 3 : 16;
+    return spr__is_held(s, t) ? 3 : 16;
 }
 
 /* Something around one of four vertices, since or in this round. */
@@ -3224,15 +3286,17 @@ static int spr__refresh(spr__state *s)
     size_t i, n = 0;
     for (i = 0; i < s->bad.count; i++) {
         delaunay_handle t = s->bad.items[i];
+        double goal;
         if (delaunay_is_deleted(m, t) || s->value[t] >= s->target) {
             s->at[t].listed = 0;
             continue;
         }
         s->bad.items[n++] = t;
         if (s->is_lifting && s->value[t] >= s->lift_below) continue;
-        if (s->at[t].goal > 0 && s->value[t] >= (double)s->at[t].goal) continue;
+        goal = (double)spr__case_of(s, t)->goal;
+        if (goal > 0 && s->value[t] >= goal) continue;
         if (s->at[t].level > first && s->at[t].restarts < spr__patience(s, t) &&
-            spr__has_changed(s, s->mesh->tets[t].v, s->at[t].tried)) {
+            spr__has_changed(s, s->mesh->tets[t].v, spr__case_of(s, t)->tried)) {
             s->at[t].level = first;
             s->at[t].restarts++;
         }
@@ -3375,7 +3439,7 @@ static spr_result spr__run(spr__state *s, int level)
 /* A tetrahedron is tried from the first level on, whatever was tried before. */
 static void spr__begin_again(spr__state *s, delaunay_handle t)
 {
-    s->at[t].kept = 0;
+    spr__case_of(s, t)->kept = 0;
     s->at[t].level = spr__level_from(s, SPR__EDGES);
 }
 
@@ -3856,10 +3920,11 @@ static spr_result spr__patch_commit(spr__state *s, spr__patch *p)
 /* Worth shaking: bad, and far below what the surface allows. */
 static int spr__is_shakable(const spr__state *s, delaunay_handle t)
 {
-    double goal = (double)s->at[t].goal;
+    const float held = spr__case_of(s, t)->goal;
+    const double goal = (double)held;
     return !delaunay_is_deleted(s->mesh, t) && s->value[t] < s->target &&
            s->at[t].shaken < SPR__SHAKES &&
-           (s->at[t].goal >= (float)s->target || s->value[t] < SPR__FAR_BELOW * goal);
+           (held >= (float)s->target || s->value[t] < SPR__FAR_BELOW * goal);
 }
 
 /* What is around each vertex, when a list was made of what is to be shaken. */
@@ -4323,6 +4388,24 @@ static spr_result spr__flip_for_mean(spr__state *s)
     return result;
 }
 
+static int spr__is_fixed(const spr__state *s, delaunay_handle t)
+{
+    const uint32_t *v = s->mesh->tets[t].v;
+    return !s->movable[v[0]] && !s->movable[v[1]] && !s->movable[v[2]] && !s->movable[v[3]];
+}
+
+/* Why t, of the list, is left, if it is. */
+static spr_reason spr__reason(const spr__state *s, delaunay_handle t)
+{
+    if (delaunay_is_deleted(s->mesh, t) || s->value[t] >= s->target) return SPR_STUCK;
+    if (spr__is_held(s, t)) return SPR_BOUNDED;
+    if (spr__is_fixed(s, t)) return SPR_FIXED;
+    return s->at[t].level != SPR__HOPELESS ||
+                   spr__has_changed(s, s->mesh->tets[t].v, spr__case_of(s, t)->tried + 1)
+               ? SPR_BUDGET
+               : SPR_STUCK;
+}
+
 /* Gives back what nothing but the schedule needs, and keeps what is to be said of the bad ones that
  * are left. Returns 0 without memory. */
 static int spr__end_schedule(spr__state *s)
@@ -4334,10 +4417,14 @@ static int spr__end_schedule(spr__state *s)
     delaunay_release(s->memory, s->vain);
     s->engine = NULL;
     s->still = s->stays = s->vain = NULL;
-    s->left = (spr__case *)delaunay_alloc(s->memory, s->bad.count + 1, sizeof *s->left);
-    for (i = 0; s->left && i < s->bad.count; i++) s->left[i] = s->at[s->bad.items[i]];
-    s->room = s->at;
+    s->left = (uint8_t *)delaunay_alloc(s->memory, s->bad.count + 1, sizeof *s->left);
+    for (i = 0; s->left && i < s->bad.count; i++)
+        s->left[i] = (uint8_t)spr__reason(s, s->bad.items[i]);
+    delaunay_release(s->memory, s->at);
+    delaunay_release(s->memory, s->cases);
+    delaunay_list_free(&s->free_cases);
     s->at = NULL;
+    s->cases = NULL;
     return s->left != NULL;
 }
 
@@ -4419,9 +4506,7 @@ static spr_result spr__sweep_stars(const spr__state *s, spr__sweep *w, int threa
         w->row[k] = sum;
         sum += count;
     }
-    w->star = (delaunay_handle *)s->room; /* four a tetrahedron: it is enough, but for 64 bits */
-    if (sum * sizeof *w->star > s->cap_tets * sizeof *s->at)
-        w->star = w->own = (delaunay_handle *)delaunay_alloc(s->memory, sum, sizeof *w->star);
+    w->star = (delaunay_handle *)delaunay_alloc(s->memory, sum, sizeof *w->star);
     if (!w->star) return SPR_ERROR_OUT_OF_MEMORY;
     SPR__OMP(omp parallel for schedule(static) num_threads(threads))
     for (i = 0; i < threads; i++)
@@ -4487,7 +4572,7 @@ static spr_result spr__relax(spr__state *s)
     delaunay_release(s->memory, w.vertex);
     delaunay_release(s->memory, w.place);
     delaunay_release(s->memory, w.row);
-    delaunay_release(s->memory, w.own);
+    delaunay_release(s->memory, w.star);
     delaunay_release(s->memory, w.list);
     delaunay_release(s->memory, w.rests);
     s->report->seconds_smoothing += delaunay_seconds(&s->options.host) - start;
@@ -4595,24 +4680,6 @@ static int spr__find_bad(spr__state *s)
     return ok;
 }
 
-static int spr__is_fixed(const spr__state *s, delaunay_handle t)
-{
-    const uint32_t *v = s->mesh->tets[t].v;
-    return !s->movable[v[0]] && !s->movable[v[1]] && !s->movable[v[2]] && !s->movable[v[3]];
-}
-
-/* Why number i of the list is left. */
-static spr_reason spr__reason(const spr__state *s, size_t i)
-{
-    delaunay_handle t = s->bad.items[i];
-    const spr__case *c = &s->left[i];
-    if (spr__is_held(s, c)) return SPR_BOUNDED;
-    if (spr__is_fixed(s, t)) return SPR_FIXED;
-    return c->level != SPR__HOPELESS || spr__has_changed(s, s->mesh->tets[t].v, c->tried + 1)
-               ? SPR_BUDGET
-               : SPR_STUCK;
-}
-
 static void spr__describe(const spr__state *s, spr_worst *w, delaunay_handle t, spr_reason reason)
 {
     const delaunay_mesh *m = s->mesh;
@@ -4645,7 +4712,7 @@ static void spr__explain(spr__state *s)
         delaunay_handle t = s->bad.items[i];
         spr_reason reason;
         if (delaunay_is_deleted(s->mesh, t) || s->value[t] >= s->target) continue;
-        reason = spr__reason(s, i);
+        reason = (spr_reason)s->left[i];
         if (s->options.left) {
             spr__describe(s, &w, t, reason);
             reason = w.reason;
@@ -4695,8 +4762,9 @@ static void spr__close(spr__state *s)
     delaunay_list_free(&s->items);
     delaunay_release(s->memory, s->value);
     delaunay_release(s->memory, s->at);
+    delaunay_release(s->memory, s->cases);
+    delaunay_list_free(&s->free_cases);
     delaunay_release(s->memory, s->left);
-    delaunay_release(s->memory, s->room);
     delaunay_release(s->memory, s->still);
     delaunay_release(s->memory, s->stays);
     if (!s->is_patch) delaunay_release(s->memory, s->vain); /* a patch lends its own */
@@ -4714,7 +4782,7 @@ static spr_result spr__improve(spr__state *s, uint32_t max_new)
 {
     spr_result result = SPR_ERROR_OUT_OF_MEMORY, after;
     uint64_t most;
-    s->bad.memory = s->items.memory = s->memory;
+    s->bad.memory = s->items.memory = s->free_cases.memory = s->memory;
     if (s->mesh->num_tets < 2) return SPR_OK;
     if (!s->mesh->vertex_tet && delaunay_link_vertices(s->mesh) != DELAUNAY_OK) return result;
     s->engine = delaunay_engine_new(s->mesh, &s->options.host);
@@ -4746,7 +4814,7 @@ static spr_result spr__improve_patch(spr__state *s, uint32_t max_new)
 {
     const delaunay_mesh *m = s->mesh;
     delaunay_handle t;
-    s->bad.memory = s->items.memory = s->memory;
+    s->bad.memory = s->items.memory = s->free_cases.memory = s->memory;
     if (delaunay_link_vertices(s->mesh) != DELAUNAY_OK) return SPR_ERROR_OUT_OF_MEMORY;
     s->engine = delaunay_engine_new(s->mesh, &s->options.host);
     if (!s->engine || !spr__fit(s)) return SPR_ERROR_OUT_OF_MEMORY;
