@@ -4073,6 +4073,7 @@ static unsigned mesher__in_way(mesher__flips *f, uint32_t p, uint32_t q, uint32_
 {
     uint32_t a = f->a, b = f->b;
     int x, y, z, side;
+    if (a == b) return 0; /* nothing is missing */
     if (a == p || a == q || a == r || b == p || b == q || b == r) return 0;
     x = mesher__turn(f, p, q);
     y = mesher__turn(f, q, r);
