@@ -2509,7 +2509,7 @@ static int mesher__set_grow(mesher__set *set)
     if (set->epoch == 0) set->epoch = 1;
     for (i = 0; i < set->cap; i++) {
         if (set->stamps[i] != set->epoch) continue;
-        for (j = mesher__mix(set->keys[i]) & (cap - 1); stamps[j] == set->epoch;
+        for (j = (size_t)mesher__mix(set->keys[i]) & (cap - 1); stamps[j] == set->epoch;
              j = (j + 1) & (cap - 1)) {}
         keys[j] = set->keys[i];
         stamps[j] = set->epoch;
@@ -2527,7 +2527,7 @@ static int mesher__set_add(mesher__set *set, uint64_t key)
 {
     size_t j;
     if (2 * (set->count + 1) > set->cap && !mesher__set_grow(set)) return -1;
-    for (j = mesher__mix(key) & (set->cap - 1); set->stamps[j] == set->epoch;
+    for (j = (size_t)mesher__mix(key) & (set->cap - 1); set->stamps[j] == set->epoch;
          j = (j + 1) & (set->cap - 1))
         if (set->keys[j] == key) return 0;
     set->keys[j] = key;
@@ -2540,7 +2540,7 @@ static int mesher__set_has(const mesher__set *set, uint64_t key)
 {
     size_t j;
     if (!set->cap) return 0;
-    for (j = mesher__mix(key) & (set->cap - 1); set->stamps[j] == set->epoch;
+    for (j = (size_t)mesher__mix(key) & (set->cap - 1); set->stamps[j] == set->epoch;
          j = (j + 1) & (set->cap - 1))
         if (set->keys[j] == key) return 1;
     return 0;

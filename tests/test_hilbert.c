@@ -396,7 +396,7 @@ static void make_points(int strange)
             xyz[i][m] = 12 * random_unit() - 6;
             if (strange && random_u64() % 50 == 0) {
                 static const double values[] = {HUGE_VAL, -HUGE_VAL, 0.0, -0.0, 1e300, -1e300};
-                size_t v = random_u64() % 7;
+                size_t v = (size_t)(random_u64() % 7);
                 xyz[i][m] = v == 6 ? NAN : values[v];
             }
             if (m < 3) xyz_f[i][m] = (float)xyz[i][m];
@@ -628,7 +628,7 @@ static void partitions_hold_equal_counts(void)
             int good = 1;
 
             for (i = 0; i < count; i++)
-                keys[i] = c == 3 ? (uint64_t)(i / 40) : i * 1000003 + (random_u64() & 1023);
+                keys[i] = c == 3 ? (uint64_t)(i / 40) : (uint64_t)i * 1000003 + (random_u64() & 1023);
             hilbert_partition_keys(parts, num_parts, keys, count);
             for (i = 0; i < count; i++) {
                 size_t in = 0;

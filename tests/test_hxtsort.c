@@ -509,16 +509,16 @@ static void hints_and_bad_arguments(void)
 static void callers_in_a_team(void)
 {
     enum { CALLERS = 5, N = 3000 };
-    uint64_t keys[CALLERS][N];
+    uint64_t theirs[CALLERS][N];
     int c, i;
     for (c = 0; c < CALLERS; c++)
-        for (i = 0; i < N; i++) keys[c][i] = random_u64();
+        for (i = 0; i < N; i++) theirs[c][i] = random_u64();
 #ifdef _OPENMP
 #  pragma omp parallel for num_threads(CALLERS) schedule(static, 1)
 #endif
-    for (c = 0; c < CALLERS; c++) (void)hxtsort_u64(keys[c], N, NULL);
+    for (c = 0; c < CALLERS; c++) (void)hxtsort_u64(theirs[c], N, NULL);
     for (c = 0; c < CALLERS; c++)
-        for (i = 1; i < N; i++) CHECK(keys[c][i - 1] <= keys[c][i]);
+        for (i = 1; i < N; i++) CHECK(theirs[c][i - 1] <= theirs[c][i]);
 }
 
 int main(void)
