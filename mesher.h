@@ -2204,7 +2204,7 @@ MESHER_API mesher_result mesher_empty_mesh(mesher_domain *domain, mesher_report 
  * Almost all edges and facets of the surface are in the Delaunay triangulation already; what is
  * missing is mostly edges that cross one or two faces. Each missing edge is brought in by flips in
  * a copy of the tetrahedra on its way, deeper and deeper; where flat sides are cut into needles, by
- * flips in their planes, with points beside these. A few that are left, or all of them in
+ * flips in their planes before, with points beside these. A few that are left, or all of them in
  * later attempts where some flips first, in other orders, did not get through, go on by
  * closure searches (delaunay_reconnect) over small windows around the faces that it crosses: a
  * search that lowers the number of crossings is committed, and never loses a constrained edge
@@ -2294,7 +2294,9 @@ typedef struct mesher__pipe {
 enum {
     MESHER__SPIN = 128,    /* tetrahedra around a rung at most */
     MESHER__HALF = 24,     /* vertices of a half that is filled without a point at most */
-    MESHER__MANY_RUNGS = 24 /* of a missing edge in the mean, to be flipped in the plane */
+    MESHER__CAVE = 1000,   /* tetrahedra that make room for a point beside a plane at most */
+    MESHER__MANY_RUNGS = 24, /* of a missing edge in the mean, to be flipped in the plane, ... */
+    MESHER__RUNG_SAMPLE = 256 /* ... and of about so many of them at first */
 };
 
 /* An edge of the mesh that crosses a missing edge in its plane. */
@@ -2310,11 +2312,19 @@ typedef struct mesher__spin {
     delaunay_handle tets[MESHER__SPIN];
 } mesher__spin;
 
+/* One side of them: tetrahedron i has p, q, v[i], v[i + 1]. */
+typedef struct mesher__half {
+    uint32_t        n, v[MESHER__SPIN];
+    delaunay_handle tets[MESHER__SPIN];
+} mesher__half;
+
 typedef struct mesher__plane {
     mesher__rung rungs[MESHER__PIPE + 1];
     uint32_t     count, off;               /* off: a vertex that is not in the plane */
+    double       tolerance;                /* this far from a plane is in it, for rounding's sake */
+    double       at[3], normal[3], wide;   /* the plane; wide: the square of what it rests on */
     mesher__spin spin;
-    uint8_t      apex[MESHER__HALF][MESHER__HALF];
+    uint8_t      apex[MESHER__HALF][MESHER__HALF], cost[MESHER__HALF][MESHER__HALF];
 } mesher__plane;
 
 typedef struct mesher__window {
@@ -2425,6 +2435,8 @@ typedef struct mesher__recovery {
     uint32_t  num_missing_edges, num_missing_facets;
     uint32_t *wanted, num_wanted;         /* a list of missing edges or facets */
     uint64_t *order;
+    uint32_t *patch_row, *patches; /* of each vertex: the flat parts of the surface it is in, ... */
+    double   *patch_planes; /* ... and of each of these a normal, and where it is along that */
     /* work on one of them */
     mesher__set     seen, seen_edges, known, known_near, failed;
     delaunay_list   queue, star, star2, pool;
@@ -5254,17 +5266,65 @@ static int mesher__star_window(mesher__recovery *r, const delaunay_window *w, co
     return 1;
 }
 
+/* Commits num_new tetrahedra of r->commit in place of r->pool; vertices of these that it does not
+ * have go, too. */
+static int mesher__commit_pool(mesher__recovery *r, uint32_t num_new)
+{
+    uint32_t i, v;
+    size_t j;
+    int k, done;
+    mesher__set_clear(&r->seen);
+    r->queue.count = 0;
+    for (i = 0; i < 4 * num_new; i++) mesher__add(r, &r->seen, r->commit[i]);
+    for (j = 0; j < r->pool.count; j++)
+        for (k = 0; k < 4; k++) {
+            v = r->mesh->tets[r->pool.items[j]].v[k];
+            if (mesher__add(r, &r->seen, v)) mesher__push(r, &r->queue, v);
+        }
+    done = r->status == MESHER_OK &&
+           mesher__commit(r, r->pool.items, r->pool.count, r->commit, num_new);
+    for (j = 0; j < r->queue.count && done; j++) r->mesh->vertex_tet[r->queue.items[j]] = 0;
+    if (done) r->removed += (uint32_t)r->queue.count;
+    return done;
+}
+
 /* -- in a plane: a missing edge that crosses nothing but edges of the mesh which lie in one plane
  * with it, its rungs, as where a flat side of the surface is triangulated in another way than by
  * the mesh. It comes in by flips of the rungs in the plane. Each takes the tetrahedra around a
  * rung, and fills their halves on both sides of the plane again: by tetrahedra between the rung's
  * ends and its link, or, where there is no such filling, around a point of ours. There always is
  * one: a point of the rung sees all of the half from within but what lies in the plane, and so does
- * one near it, on that side. */
+ * one near it, on that side. It is put as far from the plane as can be, and takes the place of
+ * other points of ours that are in its way: nearer and nearer ones would be in each other's.
+ *
+ * Rounding bends the planes of a part that was turned: its vertices are off them by some units in
+ * the last place, and the mesh has flat tetrahedra there. These go first, where flips can do
+ * without them; what is left in the plane is one layer of triangles. What lies in the plane, and
+ * which way a turn in it goes, allows for rounding; no tetrahedron that the flips make is flat, and
+ * all are positive, exactly. The layer is kept whole, all over the plane: no point takes the place
+ * of an edge between vertices of one plane of the surface, whether or not it is in the surface. */
 
-/* The sign of a turn in the plane of the rungs. */
+/* The sign of a turn in the plane of the rungs; 0, too, where rounding may have made it. */
 static int mesher__plane_turn(const mesher__recovery *r, uint32_t a, uint32_t b, uint32_t c)
 {
+    const double *x[3];
+    double e[3][3], length, most = 0, area = 0;
+    int i, j, k;
+    x[0] = mesher__x(r, a), x[1] = mesher__x(r, b), x[2] = mesher__x(r, c);
+    for (i = 0; i < 3; i++) {
+        for (length = 0, k = 0; k < 3; k++) {
+            e[i][k] = x[(i + 1) % 3][k] - x[i][k];
+            length += e[i][k] * e[i][k];
+        }
+        if (length > most) most = length;
+    }
+    for (k = 0; k < 3; k++) {
+        i = (k + 1) % 3;
+        j = (k + 2) % 3;
+        length = e[0][i] * e[1][j] - e[0][j] * e[1][i];
+        area += length * length;
+    }
+    if (area <= r->plane.tolerance * r->plane.tolerance * most) return 0;
     return delaunay_orient3d(mesher__x(r, a), mesher__x(r, b), mesher__x(r, c),
                              mesher__x(r, r->plane.off));
 }
@@ -5275,6 +5335,41 @@ static int mesher__plane_cross(const mesher__recovery *r, uint32_t a, uint32_t b
 {
     return mesher__plane_turn(r, a, b, c) * mesher__plane_turn(r, a, b, d) < 0 &&
            mesher__plane_turn(r, c, d, a) * mesher__plane_turn(r, c, d, b) < 0;
+}
+
+/* The plane through missing edge ab, along pq; kept as it is if it rests on more already. */
+static void mesher__plane_through(mesher__recovery *r, uint32_t a, uint32_t b, uint32_t p,
+                                  uint32_t q)
+{
+    mesher__plane *plane = &r->plane;
+    const double *xa = mesher__x(r, a), *xb = mesher__x(r, b), *xp = mesher__x(r, p),
+                 *xq = mesher__x(r, q);
+    double n[3], wide = 0;
+    int k, i, j;
+    for (k = 0; k < 3; k++) {
+        i = (k + 1) % 3;
+        j = (k + 2) % 3;
+        n[k] = (xb[i] - xa[i]) * (xq[j] - xp[j]) - (xb[j] - xa[j]) * (xq[i] - xp[i]);
+        wide += n[k] * n[k];
+    }
+    if (!(wide > plane->wide)) return;
+    plane->wide = wide;
+    for (k = 0; k < 3; k++) {
+        plane->normal[k] = n[k] / sqrt(wide);
+        plane->at[k] = xa[k];
+    }
+}
+
+/* Is v in the plane, up to a rounding? */
+static int mesher__in_plane(const mesher__recovery *r, uint32_t v)
+{
+    const mesher__plane *plane = &r->plane;
+    const double *x = mesher__x(r, v);
+    double h = 0;
+    int k;
+    if (v == DELAUNAY_GHOST) return 0;
+    for (k = 0; k < 3; k++) h += plane->normal[k] * (x[k] - plane->at[k]);
+    return fabs(h) <= plane->tolerance;
 }
 
 /* The first rung of missing edge ab, and with it the plane. */
@@ -5292,11 +5387,13 @@ static int mesher__first_rung(mesher__recovery *r, uint32_t a, uint32_t b)
         for (k = 0; k < 3; k++) {
             uint32_t x = v[o[pairs[k][0]]], y = v[o[pairs[k][1]]];
             mesher__rung *rung = r->plane.rungs;
-            if (x == b || y == b || delaunay_orient3d(mesher__x(r, a), mesher__x(r, b),
-                                                      mesher__x(r, x), mesher__x(r, y)))
-                continue;
+            if (x == b || y == b) continue;
+            r->plane.wide = 0;
+            mesher__plane_through(r, a, b, x, y);
             r->plane.off = v[o[pairs[k][2]]];
-            if (!mesher__plane_cross(r, a, b, x, y)) continue;
+            if (!(r->plane.wide > 0) || !mesher__in_plane(r, x) ||
+                mesher__in_plane(r, r->plane.off) || !mesher__plane_cross(r, a, b, x, y))
+                continue;
             rung->p = mesher__plane_turn(r, a, b, x) > 0 ? x : y;
             rung->q = rung->p == x ? y : x;
             rung->t = t;
@@ -5346,7 +5443,8 @@ static int mesher__spin_around(mesher__recovery *r, delaunay_handle t, uint32_t 
 static int mesher__spin_rung(mesher__recovery *r, mesher__rung *g)
 {
     const delaunay_tet *tet = &r->mesh->tets[g->t];
-    if (delaunay_local_index(tet, g->p) < 0 || delaunay_local_index(tet, g->q) < 0)
+    if (delaunay_is_deleted(r->mesh, g->t) || delaunay_local_index(tet, g->p) < 0 ||
+        delaunay_local_index(tet, g->q) < 0)
         g->t = delaunay_find_edge(r->mesh, r->worker, g->p, g->q);
     return g->t && mesher__spin_around(r, g->t, g->p, g->q);
 }
@@ -5366,8 +5464,7 @@ static int mesher__walk_plane(mesher__recovery *r, uint32_t a, uint32_t b)
         for (i = 0; i < s->n; i++) {
             z = s->v[i];
             if (z == b) return 1;
-            if (delaunay_orient3d(mesher__x(r, a), mesher__x(r, g->p), mesher__x(r, g->q),
-                                  mesher__x(r, z)) == 0 &&
+            if (mesher__in_plane(r, z) &&
                 mesher__plane_turn(r, g->p, g->q, z) == mesher__plane_turn(r, g->p, g->q, b))
                 break;
         }
@@ -5378,6 +5475,7 @@ static int mesher__walk_plane(mesher__recovery *r, uint32_t a, uint32_t b)
         g[1].q = side > 0 ? g->q : z;
         g[1].t = s->tets[i];
         g[1].stuck = 0;
+        mesher__plane_through(r, a, b, g[1].p, g[1].q);
         r->plane.count++;
     }
 }
@@ -5391,29 +5489,68 @@ static void mesher__rung_ends(const mesher__recovery *r, uint32_t a, uint32_t b,
     *behind = i + 1 == r->plane.count ? b : g[1].p == g->p ? g[1].q : g[1].p;
 }
 
-/* Fills a half of the spin around edge pq, with the m vertices of h: tetrahedra into r->commit. 0:
- * it cannot be. */
-static int mesher__fill_half(mesher__recovery *r, uint32_t p, uint32_t q, const uint32_t *h,
-                             uint32_t m, uint32_t *num_new)
+/* Is tetrahedron abcd flat: one of its vertices in the plane of the others, but for rounding? */
+static int mesher__is_flat(const mesher__recovery *r, uint32_t a, uint32_t b, uint32_t c,
+                           uint32_t d)
 {
-    uint8_t (*apex)[MESHER__HALF] = r->plane.apex; /* 0: there is none */
+    const double *o = mesher__x(r, a), tolerance = r->plane.tolerance * r->plane.tolerance;
+    double e[4][3], n[4][3], volume = 0, longest = 0, area = 0, length;
+    int i, j, k, f;
+    for (f = 0; f < 3; f++) {
+        const double *y = mesher__x(r, f == 0 ? b : f == 1 ? c : d);
+        for (length = 0, k = 0; k < 3; k++) {
+            e[f][k] = y[k] - o[k];
+            length += e[f][k] * e[f][k];
+        }
+        if (length > longest) longest = length;
+    }
+    for (f = 0; f < 3; f++)
+        for (k = 0; k < 3; k++) {
+            i = (k + 1) % 3;
+            j = (k + 2) % 3;
+            n[f][k] = e[f][i] * e[(f + 1) % 3][j] - e[f][j] * e[(f + 1) % 3][i];
+        }
+    for (k = 0; k < 3; k++) volume += n[0][k] * e[2][k];
+    volume *= volume;
+    if (volume > 16 * tolerance * longest * longest) return 0; /* no facet is larger */
+    for (k = 0; k < 3; k++) n[3][k] = n[0][k] + n[1][k] + n[2][k];
+    for (f = 0; f < 4; f++) {
+        for (length = 0, k = 0; k < 3; k++) length += n[f][k] * n[f][k];
+        if (length > area) area = length;
+    }
+    return volume <= tolerance * area;
+}
+
+/* Fills a half of the spin around edge pq, with the m vertices of h: tetrahedra into r->commit, as
+ * few flat ones as can be, and at most so many. 0: it cannot be. */
+static int mesher__fill_half(mesher__recovery *r, uint32_t p, uint32_t q, const uint32_t *h,
+                             uint32_t m, uint32_t flat, uint32_t *num_new)
+{
+    uint8_t (*apex)[MESHER__HALF] = r->plane.apex, (*cost)[MESHER__HALF] = r->plane.cost;
     uint32_t stack[MESHER__HALF][2], n = 0, i, j, k, width;
-    if (m > MESHER__HALF) return 0;
+    if (m > MESHER__HALF || *num_new + 2 * (m - 2) > DELAUNAY_WINDOW_FACETS) return 0;
+    for (i = 0; i + 1 < m; i++) cost[i][i + 1] = 0;
     for (width = 2; width < m; width++)
         for (i = 0; i + width < m; i++) {
             j = i + width;
-            apex[i][j] = 0;
-            for (k = i + 1; k < j && !apex[i][j]; k++) {
-                if ((k > i + 1 && !apex[i][k]) || (j > k + 1 && !apex[k][j])) continue;
+            cost[i][j] = UINT8_MAX; /* there is none */
+            for (k = i + 1; k < j && cost[i][j]; k++) {
+                uint32_t sum = (uint32_t)cost[i][k] + cost[k][j];
+                if (sum > flat || sum >= cost[i][j]) continue;
                 r->work += 2;
                 if (delaunay_orient3d(mesher__x(r, p), mesher__x(r, h[i]), mesher__x(r, h[k]),
-                                      mesher__x(r, h[j])) > 0 &&
+                                      mesher__x(r, h[j])) <= 0 ||
                     delaunay_orient3d(mesher__x(r, q), mesher__x(r, h[i]), mesher__x(r, h[k]),
-                                      mesher__x(r, h[j])) < 0)
-                    apex[i][j] = (uint8_t)k;
+                                      mesher__x(r, h[j])) >= 0)
+                    continue;
+                sum += (uint32_t)mesher__is_flat(r, p, h[i], h[k], h[j]) +
+                       (uint32_t)mesher__is_flat(r, q, h[i], h[j], h[k]);
+                if (sum > flat || sum >= cost[i][j]) continue;
+                cost[i][j] = (uint8_t)sum;
+                apex[i][j] = (uint8_t)k;
             }
         }
-    if (!apex[0][m - 1]) return 0;
+    if (cost[0][m - 1] == UINT8_MAX) return 0;
     stack[n][0] = 0;
     stack[n++][1] = m - 1;
     while (n > 0) {
@@ -5433,53 +5570,302 @@ static int mesher__fill_half(mesher__recovery *r, uint32_t p, uint32_t q, const 
     return 1;
 }
 
-/* A point that sees a half of the spin from within. */
-static int mesher__half_point(mesher__recovery *r, uint32_t p, uint32_t q, const uint32_t *h,
-                              uint32_t m, double *x)
+/* Where chord h[0] h[m-1] of a half crosses its edge pq, about. */
+static void mesher__foot(const mesher__recovery *r, uint32_t p, uint32_t q, const uint32_t *h,
+                         uint32_t m, double *foot)
 {
-    double deep[3] = {0, 0, 0}, foot[3], u[3], v[3], t, s;
     const double *xp = mesher__x(r, p), *xq = mesher__x(r, q), *x0 = mesher__x(r, h[0]),
                  *x1 = mesher__x(r, h[m - 1]);
-    uint32_t i;
-    int k, l;
-    r->num_shell = 0;
-    for (i = 0; i < m; i++) {
-        uint32_t *f = r->shell[r->num_shell++], *g = r->shell[r->num_shell++];
-        f[0] = p, f[1] = h[(i + 1) % m], f[2] = h[i];
-        g[0] = q, g[1] = h[i], g[2] = h[(i + 1) % m];
-    }
-    r->work += 20 * (uint64_t)r->num_shell;
-    if (mesher__kernel(r, x) > 0) return 1;
+    double u[3], v[3], t = 0, most = 0;
+    int k, i, j;
     for (k = 0; k < 3; k++) {
         u[k] = xq[k] - xp[k];
         v[k] = x1[k] - x0[k];
-        for (i = 1; i + 1 < m; i++) deep[k] += mesher__x(r, h[i])[k] / (m - 2);
     }
-    for (t = s = 0, k = 0; k < 3; k++) { /* where the line h0 h1 meets pq: by the largest normal */
-        double n = u[(k + 1) % 3] * v[(k + 2) % 3] - u[(k + 2) % 3] * v[(k + 1) % 3];
-        if (fabs(n) <= fabs(s)) continue;
-        s = n;
-        l = (k + 1) % 3;
-        t = ((x0[l] - xp[l]) * v[(k + 2) % 3] - (x0[(k + 2) % 3] - xp[(k + 2) % 3]) * v[l]) / n;
+    for (k = 0; k < 3; k++) { /* by the largest normal */
+        double n;
+        i = (k + 1) % 3;
+        j = (k + 2) % 3;
+        n = u[i] * v[j] - u[j] * v[i];
+        if (fabs(n) <= fabs(most)) continue;
+        most = n;
+        t = ((x0[i] - xp[i]) * v[j] - (x0[j] - xp[j]) * v[i]) / n;
     }
     for (k = 0; k < 3; k++) foot[k] = xp[k] + t * u[k];
-    for (t = .5; t > 1e-9; t /= 2) {
-        for (k = 0; k < 3; k++) x[k] = foot[k] + t * (deep[k] - foot[k]);
-        if (mesher__in_kernel(r, x)) return 1;
+}
+
+/* An edge of a facet. */
+typedef struct mesher__hinge {
+    uint64_t edge;
+    uint32_t facet, apex;
+} mesher__hinge;
+
+static int mesher__compare_hinges(const void *a, const void *b)
+{
+    const mesher__hinge *x = (const mesher__hinge *)a, *y = (const mesher__hinge *)b;
+    if (x->edge != y->edge) return x->edge < y->edge ? -1 : 1;
+    return x->facet < y->facet ? -1 : x->facet > y->facet;
+}
+
+static uint32_t mesher__patch_root(uint32_t *parent, uint32_t f)
+{
+    while (parent[f] != f) f = parent[f] = parent[parent[f]];
+    return f;
+}
+
+/* Joins facets that are in one plane, but for rounding, with a neighbour. */
+static void mesher__join_patches(mesher__recovery *r, mesher__hinge *hinges, uint32_t *parent)
+{
+    const uint32_t n = r->domain->num_facets;
+    size_t i, count = 0;
+    uint32_t f, k;
+    for (f = 0; f < n; f++)
+        for (parent[f] = f, k = 0; k < 3; k++, count++) {
+            const uint32_t *v = r->facets + 3 * (size_t)f;
+            hinges[count].edge = mesher__pair(v[k], v[(k + 1) % 3]);
+            hinges[count].facet = f;
+            hinges[count].apex = v[(k + 2) % 3];
+        }
+    qsort(hinges, count, sizeof *hinges, mesher__compare_hinges);
+    for (i = 1; i < count; i++) {
+        uint32_t a = (uint32_t)(hinges[i].edge >> 32), b = (uint32_t)hinges[i].edge, x, y;
+        if (hinges[i].edge != hinges[i - 1].edge ||
+            !mesher__is_flat(r, a, b, hinges[i - 1].apex, hinges[i].apex))
+            continue;
+        x = mesher__patch_root(parent, hinges[i - 1].facet);
+        y = mesher__patch_root(parent, hinges[i].facet);
+        if (x < y) parent[y] = x;
+        else parent[x] = y;
+    }
+}
+
+/* The plane of each flat part of the surface. */
+static void mesher__fit_patches(mesher__recovery *r, uint32_t *parent)
+{
+    const uint32_t n = r->domain->num_facets;
+    uint32_t f;
+    int i, j, k;
+    double *plane, length, side, m[3];
+    memset(r->patch_planes, 0, 4 * (size_t)n * sizeof *r->patch_planes);
+    for (f = 0; f < n; f++) { /* the sum of normals, all to one side */
+        const double *a = mesher__x(r, r->facets[3 * (size_t)f]),
+                     *b = mesher__x(r, r->facets[3 * (size_t)f + 1]),
+                     *c = mesher__x(r, r->facets[3 * (size_t)f + 2]);
+        plane = r->patch_planes + 4 * (size_t)mesher__patch_root(parent, f);
+        for (side = 0, k = 0; k < 3; k++) {
+            i = (k + 1) % 3;
+            j = (k + 2) % 3;
+            m[k] = (b[i] - a[i]) * (c[j] - a[j]) - (b[j] - a[j]) * (c[i] - a[i]);
+            side += m[k] * plane[k];
+        }
+        for (k = 0; k < 3; k++) plane[k] += side < 0 ? -m[k] : m[k];
+    }
+    for (f = 0; f < n; f++) {
+        const double *a = mesher__x(r, r->facets[3 * (size_t)f]);
+        plane = r->patch_planes + 4 * (size_t)f;
+        length = sqrt(plane[0] * plane[0] + plane[1] * plane[1] + plane[2] * plane[2]);
+        for (k = 0; k < 3 && length > 0; k++) plane[k] /= length;
+        plane[3] = plane[0] * a[0] + plane[1] * a[1] + plane[2] * a[2];
+    }
+}
+
+/* The flat parts of the surface, by vertices. */
+static int mesher__find_patches(mesher__recovery *r)
+{
+    const size_t n = r->domain->num_facets;
+    mesher__hinge *hinges = (mesher__hinge *)mesher__block(r, 3 * n, sizeof *hinges);
+    uint64_t *pairs = (uint64_t *)mesher__block(r, 3 * n, sizeof *pairs);
+    uint32_t *parent = mesher__numbers(r, n, 0), v = 0;
+    size_t i, count = 0;
+    r->patch_row = mesher__numbers(r, (size_t)r->num_rows + 1, 0);
+    r->patches = mesher__numbers(r, 3 * n, 0);
+    r->patch_planes = (double *)mesher__block(r, 4 * n, sizeof *r->patch_planes);
+    if (r->status == MESHER_OK) {
+        mesher__join_patches(r, hinges, parent);
+        mesher__fit_patches(r, parent);
+        for (i = 0; i < 3 * n; i++)
+            pairs[i] = (uint64_t)r->facets[i] << 32 | mesher__patch_root(parent, (uint32_t)(i / 3));
+        qsort(pairs, 3 * n, sizeof *pairs, mesher__compare_u64);
+        for (i = 0; i < 3 * n; i++) {
+            if (i > 0 && pairs[i] == pairs[i - 1]) continue;
+            while (v <= pairs[i] >> 32) r->patch_row[v++] = (uint32_t)count;
+            r->patches[count++] = (uint32_t)pairs[i];
+        }
+        while (v <= r->num_rows) r->patch_row[v++] = (uint32_t)count;
+    }
+    delaunay_release(r->memory, hinges);
+    delaunay_release(r->memory, pairs);
+    delaunay_release(r->memory, parent);
+    return r->status == MESHER_OK;
+}
+
+/* Is v in the plane of a flat part of the surface that u is in? */
+static int mesher__in_plane_of(const mesher__recovery *r, uint32_t u, uint32_t v)
+{
+    const double *x = mesher__x(r, v);
+    uint32_t i;
+    for (i = r->patch_row[u]; i < r->patch_row[u + 1]; i++) {
+        const double *plane = r->patch_planes + 4 * (size_t)r->patches[i];
+        if (fabs(plane[0] * x[0] + plane[1] * x[1] + plane[2] * x[2] - plane[3]) <=
+            4 * r->plane.tolerance)
+            return 1;
     }
     return 0;
 }
 
-/* Fills half of the spin around a new point. */
-static int mesher__star_half(mesher__recovery *r, uint32_t p, uint32_t q, const uint32_t *h,
-                             uint32_t m, uint32_t *num_new)
+/* Are two vertices in one plane that the surface has there? */
+static int mesher__same_patch(const mesher__recovery *r, uint32_t u, uint32_t v)
 {
-    double x[3];
-    uint32_t v, i;
-    if (!mesher__half_point(r, p, q, h, m, x)) return 0;
-    v = delaunay_add_vertex(r->mesh, x, DELAUNAY_NO_ID);
+    return u < r->num_rows && v < r->num_rows && mesher__id(r, u) < r->domain->first_corner &&
+           mesher__id(r, v) < r->domain->first_corner &&
+           (mesher__in_plane_of(r, u, v) || mesher__in_plane_of(r, v, u));
+}
+
+/* Is a triangle of the mesh in a flat part of the surface? */
+static int mesher__in_patch(const mesher__recovery *r, uint32_t a, uint32_t b, uint32_t c)
+{
+    return mesher__same_patch(r, a, b) && mesher__same_patch(r, b, c) &&
+           mesher__same_patch(r, c, a);
+}
+
+/* The boundary of the cave, the tetrahedra r->star, as the shell: with the edge pq flipped to chord
+ * h[0] h[m-1] below it. Constrained facets are boundary wherever they are. 0: too large. */
+static int mesher__cave_shell(mesher__recovery *r, uint32_t p, uint32_t q, const uint32_t *h,
+                              uint32_t m)
+{
+    size_t i;
+    int k, c;
+    r->num_shell = 2;
+    r->shell_beyond[0] = r->shell_beyond[1] = 0;
+    r->shell[0][0] = p, r->shell[0][1] = h[0], r->shell[0][2] = h[m - 1];
+    r->shell[1][0] = q, r->shell[1][1] = h[m - 1], r->shell[1][2] = h[0];
+    for (i = 0; i < r->star.count; i++) {
+        delaunay_handle t = r->star.items[i];
+        const delaunay_tet *tet = &r->mesh->tets[t];
+        for (k = 0; k < 4; k++) {
+            delaunay_handle beyond = tet->n[k] / 4;
+            uint32_t *v = r->shell[r->num_shell];
+            if (r->num_shell == DELAUNAY_WINDOW_FACETS) return 0;
+            for (c = 0; c < 3; c++) v[c] = tet->v[delaunay_facet_order(k)[c]];
+            if ((v[0] == p || v[1] == p || v[2] == p) && (v[0] == q || v[1] == q || v[2] == q))
+                continue;
+            if ((r->mesh->flags[t] & DELAUNAY_FACET_BIT(k)) ||
+                mesher__in_patch(r, v[0], v[1], v[2]))
+                beyond = 0;
+            else if (mesher__set_has(&r->known, beyond)) continue;
+            r->shell_beyond[r->num_shell++] = beyond;
+        }
+    }
+    return 1;
+}
+
+/* Takes the tetrahedra behind facets of the shell that x does not see into the cave. -1: something
+ * that has to stay is in the way, 0: x sees all. */
+static int mesher__cave_grow(mesher__recovery *r, const double *x)
+{
+    uint32_t i;
+    int grown = 0;
+    r->work += r->num_shell;
+    for (i = 0; i < r->num_shell; i++) {
+        const uint32_t *f = r->shell[i];
+        delaunay_handle t = r->shell_beyond[i];
+        if (delaunay_orient3d(mesher__x(r, f[0]), mesher__x(r, f[1]), mesher__x(r, f[2]), x) < 0)
+            continue;
+        if (!t || delaunay_is_ghost(r->mesh, t) || mesher__set_has(&r->known_near, t) ||
+            r->star.count == MESHER__CAVE)
+            return -1;
+        if (!mesher__add(r, &r->known, t)) continue;
+        mesher__push(r, &r->star, t);
+        if (r->status != MESHER_OK) return -1;
+        grown = 1;
+    }
+    return grown;
+}
+
+/* May what is inside the cave vanish? Only points of ours and what is at them, or at the box: other
+ * edges may be in a plane, too. */
+static int mesher__cave_is_free(mesher__recovery *r, uint32_t p, uint32_t q)
+{
+    size_t i;
+    int k;
+    uint32_t j;
+    mesher__set_clear(&r->seen);
+    mesher__set_clear(&r->seen_edges);
+    for (j = 0; j < r->num_shell; j++)
+        for (k = 0; k < 3; k++) {
+            mesher__add(r, &r->seen, r->shell[j][k]);
+            mesher__add(r, &r->seen_edges,
+                        mesher__pair(r->shell[j][k], r->shell[j][(k + 1) % 3]));
+        }
+    for (i = 0; i < r->star.count; i++) {
+        delaunay_handle t = r->star.items[i];
+        const uint32_t *v = r->mesh->tets[t].v;
+        for (k = 0; k < 4; k++)
+            if (v[k] < r->num_rows && !mesher__set_has(&r->seen, v[k])) return 0;
+        for (k = 0; k < 6; k++) {
+            uint32_t a = v[delaunay_edge_order(k)[0]], b = v[delaunay_edge_order(k)[1]];
+            if (((r->mesh->flags[t] & DELAUNAY_EDGE_BIT(k)) || mesher__same_patch(r, a, b)) &&
+                mesher__pair(a, b) != mesher__pair(p, q) &&
+                !mesher__set_has(&r->seen_edges, mesher__pair(a, b)))
+                return 0;
+        }
+    }
+    return r->status == MESHER_OK;
+}
+
+/* The cave from a half alone. */
+static int mesher__cave_start(mesher__recovery *r, const delaunay_handle *tets, uint32_t count)
+{
+    uint32_t i;
+    r->star.count = 0;
+    mesher__set_clear(&r->known);
+    for (i = 0; i < count; i++) {
+        mesher__add(r, &r->known, tets[i]);
+        mesher__push(r, &r->star, tets[i]);
+    }
+    return r->status == MESHER_OK;
+}
+
+/* A new vertex at x, if no tetrahedron between it and the shell is flat. */
+static uint32_t mesher__cave_vertex(mesher__recovery *r, const double *x)
+{
+    uint32_t v = delaunay_add_vertex(r->mesh, x, DELAUNAY_NO_ID), i;
     if (!v) r->status = MESHER_ERROR_OUT_OF_MEMORY;
-    if (!v) return 0;
+    for (i = 0; v && i < r->num_shell; i++)
+        if (mesher__is_flat(r, r->shell[i][0], r->shell[i][1], r->shell[i][2], v)) {
+            r->mesh->num_vertices--;
+            return 0;
+        }
+    return v;
+}
+
+/* Fills a half of the spin, the m - 1 tetrahedra with the vertices of h, around a new point high
+ * above the plane, and with it what is in the way between: all that is a cave then, in r->star. The
+ * farther, the more room there is for the next one. */
+static int mesher__star_half(mesher__recovery *r, uint32_t p, uint32_t q, const uint32_t *h,
+                             uint32_t m, const delaunay_handle *tets, uint32_t *num_new)
+{
+    const double *xp = mesher__x(r, p), *xq = mesher__x(r, q), *x1 = mesher__x(r, h[1]);
+    double foot[3], x[3], deep[3], up = 0, length = 0, t;
+    uint32_t v = 0, i;
+    int k, grown;
+    mesher__foot(r, p, q, h, m, foot);
+    for (k = 0; k < 3; k++) {
+        up += r->plane.normal[k] * (x1[k] - foot[k]);
+        length += (xq[k] - xp[k]) * (xq[k] - xp[k]);
+    }
+    length = up > 0 ? sqrt(length) : -sqrt(length);
+    for (t = 1; t > 1e-11 && !v && r->status == MESHER_OK; t /= 4) {
+        if (!mesher__cave_start(r, tets, m - 1)) return 0;
+        for (k = 0; k < 3; k++) x[k] = foot[k] + t * length * r->plane.normal[k];
+        do grown = mesher__cave_shell(r, p, q, h, m) ? mesher__cave_grow(r, x) : -1;
+        while (grown > 0);
+        if (grown < 0 || !mesher__cave_is_free(r, p, q)) continue;
+        r->work += 20 * (uint64_t)r->num_shell;
+        if (mesher__kernel(r, deep) > 0) v = mesher__cave_vertex(r, deep);
+        if (!v) v = mesher__cave_vertex(r, x);
+    }
+    if (!v || *num_new + r->num_shell > DELAUNAY_WINDOW_FACETS) return 0;
     for (i = 0; i < r->num_shell; i++, ++*num_new) {
         uint32_t *c = r->commit + 4 * (size_t)*num_new;
         c[0] = r->shell[i][0], c[1] = r->shell[i][2], c[2] = r->shell[i][1], c[3] = v;
@@ -5488,37 +5874,73 @@ static int mesher__star_half(mesher__recovery *r, uint32_t p, uint32_t q, const 
     return 1;
 }
 
+/* The vertices around a rung, on both sides of the plane, from before to behind and back, and the
+ * tetrahedra they are of. 0: there is nothing to flip, or another vertex of the plane is among
+ * them. */
+static int mesher__halves(mesher__recovery *r, mesher__rung *g, uint32_t before, uint32_t behind,
+                          mesher__half *half)
+{
+    const mesher__spin *s = &r->plane.spin;
+    uint32_t at[2] = {UINT32_MAX, UINT32_MAX}, j, k;
+    if (!mesher__spin_rung(r, g)) return 0;
+    for (j = 0; j < s->n; j++) {
+        if (s->v[j] == before) at[0] = j;
+        else if (s->v[j] == behind) at[1] = j;
+        else if (mesher__in_plane(r, s->v[j])) return 0;
+    }
+    if (at[0] == UINT32_MAX || at[1] == UINT32_MAX) return 0;
+    for (k = 0; k < 2; k++)
+        for (half[k].n = 0, j = at[k];; j = (j + 1) % s->n) {
+            half[k].tets[half[k].n] = s->tets[j];
+            half[k].v[half[k].n++] = s->v[j];
+            if (j == at[1 - k]) break;
+        }
+    return half[0].n > 2 || half[1].n > 2;
+}
+
+/* Fills one half, with a new point or without; the tetrahedra that go, into r->pool. */
+static int mesher__refill(mesher__recovery *r, const mesher__rung *g, const mesher__half *half,
+                          int points, uint32_t *num_new)
+{
+    uint32_t i;
+    size_t j;
+    if (mesher__fill_half(r, g->p, g->q, half->v, half->n, 0, num_new)) {
+        for (i = 0; i + 1 < half->n; i++) mesher__push(r, &r->pool, half->tets[i]);
+        return r->status == MESHER_OK;
+    }
+    if (!points ||
+        !mesher__star_half(r, g->p, g->q, half->v, half->n, half->tets, num_new))
+        return 0;
+    for (j = 0; j < r->star.count; j++) {
+        mesher__push(r, &r->pool, r->star.items[j]);
+        mesher__add(r, &r->known_near, r->star.items[j]);
+    }
+    return r->status == MESHER_OK;
+}
+
 /* Flips rung i in the plane, with new points or without. */
 static int mesher__flip_rung(mesher__recovery *r, uint32_t i, uint32_t before, uint32_t behind,
                              int points)
 {
     mesher__rung *g = &r->plane.rungs[i];
-    const mesher__spin *s = &r->plane.spin;
-    uint32_t half[2][MESHER__SPIN], count[2], at[2] = {UINT32_MAX, UINT32_MAX}, j, k, num_new = 0;
-    uint32_t vertices = r->mesh->num_vertices, added = r->added;
-    if (!mesher__spin_rung(r, g)) return 0;
-    for (j = 0; j < s->n; j++) {
-        if (s->v[j] == before) at[0] = j;
-        if (s->v[j] == behind) at[1] = j;
-    }
-    if (at[0] == UINT32_MAX || at[1] == UINT32_MAX) return 0;
-    for (k = 0; k < 2; k++)
-        for (count[k] = 0, j = at[k];; j = (j + 1) % s->n) {
-            half[k][count[k]++] = s->v[j];
-            if (j == at[1 - k]) break;
+    mesher__half half[2];
+    uint32_t num_new = 0, vertices = r->mesh->num_vertices, added = r->added, j;
+    if (!mesher__halves(r, g, before, behind, half)) return 0;
+    r->pool.count = 0;
+    mesher__set_clear(&r->known_near);
+    for (j = 0; j + 1 < half[1].n; j++) mesher__add(r, &r->known_near, half[1].tets[j]);
+    if (mesher__refill(r, g, &half[0], points, &num_new)) {
+        mesher__set_clear(&r->known_near);
+        for (j = 0; j < r->pool.count; j++) mesher__add(r, &r->known_near, r->pool.items[j]);
+        if (mesher__refill(r, g, &half[1], points, &num_new) &&
+            mesher__commit_pool(r, num_new)) {
+            g->t = r->slots[0];
+            return 1;
         }
-    if (count[0] < 3 || count[1] < 3) return 0;
-    for (k = 0; k < 2; k++) {
-        if (mesher__fill_half(r, g->p, g->q, half[k], count[k], &num_new)) continue;
-        if (!points || !mesher__star_half(r, g->p, g->q, half[k], count[k], &num_new)) break;
     }
-    if (k < 2 || !mesher__commit(r, s->tets, s->n, r->commit, num_new)) {
-        r->mesh->num_vertices = vertices;
-        r->added = added;
-        return 0;
-    }
-    g->t = r->slots[0];
-    return 1;
+    r->mesh->num_vertices = vertices;
+    r->added = added;
+    return 0;
 }
 
 /* What the flip of a rung does: 2: it is one less, 1: another vertex than target has it, 0: it
@@ -5622,25 +6044,131 @@ static void mesher__plane_edge(mesher__recovery *r, uint32_t e)
     }
 }
 
-/* Missing edges that lie in a plane of the mesh, by flips in it, those with the fewest rungs first:
- * if they have many in the mean. Where they have few, other steps take fewer points. */
-static void mesher__plane_levels(mesher__recovery *r)
+/* Does a plane of the surface that has edge pq stay in the mesh without it? It does if flat
+ * tetrahedra are all that is between the vertices of that plane around pq. */
+static int mesher__plane_stays(const mesher__recovery *r, uint32_t p, uint32_t q)
+{
+    const mesher__spin *s = &r->plane.spin;
+    uint32_t i, runs = 0;
+    int in, before;
+    if (!mesher__same_patch(r, p, q)) return 1;
+    before = mesher__same_patch(r, p, s->v[s->n - 1]) && mesher__same_patch(r, q, s->v[s->n - 1]);
+    for (i = 0; i < s->n; i++, before = in) {
+        in = mesher__same_patch(r, p, s->v[i]) && mesher__same_patch(r, q, s->v[i]);
+        runs += (uint32_t)(in && !before);
+    }
+    return runs == 1;
+}
+
+/* Removes edge pq of tetrahedron t where that leaves fewer flat tetrahedra. */
+static int mesher__flatten_edge(mesher__recovery *r, delaunay_handle t, uint32_t p, uint32_t q)
+{
+    const mesher__spin *s = &r->plane.spin;
+    uint32_t i, flat = 0, num_new = 0;
+    if (!mesher__spin_around(r, t, p, q) || s->n > MESHER__HALF) return 0;
+    for (i = 0; i < s->n; i++)
+        flat += (uint32_t)mesher__is_flat(r, p, q, s->v[i], s->v[(i + 1) % s->n]);
+    return flat > 0 && mesher__plane_stays(r, p, q) &&
+           mesher__fill_half(r, p, q, s->v, s->n, flat - 1, &num_new) &&
+           mesher__commit(r, s->tets, s->n, r->commit, num_new);
+}
+
+/* Puts an edge in place of facet k of tetrahedron t where that leaves fewer flat tetrahedra. */
+static int mesher__flatten_facet(mesher__recovery *r, delaunay_handle t, int k)
+{
+    const delaunay_tet *tet = &r->mesh->tets[t];
+    const uint8_t *o = delaunay_facet_order(k);
+    delaunay_handle pair[2];
+    uint32_t d = tet->v[k], e, i;
+    int flat;
+    pair[0] = t;
+    pair[1] = tet->n[k] / 4;
+    if ((r->mesh->flags[t] & DELAUNAY_FACET_BIT(k)) || !pair[1] ||
+        delaunay_is_ghost(r->mesh, pair[1]))
+        return 0;
+    e = r->mesh->tets[pair[1]].v[tet->n[k] % 4];
+    if (mesher__in_patch(r, tet->v[o[0]], tet->v[o[1]], tet->v[o[2]]) &&
+        !(mesher__in_patch(r, d, tet->v[o[0]], tet->v[o[1]]) &&
+          mesher__in_patch(r, d, tet->v[o[1]], tet->v[o[2]])))
+        return 0;
+    flat = 1 + mesher__is_flat(r, tet->v[o[0]], tet->v[o[1]], tet->v[o[2]], e);
+    for (i = 0; i < 3; i++) {
+        uint32_t *c = r->commit + 4 * (size_t)i;
+        c[0] = d, c[1] = tet->v[o[i]], c[2] = tet->v[o[(i + 1) % 3]], c[3] = e;
+        r->work++;
+        if (delaunay_orient3d(mesher__x(r, d), mesher__x(r, c[1]), mesher__x(r, c[2]),
+                              mesher__x(r, e)) <= 0)
+            return 0;
+        flat -= mesher__is_flat(r, d, c[1], c[2], e);
+    }
+    return flat > 0 && mesher__commit(r, pair, 2, r->commit, 3);
+}
+
+/* Flat tetrahedra go, where flips in place can do without them: a plane of the surface that
+ * rounding has bent is one layer of facets then, as one that is not bent. */
+static uint32_t mesher__flatten(mesher__recovery *r)
+{
+    delaunay_mesh *mesh = r->mesh;
+    uint32_t before, done = 0, left;
+    delaunay_handle t;
+    int i, k;
+    do {
+        before = done;
+        left = 0;
+        for (t = 1; t < mesh->num_tets && !mesher__stopped(r); t++) {
+            const uint32_t *v = mesh->tets[t].v;
+            uint32_t w[4];
+            if (delaunay_is_deleted(mesh, t) || delaunay_is_ghost(mesh, t) ||
+                !mesher__is_flat(r, v[0], v[1], v[2], v[3]))
+                continue;
+            memcpy(w, v, sizeof w);
+            left++;
+            for (k = i = 0; i < 6 && !k; i++)
+                k = mesher__flatten_edge(r, t, w[delaunay_edge_order(i)[0]],
+                                         w[delaunay_edge_order(i)[1]]);
+            for (i = 0; i < 4 && !k; i++) k = mesher__flatten_facet(r, t, i);
+            done += (uint32_t)k;
+        }
+        mesher__tell(r, "flat tetrahedra", (int)left);
+    } while (done > before && !mesher__stopped(r));
+    return done;
+}
+
+/* The missing edges that lie in a plane of the mesh, or every so manieth of them, into r->order, by
+ * numbers of rungs. Returns their number; 0, too, if they have few rungs in the mean. */
+static uint32_t mesher__list_in_planes(mesher__recovery *r, uint32_t stride, uint32_t few)
 {
     uint64_t rungs = 0;
-    uint32_t i, e, n = 0;
+    uint32_t e, n = 0, missing = 0;
     for (e = 0; e < r->num_edges && !mesher__stopped(r); e++) {
-        if (r->edge_present[e] ||
+        if (r->edge_present[e] || missing++ % stride ||
             !mesher__walk_plane(r, r->edges[2 * (size_t)e], r->edges[2 * (size_t)e + 1]))
             continue;
         rungs += r->plane.count;
         r->order[n++] = (uint64_t)r->plane.count << 32 | e;
     }
-    if (rungs < MESHER__MANY_RUNGS * (uint64_t)n || n == 0) return;
     if (n > 1) qsort(r->order, n, sizeof *r->order, mesher__compare_u64);
-    for (i = 0; i < n && !mesher__stopped(r); i++)
-        if (!r->edge_present[(uint32_t)r->order[i]])
-            mesher__plane_edge(r, (uint32_t)r->order[i]);
-    mesher__tell(r, "edges in planes of", (int)n);
+    return rungs < few * (uint64_t)n ? 0 : n;
+}
+
+/* Missing edges that lie in a plane of the mesh, by flips in it, those with the fewest rungs first:
+ * if they have many in the mean. Where they have few, other steps take fewer points. */
+static void mesher__plane_levels(mesher__recovery *r)
+{
+    const uint32_t stride = 1 + r->num_missing_edges / MESHER__RUNG_SAMPLE;
+    uint32_t i, before, n;
+    if (!mesher__list_in_planes(r, stride, MESHER__MANY_RUNGS)) return;
+    n = mesher__list_in_planes(r, 1, MESHER__MANY_RUNGS);
+    if (n == 0 || (!r->patches && !mesher__find_patches(r))) return;
+    do {
+        before = r->num_missing_edges;
+        if (mesher__flatten(r)) n = mesher__list_in_planes(r, 1, 0);
+        for (i = 0; i < n && !mesher__stopped(r); i++)
+            if (!r->edge_present[(uint32_t)r->order[i]])
+                mesher__plane_edge(r, (uint32_t)r->order[i]);
+        mesher__tell(r, "edges in planes of", (int)n);
+        n = mesher__list_in_planes(r, 1, 0);
+    } while (n > 0 && r->num_missing_edges < before && !mesher__stopped(r));
 }
 
 /* The best place for a new point so far. */
@@ -6956,9 +7484,26 @@ static void mesher__recovery_free(mesher__recovery *r)
     delaunay_release(memory, r->wanted);
     delaunay_release(memory, r->order);
     delaunay_release(memory, r->journal);
+    delaunay_release(memory, r->patch_row);
+    delaunay_release(memory, r->patches);
+    delaunay_release(memory, r->patch_planes);
     delaunay_release(memory, r->flips);
     if (r->worker) delaunay_worker_free(r->worker);
     delaunay_release(memory, r);
+}
+
+/* How far rounding may take a vertex off a plane: some units in the last place of the largest
+ * coordinate. */
+static double mesher__rounding(const mesher_domain *domain)
+{
+    const delaunay_mesh *mesh = &domain->mesh;
+    double most = 0;
+    uint32_t v;
+    int k;
+    for (v = 1; v < mesh->num_vertices; v++)
+        for (k = 0; k < 3 && mesh->vertex_id[v] < domain->first_corner; k++)
+            if (fabs(mesh->vertices[v].x[k]) > most) most = fabs(mesh->vertices[v].x[k]);
+    return most * (1.0 / 70368744177664.0);
 }
 
 /* All arrays, zeroed; NULL when out of memory. */
@@ -7006,6 +7551,7 @@ static mesher__recovery *mesher__recovery_new(mesher_domain *domain, mesher_repo
     r->order = (uint64_t *)mesher__block(r, edges + facets, sizeof *r->order);
     r->flips = (mesher__flips *)mesher__block(r, 1, sizeof *r->flips);
     if (r->flips) r->flips->epoch = UINT32_MAX; /* its tables are emptied at the first use */
+    r->plane.tolerance = mesher__rounding(domain);
     r->worker = delaunay_worker_new(memory);
     if (r->status != MESHER_OK || !r->worker) {
         mesher__recovery_free(r);
@@ -7019,6 +7565,7 @@ static void mesher__recover_all(mesher__recovery *r)
 {
     int round;
     uint32_t before;
+    if (r->first) mesher__plane_levels(r);
     if (r->first) mesher__flip_levels(r);
     if (r->first) mesher__plane_levels(r);
     r->max_vain = MESHER__VAIN + r->num_missing_edges / MESHER__VAIN;

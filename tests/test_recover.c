@@ -310,6 +310,23 @@ static void needles_in_planes_need_one_attempt(void)
     shape_free(&s);
 }
 
+/* The same, turned, so that rounding bends the sides: they are heaps of flat tetrahedra then. */
+static void needles_in_bent_planes_need_one_attempt(void)
+{
+    static const double turns[3] = {0.7, 2.3, 4.1}, shifts[3] = {0, 30, -100};
+    int i;
+    for (i = 0; i < 3; i++) {
+        shape s = {0};
+        long points;
+        lobed_plate(&s, 900 + 100 * (uint32_t)i, 5, 3.67);
+        transform(&s, turns[i], 1, shifts[i]);
+        CHECK(attempts_at(&s) == 1);
+        points = recovered(&s, "needles in bent planes");
+        CHECK(points >= 0 && points <= 120);
+        shape_free(&s);
+    }
+}
+
 /* A search of a vertex's star that leaves it out, but begins at facets that it holds, would find
  * it again. */
 static void vertices_of_constraints_are_not_removed(void)
@@ -554,6 +571,7 @@ int main(int argc, char **argv)
         edges_that_came_beside_their_points_are_marked();
         turned_needles_need_one_attempt();
         needles_in_planes_need_one_attempt();
+    needles_in_bent_planes_need_one_attempt();
         vertices_of_constraints_are_not_removed();
         interlocked_tori_and_near_spheres();
         sheets_and_dangling_edges();
