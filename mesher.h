@@ -6616,13 +6616,16 @@ static int mesher__thin_star(mesher__recovery *r, uint32_t v)
     if (r->status != MESHER_OK || r->star.count == 0 || r->star.count > MESHER__THIN_STAR) return 0;
     mesher__flips_clear(f, r->mesh, v, v); /* nothing is in the way of an edge from v to v */
     f->budget = MESHER__THIN_BUDGET;
+    f->num_tried = 0;
     f->work = 0;
     for (i = 0; i < r->star.count; i++) mesher__cell_of(f, r->star.items[i]);
     last = f->num_cells;
     for (cell = 1; cell < last && !f->full; cell++)
         for (k = 0; k < 4 && !f->cells[cell].gone; k++) {
-            uint32_t w = f->cells[cell].v[k];
-            if (w != v) mesher__remove_edge(f, cell, v, w, 0, 0, MESHER__THIN_DEPTH);
+            uint32_t w = f->cells[cell].v[k], mark = f->num_log;
+            if (w == v || !mesher__first_try(f, v, w)) continue;
+            mesher__remove_edge(f, cell, v, w, 0, 0, MESHER__THIN_DEPTH);
+            if (f->num_log != mark) f->num_tried = 0;
         }
     r->work += f->work;
     return f->num_log > 0 && mesher__commit_flips(r);
@@ -6928,7 +6931,9 @@ static void mesher__relax_points(mesher__recovery *r)
     double x[3];
     for (round = 0; round < 3; round++)
         for (v = r->num_rows; v < r->mesh->num_vertices && !mesher__stopped(r); v++) {
-            if (!r->mesh->vertex_tet[v] || !mesher__shell_of_star(r, v)) continue;
+            if (!r->mesh->vertex_tet[v] || (v < r->cap_at && r->missing_edges_at[v]) ||
+                !mesher__shell_of_star(r, v))
+                continue; /* a point of the surface stays, even if all its edges are missing */
             r->work += 20 * (uint64_t)r->num_shell;
             if (mesher__kernel(r, x) > 0) memcpy(r->mesh->vertices[v].x, x, sizeof x);
         }
