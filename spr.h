@@ -2970,6 +2970,13 @@ static int spr__plan_insertion(const spr__state *s, delaunay_handle t, delaunay_
 
 /* ---- >>schedule --------------------------------------------------------------------------- */
 
+/* Plans of the level of large cavities. */
+enum {
+    SPR__LARGE_PLANS = 300,   /* in vain; more by the size of the mesh */
+    SPR__LARGE_GAIN = 100,    /* that each success pays for */
+    SPR__LARGE_PORTION = 64   /* at a time, so that it counts */
+};
+
 static int spr__is_off(const spr__state *s, int level)
 {
     const spr_options *o = &s->options;
@@ -3169,6 +3176,7 @@ static void spr__count(spr__state *s, const delaunay_plan *plan)
     else if (s->sweep == SPR__SMOOTH) s->report->smoothed++;
     else if (s->sweep == SPR__REMOVE) s->report->vertices_removed++;
     else s->report->reconnected++;
+    if (s->sweep == SPR__LARGE && !s->is_patch) s->allowance[SPR__LARGE] += SPR__LARGE_GAIN;
 }
 
 /* Of listed: everything was tried for this very tetrahedron once; when something changes nearby,
@@ -3342,7 +3350,7 @@ static void spr__set_allowance(spr__state *s, uint64_t num_tets)
     for (level = 0; level < SPR__HOPELESS; level++) s->allowance[level] = UINT64_MAX;
     s->allowance[SPR__REMOVE] = s->allowance[SPR__INSERT] = 20000 + num_tets / 10;
     s->allowance[SPR__MEDIUM] = 5000 + num_tets / 50;
-    s->allowance[SPR__LARGE] = 600 + num_tets / 400;
+    s->allowance[SPR__LARGE] = SPR__LARGE_PLANS + num_tets / 400;
     s->allowance[SPR__UTMOST] = num_tets < 16000 ? 16 + num_tets / 100 : 176;
     if (s->is_patch) s->allowance[SPR__LARGE] = s->allowance[SPR__UTMOST] = 0;
 }
@@ -3410,6 +3418,7 @@ static spr_result spr__gather(spr__state *s, int level)
     most = (size_t)s->allowance[level];
     s->lift = s->is_lifting;
     if (level == SPR__UTMOST && !s->lift) most = spr__few(s, most);
+    if (level == SPR__LARGE && most > SPR__LARGE_PORTION) most = SPR__LARGE_PORTION;
     if (s->items.count > most) {
         spr__sort(s, s->items.items, s->items.count);
         for (i = most; i < s->items.count && most == s->allowance[level]; i++)
