@@ -2842,8 +2842,10 @@ static void spr__pit_cone(const spr__state *s, const spr__pit *c, spr__cone *con
     spr__cone_close(s, cone);
 }
 
-/* No new edge shorter than half the shortest around. */
-static int spr__pit_is_roomy(const spr__cone *cone, const double *p)
+/* No new edge shorter than so much of the shortest around. */
+#define SPR__ROOM      0.5
+#define SPR__ROOM_FLAT 0.2 /* in the place of the very worst, which is much lower than that */
+static int spr__pit_is_roomy(const spr__cone *cone, const double *p, double room)
 {
     double shortest = HUGE_VAL, nearest = HUGE_VAL;
     size_t i;
@@ -2856,7 +2858,7 @@ static int spr__pit_is_roomy(const spr__cone *cone, const double *p)
             shortest, spr__min(spr__distance2(v[0], v[1]),
                                spr__min(spr__distance2(v[1], v[2]), spr__distance2(v[2], v[0]))));
     }
-    return nearest > 0.25 * shortest;
+    return nearest > room * room * shortest;
 }
 
 /* Squares of what bad tetrahedra lack. */
@@ -2913,7 +2915,8 @@ static int spr__pit_solve(const spr__state *s, spr__pit *c)
     for (i = 0; i < c->num_facets; i++) c->after = spr__min(c->after, c->value[i]);
     return c->after > spr__floor(s, c->before) && cone.n == (size_t)c->num_facets &&
            spr__pit_pays(s, c) && spr__cone_is_positive(&cone, c->xyz) &&
-           spr__pit_is_roomy(&cone, c->xyz) && spr__pit_is_hollow(s, c);
+           spr__pit_is_roomy(&cone, c->xyz, s->is_lifting ? SPR__ROOM_FLAT : SPR__ROOM) &&
+           spr__pit_is_hollow(s, c);
 }
 
 /* The k-th place to begin with: the middle of t, then of its edges, with all tetrahedra around. */

@@ -635,6 +635,20 @@ static void test_what_a_part_of_a_mesh_is_replaced_by(void)
     CHECK(!spr__patch_is_better(&p, as_before, 0.09, rounder, 9));
 }
 
+/* A new vertex nearer to a corner than half the shortest edge is tolerated in flat places only. */
+static void test_room_for_a_new_vertex(void)
+{
+    static const double a[4] = {0, 0, 0, 0}, b[4] = {1, 0, 0, 0}, c[4] = {0, 1, 0, 0},
+                        d[4] = {0, 0, 1, 0}, p[4] = {0.2, 0.2, 0.2, 0};
+    static spr__cone cone;
+    spr__state s;
+    memset(&s, 0, sizeof s);
+    spr__cone_add(&cone, a, c, b);
+    spr__cone_add(&cone, b, c, d);
+    spr__cone_close(&s, &cone);
+    CHECK(!spr__pit_is_roomy(&cone, p, SPR__ROOM) && spr__pit_is_roomy(&cone, p, SPR__ROOM_FLAT));
+}
+
 /* The first stay in front; the others by the bad ones around, which are counted up to a limit. */
 static void test_parts_with_few_bad_ones_are_shaken_first(void)
 {
@@ -1311,6 +1325,7 @@ int main(void)
     test_relaxes_a_lattice();
     test_flips_for_the_mean();
     test_what_a_part_of_a_mesh_is_replaced_by();
+    test_room_for_a_new_vertex();
     test_parts_with_few_bad_ones_are_shaken_first();
     test_where_hardly_anything_can_be_good();
     test_arrays();
