@@ -43,7 +43,8 @@
  *   allows, the few worst and then those with the fewest bad ones beside them, vertices are moved
  *   at random and that part is improved anew: it is taken if its bad ones are fewer or weigh less,
  *   for as long as that happens often enough. The same is done for the few most extreme dihedral
- *   angles and the least SICN; a much better one may cost one more bad tetrahedron in a dozen.
+ *   angles and the least SICN, every second time by that measure alone; a much better one may cost
+ *   one more bad tetrahedron in a dozen, and the worst of the mesh six that weigh less in all.
  *   For the mean, edges and facets of tetrahedra below it, the worst 20000 or so, are flipped where
  *   that worsens nothing that is bad or extreme, and one sweep along a curve, in blocks side by
  *   side, moves all vertices. Plans are made side by side and committed in order
@@ -456,17 +457,28 @@ static void spr__extremes(const double *a, const double *b, const double *c, con
 /* No tetrahedron with gamma so far above the target has an extreme angle. */
 #define SPR__ROUND 0.15
 
-/* Gamma, or the target times the least of the three if that is less; user: the target. */
+/* What spr__measure_all looks at. */
+typedef struct spr__focus {
+    double target;
+    double spare[3];  /* added to the three measures: more than 1 where one does not count */
+    double low, lift; /* gammas from low to lift count as lift, less in proportion; 0: as is */
+} spr__focus;
+
+/* Gamma, or the target times the least of the three if that is less; user: a focus. */
 static double spr__measure_all(void *user, const double *a, const double *b, const double *c,
                                const double *d)
 {
-    double gamma, target = *(const double *)user, e[3];
+    const spr__focus *f = (const spr__focus *)user;
+    double gamma, e[3];
     spr__shape s;
+    int k;
     spr__shape_set(&s, a, b, c, d);
     gamma = spr__shape_gamma(&s);
-    if (gamma > target + SPR__ROUND) return gamma;
+    if (gamma > f->target + SPR__ROUND) return gamma;
     spr__shape_extremes(&s, e);
-    return spr__min(gamma, target * spr__min(e[0], spr__min(e[1], e[2])));
+    for (k = 0; k < 3; k++) e[k] += f->spare[k];
+    if (f->lift > 0) gamma = spr__max(gamma, spr__min(gamma * (f->lift / f->low), f->lift));
+    return spr__min(gamma, f->target * spr__min(e[0], spr__min(e[1], e[2])));
 }
 
 static double spr__measure_gamma(void *user, const double *a, const double *b, const double *c,
@@ -561,6 +573,8 @@ typedef struct spr__state {
     double           least;       /* before that, the worst of the mesh */
     int              gamma;       /* the measure is gamma: the quick way */
     int              rounding;    /* it is spr__measure_all */
+    spr__focus       focus;       /* then */
+    double           extreme[3];  /* the least of the mesh by its three measures */
     int              simd;        /* the processor has AVX2 */
     spr_result       failure;     /* in done */
 } spr__state;
@@ -1054,17 +1068,26 @@ SPR__TARGET DELAUNAY_INLINE void spr__shape4_extremes(const spr__shape4 *s, __m2
 }
 
 /* spr__measure_all of four facets with apex p. */
-SPR__TARGET DELAUNAY_INLINE __m256d spr__all4(const spr__facet4 *f, spr__v3 p, double target)
+SPR__TARGET DELAUNAY_INLINE __m256d spr__all4(const spr__facet4 *f, spr__v3 p,
+                                              const spr__focus *focus)
 {
     spr__shape4 s;
-    __m256d gamma, all, e[3];
+    __m256d gamma, all, e[3], plain;
+    int k;
     spr__shape4_set(&s, spr__load4(f->a), spr__load4(f->b), spr__load4(f->c), p);
-    gamma = spr__shape4_gamma(&s);
+    plain = gamma = spr__shape4_gamma(&s);
     spr__shape4_extremes(&s, e);
-    all = _mm256_mul_pd(_mm256_set1_pd(target),
+    for (k = 0; k < 3; k++) e[k] = _mm256_add_pd(e[k], _mm256_set1_pd(focus->spare[k]));
+    if (focus->lift > 0) {
+        __m256d lift = _mm256_set1_pd(focus->lift),
+                more = _mm256_mul_pd(gamma, _mm256_set1_pd(focus->lift / focus->low));
+        gamma = _mm256_max_pd(gamma, _mm256_min_pd(more, lift));
+    }
+    all = _mm256_mul_pd(_mm256_set1_pd(focus->target),
                         _mm256_min_pd(e[0], _mm256_min_pd(e[1], e[2])));
-    return _mm256_blendv_pd(_mm256_min_pd(gamma, all), gamma,
-                            _mm256_cmp_pd(gamma, _mm256_set1_pd(target + SPR__ROUND), _CMP_GT_OQ));
+    return _mm256_blendv_pd(
+        _mm256_min_pd(gamma, all), plain,
+        _mm256_cmp_pd(plain, _mm256_set1_pd(focus->target + SPR__ROUND), _CMP_GT_OQ));
 }
 
 /* spr__extremes of four tetrahedra, by their corners; a row for each measure. */
@@ -1080,10 +1103,10 @@ SPR__TARGET static void spr__points4_extremes_avx2(const double *(*p)[4], double
     for (i = 0; i < 3; i++) _mm256_storeu_pd(out[i], e[i]);
 }
 
-SPR__TARGET static void spr__facet4_all_avx2(const spr__facet4 *f, const double *p, double target,
-                                             double *out)
+SPR__TARGET static void spr__facet4_all_avx2(const spr__facet4 *f, const double *p,
+                                             const spr__focus *focus, double *out)
 {
-    _mm256_storeu_pd(out, spr__all4(f, spr__same4(p), target));
+    _mm256_storeu_pd(out, spr__all4(f, spr__same4(p), focus));
 }
 
 SPR__TARGET static size_t spr__cone_gammas_avx2(const spr__cone *cone, const double *p,
@@ -1142,7 +1165,7 @@ static void spr__cone_four(const spr__state *s, const spr__cone *cone, size_t i,
     spr__facet f;
 #if defined(SPR__TARGET)
     if (s->rounding && s->simd) {
-        spr__facet4_all_avx2(&cone->f[i / 4], p, s->target, out);
+        spr__facet4_all_avx2(&cone->f[i / 4], p, &s->focus, out);
         return;
     }
 #endif
@@ -3528,6 +3551,7 @@ enum {
     SPR__SHAKE_FEW = 4,     /* of the worst, in any surroundings; for others, no more than one */
     SPR__HOPEFUL = 3,       /* in so many around is bad */
     SPR__SPARE = 12,        /* one more bad one in so many, where that is worth it */
+    SPR__SPARE_FEW = 6,     /* and so many more for the few worst, if all of them weigh less */
     SPR__SHAKE_CREDIT = 20000, /* plans in vain, at most */
     SPR__SHAKE_GAIN = 1000  /* plans that one bad one less is worth */
 };
@@ -3538,8 +3562,14 @@ enum {
 #define SPR__MUCH 1.1
 /* Of their weight, what as many bad ones may weigh. */
 #define SPR__LIGHTER 0.97
+/* Of their weight, what they may weigh where an extreme angle is much less so. */
+#define SPR__HEAVIER 1.05
+/* Of an extreme angle's measure: it is worth it. */
+#define SPR__RISEN 1.02
 /* Of what the surface allows. */
 #define SPR__FAR_BELOW 0.5
+/* Of the measure of an extreme angle. */
+#define SPR__UNHIDDEN 1.5
 /* Of the target: the worst of a patch may fall to this, if what is bad weighs less. */
 #define SPR__MILD 0.5
 
@@ -3559,8 +3589,13 @@ typedef struct spr__patch {
     double          worst;    /* to be exceeded, or: */
     double          weight;   /* of the bad ones: to be less, if they are as many as num_bad */
     int             num_bad, was_bad, may_add; /* bad ones: by now, before, and more */
+    int             few;      /* it is around one of the few worst */
     int             rounding; /* it is about angles */
     double          extreme[3], lack; /* then, the least of each measure, and what is lacking */
+    int             kind;     /* the measure that it is about */
+    int             focused;  /* this attempt looks at no other one */
+    double          may_be[3]; /* to what each may fall */
+    double          all_least; /* the worst of the mesh */
     /* the best so far */
     int             found;
     size_t          num_out, num_points; /* points: those of v first */
@@ -3669,11 +3704,12 @@ static int spr__patch_set(const spr__state *s, delaunay_worker *worker, spr__pat
     was = spr__burden_of(s, p->t, p->num_tets);
     p->before = spr__worst_of(s, p->t, p->num_tets);
     p->least = spr__min(p->before, spr__max(s->least, SPR__MILD * s->target));
+    p->all_least = s->least;
     p->worst = spr__floor(s, p->before);
     p->was_bad = was.num;
     p->may_add = was.num / SPR__SPARE;
     p->weight = was.weight;
-    p->rounding = 0;
+    p->rounding = p->few = 0;
     return 1;
 }
 
@@ -3754,21 +3790,35 @@ static int spr__patch_mesh(const spr__state *s, const spr__patch *p, const delau
     return 1;
 }
 
-/* It has fewer bad ones, or they weigh less, or the worst is better; or its angles are less
- * extreme. */
-static int spr__patch_is_better(spr__patch *p, spr__burden is, double worst, const double *extreme,
-                                double lack)
+/* Whether so many bad ones are not too many. much: something is much better, for which a few more
+ * may be; light: and all of them weigh less, so that there may be some more around the worst. */
+static int spr__patch_may_have(const spr__patch *p, int num, int much, int light)
 {
-    int k, much = !p->rounding && worst > SPR__MUCH * p->worst;
-    if (worst < p->least) return 0;
-    for (k = 0; k < 3 && p->rounding; k++) {
-        if (extreme[k] < p->extreme[k]) return 0;
-        much |= extreme[k] > SPR__MUCH * p->extreme[k];
-    }
-    if (is.num > p->num_bad && (!much || is.num > p->was_bad + p->may_add)) return 0;
-    if (p->rounding) return lack < 0.98 * p->lack;
-    return is.weight < SPR__LIGHTER * p->weight || worst > p->worst ||
-           (is.num < p->num_bad && worst >= p->before);
+    int more = p->may_add + (p->few && light ? SPR__SPARE_FEW : 0);
+    return num <= p->num_bad || (much && num <= p->was_bad + more);
+}
+
+/* Its angles are less extreme: all in all, or, around the worst of the mesh, the worst. */
+static int spr__patch_is_rounder(const spr__patch *p, spr__burden is, double worst,
+                                 const double *extreme, double lack)
+{
+    double was = p->extreme[p->kind], here = extreme[p->kind];
+    int k, much = here > SPR__MUCH * was,
+           light = is.weight < (much ? SPR__HEAVIER : SPR__MORE) * p->weight;
+    if (worst < (p->few && light ? p->all_least : p->least)) return 0;
+    for (k = 0; k < 3; k++)
+        if (extreme[k] < (k == p->kind ? was : p->may_be[k])) return 0;
+    if (!spr__patch_may_have(p, is.num, much, light)) return 0;
+    return lack < 0.98 * p->lack || (p->few && light && here > SPR__RISEN * was);
+}
+
+/* It has fewer bad ones, or they weigh less, or the worst is better. */
+static int spr__patch_is_better(const spr__patch *p, spr__burden is, double worst)
+{
+    int light = is.weight < SPR__LIGHTER * p->weight;
+    if (worst < (light ? p->all_least : p->least)) return 0;
+    if (!spr__patch_may_have(p, is.num, worst > SPR__MUCH * p->worst, light)) return 0;
+    return light || worst > p->worst || (is.num < p->num_bad && worst >= p->before);
 }
 
 /* Keeps the improved mesh of a patch if it is the best so far. */
@@ -3794,7 +3844,8 @@ static void spr__patch_judge(spr__patch *p, const spr__state *own)
         spr__burden_add(own, &is, value);
         num++;
     }
-    if (!spr__patch_is_better(p, is, worst, extreme, lack) ||
+    if (!(p->rounding ? spr__patch_is_rounder(p, is, worst, extreme, lack)
+                      : spr__patch_is_better(p, is, worst)) ||
         num > SPR__PATCH_TETS + SPR__PATCH_ROOM ||
         m->num_vertices - 1 > p->num_vertices + SPR__PATCH_NEW)
         return;
@@ -3824,6 +3875,21 @@ static void spr__close(spr__state *s);
 static uint64_t spr__within_reach(int num_bad)
 {
     return (uint64_t)num_bad + (uint64_t)num_bad / 32 + 1;
+}
+
+/* What an attempt about angles looks at: all of the three, or one, and then a tetrahedron that the
+ * surface holds anyway does not hide what is extreme beside it. */
+static void spr__patch_focus(const spr__patch *p, double target, spr__focus *f)
+{
+    double lift = SPR__UNHIDDEN * target * p->extreme[p->kind];
+    int k;
+    memset(f, 0, sizeof *f);
+    f->target = target;
+    for (k = 0; k < 3 && p->focused; k++)
+        if (k != p->kind) f->spare[k] = 8;
+    if (!p->focused || !(lift > p->before)) return;
+    f->low = p->before;
+    f->lift = lift;
 }
 
 /* One attempt, by one thread with memory of its own; s and the mesh are read. */
@@ -3857,7 +3923,8 @@ static void spr__patch_try(const spr__state *s, spr__patch *p)
     own.simd = s->simd;
     if (p->rounding) {
         own.quality = spr__measure_all;
-        own.quality_user = &own.target;
+        own.quality_user = &own.focus;
+        spr__patch_focus(p, s->target, &own.focus);
     }
     own.is_patch = own.lifts = 1;
     own.vain = p->vain;
@@ -3868,7 +3935,7 @@ static void spr__patch_try(const spr__state *s, spr__patch *p)
     own.memory = &memory;
     if (delaunay_memory_init(&memory, &own.options.host) != DELAUNAY_OK) return;
     if (spr__patch_mesh(s, p, &own.options.host, &mesh)) {
-        if (!p->rounding || p->seed > 0) spr__patch_jolt(p, &mesh);
+        if (!p->rounding || p->seed > 1) spr__patch_jolt(p, &mesh);
         if (spr__improve_patch(&own, p->max_new) == SPR_OK) spr__patch_judge(p, &own);
         p->plans += report.plans;
         spr__close(&own);
@@ -3876,18 +3943,22 @@ static void spr__patch_try(const spr__state *s, spr__patch *p)
     delaunay_mesh_free(&mesh);
 }
 
-/* Until two attempts took the same number of plans: then there is hardly anything to be moved. */
+/* Until two attempts took the same number of plans: then there is hardly anything to be moved.
+ * Where it is about angles, each second one looks at the extreme one alone. */
 static void spr__patch_shake(const spr__state *s, spr__patch *p)
 {
-    uint64_t plans, last = UINT64_MAX;
-    int i;
+    uint64_t plans, last[2] = {UINT64_MAX, UINT64_MAX};
+    int i, n = p->rounding && p->few ? 2 * SPR__SHAKES : SPR__SHAKES;
     memset(p->vain, 0, sizeof p->vain);
-    for (i = 0; i < SPR__SHAKES && (p->rounding ? p->lack > 0 : p->num_bad > 0); i++) {
+    for (i = 0; i < n && (p->rounding ? p->lack > 0 : p->num_bad > 0); i++) {
         p->seed = p->seed * SPR__SHAKES + (uint32_t)i;
+        p->focused = p->rounding && i % 2 == 1;
+        if (p->rounding) memset(p->vain, 0, sizeof p->vain);
         plans = p->plans;
         spr__patch_try(s, p);
-        if (p->plans - plans == last) break;
-        last = p->plans - plans;
+        if (p->plans - plans == last[p->focused]) break;
+        if (i == 1 && !p->found && SPR__HOPEFUL * (size_t)p->was_bad > p->num_tets) break;
+        last[p->focused] = p->plans - plans;
     }
 }
 
@@ -4032,15 +4103,15 @@ static uint32_t spr__new_left(const spr__state *s)
     return s->max_new > added ? s->max_new - added : 0;
 }
 
-/* The next patches, none of which overlap: what overlaps waits for another pass. Returns their
- * number, or an error. */
+/* The next patches, so many at most, none of which overlap: what overlaps waits for another pass.
+ * Returns their number, or an error. */
 static int spr__patches_set(spr__state *s, spr__patch *patch, const spr__around *around,
-                            delaunay_list *star, int few)
+                            delaunay_list *star, int few, int most)
 {
     uint32_t left = spr__new_left(s), new_ = SPR__PATCH_NEW;
     size_t i, j;
     int num = 0, answer;
-    for (i = 0; i < s->items.count && num < SPR__PATCHES; i++) {
+    for (i = 0; i < s->items.count && num < most; i++) {
         delaunay_handle t = s->items.items[i];
         int one_in = few > 0 ? 0 : SPR__HOPEFUL;
         if (!spr__is_shakable(s, t)) continue; /* or claimed */
@@ -4051,7 +4122,7 @@ static int spr__patches_set(spr__state *s, spr__patch *patch, const spr__around 
         if (answer < 0) return answer;
         patch[num].seed = s->at[t].shaken++;
         if (answer == 0) continue;
-        few--;
+        patch[num].few = few-- > 0;
         patch[num].max_new = left < new_ ? left : new_;
         left -= patch[num].max_new;
         for (j = 0; j < patch[num].num_tets; j++)
@@ -4112,6 +4183,22 @@ static int spr__has_shaken_enough(spr__state *s)
     return s->shake_credit <= 0 || s->shakes > 2 * num_tets + 5000;
 }
 
+/* The few worst, in surroundings where most are bad, leave something to the others. */
+static void spr__spare_credit(spr__state *s)
+{
+    int64_t half = spr__most_credit(s) / 2;
+    if (s->shake_credit < half) s->shake_credit = half;
+}
+
+/* How many patches the plans that are left are enough for, by what so many took. */
+static int spr__max_patches(const spr__state *s, int tried, uint64_t plans)
+{
+    int64_t each = tried ? (int64_t)plans / tried + 1 : 1, most;
+    if (tried == 0) return SPR__SHAKE_FEW;
+    most = 1 + (s->shake_credit > 0 ? s->shake_credit : 0) / each;
+    return most < SPR__PATCHES ? (int)most : (int)SPR__PATCHES;
+}
+
 /* Shakes what is left and free to be better. Returns SPR_OK; SPR_GOAL_NOT_MET if it is worth no
  * more; or why it ends. */
 static spr_result spr__shake(spr__state *s)
@@ -4121,15 +4208,18 @@ static spr_result spr__shake(spr__state *s)
     spr__around around = {NULL, 0};
     spr_result result = patch ? SPR_OK : SPR_ERROR_OUT_OF_MEMORY;
     delaunay_list list;
+    uint64_t begun = s->shakes;
     int tried = 0, found = 0, num = 1, answer;
     memset(&list, 0, sizeof list);
     list.memory = s->memory;
     s->least = spr__worst_of(s, s->bad.items, s->bad.count);
     if (result == SPR_OK && !spr__find_shakable(s, &around)) result = SPR_ERROR_OUT_OF_MEMORY;
     while (result == SPR_OK && num > 0 && !spr__has_shaken_enough(s)) {
-        num = spr__patches_set(s, patch, &around, &list, tried == 0 ? SPR__SHAKE_FEW : 0);
+        num = spr__patches_set(s, patch, &around, &list, tried == 0 ? SPR__SHAKE_FEW : 0,
+                               spr__max_patches(s, tried, s->shakes - begun));
         answer = num > 0 ? spr__patches_shake(s, patch, num) : num;
         if (answer < 0) result = (spr_result)answer;
+        if (tried == 0) spr__spare_credit(s);
         tried += num;
         found += answer;
         if (host->progress && host->progress(host->user, "improve", 0.9)) result = SPR_CANCELLED;
@@ -4146,6 +4236,7 @@ static spr_result spr__shake(spr__state *s)
 
 enum {
     SPR__EXTREME = 8, /* the worst by each of the three measures */
+    SPR__ROUNDS = 8,  /* times that they are looked for; more than three if the last one helped */
     SPR__DENSE = 6    /* where more than one in so many is bad, the surface is to blame */
 };
 
@@ -4237,32 +4328,34 @@ static int spr__list_patch(spr__state *s, const spr__patch *p)
     return ok;
 }
 
-/* The worst of the list, but those whose angles were tried. */
-static void spr__worst_extremes(const spr__state *s, spr__extreme *x)
+/* The worst of the list, but those whose angles were tried; and the least of all. */
+static void spr__worst_extremes(spr__state *s, spr__extreme *x)
 {
     double e[3][4];
     size_t i;
     int k;
     memset(x, 0, 3 * sizeof *x);
+    s->extreme[0] = s->extreme[1] = s->extreme[2] = 1;
     for (i = 0; i < s->items.count; i++) {
         delaunay_handle t = s->items.items[i];
-        if (s->at[t].shaken & SPR__ROUNDED) continue;
         spr__four_extremes(s, &t, 1, e);
+        for (k = 0; k < 3; k++) s->extreme[k] = spr__min(s->extreme[k], e[k][0]);
+        if (s->at[t].shaken & SPR__ROUNDED) continue;
         for (k = 0; k < 3; k++)
             if (e[k][0] < 1) spr__extreme_add(&x[k], e[k][0], t);
     }
 }
 
-/* One patch around each; those that overlap wait for the next time. Only the first few may be
- * dense. Returns their number, or an error. */
+/* One patch around each, that measure first; those that overlap wait for the next time. Only the
+ * first few may be dense. Returns their number, or an error. */
 static int spr__round_set(spr__state *s, spr__patch *patch, delaunay_list *star,
-                          const spr__extreme *x, int dense)
+                          const spr__extreme *x, int first, int dense)
 {
     uint32_t left = spr__new_left(s), new_ = SPR__PATCH_NEW;
     int num = 0, i, k, answer;
     size_t j;
     for (i = 0; i < 3 * SPR__EXTREME && num < SPR__PATCHES / 2; i++) {
-        const spr__extreme *y = &x[i % 3];
+        const spr__extreme *y = &x[(i + first) % 3];
         spr__patch *p = &patch[num];
         if (i / 3 >= y->num || (s->at[y->t[i / 3]].shaken & SPR__CLAIMED)) continue;
         answer = spr__patch_set(s, delaunay_engine_worker(s->engine), p, y->t[i / 3],
@@ -4274,12 +4367,16 @@ static int spr__round_set(spr__state *s, spr__patch *patch, delaunay_list *star,
         left -= p->max_new;
         p->seed = 0;
         p->rounding = 1;
+        p->kind = (i + first) % 3;
+        p->few = y->value[i / 3] < SPR__RISEN * s->extreme[p->kind];
         p->lack = 0;
         for (k = 0; k < 3; k++) p->extreme[k] = 4;
         for (j = 0; j < p->num_tets; j++) {
             spr__add_extremes(s->mesh, p->t[j], p->extreme, &p->lack);
             s->at[p->t[j]].shaken |= SPR__CLAIMED;
         }
+        for (k = 0; k < 3; k++)
+            p->may_be[k] = spr__min(p->extreme[k], spr__max(s->extreme[k], SPR__MILD));
         num++;
     }
     return num;
@@ -4297,10 +4394,11 @@ static spr_result spr__round(spr__state *s)
     list.memory = s->memory;
     s->least = spr__worst_of(s, s->bad.items, s->bad.count);
     s->shake_credit = spr__most_credit(s) / 2;
-    for (turn = 0; turn < 3 && answer > 0 && s->shake_credit > 0; turn++) {
+    for (turn = 0; turn < SPR__ROUNDS && answer >= 0 && s->shake_credit > 0; turn++) {
+        if (turn > 2 && answer == 0) break;
         if (s->deadline > 0 && delaunay_seconds(&s->options.host) > s->deadline) break;
         spr__worst_extremes(s, x);
-        answer = num = spr__round_set(s, patch, &list, x, turn == 0 ? 6 : 1);
+        answer = num = spr__round_set(s, patch, &list, x, turn % 3, turn == 0 ? 6 : 3);
         if (num <= 0) break;
         spr__drop_claimed(s);
         answer = spr__patches_shake(s, patch, num);

@@ -603,36 +603,119 @@ static void test_same_bytes_for_any_number_of_threads(void)
 }
 
 /* What is found for a part of a mesh with 24 bad ones: fewer, lighter, a better worst; two more
- * only for a worst, or an angle, that is much better; never a worst that is below the least. */
+ * only for a worst that is much better; never a worst that is below the least of the part, or of
+ * the mesh if the bad ones weigh less. Around the few worst of the mesh there may be six more that
+ * weigh less in all. */
 static void test_what_a_part_of_a_mesh_is_replaced_by(void)
 {
-    static const double same[3] = {0.3, 0.3, 0.3}, rounder[3] = {0.3, 0.4, 0.3},
-                        worse[3] = {0.4, 0.4, 0.29};
     static spr__patch p;
     spr__burden as_before = {24, 100}, fewer = {23, 101}, lighter = {24, 96}, more = {26, 110},
-                too_many = {27, 90};
+                too_many = {27, 90}, far_too_many = {33, 90};
+    memset(&p, 0, sizeof p);
     p.num_bad = p.was_bad = 24;
     p.may_add = 2;
     p.weight = 100;
     p.before = p.least = 0.1;
+    p.all_least = 0.08;
     p.worst = 0.105;
-    CHECK(!spr__patch_is_better(&p, as_before, 0.1, same, 0));
-    CHECK(spr__patch_is_better(&p, as_before, 0.11, same, 0));
-    CHECK(spr__patch_is_better(&p, fewer, 0.1, same, 0));
-    CHECK(spr__patch_is_better(&p, lighter, 0.1, same, 0));
-    CHECK(!spr__patch_is_better(&p, fewer, 0.099, same, 0));
-    CHECK(!spr__patch_is_better(&p, more, 0.11, same, 0));
-    CHECK(spr__patch_is_better(&p, more, 0.12, same, 0));
-    CHECK(!spr__patch_is_better(&p, too_many, 0.3, same, 0));
-    p.rounding = 1;
+    CHECK(!spr__patch_is_better(&p, as_before, 0.1));
+    CHECK(spr__patch_is_better(&p, as_before, 0.11));
+    CHECK(spr__patch_is_better(&p, fewer, 0.1));
+    CHECK(spr__patch_is_better(&p, lighter, 0.1));
+    CHECK(!spr__patch_is_better(&p, fewer, 0.099));
+    CHECK(spr__patch_is_better(&p, lighter, 0.09));
+    CHECK(!spr__patch_is_better(&p, lighter, 0.07));
+    CHECK(!spr__patch_is_better(&p, more, 0.11));
+    CHECK(spr__patch_is_better(&p, more, 0.12));
+    CHECK(!spr__patch_is_better(&p, too_many, 0.3));
+    p.few = 1;
+    CHECK(spr__patch_is_better(&p, too_many, 0.3));
+    CHECK(!spr__patch_is_better(&p, too_many, 0.1));
+    CHECK(!spr__patch_is_better(&p, far_too_many, 0.3));
+    CHECK(!spr__patch_is_better(&p, more, 0.099));
+}
+
+/* The same for its angles: all in all less extreme, by the measure that it is about no worse, by
+ * the others not beyond what each may fall to. At the worst of the mesh that one alone, even if the
+ * bad ones weigh a little more when it is much better. */
+static void test_what_a_part_with_extreme_angles_is_replaced_by(void)
+{
+    static const double same[3] = {0.3, 0.3, 0.3}, rounder[3] = {0.3, 0.4, 0.3},
+                        worse[3] = {0.4, 0.29, 0.4}, other[3] = {0.2, 0.31, 0.3},
+                        beyond[3] = {0.1, 0.5, 0.3};
+    static spr__patch p;
+    spr__burden as_before = {24, 100}, heavier = {24, 104}, much_heavier = {24, 106},
+                more = {26, 99}, many = {32, 99};
+    memset(&p, 0, sizeof p);
+    p.num_bad = p.was_bad = 24;
+    p.may_add = 2;
+    p.weight = 100;
+    p.before = p.least = 0.1;
+    p.all_least = 0.08;
+    p.rounding = p.kind = 1;
     p.lack = 10;
     memcpy(p.extreme, same, sizeof same);
-    CHECK(!spr__patch_is_better(&p, as_before, 0.1, same, 9.9));
-    CHECK(spr__patch_is_better(&p, as_before, 0.1, same, 9));
-    CHECK(!spr__patch_is_better(&p, more, 0.3, same, 9));
-    CHECK(spr__patch_is_better(&p, more, 0.1, rounder, 9));
-    CHECK(!spr__patch_is_better(&p, more, 0.1, worse, 9));
-    CHECK(!spr__patch_is_better(&p, as_before, 0.09, rounder, 9));
+    memcpy(p.may_be, same, sizeof same);
+    p.may_be[0] = 0.15;
+    CHECK(!spr__patch_is_rounder(&p, as_before, 0.1, same, 9.9));
+    CHECK(spr__patch_is_rounder(&p, as_before, 0.1, same, 9));
+    CHECK(!spr__patch_is_rounder(&p, more, 0.3, same, 9));
+    CHECK(spr__patch_is_rounder(&p, more, 0.1, rounder, 9));
+    CHECK(!spr__patch_is_rounder(&p, more, 0.1, worse, 9));
+    CHECK(!spr__patch_is_rounder(&p, as_before, 0.09, rounder, 9));
+    CHECK(spr__patch_is_rounder(&p, as_before, 0.1, other, 9));
+    CHECK(!spr__patch_is_rounder(&p, as_before, 0.1, beyond, 9));
+    CHECK(!spr__patch_is_rounder(&p, as_before, 0.1, rounder, 10));
+    CHECK(!spr__patch_is_rounder(&p, many, 0.1, rounder, 9));
+    p.few = 1;
+    CHECK(spr__patch_is_rounder(&p, heavier, 0.09, rounder, 10));
+    CHECK(!spr__patch_is_rounder(&p, heavier, 0.07, rounder, 10));
+    CHECK(!spr__patch_is_rounder(&p, heavier, 0.1, other, 10));
+    CHECK(!spr__patch_is_rounder(&p, much_heavier, 0.1, rounder, 10));
+    CHECK(spr__patch_is_rounder(&p, many, 0.1, rounder, 10));
+}
+
+/* An attempt about one measure does not see the others, and what is no better than the worst of
+ * the part only as a little better than the angle that it is about. By vectors and the plain way.
+ */
+static void test_a_focus_hides_other_measures(void)
+{
+    static const double a[4] = {0, 0, 0, 0}, b[4] = {1, 0, 0, 0}, c[4] = {0.5, 0.9, 0, 0},
+                        d[4] = {0.5, 0.3, 0.01, 0};
+    static spr__patch p;
+    static spr__cone cone;
+    double e[3], q[4];
+    spr__state s;
+    int k;
+    memset(&p, 0, sizeof p);
+    memset(&s, 0, sizeof s);
+    spr__extremes(a, b, c, d, e);
+    CHECK(e[0] < 0.2 && e[1] < 0.2 && spr_gamma(a, b, c, d) < 0.1);
+    p.rounding = 1;
+    p.before = 0.5 * spr_gamma(a, b, c, d);
+    for (k = 0; k < 3; k++) {
+        p.extreme[k] = k == 2 ? 0.5 : 1e-3;
+        p.kind = k;
+        p.focused = 0;
+        spr__patch_focus(&p, 0.35, &s.focus);
+        CHECK(spr__measure_all(&s.focus, a, b, c, d) <= 0.35 * spr__min(e[0], e[1]));
+        p.focused = 1;
+        spr__patch_focus(&p, 0.35, &s.focus);
+        CHECK((s.focus.lift > 0) == (k == 2));
+        CHECK(spr__measure_all(&s.focus, a, b, c, d) ==
+              spr__min(0.35 * e[k], spr__max(s.focus.lift, spr_gamma(a, b, c, d))));
+        s.rounding = 1;
+        s.quality = spr__measure_all;
+        s.quality_user = &s.focus;
+        s.target = 0.35;
+        s.simd = SPR__AVX2;
+        cone.n = 0;
+        spr__cone_add(&cone, a, b, c);
+        spr__cone_close(&s, &cone);
+        spr__cone_four(&s, &cone, 0, d, q);
+        CHECK(fabs(q[0] - spr__measure_all(&s.focus, a, b, c, d)) < 1e-12);
+        CHECK(fabs(q[0] - spr__quality(&s, a, b, c, d)) < 1e-12);
+    }
 }
 
 /* A new vertex nearer to a corner than half the shortest edge is tolerated in flat places only. */
@@ -647,6 +730,26 @@ static void test_room_for_a_new_vertex(void)
     spr__cone_add(&cone, b, c, d);
     spr__cone_close(&s, &cone);
     CHECK(!spr__pit_is_roomy(&cone, p, SPR__ROOM) && spr__pit_is_roomy(&cone, p, SPR__ROOM_FLAT));
+}
+
+/* The first few parts are tried anyway, and leave half of the plans to others; then there are as
+ * many as what is left is enough for. */
+static void test_shaking_keeps_within_its_plans(void)
+{
+    spr_report r;
+    spr__state s;
+    memset(&r, 0, sizeof r);
+    memset(&s, 0, sizeof s);
+    s.report = &r;
+    r.before.num_tets = 2000;
+    s.shake_credit = 1000;
+    CHECK(spr__max_patches(&s, 0, 0) == SPR__SHAKE_FEW);
+    CHECK(spr__max_patches(&s, 4, 4 * 499) == 3);
+    CHECK(spr__max_patches(&s, 4, 40) == SPR__PATCHES);
+    s.shake_credit = -7;
+    CHECK(spr__max_patches(&s, 4, 40) == 1);
+    spr__spare_credit(&s);
+    CHECK(s.shake_credit == 2500);
 }
 
 /* The first stay in front; the others by the bad ones around, which are counted up to a limit. */
@@ -1325,6 +1428,9 @@ int main(void)
     test_relaxes_a_lattice();
     test_flips_for_the_mean();
     test_what_a_part_of_a_mesh_is_replaced_by();
+    test_what_a_part_with_extreme_angles_is_replaced_by();
+    test_a_focus_hides_other_measures();
+    test_shaking_keeps_within_its_plans();
     test_room_for_a_new_vertex();
     test_parts_with_few_bad_ones_are_shaken_first();
     test_where_hardly_anything_can_be_good();
