@@ -5489,11 +5489,12 @@ static void mesher__rung_ends(const mesher__recovery *r, uint32_t a, uint32_t b,
     *behind = i + 1 == r->plane.count ? b : g[1].p == g->p ? g[1].q : g[1].p;
 }
 
-/* Is tetrahedron abcd flat: one of its vertices in the plane of the others, but for rounding? */
-static int mesher__is_flat(const mesher__recovery *r, uint32_t a, uint32_t b, uint32_t c,
-                           uint32_t d)
+/* The square of the least height of tetrahedron abcd; HUGE_VAL, at once, where it is far more than
+ * most. */
+static double mesher__least_height2(const mesher__recovery *r, uint32_t a, uint32_t b, uint32_t c,
+                                    uint32_t d, double most)
 {
-    const double *o = mesher__x(r, a), tolerance = r->plane.tolerance * r->plane.tolerance;
+    const double *o = mesher__x(r, a);
     double e[4][3], n[4][3], volume = 0, longest = 0, area = 0, length;
     int i, j, k, f;
     for (f = 0; f < 3; f++) {
@@ -5512,13 +5513,65 @@ static int mesher__is_flat(const mesher__recovery *r, uint32_t a, uint32_t b, ui
         }
     for (k = 0; k < 3; k++) volume += n[0][k] * e[2][k];
     volume *= volume;
-    if (volume > 16 * tolerance * longest * longest) return 0; /* no facet is larger */
+    if (volume > 16 * most * most * longest * longest) return HUGE_VAL; /* no facet is larger */
     for (k = 0; k < 3; k++) n[3][k] = n[0][k] + n[1][k] + n[2][k];
     for (f = 0; f < 4; f++) {
         for (length = 0, k = 0; k < 3; k++) length += n[f][k] * n[f][k];
         if (length > area) area = length;
     }
-    return volume <= tolerance * area;
+    return area > 0 ? volume / area : 0;
+}
+
+/* Is tetrahedron abcd flat: one of its vertices in the plane of the others, but for rounding? */
+static int mesher__is_flat(const mesher__recovery *r, uint32_t a, uint32_t b, uint32_t c,
+                           uint32_t d)
+{
+    const double tolerance = r->plane.tolerance;
+    return mesher__least_height2(r, a, b, c, d, tolerance) <= tolerance * tolerance;
+}
+
+enum { MESHER__HINGES = 4096 }; /* edges of the surface that are looked at, about */
+
+/* Corners of facets, across from some edges of the surface, into r->order: a hash of the edge, and
+ * the corner. Returns their number. */
+static uint32_t mesher__list_hinges(mesher__recovery *r)
+{
+    const uint32_t stride = 1 + r->num_facets / MESHER__HINGES;
+    const size_t room = (size_t)r->num_edges + r->num_facets;
+    uint32_t f, k, n = 0;
+    for (f = 0; f < r->num_facets; f++)
+        for (k = 0; k < 3 && n < room; k++) {
+            const uint32_t *v = r->facets + 3 * (size_t)f;
+            uint64_t hash = mesher__mix(mesher__pair(v[(k + 1) % 3], v[(k + 2) % 3])) >> 16;
+            if ((hash & UINT32_MAX) % stride == 0) r->order[n++] = hash << 32 | (3 * f + k);
+        }
+    if (n > 1) qsort(r->order, n, sizeof *r->order, mesher__compare_u64);
+    return n;
+}
+
+/* How far rounding has taken vertices off the planes of the surface, to be on the safe side: eight
+ * times the median of what pairs of neighbouring facets are bent by, if next to nothing. A part
+ * that was turned in doubles is bent by their last place; one that was written with fewer digits, or
+ * in single precision, by more. */
+static double mesher__bend(mesher__recovery *r)
+{
+    const double least = r->plane.tolerance, most = least * (1 << 29), greatest = least * (1 << 26);
+    uint32_t i, n = mesher__list_hinges(r), count = 0;
+    double bend;
+    for (i = 0; i + 1 < n; i++) {
+        uint32_t c = (uint32_t)r->order[i], d = (uint32_t)r->order[i + 1];
+        const uint32_t *v = r->facets + c / 3 * (size_t)3, *w = r->facets + d / 3 * (size_t)3;
+        uint32_t a = v[(c + 1) % 3], b = v[(c + 2) % 3];
+        if (r->order[i] >> 32 != r->order[i + 1] >> 32) continue;
+        if (mesher__pair(a, b) != mesher__pair(w[(d + 1) % 3], w[(d + 2) % 3])) continue;
+        bend = mesher__least_height2(r, a, b, v[c % 3], w[d % 3], most);
+        if (bend <= most * most) memcpy(&r->order[count++], &bend, sizeof bend); /* count <= i */
+    }
+    if (count == 0) return least;
+    qsort(r->order, count, sizeof *r->order, mesher__compare_u64); /* as the numbers themselves */
+    memcpy(&bend, &r->order[count / 2], sizeof bend);
+    bend = 8 * sqrt(bend);
+    return bend < least ? least : bend > greatest ? greatest : bend;
 }
 
 /* Fills a half of the spin around edge pq, with the m vertices of h: tetrahedra into r->commit, as
@@ -7570,6 +7623,7 @@ static void mesher__recover_all(mesher__recovery *r)
 {
     int round;
     uint32_t before;
+    if (r->first && r->num_missing_edges > r->num_edges / 64) r->plane.tolerance = mesher__bend(r);
     if (r->first) mesher__plane_levels(r);
     if (r->first) mesher__flip_levels(r);
     if (r->first) mesher__plane_levels(r);
