@@ -2174,7 +2174,8 @@ static int spr__plan_edges(const spr__state *s, delaunay_handle t, delaunay_plan
 
 enum {
     SPR__MEAN_RING = 7,      /* tetrahedra around an edge, at most */
-    SPR__MEAN_PLANS = 20000, /* in a pass, at most */
+    SPR__MEAN_PLANS = 20000, /* in a pass, at most, and one for so many tetrahedra: */
+    SPR__MEAN_SHARE = 64,
     SPR__MEAN_PASSES = 3,
     SPR__MEAN_BATCH = 1024
 };
@@ -4458,11 +4459,12 @@ static spr_result spr__schedule(spr__state *s)
 /* The greatest twentieth with no more tetrahedra below than one pass tries. */
 static double spr__fair(const spr__state *s)
 {
+    const uint64_t most = SPR__MEAN_PLANS + s->report->before.num_tets / SPR__MEAN_SHARE;
     uint64_t num = 0;
     int i;
     for (i = 0; i < 20 && i < 20 * s->mean; i++) {
         num += s->report->before.histogram[i];
-        if (num > SPR__MEAN_PLANS) break;
+        if (num > most) break;
     }
     return i / 20.0;
 }
