@@ -5298,11 +5298,12 @@ static int mesher__commit_pool(mesher__recovery *r, uint32_t num_new)
  * other points of ours that are in its way: nearer and nearer ones would be in each other's.
  *
  * Rounding bends the planes of a part that was turned: its vertices are off them by some units in
- * the last place, and the mesh has flat tetrahedra there. These go first, where flips can do
- * without them; what is left in the plane is one layer of triangles. What lies in the plane, and
- * which way a turn in it goes, allows for rounding; no tetrahedron that the flips make is flat, and
- * all are positive, exactly. The layer is kept whole, all over the plane: no point takes the place
- * of an edge between vertices of one plane of the surface, whether or not it is in the surface. */
+ * the last place that was kept, and the mesh has flat tetrahedra there. These go first, where flips
+ * can do without them; what is left in the plane is one layer of triangles. What lies in the plane,
+ * and which way a turn in it goes, allows for rounding; no tetrahedron that the flips make is flat,
+ * and all are positive, exactly. The layer is kept whole, all over the plane: no point takes the
+ * place of an edge between vertices of one plane of the surface, whether or not it is in the
+ * surface. */
 
 /* The sign of a turn in the plane of the rungs; 0, too, where rounding may have made it. */
 static int mesher__plane_turn(const mesher__recovery *r, uint32_t a, uint32_t b, uint32_t c)
@@ -5551,8 +5552,8 @@ static uint32_t mesher__list_hinges(mesher__recovery *r)
 
 /* How far rounding has taken vertices off the planes of the surface, to be on the safe side: eight
  * times the median of what pairs of neighbouring facets are bent by, if next to nothing. A part
- * that was turned in doubles is bent by their last place; one that was written with fewer digits, or
- * in single precision, by more. */
+ * that was turned in doubles is bent by their last place; one that was written with fewer digits,
+ * or in single precision, by more. */
 static double mesher__bend(mesher__recovery *r)
 {
     const double least = r->plane.tolerance, most = least * (1 << 29), greatest = least * (1 << 26);
@@ -7550,8 +7551,8 @@ static void mesher__recovery_free(mesher__recovery *r)
     delaunay_release(memory, r);
 }
 
-/* How far rounding may take a vertex off a plane: some units in the last place of the largest
- * coordinate. */
+/* How far rounding to doubles may take a vertex off a plane: some units in the last place of the
+ * largest coordinate. What was rounded to less is measured, see mesher__bend. */
 static double mesher__rounding(const mesher_domain *domain)
 {
     const delaunay_mesh *mesh = &domain->mesh;

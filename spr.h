@@ -45,9 +45,9 @@
  *   for as long as that happens often enough. The same is done for the few most extreme dihedral
  *   angles and the least SICN, every second time by that measure alone; a much better one may cost
  *   one more bad tetrahedron in a dozen, and the worst of the mesh six that weigh less in all.
- *   For the mean, edges and facets of tetrahedra below it, the worst 20000 or so, are flipped where
- *   that worsens nothing that is bad or extreme, and one sweep along a curve, in blocks side by
- *   side, moves all vertices. Plans are made side by side and committed in order
+ *   For the mean, edges and facets of tetrahedra below it, the worst 20000 and one in 64 or so, are
+ *   flipped where that worsens nothing that is bad or extreme, and one sweep along a curve, in
+ *   blocks side by side, moves all vertices. Plans are made side by side and committed in order
  *   (delaunay_speculate). Positions are accepted by exact signs only.
  *
  * LICENCE: MIT or public domain, at the end of the file.

@@ -602,6 +602,16 @@ static void test_same_bytes_for_any_number_of_threads(void)
     for (k = 0; k < 4; k++) delaunay_mesh_free(&m[k]);
 }
 
+static void part_with_24_bad_ones(spr__patch *p)
+{
+    memset(p, 0, sizeof *p);
+    p->num_bad = p->was_bad = 24;
+    p->may_add = 2;
+    p->weight = 100;
+    p->before = p->least = 0.1;
+    p->all_least = 0.08;
+}
+
 /* What is found for a part of a mesh with 24 bad ones: fewer, lighter, a better worst; two more
  * only for a worst that is much better; never a worst that is below the least of the part, or of
  * the mesh if the bad ones weigh less. Around the few worst of the mesh there may be six more that
@@ -611,12 +621,7 @@ static void test_what_a_part_of_a_mesh_is_replaced_by(void)
     static spr__patch p;
     spr__burden as_before = {24, 100}, fewer = {23, 101}, lighter = {24, 96}, more = {26, 110},
                 too_many = {27, 90}, far_too_many = {33, 90};
-    memset(&p, 0, sizeof p);
-    p.num_bad = p.was_bad = 24;
-    p.may_add = 2;
-    p.weight = 100;
-    p.before = p.least = 0.1;
-    p.all_least = 0.08;
+    part_with_24_bad_ones(&p);
     p.worst = 0.105;
     CHECK(!spr__patch_is_better(&p, as_before, 0.1));
     CHECK(spr__patch_is_better(&p, as_before, 0.11));
@@ -646,12 +651,7 @@ static void test_what_a_part_with_extreme_angles_is_replaced_by(void)
     static spr__patch p;
     spr__burden as_before = {24, 100}, heavier = {24, 104}, much_heavier = {24, 106},
                 more = {26, 99}, many = {32, 99};
-    memset(&p, 0, sizeof p);
-    p.num_bad = p.was_bad = 24;
-    p.may_add = 2;
-    p.weight = 100;
-    p.before = p.least = 0.1;
-    p.all_least = 0.08;
+    part_with_24_bad_ones(&p);
     p.rounding = p.kind = 1;
     p.lack = 10;
     memcpy(p.extreme, same, sizeof same);
