@@ -36,8 +36,10 @@
  *   some times; edges and vertices around which nothing has changed are not tried again. What is
  *   as good as its facets on the surface allow is not tried at all. Each change raises the worst
  *   quality among what it replaces, by a margin, and what is bad weighs no more than before: one
- *   may become two that are much better. There are never more bad ones than in the beginning. Then
- *   the few worst of those that are nearly flat have another turn, in which they may become many.
+ *   may become two that are much better. There are never more bad ones than in the beginning, but
+ *   for a few where the worst of the mesh becomes twice as good. Then the
+ *   few worst, if they are nearly flat or worse than the surface asks for anywhere, have another
+ *   turn, while that changes something, in which they may become many.
  *   At last there are to be fewer, the worst no worse: the closure search then counts the bad ones
  *   instead of looking for the best of the worst; and around what is far from what the surface
  *   allows, the few worst and then those with the fewest bad ones beside them, vertices are moved
@@ -177,8 +179,8 @@ typedef struct spr_report {
 SPR_API const char *spr_result_string(spr_result result);
 /* Improves the worst tetrahedra of every coloured region (all real ones if the mesh has no
  * colours). Constrained facets, constrained edges and their vertices, and facets without neighbour
- * or between colours stay. The worst quality never falls, bad tetrahedra do not become more, and
- * nothing is ever inverted, exactly.
+ * or between colours stay. The worst quality never falls, bad tetrahedra do not become more (but
+ * for a few where the worst becomes much better), and nothing is ever inverted, exactly.
  *
  *   mesh     in/out  valid, and so afterwards, whatever is returned
  *   options  in      NULL or zeroed: defaults
@@ -550,22 +552,28 @@ typedef struct spr__state {
     uint32_t        *vain;        /* cavities that were searched in vain, by hash; or NULL */
     int              vain_bits;   /* 2 to the power of this, at most */
     uint64_t         allowance[8]; /* plans left to each level */
+    uint64_t         kept_allowance[8]; /* for what comes after lifting */
     uint8_t         *movable;     /* a vertex */
     delaunay_handle  cap_tets;
     uint32_t         cap_vertices;
-    uint32_t         first_new, max_new; /* vertices from first_new on are new; room for max_new */
+    uint32_t         first_new, max_new; /* vertices from first_new on are new: so many at most */
+    uint32_t         room_new;    /* there is room for so many */
     uint64_t         max_gone;    /* vertices that may be taken away */
     delaunay_list    bad, items;
     int              sweep;       /* the level that is running */
-    uint64_t         num_bad;     /* by now; never more than in the beginning, therefore: */
+    uint64_t         num_bad;     /* by now; hardly ever more than in the beginning, therefore: */
     uint64_t         tidy_below;  /* more bad ones are not made fewer one by one: a patch in vain */
     int              may_add;     /* bad ones that a change may add in this round */
+    int              lift_adds;   /* and in the place of the very worst */
     size_t           in_flight;   /* changes in a round, at most */
     int              tidy;        /* fewer bad tetrahedra are worth it, without any gain */
     int              lift;        /* a change need only lift the worst: for few */
     int              lifts;       /* how often they had their turn */
+    uint64_t         changes, lifted; /* made by now; when they had it the last time */
+    uint64_t         lifted_bad;  /* bad ones that there may be for their sake */
     int              is_lifting;  /* only what is below this is tried */
     double           lift_below;
+    double           held;        /* while there is lift: what is below may become many */
     double           fair, mean;  /* flips for the mean: what is below is tried; the mean before */
     int              is_patch;    /* a part of a mesh that is shaken */
     uint64_t         shakes;      /* plans of patches so far */
@@ -674,7 +682,9 @@ static double spr__floor(const spr__state *s, double before)
 #define SPR__SQUARE 8
 #define SPR__SIXTEENTH 20
 /* Nearly flat: below so much of what is worth trying for. */
-#define SPR__FLAT 0.1
+#define SPR__FLAT   0.1
+#define SPR__NIL    1e-4 /* and that is as good as nothing */
+#define SPR__LIFTED 2 /* what the very worst become, if they become many, is so much better */
 
 /* Bad tetrahedra of a set: their number; and their weight, the more the worse they are, so that one
  * of the worst may become several that are better. */
@@ -700,12 +710,20 @@ static spr__burden spr__burden_of(const spr__state *s, const delaunay_handle *t,
     return b;
 }
 
+/* Bad ones that a change may add: more where the worst of the mesh, which the surface does not ask
+ * for, becomes much better. */
+static int spr__may_add(const spr__state *s, double before, double after)
+{
+    if (s->lift && before < s->held && after > SPR__LIFTED * before) return s->lift_adds;
+    return s->is_lifting && before >= SPR__FLAT * s->target ? 0 : s->may_add;
+}
+
 /* Whether a change is to be made, by the worst quality and the burden of what it replaces and of
  * what it makes. Each one lessens what is bad, or lifts its worst, so that none is done again. */
 static int spr__is_gain(const spr__state *s, double before, double after, spr__burden was,
                         spr__burden is)
 {
-    if (is.num > was.num + s->may_add) return 0;
+    if (is.num > was.num + spr__may_add(s, before, after)) return 0;
     if (!s->tidy && !s->lift && is.weight > SPR__MORE * was.weight) return 0;
     return after > spr__floor(s, before) || (s->tidy && after > before && is.num < was.num);
 }
@@ -2911,7 +2929,7 @@ static int spr__pit_pays(const spr__state *s, const spr__pit *c)
         more += c->value[i] < s->target;
     }
     for (i = 0; i < c->num_tets; i++) more -= s->value[c->t[i]] < s->target;
-    if (more > s->may_add) return 0;
+    if (more > spr__may_add(s, c->before, c->after)) return 0;
     if (s->lift) return 1;
     if (c->before < 0.4 * s->target) {
         if (c->after > 2 * c->before && c->after > 0.3 * s->target) return 1;
@@ -3187,16 +3205,27 @@ static int spr__renew(spr__state *s, delaunay_handle t, int is_new)
     return s->value[t] >= s->target || spr__list(s, t);
 }
 
-/* If each change of a round adds so many, there are no more bad ones than in the beginning. */
+/* A few, for the size of the mesh. */
+static size_t spr__some(const spr__state *s)
+{
+    return 16 + (size_t)(s->report->before.num_tets / 250);
+}
+
+/* If each change of a round adds so many, there are no more bad ones than in the beginning; for the
+ * very worst, a few more than by now. */
 static void spr__set_may_add(spr__state *s)
 {
     uint64_t begun = s->report->before.num_below,
-             spare = begun > s->num_bad ? (begun - s->num_bad) / s->in_flight : 0;
+             spare = begun > s->num_bad ? (begun - s->num_bad) / s->in_flight : 0,
+             lifted = s->lifted_bad > s->num_bad ? s->lifted_bad - s->num_bad : 0;
+    if (s->lifts > 2 && s->is_lifting) spare = 0;
     s->may_add = s->tidy ? 0 : s->is_patch || spare > SPR__MAX_STAR ? SPR__MAX_STAR : (int)spare;
+    s->lift_adds = lifted > SPR__MAX_STAR ? SPR__MAX_STAR : (int)lifted;
 }
 
 static void spr__count(spr__state *s, const delaunay_plan *plan)
 {
+    s->changes++;
     if (s->sweep == SPR__MEAN) s->report->flipped++;
     else if (plan->num_new) s->report->vertices_inserted++;
     else if (s->sweep == SPR__EDGES) s->report->edges_removed++;
@@ -3391,14 +3420,34 @@ static size_t spr__very_worst(const spr__state *s)
     return n < 50000 ? (size_t)(5 + n / 1000) : 55;
 }
 
+/* What is below s->held may become many: the worst of the mesh and what is hardly better, if that
+ * is worse than the surface asks for anywhere, and they are not so many that a few do not matter.
+ */
+static void spr__find_held(spr__state *s)
+{
+    const double worst = spr__worst_of(s, s->bad.items, s->bad.count);
+    const double near_worst = spr__max(SPR__LIFTED * worst, SPR__NIL * s->target);
+    size_t i, num = 0;
+    if (s->lifts <= 1) s->lifted_bad = s->num_bad + spr__some(s);
+    s->held = spr__min(0.5 * s->target, near_worst);
+    for (i = 0; i < s->bad.count && num <= spr__some(s); i++) {
+        delaunay_handle t = s->bad.items[i];
+        if (delaunay_is_deleted(s->mesh, t) || !(s->value[t] < near_worst)) continue;
+        s->held = spr__min(s->held, spr__goal(s, t));
+        num++;
+    }
+    if (num > spr__some(s)) s->held = 0;
+}
+
 /* How many of those that have the last level are tried at a time: at first the very worst, for
  * which a new vertex may leave more bad ones. */
 static size_t spr__few(spr__state *s, size_t allowed)
 {
     s->lift = s->lifts == 0 && !s->tidy && allowed > spr__very_worst(s);
     s->lifts += s->lift;
-    if (s->lift) return spr__very_worst(s);
-    return allowed > SPR__FEW ? (size_t)SPR__FEW : allowed;
+    if (!s->lift) return allowed > SPR__FEW ? (size_t)SPR__FEW : allowed;
+    spr__find_held(s);
+    return spr__very_worst(s);
 }
 
 static int spr__is_worse(const spr__state *s, delaunay_handle a, delaunay_handle b)
@@ -3479,14 +3528,20 @@ static void spr__begin_again(spr__state *s, delaunay_handle t)
     s->at[t].level = spr__level_from(s, SPR__EDGES);
 }
 
-/* Lists the very worst, if they are nearly flat. Returns 0 without memory. */
+static int spr__is_flat(const spr__state *s, delaunay_handle t)
+{
+    return s->value[t] < SPR__FLAT * s->target && s->value[t] < SPR__FLAT * spr__goal(s, t);
+}
+
+/* Lists the very worst, if they are nearly flat or worse than the surface asks for. Returns 0
+ * without memory. */
 static int spr__find_flat(spr__state *s)
 {
     size_t i;
     s->items.count = 0;
     for (i = 0; i < s->bad.count; i++) {
         delaunay_handle t = s->bad.items[i];
-        if (s->value[t] < SPR__FLAT * spr__goal(s, t) &&
+        if ((s->value[t] < s->held || spr__is_flat(s, t)) &&
             delaunay_list_push(&s->items, t) != DELAUNAY_OK)
             return 0;
     }
@@ -3495,19 +3550,34 @@ static int spr__find_flat(spr__state *s)
     return 1;
 }
 
-enum { SPR__LIFT_PLANS = 16 }; /* of each level, for each that is lifted: more than were left */
+enum {
+    SPR__LIFT_PLANS = 16, /* of each level, for each that is lifted: more than were left */
+    SPR__LIFTS = 8        /* turns, as long as the last one has changed something */
+};
 
-/* When nothing more can be gained, the very worst, if they are nearly flat, are tried once more by
- * all means: now each may become several that are better. Returns 0 without memory. */
+static int spr__may_lift(const spr__state *s)
+{
+    return !s->is_patch && !s->tidy &&
+           (s->lifts < 2 || (s->lifts <= SPR__LIFTS && s->changes != s->lifted));
+}
+
+/* When nothing more can be gained, the very worst are tried once more by all means: now each may
+ * become several that are better. Returns 0 without memory. */
 static int spr__lift(spr__state *s)
 {
     size_t i;
+    uint32_t more;
     int level;
-    s->lifts = 2;
+    spr__find_held(s);
+    s->lifts = s->lifts < 2 ? 2 : s->lifts + 1;
+    s->lifted = s->changes;
     if (!spr__find_flat(s)) return 0;
     if (s->items.count == 0) return 1;
     s->is_lifting = 1;
+    more = s->room_new - s->max_new;
+    s->max_new += s->items.count < more ? (uint32_t)s->items.count : more;
     s->lift_below = nextafter(s->value[s->items.items[s->items.count - 1]], HUGE_VAL);
+    memcpy(s->kept_allowance, s->allowance, sizeof s->allowance);
     for (level = SPR__REMOVE; level < SPR__HOPELESS; level++)
         if (s->allowance[level] < UINT64_MAX / 2)
             s->allowance[level] += SPR__LIFT_PLANS * (uint64_t)s->items.count;
@@ -4136,7 +4206,7 @@ static int spr__patches_set(spr__state *s, spr__patch *patch, const spr__around 
     return num;
 }
 
-/* There are never more bad ones than in the beginning. */
+/* There are no more bad ones than in the beginning, or than by now. */
 static uint64_t spr__max_bad(const spr__state *s)
 {
     return s->report->before.num_below > s->num_bad ? s->report->before.num_below : s->num_bad;
@@ -4418,7 +4488,8 @@ static spr_result spr__next_stage(spr__state *s, int *shaken)
     spr_result result;
     if (s->is_lifting) {
         s->is_lifting = 0;
-    } else if (s->lifts < 2 && !s->is_patch) {
+        if (s->lifts > 2) memcpy(s->allowance, s->kept_allowance, sizeof s->allowance);
+    } else if (spr__may_lift(s)) {
         if (!spr__lift(s)) return SPR_ERROR_OUT_OF_MEMORY;
     } else if (!s->tidy) {
         if (s->num_bad > s->tidy_below) return SPR_GOAL_NOT_MET;
@@ -4904,7 +4975,8 @@ static spr_result spr__improve(spr__state *s, uint32_t max_new)
     s->first_new = s->mesh->num_vertices;
     most = s->report->before.num_tets / SPR__TETS_A_VERTEX + 6;
     s->max_gone = s->report->before.num_tets / SPR__TETS_A_GONE + 6;
-    s->max_new = s->options.keep_vertices ? 0 : most < max_new ? (uint32_t)most : max_new;
+    s->room_new = s->options.keep_vertices ? 0 : max_new;
+    s->max_new = most < s->room_new ? (uint32_t)most : s->room_new;
     spr__find_movable(s);
     if (!spr__find_bad(s) || !spr__set_vain(s)) return SPR_ERROR_OUT_OF_MEMORY;
     result = spr__schedule(s);
@@ -4935,7 +5007,7 @@ static spr_result spr__improve_patch(spr__state *s, uint32_t max_new)
     s->report->before.num_tets = m->num_tets - 1;
     s->first_new = m->num_vertices;
     s->max_gone = SPR__PATCH_NEW;
-    s->max_new = s->options.keep_vertices ? 0 : max_new;
+    s->max_new = s->room_new = s->options.keep_vertices ? 0 : max_new;
     spr__find_movable(s);
     return spr__find_bad(s) ? spr__schedule(s) : SPR_ERROR_OUT_OF_MEMORY;
 }

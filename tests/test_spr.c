@@ -848,6 +848,40 @@ static void test_flips_for_the_mean(void)
     check_same_and_free(m);
 }
 
+/* A V of two arms, 14 vertices, cut so that one tetrahedron between better ones is flat but for
+ * rounding: all vertices are fixed, one has to be added before it can go, and that makes more bad
+ * ones. */
+static void test_a_flat_one_among_good_ones(void)
+{
+    static const double profile[7][2] = {{-5, 0},  {5, 0},   {19, 20}, {9, 20}, {0, 50.0 / 7},
+                                         {-9, 20}, {-19, 20}};
+    static const uint32_t cut[16][4] = {
+        {8, 6, 0, 7},   {8, 6, 7, 13}, {11, 6, 13, 12}, {11, 6, 12, 5},
+        {11, 8, 13, 6}, {11, 8, 6, 0}, {4, 11, 5, 6},   {1, 10, 2, 3},
+        {1, 9, 2, 10},  {1, 8, 9, 10}, {1, 11, 0, 8},   {1, 11, 6, 0},
+        {1, 11, 10, 3}, {1, 11, 8, 10}, {1, 4, 6, 11},  {1, 4, 11, 3}};
+    double xyz[30][3];
+    uint32_t tets[60][4];
+    size_t nv = 14, nt = 16, i;
+    spr_options o = open_options();
+    spr_report r;
+    o.free_vertices = 0;
+    for (i = 0; i < nv; i++) {
+        memcpy(xyz[i], profile[i % 7], sizeof profile[0]);
+        xyz[i][2] = i < 7 ? 0 : 15;
+    }
+    memcpy(tets, cut, sizeof cut);
+    CHECK(spr_improve_arrays(xyz[0], &nv, 30, tets[0], NULL, &nt, 60, NULL, &o, &r) == SPR_OK);
+    CHECK(r.before.gamma_min < 1e-6 && r.after.gamma_min > 0.05);
+    CHECK(r.before.dihedral_max_degrees > 179.9 && r.after.dihedral_max_degrees < 170);
+    CHECK(nv > 14 && r.after.num_below <= r.before.num_below + 16);
+    nv = 14;
+    nt = 16;
+    memcpy(tets, cut, sizeof cut); /* without room for a vertex it stays */
+    CHECK(spr_improve_arrays(xyz[0], &nv, 14, tets[0], NULL, &nt, 60, NULL, &o, &r) == SPR_OK);
+    CHECK(nv == 14 && r.vertices_inserted == 0 && r.after.gamma_min >= r.before.gamma_min);
+}
+
 /* Points of a cube pressed flat: hardly a tetrahedron can be good, long searches meet their limits.
  */
 static void test_where_hardly_anything_can_be_good(void)
@@ -1433,6 +1467,7 @@ int main(void)
     test_shaking_keeps_within_its_plans();
     test_room_for_a_new_vertex();
     test_parts_with_few_bad_ones_are_shaken_first();
+    test_a_flat_one_among_good_ones();
     test_where_hardly_anything_can_be_good();
     test_arrays();
     test_arrays_without_room_or_sense();
