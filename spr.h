@@ -37,9 +37,9 @@
  *   as good as its facets on the surface allow is not tried at all. Each change raises the worst
  *   quality among what it replaces, by a margin, and what is bad weighs no more than before: one
  *   may become two that are much better. There are never more bad ones than in the beginning, but
- *   for a few where the worst of the mesh becomes twice as good. Then the
- *   few worst, if they are nearly flat or worse than the surface asks for anywhere, have another
- *   turn, while that changes something, in which they may become many.
+ *   for a few where the worst of the mesh becomes twice as good. Then the few worst, if they are
+ *   nearly flat or worse than the surface asks for anywhere, have another turn, while that changes
+ *   something, in which they may become many.
  *   At last there are to be fewer, the worst no worse: the closure search then counts the bad ones
  *   instead of looking for the best of the worst; and around what is far from what the surface
  *   allows, the few worst and then those with the fewest bad ones beside them, vertices are moved
@@ -3432,7 +3432,7 @@ static void spr__find_held(spr__state *s)
     s->held = spr__min(0.5 * s->target, near_worst);
     for (i = 0; i < s->bad.count && num <= spr__some(s); i++) {
         delaunay_handle t = s->bad.items[i];
-        if (delaunay_is_deleted(s->mesh, t) || !(s->value[t] < near_worst)) continue;
+        if (!(s->value[t] < near_worst)) continue; /* what is deleted is not, either */
         s->held = spr__min(s->held, spr__goal(s, t));
         num++;
     }
