@@ -2228,6 +2228,7 @@ enum {
     MESHER__ATTEMPTS = 6,    /* at the whole, with other places of points, ... */
     MESHER__FLIP_ATTEMPTS = 3, /* ... of them by flips first, each in another order, and ... */
     MESHER__FEW_SPLITS = 1000, /* ... with points on so many missing edges at the end, ... */
+    MESHER__FEW_FACETS = 64,   /* so many are tried once before the test for intersections */
     MESHER__FEW_POINTS = 4,    /* ... after so many within for each of them; these points stop
                                   where edges stay or come for so many rounds: */
     MESHER__SPLIT_STAYS = 6, MESHER__SPLIT_RISES = 3,
@@ -2345,7 +2346,16 @@ enum {
     MESHER__THIN_BUDGET = 1000, /* ... edges there that may be tried, ... */
     MESHER__THIN_DEPTH = 3,     /* ... and that wait for each other */
     MESHER__FLIP_PASSES = 16,
-    MESHER__FLIP_YIELD = 32    /* one in so many missing edges has to come in by a pass */
+    MESHER__FLIP_YIELD = 32,   /* one in so many missing edges has to come in by a pass */
+    /* What comes of flips around one edge is, at most, so many tetrahedra gone, and so many made,
+     * so many constrained edges, and, to be found ahead of time, what so many have led to. */
+    MESHER__FLIPPED = 256,
+    MESHER__FLIPPED_EDGES = 64,
+    MESHER__FLIPPED_READ = 512,
+    /* Many edges are tried in strands, so many at most of so many at least: first the first of
+     * each. Then their neighbours in the list, near them as a rule, are not tried at once. */
+    MESHER__STRANDS = 128,
+    MESHER__STRAND = 64
 };
 
 /* A tetrahedron of the copy, positive. */
@@ -2405,6 +2415,24 @@ typedef struct mesher__flips {
     uint64_t     tried[3 * MESHER__WAY]; /* edges on the way, since anything changed */
     uint32_t     num_tried;
 } mesher__flips;
+#  define MESHER__UNUSED UINT32_MAX /* an epoch: the tables are emptied at the first use */
+
+/* What flips around a missing edge come to, apart from the copy that they were tried in. */
+typedef struct mesher__flipped {
+    uint32_t        num_old, num_new; /* tetrahedra gone, and made; none: there are no flips */
+    uint32_t        num_edges, num_read;
+    uint64_t        work;
+    delaunay_handle start;  /* where the star of the edge's end was entered */
+    int             whole;  /* read is */
+    delaunay_handle old[MESHER__FLIPPED], read[MESHER__FLIPPED_READ];
+    uint32_t        edges[MESHER__FLIPPED_EDGES]; /* missing ones that may be among those made */
+    /* as delaunay_replace_linked takes them */
+    uint32_t        vertices[4 * MESHER__FLIPPED];
+    delaunay_handle link[4 * MESHER__FLIPPED];
+    uint8_t         inside[4 * MESHER__FLIPPED];
+    uint16_t        flags[MESHER__FLIPPED];
+} mesher__flipped;
+
 /* Work for the searches before any point is added, and for all that follows: half a minute or so
  * and three times as long. An attempt that needs it all is the last one. */
 #  define MESHER__WORK_FIRST ((uint64_t)1000000000)
@@ -2441,7 +2469,11 @@ typedef struct mesher__recovery {
     mesher__set     seen, seen_edges, known, known_near, failed;
     delaunay_list   queue, star, star2, pool;
     uint32_t        num_windows;
-    mesher__flips  *flips;
+    mesher__flips  *flips;            /* for num_flips threads */
+    mesher__flipped *flipped;         /* num_flipped: those found at once, by all threads */
+    uint32_t        num_flips, num_flipped;
+    delaunay_crew   crew;             /* for the short loops that find them */
+    delaunay_list   touched;          /* tetrahedra that changed since, their marks are set */
     delaunay_list   came;             /* edges that a commit brings */
     uint32_t shell[DELAUNAY_WINDOW_FACETS][3]; /* a polyhedron's facets, outward, mesh vertices */
     delaunay_handle
@@ -2449,9 +2481,6 @@ typedef struct mesher__recovery {
     uint32_t        num_shell;
     delaunay_handle slots[DELAUNAY_WINDOW_FACETS];
     uint32_t        commit[4 * DELAUNAY_WINDOW_FACETS];
-    delaunay_handle commit_link[4 * DELAUNAY_WINDOW_FACETS];
-    uint8_t         commit_inside[4 * DELAUNAY_WINDOW_FACETS];
-    uint16_t        commit_flags[DELAUNAY_WINDOW_FACETS];
     uint32_t *journal; /* of the running transaction: old, new vertices, their numbers */
     size_t          num_journal, cap_journal;
     int             in_transaction;
@@ -4592,19 +4621,105 @@ static int mesher__flip_edge(mesher__flips *f, const delaunay_mesh *mesh, uint32
     return f->num_log > 0;
 }
 
-/* The missing edges among those that flips made, and that are there at the end, in the flags of the
- * new cells: all that is around them is new. */
-static void mesher__account_flips(mesher__recovery *r, uint32_t num_new)
+/* Lists the cells that flips removed, and gives those that they made numbers. 0: too many. */
+static int mesher__list_flips(const mesher__flips *f, mesher__flipped *p, uint32_t *number)
 {
-    const mesher__flips *f = r->flips;
-    uint32_t i, k, e;
+    uint32_t i;
+    p->num_old = p->num_new = 0;
+    for (i = 1; i < f->num_cells; i++) {
+        const mesher__copy *c = &f->cells[i];
+        if (c->from ? !c->gone : c->gone) continue;
+        if ((c->from ? p->num_old : p->num_new) == MESHER__FLIPPED) return 0;
+        if (c->from) p->old[p->num_old++] = c->from;
+        else number[i] = p->num_new++;
+    }
+    return 1;
+}
+
+/* The cells that flips made, with their links: the copy knows all of them. */
+static void mesher__list_made(const mesher__flips *f, mesher__flipped *p, const uint32_t *number)
+{
+    uint32_t i, j = 0, k;
+    for (i = 1; i < f->num_cells; i++) {
+        const mesher__copy *c = &f->cells[i];
+        if (c->from || c->gone) continue;
+        memcpy(p->vertices + 4 * (size_t)j, c->v, sizeof c->v);
+        p->flags[j] = c->flags;
+        for (k = 0; k < 4; k++) {
+            uint32_t other = (uint32_t)(c->n[k] / 4), side = (uint32_t)(c->n[k] % 4);
+            delaunay_handle from = f->cells[other].from;
+            p->link[4 * (size_t)j + k] = 4 * (from ? from : number[other]) + side;
+            p->inside[4 * (size_t)j + k] = !from;
+        }
+        j++;
+    }
+}
+
+/* The missing edges among those that flips made, and may have removed again. 0: too many. */
+static int mesher__list_edges_made(const mesher__recovery *r, const mesher__flips *f,
+                                   mesher__flipped *p)
+{
+    uint32_t k;
+    p->num_edges = 0;
     for (k = 0; k < f->num_made; k++) {
-        uint32_t a = f->made[k][0], b = f->made[k][1], there = 0;
+        uint32_t a = f->made[k][0], b = f->made[k][1], e;
         if (a >= r->cap_at || b >= r->cap_at || !r->missing_edges_at[a] || !r->missing_edges_at[b])
             continue;
         e = mesher__edge_index(r, a, b);
         if (e == MESHER__ABSENT || r->edge_present[e]) continue;
-        for (i = 0; i < num_new; i++) {
+        if (p->num_edges == MESHER__FLIPPED_EDGES) return 0;
+        p->edges[p->num_edges++] = e;
+    }
+    return 1;
+}
+
+/* What flips came to. Nothing, if that is too much. */
+static void mesher__flips_take(const mesher__recovery *r, const mesher__flips *f,
+                               mesher__flipped *p)
+{
+    uint32_t number[MESHER__CELLS];
+    if (f->num_log > 0 && mesher__list_flips(f, p, number) && mesher__list_edges_made(r, f, p))
+        mesher__list_made(f, p, number);
+    else
+        p->num_old = p->num_new = 0;
+}
+
+/* What flips around missing edge e come to. Thread-safe while the mesh is at rest. */
+static void mesher__try_flips(const mesher__recovery *r, mesher__flips *f, uint32_t e, int depth,
+                              mesher__flipped *p)
+{
+    const uint32_t *v = r->edges + 2 * (size_t)e;
+    f->budget = 16u << (depth < 4 ? depth : 4);
+    f->work = 0;
+    p->start = r->mesh->vertex_tet[v[0]];
+    mesher__flip_edge(f, r->mesh, v[0], v[1], depth);
+    mesher__flips_take(r, f, p);
+    p->work = f->work;
+}
+
+/* The tetrahedra that flips rest on: all that were copied. */
+static void mesher__list_read(const mesher__flips *f, mesher__flipped *p)
+{
+    uint32_t i;
+    p->num_read = 0;
+    p->whole = 0;
+    for (i = 1; i < f->num_cells; i++) {
+        if (!f->cells[i].from) continue;
+        if (p->num_read == MESHER__FLIPPED_READ) return;
+        p->read[p->num_read++] = f->cells[i].from;
+    }
+    p->whole = 1;
+}
+
+/* Marks the missing edges that flips made, and that are there at the end, in the flags of the new
+ * tetrahedra: all that is around them is new. */
+static void mesher__account_flips(mesher__recovery *r, const mesher__flipped *p)
+{
+    uint32_t i, k;
+    for (k = 0; k < p->num_edges; k++) {
+        uint32_t e = p->edges[k], a = r->edges[2 * (size_t)e], b = r->edges[2 * (size_t)e + 1];
+        int there = 0;
+        for (i = 0; i < p->num_new && !r->edge_present[e]; i++) {
             const delaunay_tet *t = &r->mesh->tets[r->slots[i]];
             int at_a = delaunay_local_index(t, a), at_b = delaunay_local_index(t, b);
             unsigned bit;
@@ -4615,68 +4730,117 @@ static void mesher__account_flips(mesher__recovery *r, uint32_t num_new)
         }
         if (there) mesher__set_edge_present(r, e, 1);
     }
-    mesher__account_new_facets(r, r->slots, num_new);
+    mesher__account_new_facets(r, r->slots, p->num_new);
 }
 
-/* Lists the cells that flips removed, and gives those that they made numbers. 0: too many. */
-static int mesher__list_flips(mesher__recovery *r, delaunay_handle *old, uint32_t *number,
-                              uint32_t *num_old, uint32_t *num_new)
+/* Puts what flips came to into the mesh, outside transactions: no constraint goes with them. */
+static int mesher__commit_flips(mesher__recovery *r, const mesher__flipped *p)
 {
-    const mesher__flips *f = r->flips;
-    uint32_t i;
-    *num_old = *num_new = 0;
-    for (i = 1; i < f->num_cells; i++) {
-        const mesher__copy *c = &f->cells[i];
-        if (c->from ? !c->gone : c->gone) continue;
-        if ((c->from ? *num_old : *num_new) == DELAUNAY_WINDOW_FACETS) return 0;
-        if (c->from) old[(*num_old)++] = c->from;
-        else number[i] = (*num_new)++;
-    }
-    return 1;
-}
-
-/* Puts what flips made into the mesh, outside transactions: no constraint goes with them. The copy
- * knows all links. */
-static int mesher__commit_flips(mesher__recovery *r)
-{
-    const mesher__flips *f = r->flips;
-    delaunay_handle old[DELAUNAY_WINDOW_FACETS];
-    uint32_t number[MESHER__CELLS], num_old, num_new, i, j, k;
     delaunay_links links;
-    if (!mesher__list_flips(r, old, number, &num_old, &num_new)) return 0;
-    for (i = 1, j = 0; i < f->num_cells; i++) {
-        const mesher__copy *c = &f->cells[i];
-        if (c->from || c->gone) continue;
-        memcpy(r->commit + 4 * (size_t)j, c->v, sizeof c->v);
-        r->commit_flags[j] = c->flags;
-        for (k = 0; k < 4; k++) {
-            uint32_t other = (uint32_t)(c->n[k] / 4), side = (uint32_t)(c->n[k] % 4);
-            delaunay_handle from = f->cells[other].from;
-            r->commit_link[4 * (size_t)j + k] = 4 * (from ? from : number[other]) + side;
-            r->commit_inside[4 * (size_t)j + k] = !from;
-        }
-        j++;
-    }
-    links.link = r->commit_link;
-    links.inside = r->commit_inside;
-    links.flags = r->commit_flags;
-    mesher__note_failure(r, delaunay_replace_linked(r->mesh, r->worker, old, num_old, r->commit,
-                                                    &links, num_new, r->slots));
-    if (r->status == MESHER_OK) mesher__account_flips(r, num_new);
+    if (p->num_new == 0) return 0;
+    links.link = p->link;
+    links.inside = p->inside;
+    links.flags = p->flags;
+    mesher__note_failure(r, delaunay_replace_linked(r->mesh, r->worker, p->old, p->num_old,
+                                                    p->vertices, &links, p->num_new, r->slots));
+    if (r->status == MESHER_OK) mesher__account_flips(r, p);
     return r->status == MESHER_OK;
 }
 
 /* Missing edge e by flips; 1 if it is there. What did not lead there stays, too. */
 static int mesher__recover_by_flips(mesher__recovery *r, uint32_t e, int depth)
 {
-    mesher__flips *f = r->flips;
-    int changed;
-    f->budget = 16u << (depth < 4 ? depth : 4);
-    f->work = 0;
-    changed = mesher__flip_edge(f, r->mesh, r->edges[2 * (size_t)e], r->edges[2 * (size_t)e + 1],
-                                depth);
-    r->work += f->work;
-    return changed && mesher__commit_flips(r) && r->edge_present[e];
+    mesher__flipped *p = r->flipped;
+    mesher__try_flips(r, r->flips, e, depth, p);
+    r->work += p->work;
+    return mesher__commit_flips(r, p) && r->edge_present[e];
+}
+
+/* -- many edges at a time: all threads try flips for the next few, each in its own copies, then
+ * one thread puts what came of them into the mesh, in order. What rests on tetrahedra that have
+ * changed by then is tried again. So the mesh is that of one thread that does one after the
+ * other. */
+
+static void mesher__note_change(mesher__recovery *r, delaunay_handle t)
+{
+    if (t == 0) return;
+    r->mesh->mark[t] = 1;
+    mesher__push(r, &r->touched, t);
+}
+
+/* Marks what a commit changed: what it removed, what it made, and the neighbours of that. */
+static void mesher__note_changes(mesher__recovery *r, const mesher__flipped *p)
+{
+    uint32_t i;
+    for (i = p->num_new; i < p->num_old; i++) mesher__note_change(r, p->old[i]);
+    for (i = 0; i < p->num_new; i++) mesher__note_change(r, r->slots[i]);
+    for (i = 0; i < 4 * p->num_new; i++)
+        if (!p->inside[i]) mesher__note_change(r, p->link[i] / 4);
+}
+
+static void mesher__forget_changes(mesher__recovery *r)
+{
+    size_t i;
+    for (i = 0; i < r->touched.count; i++) r->mesh->mark[r->touched.items[i]] = 0;
+    r->touched.count = 0;
+}
+
+/* Would edge e be tried with the same result now? */
+static int mesher__still_holds(const mesher__recovery *r, uint32_t e, const mesher__flipped *p)
+{
+    uint32_t i;
+    unsigned touched = 0;
+    if (!p->whole || r->mesh->vertex_tet[r->edges[2 * (size_t)e]] != p->start) return 0;
+    for (i = 0; i < p->num_read; i++) touched |= r->mesh->mark[p->read[i]];
+    return !touched;
+}
+
+/* What flips for edges first to end of the list come to, each by itself. Shared: the mesh and the
+ * recovery, read only. */
+static void mesher__try_ahead(mesher__recovery *r, uint32_t first, uint32_t end, int depth,
+                              int threads)
+{
+    double work = 0;
+    int64_t i;
+    (void)threads;
+#  ifdef _OPENMP
+#    pragma omp parallel num_threads(threads) reduction(+ : work)
+#  endif
+    {
+        double begin = delaunay_cpu_seconds();
+#  ifdef _OPENMP
+        mesher__flips *f = r->flips + omp_get_thread_num();
+#    pragma omp for schedule(static)
+#  else
+        mesher__flips *f = r->flips;
+#  endif
+        for (i = first; i < (int64_t)end; i++) {
+            mesher__flipped *p = r->flipped + (i - first);
+            mesher__try_flips(r, f, r->wanted[i], depth, p);
+            mesher__list_read(f, p);
+        }
+        work += delaunay_cpu_seconds() - begin;
+    }
+    delaunay_crew_end(&r->crew, work);
+}
+
+/* Edges first to end of the list by flips, tried by all threads at once if that is worthwhile. */
+static void mesher__flip_batch(mesher__recovery *r, uint32_t first, uint32_t end, int depth)
+{
+    uint32_t i;
+    int threads = delaunay_crew_begin(&r->crew, r->num_flips > 1 && end - first <= r->num_flipped);
+    if (threads > (int)r->num_flips) threads = (int)r->num_flips;
+    if (threads > 1) mesher__try_ahead(r, first, end, depth, threads);
+    for (i = first; i < end && !mesher__stopped(r); i++) {
+        mesher__flipped *p = r->flipped + (threads > 1 ? i - first : 0);
+        uint32_t e = r->wanted[i];
+        if (r->edge_present[e]) continue;
+        if (threads == 1 || !mesher__still_holds(r, e, p))
+            mesher__try_flips(r, r->flips, e, depth, p);
+        r->work += p->work;
+        if (mesher__commit_flips(r, p) && threads > 1) mesher__note_changes(r, p);
+    }
+    mesher__forget_changes(r);
 }
 
 /* The missing edges into the list, in an order of this attempt's. */
@@ -4691,20 +4855,64 @@ static void mesher__shuffle_edges(mesher__recovery *r)
     r->num_wanted = n;
 }
 
+/* The list by strands; their number, 1 if there are too few edges. */
+static uint32_t mesher__twist_edges(mesher__recovery *r)
+{
+    uint32_t n = r->num_wanted, strands = n / MESHER__STRAND, length, i, k, m = 0;
+    if (strands > MESHER__STRANDS) strands = MESHER__STRANDS;
+    if (strands < MESHER__STRANDS / 8) return 1;
+    length = (n + strands - 1) / strands;
+    for (i = 0; i < length; i++)
+        for (k = i; k < n; k += length) r->wanted[m++] = (uint32_t)r->order[k];
+    return strands;
+}
+
+/* Room for all threads to try flips for so many edges at once. Without it one thread does it all. */
+static void mesher__flips_for_threads(mesher__recovery *r, uint32_t count)
+{
+    uint32_t threads = (uint32_t)delaunay_threads(&r->domain->options.host);
+    void *grown;
+    if (threads > count / 4) threads = count / 4;
+    if (threads < 2) return;
+    if (threads > r->num_flips) {
+        grown = delaunay_grow(r->memory, r->flips, 1, threads, sizeof *r->flips);
+        if (!grown) return;
+        r->flips = (mesher__flips *)grown;
+        while (r->num_flips < threads) r->flips[r->num_flips++].epoch = MESHER__UNUSED;
+    }
+    if (count > r->num_flipped) {
+        grown = delaunay_grow(r->memory, r->flipped, 1, count, sizeof *r->flipped);
+        if (!grown) return;
+        r->flipped = (mesher__flipped *)grown;
+        r->num_flipped = count;
+    }
+}
+
+/* One pass over all missing edges. */
+static void mesher__flip_pass(mesher__recovery *r, int depth)
+{
+    uint32_t i, end, strands;
+    mesher__shuffle_edges(r);
+    strands = mesher__twist_edges(r);
+    if (strands > 1) mesher__flips_for_threads(r, strands);
+    else strands = UINT32_MAX; /* one batch, alone */
+    for (i = 0; i < r->num_wanted && !mesher__stopped(r); i = end) {
+        end = r->num_wanted - i < strands ? r->num_wanted : i + strands;
+        mesher__flip_batch(r, i, end, depth);
+    }
+}
+
 /* Missing edges by flips, deeper and deeper while that helps: by half and more, since a pass does
  * all that one less deep does, and flips that it leaves behind are in the way of the next. */
 static void mesher__flip_levels(mesher__recovery *r)
 {
     static const uint8_t depths[] = {0, 3, 5, 8, 13, MESHER__FLIP_DEPTH};
     int pass, last = (int)sizeof depths - 1, depth;
-    uint32_t i, before;
+    uint32_t before;
     for (pass = 0; pass < MESHER__FLIP_PASSES && r->num_missing_edges; pass++) {
         depth = depths[pass < last ? pass : last];
         before = r->num_missing_edges;
-        mesher__shuffle_edges(r);
-        for (i = 0; i < r->num_wanted && !mesher__stopped(r); i++)
-            if (!r->edge_present[r->wanted[i]])
-                mesher__recover_by_flips(r, r->wanted[i], depth);
+        mesher__flip_pass(r, depth);
         mesher__tell(r, "edges by flips of depth", depth);
         if (depth > 3 && MESHER__FLIP_YIELD * (before - r->num_missing_edges) < before) return;
     }
@@ -6682,7 +6890,8 @@ static int mesher__thin_star(mesher__recovery *r, uint32_t v)
             if (f->num_log != mark) f->num_tried = 0;
         }
     r->work += f->work;
-    return f->num_log > 0 && mesher__commit_flips(r);
+    mesher__flips_take(r, f, r->flipped);
+    return mesher__commit_flips(r, r->flipped);
 }
 
 static int mesher__point_goes(mesher__recovery *r, uint32_t v, uint32_t max_points,
@@ -7501,7 +7710,7 @@ static void mesher__recovery_free(mesher__recovery *r)
 {
     delaunay_memory *memory = r->memory;
     mesher__set *sets[5];
-    delaunay_list *lists[5];
+    delaunay_list *lists[6];
     int i;
     sets[0] = &r->seen;
     sets[1] = &r->seen_edges;
@@ -7513,8 +7722,9 @@ static void mesher__recovery_free(mesher__recovery *r)
     lists[2] = &r->star2;
     lists[3] = &r->pool;
     lists[4] = &r->came;
+    lists[5] = &r->touched;
     for (i = 0; i < 5; i++) mesher__set_free(sets[i]);
-    for (i = 0; i < 5; i++) delaunay_list_free(lists[i]);
+    for (i = 0; i < 6; i++) delaunay_list_free(lists[i]);
     delaunay_release(memory, r->grid.rows);
     delaunay_release(memory, r->grid.edges);
     delaunay_release(memory, r->edges);
@@ -7547,6 +7757,7 @@ static void mesher__recovery_free(mesher__recovery *r)
     delaunay_release(memory, r->patches);
     delaunay_release(memory, r->patch_planes);
     delaunay_release(memory, r->flips);
+    delaunay_release(memory, r->flipped);
     if (r->worker) delaunay_worker_free(r->worker);
     delaunay_release(memory, r);
 }
@@ -7583,7 +7794,8 @@ static mesher__recovery *mesher__recovery_new(mesher_domain *domain, mesher_repo
     r->max_vain = MESHER__VAIN;
     r->seen.memory = r->seen_edges.memory = r->known.memory = r->known_near.memory =
         r->failed.memory = memory;
-    r->queue.memory = r->star.memory = r->star2.memory = r->pool.memory = r->came.memory = memory;
+    r->queue.memory = r->star.memory = r->star2.memory = r->pool.memory = r->came.memory =
+        r->touched.memory = memory;
     mesher__set_clear(&r->failed);
     r->num_edges = domain->num_edges;
     r->num_facets = domain->num_facets;
@@ -7609,7 +7821,10 @@ static mesher__recovery *mesher__recovery_new(mesher_domain *domain, mesher_repo
     r->wanted = mesher__numbers(r, edges + facets, 1);
     r->order = (uint64_t *)mesher__block(r, edges + facets, sizeof *r->order);
     r->flips = (mesher__flips *)mesher__block(r, 1, sizeof *r->flips);
-    if (r->flips) r->flips->epoch = UINT32_MAX; /* its tables are emptied at the first use */
+    r->flipped = (mesher__flipped *)mesher__block(r, 1, sizeof *r->flipped);
+    if (r->flips) r->flips->epoch = MESHER__UNUSED;
+    r->num_flips = r->num_flipped = 1;
+    r->crew.host = &domain->options.host;
     r->plane.tolerance = mesher__rounding(domain);
     r->worker = delaunay_worker_new(memory);
     if (r->status != MESHER_OK || !r->worker) {
@@ -7640,7 +7855,8 @@ static void mesher__recover_all(mesher__recovery *r)
         if (r->num_missing_edges) changed |= mesher__edge_points(r);
         if (r->num_missing_facets) mesher__facet_levels(r);
         if (mesher__ends(r)) return;
-        if (r->num_missing_edges || r->num_missing_facets) mesher__ask_for_defects(r);
+        if (r->num_missing_edges || r->num_missing_facets > (round ? 0 : MESHER__FEW_FACETS))
+            mesher__ask_for_defects(r);
         if (mesher__ends(r)) return;
         if (r->num_missing_facets) changed |= mesher__facet_points(r);
         mesher__tell(r, "points for facets, round", round);
