@@ -143,6 +143,8 @@ typedef struct mesher_options {
     /* at the very last, points on edges and facets of the surface; counted, listed */
     int    allow_surface_steiner;
     int    no_intersection_test;  /* mesher_check: only the cheap checks */
+    /* vertices in no triangle or line stay out of the mesh; else those in a region are nodes of it */
+    int    drop_unused;
     /* wanted edge length, at most; 0: from the surface alone, where edges inside are 1.3 times
      * as long as those around them */
     double size;
@@ -252,7 +254,8 @@ typedef struct mesher_region {
 
 /* What an input vertex is for. */
 enum {
-    MESHER_VERTEX_ABSENT,   /* a duplicate of another, or isolated and exactly on a facet or line */
+    /* a duplicate of another, or isolated, and exactly on a facet or line or not wanted */
+    MESHER_VERTEX_ABSENT,
     MESHER_VERTEX_SURFACE,  /* in a facet or line */
     MESHER_VERTEX_ISOLATED  /* in neither: an embedded point of the mesh */
 };
@@ -2078,23 +2081,25 @@ static uint32_t mesher__item_under(const mesher__space *space, uint32_t v)
     return best;
 }
 
-/* Isolated vertices are points of the mesh, but one exactly on a facet or line would split it: left
- * out. */
+/* Isolated vertices are points of the mesh, if they are wanted, but one exactly on a facet or line
+ * would split it: left out. */
 static mesher_result mesher__place_isolated(mesher_domain *domain, mesher_report *report)
 {
     const mesher_surface *surface = &domain->surface;
     mesher__space space;
     mesher_result result;
     uint32_t v, n = domain->first_corner;
+    int drop = domain->options.drop_unused;
     for (v = 0; v < n && domain->vertex_used[v] != MESHER_VERTEX_ISOLATED; v++) {}
     if (v == n) return MESHER_OK;
-    result = mesher__space_init(domain, &space);
+    memset(&space, 0, sizeof space);
+    result = drop ? MESHER_OK : mesher__space_init(domain, &space);
     if (result != MESHER_OK) return result;
     for (; v < n; v++) {
         uint32_t under;
         if (domain->vertex_used[v] != MESHER_VERTEX_ISOLATED) continue;
-        under = mesher__item_under(&space, v);
-        if (under != DELAUNAY_NO_ID) domain->vertex_used[v] = MESHER_VERTEX_ABSENT;
+        under = drop ? DELAUNAY_NO_ID : mesher__item_under(&space, v);
+        if (drop || under != DELAUNAY_NO_ID) domain->vertex_used[v] = MESHER_VERTEX_ABSENT;
         mesher_report_add(report, MESHER_NOTE_UNUSED_VERTEX, under, DELAUNAY_NO_ID, v,
                           DELAUNAY_NO_ID, DELAUNAY_NO_ID, mesher__point(surface, v));
     }

@@ -60,6 +60,7 @@ static const char help_options[] =
     "  --regions R          all: every bounded cell (default); parity: what an odd number of facets\n"
     "                       encloses; winding: what the facets' orientation encloses; seeds: by the\n"
     "                       points of a .poly file (its default if it has any)\n"
+    "  --drop-unused        vertices in no triangle or line stay out of the mesh (default: nodes of it)\n"
     "  --allow-surface-steiner   at the very last, points on the surface where it cannot be recovered\n"
     "\n"
     "goals and budgets (exit 1 if one is not met; the mesh is valid all the same)\n"
@@ -168,6 +169,7 @@ static int parse_flag(const char *a, settings *s)
     if (strcmp(a, "--check") == 0) s->check = 1;
     else if (strcmp(a, "--no-refine") == 0) s->mesher.no_refine = s->no_improve = 1;
     else if (strcmp(a, "--no-improve") == 0) s->no_improve = 1;
+    else if (strcmp(a, "--drop-unused") == 0) s->mesher.drop_unused = 1;
     else if (strcmp(a, "--refine-mesh") == 0) s->refine_mesh = 1;
     else if (strcmp(a, "--coarse") == 0) s->mesher.growth = 1.3;
     else if (strcmp(a, "--allow-surface-steiner") == 0) s->mesher.allow_surface_steiner = 1;
@@ -660,8 +662,10 @@ static void print_counts(const job *j, const char *title, int defects)
     int k, any = 0;
     for (k = 0; k < MESHER_NUM_KINDS; k++) {
         if (mesher_is_defect((mesher_kind)k) != defects || j->report.counts[k] == 0) continue;
-        printf("%-11s %llu x %s\n", any++ ? "" : title, (unsigned long long)j->report.counts[k],
-               mesher_kind_string((mesher_kind)k));
+        printf("%-11s %llu x %s%s\n", any++ ? "" : title, (unsigned long long)j->report.counts[k],
+               mesher_kind_string((mesher_kind)k),
+               k != MESHER_NOTE_UNUSED_VERTEX ? "" : j->set.mesher.drop_unused ? ", left out"
+               : ": nodes of the mesh where they are in it; --drop-unused leaves them out");
     }
     if (any && (defects || j->set.verbose || j->set.check)) print_findings(j, defects);
 }

@@ -513,7 +513,7 @@ static void sheets_lines_and_points(void)
     a = add_point(1, 2, 3);
     b = add_point(2, 1, 0);
     c = add_point(5, 5, 5);
-    {
+    for (o.drop_unused = 0; o.drop_unused < 2; o.drop_unused++) { /* and all of them, if asked */
         mesher_surface s = surface_of(&shape);
         mesher_domain domain;
         mesher_output out;
@@ -525,7 +525,8 @@ static void sheets_lines_and_points(void)
         CHECK(near(judge(&s, &out, 1, 1), 64));
         for (i = 0; i < 4 * out.num_tets; i++)
             if (out.tets[i] < 11) used[out.tets[i]] = 1;
-        CHECK(used[a] && !used[b] && !used[c]);
+        CHECK(used[a] == !o.drop_unused && !used[b] && !used[c]);
+        CHECK(report.counts[MESHER_NOTE_UNUSED_VERTEX] == 3);
         CHECK(out.num_vertices == 11);
         mesher_output_free(&domain, &out);
         mesher_domain_free(&domain);

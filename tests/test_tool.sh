@@ -78,6 +78,7 @@ cube 0 0 0 1 0 | sed '$d' | off > "$T/open.off"
 { cube 0 0 0 1 0; cube 0.5 0.25 0.125 1 8; } | off > "$T/overlap.off"
 { cube 0 0 0 3 0; cube 1 1 1 1 8; } | off > "$T/nested.off"
 { cube 0 0 0 1 0; echo 'f 3 0 2 3'; } | off > "$T/twice.off"
+{ cube 0 0 0 1 0; echo 'v 0.5 0.5 0.5'; } | off > "$T/unused.off"
 sed '3s/.*/nan 0 0/' "$T/cube.off" > "$T/nan.off"
 printf 'OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 7\n' > "$T/index.off"
 printf 'OFF\n4000000000 1 0\n0 0 0\n' > "$T/huge.off"
@@ -162,6 +163,10 @@ code 5 $mesh "$T/open.off" -q --json "$T/open.json"
 ok "JSON after a failure" grep -q '"exit_code": 5' "$T/open.json"
 code 0 $mesh "$T/cube.off" --no-refine --json "$T/small.json"
 ok "no new vertices in a cube" grep -q '"vertices": 8' "$T/small.json"
+code 0 $mesh "$T/unused.off" --no-refine
+prints 'tetrahedra  12 '
+code 0 $mesh "$T/unused.off" --no-refine --drop-unused
+prints 'left out'
 code 0 $mesh "$T/grid.off" -q -o "$T/t1.mesh" --threads 1
 code 0 $mesh "$T/grid.off" -q -o "$T/t3.mesh" --threads 3
 ok "same bytes for any number of threads" cmp "$T/t1.mesh" "$T/t3.mesh"
