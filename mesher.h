@@ -143,7 +143,7 @@ typedef struct mesher_options {
     /* at the very last, points on edges and facets of the surface; counted, listed */
     int    allow_surface_steiner;
     int    no_intersection_test;  /* mesher_check: only the cheap checks */
-    /* vertices in no triangle or line stay out of the mesh; else those in a region are nodes of it */
+    /* vertices in no triangle or line stay out of the mesh; else they are nodes of it */
     int    drop_unused;
     /* wanted edge length, at most; 0: from the surface alone, where edges inside are 1.3 times
      * as long as those around them */
@@ -4872,7 +4872,7 @@ static uint32_t mesher__twist_edges(mesher__recovery *r)
     return strands;
 }
 
-/* Room for all threads to try flips for so many edges at once. Without it one thread does it all. */
+/* Room for all threads to try flips for so many edges at once; without it one thread does it. */
 static void mesher__flips_for_threads(mesher__recovery *r, uint32_t count)
 {
     uint32_t threads = (uint32_t)delaunay_threads(&r->domain->options.host);
