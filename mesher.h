@@ -354,7 +354,8 @@ MESHER_API mesher_result mesher_domain_init(mesher_domain *domain, const mesher_
 /* The Delaunay triangulation of the vertices and of the corners of a box around them. */
 MESHER_API mesher_result mesher_empty_mesh(mesher_domain *domain, mesher_report *report);
 /* Every edge and facet of the domain becomes one of the mesh, and is marked constrained on all its
- * tetrahedra. */
+ * tetrahedra. Several threads look for what is missing and, where that is a thousand edges and
+ * more, bring most of it in; the mesh is that of one thread. */
 MESHER_API mesher_result mesher_recover(mesher_domain *domain, mesher_report *report);
 /* Colours every cell; DELAUNAY_OUTSIDE is what is not kept. Fills regions. */
 MESHER_API mesher_result mesher_color(mesher_domain *domain, mesher_report *report);
@@ -2208,8 +2209,8 @@ MESHER_API mesher_result mesher_empty_mesh(mesher_domain *domain, mesher_report 
 /* ---- >>recover ----------------------------------------------------------------------------
  * Almost all edges and facets of the surface are in the Delaunay triangulation already; what is
  * missing is mostly edges that cross one or two faces. Each missing edge is brought in by flips in
- * a copy of the tetrahedra on its way, deeper and deeper; where flat sides are cut into needles, by
- * flips in their planes before, with points beside these. A few that are left, or all of them in
+ * a copy of the tetrahedra on its way, deeper and deeper, many at once by all threads; where flat
+ * sides are cut into needles, by flips in their planes before, with points beside these. A few that are left, or all of them in
  * later attempts where some flips first, in other orders, did not get through, go on by
  * closure searches (delaunay_reconnect) over small windows around the faces that it crosses: a
  * search that lowers the number of crossings is committed, and never loses a constrained edge
@@ -2230,10 +2231,10 @@ enum {
     MESHER__SECTOR_GROWTH = 300, /* tetrahedra that a sector takes in from behind it at most */
     MESHER__FEW_EDGES =
         32, /* worth large searches before a point is added: one in hundreds comes in by them */
+    MESHER__FEW_FACETS = 64, /* so many get points before the surface is tested for intersections */
     MESHER__ATTEMPTS = 6,    /* at the whole, with other places of points, ... */
     MESHER__FLIP_ATTEMPTS = 3, /* ... of them by flips first, each in another order, and ... */
     MESHER__FEW_SPLITS = 1000, /* ... with points on so many missing edges at the end, ... */
-    MESHER__FEW_FACETS = 64,   /* so many are tried once before the test for intersections */
     MESHER__FEW_POINTS = 4,    /* ... after so many within for each of them; these points stop
                                   where edges stay or come for so many rounds: */
     MESHER__SPLIT_STAYS = 6, MESHER__SPLIT_RISES = 3,
