@@ -2210,20 +2210,20 @@ MESHER_API mesher_result mesher_empty_mesh(mesher_domain *domain, mesher_report 
  * Almost all edges and facets of the surface are in the Delaunay triangulation already; what is
  * missing is mostly edges that cross one or two faces. Each missing edge is brought in by flips in
  * a copy of the tetrahedra on its way, deeper and deeper, many at once by all threads; where flat
- * sides are cut into needles, by flips in their planes before, with points beside these. A few that are left, or all of them in
- * later attempts where some flips first, in other orders, did not get through, go on by
- * closure searches (delaunay_reconnect) over small windows around the faces that it crosses: a
- * search that lowers the number of crossings is committed, and never loses a constrained edge
- * that is there. Steps for one edge are a transaction: they stay if the edge comes in, or if the
- * potential (missing edges, crossings of all missing edges) falls; else they are taken back. So
- * the potential falls strictly, and the loop ends by itself. Facets with three edges in the mesh
- * follow, by the same searches with the edges that pierce them as the objective, and all facets
- * that are there are kept. What is left, such as a Schonhardt polyhedron, gets interior points:
- * in the kernel of a window, where the most crossings vanish. At last, points on what is missing
- * make it come in in pieces, and are taken off it again. Interior points are removed again, where
- * they can move onto a neighbour, or a search of their star finds a way. After the triangulation
- * every decision is an exact orientation of stored coordinates. A missing edge that meets a
- * constrained facet or edge of the mesh proves that the surface intersects itself. */
+ * sides are cut into needles, by flips in their planes before, with points beside these. A few that
+ * are left, or all of them in later attempts where some flips first, in other orders, did not get
+ * through, go on by closure searches (delaunay_reconnect) over small windows around the faces that
+ * it crosses: a search that lowers the number of crossings is committed, and never loses a
+ * constrained edge that is there. Steps for one edge are a transaction: they stay if the edge comes
+ * in, or if the potential (missing edges, crossings of all missing edges) falls; else they are
+ * taken back. So the potential falls strictly, and the loop ends by itself. Facets with three edges
+ * in the mesh follow, by the same searches with the edges that pierce them as the objective, and
+ * all facets that are there are kept. What is left, such as a Schonhardt polyhedron, gets interior
+ * points: in the kernel of a window, where the most crossings vanish. At last, points on what is
+ * missing make it come in in pieces, and are taken off it again. Interior points are removed again,
+ * where they can move onto a neighbour, or a search of their star finds a way. After the
+ * triangulation every decision is an exact orientation of stored coordinates. A missing edge that
+ * meets a constrained facet or edge of the mesh proves that the surface intersects itself. */
 enum {
     MESHER__PIPE = 2048,        /* crossings or tetrahedra around one edge or facet at most */
     MESHER__MAX_WINDOWS = 4000, /* around one edge or facet */
