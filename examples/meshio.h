@@ -48,9 +48,9 @@
  *   file claims is held against the bytes that are left before anything is allocated, so memory is
  *   at most a small multiple of the file's size. Indices are checked when they are read. The first
  *   error ends the reading: a status, a sentence, a line (text) or an offset (binary), an empty
- *   mesh. Polygons are fanned from their first corner; facets of .poly files may have holes and are
- *   triangulated in their plane (sweep, recovery of the segments by flips, exact signs). A written
- *   file appears under its name only when it is complete.
+ *   mesh. Polygons are fanned from their first corner; those that this does not cover, and facets
+ *   of .poly files, which may have holes, are triangulated in their plane (sweep, recovery of the
+ *   segments by flips, exact signs). A written file appears under its name only when it is complete.
  *
  * Compile-time switches (in the file with the bodies)
  *   MESHIO_STATIC                            everything static
@@ -272,6 +272,7 @@ typedef enum meshio__type {
 typedef struct meshio__u32s {
     uint32_t *data;
     size_t num, cap;
+    int failed; /* for want of memory something is not in it */
 } meshio__u32s;
 
 typedef struct meshio__u64s {
@@ -299,6 +300,7 @@ typedef struct meshio__reader {
     int swap;    /* the file's byte order is not this machine's */
     meshio__u32s polygon, table, scratch;
     meshio__u64s ids, entities;
+    meshio__u64s polygons; /* of more than three corners: the first triangle of the fan, corners */
     int ids_consecutive;
     uint64_t first_id;
     meshio__cells cells;
@@ -367,7 +369,10 @@ static int meshio__push32(meshio__u32s *a, uint32_t value)
 {
     void *data = a->data;
     if (a->num == a->cap) {
-        if (!meshio__reserve(&data, &a->cap, a->num + 1, sizeof *a->data)) return 0;
+        if (!meshio__reserve(&data, &a->cap, a->num + 1, sizeof *a->data)) {
+            a->failed = 1;
+            return 0;
+        }
         a->data = (uint32_t *)data;
     }
     a->data[a->num++] = value;
@@ -472,12 +477,16 @@ static meshio_result meshio__add_tet(meshio__reader *r, const uint32_t v[4], int
                                &m->num_tets);
 }
 
-/* A polygon, fanned from its first corner; fewer than three corners enclose nothing. */
+/* A polygon, fanned from its first corner for the time being: its vertices may not be known yet.
+ * Fewer than three corners enclose nothing. */
 static meshio_result meshio__add_polygon(meshio__reader *r, const uint32_t *v, size_t n,
                                          int64_t tag)
 {
     size_t i;
     if (n < 3) r->mesh->num_other++;
+    if (n > 3 && (!meshio__push64(&r->polygons, r->mesh->num_triangles) ||
+                  !meshio__push64(&r->polygons, n)))
+        return meshio__no_memory(r);
     for (i = 2; i < n; i++) MESHIO__TRY(meshio__add_triangle(r, v[0], v[i - 1], v[i], tag));
     return MESHIO_OK;
 }
@@ -1320,17 +1329,19 @@ static void meshio__facet_normal(const double *xyz, const uint32_t *v, size_t n,
 static int meshio__facet_is_fan(const double *xyz, const uint32_t *v, size_t n, int ku, int kv,
                                 int sign)
 {
-    double o[2], a[2], b[2];
+    double o[2], a[2], b[2], angle = 0;
     size_t i;
-    if (n > 64) return 0; /* a long loop may wind about its first corner more than once */
     o[0] = xyz[3 * (size_t)v[0] + (size_t)ku], o[1] = xyz[3 * (size_t)v[0] + (size_t)kv];
     for (i = 1; i + 1 < n; i++) {
         a[0] = xyz[3 * (size_t)v[i] + (size_t)ku], a[1] = xyz[3 * (size_t)v[i] + (size_t)kv];
         b[0] = xyz[3 * (size_t)v[i + 1] + (size_t)ku];
         b[1] = xyz[3 * (size_t)v[i + 1] + (size_t)kv];
         if (meshio__orient2d(o, a, b) != sign) return 0;
+        a[0] -= o[0], a[1] -= o[1], b[0] -= o[0], b[1] -= o[1];
+        if (n > 4) /* two triangles cannot go around */
+            angle += atan2(sign * (a[0] * b[1] - a[1] * b[0]), a[0] * b[0] + a[1] * b[1]);
     }
-    return 1;
+    return angle < 6.28; /* not more than once around */
 }
 
 static void meshio__facet_release(meshio__facet *f)
@@ -1405,6 +1416,49 @@ static int meshio__facet_fill(meshio__facet *f, const double *xyz, const meshio_
     return ok;
 }
 
+/* The plane to work in: the axes ku, kv, and which way the first loop turns there. 0: none. */
+static int meshio__facet_plane(const double *xyz, const meshio__loops *loops, int *ku, int *kv,
+                               int *sign)
+{
+    const uint32_t *v = loops->corners.data;
+    double normal[3];
+    size_t i;
+    int k = 0;
+    meshio__facet_normal(xyz, v, (size_t)loops->ends.data[0], normal);
+    if (fabs(normal[1]) > fabs(normal[k])) k = 1;
+    if (fabs(normal[2]) > fabs(normal[k])) k = 2;
+    *ku = (k + 1) % 3;
+    *kv = (k + 2) % 3;
+    *sign = normal[k] > 0 ? 1 : -1;
+    if (!(fabs(normal[k]) > 1e-250)) return 0;
+    for (i = 0; i < 3 * loops->corners.num; i++)
+        if (!(fabs(xyz[3 * (size_t)v[i / 3] + i % 3]) < 1e150)) return 0;
+    return 1;
+}
+
+/* A facet cut into triangles, counter-clockwise in its plane. *ok: its segments do not cross. 0: no
+ * memory. */
+static int meshio__facet_cut(meshio__facet *f, const double *xyz, const meshio__loops *loops,
+                             const double *holes, int ku, int kv, meshio__u32s *scratch, int *ok)
+{
+    size_t i;
+    *ok = 1;
+    if (!meshio__facet_fill(f, xyz, loops, ku, kv)) return 0;
+    *ok = meshio__facet_hull(f);
+    for (i = 0; *ok && i < f->num_segments; i++)
+        *ok = meshio__facet_recover(f, f->segments[2 * i], f->segments[2 * i + 1], scratch);
+    if (!*ok) return !scratch->failed;
+    return meshio__facet_carve(f, holes, loops->num_holes, scratch);
+}
+
+/* Triangle t of a facet by its vertices, turned as the first loop. */
+static void meshio__facet_corners(const meshio__facet *f, size_t t, int sign, uint32_t *out)
+{
+    out[0] = f->id[f->v[3 * t]];
+    out[1] = f->id[f->v[3 * t + (sign > 0 ? 1 : 2)]];
+    out[2] = f->id[f->v[3 * t + (sign > 0 ? 2 : 1)]];
+}
+
 /* Adds the triangles of a facet to the mesh, turned as its first loop. */
 static meshio_result meshio__add_facet(meshio__reader *r, const unsigned char *where,
                                        meshio__loops *loops, int64_t tag)
@@ -1412,56 +1466,82 @@ static meshio_result meshio__add_facet(meshio__reader *r, const unsigned char *w
     meshio_mesh *m = r->mesh;
     const uint32_t *v = loops->corners.data;
     size_t n = loops->ends.num ? (size_t)loops->ends.data[0] : 0, i;
+    int plain = loops->ends.num == 1 && loops->num_holes == 0, ku, kv, sign, ok;
     meshio_result result = MESHIO_OK;
     meshio__facet f;
-    double normal[3];
-    int k = 0, ku, kv, ok;
     memset(&f, 0, sizeof f);
-    if (loops->ends.num == 1 && loops->num_holes == 0 && n <= 3)
+    if (n < 3 || (plain && n == 3) || !meshio__facet_plane(m->xyz, loops, &ku, &kv, &sign))
         return meshio__add_polygon(r, v, n, tag);
-    if (n < 3) return meshio__add_polygon(r, v, n, tag);
-    meshio__facet_normal(m->xyz, v, n, normal);
-    if (fabs(normal[1]) > fabs(normal[k])) k = 1;
-    if (fabs(normal[2]) > fabs(normal[k])) k = 2;
-    ok = fabs(normal[k]) > 1e-250;
-    for (i = 0; ok && i < loops->corners.num; i++)
-        ok = fabs(m->xyz[3 * (size_t)v[i]]) < 1e150 && fabs(m->xyz[3 * (size_t)v[i] + 1]) < 1e150 &&
-             fabs(m->xyz[3 * (size_t)v[i] + 2]) < 1e150;
-    if (!ok) return meshio__add_polygon(r, v, n, tag); /* no plane to work in: as it is */
-    ku = (k + 1) % 3;
-    kv = (k + 2) % 3;
-    if (loops->ends.num == 1 && loops->num_holes == 0 &&
-        meshio__facet_is_fan(m->xyz, v, n, ku, kv, normal[k] > 0 ? 1 : -1))
+    if (plain && meshio__facet_is_fan(m->xyz, v, n, ku, kv, sign))
         return meshio__add_polygon(r, v, n, tag);
-    if (!meshio__facet_fill(&f, m->xyz, loops, ku, kv)) {
-        result = meshio__no_memory(r);
-        goto done;
-    }
     for (i = 0; i < loops->num_holes; i++) {
         double u = loops->holes[3 * i + (size_t)ku], w = loops->holes[3 * i + (size_t)kv];
         loops->holes[2 * i] = u;
         loops->holes[2 * i + 1] = w;
     }
-    ok = meshio__facet_hull(&f);
-    for (i = 0; ok && i < f.num_segments; i++)
-        ok = meshio__facet_recover(&f, f.segments[2 * i], f.segments[2 * i + 1], &r->scratch);
-    if (!ok) {
+    if (!meshio__facet_cut(&f, m->xyz, loops, loops->holes, ku, kv, &r->scratch, &ok))
+        result = meshio__no_memory(r);
+    else if (!ok)
         result = meshio__fail(r, MESHIO_ERROR_SYNTAX, where,
                               "the facet's segments cross, or two of its points coincide");
-        goto done;
-    }
-    if (!meshio__facet_carve(&f, loops->holes, loops->num_holes, &r->scratch)) {
-        result = meshio__no_memory(r);
-        goto done;
-    }
     for (i = 0; i < f.num_triangles && result == MESHIO_OK; i++) {
-        uint32_t a = f.id[f.v[3 * i]], b = f.id[f.v[3 * i + 1]], c = f.id[f.v[3 * i + 2]];
-        if (!f.gone[i])
-            result = normal[k] > 0 ? meshio__add_triangle(r, a, b, c, tag)
-                                   : meshio__add_triangle(r, a, c, b, tag);
+        uint32_t t[3];
+        meshio__facet_corners(&f, i, sign, t);
+        if (!f.gone[i]) result = meshio__add_triangle(r, t[0], t[1], t[2], tag);
     }
-done:
     meshio__facet_release(&f);
+    return result;
+}
+
+enum { MESHIO__CORNERS = 1000 }; /* of a polygon that is cut: the work may be the square of them */
+
+/* Cuts a polygon in its plane, in place of its fan, where that does not cover it: the triangles are
+ * as many. A polygon that has no such triangulation, as its sides cross, keeps its fan. */
+static meshio_result meshio__cut_polygon(meshio__reader *r, uint32_t *fan, meshio__loops *loop)
+{
+    const double *xyz = r->mesh->xyz;
+    const meshio__u32s *v = &loop->corners;
+    size_t i, count = 0;
+    int ku, kv, sign, ok;
+    meshio__facet f;
+    memset(&f, 0, sizeof f);
+    if (v->num > MESHIO__CORNERS || !meshio__facet_plane(xyz, loop, &ku, &kv, &sign) ||
+        meshio__facet_is_fan(xyz, v->data, v->num, ku, kv, sign))
+        return MESHIO_OK;
+    if (!meshio__facet_cut(&f, xyz, loop, NULL, ku, kv, &r->scratch, &ok)) {
+        meshio__facet_release(&f);
+        return meshio__no_memory(r);
+    }
+    for (i = 0; ok && i < f.num_triangles; i++) count += !f.gone[i];
+    for (i = 0; count == v->num - 2 && i < f.num_triangles; i++) {
+        if (f.gone[i]) continue;
+        meshio__facet_corners(&f, i, sign, fan);
+        fan += 3;
+    }
+    meshio__facet_release(&f);
+    return MESHIO_OK;
+}
+
+/* All polygons, when everything has been read. */
+static meshio_result meshio__cut_polygons(meshio__reader *r)
+{
+    meshio__loops loop;
+    meshio_result result = MESHIO_OK;
+    size_t i, k;
+    memset(&loop, 0, sizeof loop);
+    for (i = 0; i < r->polygons.num && result == MESHIO_OK; i += 2) {
+        uint32_t *fan = r->mesh->triangles + 3 * (size_t)r->polygons.data[i];
+        size_t n = (size_t)r->polygons.data[i + 1];
+        loop.corners.num = loop.ends.num = 0;
+        if (!meshio__push32(&loop.corners, fan[0]) || !meshio__push32(&loop.corners, fan[1]) ||
+            !meshio__push64(&loop.ends, n))
+            result = meshio__no_memory(r);
+        for (k = 2; k < n && result == MESHIO_OK; k++)
+            if (!meshio__push32(&loop.corners, fan[3 * (k - 2) + 2])) result = meshio__no_memory(r);
+        if (result == MESHIO_OK) result = meshio__cut_polygon(r, fan, &loop);
+    }
+    MESHIO_FREE(loop.corners.data);
+    MESHIO_FREE(loop.ends.data);
     return result;
 }
 
@@ -4400,6 +4480,7 @@ static void meshio__reader_release(meshio__reader *r)
     MESHIO_FREE(r->scratch.data);
     MESHIO_FREE(r->ids.data);
     MESHIO_FREE(r->entities.data);
+    MESHIO_FREE(r->polygons.data);
     MESHIO_FREE(r->cells.corners.data);
     MESHIO_FREE(r->cells.ends.data);
     MESHIO_FREE(r->cells.types.data);
@@ -4455,6 +4536,7 @@ static meshio_result meshio__read(const unsigned char *bytes, size_t size, meshi
         meshio__aim(&r, bytes, size);
         result = meshio__read_any(&r, format, first, &loops);
     }
+    if (result == MESHIO_OK) result = meshio__cut_polygons(&r);
     meshio__reader_release(&r);
     MESHIO_FREE(loops.corners.data);
     MESHIO_FREE(loops.ends.data);

@@ -79,6 +79,9 @@ cube 0 0 0 1 0 | sed '$d' | off > "$T/open.off"
 { cube 0 0 0 3 0; cube 1 1 1 1 8; } | off > "$T/nested.off"
 { cube 0 0 0 1 0; echo 'f 3 0 2 3'; } | off > "$T/twice.off"
 { cube 0 0 0 1 0; echo 'v 0.5 0.5 0.5'; } | off > "$T/unused.off"
+{ for z in 0 1; do printf '2 0 %d\n2 1 %d\n1 1 %d\n1 2 %d\n0 2 %d\n0 0 %d\n' $z $z $z $z $z $z; done; } > "$T/corners"
+{ printf 'OFF\n12 8 0\n'; cat "$T/corners"; printf '6 5 4 3 2 1 0\n6 6 7 8 9 10 11\n'
+  for i in 0 1 2 3 4 5; do echo 4 $i $(((i + 1) % 6)) $(((i + 1) % 6 + 6)) $((i + 6)); done; } > "$T/angle.off"
 sed '3s/.*/nan 0 0/' "$T/cube.off" > "$T/nan.off"
 printf 'OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 7\n' > "$T/index.off"
 printf 'OFF\n4000000000 1 0\n0 0 0\n' > "$T/huge.off"
@@ -163,6 +166,8 @@ code 5 $mesh "$T/open.off" -q --json "$T/open.json"
 ok "JSON after a failure" grep -q '"exit_code": 5' "$T/open.json"
 code 0 $mesh "$T/cube.off" --no-refine --json "$T/small.json"
 ok "no new vertices in a cube" grep -q '"vertices": 8' "$T/small.json"
+code 0 $mesh "$T/angle.off"
+prints '20 triangles'
 code 0 $mesh "$T/unused.off" --no-refine
 prints 'tetrahedra  12 '
 code 0 $mesh "$T/unused.off" --no-refine --drop-unused
