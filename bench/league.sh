@@ -28,7 +28,7 @@ row() { # MESHER MODEL START MESH IMPROVEMENT-SECONDS
 to_msh() {
     tr -s ' \t\r' ' ' < "$1" | awk '
         /^ *(#|$)/ || /^ *OFF *$/ { next }
-        { sub(/^ /, "") }
+        { sub(/^ /, ""); sub(/^OFF /, "") }
         !nv { nv = $1; nf = $2; print "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n" nv; next }
         v < nv { print ++v, $1, $2, $3; if (v == nv) print "$EndNodes\n$Elements" ; next }
         f < nf { f++; for (i = 2; i < $1; i++) t[n++] = ($2 + 1) " " ($(i + 1) + 1) " " ($(i + 2) + 1) }
