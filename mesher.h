@@ -2429,7 +2429,7 @@ typedef struct mesher__flipped {
     uint32_t        num_edges, num_read;
     uint64_t        work;
     delaunay_handle start;  /* where the star of the edge's end was entered */
-    int             whole;  /* read is */
+    int             whole;  /* all of it is here, and what it rests on */
     delaunay_handle old[MESHER__FLIPPED], read[MESHER__FLIPPED_READ];
     uint32_t        edges[MESHER__FLIPPED_EDGES]; /* missing ones that may be among those made */
     /* as delaunay_replace_linked takes them */
@@ -4617,14 +4617,13 @@ static int mesher__flip_once(mesher__flips *f, int depth)
     return 0;
 }
 
-/* Flips on the way of ab, in the copy. 0: nothing came of it. */
-static int mesher__flip_edge(mesher__flips *f, const delaunay_mesh *mesh, uint32_t a, uint32_t b,
-                             int depth)
+/* Flips on the way of ab, in the copy. */
+static void mesher__flip_edge(mesher__flips *f, const delaunay_mesh *mesh, uint32_t a, uint32_t b,
+                              int depth)
 {
     mesher__flips_clear(f, mesh, a, b);
-    if (mesher__find_way(f, &f->way[0]) == MESHER__ABSENT) return 0;
+    if (mesher__find_way(f, &f->way[0]) == MESHER__ABSENT) return;
     while (f->way[0].count > 0 && mesher__flip_once(f, depth)) {}
-    return f->num_log > 0;
 }
 
 /* Lists the cells that flips removed, and gives those that they made numbers. 0: too many. */
@@ -4679,19 +4678,19 @@ static int mesher__list_edges_made(const mesher__recovery *r, const mesher__flip
     return 1;
 }
 
-/* What flips came to. Nothing, if that is too much. */
-static void mesher__flips_take(const mesher__recovery *r, const mesher__flips *f,
-                               mesher__flipped *p)
+/* What flips came to. 0: nothing, as it is too much. */
+static int mesher__flips_take(const mesher__recovery *r, const mesher__flips *f, mesher__flipped *p)
 {
     uint32_t number[MESHER__CELLS];
-    if (f->num_log > 0 && mesher__list_flips(f, p, number) && mesher__list_edges_made(r, f, p))
-        mesher__list_made(f, p, number);
-    else
-        p->num_old = p->num_new = 0;
+    int fits = mesher__list_flips(f, p, number) && mesher__list_edges_made(r, f, p);
+    if (fits) mesher__list_made(f, p, number);
+    else p->num_old = p->num_new = 0;
+    return fits;
 }
 
-/* What flips around missing edge e come to. Thread-safe while the mesh is at rest. */
-static void mesher__try_flips(const mesher__recovery *r, mesher__flips *f, uint32_t e, int depth,
+/* What flips around missing edge e come to; 0 if that is too much. Thread-safe while the mesh is at
+ * rest. */
+static int mesher__try_flips(const mesher__recovery *r, mesher__flips *f, uint32_t e, int depth,
                               mesher__flipped *p)
 {
     const uint32_t *v = r->edges + 2 * (size_t)e;
@@ -4699,22 +4698,21 @@ static void mesher__try_flips(const mesher__recovery *r, mesher__flips *f, uint3
     f->work = 0;
     p->start = r->mesh->vertex_tet[v[0]];
     mesher__flip_edge(f, r->mesh, v[0], v[1], depth);
-    mesher__flips_take(r, f, p);
     p->work = f->work;
+    return mesher__flips_take(r, f, p);
 }
 
-/* The tetrahedra that flips rest on: all that were copied. */
-static void mesher__list_read(const mesher__flips *f, mesher__flipped *p)
+/* The tetrahedra that flips rest on: all that were copied. 0: too many. */
+static int mesher__list_read(const mesher__flips *f, mesher__flipped *p)
 {
     uint32_t i;
     p->num_read = 0;
-    p->whole = 0;
     for (i = 1; i < f->num_cells; i++) {
         if (!f->cells[i].from) continue;
-        if (p->num_read == MESHER__FLIPPED_READ) return;
+        if (p->num_read == MESHER__FLIPPED_READ) return 0;
         p->read[p->num_read++] = f->cells[i].from;
     }
-    p->whole = 1;
+    return 1;
 }
 
 /* Marks the missing edges that flips made, and that are there at the end, in the flags of the new
@@ -4822,8 +4820,7 @@ static void mesher__try_ahead(mesher__recovery *r, uint32_t first, uint32_t end,
 #  endif
         for (i = first; i < (int64_t)end; i++) {
             mesher__flipped *p = r->flipped + (i - first);
-            mesher__try_flips(r, f, r->wanted[i], depth, p);
-            mesher__list_read(f, p);
+            p->whole = mesher__try_flips(r, f, r->wanted[i], depth, p) && mesher__list_read(f, p);
         }
         work += delaunay_cpu_seconds() - begin;
     }
