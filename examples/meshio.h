@@ -50,7 +50,8 @@
  *   error ends the reading: a status, a sentence, a line (text) or an offset (binary), an empty
  *   mesh. Polygons are fanned from their first corner; those that this does not cover, and facets
  *   of .poly files, which may have holes, are triangulated in their plane (sweep, recovery of the
- *   segments by flips, exact signs). A written file appears under its name only when it is complete.
+ *   segments by flips, exact signs). A written file appears under its name only when it is
+ *   complete.
  *
  * Compile-time switches (in the file with the bodies)
  *   MESHIO_STATIC                            everything static
@@ -1436,19 +1437,56 @@ static int meshio__facet_plane(const double *xyz, const meshio__loops *loops, in
     return 1;
 }
 
+enum { MESHIO__CORNERS = 1000 }; /* of a polygon that is cut: the work may be the square of them */
+
+/* A loop may go to a hole, around it, and back the same way: such a bridge is no border. */
+static void meshio__facet_drop_bridges(meshio__facet *f)
+{
+    uint32_t *s = f->segments;
+    size_t i, j;
+    for (i = 0; i < f->num_segments; i++)
+        for (j = i + 1; j < f->num_segments; j++) {
+            if (s[2 * i] != s[2 * j + 1] || s[2 * i + 1] != s[2 * j]) continue;
+            memmove(s + 2 * j, s + 2 * (j + 1), 2 * (f->num_segments - j - 1) * sizeof *s);
+            memmove(s + 2 * i, s + 2 * (i + 1), 2 * (f->num_segments - i - 2) * sizeof *s);
+            f->num_segments -= 2;
+            i--;
+            break;
+        }
+}
+
+/* Takes away what is beyond the segments of a loop that turns by this sign: holes, too. */
+static int meshio__facet_eat_beyond(meshio__facet *f, int sign, meshio__u32s *stack)
+{
+    size_t i;
+    int corner;
+    for (i = 0; i < f->num_segments; i++) {
+        uint32_t a = f->segments[2 * i], b = f->segments[2 * i + 1], t;
+        t = sign > 0 ? meshio__facet_find(f, b, a, 0, &corner)
+                     : meshio__facet_find(f, a, b, 0, &corner);
+        if (t != MESHIO__NONE && !meshio__facet_eat(f, t, stack)) return 0;
+    }
+    return 1;
+}
+
 /* A facet cut into triangles, counter-clockwise in its plane. *ok: its segments do not cross. 0: no
  * memory. */
 static int meshio__facet_cut(meshio__facet *f, const double *xyz, const meshio__loops *loops,
-                             const double *holes, int ku, int kv, meshio__u32s *scratch, int *ok)
+                             const double *holes, int ku, int kv, int sign,
+                             meshio__u32s *scratch, int *ok)
 {
     size_t i;
+    int plain = loops->ends.num == 1 && loops->num_holes == 0;
     *ok = 1;
     if (!meshio__facet_fill(f, xyz, loops, ku, kv)) return 0;
+    plain = plain && f->num_segments <= MESHIO__CORNERS;
+    if (plain) meshio__facet_drop_bridges(f);
     *ok = meshio__facet_hull(f);
     for (i = 0; *ok && i < f->num_segments; i++)
         *ok = meshio__facet_recover(f, f->segments[2 * i], f->segments[2 * i + 1], scratch);
     if (!*ok) return !scratch->failed;
-    return meshio__facet_carve(f, holes, loops->num_holes, scratch);
+    return meshio__facet_carve(f, holes, loops->num_holes, scratch) &&
+           (!plain || meshio__facet_eat_beyond(f, sign, scratch));
 }
 
 /* Triangle t of a facet by its vertices, turned as the first loop. */
@@ -1479,7 +1517,7 @@ static meshio_result meshio__add_facet(meshio__reader *r, const unsigned char *w
         loops->holes[2 * i] = u;
         loops->holes[2 * i + 1] = w;
     }
-    if (!meshio__facet_cut(&f, m->xyz, loops, loops->holes, ku, kv, &r->scratch, &ok))
+    if (!meshio__facet_cut(&f, m->xyz, loops, loops->holes, ku, kv, sign, &r->scratch, &ok))
         result = meshio__no_memory(r);
     else if (!ok)
         result = meshio__fail(r, MESHIO_ERROR_SYNTAX, where,
@@ -1492,8 +1530,6 @@ static meshio_result meshio__add_facet(meshio__reader *r, const unsigned char *w
     meshio__facet_release(&f);
     return result;
 }
-
-enum { MESHIO__CORNERS = 1000 }; /* of a polygon that is cut: the work may be the square of them */
 
 /* Cuts a polygon in its plane, in place of its fan, where that does not cover it: the triangles are
  * as many. A polygon that has no such triangulation, as its sides cross, keeps its fan. */
@@ -1508,7 +1544,7 @@ static meshio_result meshio__cut_polygon(meshio__reader *r, uint32_t *fan, meshi
     if (v->num > MESHIO__CORNERS || !meshio__facet_plane(xyz, loop, &ku, &kv, &sign) ||
         meshio__facet_is_fan(xyz, v->data, v->num, ku, kv, sign))
         return MESHIO_OK;
-    if (!meshio__facet_cut(&f, xyz, loop, NULL, ku, kv, &r->scratch, &ok)) {
+    if (!meshio__facet_cut(&f, xyz, loop, NULL, ku, kv, sign, &r->scratch, &ok)) {
         meshio__facet_release(&f);
         return meshio__no_memory(r);
     }

@@ -757,6 +757,15 @@ static void polygons_may_be_concave(void)
                "f 1 2 3 4 5\nv 0 0 0\nv 1 0 0\nv 2 0 0\nv 2 2 0\nv 0 2 0\n", 3, 4);
     check_flat(MESHIO_FORMAT_OBJ,
                "v 0 2 0\nv 2 0 0\nv 2 1 0\nv 1 1 0\nv 1 2 0\nv 0 0 0\nf 6 2 3 4 5 1\n", 4, 3);
+    /* two holes, each at the end of a bridge */
+    check_flat(MESHIO_FORMAT_OFF,
+               "OFF\n12 1 0\n0 0 0\n8 0 0\n8 4 0\n0 4 0\n1 1 0\n3 1 0\n3 3 0\n1 3 0\n5 1 0\n"
+               "7 1 0\n7 3 0\n5 3 0\n16 0 1 9 8 11 10 9 1 2 3 0 4 7 6 5 4\n",
+               14, 24);
+    check_flat(MESHIO_FORMAT_OFF,
+               "OFF\n8 1 0\n0 0 0\n4 0 0\n4 4 0\n0 4 0\n1 1 0\n3 1 0\n3 3 0\n1 3 0\n"
+               "10 4 5 6 7 4 0 3 2 1 0\n",
+               8, -12);
 }
 
 /* Those that a fan covers keep it, however many corners they have; those whose sides cross, too. */
