@@ -4867,7 +4867,7 @@ static uint32_t mesher__twist_edges(mesher__recovery *r)
     length = (n + strands - 1) / strands;
     for (i = 0; i < length; i++)
         for (k = i; k < n; k += length) r->wanted[m++] = (uint32_t)r->order[k];
-    return strands;
+    return (n + length - 1) / length; /* of this length, there may be fewer */
 }
 
 /* Room for all threads to try flips for so many edges at once; without it one thread does it. */

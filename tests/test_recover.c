@@ -612,8 +612,8 @@ int main(int argc, char **argv)
         edges_that_came_beside_their_points_are_marked();
         turned_needles_need_few_attempts();
         needles_in_planes_need_one_attempt();
-    needles_in_bent_planes_need_one_attempt();
-    needles_in_planes_of_single_precision_need_one_attempt();
+        needles_in_bent_planes_need_one_attempt();
+        needles_in_planes_of_single_precision_need_one_attempt();
         vertices_of_constraints_are_not_removed();
         interlocked_tori_and_near_spheres();
         sheets_and_dangling_edges();
