@@ -39,7 +39,8 @@
  *   may become two that are much better. There are never more bad ones than in the beginning, but
  *   for a few where the worst of the mesh becomes twice as good. Then the few worst, if they are
  *   nearly flat or worse than the surface asks for anywhere, have another turn, while that changes
- *   something, in which they may become many.
+ *   something, in which they may become many. Flat ones that lie on each other, as over polygons of
+ *   the surface that rounding has bent, then go together, for a vertex.
  *   At last there are to be fewer, the worst no worse: the closure search then counts the bad ones
  *   instead of looking for the best of the worst; and around what is far from what the surface
  *   allows, the few worst and then those with the fewest bad ones beside them, vertices are moved
@@ -518,6 +519,7 @@ typedef struct spr__case {
     float    goal;     /* what is worth trying for; 0: not known yet */
     uint32_t tried;    /* round of the last failure */
     uint32_t kept;     /* round in which no edge was worth removing */
+    uint32_t lifted;   /* round of the last failure as one of the very worst */
 } spr__case;
 
 /* Of a slot of the mesh. */
@@ -565,6 +567,7 @@ typedef struct spr__state {
     uint64_t         tidy_below;  /* more bad ones are not made fewer one by one: a patch in vain */
     int              may_add;     /* bad ones that a change may add in this round */
     int              lift_adds;   /* and in the place of the very worst */
+    int              nil_adds;    /* of what is as good as flat */
     size_t           in_flight;   /* changes in a round, at most */
     int              tidy;        /* fewer bad tetrahedra are worth it, without any gain */
     int              lift;        /* a change need only lift the worst: for few */
@@ -588,6 +591,16 @@ typedef struct spr__state {
 } spr__state;
 
 static const double *spr__point(const delaunay_mesh *m, uint32_t v) { return m->vertices[v].x; }
+
+static void spr__middle(const delaunay_mesh *m, delaunay_handle t, double *middle)
+{
+    const uint32_t *v = m->tets[t].v;
+    int k;
+    for (k = 0; k < 3; k++)
+        middle[k] = (spr__point(m, v[0])[k] + spr__point(m, v[1])[k] + spr__point(m, v[2])[k] +
+                     spr__point(m, v[3])[k]) /
+                    4;
+}
 
 /* Case 0, of those of which nothing is known, is read only. */
 static spr__case *spr__case_of(const spr__state *s, delaunay_handle t)
@@ -684,6 +697,7 @@ static double spr__floor(const spr__state *s, double before)
 /* Nearly flat: below so much of what is worth trying for. */
 #define SPR__FLAT   0.1
 #define SPR__NIL    1e-4 /* and that is as good as nothing */
+#define SPR__SAVED  1000 /* if it gets so much better, or is that no more, it may become many */
 #define SPR__LIFTED 2 /* what the very worst become, if they become many, is so much better */
 
 /* Bad tetrahedra of a set: their number; and their weight, the more the worse they are, so that one
@@ -711,9 +725,11 @@ static spr__burden spr__burden_of(const spr__state *s, const delaunay_handle *t,
 }
 
 /* Bad ones that a change may add: more where the worst of the mesh, which the surface does not ask
- * for, becomes much better. */
+ * for, becomes much better, and where it is as good as flat and is so no more. */
 static int spr__may_add(const spr__state *s, double before, double after)
 {
+    const double nil = SPR__NIL * s->target;
+    if (s->lift && before < nil && after > spr__min(nil, SPR__SAVED * before)) return s->nil_adds;
     if (s->lift && before < s->held && after > SPR__LIFTED * before) return s->lift_adds;
     return s->is_lifting && before >= SPR__FLAT * s->target ? 0 : s->may_add;
 }
@@ -2961,7 +2977,75 @@ static int spr__pit_solve(const spr__state *s, spr__pit *c)
            spr__pit_is_hollow(s, c);
 }
 
-/* The k-th place to begin with: the middle of t, then of its edges, with all tetrahedra around. */
+/* As good as flat. */
+static int spr__is_nil(const spr__state *s, delaunay_handle t)
+{
+    return s->value[t] < SPR__NIL * s->target;
+}
+
+/* Adds what hides facets from the vertex; 0: a wall is hidden, or there is no room. */
+static int spr__pit_clear(const spr__state *s, spr__pit *c)
+{
+    int i;
+    for (i = 0; i < c->num_facets; i++) c->value[i] = spr__pit_facet(s, c, c->facet[i]);
+    for (i = 0; i < c->num_facets; i++) {
+        delaunay_handle f = c->facet[i];
+        if (c->value[i] > 0) continue;
+        if (spr__is_wall(s->mesh, f / 4, (int)(f % 4)) ||
+            !spr__pit_add(s, c, s->mesh->tets[f / 4].n[f % 4] / 4))
+            return 0;
+        i = -1; /* from the first one again: they have moved */
+    }
+    return 1;
+}
+
+/* Looks for a place for the vertex from which there is nothing hidden: on the way from one place
+ * to another, shorter and shorter. */
+static int spr__pit_look(const spr__state *s, spr__pit *c, const double *from, const double *to)
+{
+    const spr__pit begun = *c;
+    double part;
+    int k;
+    for (part = 0.5; part > 1e-4; part *= 0.5, *c = begun) {
+        for (k = 0; k < 3; k++) c->xyz[k] = from[k] + part * (to[k] - from[k]);
+        if (spr__pit_clear(s, c)) return 1;
+    }
+    return 0;
+}
+
+/* All flat tetrahedra that hang together with t, and what is behind them, with the vertex there.
+ * They cover a plane, more or less, so that what is close to it sees all around: rounding bends the
+ * polygons of a surface, and they fill the bend. */
+static int spr__pit_set_heap(const spr__state *s, spr__pit *c, delaunay_handle t)
+{
+    const delaunay_mesh *m = s->mesh;
+    double sum[2][3] = {{0, 0, 0}, {0, 0, 0}}; /* middles of those behind, of flat ones */
+    int num[2] = {0, 0}, i, k, nil;
+    if (!s->lift || !spr__is_nil(s, t) || !spr__pit_add(s, c, t)) return 0;
+    for (i = 0; i < c->num_tets; i++) {
+        double middle[3];
+        nil = spr__is_nil(s, c->t[i]);
+        spr__middle(m, c->t[i], middle);
+        for (k = 0; k < 3; k++) sum[nil][k] += middle[k];
+        num[nil]++;
+        for (k = 0; k < 4 && nil; k++) {
+            delaunay_handle n = m->tets[c->t[i]].n[k] / 4;
+            if (spr__is_wall(m, c->t[i], k) || spr__pit_has(c, n)) continue;
+            if (!spr__pit_add(s, c, n)) return 0;
+        }
+    }
+    if (!num[0]) return 0;
+    for (k = 0; k < 3; k++) {
+        sum[0][k] /= num[0];
+        sum[1][k] /= num[1];
+    }
+    return spr__pit_look(s, c, sum[1], sum[0]);
+}
+
+enum { SPR__HEAP = 7, SPR__PLACES = 8 };
+
+/* The k-th place to begin with: the middle of t, then of its edges, with all tetrahedra around; at
+ * last, where nothing else helps, all that is flat there. */
 static int spr__pit_set(const spr__state *s, spr__pit *c, delaunay_handle t, int k)
 {
     const delaunay_mesh *m = s->mesh;
@@ -2970,14 +3054,13 @@ static int spr__pit_set(const spr__state *s, spr__pit *c, delaunay_handle t, int
     int i;
     c->num_tets = c->num_facets = 0;
     c->before = HUGE_VAL;
-    for (i = 0; i < 3; i++)
-        c->xyz[i] = k == 0 ? (spr__point(m, v[0])[i] + spr__point(m, v[1])[i] +
-                              spr__point(m, v[2])[i] + spr__point(m, v[3])[i]) /
-                                 4
-                           : (spr__point(m, v[delaunay_edge_order(k - 1)[0]])[i] +
-                              spr__point(m, v[delaunay_edge_order(k - 1)[1]])[i]) /
-                                 2;
+    spr__middle(m, t, c->xyz);
     if (k == 0) return spr__pit_add(s, c, t);
+    if (k == SPR__HEAP) return spr__pit_set_heap(s, c, t);
+    for (i = 0; i < 3; i++)
+        c->xyz[i] = (spr__point(m, v[delaunay_edge_order(k - 1)[0]])[i] +
+                     spr__point(m, v[delaunay_edge_order(k - 1)[1]])[i]) /
+                    2;
     if (!spr__ring_set(s, &ring, t, k - 1, s->is_lifting ? SPR__WIDE_RING : SPR__MAX_RING))
         return 0;
     for (i = 0; i < ring.n; i++)
@@ -2995,7 +3078,7 @@ static int spr__plan_insertion(const spr__state *s, delaunay_handle t, delaunay_
     if (m->num_vertices - s->first_new >=
         (s->sweep == SPR__UTMOST ? s->max_new : s->max_new - s->max_new / 3))
         return DELAUNAY_PLAN_NOTHING;
-    for (k = 0; k < 7; k++) {
+    for (k = 0; k < SPR__PLACES; k++) {
         if (!spr__pit_set(s, &pit, t, k) || !spr__pit_solve(s, &pit)) continue;
         if (best.num_tets && pit.after - pit.before <= best.after - best.before) continue;
         best = pit;
@@ -3217,10 +3300,13 @@ static void spr__set_may_add(spr__state *s)
 {
     uint64_t begun = s->report->before.num_below,
              spare = begun > s->num_bad ? (begun - s->num_bad) / s->in_flight : 0,
-             lifted = s->lifted_bad > s->num_bad ? s->lifted_bad - s->num_bad : 0;
+             lifted = s->lifted_bad > s->num_bad ? s->lifted_bad - s->num_bad : 0,
+             most = begun > s->lifted_bad ? begun : s->lifted_bad,
+             nil = most > s->num_bad ? most - s->num_bad : 0;
     if (s->lifts > 2 && s->is_lifting) spare = 0;
     s->may_add = s->tidy ? 0 : s->is_patch || spare > SPR__MAX_STAR ? SPR__MAX_STAR : (int)spare;
     s->lift_adds = lifted > SPR__MAX_STAR ? SPR__MAX_STAR : (int)lifted;
+    s->nil_adds = nil > SPR__MAX_STAR ? SPR__MAX_STAR : (int)nil;
 }
 
 static void spr__count(spr__state *s, const delaunay_plan *plan)
@@ -3287,6 +3373,7 @@ static int spr__done(void *user, delaunay_mesh *m, delaunay_worker *worker, size
         if (s->at[t].level == s->sweep) s->at[t].level = spr__next_level(s, t, s->sweep);
         if (s->at[t].level == SPR__HOPELESS) s->at[t].listed = SPR__EXHAUSTED;
         c->tried = round_;
+        if (s->is_lifting) c->lifted = round_;
         if (s->sweep == SPR__EDGES) c->kept = round_;
         for (i = 0; i < 4; i++)
             if (plan->data[SPR__IN_VAIN] >> i & 1)
@@ -3533,15 +3620,23 @@ static int spr__is_flat(const spr__state *s, delaunay_handle t)
     return s->value[t] < SPR__FLAT * s->target && s->value[t] < SPR__FLAT * spr__goal(s, t);
 }
 
-/* Lists the very worst, if they are nearly flat or worse than the surface asks for. Returns 0
- * without memory. */
-static int spr__find_flat(spr__state *s)
+/* Was it tried in an earlier turn of the very worst, and all is still as it was? */
+static int spr__is_lifted_in_vain(const spr__state *s, delaunay_handle t)
+{
+    const uint32_t lifted = spr__case_of(s, t)->lifted;
+    return lifted && !spr__has_changed(s, s->mesh->tets[t].v, lifted + 1);
+}
+
+/* Lists the very worst, if they are nearly flat or worse than the surface asks for, but, if
+ * fresh, not those that were tried in vain. Returns 0 without memory. */
+static int spr__find_flat(spr__state *s, int fresh)
 {
     size_t i;
     s->items.count = 0;
     for (i = 0; i < s->bad.count; i++) {
         delaunay_handle t = s->bad.items[i];
-        if ((s->value[t] < s->held || spr__is_flat(s, t)) &&
+        if (!(fresh && spr__is_lifted_in_vain(s, t)) &&
+            (s->value[t] < s->held || spr__is_flat(s, t)) &&
             delaunay_list_push(&s->items, t) != DELAUNAY_OK)
             return 0;
     }
@@ -3552,7 +3647,7 @@ static int spr__find_flat(spr__state *s)
 
 enum {
     SPR__LIFT_PLANS = 16, /* of each level, for each that is lifted: more than were left */
-    SPR__LIFTS = 8        /* turns, as long as the last one has changed something */
+    SPR__LIFTS = 16       /* turns, as long as the last one has changed something */
 };
 
 static int spr__may_lift(const spr__state *s)
@@ -3571,7 +3666,8 @@ static int spr__lift(spr__state *s)
     spr__find_held(s);
     s->lifts = s->lifts < 2 ? 2 : s->lifts + 1;
     s->lifted = s->changes;
-    if (!spr__find_flat(s)) return 0;
+    if (!spr__find_flat(s, 1)) return 0;
+    if (s->items.count == 0 && !spr__find_flat(s, 0)) return 0;
     if (s->items.count == 0) return 1;
     s->is_lifting = 1;
     more = s->room_new - s->max_new;
@@ -4865,18 +4961,12 @@ static int spr__find_bad(spr__state *s)
 
 static void spr__describe(const spr__state *s, spr_worst *w, delaunay_handle t, spr_reason reason)
 {
-    const delaunay_mesh *m = s->mesh;
-    const uint32_t *v = m->tets[t].v;
-    int k;
     w->tet = t;
     w->reason = reason;
     w->quality = s->value[t];
     w->bound = spr__bound(s, t, HUGE_VAL);
     if (w->bound < s->target) w->reason = SPR_BOUNDED;
-    for (k = 0; k < 3; k++)
-        w->xyz[k] = (spr__point(m, v[0])[k] + spr__point(m, v[1])[k] + spr__point(m, v[2])[k] +
-                     spr__point(m, v[3])[k]) /
-                    4;
+    spr__middle(s->mesh, t, w->xyz);
 }
 
 /* The worst that is left, and why; all of it, for who wants to know. */

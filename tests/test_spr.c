@@ -882,6 +882,42 @@ static void test_a_flat_one_among_good_ones(void)
     CHECK(nv == 14 && r.vertices_inserted == 0 && r.after.gamma_min >= r.before.gamma_min);
 }
 
+/* A cell of a foam, whose polygons are plane but for rounding: flat tetrahedra lie over some of them
+ * in a heap, and go only together. */
+static void test_flat_ones_over_bent_polygons(void)
+{
+    static const double corners[12][3] = {
+        {0, 0.25072647094943601, 0.24432190731852127},
+        {0, 0.2420452558731534, 0.2528393446057286},
+        {0.16599083942958551, 0.24802909252315275, 0.24968359407975971},
+        {0, 0.24822396684887293, 0.50650626261751142},
+        {0.0069968114939940058, 0.24848182568248053, 0.50660435663108416},
+        {0.24434561684574496, 0.25095497052154175, 0.25235080801596449},
+        {0.24390497585214968, 0.2569740064941522, 0.50012279607916688},
+        {0, 0.24851281563198663, 0.50678753488377259},
+        {0, 0.4971719132193641, 0.25231940205883191},
+        {0.24395746876354552, 0.49595666657416348, 0.26028870890263189},
+        {0.24355034520431917, 0.49708317940060975, 0.49310495905087492},
+        {0, 0.49836558877253845, 0.49947520599658568}};
+    static const uint32_t cut[18][4] = {
+        {8, 3, 1, 4}, {8, 7, 3, 4}, {8, 11, 7, 4}, {6, 11, 4, 7}, {2, 3, 4, 1},
+        {2, 8, 1, 4}, {2, 8, 0, 1}, {2, 8, 4, 11}, {2, 9, 0, 8}, {2, 10, 8, 11},
+        {2, 10, 9, 8}, {2, 6, 4, 3}, {2, 6, 11, 4}, {2, 6, 10, 11}, {5, 2, 3, 6},
+        {5, 2, 9, 0}, {5, 2, 10, 9}, {5, 2, 6, 10}};
+    double xyz[30][3];
+    uint32_t tets[80][4];
+    size_t nv = 12, nt = 18;
+    spr_options o = open_options();
+    spr_report r;
+    o.free_vertices = 0;
+    memcpy(xyz, corners, sizeof corners);
+    memcpy(tets, cut, sizeof cut);
+    CHECK(spr_improve_arrays(xyz[0], &nv, 30, tets[0], NULL, &nt, 80, NULL, &o, &r) == SPR_OK);
+    CHECK(r.before.gamma_min < 1e-12 && r.before.dihedral_max_degrees > 179.9999);
+    CHECK(r.after.gamma_min > 1e-3 && r.after.dihedral_max_degrees < 179.9);
+    CHECK(memcmp(xyz, corners, sizeof corners) == 0);
+}
+
 /* Points of a cube pressed flat: hardly a tetrahedron can be good, long searches meet their limits.
  */
 static void test_where_hardly_anything_can_be_good(void)
@@ -1468,6 +1504,7 @@ int main(void)
     test_room_for_a_new_vertex();
     test_parts_with_few_bad_ones_are_shaken_first();
     test_a_flat_one_among_good_ones();
+    test_flat_ones_over_bent_polygons();
     test_where_hardly_anything_can_be_good();
     test_arrays();
     test_arrays_without_room_or_sense();
