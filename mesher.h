@@ -2229,8 +2229,9 @@ enum {
     MESHER__MAX_WINDOWS = 4000, /* around one edge or facet */
     MESHER__PIECES = 16384,     /* of split edges, and of facets, at most; a power of two */
     MESHER__SECTOR_GROWTH = 300, /* tetrahedra that a sector takes in from behind it at most */
-    MESHER__FEW_EDGES =
-        32, /* worth large searches before a point is added: one in hundreds comes in by them */
+    MESHER__FEW_EDGES = 32, /* worth large searches before a point is added, as one in hundreds
+                               comes in by them, and more rounds of points before the surface is
+                               tested for intersections */
     MESHER__FEW_FACETS = 64, /* so many get points before the surface is tested for intersections */
     MESHER__ATTEMPTS = 6,    /* at the whole, with other places of points, ... */
     MESHER__FLIP_ATTEMPTS = 3, /* ... of them by flips first, each in another order, and ... */
@@ -6753,7 +6754,8 @@ static int mesher__edge_points(mesher__recovery *r)
             if (!r->edge_present[r->wanted[i]] && r->hopeless[r->wanted[i]] < MESHER__HOPELESS)
                 changed |= mesher__points_for_edge(r, r->wanted[i]);
         mesher__tell(r, "points for edges, round", round);
-        if (round == 1 && r->num_missing_edges) mesher__ask_for_defects(r);
+        if (r->num_missing_edges && round == (r->num_missing_edges > MESHER__FEW_EDGES ? 1 : 3))
+            mesher__ask_for_defects(r);
         if (r->status != MESHER_OK || r->defects || r->absent) return any;
         if (r->first) mesher__flip_levels(r);
         mesher__edge_levels(r);
