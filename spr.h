@@ -3013,33 +3013,41 @@ static int spr__pit_look(const spr__state *s, spr__pit *c, const double *from, c
     return 0;
 }
 
-/* All flat tetrahedra that hang together with t, and what is behind them, with the vertex there.
- * They cover a plane, more or less, so that what is close to it sees all around: rounding bends the
- * polygons of a surface, and they fill the bend. */
+/* The middle of facet i of t. */
+static void spr__facet_middle(const delaunay_mesh *m, delaunay_handle t, int i, double *middle)
+{
+    const uint8_t *o = delaunay_facet_order(i);
+    const uint32_t *v = m->tets[t].v;
+    int k;
+    for (k = 0; k < 3; k++)
+        middle[k] = (spr__point(m, v[o[0]])[k] + spr__point(m, v[o[1]])[k] +
+                     spr__point(m, v[o[2]])[k]) /
+                    3;
+}
+
+/* All flat tetrahedra that hang together with t, and what is behind them, with the vertex close
+ * behind one of them. They cover a plane, more or less, so that one sees all around from there:
+ * rounding bends the polygons of a surface, and they fill the bend. */
 static int spr__pit_set_heap(const spr__state *s, spr__pit *c, delaunay_handle t)
 {
     const delaunay_mesh *m = s->mesh;
-    double sum[2][3] = {{0, 0, 0}, {0, 0, 0}}; /* middles of those behind, of flat ones */
-    int num[2] = {0, 0}, i, k, nil;
+    double lid[3], inside[3];
+    int i, k, num;
     if (!s->lift || !spr__is_nil(s, t) || !spr__pit_add(s, c, t)) return 0;
-    for (i = 0; i < c->num_tets; i++) {
-        double middle[3];
-        nil = spr__is_nil(s, c->t[i]);
-        spr__middle(m, c->t[i], middle);
-        for (k = 0; k < 3; k++) sum[nil][k] += middle[k];
-        num[nil]++;
-        for (k = 0; k < 4 && nil; k++) {
+    for (i = 0; i < c->num_tets; i++)
+        for (k = 0; k < 4 && spr__is_nil(s, c->t[i]); k++) {
             delaunay_handle n = m->tets[c->t[i]].n[k] / 4;
             if (spr__is_wall(m, c->t[i], k) || spr__pit_has(c, n)) continue;
             if (!spr__pit_add(s, c, n)) return 0;
         }
-    }
-    if (!num[0]) return 0;
-    for (k = 0; k < 3; k++) {
-        sum[0][k] /= num[0];
-        sum[1][k] /= num[1];
-    }
-    return spr__pit_look(s, c, sum[1], sum[0]);
+    for (num = c->num_tets, i = 0; i < num; i++)
+        for (k = 0; k < 4 && !spr__is_nil(s, c->t[i]); k++) {
+            if (spr__is_wall(m, c->t[i], k) || !spr__is_nil(s, m->tets[c->t[i]].n[k] / 4)) continue;
+            spr__facet_middle(m, c->t[i], k, lid);
+            spr__middle(m, c->t[i], inside);
+            if (spr__pit_look(s, c, lid, inside)) return 1;
+        }
+    return 0;
 }
 
 enum { SPR__HEAP = 7, SPR__PLACES = 8 };
