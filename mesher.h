@@ -4692,7 +4692,7 @@ static int mesher__flips_take(const mesher__recovery *r, const mesher__flips *f,
 /* What flips around missing edge e come to; 0 if that is too much. Thread-safe while the mesh is at
  * rest. */
 static int mesher__try_flips(const mesher__recovery *r, mesher__flips *f, uint32_t e, int depth,
-                              mesher__flipped *p)
+                             mesher__flipped *p)
 {
     const uint32_t *v = r->edges + 2 * (size_t)e;
     f->budget = 16u << (depth < 4 ? depth : 4);
