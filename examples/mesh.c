@@ -25,7 +25,8 @@ static const char help_usage[] =
     "Fills a triangulated surface with good tetrahedra. Every vertex and triangle of the surface comes\n"
     "back unchanged; vertices of the input come first in the output, in their order.\n"
     "\n"
-    "  INPUT                .stl .off .obj .ply .mesh .meshb .msh .vtk .vtu .poly .smesh\n"
+    "  INPUT                .stl .off .obj .ply .mesh .meshb .msh .vtk .vtu .poly .smesh;\n"
+    "                       tetrahedra without triangles: what bounds them and their regions\n"
     "  -o, --output FILE    .mesh .meshb .msh (2.2) .msh4 (4.1) .vtu .vtk .ele (+ .node .face);\n"
     "                       without it nothing is written: statistics only\n"
     "  --format F           that extension instead of FILE's own\n"
@@ -359,8 +360,9 @@ static void clear_progress(const job *j)
 
 /* A facet of a tetrahedron: its corners, ascending, and the tetrahedron's region. */
 typedef struct tet_side {
-    uint32_t v[3];
+    uint32_t v[3]; /* ascending */
     int32_t tag;
+    int odd; /* sorting has turned it around */
 } tet_side;
 
 static void set_side(tet_side *s, const uint32_t *v, int a, int b, int c, int32_t tag)
@@ -370,12 +372,14 @@ static void set_side(tet_side *s, const uint32_t *v, int a, int b, int c, int32_
     s->v[1] = v[b];
     s->v[2] = v[c];
     s->tag = tag;
+    s->odd = 0;
     for (i = 0; i < 2; i++)
         for (k = 0; k < 2 - i; k++)
             if (s->v[k] > s->v[k + 1]) {
                 uint32_t swap = s->v[k];
                 s->v[k] = s->v[k + 1];
                 s->v[k + 1] = swap;
+                s->odd = !s->odd;
             }
 }
 
@@ -390,8 +394,8 @@ static int add_border(job *j)
 {
     meshio_mesh *m = &j->in;
     size_t n = 4 * m->num_tets, i, k, count = m->num_triangles;
-    tet_side *all = (tet_side *)malloc(n * sizeof *all);
-    uint32_t *triangles;
+    tet_side *all = (tet_side *)malloc(n * sizeof *all), *s;
+    uint32_t *triangles, *v;
     int32_t *tags;
     int f;
     for (i = 0; all && i < m->num_tets; i++) {
@@ -409,9 +413,12 @@ static int add_border(job *j)
     for (i = 0; tags && i < n; i = k) {
         for (k = i + 1; k < n && compare_sides(all + i, all + k) == 0; k++) {}
         if (k == i + 2 && all[i].tag == all[i + 1].tag) continue;
-        memcpy(m->triangles + 3 * m->num_triangles, all[i].v, sizeof all[i].v);
-        m->triangle_tags[m->num_triangles++] =
-            all[i].tag < all[k - 1].tag ? all[i].tag : all[k - 1].tag;
+        s = all[i].tag < all[k - 1].tag ? all + i : all + k - 1;
+        v = m->triangles + 3 * m->num_triangles;
+        v[0] = s->v[0];
+        v[1] = s->v[1 + s->odd];
+        v[2] = s->v[2 - s->odd];
+        m->triangle_tags[m->num_triangles++] = s->tag;
     }
     free(all);
     if (!tags) complain(j, "out of memory");
@@ -442,11 +449,12 @@ static int read_input(job *j)
         complain(j, "the file has no tetrahedra to refine");
         return TOOL_BAD_SURFACE;
     }
-    if (j->set.refine_mesh) return add_border(j) ? TOOL_OK : TOOL_NO_MEMORY;
-    if (j->in.num_triangles == 0) {
+    if (j->in.num_triangles == 0 && j->in.num_tets == 0) {
         complain(j, "the file has no triangles, so it bounds no volume");
         return TOOL_BAD_SURFACE;
     }
+    if (j->set.refine_mesh || j->in.num_triangles == 0)
+        return add_border(j) ? TOOL_OK : TOOL_NO_MEMORY;
     return TOOL_OK;
 }
 

@@ -1792,10 +1792,11 @@ static meshio_result meshio__read_off(meshio__reader *r)
             break;
         if (c == 't') extra += 2;
     }
-    if (!is_off) {
+    if (!is_off) { /* the header may be left out */
         r->p = word;
-        if (r->p < r->end) return meshio__fail(r, MESHIO_ERROR_FORMAT, word, "no OFF header");
-        return meshio__expected(r, "the OFF header");
+        if (r->p == r->end) return meshio__expected(r, "the OFF header");
+        if (!meshio__is_digit(*word))
+            return meshio__fail(r, MESHIO_ERROR_FORMAT, word, "no OFF header");
     }
     meshio__skip(r);
     if (r->end - r->p >= 6 && meshio__same(r->p, 6, "binary"))
@@ -2265,7 +2266,7 @@ static meshio_result meshio__read_medit_binary(meshio__reader *r)
 /* ---- >>msh ---------------------------------------------------------------------------------- */
 
 typedef struct meshio__msh {
-    int binary, v4;
+    int binary, v4, narrow; /* narrow: sizes of 32 bits */
     int have_nodes;
 } meshio__msh;
 
@@ -2293,12 +2294,13 @@ static meshio_result meshio__msh_store(meshio__reader *r, int64_t type, const ui
     }
 }
 
-/* Numbers of a section: 32-bit or 64-bit in binary, decimal in text. */
+/* Numbers of a section: 32-bit or, where wide and not written on a 32-bit machine, 64-bit in
+ * binary, decimal in text. */
 static meshio_result meshio__msh_int(meshio__reader *r, const meshio__msh *msh, int wide,
                                      int64_t *value)
 {
     if (!msh->binary) return meshio__int(r, value);
-    return wide ? meshio__i64(r, value) : meshio__i32(r, value);
+    return wide && !msh->narrow ? meshio__i64(r, value) : meshio__i32(r, value);
 }
 
 static meshio_result meshio__msh_real(meshio__reader *r, const meshio__msh *msh, double *value)
@@ -2405,14 +2407,14 @@ static meshio_result meshio__msh_nodes4(meshio__reader *r, const meshio__msh *ms
     MESHIO__TRY(meshio__msh_int(r, msh, 1, &count));
     MESHIO__TRY(meshio__msh_int(r, msh, 1, &unused));
     MESHIO__TRY(meshio__msh_int(r, msh, 1, &unused));
-    MESHIO__TRY(meshio__fits(r, count, msh->binary ? 32 : 8, "nodes"));
-    MESHIO__TRY(meshio__fits(r, blocks, msh->binary ? 20 : 8, "blocks of nodes"));
+    MESHIO__TRY(meshio__fits(r, count, msh->binary ? 28 : 8, "nodes"));
+    MESHIO__TRY(meshio__fits(r, blocks, msh->binary ? 16 : 8, "blocks of nodes"));
     for (b = 0; b < blocks; b++) {
         MESHIO__TRY(meshio__msh_int(r, msh, 0, &dimension));
         MESHIO__TRY(meshio__msh_int(r, msh, 0, &unused));
         MESHIO__TRY(meshio__msh_int(r, msh, 0, &parametric));
         MESHIO__TRY(meshio__msh_int(r, msh, 1, &num));
-        MESHIO__TRY(meshio__fits(r, num, msh->binary ? 32 : 8, "nodes in a block"));
+        MESHIO__TRY(meshio__fits(r, num, msh->binary ? 28 : 8, "nodes in a block"));
         if (dimension < 0 || dimension > 3)
             return meshio__fail(r, MESHIO_ERROR_SYNTAX, r->p, "an entity of dimension %lld",
                                 (long long)dimension);
@@ -2529,8 +2531,8 @@ static meshio_result meshio__msh_elements4(meshio__reader *r, const meshio__msh 
     MESHIO__TRY(meshio__msh_int(r, msh, 1, &count));
     MESHIO__TRY(meshio__msh_int(r, msh, 1, &unused));
     MESHIO__TRY(meshio__msh_int(r, msh, 1, &unused));
-    MESHIO__TRY(meshio__fits(r, count, msh->binary ? 16 : 4, "elements"));
-    MESHIO__TRY(meshio__fits(r, blocks, msh->binary ? 20 : 8, "blocks of elements"));
+    MESHIO__TRY(meshio__fits(r, count, msh->binary ? 8 : 4, "elements"));
+    MESHIO__TRY(meshio__fits(r, blocks, msh->binary ? 16 : 8, "blocks of elements"));
     for (b = 0; b < blocks; b++) {
         MESHIO__TRY(meshio__msh_int(r, msh, 0, &dimension));
         MESHIO__TRY(meshio__msh_int(r, msh, 0, &tag));
@@ -2539,7 +2541,7 @@ static meshio_result meshio__msh_elements4(meshio__reader *r, const meshio__msh 
         if (meshio__msh_nodes(type) == 0)
             return meshio__fail(r, MESHIO_ERROR_SYNTAX, r->p, "unknown type of element: %lld",
                                 (long long)type);
-        MESHIO__TRY(meshio__fits(r, num, msh->binary ? 16 : 4, "elements in a block"));
+        MESHIO__TRY(meshio__fits(r, num, msh->binary ? 8 : 4, "elements in a block"));
         pair = meshio__pair_find(&r->entities, (uint64_t)(dimension & 3) << 32 | (uint32_t)tag);
         if (pair < r->entities.num / 2) tag = (int64_t)r->entities.data[2 * pair + 1];
         for (i = 0; i < num; i++) {
@@ -2570,9 +2572,10 @@ static meshio_result meshio__msh_header(meshio__reader *r, meshio__msh *msh)
                             version);
     if (kind != 0 && kind != 1)
         return meshio__fail(r, MESHIO_ERROR_SYNTAX, where, "file-type %lld", (long long)kind);
-    if (size != 8)
+    if (size != 8 && !(size == 4 && msh->v4))
         return meshio__fail(r, MESHIO_ERROR_UNSUPPORTED, where, "data-size %lld, not 8",
                             (long long)size);
+    msh->narrow = size == 4;
     msh->binary = kind == 1;
     if (msh->binary) {
         meshio__next_line(r);
@@ -2608,6 +2611,10 @@ static meshio_result meshio__read_msh(meshio__reader *r)
     memset(&msh, 0, sizeof msh);
     r->text = 1;
     word = meshio__word(r, &length);
+    while (meshio__same(word, length, "$comments")) {
+        MESHIO__TRY(meshio__msh_skip(r, word, length));
+        word = meshio__word(r, &length);
+    }
     if (!meshio__same(word, length, "$meshformat")) {
         r->p = word;
         if (r->p < r->end) return meshio__fail(r, MESHIO_ERROR_FORMAT, word, "no $MeshFormat");

@@ -503,6 +503,9 @@ static void off_comes_in_many_layouts(void)
     CHECK(m.num_triangles == 3 && m.triangles[6] == 0 && m.triangles[7] == 3 &&
           m.triangles[8] == 4);
     meshio_free(&m);
+    check_tetrahedron(
+        MESHIO_FORMAT_OFF,
+        "# no header\n4 4 6\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 1 2 3\n3 0 3 2\n");
     CHECK(read_text(MESHIO_FORMAT_OFF, "OFF 0 0 0", &m, NULL) == MESHIO_OK && m.num_vertices == 0);
 }
 
@@ -583,6 +586,44 @@ static void msh_ids_may_be_sparse(void)
               m.triangles[4] == 2);
     }
     meshio_free(&m);
+}
+
+/* MSH 4.1 as a 32-bit machine writes it: sizes and numbers of four bytes. */
+static void msh_sizes_may_have_32_bits(void)
+{
+    static const uint32_t nodes[] = {1, 4, 1, 4, 2, 1, 0, 4, 1, 2, 3, 4};
+    static const double xyz[] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1};
+    static const uint32_t elements[] = {1, 4, 1, 4, 2, 9, 2, 4, 1, 1, 3, 2,
+                                        2, 1, 2, 4, 3, 2, 3, 4, 4, 1, 4, 3};
+    static const uint32_t one = 1;
+    const struct {
+        const char *text;
+        const void *data;
+        size_t size;
+    } parts[] = {{"$Comments\n$by hand\n$EndComments\n$MeshFormat\n4.1 1 4\n", &one, sizeof one},
+                 {"\n$EndMeshFormat\n$Nodes\n", nodes, sizeof nodes},
+                 {"", xyz, sizeof xyz},
+                 {"\n$EndNodes\n$Elements\n", elements, sizeof elements},
+                 {"\n$EndElements\n", "", 0}};
+    unsigned char bytes[512];
+    meshio_mesh m;
+    size_t n = 0, k;
+    for (k = 0; k < sizeof parts / sizeof *parts; k++) {
+        memcpy(bytes + n, parts[k].text, strlen(parts[k].text));
+        n += strlen(parts[k].text);
+        memcpy(bytes + n, parts[k].data, parts[k].size);
+        n += parts[k].size;
+    }
+    CHECK(meshio_read_memory(bytes, n, MESHIO_FORMAT_MSH, &m, NULL) == MESHIO_OK);
+    CHECK(m.num_vertices == 4 && m.num_triangles == 4);
+    if (m.num_vertices == 4 && m.num_triangles == 4)
+        CHECK(m.xyz[11] == 1 && m.triangles[10] == 3 && m.triangle_tags[3] == 9);
+    meshio_free(&m);
+    for (k = 0; k < n - 14; k++) /* torn: right only between the sections */
+        if (meshio_read_memory(bytes, k, MESHIO_FORMAT_MSH, &m, NULL) == MESHIO_OK) {
+            CHECK(m.num_vertices == 4 && m.num_triangles == 0);
+            meshio_free(&m);
+        }
 }
 
 static void vtk_cells_and_strips(void)
@@ -1236,6 +1277,7 @@ int main(void)
     ply_elements_come_in_any_order();
     medit_keywords_come_in_any_order();
     msh_ids_may_be_sparse();
+    msh_sizes_may_have_32_bits();
     vtk_cells_and_strips();
     stl_text_may_hold_several_solids();
     stl_binary_is_known_by_its_size();

@@ -214,6 +214,10 @@ code 3 $mesh "$T/cube.off" --size-grid "$T/missing.txt"
 code 0 $mesh "$T/s1.mesh" --refine-mesh --ball 0.5,0.5,0.5,0.1,0.05 -q -o "$T/s3.mesh"
 ok "a mesh is refined" test "$(count "$T/s3.mesh")" -gt "$(count "$T/s1.mesh")"
 code 5 $mesh "$T/cube.off" --refine-mesh
+sed '/^Triangles/,/^Tetrahedra/{/^Tetrahedra/!d;}' "$T/s1.mesh" > "$T/tets.mesh"
+code 0 $mesh "$T/tets.mesh" --drop-unused -o "$T/s5.mesh"
+prints " 12 triangles"
+ok "the border of tetrahedra is turned the same way all over" sh -c "! grep -q orientation '$T/out'"
 code 2 $mesh "$T/cube.off" --order 2 -o "$T/s4.mesh"
 code 0 $mesh "$T/cube.off" --size 0.3 --order 2 -q -o "$T/s4.msh"
 ok "ten different nodes a tetrahedron, each in the middle of its edge" awk '
