@@ -9408,6 +9408,9 @@ enum {
 
 /* Nearest distance between two vertices, relative to the mean of their sizes. */
 #define MESHER__SPACING 0.8
+/* Size at a corner of a tetrahedron, relative to the mean of the others, from which on a point may
+ * be wanted though the centre of its sphere is too near to that corner. */
+#define MESHER__UNEVEN 1.25
 /* Least height of a point over a constrained facet, relative to the mean of the sizes of the
  * facet. */
 #  define MESHER__LOW 0.35
@@ -9840,9 +9843,10 @@ static int mesher__is_clear(const mesher__refiner *r, const mesher__proposal *p,
     return 1;
 }
 
-/* The wanted apex over facet i of tetrahedron t, on its inner side: at the distance of the size
- * from its corners. */
-static int mesher__apex(const mesher__refiner *r, delaunay_handle t, int i, double *x)
+/* The wanted apex over facet i of tetrahedron t, on its inner side: at reach times their size from
+ * its corners. */
+static int mesher__apex(const mesher__refiner *r, delaunay_handle t, int i, double reach,
+                        double *x)
 {
     const delaunay_mesh *mesh = r->mesh;
     const uint8_t *f = delaunay_facet_order(i);
@@ -9852,7 +9856,7 @@ static int mesher__apex(const mesher__refiner *r, delaunay_handle t, int i, doub
     for (k = 0; k < 3; k++) {
         uint32_t corner = mesh->tets[t].v[f[k]];
         p[k] = mesh->vertices[corner].x;
-        h += r->domain->size[corner] / 3;
+        h += reach / 3 * r->domain->size[corner];
     }
     for (k = 0; k < 3; k++) {
         u[k] = p[1][k] - p[0][k];
@@ -9905,14 +9909,36 @@ static uint32_t mesher__stamp(const delaunay_mesh *mesh, delaunay_handle t)
 }
 
 /* A tetrahedron with such sizes at its corners, in all and at most, is small if its sphere's radius
- * is below. */
+ * is below: then there is no room for the sphere's centre, nor, where one corner has a much larger
+ * size than the others, for the apex that those want. */
 static inline double mesher__bound(double sum, double most)
 {
+    double rest = (sum - most) / 3;
+    if (most >= MESHER__UNEVEN * rest) return MESHER__SPACING * rest;
     return 0.98 * MESHER__SPACING / 2 * (sum / 4 + most);
+}
+
+/* The distance to the next vertex, relative to the size here, where sizes grow by so much across a
+ * sphere of squared radius rr: the mean of the sizes at both ends, or twice the size here. */
+static double mesher__reach(double growth, double rr)
+{
+    double slope = growth / (2 * sqrt(rr));
+    return 1 / (1 - 0.5 * (slope < 1 ? slope : 1));
 }
 
 /* What a tetrahedron asks for. */
 enum { MESHER__SMALL = 1, MESHER__CROWDED, MESHER__POINT };
+
+/* Whether the point that tetrahedron t asks for may be where it is, in sight from tetrahedron from:
+ * 1; 0: it would be too near to a corner; -1: it is not in sight, for facet *met, if any, is in the
+ * way. The search for its size starts at corner near of t. */
+static int mesher__suits(const mesher__refiner *r, mesher__proposal *p, delaunay_handle t,
+                         delaunay_handle from, int near, delaunay_handle *met)
+{
+    p->home = r->home[r->mesh->tets[t].v[near]];
+    if (!mesher__settle(r, p, from, met)) return -1;
+    return mesher__is_clear(r, p, t) && mesher__is_clear(r, p, p->tet);
+}
 
 /* The point that tetrahedron t asks for, if it is too large; MESHER__CROWDED: one of those
  * harvested is probably in its way. */
@@ -9922,36 +9948,39 @@ static int mesher__propose(const mesher__refiner *r, delaunay_handle t, mesher__
     const delaunay_mesh *mesh = r->mesh;
     const uint32_t *v = mesh->tets[t].v;
     const double *x[4], *size = r->domain->size;
-    double rr, bound, most = 0, sum = 0;
+    double rr, bound, most, rest, sum = 0;
     delaunay_handle met;
-    int i;
+    int i, least = 0, largest = 0, suits;
     for (i = 0; i < 4; i++) {
         x[i] = mesh->vertices[v[i]].x;
         sum += size[v[i]];
-        if (size[v[i]] > most) most = size[v[i]];
+        if (size[v[i]] > size[v[largest]]) largest = i;
+        if (size[v[i]] < size[v[least]]) least = i;
     }
+    most = size[v[largest]];
+    rest = (sum - most) / 3;
     rr = mesher__circumcentre(x[0], x[1], x[2], x[3], p->x);
     bound = mesher__bound(sum, most);
     if (rr >= 0 && rr < bound * bound) return MESHER__SMALL;
     p->source = t;
     p->stamp = mesher__stamp(mesh, t);
     p->region = mesh->color[t];
-    p->home = r->home[v[0]];
     p->vertex = p->hint = 0;
     p->state = 0;
     if (rr >= 0 && h && mesher__in_box(r, p->x) &&
         mesher__is_crowded(&h->grid, p->x, sum / 4))
         return MESHER__CROWDED;
-    if (rr >= 0 && mesher__settle(r, p, t, &met))
-        return mesher__is_clear(r, p, t) && mesher__is_clear(r, p, p->tet) ? MESHER__POINT
-                                                                           : MESHER__SMALL;
-    if (rr >= 0 && met && mesher__apex(r, met >> 2, (int)(met & 3), p->x) &&
-        mesher__settle(r, p, met >> 2, &met))
-        return mesher__is_clear(r, p, t) && mesher__is_clear(r, p, p->tet) ? MESHER__POINT
-                                                                           : MESHER__SMALL;
-    for (i = 0; i < 3; i++) p->x[i] = (x[0][i] + x[1][i] + x[2][i] + x[3][i]) / 4;
-    return mesher__settle(r, p, t, &met) && mesher__is_clear(r, p, t) ? MESHER__POINT
-                                                                      : MESHER__SMALL;
+    suits = rr >= 0 ? mesher__suits(r, p, t, t, least, &met) : -1;
+    if (suits == 0 && most >= MESHER__UNEVEN * rest &&
+        mesher__apex(r, t, largest, mesher__reach(most - rest, rr), p->x))
+        suits = mesher__suits(r, p, t, t, least, &met) == 1;
+    else if (rr >= 0 && suits < 0 && met && mesher__apex(r, met >> 2, (int)(met & 3), 1, p->x))
+        suits = mesher__suits(r, p, t, met >> 2, least, &met);
+    if (suits < 0) {
+        for (i = 0; i < 3; i++) p->x[i] = (x[0][i] + x[1][i] + x[2][i] + x[3][i]) / 4;
+        suits = mesher__suits(r, p, t, t, least, &met);
+    }
+    return suits == 1 ? MESHER__POINT : MESHER__SMALL;
 }
 
 /* The caller's wishes at count proposals, stride bytes apart, in batches shared by the threads. */
@@ -11689,8 +11718,8 @@ enum { MESHER__LOSS = 1 << 20, MESHER__LOSS_EACH = 32, MESHER__PLAIN = 128 };
 
 static uint32_t mesher__largest(const mesher__refiner *r)
 {
-    return r->lost > MESHER__LOSS + MESHER__LOSS_EACH * r->inserted ? (uint32_t)MESHER__PLAIN
-                                                                    : UINT32_MAX;
+    return r->lost > MESHER__LOSS + MESHER__LOSS_EACH * (r->inserted + r->num_tets)
+               ? (uint32_t)MESHER__PLAIN : UINT32_MAX;
 }
 
 /* Inserts one point as vertex p->vertex; anything but DONE leaves the mesh untouched. */

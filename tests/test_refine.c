@@ -945,6 +945,81 @@ static void needles_do_not_hold_up(void)
     }
 }
 
+/* A box whose top is a grid of n x n squares and whose other faces have as few triangles as can be:
+ * four corners, then the nodes of the top. */
+static void fine_top(mesher_surface *surface, double *xyz, uint32_t *triangles, uint32_t n)
+{
+    const uint32_t row = n + 1, top = 4;
+    uint32_t i, j, *t = triangles;
+    for (i = 0; i < 4; i++) {
+        xyz[3 * i] = i == 1 || i == 2;
+        xyz[3 * i + 1] = i > 1;
+        xyz[3 * i + 2] = 0;
+    }
+    for (i = 0; i < row * row; i++) {
+        xyz[3 * (top + i)] = (double)(i % row) / n;
+        xyz[3 * (top + i) + 1] = (double)(i / row) / n;
+        xyz[3 * (top + i) + 2] = 1;
+    }
+    for (i = 0; i < n; i++)
+        for (j = 0; j < n; j++) {
+            uint32_t v = top + row * j + i, turn = (i + j) & 1;
+            *t++ = v, *t++ = v + 1, *t++ = turn ? v + row : v + row + 1;
+            *t++ = turn ? v + 1 : v, *t++ = v + row + 1, *t++ = v + row;
+        }
+    *t++ = 0, *t++ = 2, *t++ = 1, *t++ = 0, *t++ = 3, *t++ = 2;
+    for (j = 0; j < 4; j++) { /* side j, from corner j to the next */
+        static const int step[4][2] = {{1, 0}, {0, 1}, {-1, 0}, {0, -1}};
+        uint32_t b = (j + 1) & 3, v = top + (j == 1 || j == 2 ? n : 0) + (j > 1 ? row * n : 0);
+        *t++ = j, *t++ = b, *t++ = v;
+        for (i = 0; i < n; i++) {
+            uint32_t w = v + (uint32_t)(step[j][0] + (int)row * step[j][1]);
+            *t++ = b, *t++ = w, *t++ = v;
+            v = w;
+        }
+    }
+    memset(surface, 0, sizeof *surface);
+    surface->xyz = xyz;
+    surface->num_vertices = top + row * row;
+    surface->triangles = triangles;
+    surface->num_triangles = 2 * n * n + 2 + 4 * (n + 1);
+}
+
+/* Where sizes grow steeply from a fine face, the first vertices inside are as near to it as its
+ * triangles want, although the sphere's centre of a tetrahedron from there to the next vertex is
+ * too near to that one. */
+static void steep_sizes_are_honoured(void)
+{
+    enum { N = 48 };
+    static double xyz[3 * (4 + (N + 1) * (N + 1))];
+    static uint32_t triangles[3 * (2 * N * N + 2 + 4 * (N + 1))];
+    mesher_surface surface;
+    mesher_domain d;
+    mesher_report r;
+    mesher_output out;
+    uint64_t i, all = 0, far = 0;
+    fine_top(&surface, xyz, triangles, N);
+    memset(&r, 0, sizeof r);
+    CHECK(mesher_mesh(&d, &surface, NULL, &r) == MESHER_OK);
+    CHECK(r.size_in_band > 0.6);
+    CHECK(mesher_export(&d, &out) == MESHER_OK);
+    for (i = 0; i < out.num_tets; i++) { /* those with a facet in the top: where is the apex? */
+        double z[4], low = 1;
+        int k, on_top = 0;
+        for (k = 0; k < 4; k++) {
+            z[k] = out.xyz[3 * out.tets[4 * i + (uint64_t)k] + 2];
+            on_top += z[k] == 1;
+            low = z[k] < low ? z[k] : low;
+        }
+        if (on_top != 3) continue;
+        all++;
+        far += 1 - low > 4. / N;
+    }
+    CHECK(all > N * N && far * 20 < all);
+    mesher_output_free(&d, &out);
+    mesher_domain_free(&d);
+}
+
 /* A real part, end to end, with sizes of its own and a size function. */
 static void a_part_is_the_same_for_any_number_of_threads(void)
 {
@@ -1057,6 +1132,7 @@ int main(void)
     small_corners_do_not_fill_a_plate();
     small_sizes_get_a_lattice();
     needles_do_not_hold_up();
+    steep_sizes_are_honoured();
     one_cube_gets_the_wanted_size();
     a_fine_surface_is_honoured();
     a_plate_of_one_layer_gets_no_points();
