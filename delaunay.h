@@ -1780,7 +1780,7 @@ DELAUNAY_API delaunay_result delaunay_selftest(void)
 {
     volatile double one = 1, tiny = DBL_MIN, e = DBL_EPSILON / 2, big = 4503599627370497.0;
     double a[3] = {0, 0, 0}, b[3] = {1, 0, 0}, c[3] = {0, 1, 0}, d[3] = {0, 0, 1}, q[3] = {1, 1, 1};
-    double s = one + e, t = s - one, far[3];
+    double s = one + e, t = s - one, distant[3];
     int i;
     if (s != 1 || t != 0 || tiny * 0.5 == 0 || (one + 1.5 * e) - one == 0)
         return DELAUNAY_ERROR_BROKEN_ARITHMETIC;
@@ -1789,11 +1789,11 @@ DELAUNAY_API delaunay_result delaunay_selftest(void)
         return DELAUNAY_ERROR_BROKEN_ARITHMETIC;
     if (delaunay_insphere(a, b, c, d, q) != 0) return DELAUNAY_ERROR_BROKEN_ARITHMETIC;
     for (i = 0; i < 3; i++) { /* one unit in the last place on either side of the sphere */
-        memcpy(far, q, sizeof far);
-        far[i] = one + 2 * e;
-        if (delaunay_insphere(a, b, c, d, far) != -1) return DELAUNAY_ERROR_BROKEN_ARITHMETIC;
-        far[i] = one - e;
-        if (delaunay_insphere(a, b, c, d, far) != 1) return DELAUNAY_ERROR_BROKEN_ARITHMETIC;
+        memcpy(distant, q, sizeof distant);
+        distant[i] = one + 2 * e;
+        if (delaunay_insphere(a, b, c, d, distant) != -1) return DELAUNAY_ERROR_BROKEN_ARITHMETIC;
+        distant[i] = one - e;
+        if (delaunay_insphere(a, b, c, d, distant) != 1) return DELAUNAY_ERROR_BROKEN_ARITHMETIC;
     }
     for (i = 0; i < 3; i++) { /* 0.1 + 0.2 != 0.3 */
         a[i] = (double)i * 0.1;
@@ -2504,13 +2504,13 @@ delaunay__in_conflict4_avx2(const delaunay__kernel *k, const delaunay_handle *h,
     if (DELAUNAY__UNLIKELY(sure != 15)) {
         unsigned i;
         if (k->exact_doubles) {
-            const __m256d large = _mm256_set1_pd(1048576), small = _mm256_set1_pd(1024);
+            const __m256d large = _mm256_set1_pd(1048576), little = _mm256_set1_pd(1024);
             __m256d rank[4], cofactor[4];
             sure |= (unsigned)_mm256_movemask_pd(_mm256_cmp_pd(det, zero, _CMP_NEQ_OQ));
-            rank[0] = DELAUNAY__MADD(ax, large, DELAUNAY__MADD(ay, small, az));
-            rank[1] = DELAUNAY__MADD(bx, large, DELAUNAY__MADD(by, small, bz));
-            rank[2] = DELAUNAY__MADD(cx, large, DELAUNAY__MADD(cy, small, cz));
-            rank[3] = DELAUNAY__MADD(dx, large, DELAUNAY__MADD(dy, small, dz));
+            rank[0] = DELAUNAY__MADD(ax, large, DELAUNAY__MADD(ay, little, az));
+            rank[1] = DELAUNAY__MADD(bx, large, DELAUNAY__MADD(by, little, bz));
+            rank[2] = DELAUNAY__MADD(cx, large, DELAUNAY__MADD(cy, little, cz));
+            rank[3] = DELAUNAY__MADD(dx, large, DELAUNAY__MADD(dy, little, dz));
             cofactor[0] = bcd, cofactor[1] = _mm256_sub_pd(zero, cda);
             cofactor[2] = dab, cofactor[3] = _mm256_sub_pd(zero, abc);
             in = (in & sure) | (delaunay__ties4(rank, cofactor) & ~sure);
@@ -5619,22 +5619,22 @@ static delaunay_result delaunay__editor_walls(delaunay_editor *e, uint32_t v)
 }
 
 /* Corner j of a tetrahedron of the corners' triangulation, as a vertex of the mesh. */
-static uint32_t delaunay__editor_vertex(const delaunay_editor *e, const delaunay_mesh *small,
+static uint32_t delaunay__editor_vertex(const delaunay_editor *e, const delaunay_mesh *little,
                                         delaunay_handle t, int j)
 {
-    uint32_t v = small->tets[t].v[j];
-    return v == DELAUNAY_GHOST ? DELAUNAY_GHOST : e->corners[small->vertex_id[v]];
+    uint32_t v = little->tets[t].v[j];
+    return v == DELAUNAY_GHOST ? DELAUNAY_GHOST : e->corners[little->vertex_id[v]];
 }
 
 /* The wall that facet i of t is, or NULL. */
 static const delaunay__face *delaunay__editor_wall(const delaunay_editor *e,
-                                                   const delaunay_mesh *small, delaunay_handle t,
+                                                   const delaunay_mesh *little, delaunay_handle t,
                                                    int i, uint8_t *odd)
 {
     const uint8_t *o = delaunay_facet_order(i);
-    uint32_t a = delaunay__editor_vertex(e, small, t, o[0]);
-    uint32_t b = delaunay__editor_vertex(e, small, t, o[1]);
-    uint32_t c = delaunay__editor_vertex(e, small, t, o[2]);
+    uint32_t a = delaunay__editor_vertex(e, little, t, o[0]);
+    uint32_t b = delaunay__editor_vertex(e, little, t, o[1]);
+    uint32_t c = delaunay__editor_vertex(e, little, t, o[2]);
     const delaunay__face *f = delaunay__face_find(e->worker, a, b, c);
     *odd = delaunay__odd(a, b, c);
     return f;
@@ -5642,7 +5642,7 @@ static const delaunay__face *delaunay__editor_wall(const delaunay_editor *e,
 
 /* What of the corners' triangulation is in the hole: it has a wall on its side, or is reached from
  * there without crossing one. Into tets. */
-static delaunay_result delaunay__editor_fill(delaunay_editor *e, delaunay_mesh *small, size_t *num)
+static delaunay_result delaunay__editor_fill(delaunay_editor *e, delaunay_mesh *little, size_t *num)
 {
     delaunay_handle t;
     delaunay_result result = DELAUNAY_OK;
@@ -5650,28 +5650,28 @@ static delaunay_result delaunay__editor_fill(delaunay_editor *e, delaunay_mesh *
     int j;
     uint8_t odd;
     e->inside.count = 0;
-    for (t = 1; t < small->num_tets; t++) {
-        for (j = 0; j < 4 && !delaunay_is_deleted(small, t) && !small->mark[t]; j++) {
-            const delaunay__face *f = delaunay__editor_wall(e, small, t, j, &odd);
+    for (t = 1; t < little->num_tets; t++) {
+        for (j = 0; j < 4 && !delaunay_is_deleted(little, t) && !little->mark[t]; j++) {
+            const delaunay__face *f = delaunay__editor_wall(e, little, t, j, &odd);
             if (!f || f->odd != odd) continue;
-            small->mark[t] = 1;
+            little->mark[t] = 1;
             result = delaunay_list_push(&e->inside, t);
             if (result != DELAUNAY_OK) return result;
         }
     }
     for (i = 0; i < e->inside.count; i++)
         for (j = 0; j < 4; j++) {
-            t = small->tets[e->inside.items[i]].n[j] >> 2;
-            if (small->mark[t] || delaunay__editor_wall(e, small, e->inside.items[i], j, &odd))
+            t = little->tets[e->inside.items[i]].n[j] >> 2;
+            if (little->mark[t] || delaunay__editor_wall(e, little, e->inside.items[i], j, &odd))
                 continue;
-            small->mark[t] = 1;
+            little->mark[t] = 1;
             result = delaunay_list_push(&e->inside, t);
             if (result != DELAUNAY_OK) return result;
         }
     result = delaunay__editor_reserve_tets(e, e->inside.count);
     for (i = 0; result == DELAUNAY_OK && i < e->inside.count; i++)
         for (j = 0; j < 4; j++)
-            e->tets[4 * i + (size_t)j] = delaunay__editor_vertex(e, small, e->inside.items[i], j);
+            e->tets[4 * i + (size_t)j] = delaunay__editor_vertex(e, little, e->inside.items[i], j);
     *num = e->inside.count;
     return result;
 }
@@ -5699,7 +5699,7 @@ static delaunay_result delaunay__editor_cap(delaunay_editor *e, uint32_t v, size
 
 DELAUNAY_API delaunay_result delaunay_editor_remove(delaunay_editor *editor, uint32_t vertex)
 {
-    delaunay_mesh small;
+    delaunay_mesh little;
     delaunay_options options;
     delaunay_report report;
     delaunay_result result;
@@ -5707,7 +5707,7 @@ DELAUNAY_API delaunay_result delaunay_editor_remove(delaunay_editor *editor, uin
     if (!editor || vertex == DELAUNAY_GHOST || vertex >= editor->mesh->num_vertices ||
         !editor->mesh->vertex_tet[vertex])
         return DELAUNAY_ERROR_INVALID_ARGUMENT;
-    memset(&small, 0, sizeof small);
+    memset(&little, 0, sizeof little);
     memset(&options, 0, sizeof options);
     options.any_order = 1;
     options.host.num_threads = 1;
@@ -5717,13 +5717,13 @@ DELAUNAY_API delaunay_result delaunay_editor_remove(delaunay_editor *editor, uin
     result = delaunay_vertex_star(editor->mesh, editor->worker, vertex, &editor->star);
     if (result == DELAUNAY_OK) result = delaunay__editor_corners(editor, vertex, &num_corners);
     if (result != DELAUNAY_OK) return result;
-    result = delaunay_tetrahedralize(&small, editor->xyz, num_corners, &options, &report);
+    result = delaunay_tetrahedralize(&little, editor->xyz, num_corners, &options, &report);
     if (result == DELAUNAY_ERROR_DIMENSION) {
         result = delaunay__editor_cap(editor, vertex, &num);
     } else if (result == DELAUNAY_OK) {
         result = delaunay__editor_walls(editor, vertex);
-        if (result == DELAUNAY_OK) result = delaunay__editor_fill(editor, &small, &num);
-        delaunay_mesh_free(&small);
+        if (result == DELAUNAY_OK) result = delaunay__editor_fill(editor, &little, &num);
+        delaunay_mesh_free(&little);
     }
     if (result != DELAUNAY_OK) return result;
     return delaunay_replace(editor->mesh, editor->worker, editor->star.items, editor->star.count,

@@ -702,14 +702,14 @@ static uint64_t mesher__check_numbers(const mesher_surface *surface, mesher_repo
     }
     for (i = 0; i < surface->num_vertices; i++) {
         const double *x = mesher__point(surface, (uint32_t)i);
-        int finite = 1, far = 0;
+        int finite = 1, distant = 0;
         for (j = 0; j < 3; j++) {
             if (!(fabs(x[j]) <= DBL_MAX)) finite = 0;
-            else if (fabs(x[j]) > MESHER__LARGEST_COORDINATE) far = 1;
+            else if (fabs(x[j]) > MESHER__LARGEST_COORDINATE) distant = 1;
             if (x[j] < lo[j]) lo[j] = x[j];
             if (x[j] > hi[j]) hi[j] = x[j];
         }
-        if (!finite || far)
+        if (!finite || distant)
             mesher__add_vertex_finding(report,
                                        finite ? MESHER_DEFECT_RANGE : MESHER_DEFECT_NOT_FINITE,
                                        surface, (uint32_t)i, DELAUNAY_NO_ID);
@@ -2125,7 +2125,7 @@ static mesher_result mesher__from_delaunay(delaunay_result result)
 static void mesher__box(const mesher_domain *domain, double *lo, double *hi)
 {
     const double *x = domain->surface.xyz;
-    double extent = 0, far = 0, unit;
+    double extent = 0, distant = 0, unit;
     size_t i;
     int k, e, first = 1;
     for (k = 0; k < 3; k++) lo[k] = hi[k] = 0;
@@ -2139,14 +2139,14 @@ static void mesher__box(const mesher_domain *domain, double *lo, double *hi)
     }
     for (k = 0; k < 3; k++) {
         if (hi[k] - lo[k] > extent) extent = hi[k] - lo[k];
-        if (fabs(lo[k]) > far) far = fabs(lo[k]);
-        if (fabs(hi[k]) > far) far = fabs(hi[k]);
+        if (fabs(lo[k]) > distant) distant = fabs(lo[k]);
+        if (fabs(hi[k]) > distant) distant = fabs(hi[k]);
     }
-    if (!(extent > 0)) extent = far > 0 ? far : 1;
+    if (!(extent > 0)) extent = distant > 0 ? distant : 1;
     frexp(extent, &e);
     unit = ldexp(1.0, e - 4);
-    frexp(far, &e);
-    if (far > 0 && unit < ldexp(1.0, e - 46)) unit = ldexp(1.0, e - 46);
+    frexp(distant, &e);
+    if (distant > 0 && unit < ldexp(1.0, e - 46)) unit = ldexp(1.0, e - 46);
     for (k = 0; k < 3; k++) {
         lo[k] = (floor((lo[k] - MESHER__BOX_EXTENTS * extent) / unit) - 1) * unit;
         hi[k] = (ceil((hi[k] + MESHER__BOX_EXTENTS * extent) / unit) + 1) * unit;
@@ -2397,7 +2397,7 @@ typedef struct mesher__ring {
 /* A vertex as it is seen along the missing edge, in units of its length, about. */
 typedef struct mesher__view {
     uint64_t key; /* epoch and vertex */
-    double   x, y, far; /* far: its distance, no less */
+    double   x, y, distant; /* distant: its distance, no less */
 } mesher__view;
 
 typedef struct mesher__flips {
@@ -3935,7 +3935,7 @@ static inline const mesher__view *mesher__view_of(mesher__flips *f, uint32_t v)
     view->key = key;
     view->x = f->across[0][0] * d[0] + f->across[0][1] * d[1] + f->across[0][2] * d[2];
     view->y = f->across[1][0] * d[0] + f->across[1][1] * d[1] + f->across[1][2] * d[2];
-    view->far = (fabs(d[0]) + fabs(d[1]) + fabs(d[2])) * f->per_length;
+    view->distant = (fabs(d[0]) + fabs(d[1]) + fabs(d[2])) * f->per_length;
     return view;
 }
 
@@ -3946,10 +3946,10 @@ static inline const mesher__view *mesher__view_of(mesher__flips *f, uint32_t v)
 static int mesher__turn(mesher__flips *f, uint32_t p, uint32_t q)
 {
     const mesher__view *v = mesher__view_of(f, p);
-    double x = v->x, y = v->y, far = v->far, turn, bound;
+    double x = v->x, y = v->y, distant = v->distant, turn, bound;
     v = mesher__view_of(f, q); /* may take the other's place */
     turn = x * v->y - y * v->x;
-    bound = far * v->far * 1e-14 + 1e-290;
+    bound = distant * v->distant * 1e-14 + 1e-290;
     if (turn > bound) return 1;
     if (turn < -bound) return -1;
     return mesher__flip_orient(f, f->a, f->b, p, q);
@@ -9931,11 +9931,11 @@ enum { MESHER__SMALL = 1, MESHER__CROWDED, MESHER__POINT };
 
 /* Whether the point that tetrahedron t asks for may be where it is, in sight from tetrahedron from:
  * 1; 0: it would be too near to a corner; -1: it is not in sight, for facet *met, if any, is in the
- * way. The search for its size starts at corner near of t. */
+ * way. The search for its size starts at that corner of t. */
 static int mesher__suits(const mesher__refiner *r, mesher__proposal *p, delaunay_handle t,
-                         delaunay_handle from, int near, delaunay_handle *met)
+                         delaunay_handle from, int corner, delaunay_handle *met)
 {
-    p->home = r->home[r->mesh->tets[t].v[near]];
+    p->home = r->home[r->mesh->tets[t].v[corner]];
     if (!mesher__settle(r, p, from, met)) return -1;
     return mesher__is_clear(r, p, t) && mesher__is_clear(r, p, p->tet);
 }
@@ -10111,12 +10111,12 @@ static int mesher__sieve(const mesher__refiner *r, delaunay_handle *list, int co
 #ifdef MESHER__SIMD
     delaunay_mesh *mesh = r->mesh;
     const delaunay_tet *t[4];
-    int k, small, left = 0;
+    int k, little, left = 0;
     if (!r->cavity.simd || count == 0) return count;
     for (k = 0; k < 4; k++) t[k] = mesh->tets + list[k < count ? k : 0];
-    small = mesher__are_small4(mesh->vertices, r->domain->size, t);
+    little = mesher__are_small4(mesh->vertices, r->domain->size, t);
     for (k = 0; k < count; k++) {
-        if (small >> k & 1) mesh->mark[list[k]] = MESHER__SMALL;
+        if (little >> k & 1) mesh->mark[list[k]] = MESHER__SMALL;
         else list[left++] = list[k];
     }
     return left;
@@ -11610,13 +11610,13 @@ static void mesher__link_ball(mesher__cavity *c, delaunay_tet *tets, const delau
     static const uint8_t next[5] = {0, 1, 2, 0, 1};
     const mesher__facet *f = c->facets, *end = f + c->num_facets;
     const uint32_t *matrix = c->matrix;
-    const int row = c->row, small = c->num_locals <= MESHER__LOCAL;
+    const int row = c->row, little = c->num_locals <= MESHER__LOCAL;
     uint32_t i;
     for (; f < end; f++) {
         delaunay_handle *n = tets[slot[f - c->facets]].n;
         for (i = 0; i < 3; i++) {
             uint32_t a = f->local[next[i + 2]], b = f->local[next[i + 1]];
-            uint32_t s = small ? matrix[a << row | b] : *mesher__edge_slot(c, a, b);
+            uint32_t s = little ? matrix[a << row | b] : *mesher__edge_slot(c, a, b);
             n[i + 1] = 4 * slot[s >> 2] + (s & 3);
         }
     }
@@ -12742,13 +12742,13 @@ static double mesher__triangle_distance(const mesher_surface *s, size_t t, const
 static void mesher__part_order(mesher__part *p, const double *where)
 {
     size_t i, n = p->whole->num_triangles;
-    double far = 0;
+    double distant = 0;
     for (i = 0; i < n; i++) {
         double d = mesher__triangle_distance(p->whole, i, where);
-        if (d > far) far = d;
+        if (d > distant) distant = d;
     }
     for (i = 0; i < n; i++) {
-        double d = far > 0 ? mesher__triangle_distance(p->whole, i, where) / far : 0;
+        double d = distant > 0 ? mesher__triangle_distance(p->whole, i, where) / distant : 0;
         p->order[i] = (uint64_t)(d * 4294967295.0) << 32 | i;
     }
     if (n > 1) qsort(p->order, n, sizeof *p->order, mesher__compare_u64);

@@ -791,7 +791,7 @@ static void spr__facet_set(spr__facet *f, const double *a, const double *b, cons
 static double spr__facet_gamma(const spr__facet *f, const double *p, double *gradient)
 {
     double u[3][3], e[3][3], n[3][3], r[3], l2[3], det, sum = f->area, longest = f->longest, l, k;
-    int i, j, far = -1;
+    int i, j, distant = -1;
     spr__sub(p, f->a, u[0]);
     spr__sub(p, f->b, u[1]);
     spr__sub(p, f->c, u[2]);
@@ -806,7 +806,7 @@ static double spr__facet_gamma(const spr__facet *f, const double *p, double *gra
         l2[i] = spr__dot(u[i], u[i]);
         if (l2[i] > longest) {
             longest = l2[i];
-            far = i;
+            distant = i;
         }
     }
     l = sqrt(longest);
@@ -824,8 +824,9 @@ static double spr__facet_gamma(const spr__facet *f, const double *p, double *gra
                 for (j = 0; j < 3; j++) grow[j] += g[j] * per_r;
             }
         for (j = 0; j < 3; j++)
-            gradient[j] = k * (f->normal[j] - det * (grow[j] * per_sum +
-                                                     (far >= 0 ? u[far][j] * per_longest : 0)));
+            gradient[j] =
+                k * (f->normal[j] - det * (grow[j] * per_sum +
+                                           (distant >= 0 ? u[distant][j] * per_longest : 0)));
     }
     return k * det;
 }
@@ -967,7 +968,7 @@ SPR__TARGET DELAUNAY_INLINE __m256d spr__gamma4(const spr__facet4 *f, spr__v3 p,
                                                 double (*gradient)[4])
 {
     spr__v3 a = spr__load4(f->a), b = spr__load4(f->b), c = spr__load4(f->c),
-            normal = spr__load4(f->normal), e[3], u[3], n[3], far;
+            normal = spr__load4(f->normal), e[3], u[3], n[3], distant;
     __m256d zero = _mm256_setzero_pd(), sum = _mm256_loadu_pd(f->area),
             longest = _mm256_loadu_pd(f->longest), r[3], det, below, l2, more, k, some;
     int i;
@@ -978,7 +979,7 @@ SPR__TARGET DELAUNAY_INLINE __m256d spr__gamma4(const spr__facet4 *f, spr__v3 p,
     e[1] = spr__sub4(c, b);
     e[2] = spr__sub4(a, c);
     det = spr__dot4(normal, u[0]);
-    far.x = far.y = far.z = zero;
+    distant.x = distant.y = distant.z = zero;
     for (i = 0; i < 3; i++) {
         n[i] = spr__cross4(e[i], u[i]);
         r[i] = _mm256_sqrt_pd(spr__dot4(n[i], n[i]));
@@ -986,9 +987,9 @@ SPR__TARGET DELAUNAY_INLINE __m256d spr__gamma4(const spr__facet4 *f, spr__v3 p,
         l2 = spr__dot4(u[i], u[i]);
         more = _mm256_cmp_pd(l2, longest, _CMP_GT_OQ);
         longest = _mm256_blendv_pd(longest, l2, more);
-        far.x = _mm256_blendv_pd(far.x, u[i].x, more);
-        far.y = _mm256_blendv_pd(far.y, u[i].y, more);
-        far.z = _mm256_blendv_pd(far.z, u[i].z, more);
+        distant.x = _mm256_blendv_pd(distant.x, u[i].x, more);
+        distant.y = _mm256_blendv_pd(distant.y, u[i].y, more);
+        distant.z = _mm256_blendv_pd(distant.z, u[i].z, more);
     }
     below = _mm256_mul_pd(_mm256_sqrt_pd(longest), sum);
     some = _mm256_cmp_pd(below, zero, _CMP_GT_OQ);
@@ -1010,7 +1011,7 @@ SPR__TARGET DELAUNAY_INLINE __m256d spr__gamma4(const spr__facet4 *f, spr__v3 p,
           gradient[row],                                                                          \
           _mm256_and_pd(some, _mm256_mul_pd(k, _mm256_sub_pd(normal.axis,                         \
               _mm256_mul_pd(det, _mm256_add_pd(_mm256_mul_pd(grow.axis, per_sum),                 \
-                                               _mm256_mul_pd(far.axis, per_longest)))))))
+                                               _mm256_mul_pd(distant.axis, per_longest)))))))
         SPR__GRADIENT(0, x);
         SPR__GRADIENT(1, y);
         SPR__GRADIENT(2, z);
@@ -1093,9 +1094,9 @@ SPR__TARGET DELAUNAY_INLINE void spr__shape4_extremes(const spr__shape4 *s, __m2
                                    _mm256_mul_pd(s->area[f], s->area[g])),
                 obtuse = _mm256_cmp_pd(spr__dot4(s->normal[f], s->normal[g]),
                                        _mm256_setzero_pd(), _CMP_LT_OQ),
-                small = _mm256_min_pd(out[0], _mm256_mul_pd(sine, _mm256_set1_pd(3.5))),
+                little = _mm256_min_pd(out[0], _mm256_mul_pd(sine, _mm256_set1_pd(3.5))),
                 large = _mm256_min_pd(out[1], _mm256_mul_pd(sine, _mm256_set1_pd(1.8)));
-        out[0] = _mm256_blendv_pd(out[0], small, obtuse);
+        out[0] = _mm256_blendv_pd(out[0], little, obtuse);
         out[1] = _mm256_blendv_pd(large, out[1], obtuse);
     }
     out[2] = _mm256_mul_pd(spr__shape4_sicn(s), _mm256_set1_pd(2.4));
@@ -3149,7 +3150,7 @@ static double spr__goal(const spr__state *s, delaunay_handle t)
 static int spr__plan(void *user, const delaunay_mesh *m, delaunay_worker *worker, size_t item,
                      delaunay_plan *plan)
 {
-    static const spr__effort small = {7, 2, 10, 300}, medium = {12, 2, 16, 1500},
+    static const spr__effort little = {7, 2, 10, 300}, medium = {12, 2, 16, 1500},
                              large = {20, 4, 32, 3000}, utmost = {14, 3, 32, 10000};
     const spr__state *s = (const spr__state *)user;
     delaunay_handle t = s->items.items[item];
@@ -3162,7 +3163,7 @@ static int spr__plan(void *user, const delaunay_mesh *m, delaunay_worker *worker
     switch (s->sweep) {
     case SPR__EDGES: return spr__plan_edges(s, t, plan);
     case SPR__SMOOTH: return spr__plan_smooth(s, worker, t, plan);
-    case SPR__SMALL: return spr__plan_grow(s, worker, t, plan, small);
+    case SPR__SMALL: return spr__plan_grow(s, worker, t, plan, little);
     case SPR__REMOVE:
         if (s->report->vertices_removed >= s->max_gone) return DELAUNAY_PLAN_NOTHING;
         answer = spr__plan_removal(s, worker, t, plan, 0);

@@ -179,7 +179,7 @@ typedef struct demo_part_fan {
     double cx, cy, inner, outer;
     int hole, side, layers, count;
     double even;                  /* angle of point 0 of the hole's edge */
-    double angle[1024], far[1024]; /* of the border's points */
+    double angle[1024], distant[1024]; /* of the border's points */
 } demo_part_fan;
 
 static void demo_part_fan_set(demo_part *part, demo_part_fan *fan, double pitch, double z)
@@ -195,7 +195,7 @@ static void demo_part_fan_set(demo_part *part, demo_part_fan *fan, double pitch,
         double x = p[0] - fan->cx, y = p[1] - fan->cy, angle = atan2(y, x);
         while (k > 0 && angle < fan->angle[k - 1]) angle += demo_part_turn;
         fan->angle[k] = angle;
-        fan->far[k] = sqrt(x * x + y * y);
+        fan->distant[k] = sqrt(x * x + y * y);
         sum += angle - demo_part_turn * k / fan->count;
     }
     fan->even = sum / fan->count;
@@ -212,7 +212,7 @@ static uint32_t demo_part_fan_point(demo_part *part, const demo_part_fan *fan, i
     angle = fan->even + demo_part_turn * k / fan->count;
     t = t * (0.55 + 0.45 * t); /* strips widen outwards */
     angle += t * (fan->angle[k] - angle);
-    r += t * (fan->far[k] - r);
+    r += t * (fan->distant[k] - r);
     return demo_part_vertex(part, fan->cx + r * cos(angle), fan->cy + r * sin(angle), z);
 }
 

@@ -115,6 +115,15 @@ while read -r order; do
     check "all, in the order $order" $first -I. -fsyntax-only "$T/a.c"
 done < "$T/orders"
 
+# After <windows.h>, whose macros take plain words.
+{ printf '#define far\n#define near\n#define small char\n#define interface struct\n#define IN\n#define OUT\n'
+  printf '#define min(a, b) ((a) < (b) ? (a) : (b))\n#define max(a, b) ((a) > (b) ? (a) : (b))\n'
+  for h in $headers meshio; do
+      printf '#define %s_IMPLEMENTATION\n#include "%s.h"\n' "$(upper "$h")" "$h"
+  done
+  echo 'int dummy_;'; } > "$T/a.c"
+check "all, where windows.h was before" $first -I. -Iexamples -fsyntax-only "$T/a.c"
+
 # Nothing exported but the public names, nothing writable.
 if command -v nm > /dev/null; then
     for h in $headers; do
