@@ -11711,9 +11711,10 @@ static delaunay_handle mesher__find(const mesher__refiner *r, const mesher__cavi
 }
 
 /* How many tetrahedra a cavity may have. Points that are given up may have cost the search of
- * MESHER__LOSS tetrahedra, and MESHER__LOSS_EACH for each point inserted; past that only plain
- * cavities are worth it. Over needles of a surface that are a hundred times longer than the sizes,
- * every point sees thousands of tetrahedra, and hardly one can be inserted. */
+ * MESHER__LOSS tetrahedra, and MESHER__LOSS_EACH for each one of the mesh and each point inserted;
+ * past that only plain cavities are worth it. Over needles of a surface that are a hundred times
+ * longer than the sizes, every point sees thousands of tetrahedra, and hardly one can be inserted.
+ */
 enum { MESHER__LOSS = 1 << 20, MESHER__LOSS_EACH = 32, MESHER__PLAIN = 128 };
 
 static uint32_t mesher__largest(const mesher__refiner *r)

@@ -360,7 +360,7 @@ static void clear_progress(const job *j)
 
 /* A facet of a tetrahedron: its corners, ascending, and the tetrahedron's region. */
 typedef struct tet_side {
-    uint32_t v[3]; /* ascending */
+    uint32_t v[3];
     int32_t tag;
     int odd; /* sorting has turned it around */
 } tet_side;
