@@ -14,7 +14,7 @@ static const char help[] =
     "\n"
     "Triangulates the points of a file: .xyz (text, three numbers a line), .bin (raw little-endian\n"
     "doubles), TetGen .node, or the vertices of any mesh file. OUTPUT (.mesh .meshb .msh .vtu .vtk\n"
-    ".ele) holds all points in input order, duplicates too, and the tetrahedra in an order that does\n"
+    ".inp .ele) holds all points in input order, duplicates too, and the tetrahedra in an order that does\n"
     "not depend on the number of threads. Without -o only the statistics are printed.\n"
     "\n"
     "  -o, --output FILE   where the tetrahedra go\n"

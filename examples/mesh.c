@@ -25,13 +25,13 @@ static const char help_usage[] =
     "Fills a triangulated surface with good tetrahedra. Every vertex and triangle of the surface comes\n"
     "back unchanged; vertices of the input come first in the output, in their order.\n"
     "\n"
-    "  INPUT                .stl .off .obj .ply .mesh .meshb .msh .vtk .vtu .poly .smesh;\n"
+    "  INPUT                .stl .off .obj .ply .mesh .meshb .msh .vtk .vtu .inp .poly .smesh;\n"
     "                       tetrahedra without triangles: what bounds them and their regions\n"
-    "  -o, --output FILE    .mesh .meshb .msh (2.2) .msh4 (4.1) .vtu .vtk .ele (+ .node .face);\n"
+    "  -o, --output FILE    .mesh .meshb .msh (2.2) .msh4 (4.1) .vtu .vtk .inp .ele (+ .node .face);\n"
     "                       without it nothing is written: statistics only\n"
     "  --format F           that extension instead of FILE's own\n"
     "  --ascii, --binary    the other form of a format that has both\n"
-    "  --order 2            tetrahedra of ten nodes, those at the middles of edges last; .msh (2.2) and .vtu\n"
+    "  --order 2            tetrahedra of ten nodes, those at the middles of edges last; .msh (2.2), .vtu, .inp\n"
     "  --demo [N]           a part that the program makes itself instead of INPUT; fineness N, 1 .. 12\n"
     "\n"
     "sizes (default: 1.3 times those of the surface, interpolated inwards; the smallest wish\n"
@@ -245,7 +245,7 @@ static int holds_tetrahedra(meshio_format format)
     return format == MESHIO_FORMAT_MEDIT || format == MESHIO_FORMAT_MEDIT_BINARY ||
            format == MESHIO_FORMAT_MSH || format == MESHIO_FORMAT_MSH4 ||
            format == MESHIO_FORMAT_VTU || format == MESHIO_FORMAT_VTK ||
-           format == MESHIO_FORMAT_ELE;
+           format == MESHIO_FORMAT_INP || format == MESHIO_FORMAT_ELE;
 }
 
 /* 0: go on; 1: done (help); 2: wrong usage. */
@@ -295,7 +295,7 @@ static int parse(int argc, char **argv, settings *s)
         return 2;
     }
     if (s->output && s->order == 2 && output_format(s) != MESHIO_FORMAT_MSH &&
-        output_format(s) != MESHIO_FORMAT_VTU) {
+        output_format(s) != MESHIO_FORMAT_VTU && output_format(s) != MESHIO_FORMAT_INP) {
         fprintf(stderr, "mesh: no second-order elements can be written to '%s'; try .msh or .vtu\n",
                 s->output);
         return 2;

@@ -24,7 +24,7 @@
  *   >>text          tokens, integers, correctly rounded doubles
  *   >>binary        bounded reads, byte order
  *   >>facets        planar facets with holes and several loops, cut into triangles
- *   >>stl >>off >>obj >>ply >>medit >>msh >>cells >>vtk >>vtu >>tetgen >>points   the readers
+ *   >>stl >>off >>obj >>ply >>medit >>msh >>cells >>vtk >>vtu >>tetgen >>inp >>points: readers
  *   >>output        a buffered file that remembers its first error
  *   >>writers       one function a format
  *   >>public        the functions declared at the top
@@ -33,9 +33,12 @@
  *   STL (ASCII, binary; equal corners become one vertex), OFF, OBJ, PLY (ASCII, both byte orders),
  *   Medit .mesh and .meshb (versions 1-4, both byte orders), MSH 2.x and 4.1 (ASCII, binary),
  *   legacy VTK (ASCII, binary), VTU (ASCII, appended raw), TetGen .node .ele .face .poly .smesh,
- *   points: .xyz text, .bin raw little-endian doubles.
+ *   Abaqus and CalculiX .inp (nodes, elements, surfaces of facets), points: .xyz text, .bin raw
+ *   little-endian doubles.
  * Writes
- *   Medit .mesh .meshb, MSH 2.2 and 4.1, VTU, legacy VTK, .node + .ele + .face, STL, OFF, OBJ.
+ *   Medit .mesh .meshb, MSH 2.2 and 4.1, VTU, legacy VTK, .inp, .node + .ele + .face, STL, OFF,
+ *   OBJ. In .inp files regions are element sets, triangles surfaces and node sets, edges node
+ *   sets, and coordinates have at most 20 characters: 13 digits or more.
  *
  * What it does not do
  *   Curved elements are read as their corners; hexahedra, prisms and pyramids are counted, not
@@ -111,6 +114,7 @@ typedef enum meshio_format {
     MESHIO_FORMAT_MSH4, /* .msh4; write: 4.1             */
     MESHIO_FORMAT_VTK,
     MESHIO_FORMAT_VTU,
+    MESHIO_FORMAT_INP,
     MESHIO_FORMAT_NODE,
     MESHIO_FORMAT_ELE, /* reads and writes the .node file beside it too */
     MESHIO_FORMAT_POLY,
@@ -123,7 +127,8 @@ typedef enum meshio_format {
  * the number is 0. Zero it before use; indices are 0-based. Tags are the file's own numbers:
  * Medit references, MSH physical (else elementary) tags, TetGen markers, the number of the solid
  * or group in STL and OBJ files that have several (from 1), the cell array `region` of VTK and
- * VTU; else 0. */
+ * VTU, the number that the name of a set ends in in .inp files (of a name without one, that of the
+ * first card with this name, from 1); else 0. */
 typedef struct meshio_mesh {
     double *xyz;            /* 3*num_vertices */
     int32_t *vertex_tags;   /* num_vertices */
@@ -137,7 +142,7 @@ typedef struct meshio_mesh {
     double *regions;        /* 5*num_regions: x y z, attribute, largest volume or -1 (TetGen) */
     size_t num_vertices, num_edges, num_triangles, num_tets, num_holes, num_regions;
     size_t num_other;       /* elements of other kinds, not kept */
-    int second_order; /* for writing .msh (2.2) and .vtu: edges, triangles and tets hold 3, 6 and 10 vertices
+    int second_order; /* for writing .msh (2.2), .vtu and .inp: edges, triangles and tets hold 3, 6 and 10 vertices
                              * an element, those at the middles of edges last: of triangles 01 12 20, of tets
                              * 01 12 02 03 13 23, whatever the format's own order */
     size_t num_corners;     /* STL: corners in the file, before equal ones became one vertex */
@@ -537,7 +542,7 @@ static int meshio__is_digit(int c) { return c >= '0' && c <= '9'; }
 static int meshio__lower(int c) { return c >= 'A' && c <= 'Z' ? c + 32 : c; }
 
 /* A number ends where the file, a blank, a comment or a tag begins. */
-static int meshio__is_end(int c) { return c == 0 || meshio__is_space(c) || c == '#' || c == '<'; }
+static int meshio__is_end(int c) { return c == 0 || meshio__is_space(c) || c == '#' || c == '<' || c == ','; }
 
 /* Case-blind comparison of text[0..length) with a lower-case word. */
 static int meshio__same(const unsigned char *text, size_t length, const char *word)
@@ -3334,6 +3339,290 @@ static meshio_result meshio__read_elements(meshio__reader *r, int64_t first, int
     return MESHIO_OK;
 }
 
+/* ---- >>inp  Abaqus and CalculiX ---------------------------------------------------------------- */
+
+/* A line that starts with a star: its word, and those of its parameters that matter here. */
+typedef struct meshio__inp_card {
+    const unsigned char *word, *type, *name; /* name: of the set or surface */
+    size_t word_length, type_length, name_length;
+} meshio__inp_card;
+
+/* What the passes over a file have in common: nodes come first, then elements, then surfaces. */
+enum { MESHIO__INP_NODES, MESHIO__INP_ELEMENTS, MESHIO__INP_SURFACES };
+typedef struct meshio__inp {
+    int pass;
+    int64_t cards;    /* of this pass with a name that has no number */
+    int skip;         /* an assembly that only names what its parts have defined */
+    int has_surfaces; /* else nobody asks for elements by their ids */
+    meshio__u64s tets; /* pairs: ids of the file, tetrahedra */
+} meshio__inp;
+
+/* Steps over empty lines and comments. Is the next line one of data? */
+static int meshio__inp_data(meshio__reader *r)
+{
+    while (r->p < r->end) {
+        if (meshio__more_on_line(r) && !(r->p[0] == '*' && r->p[1] == '*')) return *r->p != '*';
+        meshio__next_line(r);
+    }
+    return 0;
+}
+
+/* Steps over what separates two values: blanks, a comma, and with that the end of the line. Is
+ * there another value? */
+static int meshio__inp_more(meshio__reader *r)
+{
+    int comma = meshio__more_on_line(r) && *r->p == ',';
+    if (comma) r->p++;
+    if (comma && !meshio__more_on_line(r)) meshio__next_line(r);
+    return meshio__more_on_line(r);
+}
+
+/* Text up to a comma, an equals sign or the end of the line, without the blanks around it. */
+static const unsigned char *meshio__inp_field(meshio__reader *r, size_t *length)
+{
+    const unsigned char *start, *stop;
+    meshio__more_on_line(r);
+    start = stop = r->p;
+    for (; r->p < r->end && *r->p != ',' && *r->p != '=' && *r->p != '\n' && *r->p != '\r'; r->p++)
+        if (!meshio__is_space(*r->p)) stop = r->p + 1;
+    *length = (size_t)(stop - start);
+    return start;
+}
+
+static void meshio__inp_read_card(meshio__reader *r, meshio__inp_card *card)
+{
+    memset(card, 0, sizeof *card);
+    r->p++;
+    card->word = meshio__inp_field(r, &card->word_length);
+    while (*r->p == ',' && meshio__inp_more(r)) {
+        size_t length, size = 0;
+        const unsigned char *key = meshio__inp_field(r, &length), *value = NULL;
+        if (*r->p == '=') {
+            r->p++;
+            value = meshio__inp_field(r, &size);
+        }
+        if (meshio__same(key, length, "type")) {
+            card->type = value;
+            card->type_length = size;
+        } else if (meshio__same(key, length, "elset") || meshio__same(key, length, "name")) {
+            card->name = value;
+            card->name_length = size;
+        }
+    }
+    meshio__next_line(r);
+}
+
+static uint64_t meshio__inp_hash(const unsigned char *name, size_t length)
+{
+    uint64_t h = UINT64_C(0xcbf29ce484222325);
+    size_t i;
+    for (i = 0; i < length; i++)
+        h = (h ^ (uint64_t)meshio__lower(name[i])) * UINT64_C(0x100000001b3);
+    return h;
+}
+
+/* The tag that a name stands for: the number that it ends in, negative behind _M; without one that
+ * of the first card with this name, counted in the first pass. */
+static meshio_result meshio__inp_tag(meshio__reader *r, meshio__inp *inp,
+                                     const meshio__inp_card *card, int64_t *tag)
+{
+    const unsigned char *name = card->name;
+    size_t n = card->name_length, at = n, k;
+    uint64_t hash;
+    *tag = 0;
+    if (n == 0) return MESHIO_OK;
+    while (at > 0 && n - at < 9 && meshio__is_digit(name[at - 1])) at--;
+    for (k = at; k < n; k++) *tag = 10 * *tag + (name[k] - '0');
+    if (at < n) {
+        if (at > 1 && meshio__lower(name[at - 1]) == 'm' && name[at - 2] == '_') *tag = -*tag;
+        return MESHIO_OK;
+    }
+    hash = meshio__inp_hash(name, n);
+    if (inp->pass == MESHIO__INP_NODES) {
+        if (!meshio__push64(&r->entities, hash) ||
+            !meshio__push64(&r->entities, (uint64_t)++inp->cards))
+            return meshio__no_memory(r);
+    } else {
+        k = meshio__pair_find(&r->entities, hash);
+        *tag = (int64_t)r->entities.data[2 * k + 1];
+    }
+    return MESHIO_OK;
+}
+
+static meshio_result meshio__inp_nodes(meshio__reader *r)
+{
+    for (; meshio__inp_data(r); meshio__next_line(r)) {
+        double xyz[3] = {0, 0, 0};
+        int64_t id;
+        int k;
+        MESHIO__TRY(meshio__int(r, &id));
+        for (k = 0; k < 3 && meshio__inp_more(r); k++) MESHIO__TRY(meshio__double(r, &xyz[k]));
+        MESHIO__TRY(meshio__id_add(r, id, r->mesh->num_vertices));
+        MESHIO__TRY(meshio__add_vertex(r, xyz, 0));
+    }
+    return MESHIO_OK;
+}
+
+/* Corners and nodes of an element type, whatever letters follow its name; 0: another kind. */
+static int meshio__inp_type(const meshio__inp_card *card, int *nodes)
+{
+    static const struct {
+        const char *name;
+        int corners, nodes, flat;
+    } types[] = {{"c3d4", 4, 4, 0},   {"c3d10", 4, 10, 0}, {"dc3d4", 4, 4, 0}, {"dc3d10", 4, 10, 0},
+                 {"s3", 3, 3, 1},     {"s6", 3, 6, 1},     {"stri3", 3, 3, 1}, {"stri65", 3, 6, 1},
+                 {"cps3", 3, 3, 1},   {"cps6", 3, 6, 1},   {"cpe3", 3, 3, 1},  {"cpe6", 3, 6, 1},
+                 {"m3d3", 3, 3, 1},   {"m3d6", 3, 6, 1},   {"ds3", 3, 3, 1},   {"ds6", 3, 6, 1},
+                 {"sfm3d3", 3, 3, 1}, {"sfm3d6", 3, 6, 1}, {"s4", 4, 4, 1},    {"cps4", 4, 4, 1},
+                 {"cpe4", 4, 4, 1},   {"m3d4", 4, 4, 1},   {"t3d2", 2, 2, 0},  {"t3d3", 2, 3, 0},
+                 {"b31", 2, 2, 0},    {"b32", 2, 3, 0}};
+    size_t i, n;
+    for (i = 0; i < sizeof types / sizeof types[0]; i++) {
+        n = strlen(types[i].name);
+        if (card->type_length < n || !meshio__same(card->type, n, types[i].name)) continue;
+        if (card->type_length > n && meshio__is_digit(card->type[n])) continue;
+        *nodes = types[i].nodes;
+        return types[i].flat ? -types[i].corners : types[i].corners;
+    }
+    return 0;
+}
+
+/* Elements of a kind that is not kept: counted. */
+static void meshio__inp_skip_elements(meshio__reader *r)
+{
+    for (; meshio__inp_data(r); meshio__next_line(r)) {
+        while (meshio__inp_more(r) && *r->p != '*')
+            while (r->p < r->end && *r->p != ',' && !meshio__is_space(*r->p)) r->p++;
+        r->mesh->num_other++;
+    }
+}
+
+static meshio_result meshio__inp_elements(meshio__reader *r, meshio__inp *inp,
+                                          const meshio__inp_card *card)
+{
+    int nodes = 0, type = meshio__inp_type(card, &nodes), k;
+    int64_t tag, id, node;
+    uint32_t v[10];
+    MESHIO__TRY(meshio__inp_tag(r, inp, card, &tag));
+    if (type == 0) {
+        meshio__inp_skip_elements(r);
+        return MESHIO_OK;
+    }
+    for (; meshio__inp_data(r); meshio__next_line(r)) {
+        MESHIO__TRY(meshio__int(r, &id));
+        for (k = 0; k < nodes; k++) {
+            const unsigned char *where;
+            if (!meshio__inp_more(r))
+                return meshio__fail(r, MESHIO_ERROR_SYNTAX, r->p,
+                                    "element %lld has %d nodes instead of %d", (long long)id, k,
+                                    nodes);
+            where = r->p;
+            MESHIO__TRY(meshio__int(r, &node));
+            MESHIO__TRY(meshio__id_find(r, where, node, &v[k]));
+        }
+        if (type < 0) {
+            MESHIO__TRY(meshio__add_polygon(r, v, (size_t)-type, tag));
+        } else if (type == 2) {
+            MESHIO__TRY(meshio__add_edge(r, v, tag));
+        } else {
+            if (inp->has_surfaces && (id < 0 || !meshio__push64(&inp->tets, (uint64_t)id) ||
+                                      !meshio__push64(&inp->tets, r->mesh->num_tets)))
+                return id < 0 ? meshio__fail(r, MESHIO_ERROR_INDEX, r->p, "negative element number")
+                              : meshio__no_memory(r);
+            MESHIO__TRY(meshio__add_tet(r, v, tag));
+        }
+    }
+    return MESHIO_OK;
+}
+
+/* Facets of tetrahedra, one a line: element, S1 .. S4. Lines with sets of elements, or with
+ * elements of other kinds, are passed over. */
+static meshio_result meshio__inp_surface(meshio__reader *r, meshio__inp *inp,
+                                         const meshio__inp_card *card)
+{
+    static const unsigned char corners[4][3] = {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {0, 3, 2}};
+    int64_t tag, id;
+    MESHIO__TRY(meshio__inp_tag(r, inp, card, &tag));
+    if (card->type_length && !meshio__same(card->type, card->type_length, "element"))
+        return MESHIO_OK;
+    for (; meshio__inp_data(r); meshio__next_line(r)) {
+        const unsigned char *c;
+        const uint32_t *v;
+        size_t k;
+        if (!meshio__is_digit(*r->p)) continue;
+        MESHIO__TRY(meshio__int(r, &id));
+        if (!meshio__inp_more(r) || meshio__lower(*r->p) != 's') continue;
+        if (r->p[1] < '1' || r->p[1] > '4') continue;
+        k = meshio__pair_find(&inp->tets, (uint64_t)id);
+        if (k == inp->tets.num / 2) continue;
+        c = corners[r->p[1] - '1'];
+        v = r->mesh->tets + 4 * inp->tets.data[2 * k + 1];
+        MESHIO__TRY(meshio__add_triangle(r, v[c[0]], v[c[1]], v[c[2]], tag));
+    }
+    return MESHIO_OK;
+}
+
+static meshio_result meshio__inp_one_card(meshio__reader *r, meshio__inp *inp, int *ignored)
+{
+    meshio__inp_card card;
+    const unsigned char *where = r->p;
+    int64_t unused;
+    int elements, surface;
+    meshio__inp_read_card(r, &card);
+    if (meshio__same(card.word, card.word_length, "include"))
+        return meshio__fail(r, MESHIO_ERROR_UNSUPPORTED, where, "a file within the file");
+    if (meshio__same(card.word, card.word_length, "assembly")) {
+        if (inp->pass == MESHIO__INP_NODES) inp->skip = r->mesh->num_vertices > 0;
+        *ignored = inp->skip;
+    }
+    if (meshio__same(card.word, card.word_length, "end assembly")) *ignored = 0;
+    if (*ignored) return MESHIO_OK;
+    elements = meshio__same(card.word, card.word_length, "element");
+    surface = meshio__same(card.word, card.word_length, "surface");
+    switch (inp->pass) {
+    case MESHIO__INP_NODES:
+        if (meshio__same(card.word, card.word_length, "node")) return meshio__inp_nodes(r);
+        inp->has_surfaces |= surface;
+        return elements || surface ? meshio__inp_tag(r, inp, &card, &unused) : MESHIO_OK;
+    case MESHIO__INP_ELEMENTS: return elements ? meshio__inp_elements(r, inp, &card) : MESHIO_OK;
+    default: return surface ? meshio__inp_surface(r, inp, &card) : MESHIO_OK;
+    }
+}
+
+static meshio_result meshio__inp_passes(meshio__reader *r, meshio__inp *inp)
+{
+    const unsigned char *start = r->p;
+    for (inp->pass = MESHIO__INP_NODES; inp->pass <= MESHIO__INP_SURFACES; inp->pass++) {
+        int ignored = 0;
+        r->p = start;
+        while (r->p < r->end) {
+            if (meshio__inp_data(r)) meshio__next_line(r);
+            else if (r->p < r->end) MESHIO__TRY(meshio__inp_one_card(r, inp, &ignored));
+        }
+        if (inp->pass == MESHIO__INP_NODES) {
+            MESHIO__TRY(meshio__ids_close(r));
+            if (r->entities.num)
+                qsort(r->entities.data, r->entities.num / 2, 16, meshio__compare_ids);
+        } else if (inp->tets.num) {
+            qsort(inp->tets.data, inp->tets.num / 2, 16, meshio__compare_ids);
+        }
+    }
+    return MESHIO_OK;
+}
+
+static meshio_result meshio__read_inp(meshio__reader *r)
+{
+    meshio__inp inp;
+    meshio_result result;
+    memset(&inp, 0, sizeof inp);
+    r->text = 1;
+    result = meshio__inp_passes(r, &inp);
+    MESHIO_FREE(inp.tets.data);
+    if (result == MESHIO_OK && r->mesh->num_vertices == 0)
+        return meshio__fail(r, MESHIO_ERROR_FORMAT, r->begin, "no nodes in this file");
+    return result;
+}
+
 /* ---- >>points -------------------------------------------------------------------------------- */
 
 /* One point a line, further columns ignored; a first line of one integer is the count. */
@@ -4271,6 +4560,225 @@ static void meshio__write_vtk(meshio__writer *w, const meshio_mesh *m,
     meshio__puts(w, "\n");
 }
 
+/* ---- INP: triangles that are facets of tetrahedra become surfaces, which solvers put loads on. */
+
+/* A double in at most 20 characters, which is what CalculiX reads of a number: 13 digits or more. */
+static void meshio__put_short_double(meshio__writer *w, double value, const char *after)
+{
+    char text[40];
+    int n = meshio__format_double(text, value), digits;
+    for (digits = 16; n > 20; digits--) n = snprintf(text, sizeof text, "%.*g", digits, value);
+    meshio__put(w, text, (size_t)n);
+    meshio__puts(w, after);
+}
+
+static void meshio__put_inp_nodes(meshio__writer *w, const void *list, size_t first, size_t last)
+{
+    const meshio_mesh *m = (const meshio_mesh *)list;
+    size_t i;
+    for (i = first; i < last; i++) {
+        meshio__put_int(w, (int64_t)i + 1, ',');
+        meshio__put_short_double(w, m->xyz[3 * i], ",");
+        meshio__put_short_double(w, m->xyz[3 * i + 1], ",");
+        meshio__put_short_double(w, m->xyz[3 * i + 2], "\n");
+    }
+}
+
+/* Elements in the order of their tags. */
+typedef struct meshio__inp_list {
+    const meshio__kind *kind;
+    const int64_t *pairs;
+    size_t id; /* of the element before the first */
+} meshio__inp_list;
+
+static void meshio__put_inp_elements(meshio__writer *w, const void *list, size_t first, size_t last)
+{
+    const meshio__inp_list *l = (const meshio__inp_list *)list;
+    size_t corners = (size_t)l->kind->corners, i, k;
+    for (i = first; i < last; i++) {
+        size_t e = (size_t)l->pairs[2 * i + 1];
+        meshio__put_int(w, (int64_t)(l->id + e + 1), ',');
+        for (k = 0; k < corners; k++)
+            meshio__put_int(w, (int64_t)l->kind->v[corners * e + k] + 1,
+                            k + 1 < corners ? ',' : '\n');
+    }
+}
+
+/* Keyword, stem and number of a set; the stars of a keyword are in it. */
+static void meshio__put_inp_card(meshio__writer *w, const char *card, int64_t tag)
+{
+    meshio__printf(w, "%s%s%lld\n", card, tag < 0 ? "M" : "",
+                   (long long)(tag < 0 ? -tag : tag));
+}
+
+/* A triangle by its corners in order. */
+typedef struct meshio__corners {
+    uint32_t v[3], triangle;
+} meshio__corners;
+
+static int meshio__compare_corners(const void *pa, const void *pb)
+{
+    const meshio__corners *a = (const meshio__corners *)pa, *b = (const meshio__corners *)pb;
+    int k;
+    for (k = 0; k < 3; k++)
+        if (a->v[k] != b->v[k]) return a->v[k] < b->v[k] ? -1 : 1;
+    return 0;
+}
+
+static meshio__corners meshio__sorted_corners(uint32_t a, uint32_t b, uint32_t c)
+{
+    meshio__corners s;
+    uint32_t low = a < b ? a : b, high = a < b ? b : a;
+    s.v[0] = low < c ? low : c;
+    s.v[2] = high > c ? high : c;
+    s.v[1] = low > c ? low : high < c ? high : c;
+    s.triangle = 0;
+    return s;
+}
+
+/* For each triangle 4 * t + k + 1 of the first tetrahedron t that has it as its facet S(k+1); 0:
+ * none has. sorted: memory for all triangles; marks: zeros, one for each vertex. */
+static void meshio__find_owners(const meshio__kind kinds[3], uint64_t *owner,
+                                meshio__corners *sorted, unsigned char *marks)
+{
+    static const unsigned char facets[4][3] = {{0, 1, 2}, {0, 3, 1}, {1, 3, 2}, {2, 3, 0}};
+    size_t n = kinds[1].num, t, i;
+    int k;
+    for (t = 0; t < n; t++) {
+        const uint32_t *v = kinds[1].v + (size_t)kinds[1].corners * t;
+        sorted[t] = meshio__sorted_corners(v[0], v[1], v[2]);
+        sorted[t].triangle = (uint32_t)t;
+        for (k = 0; k < 3; k++) marks[v[k]] = 1;
+        owner[t] = 0;
+    }
+    qsort(sorted, n, sizeof *sorted, meshio__compare_corners);
+    for (t = 0; t < kinds[2].num; t++) {
+        const uint32_t *v = kinds[2].v + (size_t)kinds[2].corners * t;
+        for (k = 0; k < 4; k++) {
+            const unsigned char *f = facets[k];
+            meshio__corners key;
+            size_t low = 0, high = n;
+            if (!(marks[v[f[0]]] && marks[v[f[1]]] && marks[v[f[2]]])) continue;
+            key = meshio__sorted_corners(v[f[0]], v[f[1]], v[f[2]]);
+            while (low < high) {
+                size_t mid = low + (high - low) / 2;
+                if (meshio__compare_corners(&sorted[mid], &key) < 0) low = mid + 1;
+                else high = mid;
+            }
+            for (i = low; i < n && meshio__compare_corners(&sorted[i], &key) == 0; i++) {
+                uint64_t *o = &owner[sorted[i].triangle];
+                if (*o) break; /* by the facet's other side, all of them */
+                *o = 4 * (uint64_t)t + (uint64_t)k + 1;
+            }
+        }
+    }
+}
+
+/* The elements of one kind, by tags; of triangles those that no tetrahedron owns. */
+static void meshio__write_inp_elements(meshio__writer *w, const meshio__kind *kind,
+                                       const meshio__groups *groups, const uint64_t *owner,
+                                       const char *card, size_t id)
+{
+    meshio__inp_list list;
+    size_t i, j;
+    list.kind = kind;
+    list.id = id;
+    for (i = 0; i < groups->num; i = j) {
+        int64_t tag = groups->pairs[2 * i];
+        list.pairs = groups->pairs + 2 * i;
+        for (j = i; j < groups->num && groups->pairs[2 * j] == tag;) j++;
+        if (!owner) {
+            meshio__put_inp_card(w, card, tag);
+            meshio__put_list(w, &list, j - i, meshio__put_inp_elements);
+        } else {
+            size_t k, n = 0;
+            for (k = 0; k < j - i; k++) {
+                if (owner[list.pairs[2 * k + 1]]) continue;
+                if (n++ == 0) meshio__put_inp_card(w, card, tag);
+                meshio__put_inp_elements(w, &list, k, k + 1);
+            }
+        }
+    }
+}
+
+/* The triangles that tetrahedra own, by tags. */
+static void meshio__write_inp_surfaces(meshio__writer *w, const meshio__groups *groups,
+                                       const uint64_t *owner)
+{
+    size_t i, n = 0;
+    for (i = 0; i < groups->num; i++) {
+        uint64_t o = owner[groups->pairs[2 * i + 1]];
+        if (i > 0 && groups->pairs[2 * i] != groups->pairs[2 * i - 2]) n = 0;
+        if (o == 0) continue;
+        if (n++ == 0)
+            meshio__put_inp_card(w, "*SURFACE, TYPE=ELEMENT, NAME=SURFACE_", groups->pairs[2 * i]);
+        meshio__put_int(w, (int64_t)((o - 1) / 4 + 1), ',');
+        meshio__printf(w, "S%d\n", (int)((o - 1) % 4 + 1));
+    }
+}
+
+/* The vertices of the elements of each tag, each once; stamps: zeros, one for each vertex. */
+static void meshio__write_inp_node_sets(meshio__writer *w, const meshio__kind *kind,
+                                        const meshio__groups *groups, const char *card,
+                                        uint32_t *stamps)
+{
+    size_t i, corners = (size_t)kind->corners, k;
+    uint32_t stamp = 0;
+    for (i = 0; i < groups->num; i++) {
+        const int64_t *pair = groups->pairs + 2 * i;
+        if (i == 0 || pair[0] != pair[-2]) {
+            meshio__put_inp_card(w, card, pair[0]);
+            stamp++;
+        }
+        for (k = 0; k < corners; k++) {
+            uint32_t v = kind->v[corners * (size_t)pair[1] + k];
+            if (stamps[v] == stamp) continue;
+            stamps[v] = stamp;
+            meshio__put_int(w, (int64_t)v + 1, '\n');
+        }
+    }
+}
+
+static meshio_result meshio__write_inp(meshio__writer *w, const meshio_mesh *m)
+{
+    meshio__kind kinds[3];
+    meshio__groups groups[3];
+    size_t n = m->num_vertices, t = m->num_triangles;
+    int k, ok = n < (size_t)-1 / sizeof(uint32_t) && t < (size_t)-1 / sizeof(meshio__corners);
+    uint32_t *stamps = ok ? (uint32_t *)MESHIO_MALLOC((n + 1) * sizeof *stamps) : NULL;
+    uint64_t *owner = ok ? (uint64_t *)MESHIO_MALLOC((t + 1) * sizeof *owner) : NULL;
+    meshio__corners *sorted =
+        ok ? (meshio__corners *)MESHIO_MALLOC((t + 1) * sizeof *sorted) : NULL;
+    ok = stamps && owner && sorted;
+    memset(groups, 0, sizeof groups);
+    meshio__kinds(m, kinds);
+    for (k = 0; ok && k < 3; k++) ok = meshio__group(&kinds[k], &groups[k]);
+    if (ok) {
+        memset(stamps, 0, (n + 1) * sizeof *stamps);
+        meshio__find_owners(kinds, owner, sorted, (unsigned char *)stamps);
+        meshio__printf(w, "*HEADING\nmesh %s\n*NODE, NSET=ALL\n", m->name);
+        meshio__put_list(w, m, n, meshio__put_inp_nodes);
+        meshio__write_inp_elements(w, &kinds[2], &groups[2], NULL,
+                                   m->second_order ? "*ELEMENT, TYPE=C3D10, ELSET=REGION_"
+                                                   : "*ELEMENT, TYPE=C3D4, ELSET=REGION_",
+                                   0);
+        meshio__write_inp_elements(w, &kinds[1], &groups[1], owner,
+                                   m->second_order ? "*ELEMENT, TYPE=S6, ELSET=SURFACE_"
+                                                   : "*ELEMENT, TYPE=S3, ELSET=SURFACE_",
+                                   m->num_tets);
+        meshio__write_inp_surfaces(w, &groups[1], owner);
+        memset(stamps, 0, (n + 1) * sizeof *stamps);
+        meshio__write_inp_node_sets(w, &kinds[1], &groups[1], "*NSET, NSET=NODES_", stamps);
+        memset(stamps, 0, (n + 1) * sizeof *stamps);
+        meshio__write_inp_node_sets(w, &kinds[0], &groups[0], "*NSET, NSET=LINE_", stamps);
+    }
+    for (k = 0; k < 3; k++) MESHIO_FREE(groups[k].pairs);
+    MESHIO_FREE(owner);
+    MESHIO_FREE(sorted);
+    MESHIO_FREE(stamps);
+    return ok ? MESHIO_OK : MESHIO_ERROR_OUT_OF_MEMORY;
+}
+
 static void meshio__write_node(meshio__writer *w, const meshio_mesh *m)
 {
     size_t i;
@@ -4408,10 +4916,10 @@ MESHIO_API meshio_format meshio_format_of(const char *path)
                    {"mesh", MESHIO_FORMAT_MEDIT},  {"meshb", MESHIO_FORMAT_MEDIT_BINARY},
                    {"msh", MESHIO_FORMAT_MSH},     {"msh2", MESHIO_FORMAT_MSH},
                    {"msh4", MESHIO_FORMAT_MSH4},   {"vtk", MESHIO_FORMAT_VTK},
-                   {"vtu", MESHIO_FORMAT_VTU},     {"node", MESHIO_FORMAT_NODE},
-                   {"ele", MESHIO_FORMAT_ELE},     {"poly", MESHIO_FORMAT_POLY},
-                   {"smesh", MESHIO_FORMAT_SMESH}, {"xyz", MESHIO_FORMAT_XYZ},
-                   {"bin", MESHIO_FORMAT_BIN}};
+                   {"vtu", MESHIO_FORMAT_VTU},     {"inp", MESHIO_FORMAT_INP},
+                   {"node", MESHIO_FORMAT_NODE},   {"ele", MESHIO_FORMAT_ELE},
+                   {"poly", MESHIO_FORMAT_POLY},   {"smesh", MESHIO_FORMAT_SMESH},
+                   {"xyz", MESHIO_FORMAT_XYZ},     {"bin", MESHIO_FORMAT_BIN}};
     const char *dot = path ? strrchr(path, '.') : NULL;
     size_t i;
     if (!dot) return MESHIO_FORMAT_AUTO;
@@ -4505,6 +5013,7 @@ static meshio_result meshio__read_any(meshio__reader *r, meshio_format format, i
     case MESHIO_FORMAT_MSH4: return meshio__read_msh(r);
     case MESHIO_FORMAT_VTK: return meshio__read_vtk(r);
     case MESHIO_FORMAT_VTU: return meshio__read_vtu(r);
+    case MESHIO_FORMAT_INP: return meshio__read_inp(r);
     case MESHIO_FORMAT_NODE: return meshio__read_node(r);
     case MESHIO_FORMAT_ELE: return meshio__read_elements(r, first, 0);
     case MESHIO_FORMAT_POLY: return meshio__read_poly(r, 1, first, loops);
@@ -4681,6 +5190,7 @@ static meshio_result meshio__write(meshio__writer *w, const char *path, const me
                                    const meshio_write_options *options, meshio_report *report)
 {
     meshio_format format = options->format ? options->format : meshio_format_of(path);
+    meshio_result result = MESHIO_OK;
     if (format == MESHIO_FORMAT_NODE) return meshio__write_tetgen(w, path, mesh, ".node", report);
     if (format == MESHIO_FORMAT_ELE && !mesh->second_order) {
         MESHIO__TRY(meshio__write_tetgen(w, path, mesh, ".node", report));
@@ -4691,7 +5201,8 @@ static meshio_result meshio__write(meshio__writer *w, const char *path, const me
     if (format == MESHIO_FORMAT_AUTO || format == MESHIO_FORMAT_PLY || format >= MESHIO_FORMAT_POLY)
         return meshio__report_plain(report, MESHIO_ERROR_FORMAT, "no writer for the format of",
                                     path, 0);
-    if (mesh->second_order && format != MESHIO_FORMAT_MSH && format != MESHIO_FORMAT_VTU)
+    if (mesh->second_order && format != MESHIO_FORMAT_MSH && format != MESHIO_FORMAT_VTU &&
+        format != MESHIO_FORMAT_INP)
         return meshio__report_plain(report, MESHIO_ERROR_FORMAT,
                                     "no second-order elements in the format of", path, 0);
     MESHIO__TRY(meshio__create(w, path, report));
@@ -4699,16 +5210,16 @@ static meshio_result meshio__write(meshio__writer *w, const char *path, const me
     case MESHIO_FORMAT_MEDIT: meshio__write_medit(w, mesh); break;
     case MESHIO_FORMAT_MEDIT_BINARY: meshio__write_medit_binary(w, mesh); break;
     case MESHIO_FORMAT_MSH: meshio__write_msh2(w, mesh, options->binary); break;
-    case MESHIO_FORMAT_MSH4:
-        if (meshio__write_msh4(w, mesh, options->binary) != MESHIO_OK) {
-            w->failed = 1;
-            w->error = ENOMEM;
-        }
-        break;
+    case MESHIO_FORMAT_MSH4: result = meshio__write_msh4(w, mesh, options->binary); break;
+    case MESHIO_FORMAT_INP: result = meshio__write_inp(w, mesh); break;
     case MESHIO_FORMAT_VTU: meshio__write_vtu(w, mesh, options); break;
     case MESHIO_FORMAT_VTK: meshio__write_vtk(w, mesh, options); break;
     case MESHIO_FORMAT_STL: meshio__write_stl(w, mesh, options->ascii); break;
     default: meshio__write_off(w, mesh, format == MESHIO_FORMAT_OBJ); break;
+    }
+    if (result != MESHIO_OK) {
+        w->failed = 1;
+        w->error = ENOMEM;
     }
     return meshio__complete(w, report);
 }

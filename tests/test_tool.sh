@@ -151,7 +151,7 @@ ok "complete" grep -q '^End$' "$T/cube.mesh"
 absent "$T/cube.mesh.part"
 code 0 $mesh "$T/cube.off" -q -o "$T/cube.vtu"
 ok "-q is quiet" test ! -s "$T/out"
-for format in meshb msh msh4 vtk vtu ele; do
+for format in meshb msh msh4 vtk vtu inp ele; do
     code 0 $mesh "$T/cube.off" --size 0.5 -q -o "$T/c.$format"
     ok "$format is there" test -s "$T/c.$format"
     [ $format = vtk ] || [ $format = vtu ] || code 0 $improve "$T/c.$format" -q -o "$T/i.mesh"
@@ -219,6 +219,8 @@ code 0 $mesh "$T/tets.mesh" --drop-unused -o "$T/s5.mesh"
 prints " 12 triangles"
 ok "the border of tetrahedra is turned the same way all over" sh -c "! grep -q orientation '$T/out'"
 code 2 $mesh "$T/cube.off" --order 2 -o "$T/s4.mesh"
+code 0 $mesh "$T/cube.off" --size 0.3 --order 2 -q -o "$T/s4.inp"
+ok "ten nodes in .inp, too" grep -q 'TYPE=C3D10' "$T/s4.inp"
 code 0 $mesh "$T/cube.off" --size 0.3 --order 2 -q -o "$T/s4.msh"
 ok "ten different nodes a tetrahedron, each in the middle of its edge" awk '
     /^\$Nodes/ { n = 1; next } /^\$EndNodes/ { n = 0 }
