@@ -3536,6 +3536,7 @@ static int mesher__patch_note(mesher__recovery *r, const mesher__patch *p, uint3
     w->num_tets = p->count;
     w->num_points = p->num_points;
     for (i = 0; i < p->count; i++) mesher__push(r, &r->pool, p->tets[i]);
+    if (r->pool.count < (size_t)w->first + p->count) r->num_windows--; /* no memory */
     return 1;
 }
 

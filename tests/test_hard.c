@@ -635,6 +635,62 @@ static void run(uint64_t seed)
     shape_free(&s);
 }
 
+/* The same where one allocation after another fails, and with it all later ones or none. */
+typedef struct scarce {
+    long calls, fail_at, live;
+    int for_good;
+} scarce;
+
+static void *scarce_alloc(void *user, size_t size)
+{
+    scarce *a = (scarce *)user;
+    long call = a->calls++;
+    void *block = NULL;
+    if (a->for_good ? call < a->fail_at : call != a->fail_at) block = malloc(size ? size : 1);
+    a->live += block != NULL;
+    return block;
+}
+
+static void scarce_release(void *user, void *block)
+{
+    ((scarce *)user)->live -= block != NULL;
+    free(block);
+}
+
+static void run_without_memory(uint64_t seed)
+{
+    mesher_surface surface;
+    mesher_options options;
+    mesher_report report;
+    mesher_domain domain;
+    mesher_result result;
+    scarce a = {0, 0, 0, 0};
+    shape s = {0};
+    hard_case(&s, seed);
+    memset(&surface, 0, sizeof surface);
+    memset(&options, 0, sizeof options);
+    memset(&report, 0, sizeof report);
+    surface.xyz = s.xyz;
+    surface.num_vertices = s.num_vertices;
+    surface.triangles = s.triangles;
+    surface.num_triangles = s.num_triangles;
+    options.no_refine = 1;
+    options.host.num_threads = 1;
+    options.host.allocator.alloc = scarce_alloc;
+    options.host.allocator.release = scarce_release;
+    options.host.allocator.user = &a;
+    for (; a.calls >= a.fail_at; a.fail_at += a.for_good, a.for_good ^= 1) {
+        a.calls = 0;
+        memset(&domain, 0, sizeof domain);
+        result = mesher_mesh(&domain, &surface, &options, &report);
+        CHECK(result == MESHER_ERROR_OUT_OF_MEMORY || result == MESHER_OK);
+        mesher_domain_free(&domain);
+        CHECK(a.live == 0);
+    }
+    CHECK(a.fail_at > 50);
+    shape_free(&s);
+}
+
 /* The checker knows what is wrong. */
 static void the_checker_sees_offences(void)
 {
@@ -681,6 +737,7 @@ int main(int argc, char **argv)
     uint64_t first = argc > 2 ? (uint64_t)atol(argv[1]) : 1, seed;
     uint64_t last = argc > 2 ? (uint64_t)atol(argv[2]) : cases ? (uint64_t)atol(cases) : 100;
     the_checker_sees_offences();
+    run_without_memory(37); /* a Chazelle polyhedron, for which many windows are looked at */
     for (seed = first; seed <= last; seed++) run(seed);
     printf("seeds %lu to %lu: %ld recovered, %ld intersect themselves, %ld failed; the longest, "
            "seed %lu, %.1f s\n",
