@@ -26,7 +26,7 @@ static const char help_usage[] =
     "back unchanged; vertices of the input come first in the output, in their order.\n"
     "\n"
     "  INPUT                .stl .off .obj .ply .mesh .meshb .msh .vtk .vtu .inp .poly .smesh;\n"
-    "                       tetrahedra without triangles: what bounds them and their regions\n"
+    "                       tetrahedra without all triangles: what bounds them and their regions\n"
     "  -o, --output FILE    .mesh .meshb .msh (2.2) .msh4 (4.1) .vtu .vtk .inp .ele (+ .node .face);\n"
     "                       without it nothing is written: statistics only\n"
     "  --format F           that extension instead of FILE's own\n"
@@ -358,21 +358,22 @@ static void clear_progress(const job *j)
 
 /* ---- reading ---- */
 
-/* A facet of a tetrahedron: its corners, ascending, and the tetrahedron's region. */
+/* A facet of a tetrahedron, or a triangle of the file: its corners, ascending. */
 typedef struct tet_side {
     uint32_t v[3];
-    int32_t tag;
-    int odd; /* sorting has turned it around */
+    int32_t tag; /* of a facet: the tetrahedron's region */
+    uint8_t odd; /* sorting has turned it around */
+    uint8_t of_file;
 } tet_side;
 
-static void set_side(tet_side *s, const uint32_t *v, int a, int b, int c, int32_t tag)
+static void set_side(tet_side *s, uint32_t a, uint32_t b, uint32_t c, int32_t tag)
 {
     int i, k;
-    s->v[0] = v[a];
-    s->v[1] = v[b];
-    s->v[2] = v[c];
+    s->v[0] = a;
+    s->v[1] = b;
+    s->v[2] = c;
     s->tag = tag;
-    s->odd = 0;
+    s->odd = s->of_file = 0;
     for (i = 0; i < 2; i++)
         for (k = 0; k < 2 - i; k++)
             if (s->v[k] > s->v[k + 1]) {
@@ -388,31 +389,76 @@ static int compare_sides(const void *a, const void *b)
     return memcmp(a, b, 3 * sizeof(uint32_t));
 }
 
-/* Adds the border of the tetrahedra, and what lies between their regions, to the file's triangles;
- * those that are there already are found to be duplicates later. Regions without a number get 1. */
-static int add_border(job *j)
+static int compare_edges(const void *a, const void *b)
+{
+    uint64_t x = *(const uint64_t *)a, y = *(const uint64_t *)b;
+    return x < y ? -1 : x > y;
+}
+
+/* Whether an edge is in one triangle only; -1: out of memory. */
+static int has_open_edges(const meshio_mesh *m)
+{
+    size_t n = 3 * m->num_triangles, i, k;
+    uint64_t *edges = (uint64_t *)malloc((n + 1) * sizeof *edges);
+    int open = 0;
+    if (!edges) return -1;
+    for (i = 0; i < n; i++) {
+        uint32_t a = m->triangles[i], b = m->triangles[i % 3 == 2 ? i - 2 : i + 1];
+        edges[i] = a < b ? (uint64_t)a << 32 | b : (uint64_t)b << 32 | a;
+    }
+    qsort(edges, n, sizeof *edges, compare_edges);
+    for (i = 0; i < n; i = k) {
+        for (k = i + 1; k < n && edges[k] == edges[i]; k++) {}
+        open |= k == i + 1;
+    }
+    free(edges);
+    return open;
+}
+
+/* All facets of the tetrahedra and all triangles of the file, equal ones together; n of them. */
+static tet_side *sort_sides(const meshio_mesh *m, size_t n)
+{
+    tet_side *all = (tet_side *)malloc(n * sizeof *all), *s = all;
+    size_t i;
+    int f;
+    if (!all) return NULL;
+    for (i = 0; i < m->num_triangles; i++, s++) {
+        const uint32_t *v = m->triangles + 3 * i;
+        set_side(s, v[0], v[1], v[2], 0);
+        s->of_file = 1;
+    }
+    for (i = 0; i < m->num_tets; i++)
+        for (f = 0; f < 4; f++, s++) {
+            const uint8_t *o = delaunay_facet_order(f);
+            const uint32_t *v = m->tets + 4 * i;
+            set_side(s, v[o[0]], v[o[1]], v[o[2]], m->tet_tags[i]);
+        }
+    qsort(all, n, sizeof *all, compare_sides);
+    return all;
+}
+
+/* Adds what the file's triangles lack of the border of its tetrahedra and, if it lacks any, or
+ * always, of what lies between their regions. Regions without a number get 1. */
+static int add_border(job *j, int always)
 {
     meshio_mesh *m = &j->in;
-    size_t n = 4 * m->num_tets, i, k, count = m->num_triangles;
-    tet_side *all = (tet_side *)malloc(n * sizeof *all), *s;
+    size_t count = m->num_triangles, n = count + 4 * m->num_tets, i, k;
+    tet_side *all, *s;
     uint32_t *triangles, *v;
     int32_t *tags;
-    int f;
-    for (i = 0; all && i < m->num_tets; i++) {
+    int lacks = always;
+    for (i = 0; i < m->num_tets; i++)
         if (m->tet_tags[i] < 1) m->tet_tags[i] = 1;
-        for (f = 0; f < 4; f++) {
-            const uint8_t *o = delaunay_facet_order(f);
-            set_side(all + 4 * i + (size_t)f, m->tets + 4 * i, o[0], o[1], o[2], m->tet_tags[i]);
-        }
-    }
-    if (all) qsort(all, n, sizeof *all, compare_sides);
-    triangles = all ? (uint32_t *)realloc(m->triangles, 3 * (count + n) * sizeof *triangles) : NULL;
+    all = sort_sides(m, n);
+    triangles = all ? (uint32_t *)realloc(m->triangles, 3 * n * sizeof *triangles) : NULL;
     if (triangles) m->triangles = triangles;
-    tags = triangles ? (int32_t *)realloc(m->triangle_tags, (count + n) * sizeof *tags) : NULL;
+    tags = triangles ? (int32_t *)realloc(m->triangle_tags, n * sizeof *tags) : NULL;
     if (tags) m->triangle_tags = tags;
     for (i = 0; tags && i < n; i = k) {
-        for (k = i + 1; k < n && compare_sides(all + i, all + k) == 0; k++) {}
-        if (k == i + 2 && all[i].tag == all[i + 1].tag) continue;
+        int there = all[i].of_file;
+        for (k = i + 1; k < n && compare_sides(all + i, all + k) == 0; k++) there |= all[k].of_file;
+        if (there || (k == i + 2 && all[i].tag == all[i + 1].tag)) continue;
+        lacks |= k == i + 1;
         s = all[i].tag < all[k - 1].tag ? all + i : all + k - 1;
         v = m->triangles + 3 * m->num_triangles;
         v[0] = s->v[0];
@@ -420,6 +466,7 @@ static int add_border(job *j)
         v[2] = s->v[2 - s->odd];
         m->triangle_tags[m->num_triangles++] = s->tag;
     }
+    if (!lacks) m->num_triangles = count;
     free(all);
     if (!tags) complain(j, "out of memory");
     return tags != NULL;
@@ -430,6 +477,7 @@ static int read_input(job *j)
     meshio_report io;
     meshio_result result;
     double start = tool_seconds();
+    int open;
     if (j->set.demo) {
         j->name = "demo";
         if (!demo_part_make(&j->in, j->set.demo)) {
@@ -453,9 +501,11 @@ static int read_input(job *j)
         complain(j, "the file has no triangles, so it bounds no volume");
         return TOOL_BAD_SURFACE;
     }
-    if (j->set.refine_mesh || j->in.num_triangles == 0)
-        return add_border(j) ? TOOL_OK : TOOL_NO_MEMORY;
-    return TOOL_OK;
+    if (j->in.num_tets == 0) return TOOL_OK;
+    open = j->set.refine_mesh || j->in.num_triangles == 0 ? 1 : has_open_edges(&j->in);
+    if (open < 0) complain(j, "out of memory");
+    if (open > 0 && !add_border(j, j->set.refine_mesh)) open = -1;
+    return open < 0 ? TOOL_NO_MEMORY : TOOL_OK;
 }
 
 /* The file of --size-grid. */

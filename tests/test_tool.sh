@@ -218,6 +218,14 @@ sed '/^Triangles/,/^Tetrahedra/{/^Tetrahedra/!d;}' "$T/s1.mesh" > "$T/tets.mesh"
 code 0 $mesh "$T/tets.mesh" --drop-unused -o "$T/s5.mesh"
 prints " 12 triangles"
 ok "the border of tetrahedra is turned the same way all over" sh -c "! grep -q orientation '$T/out'"
+awk '/^Triangles/ { print; getline; print 3; n = 3; t = 1; next }
+     /^Tetrahedra/ { t = 0 }
+     t { if (n-- > 0) print $1, $2, $3, 77; next }
+     1' "$T/s1.mesh" > "$T/some.mesh"
+code 0 $mesh "$T/some.mesh" --drop-unused -o "$T/s6.mesh"
+prints " 12 triangles"
+ok "triangles that do not close keep their tags beside the rest of the border" \
+    test "$(grep -c ' 77$' "$T/s6.mesh")" = 3
 code 2 $mesh "$T/cube.off" --order 2 -o "$T/s4.mesh"
 code 0 $mesh "$T/cube.off" --size 0.3 --order 2 -q -o "$T/s4.inp"
 ok "ten nodes in .inp, too" grep -q 'TYPE=C3D10' "$T/s4.inp"
