@@ -142,9 +142,10 @@ typedef struct meshio_mesh {
     double *regions;        /* 5*num_regions: x y z, attribute, largest volume or -1 (TetGen) */
     size_t num_vertices, num_edges, num_triangles, num_tets, num_holes, num_regions;
     size_t num_other;       /* elements of other kinds, not kept */
-    int second_order; /* for writing .msh (2.2), .vtu and .inp: edges, triangles and tets hold 3, 6 and 10 vertices
-                             * an element, those at the middles of edges last: of triangles 01 12 20, of tets
-                             * 01 12 02 03 13 23, whatever the format's own order */
+    /* for writing .msh (2.2), .vtu and .inp: edges, triangles and tets hold 3, 6 and 10 vertices an
+     * element, those at the middles of edges last: of triangles 01 12 20, of tets 01 12 02 03 13
+     * 23, whatever the format's own order */
+    int second_order;
     size_t num_corners;     /* STL: corners in the file, before equal ones became one vertex */
     char name[64];          /* what the file calls itself, or "" */
 } meshio_mesh;
@@ -541,8 +542,11 @@ static int meshio__is_digit(int c) { return c >= '0' && c <= '9'; }
 
 static int meshio__lower(int c) { return c >= 'A' && c <= 'Z' ? c + 32 : c; }
 
-/* A number ends where the file, a blank, a comment or a tag begins. */
-static int meshio__is_end(int c) { return c == 0 || meshio__is_space(c) || c == '#' || c == '<' || c == ','; }
+/* A number ends where the file, a blank, a comma, a comment or a tag begins. */
+static int meshio__is_end(int c)
+{
+    return c == 0 || meshio__is_space(c) || c == ',' || c == '#' || c == '<';
+}
 
 /* Case-blind comparison of text[0..length) with a lower-case word. */
 static int meshio__same(const unsigned char *text, size_t length, const char *word)
@@ -3421,8 +3425,8 @@ static uint64_t meshio__inp_hash(const unsigned char *name, size_t length)
     return h;
 }
 
-/* The tag that a name stands for: the number that it ends in, negative behind _M; without one that
- * of the first card with this name, counted in the first pass. */
+/* The tag that a name stands for: the number that it ends in, negative behind _M, 0 if that is too
+ * large; without one that of the first card with this name, counted in the first pass. */
 static meshio_result meshio__inp_tag(meshio__reader *r, meshio__inp *inp,
                                      const meshio__inp_card *card, int64_t *tag)
 {
@@ -3431,8 +3435,9 @@ static meshio_result meshio__inp_tag(meshio__reader *r, meshio__inp *inp,
     uint64_t hash;
     *tag = 0;
     if (n == 0) return MESHIO_OK;
-    while (at > 0 && n - at < 9 && meshio__is_digit(name[at - 1])) at--;
+    while (at > 0 && n - at < 10 && meshio__is_digit(name[at - 1])) at--;
     for (k = at; k < n; k++) *tag = 10 * *tag + (name[k] - '0');
+    if (*tag > INT32_MAX) *tag = 0;
     if (at < n) {
         if (at > 1 && meshio__lower(name[at - 1]) == 'm' && name[at - 2] == '_') *tag = -*tag;
         return MESHIO_OK;
@@ -3444,7 +3449,7 @@ static meshio_result meshio__inp_tag(meshio__reader *r, meshio__inp *inp,
             return meshio__no_memory(r);
     } else {
         k = meshio__pair_find(&r->entities, hash);
-        *tag = (int64_t)r->entities.data[2 * k + 1];
+        if (k < r->entities.num / 2) *tag = (int64_t)r->entities.data[2 * k + 1];
     }
     return MESHIO_OK;
 }
@@ -3490,10 +3495,11 @@ static int meshio__inp_type(const meshio__inp_card *card, int *nodes)
 /* Elements of a kind that is not kept: counted. */
 static void meshio__inp_skip_elements(meshio__reader *r)
 {
-    for (; meshio__inp_data(r); meshio__next_line(r)) {
+    while (meshio__inp_data(r)) {
+        r->mesh->num_other++;
         while (meshio__inp_more(r) && *r->p != '*')
             while (r->p < r->end && *r->p != ',' && !meshio__is_space(*r->p)) r->p++;
-        r->mesh->num_other++;
+        if (*r->p != '*') meshio__next_line(r);
     }
 }
 
@@ -4604,11 +4610,10 @@ static void meshio__put_inp_elements(meshio__writer *w, const void *list, size_t
     }
 }
 
-/* Keyword, stem and number of a set; the stars of a keyword are in it. */
+/* The line that begins a set: all but its number, and that. */
 static void meshio__put_inp_card(meshio__writer *w, const char *card, int64_t tag)
 {
-    meshio__printf(w, "%s%s%lld\n", card, tag < 0 ? "M" : "",
-                   (long long)(tag < 0 ? -tag : tag));
+    meshio__printf(w, "%s%s%lld\n", card, tag < 0 ? "M" : "", (long long)(tag < 0 ? -tag : tag));
 }
 
 /* A triangle by its corners in order. */

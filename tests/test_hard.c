@@ -575,6 +575,17 @@ static uint64_t hard_case(shape *s, uint64_t seed)
 
 /* -- the runs */
 
+static mesher_surface surface_of(const shape *s)
+{
+    mesher_surface surface;
+    memset(&surface, 0, sizeof surface);
+    surface.xyz = s->xyz;
+    surface.num_vertices = s->num_vertices;
+    surface.triangles = s->triangles;
+    surface.num_triangles = s->num_triangles;
+    return surface;
+}
+
 static long recovered, intersecting, failed;
 static double longest_seconds;
 static uint64_t longest_seed;
@@ -593,16 +604,12 @@ static void run(uint64_t seed)
     uint64_t cells = hard_case(&s, seed);
     double seconds;
     clock_t start = clock();
-    memset(&surface, 0, sizeof surface);
     memset(&options, 0, sizeof options);
     memset(&report, 0, sizeof report);
     memset(&check, 0, sizeof check);
     memset(&domain, 0, sizeof domain);
     memset(&out, 0, sizeof out);
-    surface.xyz = s.xyz;
-    surface.num_vertices = s.num_vertices;
-    surface.triangles = s.triangles;
-    surface.num_triangles = s.num_triangles;
+    surface = surface_of(&s);
     options.no_refine = 1;
     options.host.num_threads = 1;
     report.findings = findings;
@@ -667,13 +674,9 @@ static void run_without_memory(uint64_t seed)
     scarce a = {0, 0, 0, 0};
     shape s = {0};
     hard_case(&s, seed);
-    memset(&surface, 0, sizeof surface);
     memset(&options, 0, sizeof options);
     memset(&report, 0, sizeof report);
-    surface.xyz = s.xyz;
-    surface.num_vertices = s.num_vertices;
-    surface.triangles = s.triangles;
-    surface.num_triangles = s.num_triangles;
+    surface = surface_of(&s);
     options.no_refine = 1;
     options.host.num_threads = 1;
     options.host.allocator.alloc = scarce_alloc;

@@ -440,10 +440,10 @@ static void inp_has_elements_of_ten_nodes(void)
 {
     static double xyz[30];
     static uint32_t tet[10] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9}, triangle[6] = {0, 2, 1, 6, 5, 4};
-    static int32_t tag[1] = {-4};
-    static const char *const parts[] = {"*ELEMENT, TYPE=C3D10, ELSET=REGION_M4\n1,1,2,3,4,5,6,7,8,9,10\n",
-                                        "*SURFACE, TYPE=ELEMENT, NAME=SURFACE_M4\n1,S1\n*NSET",
-                                        "*NSET, NSET=NODES_M4\n1\n3\n2\n7\n6\n5\n"};
+    static int32_t tag[1] = {-2147483647};
+    static const char *const parts[] = {"*ELEMENT, TYPE=C3D10, ELSET=REGION_M2147483647\n1,1,2,3,4,5,6,7,8,9,10\n",
+                                        "*SURFACE, TYPE=ELEMENT, NAME=SURFACE_M2147483647\n1,S1\n*NSET",
+                                        "*NSET, NSET=NODES_M2147483647\n1\n3\n2\n7\n6\n5\n"};
     meshio_mesh m, back;
     const char *name = file_name("inp");
     char *text;
@@ -461,8 +461,8 @@ static void inp_has_elements_of_ten_nodes(void)
     for (i = 0; text && i < 3; i++) CHECK(strstr(text, parts[i]) != NULL);
     free(text);
     CHECK(meshio_read(name, MESHIO_FORMAT_AUTO, &back, NULL) == MESHIO_OK);
-    CHECK(back.num_tets == 1 && back.tet_tags[0] == -4 && memcmp(back.tets, tet, 16) == 0);
-    CHECK(back.num_triangles == 1 && back.triangle_tags[0] == -4);
+    CHECK(back.num_tets == 1 && back.tet_tags[0] == tag[0] && memcmp(back.tets, tet, 16) == 0);
+    CHECK(back.num_triangles == 1 && back.triangle_tags[0] == tag[0]);
     meshio_free(&back);
     remove(name);
 }
