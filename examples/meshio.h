@@ -3351,11 +3351,11 @@ typedef struct meshio__inp_card {
     size_t word_length, type_length, name_length;
 } meshio__inp_card;
 
-/* What the passes over a file have in common: nodes come first, then elements, then surfaces. */
+/* The passes over a file, and what they have in common. */
 enum { MESHIO__INP_NODES, MESHIO__INP_ELEMENTS, MESHIO__INP_SURFACES };
 typedef struct meshio__inp {
     int pass;
-    int64_t cards;    /* of this pass with a name that has no number */
+    int64_t cards;    /* with a name that has no number, counted in the first pass */
     int skip;         /* an assembly that only names what its parts have defined */
     int has_surfaces; /* else nobody asks for elements by their ids */
     meshio__u64s tets; /* pairs: ids of the file, tetrahedra */

@@ -5,7 +5,8 @@
  * Families: prisms twisted near their limit (Schonhardt), Chazelle's polyhedron, needles, fans,
  * plates as thin as 1e-6, spheres that nearly touch, polyhedra of coplanar and cospherical
  * vertices, fibres through a box, lattices of cells, interlocked tori, boxes of needles, rough
- * balls drawn out; some scaled by 1e-6 or 1e6, some shifted by 1e6. */
+ * balls drawn out; some scaled by 1e-6 or 1e6, some shifted by 1e6. And one of them with each
+ * allocation failing in turn. */
 #define MESHER_IMPLEMENTATION
 #include "mesher.h"
 #include <stdlib.h>
