@@ -29,6 +29,7 @@
  *   >>recover         every edge and facet of the input
  *   >>regions         cells coloured by flood fill; policies
  *   >>size            what edge length is wanted where             [Marot 2020, 7]
+ *   >>divide          a surface with shorter edges, before it is meshed  [Rivara 1984]
  *   >>refine          lattices, points placed, filtered, inserted  [Marot 2020, 5]
  *   >>public          the everyday functions
  *
@@ -305,6 +306,21 @@ typedef struct mesher_output {
     uint32_t *regions;                           /* num_tets */
 } mesher_output;
 
+/* A surface whose triangles were divided, as new arrays; the vertices given come first. */
+typedef struct mesher_fine_surface {
+    /* to be meshed: the arrays below, and the caller's seeds */
+    mesher_surface surface;
+    double   *xyz;
+    double   *vertex_sizes;     /* those of the options, interpolated; NULL if they have none */
+    uint32_t *triangles;
+    int32_t  *triangle_tags;
+    uint32_t *triangle_source;  /* the caller's triangle that it is of, or one of its plane */
+    uint32_t *edges;
+    int32_t  *edge_tags;
+    uint32_t *edge_source;      /* the caller's line that it is a part of */
+    delaunay_memory memory;
+} mesher_fine_surface;
+
 /* ---- >>everyday --------------------------------------------------------------------------- */
 
 DELAUNAY_INLINE int mesher_is_defect(mesher_kind kind) { return kind >= MESHER_DEFECT_FIRST; }
@@ -340,6 +356,29 @@ MESHER_API mesher_result mesher_refine_mesh(mesher_domain *domain, const mesher_
                                             const uint32_t *tets, const uint32_t *regions,
                                             size_t num_tets, const mesher_options *options,
                                             mesher_report *report);
+/* A surface of the same shape with edges as short as the sizes ask for, for who does not need his
+ * own triangles back: tetrahedra under triangles that are much larger than they are cannot be
+ * good. Edges more than 1.4 times too long are halved, the longest first; between triangles of one
+ * tag in a plane (bent by no more than 1e-4, or a ten millionth of the surface's extent) diagonals
+ * are flipped. Needles that no plane joins to others stay as long as they are. Lines are divided
+ * too, equal vertices become one.
+ *
+ *   fine      out   fine->surface is what to mesh next; on failure zeroed
+ *   surface   in    may have any tags, sheets and lines
+ *   options   in    size, max_size, min_size, vertex_sizes (fine->vertex_sizes goes with the new
+ *                   surface), sources, size_grid and size_function (asked for region 0) count;
+ *                   those of regions, layers and curvature do not
+ *   report    out   may be NULL
+ *
+ * Returns   MESHER_OK; _STOPPED_BY_BUDGET: max_vertices or max_seconds, what is there is usable;
+ *           _ERROR_SURFACE: the cheap checks found defects; others as mesher_mesh
+ * Cost      one to two microseconds for each triangle made; one thread
+ * Repeats   same bytes for any thread count, unless max_seconds ends it */
+MESHER_API mesher_result mesher_refine_surface(mesher_fine_surface *fine,
+                                               const mesher_surface *surface,
+                                               const mesher_options *options,
+                                               mesher_report *report);
+MESHER_API void mesher_fine_surface_free(mesher_fine_surface *fine);
 MESHER_API mesher_result mesher_export(mesher_domain *domain, mesher_output *out);
 MESHER_API void mesher_output_free(mesher_domain *domain, mesher_output *out);
 MESHER_API void mesher_domain_free(mesher_domain *domain);
@@ -434,6 +473,26 @@ static void *mesher__sort_alloc(void *user, size_t size)
 static void mesher__sort_release(void *user, void *block)
 {
     delaunay_release((delaunay_memory *)user, block);
+}
+
+/* Moves an array, of which keep elements count, to a place for want. */
+static int mesher__grow(delaunay_memory *memory, void *array, size_t *cap, size_t keep, size_t want,
+                        size_t size)
+{
+    void *old, *block;
+    memcpy(&old, array, sizeof old);
+    block = delaunay_grow(memory, old, keep, want, size);
+    if (!block) return 0;
+    memcpy(array, &block, sizeof block);
+    *cap = want;
+    return 1;
+}
+
+/* Makes room for need elements of such an array, and some more, keeping the first keep. */
+static int mesher__room(delaunay_memory *memory, void *array, size_t *cap, size_t keep, size_t need,
+                        size_t size)
+{
+    return need <= *cap || mesher__grow(memory, array, cap, keep, need + need / 2 + 64, size);
 }
 
 /* Stable, by key. */
@@ -9364,6 +9423,674 @@ static double mesher__field_at(const mesher__field *field, const double *x, dela
     return h > field->least ? h : field->least;
 }
 
+/* ---- >>divide ----------------------------------------------------------------------------- */
+/* A surface whose edges are no longer than wanted, of the same shape: the edge that is longest for
+ * its size is halved, with all triangles around it, until none is too long [Rivara 1984]. Between
+ * triangles of a plane diagonals are flipped all the while, so that those stay a Delaunay
+ * triangulation [Lawson 1977] and needles do not multiply.
+ *
+ * Side i of triangle t, from its corner i to the next one, is 3*t + i; the sides at an edge are a
+ * ring. A line is a triangle without a third corner, and has side 0 alone. */
+
+/* An edge is halved from this many times its wanted length on: its halves are then as much too
+ * short, as a ratio. */
+#  define MESHER__TOO_LONG 1.4142
+/* Needles narrower than this share of what is wanted only become more by division. */
+#  define MESHER__WIDE 0.4
+/* Two triangles are of one plane if they are bent by no more than this angle, or lie within this
+ * share of the surface's extent (files in single precision, or of six digits). */
+#  define MESHER__BEND        1e-4
+#  define MESHER__PLANE_SHARE 1e-7
+/* What is lower than this share of the largest coordinate could be turned by rounding. */
+#  define MESHER__LOW_SHARE 1e-12
+
+typedef struct mesher__long_edge {
+    double   excess; /* its length over the wanted one */
+    uint32_t a, b, side;
+} mesher__long_edge;
+
+typedef struct mesher__divider {
+    const mesher_domain *domain;
+    mesher_fine_surface *out;
+    delaunay_memory     *memory;
+    uint32_t            *corners; /* 3 a triangle */
+    uint32_t            *next;    /* 3 a triangle: the next side of the ring */
+    uint32_t            *source;  /* 1 a triangle: the caller's, or num_triangles + line */
+    size_t num, cap_corners, cap_next, cap_source;
+    double              *wish;    /* at each vertex */
+    size_t num_vertices, cap_xyz, cap_wish, cap_sizes;
+    mesher__long_edge   *heap;
+    size_t num_long, cap_long;
+    uint32_t            *doubtful; /* sides that are perhaps to be flipped */
+    size_t num_doubtful, cap_doubtful;
+    double   largest, extent;      /* coordinate; of the surface along an axis */
+    uint64_t flips_left;           /* rounding could make flips go round in circles */
+    int      no_memory;
+} mesher__divider;
+
+static uint32_t mesher__side_turn(uint32_t side, uint32_t by)
+{
+    return side - side % 3 + (side % 3 + by) % 3;
+}
+
+static int mesher__is_line(const mesher__divider *d, uint32_t side)
+{
+    return d->corners[side - side % 3 + 2] == DELAUNAY_NO_ID;
+}
+
+/* Side y takes the place of side x in its ring. */
+static void mesher__side_moves(mesher__divider *d, uint32_t x, uint32_t y)
+{
+    uint32_t before = x;
+    while (d->next[before] != x) before = d->next[before];
+    d->next[before] = y;
+    d->next[y] = before == x ? y : d->next[x];
+}
+
+/* What is wanted at x, where the caller's own size is own, or 0. */
+static double mesher__surface_wish(const mesher__divider *d, const double *x, double own)
+{
+    const mesher_options *o = &d->domain->options;
+    double h = own > 0 && own <= DBL_MAX ? o->size_factor * own : DBL_MAX;
+    uint32_t region = 0;
+    mesher__wishes(o, 1, x, &region, &h);
+    return h > d->largest * 1e-10 ? h : d->largest * 1e-10;
+}
+
+/* The size of the caller's at the middle of an edge: the mean, if both ends have one. */
+static double mesher__own_between(const mesher__divider *d, uint32_t a, uint32_t b)
+{
+    const double *own = d->out->vertex_sizes;
+    return own && own[a] > 0 && own[b] > 0 ? own[a] / 2 + own[b] / 2 : 0;
+}
+
+static void mesher__middle(const double *a, const double *b, double *x)
+{
+    int k;
+    for (k = 0; k < 3; k++) x[k] = a[k] / 2 + b[k] / 2;
+}
+
+static void mesher__heap_swap(mesher__long_edge *a, mesher__long_edge *b)
+{
+    mesher__long_edge kept = *a;
+    *a = *b;
+    *b = kept;
+}
+
+/* Is edge a to be halved before b? */
+static int mesher__is_longer(const mesher__long_edge *a, const mesher__long_edge *b)
+{
+    if (a->excess != b->excess) return a->excess > b->excess;
+    return a->a != b->a ? a->a < b->a : a->b < b->b;
+}
+
+static void mesher__heap_push(mesher__divider *d, const mesher__long_edge *e)
+{
+    size_t i = d->num_long;
+    if (!mesher__room(d->memory, &d->heap, &d->cap_long, i, i + 1, sizeof *d->heap)) {
+        d->no_memory = 1;
+        return;
+    }
+    d->heap[d->num_long++] = *e;
+    for (; i > 0 && mesher__is_longer(d->heap + i, d->heap + (i - 1) / 2); i = (i - 1) / 2)
+        mesher__heap_swap(d->heap + i, d->heap + (i - 1) / 2);
+}
+
+static mesher__long_edge mesher__heap_pop(mesher__divider *d)
+{
+    mesher__long_edge top = d->heap[0];
+    size_t i = 0, k;
+    d->heap[0] = d->heap[--d->num_long];
+    while ((k = 2 * i + 1) < d->num_long) {
+        if (k + 1 < d->num_long && mesher__is_longer(d->heap + k + 1, d->heap + k)) k++;
+        if (!mesher__is_longer(d->heap + k, d->heap + i)) break;
+        mesher__heap_swap(d->heap + k, d->heap + i);
+        i = k;
+    }
+    return top;
+}
+
+static double mesher__side_length(const mesher__divider *d, uint32_t side)
+{
+    return mesher__distance(d->out->xyz + 3 * (size_t)d->corners[side],
+                            d->out->xyz + 3 * (size_t)d->corners[mesher__side_turn(side, 1)]);
+}
+
+/* How long the edge of a side is for what is wanted there. */
+static double mesher__excess(const mesher__divider *d, uint32_t side, double *h)
+{
+    uint32_t p = d->corners[side], q = d->corners[mesher__side_turn(side, 1)];
+    const double *xyz = d->out->xyz;
+    double x[3], middle;
+    mesher__middle(xyz + 3 * (size_t)p, xyz + 3 * (size_t)q, x);
+    middle = mesher__surface_wish(d, x, mesher__own_between(d, p, q));
+    *h = d->wish[p] / 2 + d->wish[q] / 2;
+    if (middle < *h) *h = middle;
+    return mesher__side_length(d, side) / *h;
+}
+
+/* Lists the edge of a side if it is too long. */
+static void mesher__list_if_long(mesher__divider *d, uint32_t side)
+{
+    uint32_t p = d->corners[side], q = d->corners[mesher__side_turn(side, 1)];
+    mesher__long_edge e;
+    double h;
+    e.a = p < q ? p : q;
+    e.b = p < q ? q : p;
+    e.side = side;
+    e.excess = mesher__excess(d, side, &h);
+    if (e.excess > MESHER__TOO_LONG) mesher__heap_push(d, &e);
+}
+
+/* -- flips */
+
+/* (b - a) x (c - a), and its length. */
+static double mesher__normal(const double *a, const double *b, const double *c, double *n)
+{
+    int k;
+    for (k = 0; k < 3; k++) {
+        int p = (k + 1) % 3, q = (k + 2) % 3;
+        n[k] = (b[p] - a[p]) * (c[q] - a[q]) - (b[q] - a[q]) * (c[p] - a[p]);
+    }
+    return sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
+}
+
+static double mesher__dot_from(const double *o, const double *a, const double *b)
+{
+    return (a[0] - o[0]) * (b[0] - o[0]) + (a[1] - o[1]) * (b[1] - o[1]) +
+           (a[2] - o[2]) * (b[2] - o[2]);
+}
+
+/* Do triangles abc and bae lie in a plane? */
+static int mesher__is_plane(const mesher__divider *d, const double *a, const double *b,
+                            const double *c, const double *e)
+{
+    double n[4][3], l[4], volume = 0, most = 0;
+    int k;
+    l[0] = mesher__normal(a, b, c, n[0]);
+    l[1] = mesher__normal(b, a, e, n[1]);
+    l[2] = mesher__normal(c, a, e, n[2]);
+    l[3] = mesher__normal(e, b, c, n[3]);
+    for (k = 0; k < 3; k++) volume += (e[k] - a[k]) * n[0][k];
+    for (k = 0; k < 4; k++) most = most > l[k] ? most : l[k];
+    return fabs(volume) * mesher__distance(a, b) <= MESHER__BEND * l[0] * l[1] ||
+           fabs(volume) <= MESHER__PLANE_SHARE * d->extent * most;
+}
+
+/* Are the angles of triangles abc and bae at c and e more than two right ones? */
+static int mesher__is_not_delaunay(const double *a, const double *b, const double *c,
+                                   const double *e)
+{
+    double n[3], sin_c = mesher__normal(a, b, c, n), sin_e = mesher__normal(b, a, e, n);
+    double cos_c = mesher__dot_from(c, a, b), cos_e = mesher__dot_from(e, a, b);
+    return cos_c * sin_e + cos_e * sin_c < -1e-9 * sqrt(cos_c * cos_c + sin_c * sin_c) *
+                                               sqrt(cos_e * cos_e + sin_e * sin_e);
+}
+
+/* Would triangles cae and ebc look the way that abc and bae do? */
+static int mesher__keeps_sides(const double *a, const double *b, const double *c, const double *e)
+{
+    double n[4][3], first = 0, second = 0;
+    int k;
+    mesher__normal(a, b, c, n[0]);
+    mesher__normal(b, a, e, n[1]);
+    mesher__normal(c, a, e, n[2]);
+    mesher__normal(e, b, c, n[3]);
+    for (k = 0; k < 3; k++) {
+        first += (n[0][k] + n[1][k]) * n[2][k];
+        second += (n[0][k] + n[1][k]) * n[3][k];
+    }
+    return first > 0 && second > 0;
+}
+
+static int32_t mesher__tag_of(const mesher__divider *d, uint32_t side)
+{
+    const int32_t *tags = d->domain->surface.triangle_tags;
+    return tags ? tags[d->source[side / 3]] : 1;
+}
+
+/* Is a side the edge of two triangles alone, in a plane, of one tag and orientation? x: both ends,
+ * and the third corners of its own triangle and of the other. */
+static int mesher__joins_plane(const mesher__divider *d, uint32_t s, const double **x)
+{
+    uint32_t r = d->next[s], v[4];
+    int k;
+    if (r == s || d->next[r] != s || mesher__is_line(d, s) || mesher__is_line(d, r) ||
+        mesher__tag_of(d, s) != mesher__tag_of(d, r))
+        return 0;
+    v[0] = d->corners[s];
+    v[1] = d->corners[mesher__side_turn(s, 1)];
+    v[2] = d->corners[mesher__side_turn(s, 2)];
+    v[3] = d->corners[mesher__side_turn(r, 2)];
+    for (k = 0; k < 4; k++) x[k] = d->out->xyz + 3 * (size_t)v[k];
+    return d->corners[r] == v[1] && v[2] != v[3] && mesher__is_plane(d, x[0], x[1], x[2], x[3]);
+}
+
+static int mesher__is_to_flip(const mesher__divider *d, uint32_t s)
+{
+    const double *x[4];
+    return mesher__joins_plane(d, s, x) && mesher__is_not_delaunay(x[0], x[1], x[2], x[3]) &&
+           mesher__keeps_sides(x[0], x[1], x[2], x[3]);
+}
+
+static void mesher__doubt(mesher__divider *d, uint32_t side)
+{
+    if (mesher__room(d->memory, &d->doubtful, &d->cap_doubtful, d->num_doubtful,
+                     d->num_doubtful + 1, sizeof *d->doubtful))
+        d->doubtful[d->num_doubtful++] = side;
+    else d->no_memory = 1;
+}
+
+/* Triangles abc and bad, s and r their sides ab and ba, become cad and dbc. */
+static void mesher__flip_side(mesher__divider *d, uint32_t s)
+{
+    uint32_t r = d->next[s], s1 = mesher__side_turn(s, 1), s2 = mesher__side_turn(s, 2);
+    uint32_t r1 = mesher__side_turn(r, 1), r2 = mesher__side_turn(r, 2);
+    uint32_t a = d->corners[s], b = d->corners[r], c = d->corners[s2], e = d->corners[r2];
+    mesher__side_moves(d, s2, s);
+    mesher__side_moves(d, r2, r);
+    mesher__side_moves(d, s1, s2); /* out of the way */
+    mesher__side_moves(d, r1, s1);
+    mesher__side_moves(d, s2, r1);
+    d->next[s2] = r2;
+    d->next[r2] = s2;
+    d->corners[s] = c;
+    d->corners[s1] = a;
+    d->corners[s2] = e;
+    d->corners[r] = e;
+    d->corners[r1] = b;
+    d->corners[r2] = c;
+    mesher__list_if_long(d, s);
+    mesher__list_if_long(d, s1);
+    mesher__list_if_long(d, s2);
+    mesher__list_if_long(d, r);
+    mesher__list_if_long(d, r1);
+    mesher__doubt(d, s);
+    mesher__doubt(d, s1);
+    mesher__doubt(d, r);
+    mesher__doubt(d, r1);
+}
+
+static void mesher__flip_doubtful(mesher__divider *d)
+{
+    while (d->num_doubtful > 0 && !d->no_memory) {
+        uint32_t s = d->doubtful[--d->num_doubtful];
+        if (!mesher__is_to_flip(d, s)) continue;
+        if (d->flips_left == 0) return;
+        d->flips_left--;
+        mesher__flip_side(d, s);
+    }
+}
+
+/* -- splits */
+
+/* Room for one vertex, and for as many triangles. */
+static int mesher__divider_room(mesher__divider *d, size_t triangles)
+{
+    mesher_fine_surface *out = d->out;
+    size_t n = d->num_vertices, t = d->num, need = d->num + triangles;
+    return mesher__room(d->memory, &out->xyz, &d->cap_xyz, n, n + 1, 3 * sizeof *out->xyz) &&
+           mesher__room(d->memory, &d->wish, &d->cap_wish, n, n + 1, sizeof *d->wish) &&
+           (!out->vertex_sizes || mesher__room(d->memory, &out->vertex_sizes, &d->cap_sizes, n,
+                                               n + 1, sizeof *out->vertex_sizes)) &&
+           mesher__room(d->memory, &d->corners, &d->cap_corners, t, need, 3 * sizeof *d->corners) &&
+           mesher__room(d->memory, &d->next, &d->cap_next, t, need, 3 * sizeof *d->next) &&
+           mesher__room(d->memory, &d->source, &d->cap_source, t, need, sizeof *d->source);
+}
+
+/* Does the plane beside the edge of a side reach as far as width, over one needle after the other?
+ */
+static int mesher__is_wide(const mesher__divider *d, uint32_t side, double width)
+{
+    const double *xyz = d->out->xyz, *a = xyz + 3 * (size_t)d->corners[side], *x[4];
+    const double *b = xyz + 3 * (size_t)d->corners[mesher__side_turn(side, 1)];
+    double n[3], least = width * mesher__distance(a, b);
+    uint32_t s = side, s1, s2;
+    int step;
+    for (step = 0; step < 100; step++) {
+        s1 = mesher__side_turn(s, 1);
+        s2 = mesher__side_turn(s, 2);
+        if (mesher__normal(a, b, xyz + 3 * (size_t)d->corners[s2], n) >= least) return 1;
+        s = mesher__side_length(d, s1) > mesher__side_length(d, s2) ? s1 : s2;
+        if (!mesher__joins_plane(d, s, x)) return 0;
+        s = d->next[s];
+    }
+    return 1;
+}
+
+/* Is the edge of a side that is too long to be halved? Not if there are only needles around it. */
+static int mesher__is_worth_it(const mesher__divider *d, uint32_t side)
+{
+    double h;
+    uint32_t r = side;
+    int lines = 0, triangles = 0;
+    mesher__excess(d, side, &h);
+    do {
+        if (mesher__is_line(d, r)) lines++;
+        else if (mesher__is_wide(d, r, MESHER__WIDE * h)) return 1;
+        else triangles++;
+        r = d->next[r];
+    } while (r != side);
+    return lines > 0 && triangles == 0;
+}
+
+/* The number of sides in a ring; 0: a triangle there is so low that rounding could turn it. */
+static size_t mesher__ring_to_split(const mesher__divider *d, uint32_t s)
+{
+    const double *xyz = d->out->xyz, *a = xyz + 3 * (size_t)d->corners[s];
+    const double *b = xyz + 3 * (size_t)d->corners[mesher__side_turn(s, 1)];
+    double n[3], least = MESHER__LOW_SHARE * d->largest * mesher__distance(a, b);
+    uint32_t r = s;
+    size_t count = 0;
+    do {
+        uint32_t c = d->corners[mesher__side_turn(r, 2)];
+        if (!mesher__is_line(d, r) && !(mesher__normal(a, b, xyz + 3 * (size_t)c, n) > least))
+            return 0;
+        count++;
+        r = d->next[r];
+    } while (r != s);
+    return count;
+}
+
+/* A new vertex in the middle of the edge of a side. */
+static uint32_t mesher__add_middle(mesher__divider *d, uint32_t s)
+{
+    uint32_t a = d->corners[s], b = d->corners[mesher__side_turn(s, 1)];
+    uint32_t m = (uint32_t)d->num_vertices++;
+    double *xyz = d->out->xyz, own = mesher__own_between(d, a, b);
+    mesher__middle(xyz + 3 * (size_t)a, xyz + 3 * (size_t)b, xyz + 3 * (size_t)m);
+    if (d->out->vertex_sizes) d->out->vertex_sizes[m] = own;
+    d->wish[m] = mesher__surface_wish(d, xyz + 3 * (size_t)m, own);
+    return m;
+}
+
+/* The triangle (or line) of side s, from p to q, keeps the half at p; a new one, which is returned
+ * by the same side of it, gets the other. The sides of the halves are in no ring yet. */
+static uint32_t mesher__halve(mesher__divider *d, uint32_t s, uint32_t m)
+{
+    uint32_t t = (uint32_t)d->num++, h = 3 * t + s % 3, k;
+    uint32_t s1 = mesher__side_turn(s, 1), h1 = mesher__side_turn(h, 1);
+    uint32_t h2 = mesher__side_turn(h, 2);
+    d->source[t] = d->source[s / 3];
+    for (k = 0; k < 3; k++) {
+        d->corners[3 * t + k] = d->corners[s - s % 3 + k];
+        d->next[3 * t + k] = 3 * t + k;
+    }
+    d->corners[h] = m;
+    if (!mesher__is_line(d, h)) {
+        mesher__side_moves(d, s1, h1);
+        d->next[s1] = h2;
+        d->next[h2] = s1;
+    }
+    d->corners[s1] = m;
+    return h;
+}
+
+/* Halves the edge of a side, and all around it. */
+static void mesher__split_side(mesher__divider *d, uint32_t s)
+{
+    uint32_t m = mesher__add_middle(d, s), a = d->corners[s], r = s, first[2], last[2], i;
+    first[0] = first[1] = last[0] = last[1] = DELAUNAY_NO_ID;
+    do {
+        uint32_t after = d->next[r], half[2];
+        int turned = d->corners[r] != a;
+        half[turned] = r;
+        half[!turned] = mesher__halve(d, r, m);
+        for (i = 0; i < 2; i++) { /* the rings of both halves of the edge */
+            if (first[i] == DELAUNAY_NO_ID) first[i] = half[i];
+            else d->next[last[i]] = half[i];
+            last[i] = half[i];
+            d->next[half[i]] = first[i];
+            mesher__list_if_long(d, half[i]);
+            if (mesher__is_line(d, half[i])) continue;
+            mesher__list_if_long(d, mesher__side_turn(half[i], 1));
+            mesher__list_if_long(d, mesher__side_turn(half[i], 2));
+            mesher__doubt(d, mesher__side_turn(half[i], half[i] == r ? 2 : 1));
+        }
+        r = after;
+    } while (r != s);
+}
+
+/* Asked before each edge of the list: are we to end? */
+static mesher_result mesher__division_ends(const mesher__divider *d, uint64_t round, double start)
+{
+    const mesher_options *o = &d->domain->options;
+    if (round % 1024) return MESHER_OK;
+    if (mesher__progress(o, "surface", -1)) return MESHER_CANCELLED;
+    return o->max_seconds > 0 && delaunay_seconds(&o->host) - start > o->max_seconds
+               ? MESHER_STOPPED_BY_BUDGET
+               : MESHER_OK;
+}
+
+/* The edge of a side is too long: halves it, unless that is in vain. */
+static mesher_result mesher__divide_at(mesher__divider *d, uint32_t side)
+{
+    uint64_t most = d->domain->options.max_vertices;
+    size_t count = mesher__ring_to_split(d, side);
+    if (count == 0 || !mesher__is_worth_it(d, side)) return MESHER_OK;
+    if (most && d->num_vertices >= most) return MESHER_STOPPED_BY_BUDGET;
+    if (d->num_vertices >= UINT32_MAX - 32 || d->num + count >= UINT32_MAX / 3 - 16)
+        return MESHER_ERROR_TOO_LARGE;
+    if (!mesher__divider_room(d, count)) return MESHER_ERROR_OUT_OF_MEMORY;
+    mesher__split_side(d, side);
+    d->flips_left += 64;
+    mesher__flip_doubtful(d);
+    return d->no_memory ? MESHER_ERROR_OUT_OF_MEMORY : MESHER_OK;
+}
+
+static mesher_result mesher__divide(mesher__divider *d)
+{
+    double start = delaunay_seconds(&d->domain->options.host);
+    mesher_result result = MESHER_OK;
+    uint64_t round;
+    for (round = 0; d->num_long > 0 && result == MESHER_OK; round++) {
+        mesher__long_edge e = mesher__heap_pop(d);
+        uint32_t p = d->corners[e.side], q = d->corners[mesher__side_turn(e.side, 1)];
+        result = mesher__division_ends(d, round, start);
+        if (result == MESHER_OK && ((p == e.a && q == e.b) || (p == e.b && q == e.a)))
+            result = mesher__divide_at(d, e.side); /* else the side is another edge's by now */
+    }
+    return result;
+}
+
+/* -- in and out */
+
+/* Sides at the same edge form rings. */
+static mesher_result mesher__make_rings(mesher__divider *d, mesher_domain *domain)
+{
+    size_t n = 0, i, k;
+    mesher_result result;
+    hxtsort_pair *sides =
+        (hxtsort_pair *)delaunay_alloc(d->memory, 3 * d->num + 1, sizeof *sides);
+    if (!sides) return MESHER_ERROR_OUT_OF_MEMORY;
+    for (i = 0; i < 3 * d->num; i++) {
+        uint32_t s = (uint32_t)i, a = d->corners[s], b = d->corners[mesher__side_turn(s, 1)];
+        d->next[s] = s;
+        if (mesher__is_line(d, s) && s % 3) continue;
+        sides[n].key = a < b ? (uint64_t)a << 32 | b : (uint64_t)b << 32 | a;
+        sides[n++].value = s;
+    }
+    result = mesher__sort(domain, sides, n);
+    for (i = 0; i < n && result == MESHER_OK; i = k)
+        for (k = i + 1; k < n && sides[k].key == sides[i].key; k++) {
+            d->next[sides[k].value] = d->next[sides[k - 1].value];
+            d->next[sides[k - 1].value] = (uint32_t)sides[k].value;
+        }
+    delaunay_release(d->memory, sides);
+    return result;
+}
+
+/* Triangle or line number of the caller's, unless it has a corner twice. */
+static void mesher__take_element(mesher__divider *d, const uint32_t *v, uint32_t third,
+                                 uint32_t number)
+{
+    uint32_t *c = d->corners + 3 * d->num;
+    c[0] = d->domain->survivor[v[0]];
+    c[1] = d->domain->survivor[v[1]];
+    c[2] = third;
+    if (c[0] == c[1] || c[0] == c[2] || c[1] == c[2]) return;
+    d->source[d->num++] = number;
+}
+
+/* The largest coordinate, and the largest extent. */
+static void mesher__measure_surface(mesher__divider *d)
+{
+    const mesher_surface *s = &d->domain->surface;
+    size_t i;
+    int k;
+    for (k = 0; k < 3; k++) {
+        double lo = s->xyz[k], hi = lo;
+        for (i = 1; i < s->num_vertices; i++) {
+            double x = s->xyz[3 * i + (size_t)k];
+            lo = x < lo ? x : lo;
+            hi = x > hi ? x : hi;
+        }
+        if (hi - lo > d->extent) d->extent = hi - lo;
+        if (fabs(lo) > d->largest) d->largest = fabs(lo);
+        if (fabs(hi) > d->largest) d->largest = fabs(hi);
+    }
+}
+
+static mesher_result mesher__divider_init(mesher__divider *d, mesher_domain *domain,
+                                          mesher_fine_surface *out)
+{
+    const mesher_surface *s = &domain->surface;
+    const double *own = domain->options.vertex_sizes;
+    size_t total = s->num_triangles + s->num_edges, i;
+    d->domain = domain;
+    d->out = out;
+    d->memory = &out->memory;
+    if (own && !mesher__grow(d->memory, &out->vertex_sizes, &d->cap_sizes, 0, s->num_vertices + 1,
+                             sizeof *own))
+        return MESHER_ERROR_OUT_OF_MEMORY;
+    d->num_vertices = s->num_vertices - 1; /* room for the last of them, and the triangles */
+    if (!mesher__divider_room(d, total)) return MESHER_ERROR_OUT_OF_MEMORY;
+    d->num_vertices++;
+    memcpy(out->xyz, s->xyz, 3 * d->num_vertices * sizeof *out->xyz);
+    if (own) memcpy(out->vertex_sizes, own, d->num_vertices * sizeof *own);
+    mesher__measure_surface(d);
+    for (i = 0; i < d->num_vertices; i++)
+        d->wish[i] = mesher__surface_wish(d, mesher__point(s, (uint32_t)i), own ? own[i] : 0);
+    for (i = 0; i < s->num_triangles; i++)
+        mesher__take_element(d, s->triangles + 3 * i, domain->survivor[s->triangles[3 * i + 2]],
+                             (uint32_t)i);
+    for (i = 0; i < s->num_edges; i++)
+        mesher__take_element(d, s->edges + 2 * i, DELAUNAY_NO_ID,
+                             (uint32_t)(s->num_triangles + i));
+    d->flips_left = 64 * (uint64_t)d->num + 1024;
+    return mesher__make_rings(d, domain);
+}
+
+static void mesher__divider_free(mesher__divider *d)
+{
+    delaunay_release(d->memory, d->corners);
+    delaunay_release(d->memory, d->next);
+    delaunay_release(d->memory, d->source);
+    delaunay_release(d->memory, d->wish);
+    delaunay_release(d->memory, d->heap);
+    delaunay_release(d->memory, d->doubtful);
+}
+
+/* Triangles and lines as the caller gets them. */
+static mesher_result mesher__division_out(mesher__divider *d)
+{
+    const mesher_surface *given = &d->domain->surface;
+    mesher_fine_surface *out = d->out;
+    size_t i, lines = 0, n = 0, m = 0;
+    for (i = 0; i < d->num; i++) lines += d->corners[3 * i + 2] == DELAUNAY_NO_ID;
+    out->triangles =
+        (uint32_t *)delaunay_alloc(d->memory, d->num - lines + 1, 3 * sizeof(uint32_t));
+    out->triangle_tags = (int32_t *)delaunay_alloc(d->memory, d->num - lines + 1, sizeof(int32_t));
+    out->triangle_source =
+        (uint32_t *)delaunay_alloc(d->memory, d->num - lines + 1, sizeof(uint32_t));
+    out->edges = (uint32_t *)delaunay_alloc(d->memory, lines + 1, 2 * sizeof(uint32_t));
+    out->edge_tags = (int32_t *)delaunay_alloc(d->memory, lines + 1, sizeof(int32_t));
+    out->edge_source = (uint32_t *)delaunay_alloc(d->memory, lines + 1, sizeof(uint32_t));
+    if (!out->triangles || !out->triangle_tags || !out->triangle_source || !out->edges ||
+        !out->edge_tags || !out->edge_source)
+        return MESHER_ERROR_OUT_OF_MEMORY;
+    for (i = 0; i < d->num; i++) {
+        const uint32_t *c = d->corners + 3 * i;
+        if (c[2] == DELAUNAY_NO_ID) {
+            uint32_t line = d->source[i] - (uint32_t)given->num_triangles;
+            memcpy(out->edges + 2 * m, c, 2 * sizeof *c);
+            out->edge_tags[m] = given->edge_tags ? given->edge_tags[line] : 1;
+            out->edge_source[m++] = line;
+        } else {
+            memcpy(out->triangles + 3 * n, c, 3 * sizeof *c);
+            out->triangle_tags[n] = mesher__tag_of(d, (uint32_t)(3 * i));
+            out->triangle_source[n++] = d->source[i];
+        }
+    }
+    out->surface = *given;
+    out->surface.xyz = out->xyz;
+    out->surface.num_vertices = d->num_vertices;
+    out->surface.triangles = out->triangles;
+    out->surface.triangle_tags = out->triangle_tags;
+    out->surface.num_triangles = n;
+    out->surface.edges = out->edges;
+    out->surface.edge_tags = out->edge_tags;
+    out->surface.num_edges = m;
+    return MESHER_OK;
+}
+
+static mesher_result mesher__refine_surface(mesher_fine_surface *out, mesher_domain *domain,
+                                            mesher__divider *d)
+{
+    size_t i;
+    mesher_result result = (mesher_result)delaunay_memory_init(&out->memory, &domain->options.host),
+                  written;
+    if (result == MESHER_OK) result = mesher__divider_init(d, domain, out);
+    for (i = 0; i < 3 * d->num && result == MESHER_OK; i++) {
+        mesher__doubt(d, (uint32_t)i);
+        mesher__flip_doubtful(d);
+    }
+    for (i = 0; i < 3 * d->num && result == MESHER_OK; i++)
+        if (d->next[i] >= i && (i % 3 == 0 || !mesher__is_line(d, (uint32_t)i)))
+            mesher__list_if_long(d, (uint32_t)i);
+    if (d->no_memory) result = MESHER_ERROR_OUT_OF_MEMORY;
+    if (result == MESHER_OK) result = mesher__divide(d);
+    if (result < 0) return result;
+    written = mesher__division_out(d);
+    return written < 0 ? written : result;
+}
+
+MESHER_API mesher_result mesher_refine_surface(mesher_fine_surface *out,
+                                               const mesher_surface *surface,
+                                               const mesher_options *options,
+                                               mesher_report *report)
+{
+    mesher_domain domain;
+    mesher__divider divider;
+    mesher_result result;
+    if (!out || !surface) return MESHER_ERROR_INVALID_ARGUMENT;
+    memset(out, 0, sizeof *out);
+    memset(&divider, 0, sizeof divider);
+    result = mesher_domain_init(&domain, surface, options, report);
+    if (result != MESHER_OK) return result;
+    result = mesher__refine_surface(out, &domain, &divider);
+    if (divider.memory) mesher__divider_free(&divider);
+    mesher_domain_free(&domain);
+    if (result < 0) mesher_fine_surface_free(out);
+    return result;
+}
+
+MESHER_API void mesher_fine_surface_free(mesher_fine_surface *fine)
+{
+    delaunay_memory *m = &fine->memory;
+    if (m->allocator.release) {
+        delaunay_release(m, fine->xyz);
+        delaunay_release(m, fine->vertex_sizes);
+        delaunay_release(m, fine->triangles);
+        delaunay_release(m, fine->triangle_tags);
+        delaunay_release(m, fine->triangle_source);
+        delaunay_release(m, fine->edges);
+        delaunay_release(m, fine->edge_tags);
+        delaunay_release(m, fine->edge_source);
+    }
+    memset(fine, 0, sizeof *fine);
+}
+
 /* ---- >>refine ----------------------------------------------------------------------------- */
 /* Sweeps: every tetrahedron that is new and too large proposes a point; proposals too near each
  * other or an existing vertex are dropped; the rest is inserted by Bowyer and Watson with a
@@ -9546,26 +10273,6 @@ typedef struct mesher__refiner {
     double           start;
     int              stop;       /* why the sweeps end early: a mesher_result, or 0 */
 } mesher__refiner;
-
-/* Moves an array of the refiner or a cavity, of which keep elements count, to a place for want. */
-static int mesher__grow(delaunay_memory *memory, void *array, size_t *cap, size_t keep, size_t want,
-                        size_t size)
-{
-    void *old, *block;
-    memcpy(&old, array, sizeof old);
-    block = delaunay_grow(memory, old, keep, want, size);
-    if (!block) return 0;
-    memcpy(array, &block, sizeof block);
-    *cap = want;
-    return 1;
-}
-
-/* Makes room for need elements of such an array, and some more, keeping the first keep. */
-static int mesher__room(delaunay_memory *memory, void *array, size_t *cap, size_t keep, size_t need,
-                        size_t size)
-{
-    return need <= *cap || mesher__grow(memory, array, cap, keep, need + need / 2 + 64, size);
-}
 
 /* Distance below MESHER__SPACING times the mean of two sizes, given their sum. */
 static inline int mesher__too_near(const double *a, const double *b, double sum)

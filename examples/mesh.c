@@ -56,6 +56,8 @@ static const char help_options[] =
     "  --check              look for defects of the surface, and stop\n"
     "  --no-refine          the surface recovered, and nothing else: points inside only where they are\n"
     "                       needed, no improvement (which the program improve can do)\n"
+    "  --refine-surface     triangles much larger than the sizes above are divided first, without leaving\n"
+    "                       their planes: for good tetrahedra under them\n"
     "  --refine-mesh        INPUT is a tetrahedral mesh: what it has is kept, and points are added where the\n"
     "                       sizes above ask for them (default: the lengths of its own edges)\n"
     "  --no-improve         the mesh as refinement leaves it\n"
@@ -91,7 +93,7 @@ typedef struct settings {
     mesher_options mesher;
     spr_options spr;
     double max_seconds;
-    int order, demo, check, refine_mesh, no_improve, regions_given, ascii, binary, verbose, quiet,
+    int order, demo, check, refine_mesh, refine_surface, no_improve, regions_given, ascii, binary, verbose, quiet,
         progress;
 } settings;
 
@@ -173,6 +175,7 @@ static int parse_flag(const char *a, settings *s)
     else if (strcmp(a, "--no-improve") == 0) s->no_improve = 1;
     else if (strcmp(a, "--drop-unused") == 0) s->mesher.drop_unused = 1;
     else if (strcmp(a, "--refine-mesh") == 0) s->refine_mesh = 1;
+    else if (strcmp(a, "--refine-surface") == 0) s->refine_surface = 1;
     else if (strcmp(a, "--coarse") == 0) s->mesher.growth = 1.3;
     else if (strcmp(a, "--allow-surface-steiner") == 0) s->mesher.allow_surface_steiner = 1;
     else if (strcmp(a, "--ascii") == 0) s->ascii = 1;
@@ -249,6 +252,13 @@ static int holds_tetrahedra(meshio_format format)
            format == MESHIO_FORMAT_INP || format == MESHIO_FORMAT_ELE;
 }
 
+/* Is any edge length asked for that does not come from the surface? */
+static int has_sizes(const settings *s)
+{
+    return s->mesher.size > 0 || s->mesher.max_size > 0 || s->mesher.num_sources > 0 ||
+           s->size_grid;
+}
+
 /* 0: go on; 1: done (help); 2: wrong usage. */
 static int parse(int argc, char **argv, settings *s)
 {
@@ -285,6 +295,11 @@ static int parse(int argc, char **argv, settings *s)
             return 2;
         }
     }
+    if (s->refine_surface && (s->refine_mesh || !has_sizes(s))) {
+        fprintf(stderr, "mesh: --refine-surface %s; try --help\n",
+                s->refine_mesh ? "and --refine-mesh" : "needs --size or another size");
+        return 2;
+    }
     if (!s->input == !s->demo) {
         fprintf(stderr, "mesh: %s; try --help\n",
                 s->demo ? "a file and --demo" : "no surface to mesh");
@@ -306,11 +321,11 @@ static int parse(int argc, char **argv, settings *s)
 
 /* ---- what the run knows ---- */
 
-enum { PHASE_READ, PHASE_CHECK, PHASE_EMPTY, PHASE_RECOVER, PHASE_REGIONS, PHASE_SIZE, PHASE_REFINE,
-       PHASE_IMPROVE, PHASE_PROVE, PHASE_WRITE, NUM_PHASES };
-static const char *const phase_names[NUM_PHASES] = {"read",    "check", "empty mesh", "recover",
-                                                    "regions", "size",  "refine",     "improve",
-                                                    "prove",   "write"};
+enum { PHASE_READ, PHASE_SURFACE, PHASE_CHECK, PHASE_EMPTY, PHASE_RECOVER, PHASE_REGIONS,
+       PHASE_SIZE, PHASE_REFINE, PHASE_IMPROVE, PHASE_PROVE, PHASE_WRITE, NUM_PHASES };
+static const char *const phase_names[NUM_PHASES] = {
+    "read", "surface", "check", "empty mesh", "recover", "regions",
+    "size", "refine",  "improve", "prove",    "write"};
 enum { MAX_FINDINGS = 100000, SHOWN_FINDINGS = 10 };
 
 typedef struct job {
@@ -320,7 +335,8 @@ typedef struct job {
     int32_t *seed_tags;
     double *seeds, *grid_sizes;
     mesher_size_grid grid;
-    mesher_surface surface;
+    mesher_surface surface; /* that is meshed: the input's, or fine's */
+    mesher_fine_surface fine;
     mesher_domain domain;
     mesher_report report;
     spr_report spr;
@@ -636,18 +652,18 @@ static void write_defects(const job *j)
             const mesher_finding *f = &j->report.findings[i];
             uint32_t t = f->triangles[side];
             const uint32_t *v;
-            if (t >= j->in.num_triangles) continue;
-            v = j->in.triangles + 3 * (size_t)t;
-            if (v[0] >= j->in.num_vertices || v[1] >= j->in.num_vertices ||
-                v[2] >= j->in.num_vertices)
+            if (t >= j->surface.num_triangles) continue;
+            v = j->surface.triangles + 3 * (size_t)t;
+            if (v[0] >= j->surface.num_vertices || v[1] >= j->surface.num_vertices ||
+                v[2] >= j->surface.num_vertices)
                 continue;
             memcpy(triangles + 3 * k, v, 3 * sizeof *v);
             kinds[k] = f->kind;
             numbers[k++] = t;
         }
     if (k > 0) {
-        m.xyz = j->in.xyz;
-        m.num_vertices = j->in.num_vertices;
+        m.xyz = (double *)j->surface.xyz; /* read only */
+        m.num_vertices = j->surface.num_vertices;
         m.triangles = triangles;
         m.num_triangles = k;
         fields[0].name = "kind";
@@ -953,6 +969,26 @@ static void improve(job *j)
     if (result < 0) spr_measure_mesh(&j->domain.mesh, &j->set.spr, &j->quality);
 }
 
+/* Puts a finer surface in the place of the input's. That has been checked before: findings name the
+ * triangles of the file. */
+static int refine_surface(job *j)
+{
+    double start = tool_seconds();
+    mesher_result result = mesher_check(&j->surface, &j->set.mesher, &j->report);
+    if (result < 0) return fail(j, result);
+    j->set.mesher.max_seconds = j->set.max_seconds;
+    result = mesher_refine_surface(&j->fine, &j->surface, &j->set.mesher, &j->report);
+    if (result < 0) return fail(j, result);
+    if (result > 0) {
+        clear_progress(j);
+        complain(j, "a budget ended the division of the surface");
+        j->code = TOOL_GOAL_NOT_MET;
+    }
+    j->surface = j->fine.surface;
+    j->seconds[PHASE_SURFACE] = tool_seconds() - start;
+    return TOOL_OK;
+}
+
 static int mesh_surface(job *j)
 {
     mesher_result result;
@@ -967,7 +1003,7 @@ static int mesh_surface(job *j)
         clear_progress(j);
         complain(j, j->report.message[0] ? j->report.message : mesher_result_string(result));
     }
-    j->code = code_of(result);
+    if (j->code == TOOL_OK) j->code = code_of(result);
     j->seconds[PHASE_CHECK] = j->report.seconds_check;
     j->seconds[PHASE_EMPTY] = j->report.seconds_empty;
     j->seconds[PHASE_RECOVER] = j->report.seconds_recover;
@@ -983,7 +1019,7 @@ static int mesh_surface(job *j)
 
 /* ---- output ---- */
 
-/* The distinct facets and lines of the input, corners and tags as there; equal vertices are one. */
+/* The distinct facets and lines of the surface, corners and tags as there; equal vertices are one. */
 static int output_surface(const job *j, meshio_mesh *m)
 {
     const mesher_domain *d = &j->domain;
@@ -993,23 +1029,23 @@ static int output_surface(const job *j, meshio_mesh *m)
     if (j->report.surface_steiner) return 1; /* some facets are in pieces */
     m->triangles = (uint32_t *)malloc((3 * (size_t)d->num_facets + 1) * sizeof(uint32_t));
     m->triangle_tags = (int32_t *)malloc(((size_t)d->num_facets + 1) * sizeof(int32_t));
-    m->edges = (uint32_t *)malloc((2 * j->in.num_edges + 1) * sizeof(uint32_t));
-    m->edge_tags = (int32_t *)malloc((j->in.num_edges + 1) * sizeof(int32_t));
+    m->edges = (uint32_t *)malloc((2 * j->surface.num_edges + 1) * sizeof(uint32_t));
+    m->edge_tags = (int32_t *)malloc((j->surface.num_edges + 1) * sizeof(int32_t));
     if (!m->triangles || !m->triangle_tags || !m->edges || !m->edge_tags) return 0;
     for (f = 0; f < d->num_facets; f++) {
         size_t t = d->facet_source[f];
         for (k = 0; k < 3; k++)
             m->triangles[3 * (size_t)f + (size_t)k] =
-                d->survivor[j->in.triangles[3 * t + (size_t)k]];
-        m->triangle_tags[f] = j->in.triangle_tags[t];
+                d->survivor[j->surface.triangles[3 * t + (size_t)k]];
+        m->triangle_tags[f] = j->surface.triangle_tags[t];
     }
     m->num_triangles = d->num_facets;
-    for (i = 0; i < j->in.num_edges; i++) {
-        m->edges[2 * i] = d->survivor[j->in.edges[2 * i]];
-        m->edges[2 * i + 1] = d->survivor[j->in.edges[2 * i + 1]];
-        m->edge_tags[i] = j->in.edge_tags[i];
+    for (i = 0; i < j->surface.num_edges; i++) {
+        m->edges[2 * i] = d->survivor[j->surface.edges[2 * i]];
+        m->edges[2 * i + 1] = d->survivor[j->surface.edges[2 * i + 1]];
+        m->edge_tags[i] = j->surface.edge_tags[i];
     }
-    m->num_edges = j->in.num_edges;
+    m->num_edges = j->surface.num_edges;
     return 1;
 }
 
@@ -1236,8 +1272,9 @@ static void print_phases(const job *j)
     double all = total_seconds(j, 1), work = total_seconds(j, 0);
     int k;
     for (k = 0; k < NUM_PHASES; k++)
-        printf("%-11s %9.3f s %5.1f %%\n", phase_names[k], j->seconds[k],
-               all > 0 ? 100 * j->seconds[k] / all : 0);
+        if (k != PHASE_SURFACE || j->set.refine_surface)
+            printf("%-11s %9.3f s %5.1f %%\n", phase_names[k], j->seconds[k],
+                   all > 0 ? 100 * j->seconds[k] / all : 0);
     printf("total       %9.3f s, %d threads, %.0f tetrahedra/s without reading and writing\n", all,
            delaunay_threads(&j->set.mesher.host), work > 0 ? (double)j->out.num_tets / work : 0);
     if (tool_peak_bytes() > 0) printf("peak memory %9.1f MB\n", 1e-6 * tool_peak_bytes());
@@ -1271,15 +1308,56 @@ static void print_sizes(const job *j)
                (unsigned long long)r->size_ignored);
 }
 
+/* Triangles with an edge more than so many times as long as --size asks for. */
+static size_t num_large(const job *j, double times)
+{
+    double most = times * j->set.mesher.size;
+    size_t count = 0, i;
+    int k, c;
+    for (i = 0; i < j->surface.num_triangles; i++)
+        for (k = 0; k < 3; k++) {
+            const uint32_t *v = j->surface.triangles + 3 * i;
+            const double *a = j->surface.xyz + 3 * (size_t)v[k];
+            const double *b = j->surface.xyz + 3 * (size_t)v[(k + 1) % 3];
+            double ll = 0;
+            for (c = 0; c < 3; c++) ll += (b[c] - a[c]) * (b[c] - a[c]);
+            if (!(ll > most * most)) continue;
+            count++;
+            break;
+        }
+    return count;
+}
+
+/* What --refine-surface made of the triangles, or could. */
+static void print_division(const job *j)
+{
+    size_t large;
+    if (j->set.refine_surface) {
+        printf("surface     %llu vertices, %llu triangles, divided\n",
+               (unsigned long long)j->surface.num_vertices,
+               (unsigned long long)j->surface.num_triangles);
+        return;
+    }
+    if (!(j->set.mesher.size > 0) || j->set.refine_mesh) return;
+    large = num_large(j, 3);
+    if (large > 0)
+        printf("note        %llu triangles have edges more than three times as long as --size;\n"
+               "            tetrahedra under them are flat. --refine-surface divides them\n",
+               (unsigned long long)large);
+}
+
 static void print_statistics(const job *j)
 {
     uint64_t n = j->out.num_vertices, added = n - j->in.num_vertices;
     printf("input       %s: %llu vertices, %llu triangles\n", j->name,
            (unsigned long long)j->in.num_vertices, (unsigned long long)j->in.num_triangles);
     print_counts(j, "notes", 0);
+    print_division(j);
     if (j->set.output) printf("output      %s\n", j->set.output);
     printf("vertices    %llu, %llu new, of them %llu on the surface\n", (unsigned long long)n,
-           (unsigned long long)added, (unsigned long long)j->report.surface_steiner);
+           (unsigned long long)added,
+           (unsigned long long)(j->report.surface_steiner + j->surface.num_vertices -
+                                j->in.num_vertices));
     printf("tetrahedra  %llu in %llu region%s\n", (unsigned long long)j->out.num_tets,
            (unsigned long long)j->report.num_regions, j->report.num_regions == 1 ? "" : "s");
     print_regions(j);
@@ -1335,7 +1413,10 @@ static void json_body(FILE *f, const job *j, int code)
         json_text(f, mesher_kind_string((mesher_kind)k));
         fprintf(f, "\": %llu", (unsigned long long)j->report.counts[k]);
     }
-    fprintf(f, "},\n  \"vertices\": %llu, \"tets\": %llu, \"cells\": %llu,\n",
+    fprintf(f, "},\n  \"surface_vertices\": %llu, \"surface_triangles\": %llu,",
+            (unsigned long long)j->surface.num_vertices,
+            (unsigned long long)j->surface.num_triangles);
+    fprintf(f, "\n  \"vertices\": %llu, \"tets\": %llu, \"cells\": %llu,\n",
             (unsigned long long)j->out.num_vertices, (unsigned long long)j->out.num_tets,
             (unsigned long long)j->report.num_regions);
     fprintf(f,
@@ -1389,7 +1470,8 @@ static int run(job *j)
     code = read_grid(j);
     if (code != TOOL_OK) return code;
     if (!can_write(j)) return TOOL_CANNOT_WRITE;
-    code = mesh_surface(j);
+    if (j->set.refine_surface) code = refine_surface(j);
+    if (code == TOOL_OK) code = mesh_surface(j);
     if (code != TOOL_OK) return code;
     if (mesher_export(&j->domain, &j->out) != MESHER_OK) {
         complain(j, "out of memory");
@@ -1421,6 +1503,7 @@ int main(int argc, char **argv)
     if (j->set.json) code = write_json(j, code);
     mesher_output_free(&j->domain, &j->out);
     mesher_domain_free(&j->domain);
+    mesher_fine_surface_free(&j->fine);
     free(j->report.findings);
     free(j->seeds);
     free(j->grid_sizes);

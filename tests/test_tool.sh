@@ -214,6 +214,27 @@ code 3 $mesh "$T/cube.off" --size-grid "$T/missing.txt"
 code 0 $mesh "$T/s1.mesh" --refine-mesh --ball 0.5,0.5,0.5,0.1,0.05 -q -o "$T/s3.mesh"
 ok "a mesh is refined" test "$(count "$T/s3.mesh")" -gt "$(count "$T/s1.mesh")"
 code 5 $mesh "$T/cube.off" --refine-mesh
+
+# ---- a surface divided first ----
+code 0 $mesh "$T/cube.off" --size 0.1
+prints 'refine-surface divides them'
+code 0 $mesh "$T/cube.off" --size 0.1 --refine-surface -o "$T/f1.mesh" --json "$T/f.json" --threads 1
+prints 'triangles, divided'
+prints '; 0 below 0.35'
+ok 'the surface is finer' grep -q '"surface_triangles": 1[0-9][0-9][0-9],' "$T/f.json"
+code 0 $mesh "$T/cube.off" --size 0.1 --refine-surface -o "$T/f2.mesh" --threads 2 -q
+ok 'same bytes' cmp "$T/f1.mesh" "$T/f2.mesh"
+code 0 $mesh "$T/f1.mesh" # its triangles bound it
+code 0 $mesh "$T/twice.off" --ball 0,0,0,0.1,0.1 --refine-surface
+code 1 $mesh "$T/cube.off" --size 0.1 --refine-surface --max-vertices 100 -o "$T/f2.mesh"
+says 'a budget ended the division'
+code 2 $mesh "$T/cube.off" --refine-surface
+says 'needs --size'
+code 2 $mesh "$T/f1.mesh" --size 0.1 --refine-surface --refine-mesh
+code 5 $mesh "$T/overlap.off" --size 0.1 --refine-surface -o "$T/f3.mesh"
+says 'triangle [0-9]* and triangle [0-9]* '
+ok 'defects of the input' test -s "$T/f3.defects.vtu"
+absent "$T/f3.mesh"
 sed '/^Triangles/,/^Tetrahedra/{/^Tetrahedra/!d;}' "$T/s1.mesh" > "$T/tets.mesh"
 code 0 $mesh "$T/tets.mesh" --drop-unused -o "$T/s5.mesh"
 prints " 12 triangles"

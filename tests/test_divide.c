@@ -1,0 +1,448 @@
+/* test_divide.c - surfaces divided before they are meshed: lengths of edges, shape, tags, lines,
+ * rings of many triangles, needles, budgets, allocations that fail; and the meshes of them. */
+#define MESHER_IMPLEMENTATION
+#include "mesher.h"
+#include "check.h"
+#include "shapes.h"
+#include "small_mesh.h"
+
+static mesher_surface surface_of(const shape *s)
+{
+    mesher_surface surface;
+    memset(&surface, 0, sizeof surface);
+    surface.xyz = s->xyz;
+    surface.num_vertices = s->num_vertices;
+    surface.triangles = s->triangles;
+    surface.num_triangles = s->num_triangles;
+    surface.edges = s->edges;
+    surface.num_edges = s->num_edges;
+    return surface;
+}
+
+static mesher_options sized(double size)
+{
+    mesher_options o;
+    memset(&o, 0, sizeof o);
+    o.size = size;
+    return o;
+}
+
+static const double *corner(const mesher_surface *s, size_t t, int k)
+{
+    return s->xyz + 3 * (size_t)s->triangles[3 * t + (size_t)k % 3];
+}
+
+static double length(const double *a, const double *b)
+{
+    double x = a[0] - b[0], y = a[1] - b[1], z = a[2] - b[2];
+    return sqrt(x * x + y * y + z * z);
+}
+
+static void cross(const double *a, const double *b, const double *c, double *n)
+{
+    int k;
+    for (k = 0; k < 3; k++) {
+        int p = (k + 1) % 3, q = (k + 2) % 3;
+        n[k] = (b[p] - a[p]) * (c[q] - a[q]) - (b[q] - a[q]) * (c[p] - a[p]);
+    }
+}
+
+static double area_of(const mesher_surface *s, size_t t)
+{
+    double n[3];
+    cross(corner(s, t, 0), corner(s, t, 1), corner(s, t, 2), n);
+    return sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]) / 2;
+}
+
+/* Of the whole surface: its area, the volume within, by its orientation, and its edges. */
+typedef struct measures {
+    double area, volume, longest, shortest, least_angle;
+} measures;
+
+static measures measure(const mesher_surface *s)
+{
+    measures m = {0, 0, 0, 1e300, 180};
+    size_t t;
+    int k;
+    for (t = 0; t < s->num_triangles; t++) {
+        const double *a = corner(s, t, 0);
+        double n[3], area = area_of(s, t);
+        cross(a, corner(s, t, 1), corner(s, t, 2), n);
+        m.area += area;
+        m.volume += (a[0] * n[0] + a[1] * n[1] + a[2] * n[2]) / 6;
+        for (k = 0; k < 3; k++) {
+            double l = length(corner(s, t, k), corner(s, t, k + 1));
+            double r = length(corner(s, t, k), corner(s, t, k + 2)), angle;
+            angle = asin(fmin(1, 2 * area / (l * r))) * 57.29577951308232;
+            if (l > m.longest) m.longest = l;
+            if (l < m.shortest) m.shortest = l;
+            if (angle < m.least_angle) m.least_angle = angle;
+        }
+    }
+    return m;
+}
+
+/* Every edge in two triangles, once in each direction. */
+static int is_closed(const mesher_surface *s)
+{
+    size_t n = 3 * s->num_triangles, i;
+    hxtsort_pair *sides = (hxtsort_pair *)malloc(n * sizeof *sides);
+    int closed = n % 2 == 0;
+    for (i = 0; i < n; i++) {
+        uint64_t a = s->triangles[i], b = s->triangles[i % 3 == 2 ? i - 2 : i + 1];
+        sides[i].key = a < b ? a << 32 | b : b << 32 | a;
+        sides[i].value = a < b;
+    }
+    hxtsort_pairs(sides, n, NULL);
+    for (i = 0; i + 1 < n; i += 2)
+        closed &= sides[i].key == sides[i + 1].key && sides[i].value != sides[i + 1].value &&
+                  (i + 2 == n || sides[i + 2].key != sides[i].key);
+    free(sides);
+    return closed;
+}
+
+static uint64_t meshed(const mesher_surface *s, double size, double *volume)
+{
+    mesher_domain domain;
+    mesher_report report;
+    mesher_options o = sized(size);
+    uint64_t regions = 0;
+    uint32_t i;
+    memset(&report, 0, sizeof report);
+    *volume = 0;
+    if (mesher_mesh(&domain, s, &o, &report) == MESHER_OK) {
+        CHECK(delaunay_validate(&domain.mesh, DELAUNAY_VALIDATE_GEOMETRY, NULL) == DELAUNAY_OK);
+        CHECK(report.surface_steiner == 0);
+        for (i = 0; i < domain.num_regions; i++) *volume += domain.regions[i].volume;
+        regions = report.num_regions;
+    } else printf("%s\n", report.message);
+    mesher_domain_free(&domain);
+    return regions;
+}
+
+/* A box of 12 triangles, upright or turned, so that rounding bends its planes. */
+static void test_box(void)
+{
+    int turned;
+    for (turned = 0; turned < 4; turned++) {
+        shape s = {0};
+        mesher_fine_surface fine;
+        mesher_options o = sized(0.1);
+        mesher_surface given;
+        measures m;
+        double volume;
+        random_box(&s, 1, 1, 1, 1);
+        transform(&s, 0.7 * turned, 1, turned);
+        given = surface_of(&s);
+        CHECK(mesher_refine_surface(&fine, &given, &o, NULL) == MESHER_OK);
+        m = measure(&fine.surface);
+        CHECK(memcmp(fine.xyz, s.xyz, 24 * sizeof *s.xyz) == 0);
+        CHECK(m.longest <= 0.1 * 1.4143 && m.shortest > 0.04 && m.least_angle > 25);
+        CHECK(fabs(m.area - 6) < 1e-12 && fabs(m.volume - 1) < 1e-12);
+        CHECK(is_closed(&fine.surface));
+        CHECK(fine.surface.num_triangles < 6 / (0.433 * 0.01) * 1.7);
+        CHECK(meshed(&fine.surface, 0.1, &volume) == 1 && fabs(volume - 1) < 1e-12);
+        mesher_fine_surface_free(&fine);
+        CHECK(fine.xyz == NULL);
+        shape_free(&s);
+    }
+}
+
+/* The centre of a fan of needles needs few vertices around it. */
+static void test_needles(void)
+{
+    enum { RIM = 256 };
+    shape s = {0};
+    mesher_fine_surface fine;
+    mesher_options o = sized(0.2);
+    mesher_surface given;
+    measures m;
+    uint32_t i, low, high, side;
+    size_t v, near_centre = 0;
+    double volume, before;
+    for (side = 0; side < 2; side++)
+        for (i = 0; i < RIM; i++)
+            add_vertex(&s, cos(6.283185307179586 * i / RIM), sin(6.283185307179586 * i / RIM),
+                       side);
+    low = add_vertex(&s, 0, 0, 0);
+    high = add_vertex(&s, 0, 0, 1);
+    add_band(&s, 0, RIM, RIM, 0);
+    for (i = 0; i < RIM; i++) {
+        add_triangle(&s, low, (i + 1) % RIM, i);
+        add_triangle(&s, high, RIM + i, RIM + (i + 1) % RIM);
+    }
+    given = surface_of(&s);
+    before = measure(&given).volume;
+    CHECK(mesher_refine_surface(&fine, &given, &o, NULL) == MESHER_OK);
+    m = measure(&fine.surface);
+    CHECK(is_closed(&fine.surface) && fabs(m.volume - before) < 1e-12);
+    for (v = s.num_vertices; v < fine.surface.num_vertices; v++) {
+        const double *x = fine.xyz + 3 * v;
+        near_centre += x[0] * x[0] + x[1] * x[1] < 0.35;
+        CHECK(x[2] == 0 || x[2] == 1); /* narrow facets of the side are left as they are */
+    }
+    CHECK(near_centre >= 20 && near_centre < 200);
+    CHECK(meshed(&fine.surface, 0.2, &volume) == 1 && fabs(volume - before) < 1e-12);
+    mesher_fine_surface_free(&fine);
+    shape_free(&s);
+}
+
+/* Two boxes with a wall between them (rings of three triangles), tags that part a plane, and lines:
+ * on an edge of it and inside. */
+static void test_constraints(void)
+{
+    static const uint32_t quads[11][4] = {{0, 3, 2, 1}, {4, 5, 6, 7}, {0, 1, 5, 4}, {2, 3, 7, 6},
+                                          {0, 4, 7, 3}, {1, 2, 6, 5}, {1, 8, 10, 5}, {2, 6, 11, 9},
+                                          {1, 2, 9, 8}, {5, 10, 11, 6}, {8, 9, 11, 10}};
+    shape s = {0};
+    int32_t tags[22], edge_tags[2] = {7, 9};
+    mesher_fine_surface fine;
+    mesher_options o = sized(0.23);
+    mesher_surface given;
+    uint32_t i;
+    size_t t, count[2] = {0, 0};
+    double volume, along[2] = {0, 0}, tagged = 0;
+    for (i = 0; i < 8; i++)
+        add_vertex(&s, (i % 4 == 1) + (i % 4 == 2), i % 4 > 1, i / 4);
+    for (i = 0; i < 4; i++) add_vertex(&s, 2, i % 2, i / 2);
+    for (i = 0; i < 11; i++) {
+        add_triangle(&s, quads[i][0], quads[i][1], quads[i][2]);
+        add_triangle(&s, quads[i][0], quads[i][2], quads[i][3]);
+        tags[2 * i] = tags[2 * i + 1] = (int32_t)i + 1;
+    }
+    tags[1] = 50;                              /* of the plane 0321, beyond a diagonal */
+    add_edge(&s, 1, 2);                        /* of the wall */
+    add_edge(&s, add_vertex(&s, 0.3, 0.3, 0.3), add_vertex(&s, 0.7, 0.6, 0.5));
+    given = surface_of(&s);
+    given.triangle_tags = tags;
+    given.edge_tags = edge_tags;
+    CHECK(mesher_refine_surface(&fine, &given, &o, NULL) == MESHER_OK);
+    for (t = 0; t < fine.surface.num_triangles; t++) {
+        uint32_t from = fine.triangle_source[t];
+        CHECK(fine.triangle_tags[t] == tags[from]);
+        if (fine.triangle_tags[t] == 50) tagged += area_of(&fine.surface, t);
+    }
+    CHECK(fabs(tagged - 0.5) < 1e-14);
+    CHECK(fabs(measure(&fine.surface).area - 11) < 1e-12);
+    for (t = 0; t < fine.surface.num_edges; t++) {
+        uint32_t from = fine.edge_source[t];
+        double l = length(fine.xyz + 3 * fine.edges[2 * t], fine.xyz + 3 * fine.edges[2 * t + 1]);
+        CHECK(fine.edge_tags[t] == edge_tags[from] && l <= 0.23 * 1.4143);
+        along[from] += l;
+        count[from]++;
+    }
+    CHECK(fabs(along[0] - 1) < 1e-15 && count[0] == 4);
+    CHECK(fabs(along[1] - sqrt(0.29)) < 1e-15 && count[1] == 2);
+    CHECK(meshed(&fine.surface, 0.23, &volume) == 2 && fabs(volume - 2) < 1e-13);
+    mesher_fine_surface_free(&fine);
+    shape_free(&s);
+}
+
+/* Corners given once for each triangle, as in STL files, and some triangles that are none. */
+static void test_soup(void)
+{
+    shape s = {0}, soup = {0};
+    mesher_fine_surface fine;
+    mesher_options o = sized(0.3);
+    mesher_surface given;
+    size_t i;
+    random_box(&s, 1, 1, 1, 1);
+    for (i = 0; i < 3 * s.num_triangles; i += 3) {
+        const double *x = s.xyz + 3 * s.triangles[i], *y = s.xyz + 3 * s.triangles[i + 1];
+        const double *z = s.xyz + 3 * s.triangles[i + 2];
+        uint32_t a = add_vertex(&soup, x[0], x[1], x[2]), b = add_vertex(&soup, y[0], y[1], y[2]);
+        add_triangle(&soup, a, b, add_vertex(&soup, z[0], z[1], z[2]));
+        if (i == 6) add_triangle(&soup, a, a, b);
+    }
+    given = surface_of(&soup);
+    CHECK(mesher_refine_surface(&fine, &given, &o, NULL) == MESHER_OK);
+    CHECK(is_closed(&fine.surface) && fabs(measure(&fine.surface).volume - 1) < 1e-13);
+    CHECK(memcmp(fine.xyz, soup.xyz, 3 * soup.num_vertices * sizeof *soup.xyz) == 0);
+    mesher_fine_surface_free(&fine);
+    shape_free(&s);
+    shape_free(&soup);
+}
+
+static void wish_function(void *user, size_t count, const double *xyz, const uint32_t *region,
+                          double *out)
+{
+    size_t i;
+    (void)user;
+    for (i = 0; i < count; i++) {
+        CHECK(region[i] == 0);
+        out[i] = 0.04 + 0.3 * xyz[3 * i];
+    }
+}
+
+/* Sizes from all places. */
+static void test_sizes(void)
+{
+    shape s = {0};
+    mesher_fine_surface fine;
+    mesher_options o = sized(0);
+    mesher_source ball;
+    mesher_surface given;
+    double own[8];
+    size_t t, first;
+    int k, kind;
+    random_box(&s, 1, 1, 1, 1);
+    given = surface_of(&s);
+    memset(&ball, 0, sizeof ball);
+    ball.xyz[0] = ball.xyz[1] = 0.5; /* the middle of a face */
+    ball.radius = 0.05;
+    ball.size = 0.03;
+    for (t = 0; t < 8; t++) own[t] = 0.04 + 0.3 * s.xyz[3 * t];
+    for (kind = 0; kind < 3; kind++) {
+        size_t most = kind == 2 ? 600 : 4000;
+        memset(&o, 0, sizeof o);
+        if (kind == 0) o.size_function = wish_function;
+        if (kind == 1) o.vertex_sizes = own;
+        if (kind == 2) o.sources = &ball, o.num_sources = 1;
+        CHECK(mesher_refine_surface(&fine, &given, &o, NULL) == MESHER_OK);
+        CHECK(fine.surface.num_triangles > 200 && fine.surface.num_triangles < most);
+        CHECK((fine.vertex_sizes != NULL) == (kind == 1));
+        for (t = 0; t < fine.surface.num_triangles; t++)
+            for (k = 0; k < 3; k++) {
+                const double *a = corner(&fine.surface, t, k), *b = corner(&fine.surface, t, k + 1);
+                double wish = 0.04 + 0.15 * (a[0] + b[0]);
+                if (kind == 2)
+                    wish = (mesher_source_size(&ball, 0, a) + mesher_source_size(&ball, 0, b)) / 2;
+                CHECK(length(a, b) <= 1.415 * wish);
+            }
+        for (t = s.num_vertices; kind == 1 && t < fine.surface.num_vertices; t++)
+            CHECK(fabs(fine.vertex_sizes[t] - 0.04 - 0.3 * fine.xyz[3 * t]) < 1e-14);
+        mesher_fine_surface_free(&fine);
+    }
+    memset(&o, 0, sizeof o); /* no wish: nothing to divide */
+    CHECK(mesher_refine_surface(&fine, &given, &o, NULL) == MESHER_OK);
+    CHECK(fine.surface.num_vertices == 8 && fine.surface.num_triangles == 12);
+    mesher_fine_surface_free(&fine);
+    o.size = 0.05;
+    o.min_size = 0.2;
+    CHECK(mesher_refine_surface(&fine, &given, &o, NULL) == MESHER_OK);
+    first = fine.surface.num_triangles;
+    mesher_fine_surface_free(&fine);
+    o = sized(0.2);
+    CHECK(mesher_refine_surface(&fine, &given, &o, NULL) == MESHER_OK);
+    CHECK(fine.surface.num_triangles == first);
+    mesher_fine_surface_free(&fine);
+    shape_free(&s);
+}
+
+static int stop_now(void *user, const char *phase, double fraction)
+{
+    (void)fraction;
+    (void)phase;
+    return --*(int *)user < 0;
+}
+
+/* Budgets, cancellation, what is no surface; each allocation fails once. */
+static void test_failures(void)
+{
+    shape s = {0};
+    mesher_fine_surface fine;
+    mesher_options o = sized(0.05);
+    mesher_surface given, bad;
+    mesher_report report;
+    mesher_result result = MESHER_ERROR_OUT_OF_MEMORY;
+    int calls;
+    long k;
+    memset(&report, 0, sizeof report);
+    random_box(&s, 1, 1, 1, 1);
+    given = surface_of(&s);
+    o.max_vertices = 100;
+    CHECK(mesher_refine_surface(&fine, &given, &o, NULL) == MESHER_STOPPED_BY_BUDGET);
+    CHECK(fine.surface.num_vertices == 100 && is_closed(&fine.surface));
+    CHECK(fabs(measure(&fine.surface).volume - 1) < 1e-13);
+    mesher_fine_surface_free(&fine);
+    o = sized(1e-5);
+    o.host.memory_limit_bytes = 1000000;
+    CHECK(mesher_refine_surface(&fine, &given, &o, NULL) == MESHER_ERROR_OUT_OF_MEMORY);
+    CHECK(fine.xyz == NULL && fine.surface.num_triangles == 0);
+    o = sized(0.01);
+    for (calls = 0; calls < 3; calls++) {
+        int left = calls;
+        o.host.progress = stop_now;
+        o.host.user = &left;
+        CHECK(mesher_refine_surface(&fine, &given, &o, NULL) == MESHER_CANCELLED);
+    }
+    bad = given;
+    bad.num_triangles = 0;
+    CHECK(mesher_refine_surface(&fine, &bad, NULL, &report) < 0);
+    bad.num_vertices = 0;
+    CHECK(mesher_refine_surface(&fine, &bad, NULL, &report) < 0);
+    CHECK(mesher_refine_surface(&fine, NULL, NULL, NULL) == MESHER_ERROR_INVALID_ARGUMENT);
+    s.xyz[4] = 1 / 0.0 * 0.0;
+    CHECK(mesher_refine_surface(&fine, &given, NULL, &report) == MESHER_ERROR_SURFACE);
+    CHECK(strstr(report.message, "vertex 1") != NULL);
+    s.xyz[4] = 0;
+    for (k = 0; result != MESHER_OK && k < 1000; k++) {
+        small_allocator a = {0, 0};
+        a.countdown = k;
+        o = sized(0.1);
+        o.host.allocator.alloc = small_alloc;
+        o.host.allocator.release = small_release;
+        o.host.allocator.user = &a;
+        result = mesher_refine_surface(&fine, &given, &o, NULL);
+        CHECK(result == MESHER_OK || (result == MESHER_ERROR_OUT_OF_MEMORY && !fine.xyz));
+        mesher_fine_surface_free(&fine);
+        CHECK(a.outstanding == 0);
+    }
+    CHECK(result == MESHER_OK && k > 10);
+    shape_free(&s);
+}
+
+/* All that shapes.h has, scaled and turned: the same shape, and a mesh of it. */
+static void test_shapes(void)
+{
+    int kind, turned;
+    for (kind = 0; kind < 5; kind++)
+        for (turned = 0; turned < 3; turned++) {
+            shape s = {0};
+            mesher_fine_surface fine, again;
+            mesher_options o = sized(0);
+            mesher_surface given;
+            measures before, after;
+            double volume, scale = turned == 2 ? 1e-3 : 1;
+            state = 88172645463325252u + (uint64_t)kind;
+            if (kind == 0) twisted_prism(&s, 7, 0.3, 2);
+            if (kind == 1) split_box(&s, 2, 40);
+            if (kind == 2) lobed_plate(&s, 60, 5, 2);
+            if (kind == 3) torus(&s, 0, 0, 24, 12, 0.4);
+            if (kind == 4) random_ball(&s, 8, 0.5);
+            transform(&s, 0.6 * turned, scale, 0);
+            given = surface_of(&s);
+            before = measure(&given);
+            o.size = before.longest / (kind == 2 ? 15 : 5);
+            o.host.num_threads = 1;
+            CHECK(mesher_refine_surface(&fine, &given, &o, NULL) == MESHER_OK);
+            after = measure(&fine.surface);
+            CHECK(is_closed(&fine.surface));
+            CHECK(fabs(after.area - before.area) < 1e-6 * before.area);
+            CHECK(fabs(after.volume - before.volume) < 1e-6 * fabs(before.volume));
+            CHECK(fine.surface.num_triangles > 2 * s.num_triangles || kind == 4);
+            CHECK(meshed(&fine.surface, o.size, &volume) == 1 &&
+                  fabs(volume - fabs(after.volume)) < 1e-9 * volume);
+            o.host.num_threads = 3;
+            CHECK(mesher_refine_surface(&again, &given, &o, NULL) == MESHER_OK);
+            CHECK(again.surface.num_triangles == fine.surface.num_triangles &&
+                  memcmp(again.triangles, fine.triangles,
+                         12 * fine.surface.num_triangles) == 0 &&
+                  memcmp(again.xyz, fine.xyz, 24 * fine.surface.num_vertices) == 0);
+            mesher_fine_surface_free(&fine);
+            mesher_fine_surface_free(&again);
+            shape_free(&s);
+        }
+}
+
+int main(void)
+{
+    test_box();
+    test_needles();
+    test_constraints();
+    test_soup();
+    test_sizes();
+    test_failures();
+    test_shapes();
+    return check_report();
+}
