@@ -365,14 +365,15 @@ MESHER_API mesher_result mesher_refine_mesh(mesher_domain *domain, const mesher_
  *
  *   fine      out   fine->surface is what to mesh next; on failure zeroed
  *   surface   in    may have any tags, sheets and lines
- *   options   in    size, max_size, min_size, vertex_sizes (fine->vertex_sizes goes with the new
- *                   surface), sources, size_grid and size_function (asked for region 0) count;
- *                   those of regions, layers and curvature do not
+ *   options   in    all sizes count: the surface is meshed once, without refinement, to know them;
+ *                   size_function is asked for region 0, too; fine->vertex_sizes takes the place of
+ *                   vertex_sizes with the new surface
  *   report    out   may be NULL
  *
  * Returns   MESHER_OK; _STOPPED_BY_BUDGET: max_vertices or max_seconds, what is there is usable;
- *           _ERROR_SURFACE: the cheap checks found defects; others as mesher_mesh
- * Cost      one to two microseconds for each triangle made; one thread
+ *           others as mesher_mesh, with findings
+ * Cost      of a mesh without refinement, and a microsecond or two for each triangle made, in one
+ *           thread
  * Repeats   same bytes for any thread count, unless max_seconds ends it */
 MESHER_API mesher_result mesher_refine_surface(mesher_fine_surface *fine,
                                                const mesher_surface *surface,
@@ -9487,27 +9488,17 @@ static void mesher__side_moves(mesher__divider *d, uint32_t x, uint32_t y)
     d->next[y] = before == x ? y : d->next[x];
 }
 
-/* What is wanted at x, where the caller's own size is own, or 0. */
-static double mesher__surface_wish(const mesher__divider *d, const double *x, double own)
+/* The middle of edge ab, and what is wanted there: the mean of both ends, or what the caller asks
+ * for. */
+static double mesher__middle(const mesher__divider *d, uint32_t a, uint32_t b, double *x)
 {
-    const mesher_options *o = &d->domain->options;
-    double h = own > 0 && own <= DBL_MAX ? o->size_factor * own : DBL_MAX;
+    const double *p = d->out->xyz + 3 * (size_t)a, *q = d->out->xyz + 3 * (size_t)b;
+    double h = d->wish[a] / 2 + d->wish[b] / 2, least = d->largest * 1e-10;
     uint32_t region = 0;
-    mesher__wishes(o, 1, x, &region, &h);
-    return h > d->largest * 1e-10 ? h : d->largest * 1e-10;
-}
-
-/* The size of the caller's at the middle of an edge: the mean, if both ends have one. */
-static double mesher__own_between(const mesher__divider *d, uint32_t a, uint32_t b)
-{
-    const double *own = d->out->vertex_sizes;
-    return own && own[a] > 0 && own[b] > 0 ? own[a] / 2 + own[b] / 2 : 0;
-}
-
-static void mesher__middle(const double *a, const double *b, double *x)
-{
     int k;
-    for (k = 0; k < 3; k++) x[k] = a[k] / 2 + b[k] / 2;
+    for (k = 0; k < 3; k++) x[k] = p[k] / 2 + q[k] / 2;
+    mesher__wishes(&d->domain->options, 1, x, &region, &h);
+    return h > least ? h : least;
 }
 
 static void mesher__heap_swap(mesher__long_edge *a, mesher__long_edge *b)
@@ -9556,17 +9547,11 @@ static double mesher__side_length(const mesher__divider *d, uint32_t side)
                             d->out->xyz + 3 * (size_t)d->corners[mesher__side_turn(side, 1)]);
 }
 
-/* How long the edge of a side is for what is wanted there. */
-static double mesher__excess(const mesher__divider *d, uint32_t side, double *h)
+/* What is wanted at the middle of the edge of a side. */
+static double mesher__side_wish(const mesher__divider *d, uint32_t side)
 {
-    uint32_t p = d->corners[side], q = d->corners[mesher__side_turn(side, 1)];
-    const double *xyz = d->out->xyz;
-    double x[3], middle;
-    mesher__middle(xyz + 3 * (size_t)p, xyz + 3 * (size_t)q, x);
-    middle = mesher__surface_wish(d, x, mesher__own_between(d, p, q));
-    *h = d->wish[p] / 2 + d->wish[q] / 2;
-    if (middle < *h) *h = middle;
-    return mesher__side_length(d, side) / *h;
+    double x[3];
+    return mesher__middle(d, d->corners[side], d->corners[mesher__side_turn(side, 1)], x);
 }
 
 /* Lists the edge of a side if it is too long. */
@@ -9574,11 +9559,10 @@ static void mesher__list_if_long(mesher__divider *d, uint32_t side)
 {
     uint32_t p = d->corners[side], q = d->corners[mesher__side_turn(side, 1)];
     mesher__long_edge e;
-    double h;
     e.a = p < q ? p : q;
     e.b = p < q ? q : p;
     e.side = side;
-    e.excess = mesher__excess(d, side, &h);
+    e.excess = mesher__side_length(d, side) / mesher__side_wish(d, side);
     if (e.excess > MESHER__TOO_LONG) mesher__heap_push(d, &e);
 }
 
@@ -9761,13 +9745,12 @@ static int mesher__is_wide(const mesher__divider *d, uint32_t side, double width
 /* Is the edge of a side that is too long to be halved? Not if there are only needles around it. */
 static int mesher__is_worth_it(const mesher__divider *d, uint32_t side)
 {
-    double h;
+    double width = MESHER__WIDE * mesher__side_wish(d, side);
     uint32_t r = side;
     int lines = 0, triangles = 0;
-    mesher__excess(d, side, &h);
     do {
         if (mesher__is_line(d, r)) lines++;
-        else if (mesher__is_wide(d, r, MESHER__WIDE * h)) return 1;
+        else if (mesher__is_wide(d, r, width)) return 1;
         else triangles++;
         r = d->next[r];
     } while (r != side);
@@ -9797,10 +9780,9 @@ static uint32_t mesher__add_middle(mesher__divider *d, uint32_t s)
 {
     uint32_t a = d->corners[s], b = d->corners[mesher__side_turn(s, 1)];
     uint32_t m = (uint32_t)d->num_vertices++;
-    double *xyz = d->out->xyz, own = mesher__own_between(d, a, b);
-    mesher__middle(xyz + 3 * (size_t)a, xyz + 3 * (size_t)b, xyz + 3 * (size_t)m);
-    if (d->out->vertex_sizes) d->out->vertex_sizes[m] = own;
-    d->wish[m] = mesher__surface_wish(d, xyz + 3 * (size_t)m, own);
+    double *own = d->out->vertex_sizes;
+    d->wish[m] = mesher__middle(d, a, b, d->out->xyz + 3 * (size_t)m);
+    if (own) own[m] = own[a] > 0 && own[b] > 0 ? own[a] / 2 + own[b] / 2 : 0;
     return m;
 }
 
@@ -9969,8 +9951,10 @@ static mesher_result mesher__divider_init(mesher__divider *d, mesher_domain *dom
     memcpy(out->xyz, s->xyz, 3 * d->num_vertices * sizeof *out->xyz);
     if (own) memcpy(out->vertex_sizes, own, d->num_vertices * sizeof *own);
     mesher__measure_surface(d);
-    for (i = 0; i < d->num_vertices; i++)
-        d->wish[i] = mesher__surface_wish(d, mesher__point(s, (uint32_t)i), own ? own[i] : 0);
+    for (i = 0; i < d->num_vertices; i++) {
+        double h = domain->size[domain->mesh.vertex_of[i]];
+        d->wish[i] = h > 0 ? h : DBL_MAX; /* of no region, or equal to another */
+    }
     for (i = 0; i < s->num_triangles; i++)
         mesher__take_element(d, s->triangles + 3 * i, domain->survivor[s->triangles[3 * i + 2]],
                              (uint32_t)i);
@@ -10034,13 +10018,12 @@ static mesher_result mesher__division_out(mesher__divider *d)
     return MESHER_OK;
 }
 
-static mesher_result mesher__refine_surface(mesher_fine_surface *out, mesher_domain *domain,
+/* Of a domain whose sizes are known. */
+static mesher_result mesher__divide_surface(mesher_fine_surface *out, mesher_domain *domain,
                                             mesher__divider *d)
 {
+    mesher_result result = mesher__divider_init(d, domain, out), written;
     size_t i;
-    mesher_result result = (mesher_result)delaunay_memory_init(&out->memory, &domain->options.host),
-                  written;
-    if (result == MESHER_OK) result = mesher__divider_init(d, domain, out);
     for (i = 0; i < 3 * d->num && result == MESHER_OK; i++) {
         mesher__doubt(d, (uint32_t)i);
         mesher__flip_doubtful(d);
@@ -10053,26 +10036,6 @@ static mesher_result mesher__refine_surface(mesher_fine_surface *out, mesher_dom
     if (result < 0) return result;
     written = mesher__division_out(d);
     return written < 0 ? written : result;
-}
-
-MESHER_API mesher_result mesher_refine_surface(mesher_fine_surface *out,
-                                               const mesher_surface *surface,
-                                               const mesher_options *options,
-                                               mesher_report *report)
-{
-    mesher_domain domain;
-    mesher__divider divider;
-    mesher_result result;
-    if (!out || !surface) return MESHER_ERROR_INVALID_ARGUMENT;
-    memset(out, 0, sizeof *out);
-    memset(&divider, 0, sizeof divider);
-    result = mesher_domain_init(&domain, surface, options, report);
-    if (result != MESHER_OK) return result;
-    result = mesher__refine_surface(out, &domain, &divider);
-    if (divider.memory) mesher__divider_free(&divider);
-    mesher_domain_free(&domain);
-    if (result < 0) mesher_fine_surface_free(out);
-    return result;
 }
 
 MESHER_API void mesher_fine_surface_free(mesher_fine_surface *fine)
@@ -13332,6 +13295,35 @@ static mesher_result mesher__mesh_size(mesher_domain *domain, mesher_report *rep
     if (mesher__progress(&domain->options, "refine", 0)) return MESHER_CANCELLED;
     result = mesher_refine(domain, report);
     report->seconds_refine = delaunay_seconds(host) - t1;
+    return result;
+}
+
+MESHER_API mesher_result mesher_refine_surface(mesher_fine_surface *fine,
+                                               const mesher_surface *surface,
+                                               const mesher_options *options,
+                                               mesher_report *report)
+{
+    mesher_domain domain;
+    mesher__divider divider;
+    mesher_report local;
+    mesher_result result;
+    if (!fine) return MESHER_ERROR_INVALID_ARGUMENT;
+    memset(fine, 0, sizeof *fine);
+    memset(&divider, 0, sizeof divider);
+    memset(&local, 0, sizeof local);
+    if (!report) report = &local;
+    result = mesher_domain_init(&domain, surface, options, report);
+    if (result != MESHER_OK) return result;
+    result = mesher__mesh_surface(&domain, report);
+    if (result >= 0) result = mesher_size(&domain, report);
+    if (result >= 0)
+        result = (mesher_result)delaunay_memory_init(&fine->memory, &domain.options.host);
+    if (result >= 0) {
+        result = mesher__divide_surface(fine, &domain, &divider);
+        mesher__divider_free(&divider);
+    }
+    mesher_domain_free(&domain);
+    if (result < 0) mesher_fine_surface_free(fine);
     return result;
 }
 

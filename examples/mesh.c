@@ -56,8 +56,8 @@ static const char help_options[] =
     "  --check              look for defects of the surface, and stop\n"
     "  --no-refine          the surface recovered, and nothing else: points inside only where they are\n"
     "                       needed, no improvement (which the program improve can do)\n"
-    "  --refine-surface     triangles much larger than the sizes above are divided first, without leaving\n"
-    "                       their planes: for good tetrahedra under them\n"
+    "  --refine-surface     edges of the surface much longer than the sizes above are halved first, within\n"
+    "                       their planes: for good tetrahedra under large triangles\n"
     "  --refine-mesh        INPUT is a tetrahedral mesh: what it has is kept, and points are added where the\n"
     "                       sizes above ask for them (default: the lengths of its own edges)\n"
     "  --no-improve         the mesh as refinement leaves it\n"
@@ -252,13 +252,6 @@ static int holds_tetrahedra(meshio_format format)
            format == MESHIO_FORMAT_INP || format == MESHIO_FORMAT_ELE;
 }
 
-/* Is any edge length asked for that does not come from the surface? */
-static int has_sizes(const settings *s)
-{
-    return s->mesher.size > 0 || s->mesher.max_size > 0 || s->mesher.num_sources > 0 ||
-           s->size_grid;
-}
-
 /* 0: go on; 1: done (help); 2: wrong usage. */
 static int parse(int argc, char **argv, settings *s)
 {
@@ -295,9 +288,8 @@ static int parse(int argc, char **argv, settings *s)
             return 2;
         }
     }
-    if (s->refine_surface && (s->refine_mesh || !has_sizes(s))) {
-        fprintf(stderr, "mesh: --refine-surface %s; try --help\n",
-                s->refine_mesh ? "and --refine-mesh" : "needs --size or another size");
+    if (s->refine_surface && s->refine_mesh) {
+        fprintf(stderr, "mesh: --refine-surface and --refine-mesh; try --help\n");
         return 2;
     }
     if (!s->input == !s->demo) {
@@ -969,13 +961,11 @@ static void improve(job *j)
     if (result < 0) spr_measure_mesh(&j->domain.mesh, &j->set.spr, &j->quality);
 }
 
-/* Puts a finer surface in the place of the input's. That has been checked before: findings name the
- * triangles of the file. */
+/* Puts a finer surface in the place of the input's. */
 static int refine_surface(job *j)
 {
     double start = tool_seconds();
-    mesher_result result = mesher_check(&j->surface, &j->set.mesher, &j->report);
-    if (result < 0) return fail(j, result);
+    mesher_result result;
     j->set.mesher.max_seconds = j->set.max_seconds;
     result = mesher_refine_surface(&j->fine, &j->surface, &j->set.mesher, &j->report);
     if (result < 0) return fail(j, result);

@@ -228,8 +228,9 @@ code 0 $mesh "$T/f1.mesh" # its triangles bound it
 code 0 $mesh "$T/twice.off" --ball 0,0,0,0.1,0.1 --refine-surface
 code 1 $mesh "$T/cube.off" --size 0.1 --refine-surface --max-vertices 100 -o "$T/f2.mesh"
 says 'a budget ended the division'
-code 2 $mesh "$T/cube.off" --refine-surface
-says 'needs --size'
+code 0 $mesh "$T/cube.off" --refine-surface
+code 0 $mesh "$T/cube.off" --layers 4 --refine-surface
+prints '; 0 below 0.35'
 code 2 $mesh "$T/f1.mesh" --size 0.1 --refine-surface --refine-mesh
 code 5 $mesh "$T/overlap.off" --size 0.1 --refine-surface -o "$T/f3.mesh"
 says 'triangle [0-9]* and triangle [0-9]* '
