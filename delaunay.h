@@ -1375,18 +1375,38 @@ static DELAUNAY__NOINLINE int delaunay__compare_distance_long(const double *cons
     return sum.sign;
 }
 
-/* -- the short way: differences below 2^61 in units of the lowest bit */
+/* -- the short way: coordinates that are integers below 2^60 when multiplied by some power of two */
 #  if defined(__SIZEOF_INT128__)
-enum { DELAUNAY__SHORT_BITS = 60 };
 
-static void delaunay__short_row(int64_t *r, const delaunay__exact *x, int p, int q)
+/* These integers; 0: they are none, or the power is no double of 1 and more. */
+static int delaunay__integers(const double *const *points, int count, int64_t (*m)[3])
+{
+    double most = 0, unit;
+    uint64_t bits;
+    int i, k, whole = 1;
+    for (i = 0; i < count; i++)
+        for (k = 0; k < 3; k++) {
+            double x = points[i][k] < 0 ? -points[i][k] : points[i][k];
+            most = most > x ? most : x;
+        }
+    memcpy(&bits, &most, sizeof bits);
+    bits >>= 52; /* 2^(bits - 1022) is above all; times unit, 2^60 is: nothing underflows */
+    if (bits < 100 || bits > 1022 + 60) return 0;
+    bits = (1023 + 60 + 1022 - bits) << 52;
+    memcpy(&unit, &bits, sizeof unit);
+    for (i = 0; i < count; i++)
+        for (k = 0; k < 3; k++) {
+            double x = points[i][k] * unit;
+            m[i][k] = (int64_t)x;
+            whole &= (double)m[i][k] == x;
+        }
+    return whole;
+}
+
+static void delaunay__short_row(int64_t *r, const int64_t *p, const int64_t *q)
 {
     int k;
-    for (k = 0; k < 3; k++) {
-        int i = 3 * p + k, j = 3 * q + k;
-        r[k] = (x->m[i] ? x->m[i] * (INT64_C(1) << (x->e[i] - x->unit)) : 0) -
-               (x->m[j] ? x->m[j] * (INT64_C(1) << (x->e[j] - x->unit)) : 0);
-    }
+    for (k = 0; k < 3; k++) r[k] = p[k] - q[k];
 }
 
 /* low + 2^64 high, high signed */
@@ -1413,23 +1433,23 @@ static delaunay__int192 delaunay__short_det3(const int64_t *a, const int64_t *b,
     return r;
 }
 
-static int delaunay__orient3d_short(const delaunay__exact *x)
+static int delaunay__orient3d_short(int64_t (*x)[3])
 {
     int64_t row[3][3];
     delaunay__int192 det;
     int i;
-    for (i = 0; i < 3; i++) delaunay__short_row(row[i], x, i + 1, 0);
+    for (i = 0; i < 3; i++) delaunay__short_row(row[i], x[i + 1], x[0]);
     det = delaunay__short_det3(row[0], row[1], row[2]);
     return det.high < 0 ? -1 : det.high > 0 || det.low > 0;
 }
 
-static int delaunay__insphere_short(const delaunay__exact *x)
+static int delaunay__insphere_short(int64_t (*x)[3])
 {
     int64_t row[4][3];
     delaunay__int128 sum[6] = {0, 0, 0, 0, 0, 0}, carry;
     uint64_t any = 0;
     int i, k;
-    for (i = 0; i < 4; i++) delaunay__short_row(row[i], x, i, 4);
+    for (i = 0; i < 4; i++) delaunay__short_row(row[i], x[i], x[4]);
     for (i = 0; i < 4; i++) {
         delaunay__int128 lift = 0, part[6];
         delaunay__int192 det =
@@ -1473,11 +1493,14 @@ DELAUNAY_API int delaunay_orient3d_exact(const double *a, const double *b, const
     p[1] = b;
     p[2] = c;
     p[3] = d;
+#  if defined(__SIZEOF_INT128__)
+    {
+        int64_t m[4][3];
+        if (delaunay__integers(p, 4, m)) return delaunay__orient3d_short(m);
+    }
+#  endif
     delaunay__exact_set(&x, p, 4);
     if (x.top == INT_MIN) return 0; /* all zero */
-#  if defined(__SIZEOF_INT128__)
-    if (x.top - x.unit <= DELAUNAY__SHORT_BITS) return delaunay__orient3d_short(&x);
-#  endif
     return delaunay__orient3d_long(&x);
 }
 
@@ -1491,11 +1514,14 @@ DELAUNAY_API int delaunay_insphere_exact(const double *a, const double *b, const
     p[2] = c;
     p[3] = d;
     p[4] = e;
+#  if defined(__SIZEOF_INT128__)
+    {
+        int64_t m[5][3];
+        if (delaunay__integers(p, 5, m)) return delaunay__insphere_short(m);
+    }
+#  endif
     delaunay__exact_set(&x, p, 5);
     if (x.top == INT_MIN) return 0;
-#  if defined(__SIZEOF_INT128__)
-    if (x.top - x.unit <= DELAUNAY__SHORT_BITS) return delaunay__insphere_short(&x);
-#  endif
     return delaunay__insphere_long(&x, NULL);
 }
 
@@ -1528,19 +1554,21 @@ static DELAUNAY__NOINLINE int delaunay__orient2d_exact(const double *a, const do
     p[0] = a;
     p[1] = b;
     p[2] = c;
-    delaunay__exact_set(&x, p, 3);
-    if (x.top == INT_MIN) return 0;
 #  if defined(__SIZEOF_INT128__)
-    if (x.top - x.unit <= DELAUNAY__SHORT_BITS) {
-        int64_t u[3], v[3];
-        delaunay__int128 l, r;
-        delaunay__short_row(u, &x, 1, 0);
-        delaunay__short_row(v, &x, 2, 0);
-        l = (delaunay__int128)u[i] * v[j];
-        r = (delaunay__int128)u[j] * v[i];
-        return l < r ? -1 : l > r;
+    {
+        int64_t m[3][3], u[3], v[3];
+        if (delaunay__integers(p, 3, m)) {
+            delaunay__int128 l, r;
+            delaunay__short_row(u, m[1], m[0]);
+            delaunay__short_row(v, m[2], m[0]);
+            l = (delaunay__int128)u[i] * v[j];
+            r = (delaunay__int128)u[j] * v[i];
+            return l < r ? -1 : l > r;
+        }
     }
 #  endif
+    delaunay__exact_set(&x, p, 3);
+    if (x.top == INT_MIN) return 0;
     {
         delaunay__big u, v, l, r;
         delaunay__big_difference(&u, &x, 3 + i, i);
