@@ -93,8 +93,8 @@ typedef struct settings {
     mesher_options mesher;
     spr_options spr;
     double max_seconds;
-    int order, demo, check, refine_mesh, refine_surface, no_improve, regions_given, ascii, binary, verbose, quiet,
-        progress;
+    int order, demo, check, refine_mesh, refine_surface, no_improve, regions_given, ascii, binary,
+        verbose, quiet, progress;
 } settings;
 
 static int parse_regions(const char *name, mesher_regions *regions)
@@ -982,7 +982,8 @@ static int refine_surface(job *j)
 static int mesh_surface(job *j)
 {
     mesher_result result;
-    j->set.mesher.max_seconds = j->set.max_seconds;
+    double left = j->set.max_seconds - j->seconds[PHASE_SURFACE];
+    j->set.mesher.max_seconds = j->set.max_seconds > 0 ? (left > 1e-3 ? left : 1e-3) : 0;
     if (j->set.refine_mesh)
         result = mesher_refine_mesh(&j->domain, &j->surface, j->in.tets,
                                     (const uint32_t *)j->in.tet_tags, j->in.num_tets,

@@ -42,6 +42,19 @@ DELAUNAY_INLINE void add_edge(shape *s, uint32_t a, uint32_t b)
     s->edges[2 * s->num_edges++ + 1] = b;
 }
 
+DELAUNAY_INLINE mesher_surface surface_of(const shape *s)
+{
+    mesher_surface surface;
+    memset(&surface, 0, sizeof surface);
+    surface.xyz = s->xyz;
+    surface.num_vertices = s->num_vertices;
+    surface.triangles = s->triangles;
+    surface.num_triangles = s->num_triangles;
+    surface.edges = s->edges;
+    surface.num_edges = s->num_edges;
+    return surface;
+}
+
 DELAUNAY_INLINE void shape_free(shape *s)
 {
     free(s->xyz);

@@ -6,19 +6,6 @@
 #include "shapes.h"
 #include "small_mesh.h"
 
-static mesher_surface surface_of(const shape *s)
-{
-    mesher_surface surface;
-    memset(&surface, 0, sizeof surface);
-    surface.xyz = s->xyz;
-    surface.num_vertices = s->num_vertices;
-    surface.triangles = s->triangles;
-    surface.num_triangles = s->num_triangles;
-    surface.edges = s->edges;
-    surface.num_edges = s->num_edges;
-    return surface;
-}
-
 static mesher_options sized(double size)
 {
     mesher_options o;

@@ -576,17 +576,6 @@ static uint64_t hard_case(shape *s, uint64_t seed)
 
 /* -- the runs */
 
-static mesher_surface surface_of(const shape *s)
-{
-    mesher_surface surface;
-    memset(&surface, 0, sizeof surface);
-    surface.xyz = s->xyz;
-    surface.num_vertices = s->num_vertices;
-    surface.triangles = s->triangles;
-    surface.num_triangles = s->num_triangles;
-    return surface;
-}
-
 static long recovered, intersecting, failed;
 static double longest_seconds;
 static uint64_t longest_seed;

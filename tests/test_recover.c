@@ -14,19 +14,12 @@ static int nothing_else; /* no refinement is to follow */
 static mesher_result recover(mesher_domain *domain, const shape *s, mesher_report *report)
 {
     mesher_options options;
-    mesher_surface surface;
+    mesher_surface surface = surface_of(s);
     mesher_result result;
-    memset(&surface, 0, sizeof surface);
     memset(report, 0, sizeof *report);
     memset(domain, 0, sizeof *domain);
     report->findings = findings;
     report->cap_findings = 32;
-    surface.xyz = s->xyz;
-    surface.num_vertices = s->num_vertices;
-    surface.triangles = s->triangles;
-    surface.num_triangles = s->num_triangles;
-    surface.edges = s->edges;
-    surface.num_edges = s->num_edges;
     memset(&options, 0, sizeof options);
     options.no_refine = nothing_else;
     result = mesher_domain_init(domain, &surface, &options, report);
