@@ -2,7 +2,7 @@
 #
 #   make                          the tools: mesh, delaunay, improve, sort_points
 #   make demo                     mesh a part that the program makes itself, write demo.vtu
-#   make test                     all tests, below two minutes
+#   make test                     all tests, two to four minutes
 #   make hard                     a thousand surfaces that are hard to recover, each result proved
 #   make sanitize                 the same under the address and undefined-behaviour sanitizers
 #   make test-models MODELS=DIR   the tools over a folder of models with an INDEX.tsv

@@ -9823,14 +9823,18 @@ static void mesher__split_side(mesher__divider *d, uint32_t s)
             else d->next[last[i]] = half[i];
             last[i] = half[i];
             d->next[half[i]] = first[i];
-            mesher__list_if_long(d, half[i]);
-            if (mesher__is_line(d, half[i])) continue;
-            mesher__list_if_long(d, mesher__side_turn(half[i], 1));
-            mesher__list_if_long(d, mesher__side_turn(half[i], 2));
-            mesher__doubt(d, mesher__side_turn(half[i], half[i] == r ? 2 : 1));
+        }
+        if (!mesher__is_line(d, r)) {
+            uint32_t h = half[!turned];
+            mesher__list_if_long(d, mesher__side_turn(r, 1));
+            mesher__list_if_long(d, mesher__side_turn(r, 2)); /* perhaps in vain until now */
+            mesher__list_if_long(d, mesher__side_turn(h, 1));
+            mesher__doubt(d, mesher__side_turn(r, 2));
+            mesher__doubt(d, mesher__side_turn(h, 1));
         }
         r = after;
     } while (r != s);
+    for (i = 0; i < 2; i++) mesher__list_if_long(d, first[i]);
 }
 
 /* Asked before each edge of the list: are we to end? */
