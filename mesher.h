@@ -2213,6 +2213,12 @@ static void mesher__box(const mesher_domain *domain, double *lo, double *hi)
     }
 }
 
+/* Is there no vertex of the mesh where this one of the input is? */
+static int mesher__is_absent(const mesher_domain *domain, size_t v)
+{
+    return domain->vertex_used[domain->survivor[v]] == MESHER_VERTEX_ABSENT;
+}
+
 /* The points that go into the triangulation: absent ones at the place of another, the corners at
  * the end. */
 static void mesher__points(const mesher_domain *domain, double *xyz)
@@ -2224,8 +2230,7 @@ static void mesher__points(const mesher_domain *domain, double *xyz)
     for (i = 0; i < 8; i++)
         for (k = 0; k < 3; k++) xyz[3 * (n + i) + k] = box[i >> k & 1][k];
     for (i = 0; i < n; i++)
-        if (domain->vertex_used[i] == MESHER_VERTEX_ABSENT && domain->survivor[i] == i)
-            memcpy(xyz + 3 * i, xyz + 3 * n, 3 * sizeof *xyz);
+        if (mesher__is_absent(domain, i)) memcpy(xyz + 3 * i, xyz + 3 * n, 3 * sizeof *xyz);
 }
 
 /* Absent points have no vertex, unless they are duplicates; a vertex has the id of the point that
@@ -2237,7 +2242,7 @@ static void mesher__name_vertices(mesher_domain *domain)
     for (i = 0; i < n + 8; i++)
         if (i >= n || domain->vertex_used[i] != MESHER_VERTEX_ABSENT)
             mesh->vertex_id[mesh->vertex_of[i]] = i;
-        else if (domain->survivor[i] == i) mesh->vertex_of[i] = 0;
+        else if (mesher__is_absent(domain, i)) mesh->vertex_of[i] = 0;
 }
 
 MESHER_API mesher_result mesher_empty_mesh(mesher_domain *domain, mesher_report *report)

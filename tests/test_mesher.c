@@ -513,21 +513,26 @@ static void sheets_lines_and_points(void)
     a = add_point(1, 2, 3);
     b = add_point(2, 1, 0);
     c = add_point(5, 5, 5);
+    add_point(1, 2, 3); /* each twice: the second one is never a vertex */
+    add_point(2, 1, 0);
+    add_point(5, 5, 5);
     for (o.drop_unused = 0; o.drop_unused < 2; o.drop_unused++) { /* and all of them, if asked */
         mesher_surface s = surface_of(&shape);
         mesher_domain domain;
         mesher_output out;
         uint64_t i;
-        int used[11] = {0};
+        int used[14] = {0};
         prepare();
         CHECK(mesher_mesh(&domain, &s, &o, &report) == MESHER_OK);
         CHECK(mesher_export(&domain, &out) == MESHER_OK);
         CHECK(near(judge(&s, &out, 1, 1), 64));
         for (i = 0; i < 4 * out.num_tets; i++)
-            if (out.tets[i] < 11) used[out.tets[i]] = 1;
+            if (out.tets[i] < 14) used[out.tets[i]] = 1;
         CHECK(used[a] == !o.drop_unused && !used[b] && !used[c]);
+        CHECK(!used[11] && !used[12] && !used[13]);
         CHECK(report.counts[MESHER_NOTE_UNUSED_VERTEX] == 3);
-        CHECK(out.num_vertices == 11);
+        CHECK(report.counts[MESHER_NOTE_DUPLICATE_VERTEX] == 3);
+        CHECK(out.num_vertices == 14);
         mesher_output_free(&domain, &out);
         mesher_domain_free(&domain);
     }

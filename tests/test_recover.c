@@ -412,6 +412,7 @@ static void isolated_points_on_the_surface_stay_out(void)
     add_vertex(&s, 2, 0, 0); /* on an edge */
     add_vertex(&s, 1, 1, 0); /* within a facet */
     add_vertex(&s, 1, 1, 1); /* inside */
+    add_vertex(&s, 1, 1, 0); /* equal to one of them */
     CHECK(recover(&domain, &s, &report) == MESHER_OK);
     CHECK(domain.vertex_used && domain.vertex_used[4] == MESHER_VERTEX_ABSENT);
     CHECK(domain.vertex_used && domain.vertex_used[5] == MESHER_VERTEX_ABSENT);
