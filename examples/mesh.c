@@ -56,6 +56,7 @@ static const char help_options[] =
     "  --check              look for defects of the surface, and stop\n"
     "  --no-refine          the surface recovered, and nothing else: points inside only where they are\n"
     "                       needed, no improvement (which the program improve can do)\n"
+    "  --weld D             vertices that differ by no more than D in each coordinate become one, first of all\n"
     "  --refine-surface     edges of the surface much longer than the sizes above are halved first, within\n"
     "                       their planes: for good tetrahedra under large triangles\n"
     "  --refine-mesh        INPUT is a tetrahedral mesh: what it has is kept, and points are added where the\n"
@@ -92,7 +93,7 @@ typedef struct settings {
     double region_sizes[MAX_REGION_SIZES];
     mesher_options mesher;
     spr_options spr;
-    double max_seconds;
+    double max_seconds, weld;
     int order, demo, check, refine_mesh, refine_surface, no_improve, regions_given, ascii, binary,
         verbose, quiet, progress;
 } settings;
@@ -204,6 +205,7 @@ static int parse_number(const char *a, const char *text, settings *s)
     else if (strcmp(a, "--layers") == 0 && tool_number(text, 1, 1000, &v)) s->mesher.layers = v;
     else if (strcmp(a, "--curvature") == 0 && tool_number(text, 0.1, 180, &v))
         s->mesher.curvature_degrees = v;
+    else if (strcmp(a, "--weld") == 0 && tool_number(text, 1e-60, 1e60, &v)) s->weld = v;
     else if (strcmp(a, "--growth") == 0 && tool_number(text, 1.0001, 100, &v)) s->mesher.growth = v;
     else if (strcmp(a, "--target") == 0 && tool_number(text, 1e-9, 1, &v)) {
         s->spr.target = v;
@@ -288,8 +290,9 @@ static int parse(int argc, char **argv, settings *s)
             return 2;
         }
     }
-    if (s->refine_surface && s->refine_mesh) {
-        fprintf(stderr, "mesh: --refine-surface and --refine-mesh; try --help\n");
+    if (s->refine_mesh && (s->refine_surface || s->weld > 0)) {
+        fprintf(stderr, "mesh: %s and --refine-mesh; try --help\n",
+                s->weld > 0 ? "--weld" : "--refine-surface");
         return 2;
     }
     if (!s->input == !s->demo) {
@@ -327,6 +330,7 @@ typedef struct job {
     int32_t *seed_tags;
     double *seeds, *grid_sizes;
     mesher_size_grid grid;
+    uint64_t num_welded;    /* vertices that --weld put elsewhere */
     mesher_surface surface; /* that is meshed: the input's, or fine's */
     mesher_fine_surface fine;
     mesher_domain domain;
@@ -515,6 +519,20 @@ static int read_input(job *j)
     if (open < 0) complain(j, "out of memory");
     if (open > 0 && !add_border(j, j->set.refine_mesh)) open = -1;
     return open < 0 ? TOOL_NO_MEMORY : TOOL_OK;
+}
+
+/* --weld */
+static int weld(job *j)
+{
+    double start = tool_seconds();
+    mesher_result result;
+    if (!(j->set.weld > 0)) return TOOL_OK;
+    result = mesher_weld(j->in.xyz, j->in.num_vertices, j->set.weld, &j->set.mesher.host,
+                         &j->num_welded);
+    j->seconds[PHASE_READ] += tool_seconds() - start;
+    if (result == MESHER_OK) return TOOL_OK;
+    complain(j, mesher_result_string(result));
+    return TOOL_NO_MEMORY;
 }
 
 /* The file of --size-grid. */
@@ -724,15 +742,37 @@ static void print_findings(const job *j, int defects)
     }
 }
 
+/* The distance from which on --weld joins what the note calls nearly equal. */
+static double nearly(const job *j)
+{
+    double extent = 0;
+    size_t i;
+    int k;
+    for (k = 0; k < 3; k++) {
+        double lo = j->in.xyz[k], hi = lo;
+        for (i = 1; i < j->in.num_vertices; i++) {
+            lo = fmin(lo, j->in.xyz[3 * i + (size_t)k]);
+            hi = fmax(hi, j->in.xyz[3 * i + (size_t)k]);
+        }
+        extent = fmax(extent, hi - lo);
+    }
+    return MESHER_NEARLY * extent;
+}
+
 static void print_counts(const job *j, const char *title, int defects)
 {
     int k, any = 0;
     for (k = 0; k < MESHER_NUM_KINDS; k++) {
         if (mesher_is_defect((mesher_kind)k) != defects || j->report.counts[k] == 0) continue;
-        printf("%-11s %llu x %s%s\n", any++ ? "" : title, (unsigned long long)j->report.counts[k],
-               mesher_kind_string((mesher_kind)k),
-               k != MESHER_NOTE_UNUSED_VERTEX ? "" : j->set.mesher.drop_unused ? ", left out"
-               : ": nodes of the mesh where they are in it; --drop-unused leaves them out");
+        printf("%-11s %llu x %s", any++ ? "" : title, (unsigned long long)j->report.counts[k],
+               mesher_kind_string((mesher_kind)k));
+        if (k == MESHER_NOTE_UNUSED_VERTEX)
+            fputs(j->set.mesher.drop_unused
+                      ? ", left out"
+                      : ": nodes of the mesh where they are in it; --drop-unused leaves them out",
+                  stdout);
+        if (k == MESHER_NOTE_NEAR_VERTEX) printf(": --weld %.2g makes them equal", nearly(j));
+        putchar('\n');
     }
     if (any && (defects || j->set.verbose || j->set.check)) print_findings(j, defects);
 }
@@ -754,22 +794,10 @@ static int code_of(mesher_result result)
     }
 }
 
-/* Reports a failure of the mesher: after a failed recovery the surface is searched for the
- * reason. */
+/* Reports a failure of the mesher. */
 static int fail(job *j, mesher_result result)
 {
     int code = code_of(result);
-    char message[sizeof j->report.message];
-    if (result == MESHER_ERROR_RECOVERY) {
-        mesher_report found = j->report;
-        memcpy(message, j->report.message, sizeof message);
-        if (mesher_check(&j->surface, &j->set.mesher, &found) == MESHER_ERROR_SURFACE) {
-            j->report = found;
-            code = TOOL_BAD_SURFACE;
-        } else {
-            memcpy(j->report.message, message, sizeof message);
-        }
-    }
     clear_progress(j);
     if (code == TOOL_BAD_SURFACE || code == TOOL_NOT_RECOVERED) {
         if (!j->set.quiet) {
@@ -1342,6 +1370,8 @@ static void print_statistics(const job *j)
     uint64_t n = j->out.num_vertices, added = n - j->in.num_vertices;
     printf("input       %s: %llu vertices, %llu triangles\n", j->name,
            (unsigned long long)j->in.num_vertices, (unsigned long long)j->in.num_triangles);
+    if (j->set.weld > 0)
+        printf("weld        %llu vertices put onto others\n", (unsigned long long)j->num_welded);
     print_counts(j, "notes", 0);
     print_division(j);
     if (j->set.output) printf("output      %s\n", j->set.output);
@@ -1404,7 +1434,8 @@ static void json_body(FILE *f, const job *j, int code)
         json_text(f, mesher_kind_string((mesher_kind)k));
         fprintf(f, "\": %llu", (unsigned long long)j->report.counts[k]);
     }
-    fprintf(f, "},\n  \"surface_vertices\": %llu, \"surface_triangles\": %llu,",
+    fprintf(f, "},\n  \"welded_vertices\": %llu,", (unsigned long long)j->num_welded);
+    fprintf(f, "\n  \"surface_vertices\": %llu, \"surface_triangles\": %llu,",
             (unsigned long long)j->surface.num_vertices,
             (unsigned long long)j->surface.num_triangles);
     fprintf(f, "\n  \"vertices\": %llu, \"tets\": %llu, \"cells\": %llu,\n",
@@ -1452,6 +1483,7 @@ static int write_json(const job *j, int code)
 static int run(job *j)
 {
     int code = read_input(j);
+    if (code == TOOL_OK) code = weld(j);
     if (code != TOOL_OK) return code;
     if (!set_surface(j)) {
         complain(j, "out of memory");

@@ -3,6 +3,7 @@
 #define MESHER_IMPLEMENTATION
 #include "mesher.h"
 #include "check.h"
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -490,9 +491,77 @@ static void nearly_equal_corners_are_noted(void)
     f = first_of(MESHER_NOTE_NEAR_VERTEX);
     CHECK(f && cube_triangles[f->vertices[0]] == cube_triangles[f->vertices[1]] &&
           f->vertices[1] < f->vertices[0]);
-    for (i = 0; i < 108; i++) xyz[i] = cube_xyz[3 * cube_triangles[i / 3] + i % 3] + (i / 3) * 1e-6;
+    for (i = 0; i < 108; i++) xyz[i] = cube_xyz[3 * cube_triangles[i / 3] + i % 3] + (i / 3) * 1e-5;
     check_surface(&s, NULL);
     CHECK(count_of(MESHER_NOTE_NEAR_VERTEX) == 0);
+}
+
+/* A cube whose triangles do not quite meet is whole again when welded, and only then. */
+static void welding_closes_a_cube(void)
+{
+    double xyz[108] = {0};
+    uint32_t triangles[36] = {0}, i;
+    uint64_t moved = 0;
+    delaunay_host host;
+    mesher_surface s = surface_of(xyz, 36, triangles, 12);
+    for (i = 0; i < 36; i++) triangles[i] = i;
+    for (i = 0; i < 108; i++)
+        xyz[i] = cube_xyz[3 * cube_triangles[i / 3] + i % 3] + (double)random_below(1000) * 1e-12;
+    check_surface(&s, NULL);
+    CHECK(last.code == MESHER_ERROR_SURFACE && count_of(MESHER_NOTE_NEAR_VERTEX) > 0);
+    CHECK(mesher_weld(xyz, 36, 1e-13, NULL, &moved) == MESHER_OK && moved < 28);
+    CHECK(mesher_weld(xyz, 36, 1e-9, NULL, &moved) == MESHER_OK && moved > 0 && moved <= 28);
+    check_surface(&s, NULL);
+    CHECK(last.code == MESHER_OK && count_of(MESHER_NOTE_OPEN_EDGE) == 0);
+    CHECK(count_of(MESHER_NOTE_DUPLICATE_VERTEX) == 28);
+    CHECK(mesher_weld(xyz, 36, 1e-9, NULL, &moved) == MESHER_OK && moved == 0);
+    xyz[5] = 1e61; /* out of range, and no number: neither moves nor draws others */
+    xyz[7] = (double)NAN;
+    CHECK(mesher_weld(xyz, 36, 10, NULL, &moved) == MESHER_OK && moved > 0);
+    CHECK(xyz[5] == 1e61 && xyz[7] != xyz[7]);
+    CHECK(mesher_weld(xyz, 36, 0, NULL, &moved) == MESHER_ERROR_INVALID_ARGUMENT && moved == 0);
+    CHECK(mesher_weld(xyz, 36, -1, NULL, NULL) == MESHER_ERROR_INVALID_ARGUMENT);
+    CHECK(mesher_weld(xyz, 36, (double)NAN, NULL, NULL) == MESHER_ERROR_INVALID_ARGUMENT);
+    CHECK(mesher_weld(xyz, 36, (double)INFINITY, NULL, NULL) == MESHER_ERROR_INVALID_ARGUMENT);
+    CHECK(mesher_weld(NULL, 36, 1, NULL, NULL) == MESHER_ERROR_INVALID_ARGUMENT);
+    CHECK(mesher_weld(NULL, 0, 1, NULL, NULL) == MESHER_OK);
+    CHECK(mesher_weld(xyz, UINT32_MAX, 1, NULL, NULL) == MESHER_ERROR_TOO_LARGE);
+    memset(&host, 0, sizeof host);
+    host.memory_limit_bytes = 100;
+    CHECK(mesher_weld(xyz, 36, 10, &host, &moved) == MESHER_ERROR_OUT_OF_MEMORY && moved == 0);
+}
+
+static int differ_by(const double *a, const double *b, double most)
+{
+    return fabs(a[0] - b[0]) <= most && fabs(a[1] - b[1]) <= most && fabs(a[2] - b[2]) <= most;
+}
+
+/* By the definition, in square time: on a lattice, whose points are often at just the distance, and
+ * on its images by rounding, far from the origin and near it. */
+static void welding_agrees_with_its_definition(void)
+{
+    enum { N = 300 };
+    static double xyz[3 * N], expected[3 * N];
+    int stays[N], round;
+    for (round = 0; round < 60; round++) {
+        double unit = round % 3 ? ldexp(1.0, (int)random_below(80) - 40) : 0.1;
+        double shift = round % 4 == 3 ? unit * ldexp(1.0, 44 + round % 9) : 0;
+        double distance = unit * (1 + random_below(2));
+        uint64_t moved = 0, wanted = 0;
+        int i, j, k;
+        for (i = 0; i < 3 * N; i++)
+            xyz[i] = unit * ((double)random_below(16) - 8) + (i % 3 == round % 3 ? shift : 0);
+        memcpy(expected, xyz, sizeof xyz);
+        for (i = 0; i < N; i++) {
+            for (j = 0; j < i && !(stays[j] && differ_by(expected + 3 * j, expected + 3 * i,
+                                                         distance)); j++) {}
+            stays[i] = j == i;
+            for (k = 0; k < 3; k++) expected[3 * i + k] = expected[3 * j + k];
+            wanted += !differ_by(expected + 3 * i, xyz + 3 * i, 0);
+        }
+        CHECK(mesher_weld(xyz, N, distance, NULL, &moved) == MESHER_OK);
+        CHECK(moved == wanted && memcmp(xyz, expected, sizeof xyz) == 0);
+    }
 }
 
 static void triangles_again_are_notes(void)
@@ -913,6 +982,8 @@ int main(void)
     numbers_are_checked();
     duplicates_are_welded();
     nearly_equal_corners_are_noted();
+    welding_closes_a_cube();
+    welding_agrees_with_its_definition();
     triangles_again_are_notes();
     orientation_is_noted();
     collinear_triangles_are_defects();

@@ -232,6 +232,23 @@ code 0 $mesh "$T/cube.off" --refine-surface
 code 0 $mesh "$T/cube.off" --layers 4 --refine-surface
 prints '; 0 below 0.35'
 code 2 $mesh "$T/f1.mesh" --size 0.1 --refine-surface --refine-mesh
+
+# ---- corners that a rounding has parted ----
+awk 'NR == FNR { if (FNR > 2 && FNR < 11) split($0, a, " "); for (k = 1; k <= 3; k++) x[FNR - 3, k] = a[k]; next }
+     FNR == 1 { print "solid cube" }
+     FNR > 10 { print "facet normal 0 0 0\nouter loop"
+                for (k = 2; k <= 4; k++)
+                    printf "vertex %.17g %.17g %.17g\n", x[$k, 1] + 1e-12 * FNR, x[$k, 2], x[$k, 3] - 1e-12 * FNR
+                print "endloop\nendfacet" }
+     END { print "endsolid cube" }' "$T/cube.off" "$T/cube.off" > "$T/parted.stl"
+code 5 $mesh "$T/parted.stl"
+prints 'nearly equal vertices: --weld 1e-06 makes them equal'
+code 0 $mesh "$T/parted.stl" --weld 1e-06 --json "$T/w.json"
+prints 'weld *28 vertices put onto others'
+ok 'JSON counts them' grep -q '"welded_vertices": 28' "$T/w.json"
+code 0 $mesh "$T/parted.stl" --weld 1e-06 --check
+code 2 $mesh "$T/f1.mesh" --weld 1 --refine-mesh
+code 2 $mesh "$T/cube.off" --weld -1
 code 5 $mesh "$T/overlap.off" --size 0.1 --refine-surface -o "$T/f3.mesh"
 says 'triangle [0-9]* and triangle [0-9]* '
 ok 'defects of the input' test -s "$T/f3.defects.vtu"
