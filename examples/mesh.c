@@ -57,6 +57,7 @@ static const char help_options[] =
     "  --no-refine          the surface recovered, and nothing else: points inside only where they are\n"
     "                       needed, no improvement (which the program improve can do)\n"
     "  --weld D             vertices that differ by no more than D in each coordinate become one, first of all\n"
+    "  --no-lines           lines of the input are left out: they need not be edges of the mesh\n"
     "  --refine-surface     edges of the surface much longer than the sizes above are halved first, within\n"
     "                       their planes: for good tetrahedra under large triangles\n"
     "  --refine-mesh        INPUT is a tetrahedral mesh: what it has is kept, and points are added where the\n"
@@ -94,8 +95,8 @@ typedef struct settings {
     mesher_options mesher;
     spr_options spr;
     double max_seconds, weld;
-    int order, demo, check, refine_mesh, refine_surface, no_improve, regions_given, ascii, binary,
-        verbose, quiet, progress;
+    int order, demo, check, refine_mesh, refine_surface, no_improve, no_lines, regions_given, ascii,
+        binary, verbose, quiet, progress;
 } settings;
 
 static int parse_regions(const char *name, mesher_regions *regions)
@@ -174,6 +175,7 @@ static int parse_flag(const char *a, settings *s)
     if (strcmp(a, "--check") == 0) s->check = 1;
     else if (strcmp(a, "--no-refine") == 0) s->mesher.no_refine = s->no_improve = 1;
     else if (strcmp(a, "--no-improve") == 0) s->no_improve = 1;
+    else if (strcmp(a, "--no-lines") == 0) s->no_lines = 1;
     else if (strcmp(a, "--drop-unused") == 0) s->mesher.drop_unused = 1;
     else if (strcmp(a, "--refine-mesh") == 0) s->refine_mesh = 1;
     else if (strcmp(a, "--refine-surface") == 0) s->refine_surface = 1;
@@ -619,7 +621,7 @@ static int set_surface(job *j)
     j->surface.num_triangles = j->in.num_triangles;
     j->surface.edges = j->in.edges;
     j->surface.edge_tags = j->in.edge_tags;
-    j->surface.num_edges = j->in.num_edges;
+    j->surface.num_edges = j->set.no_lines ? 0 : j->in.num_edges;
     j->report.findings = (mesher_finding *)malloc(MAX_FINDINGS * sizeof(mesher_finding));
     j->report.cap_findings = MAX_FINDINGS;
     return j->report.findings && take_seeds(j);
@@ -759,6 +761,20 @@ static double nearly(const job *j)
     return MESHER_NEARLY * extent;
 }
 
+/* Has a defect to do with a line? */
+static int line_is_defective(const job *j)
+{
+    size_t i, n = j->surface.num_triangles;
+    for (i = 0; i < j->report.num_findings; i++) {
+        const mesher_finding *f = &j->report.findings[i];
+        const uint32_t *t = f->triangles;
+        if (mesher_is_defect(f->kind) && ((t[0] != DELAUNAY_NO_ID && t[0] >= n) ||
+                                          (t[1] != DELAUNAY_NO_ID && t[1] >= n)))
+            return 1;
+    }
+    return 0;
+}
+
 static void print_counts(const job *j, const char *title, int defects)
 {
     int k, any = 0;
@@ -775,6 +791,8 @@ static void print_counts(const job *j, const char *title, int defects)
         putchar('\n');
     }
     if (any && (defects || j->set.verbose || j->set.check)) print_findings(j, defects);
+    if (defects && line_is_defective(j))
+        puts("            --no-lines leaves the lines of the input out, if they are not needed");
 }
 
 static int code_of(mesher_result result)

@@ -233,6 +233,18 @@ code 0 $mesh "$T/cube.off" --layers 4 --refine-surface
 prints '; 0 below 0.35'
 code 2 $mesh "$T/f1.mesh" --size 0.1 --refine-surface --refine-mesh
 
+# ---- a line through a facet ----
+awk 'BEGIN { print "MeshVersionFormatted 2\nDimension 3\nVertices\n10\n0.3 0.4 -1 0\n0.3 0.5 0.5 0" }
+     FNR > 2 && FNR < 11 { print $1, $2, $3, 0 }
+     FNR == 11 { print "Edges\n1\n1 2 7\nTriangles\n12" }
+     FNR > 10 { print $2 + 3, $3 + 3, $4 + 3, 1 }
+     END { print "End" }' "$T/cube.off" > "$T/line.mesh"
+code 5 $mesh "$T/line.mesh"
+says 'triangle [0-9]* and line 0 intersect'
+prints 'no-lines leaves the lines'
+code 0 $mesh "$T/line.mesh" --no-lines -o "$T/n.mesh"
+ok 'no line is written' sh -c "! grep -q Edges '$T/n.mesh'"
+
 # ---- corners that a rounding has parted ----
 awk 'NR == FNR { if (FNR > 2 && FNR < 11) split($0, a, " "); for (k = 1; k <= 3; k++) x[FNR - 3, k] = a[k]; next }
      FNR == 1 { print "solid cube" }
