@@ -388,8 +388,8 @@ MESHER_API mesher_result mesher_refine_mesh(mesher_domain *domain, const mesher_
  *                   vertex_sizes with the new surface
  *   report    out   may be NULL
  *
- * Returns   MESHER_OK; _STOPPED_BY_BUDGET: max_vertices or max_seconds, what is there is usable;
- *           others as mesher_mesh, with findings
+ * Returns   MESHER_OK; _STOPPED_BY_BUDGET: max_vertices, max_seconds, or half as many triangles as
+ *           max_tets: what is there is usable; others as mesher_mesh, with findings
  * Cost      of a mesh without refinement, and a microsecond or two for each triangle made, in one
  *           thread
  * Repeats   same bytes for any thread count, unless max_seconds ends it */
@@ -9914,10 +9914,12 @@ static mesher_result mesher__division_ends(const mesher__divider *d, uint64_t ro
 /* The edge of a side is too long: halves it, unless that is in vain. */
 static mesher_result mesher__divide_at(mesher__divider *d, uint32_t side)
 {
-    uint64_t most = d->domain->options.max_vertices;
+    const mesher_options *o = &d->domain->options;
     size_t count = mesher__ring_to_split(d, side);
     if (count == 0 || !mesher__is_worth_it(d, side)) return MESHER_OK;
-    if (most && d->num_vertices >= most) return MESHER_STOPPED_BY_BUDGET;
+    if ((o->max_vertices && d->num_vertices >= o->max_vertices) ||
+        (o->max_tets && d->num + count > o->max_tets / 2))
+        return MESHER_STOPPED_BY_BUDGET;
     if (d->num_vertices >= UINT32_MAX - 32 || d->num + count >= UINT32_MAX / 3 - 16)
         return MESHER_ERROR_TOO_LARGE;
     if (!mesher__divider_room(d, count)) return MESHER_ERROR_OUT_OF_MEMORY;

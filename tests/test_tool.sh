@@ -227,6 +227,8 @@ ok 'same bytes' cmp "$T/f1.mesh" "$T/f2.mesh"
 code 0 $mesh "$T/f1.mesh" # its triangles bound it
 code 0 $mesh "$T/twice.off" --ball 0,0,0,0.1,0.1 --refine-surface
 code 1 $mesh "$T/cube.off" --size 0.1 --refine-surface --max-vertices 100 -o "$T/f2.mesh"
+code 1 $mesh "$T/cube.off" --size 0.01 --refine-surface --max-tets 1000 --json "$T/f.json"
+ok 'max-tets counts for triangles' sh -c "test \$(sed -n 's/.*\"surface_triangles\": \([0-9]*\),.*/\1/p' '$T/f.json') -le 500"
 says 'a budget ended the division'
 code 0 $mesh "$T/cube.off" --refine-surface
 code 0 $mesh "$T/cube.off" --layers 4 --refine-surface
