@@ -3501,7 +3501,8 @@ static uint32_t mesher__off_plane(const mesher__recovery *r, const uint32_t *f)
     return v;
 }
 
-/* All mesh edges that pierce a facet whose three edges are there. */
+/* The mesh edges that pierce a facet whose three edges are there; of many, those that are met first
+ * on the way in from its edges. */
 static void mesher__walk_facet(mesher__recovery *r, const uint32_t *f)
 {
     mesher__pipe *p = &r->pipe;
@@ -3534,10 +3535,7 @@ static void mesher__walk_facet(mesher__recovery *r, const uint32_t *f)
                 mesher__pipe_block(p, 2, a, b, 0);
                 return;
             }
-            if (p->num_edges == MESHER__PIPE) {
-                p->too_long = 1;
-                return;
-            }
+            if (p->num_edges == MESHER__PIPE) return;
             p->edges[p->num_edges][0] = a;
             p->edges[p->num_edges][1] = b;
             p->edge_tets[p->num_edges++] = t;
@@ -5378,7 +5376,7 @@ static int mesher__recover_facet(mesher__recovery *r, uint32_t f, const mesher__
         if (!mesher__edges_present(r, v)) return 0;
         mesher__walk_facet(r, v);
         if (r->status != MESHER_OK || mesher__report_facet(r, f)) return 0;
-        if (r->pipe.too_long || r->pipe.num_edges == 0) return 0;
+        if (r->pipe.num_edges == 0) return 0;
         mesher__windows_of_facet(r, effort->level, effort->max_points);
         if (!mesher__try_windows(r, DELAUNAY_FEWER_EDGES, v, effort, &r->facet_present[f], 1))
             return r->facet_present[f];
@@ -6902,7 +6900,7 @@ static int mesher__facet_points(mesher__recovery *r)
         if (r->facet_present[r->wanted[i]] || !mesher__edges_present(r, v)) continue;
         mesher__walk_facet(r, v);
         if (r->status != MESHER_OK || mesher__report_facet(r, r->wanted[i])) return any;
-        if (r->pipe.too_long || r->pipe.num_edges == 0 || !mesher__point_for_facet(r)) continue;
+        if (r->pipe.num_edges == 0 || !mesher__point_for_facet(r)) continue;
         any = 1;
         mesher__recover_facet(r, r->wanted[i], &after);
     }
@@ -7287,7 +7285,7 @@ static int mesher__split_facet(mesher__recovery *r, uint32_t f)
     memcpy(v, r->facets + 3 * (size_t)f, sizeof v);
     if (!mesher__split_room(r) || !mesher__edges_present(r, v)) return 0;
     mesher__walk_facet(r, v);
-    if (r->status != MESHER_OK || mesher__report_facet(r, f) || r->pipe.too_long) return 0;
+    if (r->status != MESHER_OK || mesher__report_facet(r, f)) return 0;
     mesher__windows_of_facet(r, 0, DELAUNAY_WINDOW_VERTICES);
     mesher__windows_by_share(r, 1);
     for (i = 0; i < r->pipe.num_edges && !done; i++) {

@@ -387,6 +387,36 @@ static void interlocked_tori_and_near_spheres(void)
     shape_free(&s);
 }
 
+/* A strip of many small triangles hovers over two large ones, along the longest way across them:
+ * thousands of its edges stick through, more than are looked at in one go. */
+static void large_facets_beside_small_ones(void)
+{
+    enum { LONG = 700, WIDE = 3 };
+    shape s = {0};
+    double w = 1.2 / LONG;
+    uint32_t q[4], first, i, j;
+    random_box(&s, 1, 1, 1, 1);
+    transform(&s, 0, 4, -2); /* z from 2 to 6 */
+    for (i = 0; i < 4; i++) q[i] = add_vertex(&s, i & 1 ? 0.5 : -0.5, i & 2 ? 0.5 : -0.5, 4);
+    add_triangle(&s, q[0], q[1], q[3]);
+    add_triangle(&s, q[0], q[3], q[2]);
+    first = (uint32_t)s.num_vertices;
+    for (i = 0; i <= LONG; i++)
+        for (j = 0; j <= WIDE; j++) {
+            double x = (i + 0.6 * random_unit() - 0.3) * w - 0.6;
+            double y = (j + 0.6 * random_unit() - 0.3 - WIDE / 2.0) * w;
+            add_vertex(&s, (x + y) / sqrt(2.0), (y - x) / sqrt(2.0), 4 + 1e-6 * (1e-3 + random_unit()));
+        }
+    for (i = 0; i < LONG; i++)
+        for (j = 0; j < WIDE; j++) {
+            uint32_t a = first + (WIDE + 1) * i + j, b = a + WIDE + 1;
+            add_triangle(&s, a, b, b + 1);
+            add_triangle(&s, a, b + 1, a + 1);
+        }
+    recovered(&s, "large facets beside small ones");
+    shape_free(&s);
+}
+
 static void sheets_and_dangling_edges(void)
 {
     shape s = {0};
@@ -610,6 +640,7 @@ int main(int argc, char **argv)
         needles_in_planes_of_single_precision_need_one_attempt();
         vertices_of_constraints_are_not_removed();
         interlocked_tori_and_near_spheres();
+        large_facets_beside_small_ones();
         sheets_and_dangling_edges();
         isolated_points_on_the_surface_stay_out();
         duplicates_change_nothing();
