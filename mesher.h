@@ -377,9 +377,9 @@ MESHER_API mesher_result mesher_refine_mesh(mesher_domain *domain, const mesher_
 /* A surface of the same shape with edges as short as the sizes ask for, for who does not need his
  * own triangles back: tetrahedra under triangles that are much larger than they are cannot be
  * good. Edges more than 1.4 times too long are halved, the longest first; between triangles of one
- * tag in a plane (bent by no more than 1e-4, or a ten millionth of the surface's extent) diagonals
- * are flipped. Needles that no plane joins to others stay as long as they are. Lines are divided
- * too, equal vertices become one.
+ * tag in a plane (bent by no more than 1e-4, or by no more than 0.1 and low, a ten millionth of the
+ * surface's extent) diagonals are flipped. Needles that no plane joins to others stay as long as
+ * they are. Lines are divided too, equal vertices become one.
  *
  *   fine      out   fine->surface is what to mesh next; on failure zeroed
  *   surface   in    may have any tags, sheets and lines
@@ -9499,9 +9499,11 @@ static double mesher__field_at(const mesher__field *field, const double *x, dela
 #  define MESHER__TOO_LONG 1.4142
 /* Needles narrower than this share of what is wanted only become more by division. */
 #  define MESHER__WIDE 0.4
-/* Two triangles are of one plane if they are bent by no more than this angle, or lie within this
- * share of the surface's extent (files in single precision, or of six digits). */
+/* Two triangles are of one plane if they are bent by no more than this angle, or by no more than
+ * the second and lie within that share of the surface's extent (files in single precision, or of
+ * six digits). */
 #  define MESHER__BEND        1e-4
+#  define MESHER__BEND_LOW    0.1
 #  define MESHER__PLANE_SHARE 1e-7
 /* What is lower than this share of the largest coordinate could be turned by rounding. */
 #  define MESHER__LOW_SHARE 1e-12
@@ -9646,20 +9648,23 @@ static double mesher__dot_from(const double *o, const double *a, const double *b
            (a[2] - o[2]) * (b[2] - o[2]);
 }
 
-/* Do triangles abc and bae lie in a plane? */
+/* Do triangles abc and bae lie in a plane, side by side? */
 static int mesher__is_plane(const mesher__divider *d, const double *a, const double *b,
                             const double *c, const double *e)
 {
-    double n[4][3], l[4], volume = 0, most = 0;
+    double n[4][3], l[4], volume = 0, most = 0, along = 0, bend;
     int k;
     l[0] = mesher__normal(a, b, c, n[0]);
     l[1] = mesher__normal(b, a, e, n[1]);
     l[2] = mesher__normal(c, a, e, n[2]);
     l[3] = mesher__normal(e, b, c, n[3]);
     for (k = 0; k < 3; k++) volume += (e[k] - a[k]) * n[0][k];
+    for (k = 0; k < 3; k++) along += n[0][k] * n[1][k];
     for (k = 0; k < 4; k++) most = most > l[k] ? most : l[k];
-    return fabs(volume) * mesher__distance(a, b) <= MESHER__BEND * l[0] * l[1] ||
-           fabs(volume) <= MESHER__PLANE_SHARE * d->extent * most;
+    if (!(along > 0)) return 0; /* folded */
+    bend = fabs(volume) * mesher__distance(a, b) / (l[0] * l[1]);
+    return bend <= MESHER__BEND || (bend <= MESHER__BEND_LOW &&
+                                    fabs(volume) <= MESHER__PLANE_SHARE * d->extent * most);
 }
 
 /* Are the angles of triangles abc and bae at c and e more than two right ones? */

@@ -422,6 +422,58 @@ static void test_shapes(void)
         }
 }
 
+/* A box with tiny spikes on its top, lower than what counts as a plane elsewhere: their sides are
+ * not taken for a part of that, and do not fold. */
+static void test_spikes(void)
+{
+    enum { SIDE = 6 };
+    static const uint32_t around[5] = {0, 1, 3, 2, 0};
+    int round;
+    for (round = 0; round < 24; round++) {
+        shape s = {0};
+        mesher_fine_surface fine;
+        mesher_options o = sized(0.1);
+        mesher_surface given;
+        double step = pow(10, -7 - round % 6);
+        uint32_t i, j, rim[4 * SIDE + 1];
+        for (i = 0; i < 8; i++)
+            add_vertex(&s, i & 1 ? 0.5 : -0.5, i & 2 ? 0.5 : -0.5, i < 4 ? -1 : 0);
+        for (i = 0; i <= SIDE; i++)
+            for (j = 0; j <= SIDE; j++)
+                add_vertex(&s, (j - SIDE / 2.0) * step, (i - SIDE / 2.0) * step,
+                           i % SIDE && j % SIDE ? 6 * step * random_unit() : 0);
+        for (i = 0; i < SIDE; i++) {
+            rim[i] = 8 + i;
+            rim[SIDE + i] = 8 + (SIDE + 1) * i + SIDE;
+            rim[2 * SIDE + i] = 8 + (SIDE + 1) * SIDE + SIDE - i;
+            rim[3 * SIDE + i] = 8 + (SIDE + 1) * (SIDE - i);
+            for (j = 0; j < SIDE; j++) {
+                uint32_t a = 8 + (SIDE + 1) * i + j, b = a + SIDE + 1;
+                add_triangle(&s, a, a + 1, b + 1);
+                add_triangle(&s, a, b + 1, b);
+            }
+        }
+        rim[4 * SIDE] = rim[0];
+        for (i = 0; i < 4; i++) {
+            uint32_t a = around[i], b = around[i + 1];
+            add_triangle(&s, a, b, 4 + b);
+            add_triangle(&s, a, 4 + b, 4 + a);
+            add_triangle(&s, 4 + a, 4 + b, rim[SIDE * i + SIDE]);
+            for (j = 0; j < SIDE; j++)
+                add_triangle(&s, 4 + a, rim[SIDE * i + j + 1], rim[SIDE * i + j]);
+        }
+        add_triangle(&s, 0, 2, 3);
+        add_triangle(&s, 0, 3, 1);
+        given = surface_of(&s);
+        CHECK(is_closed(&given) && mesher_check(&given, NULL, NULL) == MESHER_OK);
+        CHECK(mesher_refine_surface(&fine, &given, &o, NULL) == MESHER_OK);
+        CHECK(is_closed(&fine.surface) && fine.surface.num_triangles > 1000);
+        CHECK(mesher_check(&fine.surface, NULL, NULL) == MESHER_OK);
+        mesher_fine_surface_free(&fine);
+        shape_free(&s);
+    }
+}
+
 int main(void)
 {
     test_box();
@@ -431,5 +483,6 @@ int main(void)
     test_sizes();
     test_failures();
     test_shapes();
+    test_spikes();
     return check_report();
 }
