@@ -178,7 +178,7 @@ typedef struct mesher_options {
     uint64_t max_vertices, max_tets; double max_seconds; /* budgets of refinement; 0: none */
 } mesher_options;
 
-#define MESHER_NEARLY 1e-6
+#define MESHER_NEARLY 1e-6 /* of the extent of a surface: see MESHER_NOTE_NEAR_VERTEX */
 
 /* Defects make a surface invalid; notes do not. */
 typedef enum mesher_kind {
@@ -1100,7 +1100,7 @@ static size_t mesher__open_ends(const mesher_domain *domain, const uint32_t *ope
     return n;
 }
 
-/* A note for each end of an open edge that is near a smaller one. */
+/* A note for each end of an open edge that welding would put onto a smaller one. */
 static mesher_result mesher__note_near(mesher_domain *domain, const uint32_t *open, size_t num,
                                        mesher_report *report)
 {
@@ -1123,9 +1123,8 @@ static mesher_result mesher__note_near(mesher_domain *domain, const uint32_t *op
     result = mesher__near_init(&grid, memory, surface->xyz, surface->num_vertices, n, distance);
     for (i = 0; i < n && result == MESHER_OK; i++) {
         best = mesher__near_find(&grid, ends[i]);
-        if (best != DELAUNAY_NO_ID)
-            mesher__add_vertex_finding(report, MESHER_NOTE_NEAR_VERTEX, surface, ends[i], best);
-        mesher__near_add(&grid, ends[i]);
+        if (best == DELAUNAY_NO_ID) mesher__near_add(&grid, ends[i]);
+        else mesher__add_vertex_finding(report, MESHER_NOTE_NEAR_VERTEX, surface, ends[i], best);
     }
 done:
     mesher__near_free(&grid, memory);
