@@ -760,50 +760,6 @@ static int mesher__element(const mesher_surface *surface, uint32_t id, const uin
     return 2;
 }
 
-/* What makes every further look meaningless: indices, NaN, range. Returns the number of
- * offences. */
-static uint64_t mesher__check_numbers(const mesher_surface *surface, mesher_report *report)
-{
-    uint64_t before = mesher__count_defects(report);
-    size_t elements = surface->num_triangles + surface->num_edges, i;
-    double lo[3] = {DBL_MAX, DBL_MAX, DBL_MAX}, hi[3] = {-DBL_MAX, -DBL_MAX, -DBL_MAX};
-    int j, n;
-    for (i = 0; i < elements; i++) {
-        const uint32_t *v;
-        n = mesher__element(surface, (uint32_t)i, &v);
-        for (j = 0; j < n; j++)
-            if (v[j] >= surface->num_vertices) {
-                mesher_report_add(report, MESHER_DEFECT_INDEX, (uint32_t)i, DELAUNAY_NO_ID, v[j],
-                                  DELAUNAY_NO_ID, DELAUNAY_NO_ID, NULL);
-                break;
-            }
-    }
-    for (i = 0; i < surface->num_vertices; i++) {
-        const double *x = mesher__point(surface, (uint32_t)i);
-        int finite = 1, distant = 0;
-        for (j = 0; j < 3; j++) {
-            if (!(fabs(x[j]) <= DBL_MAX)) finite = 0;
-            else if (fabs(x[j]) > MESHER__LARGEST_COORDINATE) distant = 1;
-            if (x[j] < lo[j]) lo[j] = x[j];
-            if (x[j] > hi[j]) hi[j] = x[j];
-        }
-        if (!finite || distant)
-            mesher__add_vertex_finding(report,
-                                       finite ? MESHER_DEFECT_RANGE : MESHER_DEFECT_NOT_FINITE,
-                                       surface, (uint32_t)i, DELAUNAY_NO_ID);
-    }
-    if (surface->num_vertices && mesher__count_defects(report) == before) {
-        double extent = 0;
-        for (j = 0; j < 3; j++)
-            if (hi[j] - lo[j] > extent) extent = hi[j] - lo[j];
-        if (extent > 0 && extent < MESHER__SMALLEST_EXTENT)
-            mesher_report_add(report, MESHER_DEFECT_RANGE, DELAUNAY_NO_ID, DELAUNAY_NO_ID,
-                              DELAUNAY_NO_ID, DELAUNAY_NO_ID, DELAUNAY_NO_ID,
-                              mesher__point(surface, 0));
-    }
-    return mesher__count_defects(report) - before;
-}
-
 /* The largest extent of the vertices along an axis, and the largest coordinate. */
 static double mesher__extent(const mesher_surface *surface, double *largest)
 {
@@ -823,6 +779,45 @@ static double mesher__extent(const mesher_surface *surface, double *largest)
         if (fabs(hi) > *largest) *largest = fabs(hi);
     }
     return extent;
+}
+
+/* What makes every further look meaningless: indices, NaN, range. Returns the number of
+ * offences. */
+static uint64_t mesher__check_numbers(const mesher_surface *surface, mesher_report *report)
+{
+    uint64_t before = mesher__count_defects(report);
+    size_t elements = surface->num_triangles + surface->num_edges, i;
+    int j, n;
+    for (i = 0; i < elements; i++) {
+        const uint32_t *v;
+        n = mesher__element(surface, (uint32_t)i, &v);
+        for (j = 0; j < n; j++)
+            if (v[j] >= surface->num_vertices) {
+                mesher_report_add(report, MESHER_DEFECT_INDEX, (uint32_t)i, DELAUNAY_NO_ID, v[j],
+                                  DELAUNAY_NO_ID, DELAUNAY_NO_ID, NULL);
+                break;
+            }
+    }
+    for (i = 0; i < surface->num_vertices; i++) {
+        const double *x = mesher__point(surface, (uint32_t)i);
+        int finite = 1, distant = 0;
+        for (j = 0; j < 3; j++) {
+            if (!(fabs(x[j]) <= DBL_MAX)) finite = 0;
+            else if (fabs(x[j]) > MESHER__LARGEST_COORDINATE) distant = 1;
+        }
+        if (!finite || distant)
+            mesher__add_vertex_finding(report,
+                                       finite ? MESHER_DEFECT_RANGE : MESHER_DEFECT_NOT_FINITE,
+                                       surface, (uint32_t)i, DELAUNAY_NO_ID);
+    }
+    if (surface->num_vertices && mesher__count_defects(report) == before) {
+        double largest, extent = mesher__extent(surface, &largest);
+        if (extent > 0 && extent < MESHER__SMALLEST_EXTENT)
+            mesher_report_add(report, MESHER_DEFECT_RANGE, DELAUNAY_NO_ID, DELAUNAY_NO_ID,
+                              DELAUNAY_NO_ID, DELAUNAY_NO_ID, DELAUNAY_NO_ID,
+                              mesher__point(surface, 0));
+    }
+    return mesher__count_defects(report) - before;
 }
 
 static uint64_t mesher__hash_point(const double *x)
@@ -1054,38 +1049,31 @@ static int mesher__is_near(const double *x, const double *y, double distance)
            fabs(x[2] - y[2]) <= distance;
 }
 
-/* The smallest point of the grid that is near point v, or NO_ID. What is near lies in the cell of v
- * or in one of the seven that its nearest corner touches. */
-static uint32_t mesher__near_find(const mesher__near_grid *grid, uint32_t v)
+/* The smallest point of the grid that is near point v; if there is none, v becomes one, and the
+ * answer is NO_ID. What is near lies in the cell of v or in one of the seven that its nearest
+ * corner touches. */
+static uint32_t mesher__near_or_add(mesher__near_grid *grid, uint32_t v)
 {
     const double *x = grid->xyz + 3 * (size_t)v;
     double cell[3], other[3], at[3];
     uint32_t best = DELAUNAY_NO_ID, u;
+    size_t slot = 0;
     int d, k;
     for (k = 0; k < 3; k++) {
         double q = x[k] / grid->distance / 2;
         cell[k] = floor(q);
         other[k] = cell[k] + (q - cell[k] < 0.5 ? -1 : 1);
     }
-    for (d = 0; d < 8; d++) {
+    for (d = 7; d >= 0; d--) { /* its own cell last */
         for (k = 0; k < 3; k++) at[k] = d >> k & 1 ? other[k] : cell[k];
-        u = grid->first[(size_t)mesher__hash_point(at) & grid->mask];
-        for (; u != DELAUNAY_NO_ID; u = grid->next[u])
+        slot = (size_t)mesher__hash_point(at) & grid->mask;
+        for (u = grid->first[slot]; u != DELAUNAY_NO_ID; u = grid->next[u])
             if (u < best && mesher__is_near(x, grid->xyz + 3 * (size_t)u, grid->distance)) best = u;
     }
-    return best;
-}
-
-static void mesher__near_add(mesher__near_grid *grid, uint32_t v)
-{
-    const double *x = grid->xyz + 3 * (size_t)v;
-    double cell[3];
-    size_t slot;
-    int k;
-    for (k = 0; k < 3; k++) cell[k] = floor(x[k] / grid->distance / 2);
-    slot = (size_t)mesher__hash_point(cell) & grid->mask;
+    if (best != DELAUNAY_NO_ID) return best;
     grid->next[v] = grid->first[slot];
     grid->first[slot] = v;
+    return DELAUNAY_NO_ID;
 }
 
 /* Ends of open edges, each once, ascending; their number. */
@@ -1122,9 +1110,9 @@ static mesher_result mesher__note_near(mesher_domain *domain, const uint32_t *op
     n = mesher__open_ends(domain, open, num, seen, ends);
     result = mesher__near_init(&grid, memory, surface->xyz, surface->num_vertices, n, distance);
     for (i = 0; i < n && result == MESHER_OK; i++) {
-        best = mesher__near_find(&grid, ends[i]);
-        if (best == DELAUNAY_NO_ID) mesher__near_add(&grid, ends[i]);
-        else mesher__add_vertex_finding(report, MESHER_NOTE_NEAR_VERTEX, surface, ends[i], best);
+        best = mesher__near_or_add(&grid, ends[i]);
+        if (best != DELAUNAY_NO_ID)
+            mesher__add_vertex_finding(report, MESHER_NOTE_NEAR_VERTEX, surface, ends[i], best);
     }
 done:
     mesher__near_free(&grid, memory);
@@ -2414,7 +2402,7 @@ typedef struct mesher__pipe {
     delaunay_handle  edge_tets[MESHER__PIPE];    /* ... and a tetrahedron of each */
     delaunay_handle  tets[MESHER__PIPE];
     uint32_t num_crossings, num_edges, num_tets;
-    int      too_long;
+    int      too_long;                           /* an edge's: it is given up */
     uint32_t vertex;                             /* exactly on the edge or facet; 0: none */
     int blocked; /* by a constraint of the mesh with so many vertices: */
     uint32_t blocker[3];
@@ -9655,12 +9643,12 @@ static int mesher__is_plane(const mesher__divider *d, const double *a, const dou
     int k;
     l[0] = mesher__normal(a, b, c, n[0]);
     l[1] = mesher__normal(b, a, e, n[1]);
+    for (k = 0; k < 3; k++) along += n[0][k] * n[1][k];
+    if (!(along > 0)) return 0; /* folded */
     l[2] = mesher__normal(c, a, e, n[2]);
     l[3] = mesher__normal(e, b, c, n[3]);
     for (k = 0; k < 3; k++) volume += (e[k] - a[k]) * n[0][k];
-    for (k = 0; k < 3; k++) along += n[0][k] * n[1][k];
     for (k = 0; k < 4; k++) most = most > l[k] ? most : l[k];
-    if (!(along > 0)) return 0; /* folded */
     bend = fabs(volume) * mesher__distance(a, b) / (l[0] * l[1]);
     return bend <= MESHER__BEND || (bend <= MESHER__BEND_LOW &&
                                     fabs(volume) <= MESHER__PLANE_SHARE * d->extent * most);
@@ -13277,11 +13265,8 @@ MESHER_API mesher_result mesher_weld(double *xyz, size_t num_vertices, double di
         if (!(fabs(x[0]) <= MESHER__LARGEST_COORDINATE &&
               fabs(x[1]) <= MESHER__LARGEST_COORDINATE && fabs(x[2]) <= MESHER__LARGEST_COORDINATE))
             continue;
-        onto = mesher__near_find(&grid, v);
-        if (onto == DELAUNAY_NO_ID) {
-            mesher__near_add(&grid, v);
-            continue;
-        }
+        onto = mesher__near_or_add(&grid, v);
+        if (onto == DELAUNAY_NO_ID) continue;
         moved += !mesher__is_near(x, xyz + 3 * (size_t)onto, 0);
         memcpy(x, xyz + 3 * (size_t)onto, 3 * sizeof *x);
     }
