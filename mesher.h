@@ -2336,6 +2336,7 @@ MESHER_API mesher_result mesher_empty_mesh(mesher_domain *domain, mesher_report 
  * meets a constrained facet or edge of the mesh proves that the surface intersects itself. */
 enum {
     MESHER__PIPE = 2048,        /* crossings or tetrahedra around one edge or facet at most */
+    MESHER__LONG_PIPE = 32,     /* an edge's with more crossings: points on it only, at first */
     MESHER__MAX_WINDOWS = 4000, /* around one edge or facet */
     MESHER__PIECES = 16384,     /* of split edges, and of facets, at most; a power of two */
     MESHER__SECTOR_GROWTH = 300, /* tetrahedra that a sector takes in from behind it at most */
@@ -2346,6 +2347,7 @@ enum {
     MESHER__ATTEMPTS = 6,    /* at the whole, with other places of points, ... */
     MESHER__FLIP_ATTEMPTS = 3, /* ... of them by flips first, each in another order, and ... */
     MESHER__FEW_SPLITS = 1000, /* ... with points on so many missing edges at the end, ... */
+    MESHER__LAST_EDGES = 8,    /* ... and within for so many that these do not bring, ... */
     MESHER__FEW_POINTS = 4,    /* ... after so many within for each of them; these points stop
                                   where edges stay or come for so many rounds: */
     MESHER__SPLIT_STAYS = 6, MESHER__SPLIT_RISES = 3,
@@ -2402,7 +2404,7 @@ typedef struct mesher__pipe {
     delaunay_handle  edge_tets[MESHER__PIPE];    /* ... and a tetrahedron of each */
     delaunay_handle  tets[MESHER__PIPE];
     uint32_t num_crossings, num_edges, num_tets;
-    int      too_long;                           /* an edge's: it is given up */
+    int      too_long;                           /* an edge's: its end is not known */
     uint32_t vertex;                             /* exactly on the edge or facet; 0: none */
     int blocked; /* by a constraint of the mesh with so many vertices: */
     uint32_t blocker[3];
@@ -5335,8 +5337,10 @@ static void mesher__edge_levels(mesher__recovery *r)
             mesher__list_edges(r, 1);
             if (r->defects || r->absent) return;
             if (r->first && r->num_missing_edges > MESHER__FEW_EDGES) return;
-            for (i = 0; i < r->num_wanted && !mesher__stopped(r); i++)
+            for (i = 0; i < r->num_wanted && !mesher__stopped(r); i++) {
+                if (r->first && r->order[i] >> 32 > MESHER__LONG_PIPE) break;
                 progress |= mesher__recover_edge(r, r->wanted[i], &efforts[l]);
+            }
             mesher__tell(r, "edges at level", (int)l);
             if (r->status != MESHER_OK) return;
             if (!progress) break;
@@ -6820,6 +6824,7 @@ static int mesher__points_for_edge(mesher__recovery *r, uint32_t e)
         mesher__walk_edge(r, v[0], v[1]);
         if (r->status != MESHER_OK || mesher__report_edge(r, e)) return changed;
         if (r->pipe.too_long || r->pipe.num_crossings == 0) return changed;
+        if (r->first && r->pipe.num_crossings > MESHER__LONG_PIPE) return changed;
         if (!(r->first && mesher__point_for_edge(r, e, 5, 1, 1, &gain)) &&
             !mesher__point_for_edge(r, e, 4, 1, -1e9, &gain)) {
             if (r->status != MESHER_OK) return 0;
@@ -6927,8 +6932,8 @@ static int mesher__remove_point(mesher__recovery *r, uint32_t v, uint32_t max_po
 }
 
 /* The facets of a vertex's star as the shell; 0 if it is too large, or has a constraint at the
- * vertex. */
-static int mesher__shell_of_star(mesher__recovery *r, uint32_t v)
+ * vertex, unless it may be held by some. */
+static int mesher__shell_of_star(mesher__recovery *r, uint32_t v, int held)
 {
     size_t i;
     int k;
@@ -6940,8 +6945,8 @@ static int mesher__shell_of_star(mesher__recovery *r, uint32_t v)
         const uint8_t *o = delaunay_facet_order(local);
         if (r->num_shell == DELAUNAY_WINDOW_FACETS) return 0;
         for (k = 0; k < 3; k++) {
-            if (r->mesh->flags[r->star.items[i]] &
-                DELAUNAY_EDGE_BIT(delaunay_edge_between(local, o[k])))
+            if (!held && r->mesh->flags[r->star.items[i]] &
+                             DELAUNAY_EDGE_BIT(delaunay_edge_between(local, o[k])))
                 return 0;
             r->shell[r->num_shell][k] = t->v[o[k]];
         }
@@ -6956,7 +6961,7 @@ static int mesher__collapse_point(mesher__recovery *r, uint32_t v)
 {
     const uint32_t (*shell)[3] = (const uint32_t (*)[3])r->shell;
     uint32_t i, j, n;
-    if (!mesher__shell_of_star(r, v)) return 0;
+    if (!mesher__shell_of_star(r, v, 0)) return 0;
     mesher__set_clear(&r->known);
     for (i = 0; i < 3 * r->num_shell && r->status == MESHER_OK; i++) {
         uint32_t u = shell[i / 3][i % 3];
@@ -7014,12 +7019,13 @@ static int mesher__point_goes(mesher__recovery *r, uint32_t v, uint32_t max_poin
     return mesher__collapse_point(r, v) || mesher__remove_point(r, v, max_points, max_nodes);
 }
 
-/* Takes out what points of ours can go; 1 if one could. Where nothing else will be in the mesh they
- * are worth more effort than where refinement adds points anyway. */
-static int mesher__remove_points(mesher__recovery *r)
+/* Takes out what points of ours can go; 1 if one could. They are worth more effort where they are
+ * in the way of points on the surface, or nothing else will be in the mesh, than where refinement
+ * adds points anyway. */
+static int mesher__remove_points(mesher__recovery *r, int in_way)
 {
     uint32_t start = r->removed;
-    int few = r->domain->options.no_refine, pass;
+    int few = in_way || r->domain->options.no_refine, pass;
     for (pass = 0; pass < (few ? 12 : 4); pass++) {
         uint32_t before = r->removed, v;
         for (v = r->mesh->num_vertices; v-- > r->num_rows && !mesher__stopped(r);)
@@ -7221,6 +7227,35 @@ static int mesher__splitting_point(mesher__recovery *r, const double *a, const d
     return 0;
 }
 
+/* Leaves of a pipe of an edge the crossings in its middle. */
+static void mesher__pipe_middle(mesher__pipe *p)
+{
+    uint32_t i, j;
+    memmove(p->crossings, p->crossings + (p->num_crossings - MESHER__LONG_PIPE) / 2,
+            MESHER__LONG_PIPE * sizeof *p->crossings);
+    p->num_crossings = MESHER__LONG_PIPE;
+    for (p->num_tets = i = 0; i < 2 * MESHER__LONG_PIPE; i++) {
+        delaunay_handle t = p->crossings[i / 2].tets[i % 2];
+        for (j = 0; j < p->num_tets && p->tets[j] != t; j++) {}
+        if (j == p->num_tets) p->tets[p->num_tets++] = t;
+    }
+}
+
+/* A window and a place in it for a point on a missing edge whose pipe is known. Of a long pipe in
+ * the middle: its halves are shorter, and windows all along it would take longer than both. Few
+ * kinds of windows first: flips bring in most pieces, wherever they end. */
+static int mesher__edge_split_point(mesher__recovery *r, uint32_t a, uint32_t b, double *x)
+{
+    int longer = r->pipe.num_crossings > MESHER__LONG_PIPE, level, found = 0;
+    if (longer) mesher__pipe_middle(&r->pipe);
+    for (level = longer || r->first ? 5 : 4; level >= 4 && !found; level--) {
+        mesher__windows_of_edge(r, level, DELAUNAY_WINDOW_VERTICES);
+        mesher__windows_by_share(r, 0);
+        found = mesher__splitting_point(r, mesher__x(r, a), mesher__x(r, b), 0, x);
+    }
+    return found;
+}
+
 /* Puts a point on a missing edge, and on the facets that have it. */
 static int mesher__split_edge(mesher__recovery *r, uint32_t e)
 {
@@ -7229,12 +7264,8 @@ static int mesher__split_edge(mesher__recovery *r, uint32_t e)
     double x[3];
     if (!mesher__split_room(r)) return 0;
     mesher__walk_edge(r, a, b);
-    if (r->status != MESHER_OK || mesher__report_edge(r, e) || r->pipe.too_long ||
-        !r->pipe.num_crossings)
-        return 0;
-    mesher__windows_of_edge(r, 4, DELAUNAY_WINDOW_VERTICES);
-    mesher__windows_by_share(r, 0);
-    if (!mesher__splitting_point(r, mesher__x(r, a), mesher__x(r, b), 0, x)) return 0;
+    if (r->status != MESHER_OK || mesher__report_edge(r, e) || !r->pipe.num_crossings) return 0;
+    if (!mesher__edge_split_point(r, a, b, x)) return 0;
     memset(split, 0, sizeof *split);
     if (!mesher__facets_of_edge(r, e, split) || !mesher__star_window(r, &r->window, x)) return 0;
     s = r->mesh->num_vertices - 1;
@@ -7309,7 +7340,7 @@ static void mesher__relax_points(mesher__recovery *r)
     for (round = 0; round < 3; round++)
         for (v = r->num_rows; v < r->mesh->num_vertices && !mesher__stopped(r); v++) {
             if (!r->mesh->vertex_tet[v] || (v < r->cap_at && r->missing_edges_at[v]) ||
-                !mesher__shell_of_star(r, v))
+                !mesher__shell_of_star(r, v, 0))
                 continue; /* a point of the surface stays, even if all its edges are missing */
             r->work += 20 * (uint64_t)r->num_shell;
             if (mesher__kernel(r, x) > 0) memcpy(r->mesh->vertices[v].x, x, sizeof x);
@@ -7334,13 +7365,28 @@ static int mesher__course_fails(mesher__course *c, uint32_t missing)
     return c->rises == MESHER__SPLIT_RISES || c->stays == MESHER__SPLIT_STAYS;
 }
 
+/* Interior points, with the effort of later attempts, for the last few edges that splits do not
+ * bring. 1: anything changed. */
+static int mesher__last_edge_points(mesher__recovery *r)
+{
+    int first = r->first, changed;
+    if (!r->num_missing_edges || r->num_missing_edges > MESHER__LAST_EDGES) return 0;
+    r->first = r->stuck = 0;
+    changed = mesher__edge_points(r);
+    r->first = first;
+    return changed;
+}
+
 /* Splits what is missing until everything is there, in pieces. */
 static void mesher__split_all(mesher__recovery *r)
 {
     mesher__course course = {0, 0, 0, 0, 0};
-    int round, relaxed = 0;
-    uint32_t i, most = 4 * r->num_missing_edges + 64; /* pieces of pieces have no end */
+    int round, relaxed = 0, last = 0;
+    uint32_t i;
+    uint64_t most = 4 * (uint64_t)r->num_missing_edges + 64; /* pieces of pieces have no end */
     if (!mesher__pieces_room(r)) return;
+    mesher__list_edges(r, 1);
+    for (i = 0; i < r->num_wanted; i++) most += r->order[i] >> 32;
     for (round = 0; round < 40 && !mesher__stopped(r); round++) {
         int changed = 0;
         if (mesher__ends(r) || (!r->num_missing_edges && !r->num_missing_facets)) return;
@@ -7359,9 +7405,12 @@ static void mesher__split_all(mesher__recovery *r)
         mesher__tell(r, "split, round", round);
         if (r->first && r->num_missing_edges > most) return;
         if (mesher__course_fails(&course, r->num_missing_edges)) return;
-        if (!changed && relaxed) return;
+        if (!changed && relaxed) {
+            if (last || !mesher__last_edge_points(r)) return;
+            last = 1;
+        }
         relaxed = !changed; /* room for points where ours stand in the way, once */
-        if (relaxed) mesher__remove_points(r);
+        if (relaxed) mesher__remove_points(r, 1);
         if (relaxed) mesher__relax_points(r);
     }
 }
@@ -7778,13 +7827,67 @@ static int mesher__split_again(const mesher__recovery *r, uint32_t i)
     return 0;
 }
 
+/* Takes a point off the surface after another one there has moved to x, which its star must see;
+ * if that does not help, it moves back. */
+static int mesher__suppress_moved(mesher__recovery *r, mesher__split *split, uint32_t v,
+                                  const double *x)
+{
+    double old[3];
+    if (!mesher__shell_of_star(r, v, 1) || !mesher__in_kernel(r, x)) return 0;
+    memcpy(old, mesher__x(r, v), sizeof old);
+    memcpy(r->mesh->vertices[v].x, x, sizeof old);
+    mesher__note_failure(r, delaunay_vertex_star(r->mesh, r->worker, split->vertex, &r->star));
+    if (r->status == MESHER_OK && (mesher__suppress_by_search(r, split, 2000) ||
+                                   mesher__suppress_by_sectors(r, split)))
+        return 1;
+    memcpy(r->mesh->vertices[v].x, old, sizeof old);
+    return 0;
+}
+
+/* A vertex of ours moves to the other side of a facet, if that lets a point go off the surface. */
+static int mesher__suppress_across(mesher__recovery *r, mesher__split *split, uint32_t v,
+                                   const uint32_t *facet)
+{
+    int side, k;
+    for (side = 0; side < 2; side++) {
+        double x[3];
+        if (!mesher__shell_of_star(r, v, 1) || r->num_shell == DELAUNAY_WINDOW_FACETS) return 0;
+        for (k = 0; k < 3; k++) r->shell[r->num_shell][k] = facet[side ? 2 - k : k];
+        r->num_shell++;
+        if (mesher__kernel(r, x) > 0 && mesher__suppress_moved(r, split, v, x)) return 1;
+    }
+    return 0;
+}
+
+/* Between two facets of an edge that lie in one plane but for a rounding, as pieces of one facet
+ * do, there may be no room for them when they are whole: where the rounding is of a point of ours,
+ * it moves. */
+static int mesher__suppress_by_moves(mesher__recovery *r, mesher__split *split)
+{
+    const uint32_t *ab = r->edges + 2 * (size_t)split->edge;
+    uint32_t i, j;
+    int k;
+    if (split->edge == MESHER__ABSENT) return 0;
+    for (i = 0; i < split->num_facets; i++)
+        for (k = 0; k < 3; k++) {
+            uint32_t v = r->facets[3 * (size_t)split->facets[i] + (size_t)k];
+            if (v == ab[0] || v == ab[1] || v < r->num_rows) continue;
+            for (j = 0; j < split->num_facets; j++)
+                if (j != i && mesher__suppress_across(r, split, v,
+                                                      r->facets + 3 * (size_t)split->facets[j]))
+                    return 1;
+        }
+    return 0;
+}
+
 /* Takes one point off the surface, if it can. */
 static int mesher__suppress(mesher__recovery *r, mesher__split *split, int pass)
 {
     mesher__note_failure(r, delaunay_vertex_star(r->mesh, r->worker, split->vertex, &r->star));
     return r->status == MESHER_OK &&
            (mesher__suppress_by_search(r, split, 2000) || mesher__suppress_by_sectors(r, split) ||
-            (pass > 0 && mesher__suppress_by_search(r, split, 50000)));
+            (pass > 0 && (mesher__suppress_by_search(r, split, 50000) ||
+                          mesher__suppress_by_moves(r, split))));
 }
 
 /* Takes the points off the surface, last first, as far as that goes; not on and on where many stay
@@ -7804,7 +7907,7 @@ static void mesher__suppress_all(mesher__recovery *r)
             changed = 1;
             left--;
         }
-        if (left > 0) changed |= mesher__remove_points(r);
+        if (left > 0) changed |= mesher__remove_points(r, 1);
         if (left > 0) mesher__relax_points(r);
         mesher__tell(r, "points left on the surface", (int)left);
         if (pass > 0 && left == before && left > MESHER__FEW_EDGES) return;
@@ -8069,9 +8172,9 @@ static mesher_result mesher__recover_once(mesher_domain *domain, mesher_report *
     }
     if (r->status == MESHER_OK && !r->defects && !r->absent && !r->num_missing_edges &&
         !r->num_missing_facets) {
-        mesher__remove_points(r);
+        mesher__remove_points(r, 0);
         mesher__relax_points(r);
-        if (mesher__remove_points(r)) mesher__relax_points(r);
+        if (mesher__remove_points(r, 0)) mesher__relax_points(r);
     }
     mesher__tell(r, "points removed, now", (int)(r->added - r->removed));
     result = r->status;
