@@ -93,7 +93,9 @@
 #if defined(__FAST_MATH__) || defined(__ASSOCIATIVE_MATH__) || defined(_M_FP_FAST)
 #  error "delaunay.h: exact predicates need IEEE arithmetic; no -ffast-math, no -Ofast"
 #endif
-#if defined(FLT_EVAL_METHOD) && FLT_EVAL_METHOD != 0
+/* 0, 1 and 16 (C23: half precision apart, on processors that have it) round each double to double */
+#if defined(FLT_EVAL_METHOD) && FLT_EVAL_METHOD != 0 && FLT_EVAL_METHOD != 1 &&                    \
+    FLT_EVAL_METHOD != 16
 #  error "delaunay.h: exact predicates need doubles, no excess precision (x87: -mfpmath=sse)"
 #endif
 

@@ -21,9 +21,16 @@ for flags in '-march=native -ffp-contract=fast' '-DDELAUNAY_NO_SIMD -frounding-m
     $CC -O1 $flags -I. -Itests tests/test_weighted.c -o "$work/test" -lm && "$work/test" >"$work/out"
     check $? "$flags: $(tail -n 1 "$work/out")"
 done
-for flags in -ffast-math -Ofast; do
-    echo '#include "delaunay.h"' >"$work/fast.c"
-    ! $CC -O1 $flags -I. -fsyntax-only "$work/fast.c" 2>/dev/null
+# FLT_EVAL_METHOD is 16 where the processor has half precision, and 2 with x87 arithmetic
+echo '#include "delaunay.h"' >"$work/plain.c"
+for flags in -mavx512fp16 -march=sapphirerapids; do
+    $CC -O1 $flags -fsyntax-only -xc /dev/null 2>/dev/null || continue
+    $CC -O1 $flags -I. -fsyntax-only "$work/plain.c"
+    check $? "$flags is refused"
+done
+for flags in -ffast-math -Ofast -mfpmath=387; do
+    $CC -O1 $flags -fsyntax-only -xc /dev/null 2>/dev/null || continue
+    ! $CC -O1 $flags -I. -fsyntax-only "$work/plain.c" 2>/dev/null
     check $? "$flags is accepted"
 done
 echo "$passed passed, $failed failed"
