@@ -961,8 +961,10 @@ DELAUNAY_API delaunay_worker *delaunay_engine_worker(delaunay_engine *engine);
 #endif
 #if defined(__GNUC__) && defined(__x86_64__) && !defined(DELAUNAY_NO_SIMD)
 #  include <immintrin.h>
-#  define DELAUNAY__AVX2 __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma")
-#  define DELAUNAY__TARGET __attribute__((target("avx2,fma")))
+#  define DELAUNAY__AVX2                                                                           \
+    __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") &&                             \
+        __builtin_cpu_supports("popcnt")
+#  define DELAUNAY__TARGET __attribute__((target("avx2,fma,popcnt")))
 #endif
 
 /* ---- >>memory ----------------------------------------------------------------------------- */
@@ -1984,6 +1986,8 @@ struct delaunay_section {
     delaunay_handle hint; /* where the last ball is */
     int exact_doubles;    /* in-sphere determinants are exact in doubles */
     int simd;
+    int doubts;             /* how often digging was of no use lately */
+    int dug;                /* the cavity was dug: no ghosts, only itself is marked */
     int parallel;           /* others are at work: stay in the section, allocate nothing */
     uint32_t start, length; /* the section: keys from start on, around the end if need be */
     int needs_memory;       /* since the last region: something was too small */
@@ -2006,7 +2010,8 @@ enum {
     DELAUNAY__MATRIX_FACETS = 256,
     DELAUNAY__SEARCH_SLACK = 64,
     DELAUNAY__MARK_SEEN = 1,
-    DELAUNAY__MARK_CAVITY = 3
+    DELAUNAY__MARK_CAVITY = 3,
+    DELAUNAY__MARK_DUG = 128
 };
 
 /* Marks and the slot counter may be touched by several threads at once; no order among them is
@@ -2026,6 +2031,7 @@ enum {
 enum {
     DELAUNAY__NOT_HERE = 100, /* the seed of a cavity is not in conflict */
     DELAUNAY__FOREIGN,        /* a tetrahedron beyond the section */
+    DELAUNAY__NOT_SURE,       /* digging leaves it to the general search */
     DELAUNAY__NEEDS_MEMORY    /* something is too small, and this is a parallel region */
 };
 
@@ -2624,6 +2630,201 @@ static DELAUNAY__TARGET delaunay_handle delaunay__walk_avx2(const delaunay__kern
     }
     return t;
 }
+
+#    if !defined(DELAUNAY_INDEX64)
+#      define DELAUNAY__DIG
+/* The order of bytes that brings the lanes of a mask to the front. */
+#      define DELAUNAY__LANE(i) 4 * (i), 4 * (i) + 1, 4 * (i) + 2, 4 * (i) + 3
+#      define DELAUNAY__LANES(a, b, c, d)                                                          \
+        { DELAUNAY__LANE(a), DELAUNAY__LANE(b), DELAUNAY__LANE(c), DELAUNAY__LANE(d) }
+static const uint8_t delaunay__lanes[16][16] = {
+    DELAUNAY__LANES(0, 0, 0, 0), DELAUNAY__LANES(0, 0, 0, 0), DELAUNAY__LANES(1, 0, 0, 0),
+    DELAUNAY__LANES(0, 1, 0, 0), DELAUNAY__LANES(2, 0, 0, 0), DELAUNAY__LANES(0, 2, 0, 0),
+    DELAUNAY__LANES(1, 2, 0, 0), DELAUNAY__LANES(0, 1, 2, 0), DELAUNAY__LANES(3, 0, 0, 0),
+    DELAUNAY__LANES(0, 3, 0, 0), DELAUNAY__LANES(1, 3, 0, 0), DELAUNAY__LANES(0, 1, 3, 0),
+    DELAUNAY__LANES(2, 3, 0, 0), DELAUNAY__LANES(0, 2, 3, 0), DELAUNAY__LANES(1, 2, 3, 0),
+    DELAUNAY__LANES(0, 1, 2, 3)};
+#      undef DELAUNAY__LANES
+
+/* Appends the chosen ones of four handles to a list with room for four; returns its length. */
+DELAUNAY__TARGET DELAUNAY_INLINE size_t delaunay__append_lanes(delaunay_handle *list, size_t num,
+                                                               __m128i four, unsigned chosen)
+{
+    __m128i order = _mm_loadu_si128((const __m128i *)(const void *)delaunay__lanes[chosen]);
+    _mm_storeu_si128((__m128i *)(void *)(list + num), _mm_shuffle_epi8(four, order));
+    return num + (size_t)__builtin_popcount(chosen);
+}
+
+/* Of four vertices, one lane each: differences from e, and the squares of their lengths. */
+typedef struct delaunay__four {
+    __m256d x, y, z, l;
+} delaunay__four;
+
+DELAUNAY__TARGET DELAUNAY_INLINE delaunay__four
+delaunay__four_of(const delaunay_vertex *x, const uint32_t *v, __m256d e)
+{
+    __m256d a = _mm256_sub_pd(e, _mm256_loadu_pd(x[v[0]].x));
+    __m256d b = _mm256_sub_pd(e, _mm256_loadu_pd(x[v[1]].x));
+    __m256d c = _mm256_sub_pd(e, _mm256_loadu_pd(x[v[2]].x));
+    __m256d d = _mm256_sub_pd(e, _mm256_loadu_pd(x[v[3]].x));
+    __m256d xz = _mm256_unpacklo_pd(a, b), y = _mm256_unpackhi_pd(a, b);
+    delaunay__four r;
+    a = _mm256_unpacklo_pd(c, d), b = _mm256_unpackhi_pd(c, d);
+    r.x = _mm256_permute2f128_pd(xz, a, 0x20);
+    r.y = _mm256_permute2f128_pd(y, b, 0x20);
+    r.z = _mm256_permute2f128_pd(xz, a, 0x31);
+    r.l = DELAUNAY__MADD(r.x, r.x, DELAUNAY__MADD(r.y, r.y, _mm256_mul_pd(r.z, r.z)));
+    return r;
+}
+
+/* a[j]: lane i has lane i ^ j of a[0]. */
+DELAUNAY__TARGET DELAUNAY_INLINE void delaunay__swap_lanes(__m256d *a)
+{
+    a[1] = _mm256_permute_pd(a[0], 5);
+    a[2] = _mm256_permute2f128_pd(a[0], a[0], 1);
+    a[3] = _mm256_permute_pd(a[2], 5);
+}
+
+/* The determinants of a tetrahedron's neighbours against e, lane i that of the one behind facet i:
+ * negative if it is in conflict. It is delaunay__rows_det with the apex of the neighbour instead of
+ * vertex i. Lane i has the rows i, i ^ 1, i ^ 2, i ^ 3, which is an even permutation. Of a product
+ * of two minors the first is of x and y, the second of z and lift; it goes through 16 roundings as
+ * there, so the bound on the error is the same. */
+DELAUNAY__TARGET DELAUNAY_INLINE __m256d delaunay__neighbor_dets(const delaunay__four *p,
+                                                                 const delaunay__four *apex)
+{
+    __m256d x[4], y[4], z[4], l[4], xy01, xy02, xy03, xy12, xy13, xy23, zl, det, det2;
+    x[0] = p->x, y[0] = p->y, z[0] = p->z, l[0] = p->l;
+    delaunay__swap_lanes(x);
+    delaunay__swap_lanes(y);
+    x[0] = apex->x, y[0] = apex->y;
+    xy12 = DELAUNAY__MSUB(x[1], y[2], _mm256_mul_pd(x[2], y[1]));
+    xy23 = DELAUNAY__MSUB(x[2], y[3], _mm256_mul_pd(x[3], y[2]));
+    xy13 = DELAUNAY__MSUB(x[1], y[3], _mm256_mul_pd(x[3], y[1]));
+    xy01 = DELAUNAY__MSUB(x[0], y[1], _mm256_mul_pd(x[1], y[0]));
+    xy02 = DELAUNAY__MSUB(x[0], y[2], _mm256_mul_pd(x[2], y[0]));
+    xy03 = DELAUNAY__MSUB(x[0], y[3], _mm256_mul_pd(x[3], y[0]));
+    delaunay__swap_lanes(z);
+    delaunay__swap_lanes(l);
+    z[0] = apex->z, l[0] = apex->l;
+    zl = DELAUNAY__MSUB(z[2], l[3], _mm256_mul_pd(z[3], l[2]));
+    det = _mm256_mul_pd(xy01, zl);
+    zl = DELAUNAY__MSUB(z[0], l[1], _mm256_mul_pd(z[1], l[0]));
+    det2 = _mm256_mul_pd(xy23, zl);
+    zl = DELAUNAY__MSUB(z[1], l[3], _mm256_mul_pd(z[3], l[1]));
+    det = DELAUNAY__NMADD(xy02, zl, det);
+    zl = DELAUNAY__MSUB(z[0], l[2], _mm256_mul_pd(z[2], l[0]));
+    det2 = DELAUNAY__NMADD(xy13, zl, det2);
+    zl = DELAUNAY__MSUB(z[1], l[2], _mm256_mul_pd(z[2], l[1]));
+    det = DELAUNAY__MADD(xy03, zl, det);
+    zl = DELAUNAY__MSUB(z[0], l[3], _mm256_mul_pd(z[3], l[0]));
+    det2 = DELAUNAY__MADD(xy12, zl, det2);
+    return _mm256_add_pd(det, det2);
+}
+
+DELAUNAY_INLINE unsigned delaunay__exchange_mark(uint8_t *mark, delaunay_handle h, int value,
+                                                 const int parallel)
+{
+    unsigned old = parallel ? DELAUNAY__LOAD(&mark[h >> 2]) : mark[h >> 2];
+    if (parallel) DELAUNAY__STORE(&mark[h >> 2], (uint8_t)value);
+    else mark[h >> 2] = (uint8_t)value;
+    return old;
+}
+
+/* Marks four tetrahedra with the signs of four numbers, DELAUNAY__MARK_DUG for minus, 0 for plus.
+ * Bit i: number i was marked before. */
+DELAUNAY__TARGET DELAUNAY_INLINE unsigned delaunay__exchange_marks(uint8_t *mark,
+                                                                   const delaunay_handle *n,
+                                                                   __m256d signs,
+                                                                   const int parallel)
+{
+    const __m256i s = _mm256_castpd_si256(_mm256_and_pd(signs, _mm256_set1_pd(-0.0)));
+    const __m128i lo = _mm256_castsi256_si128(s), hi = _mm256_extracti128_si256(s, 1);
+    unsigned a = delaunay__exchange_mark(mark, n[0], _mm_extract_epi8(lo, 7), parallel);
+    unsigned b = delaunay__exchange_mark(mark, n[1], _mm_extract_epi8(lo, 15), parallel);
+    unsigned c = delaunay__exchange_mark(mark, n[2], _mm_extract_epi8(hi, 7), parallel);
+    unsigned d = delaunay__exchange_mark(mark, n[3], _mm_extract_epi8(hi, 15), parallel);
+    return (a + 2 * b + 4 * (c + 2 * d)) / DELAUNAY__MARK_DUG;
+}
+
+/* Whether all determinants are certain: the least in absolute value, and the greatest lifts. What
+ * overflowed is not: then the bound is infinite. */
+DELAUNAY__TARGET DELAUNAY_INLINE int delaunay__are_sure(__m256d least, __m256d most)
+{
+    double det[4], lift[4], d;
+    _mm256_storeu_pd(det, least);
+    _mm256_storeu_pd(lift, most);
+    d = det[0] < det[1] ? det[0] : det[1];
+    d = d < det[2] ? d : det[2];
+    d = d < det[3] ? d : det[3];
+    return d * d > delaunay__insphere_bound2(lift);
+}
+
+/* The cavity of e where all is simple: no ghost near, no sign in doubt, not many tetrahedra. All
+ * four neighbours of a tetrahedron of the cavity are tested at once, also those that were seen
+ * before: that costs less than to find out which were not, and the answers are the same. Those in
+ * conflict and not marked yet are appended to the cavity, those that are not to the border, so that
+ * there is no branch but the loop's. Only at the end is asked whether all the signs were certain:
+ * wrong ones lead to tetrahedra of the section still, and not to many. Leaves marks on the cavity
+ * alone; with DELAUNAY__NOT_SURE or DELAUNAY__FOREIGN none. */
+DELAUNAY__TARGET __attribute__((always_inline)) DELAUNAY_INLINE int
+delaunay__dig_in(delaunay__kernel *k, delaunay_handle seed, const double *e, const int parallel)
+{
+    const delaunay_vertex *x = k->vertices;
+    const uint32_t *words = k->tets[0].v; /* a tetrahedron is eight: that of handle h is at
+                                           * 2 (h - h mod 4), its apex h mod 4 further */
+    const uint32_t start = k->start, length = k->length;
+    const __m256d e4 = _mm256_setr_pd(e[0], e[1], e[2], 1);
+    __m256d least = _mm256_set1_pd(DBL_MAX), most = delaunay__four_of(x, k->tets[seed].v, e4).l;
+    delaunay_handle *cavity = k->cavity, *border = k->border;
+    uint8_t *mark = k->mark;
+    size_t num_cavity = 1, num_border = 0, done;
+    int result = DELAUNAY__NOT_SURE, i;
+    cavity[0] = 4 * seed;
+    DELAUNAY__STORE(&mark[seed], DELAUNAY__MARK_DUG);
+    for (done = 0; done < num_cavity; done++) {
+        const uint32_t *v = words + 2 * (size_t)(cavity[done] & ~3u), *n = v + 4;
+        const __m128i n4 = _mm_loadu_si128((const __m128i *)(const void *)n);
+        delaunay__four p, d;
+        unsigned in, seen;
+        uint32_t apex[4];
+        __m256d det;
+        for (i = 0; i < 4; i++) apex[i] = words[(size_t)n[i] + (n[i] & ~3u)];
+        for (i = 0; i < 4; i++)
+            if (DELAUNAY__UNLIKELY(apex[i] == DELAUNAY_GHOST)) goto undo;
+        for (i = 0; i < 4 && parallel; i++)
+            if (DELAUNAY__UNLIKELY((uint32_t)(x[apex[i]].key - start) >= length)) {
+                result = DELAUNAY__FOREIGN;
+                goto undo;
+            }
+        p = delaunay__four_of(x, v, e4);
+        d = delaunay__four_of(x, apex, e4);
+        det = delaunay__neighbor_dets(&p, &d);
+        least = _mm256_min_pd(least, _mm256_andnot_pd(_mm256_set1_pd(-0.0), det));
+        most = _mm256_max_pd(most, d.l);
+        in = (unsigned)_mm256_movemask_pd(det);
+        seen = delaunay__exchange_marks(mark, n, det, parallel);
+        num_border = delaunay__append_lanes(border, num_border, n4, in ^ 15);
+        num_cavity = delaunay__append_lanes(cavity, num_cavity, n4, in & ~seen);
+        if (DELAUNAY__UNLIKELY(num_cavity > DELAUNAY__MATRIX_CAVITY)) goto undo;
+    }
+    if (!delaunay__are_sure(least, most)) goto undo;
+    k->num_cavity = num_cavity;
+    k->num_border = num_border;
+    return DELAUNAY_OK;
+undo:
+    while (num_cavity) DELAUNAY__STORE(&mark[cavity[--num_cavity] >> 2], 0);
+    return result;
+}
+
+static DELAUNAY__TARGET int delaunay__dig(delaunay__kernel *k, delaunay_handle seed,
+                                          const double *e)
+{
+    if (k->tets[seed].v[3] == DELAUNAY_GHOST) return DELAUNAY__NOT_SURE;
+    if (!delaunay__in_conflict(k, seed, e)) return DELAUNAY__NOT_HERE;
+    return k->parallel ? delaunay__dig_in(k, seed, e, 1) : delaunay__dig_in(k, seed, e, 0);
+}
+#    endif
 #    undef DELAUNAY__TRANSPOSE
 #    undef DELAUNAY__MADD
 #    undef DELAUNAY__MSUB
@@ -2684,7 +2885,7 @@ static unsigned delaunay__batch(size_t candidates)
  * A neighbour of one that is has three vertices of the section, the apex is tested. If the apex is
  * foreign the tetrahedron is nobody's: others may set its mark as well, so what was reached again
  * is tested, too; nobody writes anything else of it. */
-static int delaunay__cavity(delaunay__kernel *k, delaunay_handle seed, const double *e)
+static int delaunay__search_cavity(delaunay__kernel *k, delaunay_handle seed, const double *e)
 {
     size_t num_queue = 5, done = 0, expanded = 1, num_cavity = 0, num_border = 0, num_again = 0, j;
     delaunay_handle *queue = k->queue, *cavity = k->cavity, *border = k->border, *again = k->again;
@@ -2760,6 +2961,25 @@ static int delaunay__cavity(delaunay__kernel *k, delaunay_handle seed, const dou
     return DELAUNAY_OK;
 }
 
+/* The tetrahedra in conflict with e, from one of them on, and the facets behind which the others
+ * are. Where digging was in vain (on hulls, on grids) it is not tried for a while. */
+static int delaunay__cavity(delaunay__kernel *k, delaunay_handle seed, const double *e)
+{
+#  if defined(DELAUNAY__DIG)
+    enum { WORTH = 64, IN_VAIN = 8 };
+    if (k->simd && !k->weight) {
+        if (k->doubts < WORTH) {
+            int result = delaunay__dig(k, seed, e);
+            k->doubts += result == DELAUNAY__NOT_SURE ? IN_VAIN : -(k->doubts > 0);
+            k->dug = 1;
+            if (result != DELAUNAY__NOT_SURE) return result;
+        } else k->doubts--;
+    }
+#  endif
+    k->dug = 0;
+    return delaunay__search_cavity(k, seed, e);
+}
+
 /* Writes the new tetrahedron (p, facet behind h), ghost last, and links it to the outside. v: its
  * other vertices. */
 DELAUNAY_INLINE void delaunay__ball_tet(const delaunay__kernel *k, delaunay_handle h,
@@ -2782,7 +3002,34 @@ DELAUNAY_INLINE void delaunay__ball_tet(const delaunay__kernel *k, delaunay_hand
 /* Adjacencies inside the ball by a matrix of 2^bits x 2^bits edges [Marot 2020, 3.6]. The numbers
  * of the vertices are those of the tetrahedra that brought them: each brings at most its apex over
  * the facet by which the search came, so the last number written to a vertex is its own. The ghost
- * has number 0, always. */
+ * has number 0, always. Enters the edges of facet 0 of tetrahedron s, key: where the facets on
+ * their other sides will be. */
+DELAUNAY_INLINE void delaunay__ball_enter(delaunay_handle *edges, uint16_t *key,
+                                          const delaunay_vertex *vertices, delaunay_handle s,
+                                          const uint32_t *v, const int bits)
+{
+    uint32_t x = vertices[v[0]].local, y = vertices[v[1]].local, z = vertices[v[2]].local;
+    edges[y << bits | z] = 4 * s + 1;
+    edges[z << bits | x] = 4 * s + 2;
+    edges[x << bits | y] = 4 * s + 3;
+    key[1] = (uint16_t)(z << bits | y);
+    key[2] = (uint16_t)(x << bits | z);
+    key[3] = (uint16_t)(y << bits | x);
+}
+
+DELAUNAY_INLINE void delaunay__ball_link(const delaunay__kernel *k, const delaunay_handle *slot)
+{
+    size_t j, count = k->num_border;
+    const delaunay_handle *edges = k->edges;
+    for (j = 0; j < count; j++) {
+        delaunay_handle *n = k->tets[*(slot - j)].n;
+        const uint16_t *key = k->edge_keys[j];
+        n[1] = edges[key[1]];
+        n[2] = edges[key[2]];
+        n[3] = edges[key[3]];
+    }
+}
+
 DELAUNAY_INLINE void delaunay__ball_small(const delaunay__kernel *k, const delaunay_handle *slot,
                                           uint32_t p, const int bits)
 {
@@ -2792,25 +3039,12 @@ DELAUNAY_INLINE void delaunay__ball_small(const delaunay__kernel *k, const delau
     delaunay_handle *edges = k->edges;
     uint16_t(*keys)[4] = k->edge_keys;
     for (j = 0; j < count; j++) {
-        delaunay_handle s = *(slot - j), f = 4 * s;
-        uint32_t v[3], x, y, z;
+        delaunay_handle s = *(slot - j);
+        uint32_t v[3];
         delaunay__ball_tet(k, border[j], s, p, v);
-        x = vertices[v[0]].local;
-        y = vertices[v[1]].local;
-        z = vertices[v[2]].local;
-        edges[y << bits | z] = f + 1;
-        edges[z << bits | x] = f + 2;
-        edges[x << bits | y] = f + 3;
-        keys[j][1] = (uint16_t)(z << bits | y);
-        keys[j][2] = (uint16_t)(x << bits | z);
-        keys[j][3] = (uint16_t)(y << bits | x);
+        delaunay__ball_enter(edges, keys[j], vertices, s, v, bits);
     }
-    for (j = 0; j < count; j++) {
-        delaunay_handle *n = k->tets[*(slot - j)].n;
-        n[1] = edges[keys[j][1]];
-        n[2] = edges[keys[j][2]];
-        n[3] = edges[keys[j][3]];
-    }
+    delaunay__ball_link(k, slot);
 }
 
 /* From facet h of the cavity around its edge without third, inside the cavity, to where that comes
@@ -2918,14 +3152,75 @@ static int delaunay__ball_reserve(delaunay__kernel *k)
     return result != DELAUNAY_OK ? (int)result : (int)delaunay__ball_slots(k, need);
 }
 
-/* Fills the cavity with the ball of p [Marot 2020, 3.6]. */
-static void delaunay__ball(delaunay__kernel *k, uint32_t p)
+/* -- the same of what was dug: no ghosts, no marks but the cavity's */
+#  if defined(DELAUNAY__DIG)
+/* The order of bytes that brings the vertices of a facet, as seen from behind, to lanes 1 to 3. */
+#    define DELAUNAY__BEHIND(a, b, c)                                                              \
+      { 128, 128, 128, 128, DELAUNAY__LANE(a), DELAUNAY__LANE(b), DELAUNAY__LANE(c) }
+static const uint8_t delaunay__behind[4][16] = {
+    DELAUNAY__BEHIND(1, 3, 2), DELAUNAY__BEHIND(0, 2, 3), DELAUNAY__BEHIND(0, 3, 1),
+    DELAUNAY__BEHIND(0, 1, 2)};
+#    undef DELAUNAY__BEHIND
+#    undef DELAUNAY__LANE
+
+DELAUNAY__TARGET DELAUNAY_INLINE void delaunay__ball_dug_in(const delaunay__kernel *k,
+                                                            const delaunay_handle *slot,
+                                                            uint32_t p, const int bits)
 {
-    size_t j, count = k->num_border, num_cavity = k->num_cavity;
-    delaunay_handle *freed = k->freed + k->num_freed, *slot = freed - 1;
-    const delaunay_handle *cavity = k->cavity;
+    const __m128i p4 = _mm_cvtsi32_si128((int)p);
+    const delaunay_vertex *vertices = k->vertices;
+    const delaunay_handle *border = k->border;
+    delaunay_tet *tets = k->tets;
+    uint32_t *words = tets[0].v; /* see delaunay__dig_in */
+    delaunay_handle *edges = k->edges;
+    uint16_t(*keys)[4] = k->edge_keys;
+    size_t j, count = k->num_border;
+    for (j = 0; j < count; j++) {
+        const uint8_t *behind = delaunay__behind[border[j] & 3];
+        size_t own = border[j] & ~(size_t)3;
+        delaunay_handle s = *(slot - j);
+        delaunay_tet *w = &tets[s];
+        __m128i v = _mm_loadu_si128((const __m128i *)(const void *)(words + 2 * own));
+        v = _mm_shuffle_epi8(v, _mm_loadu_si128((const __m128i *)(const void *)behind));
+        _mm_storeu_si128((__m128i *)(void *)w->v, _mm_or_si128(v, p4));
+        w->n[0] = border[j];
+        words[own + border[j] + 4] = 4 * s;
+        delaunay__ball_enter(edges, keys[j], vertices, s, w->v + 1, bits);
+    }
+    delaunay__ball_link(k, slot);
+}
+
+static DELAUNAY__TARGET void delaunay__ball_dug(delaunay__kernel *k, delaunay_handle *freed,
+                                                uint32_t p)
+{
+    const delaunay_handle *cavity = k->cavity, *slot = freed - 1;
+    delaunay_vertex *vertices = k->vertices;
+    uint32_t *words = k->tets[0].v;
+    uint8_t *mark = k->mark;
+    size_t j, num_cavity = k->num_cavity;
+    for (j = 0; j < 4; j++)
+        vertices[words[2 * (size_t)cavity[0] + j]].local = (uint32_t)j + 1;
+    for (j = 0; j < num_cavity; j++) {
+        delaunay_handle h = cavity[j];
+        size_t own = h & ~(size_t)3;
+        if (j) vertices[words[own + h]].local = (uint32_t)j + 4;
+        freed[j] = h >> 2;
+        words[2 * own] = 0;
+        DELAUNAY__STORE(&mark[h >> 2], 0);
+    }
+    if (num_cavity <= 28) delaunay__ball_dug_in(k, slot, p, 5);
+    else if (num_cavity <= 60) delaunay__ball_dug_in(k, slot, p, 6);
+    else delaunay__ball_dug_in(k, slot, p, 7);
+}
+#  endif
+
+/* Writes the ball of p into the cavity, and the cavity's tetrahedra to freed. */
+static void delaunay__ball_searched(delaunay__kernel *k, delaunay_handle *freed, uint32_t p)
+{
+    const delaunay_handle *cavity = k->cavity, *slot = freed - 1;
+    size_t j, num_cavity = k->num_cavity;
     const uint32_t *v = k->tets[cavity[0] >> 2].v;
-    const int big = num_cavity > DELAUNAY__MATRIX_CAVITY || count > DELAUNAY__MATRIX_FACETS;
+    const int big = num_cavity > DELAUNAY__MATRIX_CAVITY || k->num_border > DELAUNAY__MATRIX_FACETS;
     if (big) delaunay__ball_big(k, slot, p);
     for (j = 0; j < 4 && !big; j++)
         if (v[j]) k->vertices[v[j]].local = (uint32_t)j + 1;
@@ -2942,6 +3237,18 @@ static void delaunay__ball(delaunay__kernel *k, uint32_t p)
         else if (num_cavity <= 60) delaunay__ball_small(k, slot, p, 6);
         else delaunay__ball_small(k, slot, p, 7);
     }
+}
+
+/* Fills the cavity with the ball of p [Marot 2020, 3.6]. */
+static void delaunay__ball(delaunay__kernel *k, uint32_t p)
+{
+    size_t count = k->num_border, num_cavity = k->num_cavity;
+    delaunay_handle *freed = k->freed + k->num_freed, *slot = freed - 1;
+#  if defined(DELAUNAY__DIG)
+    if (k->dug) delaunay__ball_dug(k, freed, p);
+    else
+#  endif
+    delaunay__ball_searched(k, freed, p);
     k->hint = *slot;
     memmove(slot + 1 - count, freed, num_cavity * sizeof *freed);
     k->num_freed = k->num_freed + num_cavity - count;

@@ -268,6 +268,106 @@ static void vector_signs_are_exact(void)
     }
     CHECK(wrong == 0);
 }
+
+#  if defined(DELAUNAY__DIG)
+static int compare_handles(const void *a, const void *b)
+{
+    delaunay_handle x = *(const delaunay_handle *)a, y = *(const delaunay_handle *)b;
+    return (x > y) - (x < y);
+}
+
+/* The kernel's cavity and border, sorted and without how the search came to the tetrahedra of the
+ * cavity; clears the marks. */
+static delaunay_handle *take_cavity(delaunay__kernel *k)
+{
+    size_t n = k->num_cavity, m = k->num_border, i;
+    delaunay_handle *all = (delaunay_handle *)malloc((n + m) * sizeof *all);
+    for (i = 0; i < n; i++) all[i] = k->cavity[i] >> 2;
+    memcpy(all + n, k->border, m * sizeof *all);
+    qsort(all, n, sizeof *all, compare_handles);
+    qsort(all + n, m, sizeof *all, compare_handles);
+    for (i = 0; i < n; i++) k->mark[all[i]] = 0;
+    for (i = 0; i < m; i++) k->mark[all[n + i] >> 2] = 0;
+    return all;
+}
+
+/* Digs the cavity of the mesh's last vertex. The answer is that of the general search, or none, and
+ * then it leaves no mark. */
+static int dig_as_searched(delaunay__kernel *k, delaunay_handle seed, int parallel)
+{
+    const double *e = k->vertices[k->mesh->num_vertices - 1].x;
+    delaunay_handle *dug, *searched, t;
+    size_t n, m;
+    int result;
+    k->parallel = parallel;
+    k->length = UINT32_MAX;
+    result = delaunay__dig(k, seed, e);
+    if (result != DELAUNAY_OK) {
+        CHECK(result == DELAUNAY__NOT_SURE || result == DELAUNAY__NOT_HERE);
+        for (t = 0; t < k->mesh->num_tets; t++)
+            if (k->mark[t]) break;
+        CHECK(t == k->mesh->num_tets);
+        return 0;
+    }
+    n = k->num_cavity, m = k->num_border;
+    dug = take_cavity(k);
+    CHECK(delaunay__search_cavity(k, seed, e) == DELAUNAY_OK);
+    CHECK(k->num_cavity == n && k->num_border == m);
+    searched = take_cavity(k);
+    if (k->num_cavity == n && k->num_border == m)
+        CHECK(memcmp(dug, searched, (n + m) * sizeof *dug) == 0);
+    free(dug);
+    free(searched);
+    return 1;
+}
+
+static int dig_in(const double *xyz, size_t n, int rounds)
+{
+    delaunay_mesh mesh = {0};
+    delaunay__kernel k;
+    int round, dug = 0;
+    if (delaunay_tetrahedralize(&mesh, xyz, n, NULL, NULL) != DELAUNAY_OK || !mesh.num_tets) {
+        delaunay_mesh_free(&mesh);
+        return 0;
+    }
+    CHECK(delaunay_add_vertex(&mesh, xyz, DELAUNAY_NO_ID) != 0);
+    CHECK(delaunay__kernel_init(&k, &mesh) == DELAUNAY_OK);
+    for (round = 0; round < rounds; round++) {
+        double *e = mesh.vertices[mesh.num_vertices - 1].x;
+        const double *p = xyz + 3 * (random_u32() % n), *q = xyz + 3 * (random_u32() % n);
+        double part = random_u32() % 3 ? random_unit() * 1.2 : 0.5;
+        delaunay_handle seed;
+        int i;
+        for (i = 0; i < 3; i++) e[i] = p[i] + part * (q[i] - p[i]);
+        seed = delaunay__walk_exact(&k, delaunay__any_tet(&mesh, 1), e, (uint32_t)round);
+        if (delaunay__in_conflict(&k, seed, e)) dug += dig_as_searched(&k, seed, round & 1);
+    }
+    delaunay__kernel_free(&k);
+    delaunay_mesh_free(&mesh);
+    return dug;
+}
+
+/* Digging finds what the general search finds, or says that it does not know. */
+static void digging_is_searching(void)
+{
+    enum { FEW = 60 };
+    int kind, round, i, dug = 0;
+    for (kind = 0; kind < NUM_KINDS; kind++) {
+        double *xyz = make_points(kind, 2000);
+        int times = dig_in(xyz, 2000, 1000);
+        CHECK(times > 800 || kind != UNIFORM);
+        free(xyz);
+    }
+    for (round = 0; round < 500; round++) {
+        delaunay_vertex x[FEW];
+        double xyz[3 * FEW];
+        badly_scaled_points(x, FEW);
+        for (i = 0; i < FEW; i++) memcpy(xyz + 3 * i, x[i].x, sizeof x[i].x);
+        dug += dig_in(xyz, FEW, 50);
+    }
+    CHECK(dug > 500);
+}
+#  endif
 #endif
 
 static void few_and_flat_points(void)
@@ -487,6 +587,9 @@ int main(void)
     cancelled_leaves_nothing();
 #if defined(DELAUNAY__AVX2)
     vector_signs_are_exact();
+#  if defined(DELAUNAY__DIG)
+    if (DELAUNAY__AVX2) digging_is_searching();
+#  endif
 #endif
     return check_report();
 }
