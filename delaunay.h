@@ -2592,35 +2592,61 @@ static DELAUNAY__TARGET unsigned delaunay__in_conflict_avx2(const delaunay__kern
     return in;
 }
 
+/* Of four vertices, one lane each: differences from e, and the squares of their lengths. */
+typedef struct delaunay__four {
+    __m256d x, y, z, l;
+} delaunay__four;
+
+DELAUNAY__TARGET DELAUNAY_INLINE delaunay__four
+delaunay__four_of(const delaunay_vertex *x, const uint32_t *v, __m256d e)
+{
+    __m256d a = _mm256_sub_pd(e, _mm256_loadu_pd(x[v[0]].x));
+    __m256d b = _mm256_sub_pd(e, _mm256_loadu_pd(x[v[1]].x));
+    __m256d c = _mm256_sub_pd(e, _mm256_loadu_pd(x[v[2]].x));
+    __m256d d = _mm256_sub_pd(e, _mm256_loadu_pd(x[v[3]].x));
+    __m256d xz = _mm256_unpacklo_pd(a, b), y = _mm256_unpackhi_pd(a, b);
+    delaunay__four r;
+    a = _mm256_unpacklo_pd(c, d), b = _mm256_unpackhi_pd(c, d);
+    r.x = _mm256_permute2f128_pd(xz, a, 0x20);
+    r.y = _mm256_permute2f128_pd(y, b, 0x20);
+    r.z = _mm256_permute2f128_pd(xz, a, 0x31);
+    r.l = DELAUNAY__MADD(r.x, r.x, DELAUNAY__MADD(r.y, r.y, _mm256_mul_pd(r.z, r.z)));
+    return r;
+}
+
+/* a[j]: lane i has lane i ^ j of a[0]. Row i ^ j of i, in this order, is an even permutation. */
+DELAUNAY__TARGET DELAUNAY_INLINE void delaunay__swap_lanes(__m256d *a)
+{
+    a[1] = _mm256_permute_pd(a[0], 5);
+    a[2] = _mm256_permute2f128_pd(a[0], a[0], 1);
+    a[3] = _mm256_permute_pd(a[2], 5);
+}
+
 static DELAUNAY__TARGET delaunay_handle delaunay__walk_avx2(const delaunay__kernel *k,
                                                             delaunay_handle t, const double *e)
 {
-    const delaunay_vertex *x = k->vertices;
-    const __m256d ex = _mm256_set1_pd(e[0]), ey = _mm256_set1_pd(e[1]), ez = _mm256_set1_pd(e[2]);
+    const __m256d e4 = _mm256_setr_pd(e[0], e[1], e[2], 1);
     unsigned open = 15;
     int steps;
     for (steps = 0; steps < 1000; steps++) {
         const uint32_t *v = k->tets[t].v;
-        __m256d X, Y, Z, x1, y1, z1, x2, y2, z2, x3, y3, z3, det;
+        __m256d x[4], y[4], z[4], det;
+        delaunay__four p;
         delaunay_handle h;
         unsigned out;
         if (v[3] == DELAUNAY_GHOST) return t;
-        DELAUNAY__TRANSPOSE(v[0], v[1], v[2], v[3], X, Y, Z);
-        X = _mm256_sub_pd(X, ex);
-        Y = _mm256_sub_pd(Y, ey);
-        Z = _mm256_sub_pd(Z, ez);
-        /* lane i: facet i, rows 1 0 0 0, 2 3 1 2, 3 2 3 1 */
-        x1 = _mm256_permute4x64_pd(X, 0x01), y1 = _mm256_permute4x64_pd(Y, 0x01),
-        z1 = _mm256_permute4x64_pd(Z, 0x01);
-        x2 = _mm256_permute4x64_pd(X, 0x9e), y2 = _mm256_permute4x64_pd(Y, 0x9e),
-        z2 = _mm256_permute4x64_pd(Z, 0x9e);
-        x3 = _mm256_permute4x64_pd(X, 0x7b), y3 = _mm256_permute4x64_pd(Y, 0x7b),
-        z3 = _mm256_permute4x64_pd(Z, 0x7b);
+        p = delaunay__four_of(k->vertices, v, e4);
+        x[0] = p.x, y[0] = p.y, z[0] = p.z;
+        delaunay__swap_lanes(x);
+        delaunay__swap_lanes(y);
+        delaunay__swap_lanes(z);
+        /* lane i: facet i and e, who sees it from the front if this is positive */
         det = DELAUNAY__MADD(
-            x1, DELAUNAY__MSUB(y2, z3, _mm256_mul_pd(z2, y3)),
-            DELAUNAY__MADD(y1, DELAUNAY__MSUB(z2, x3, _mm256_mul_pd(x2, z3)),
-                           _mm256_mul_pd(z1, DELAUNAY__MSUB(x2, y3, _mm256_mul_pd(y2, x3)))));
-        out = (unsigned)_mm256_movemask_pd(_mm256_cmp_pd(det, _mm256_setzero_pd(), _CMP_LT_OQ)) &
+            x[1], DELAUNAY__MSUB(y[2], z[3], _mm256_mul_pd(z[2], y[3])),
+            DELAUNAY__MADD(y[1], DELAUNAY__MSUB(z[2], x[3], _mm256_mul_pd(x[2], z[3])),
+                           _mm256_mul_pd(z[1],
+                                         DELAUNAY__MSUB(x[2], y[3], _mm256_mul_pd(y[2], x[3])))));
+        out = (unsigned)_mm256_movemask_pd(_mm256_cmp_pd(det, _mm256_setzero_pd(), _CMP_GT_OQ)) &
               open;
         if (!out) return t;
         h = k->tets[t].n[__builtin_ctz(out)];
@@ -2653,36 +2679,6 @@ DELAUNAY__TARGET DELAUNAY_INLINE size_t delaunay__append_lanes(delaunay_handle *
     __m128i order = _mm_loadu_si128((const __m128i *)(const void *)delaunay__lanes[chosen]);
     _mm_storeu_si128((__m128i *)(void *)(list + num), _mm_shuffle_epi8(four, order));
     return num + (size_t)__builtin_popcount(chosen);
-}
-
-/* Of four vertices, one lane each: differences from e, and the squares of their lengths. */
-typedef struct delaunay__four {
-    __m256d x, y, z, l;
-} delaunay__four;
-
-DELAUNAY__TARGET DELAUNAY_INLINE delaunay__four
-delaunay__four_of(const delaunay_vertex *x, const uint32_t *v, __m256d e)
-{
-    __m256d a = _mm256_sub_pd(e, _mm256_loadu_pd(x[v[0]].x));
-    __m256d b = _mm256_sub_pd(e, _mm256_loadu_pd(x[v[1]].x));
-    __m256d c = _mm256_sub_pd(e, _mm256_loadu_pd(x[v[2]].x));
-    __m256d d = _mm256_sub_pd(e, _mm256_loadu_pd(x[v[3]].x));
-    __m256d xz = _mm256_unpacklo_pd(a, b), y = _mm256_unpackhi_pd(a, b);
-    delaunay__four r;
-    a = _mm256_unpacklo_pd(c, d), b = _mm256_unpackhi_pd(c, d);
-    r.x = _mm256_permute2f128_pd(xz, a, 0x20);
-    r.y = _mm256_permute2f128_pd(y, b, 0x20);
-    r.z = _mm256_permute2f128_pd(xz, a, 0x31);
-    r.l = DELAUNAY__MADD(r.x, r.x, DELAUNAY__MADD(r.y, r.y, _mm256_mul_pd(r.z, r.z)));
-    return r;
-}
-
-/* a[j]: lane i has lane i ^ j of a[0]. */
-DELAUNAY__TARGET DELAUNAY_INLINE void delaunay__swap_lanes(__m256d *a)
-{
-    a[1] = _mm256_permute_pd(a[0], 5);
-    a[2] = _mm256_permute2f128_pd(a[0], a[0], 1);
-    a[3] = _mm256_permute_pd(a[2], 5);
 }
 
 /* The determinants of a tetrahedron's neighbours against e, lane i that of the one behind facet i:
@@ -2775,11 +2771,13 @@ delaunay__dig_in(delaunay__kernel *k, delaunay_handle seed, const double *e, con
                                            * 2 (h - h mod 4), its apex h mod 4 further */
     const uint32_t start = k->start, length = k->length;
     const __m256d e4 = _mm256_setr_pd(e[0], e[1], e[2], 1);
-    __m256d least = _mm256_set1_pd(DBL_MAX), most = delaunay__four_of(x, k->tets[seed].v, e4).l;
+    const delaunay__four first = delaunay__four_of(x, k->tets[seed].v, e4);
+    __m256d least = delaunay__neighbor_dets(&first, &first), most = first.l; /* the seed's own */
     delaunay_handle *cavity = k->cavity, *border = k->border;
     uint8_t *mark = k->mark;
     size_t num_cavity = 1, num_border = 0, done;
     int result = DELAUNAY__NOT_SURE, i;
+    if (_mm256_movemask_pd(least)) return result; /* the seed is not in conflict */
     cavity[0] = 4 * seed;
     DELAUNAY__STORE(&mark[seed], DELAUNAY__MARK_DUG);
     for (done = 0; done < num_cavity; done++) {
@@ -2821,7 +2819,6 @@ static DELAUNAY__TARGET int delaunay__dig(delaunay__kernel *k, delaunay_handle s
                                           const double *e)
 {
     if (k->tets[seed].v[3] == DELAUNAY_GHOST) return DELAUNAY__NOT_SURE;
-    if (!delaunay__in_conflict(k, seed, e)) return DELAUNAY__NOT_HERE;
     return k->parallel ? delaunay__dig_in(k, seed, e, 1) : delaunay__dig_in(k, seed, e, 0);
 }
 #    endif
@@ -8570,20 +8567,38 @@ static void delaunay__renew_vertex_of(delaunay_mesh *mesh)
     for (v = 1; v < mesh->num_vertices; v++) mesh->vertices[v].local = mesh->vertices[v].key = 0;
 }
 
+/* The real ones among the tetrahedra [1, end) of a mesh in canonical order, where they are first. */
+static long delaunay__count_real(const delaunay_mesh *mesh, long end)
+{
+    long lo = 1;
+    while (lo < end) {
+        long t = lo + (end - lo) / 2;
+        if (mesh->tets[t].v[3] == DELAUNAY_GHOST) end = t;
+        else lo = t + 1;
+    }
+    return lo - 1;
+}
+
 /* Counts for the report; the scratch fields of the vertices are cleared, so that no trace of the
  * threads is left. */
-static void delaunay__count(delaunay_mesh *mesh, delaunay_report *report, int threads)
+static void delaunay__count(delaunay_mesh *mesh, delaunay_report *report, int canonical,
+                            int threads)
 {
     long t, num_tets = (long)mesh->num_tets, num_vertices = (long)mesh->num_vertices, real = 0,
             ghosts = 0;
     (void)threads;
+    if (canonical && num_tets) {
+        real = delaunay__count_real(mesh, num_tets);
+        ghosts = num_tets - 1 - real;
+    } else {
 #  if DELAUNAY__PARALLEL
 #    pragma omp parallel for num_threads(threads) schedule(static) reduction(+ : real, ghosts)
 #  endif
-    for (t = 1; t < num_tets; t++) {
-        const uint32_t *v = mesh->tets[t].v;
-        real += v[0] != 0 && v[3] != 0;
-        ghosts += v[0] != 0 && v[3] == 0;
+        for (t = 1; t < num_tets; t++) {
+            const uint32_t *v = mesh->tets[t].v;
+            real += v[0] != 0 && v[3] != 0;
+            ghosts += v[0] != 0 && v[3] == 0;
+        }
     }
 #  if DELAUNAY__PARALLEL
 #    pragma omp parallel for num_threads(threads) schedule(static)
@@ -8727,7 +8742,7 @@ DELAUNAY_API delaunay_result delaunay_tetrahedralize_points(delaunay_mesh *mesh,
         delaunay_mesh_free(mesh);
         return delaunay__say(report, result, delaunay_result_string(result));
     }
-    delaunay__count(mesh, report, delaunay_threads(&options->host));
+    delaunay__count(mesh, report, !options->any_order, delaunay_threads(&options->host));
     if (mesh->weight) delaunay__hide(mesh, report);
     report->seconds_finish = delaunay_seconds(&options->host) - inserted;
     return DELAUNAY_OK;
@@ -8889,7 +8904,7 @@ DELAUNAY_API delaunay_result delaunay_insert(delaunay_mesh *mesh, const double *
     report->num_points = mesh->num_points;
     report->num_vertices = mesh->num_vertices - 1;
     report->peak_bytes = mesh->memory.peak_bytes;
-    delaunay__count(mesh, report, delaunay_threads(&options->host));
+    delaunay__count(mesh, report, 0, delaunay_threads(&options->host));
     return result == DELAUNAY_OK ? result
                                  : delaunay__say(report, result, delaunay_result_string(result));
 }
