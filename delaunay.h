@@ -2640,7 +2640,7 @@ static DELAUNAY__TARGET delaunay_handle delaunay__walk_avx2(const delaunay__kern
         delaunay__swap_lanes(x);
         delaunay__swap_lanes(y);
         delaunay__swap_lanes(z);
-        /* lane i: facet i and e, who sees it from the front if this is positive */
+        /* lane i: e and facet i, positive if e is beyond it */
         det = DELAUNAY__MADD(
             x[1], DELAUNAY__MSUB(y[2], z[3], _mm256_mul_pd(z[2], y[3])),
             DELAUNAY__MADD(y[1], DELAUNAY__MSUB(z[2], x[3], _mm256_mul_pd(x[2], z[3])),
@@ -2777,7 +2777,8 @@ delaunay__dig_in(delaunay__kernel *k, delaunay_handle seed, const double *e, con
     uint8_t *mark = k->mark;
     size_t num_cavity = 1, num_border = 0, done;
     int result = DELAUNAY__NOT_SURE, i;
-    if (_mm256_movemask_pd(least)) return result; /* the seed is not in conflict */
+    /* the seed is oriented the other way round than its neighbours are in their rows: positive */
+    if (_mm256_movemask_pd(least)) return result;
     cavity[0] = 4 * seed;
     DELAUNAY__STORE(&mark[seed], DELAUNAY__MARK_DUG);
     for (done = 0; done < num_cavity; done++) {
@@ -8567,7 +8568,7 @@ static void delaunay__renew_vertex_of(delaunay_mesh *mesh)
     for (v = 1; v < mesh->num_vertices; v++) mesh->vertices[v].local = mesh->vertices[v].key = 0;
 }
 
-/* The real ones among the tetrahedra [1, end) of a mesh in canonical order, where they are first. */
+/* The real ones among the tetrahedra [1, end) of a mesh in canonical order: they are first. */
 static long delaunay__count_real(const delaunay_mesh *mesh, long end)
 {
     long lo = 1;
