@@ -546,6 +546,33 @@ DELAUNAY_API delaunay_result delaunay_mark_edge(delaunay_mesh *mesh, delaunay_wo
                                                 delaunay_handle t, uint32_t a, uint32_t b,
                                                 int constrained);
 
+/* -- the cavity of a point, where all is plain: what a caller that inserts many points into a mesh
+ * with constraints and other tetrahedra than Delaunay ones tries before its own search, in a
+ * fraction of that one's time. */
+enum { DELAUNAY_PLAIN_MOST = 60, DELAUNAY_PLAIN_FACETS = 256 };
+typedef struct delaunay_plain {
+    delaunay_handle tets[DELAUNAY_PLAIN_MOST + 4]; /* 4*t+i, breadth first; facet i: by which t was
+                                                    * reached; of the first, no facet: i is 0 */
+    delaunay_handle border[DELAUNAY_PLAIN_FACETS]; /* the boundary's facets, of the tetrahedra in
+                                                    * the cavity, in the order of these */
+    uint32_t num_tets, num_border;
+} delaunay_plain;
+typedef enum delaunay_plainness {
+    DELAUNAY_PLAIN,
+    DELAUNAY_NOT_PLAIN, /* something else than below; also where a sign is in doubt */
+    DELAUNAY_PLAIN_ELSEWHERE /* plain so far, and it leads out of the section */
+} delaunay_plainness;
+/* The tetrahedra whose spheres contain x, connected with t, which is one of them: all of them,
+ * DELAUNAY_PLAIN_MOST at most, and x sees the whole boundary. None has a ghost behind it or
+ * a constrained facet or edge. Sections, if section is not NULL: all vertices have this key; of t
+ * they do. The mesh has marks, and tetrahedra reached from t lie in it with positive volume.
+ * Exact. The cavity is the same on every processor, NOT_PLAIN is not: without AVX2, or with 64-bit
+ * handles, it is the answer always.
+ * Threads  several may call this on one mesh, each with a section of its own */
+DELAUNAY_API delaunay_plainness delaunay_plain_cavity(delaunay_plain *plain, delaunay_mesh *mesh,
+                                                      const double *x, delaunay_handle t,
+                                                      const uint32_t *section);
+
 /* -- points into and out of a Delaunay triangulation, one by one. After each call the triangulation
  * is that of its vertices, the one that delaunay_tetrahedralize would make, ties included; only the
  * order of the slots differs (delaunay_canonicalize). One editor at a time for a mesh; it keeps
@@ -2622,6 +2649,21 @@ DELAUNAY__TARGET DELAUNAY_INLINE void delaunay__swap_lanes(__m256d *a)
     a[3] = _mm256_permute_pd(a[2], 5);
 }
 
+/* The determinants of e and the facets of a tetrahedron: lane i positive if e is beyond facet i. */
+DELAUNAY__TARGET __attribute__((always_inline)) DELAUNAY_INLINE __m256d
+delaunay__facet_dets(const delaunay__four *p)
+{
+    __m256d x[4], y[4], z[4], xy12, xy13, xy23;
+    x[0] = p->x, y[0] = p->y, z[0] = p->z;
+    delaunay__swap_lanes(x);
+    delaunay__swap_lanes(y);
+    delaunay__swap_lanes(z);
+    xy12 = DELAUNAY__MSUB(x[1], y[2], _mm256_mul_pd(x[2], y[1]));
+    xy23 = DELAUNAY__MSUB(x[2], y[3], _mm256_mul_pd(x[3], y[2]));
+    xy13 = DELAUNAY__MSUB(x[1], y[3], _mm256_mul_pd(x[3], y[1]));
+    return DELAUNAY__MADD(z[1], xy23, DELAUNAY__NMADD(z[2], xy13, _mm256_mul_pd(z[3], xy12)));
+}
+
 static DELAUNAY__TARGET delaunay_handle delaunay__walk_avx2(const delaunay__kernel *k,
                                                             delaunay_handle t, const double *e)
 {
@@ -2630,22 +2672,13 @@ static DELAUNAY__TARGET delaunay_handle delaunay__walk_avx2(const delaunay__kern
     int steps;
     for (steps = 0; steps < 1000; steps++) {
         const uint32_t *v = k->tets[t].v;
-        __m256d x[4], y[4], z[4], det;
         delaunay__four p;
         delaunay_handle h;
+        __m256d det;
         unsigned out;
         if (v[3] == DELAUNAY_GHOST) return t;
         p = delaunay__four_of(k->vertices, v, e4);
-        x[0] = p.x, y[0] = p.y, z[0] = p.z;
-        delaunay__swap_lanes(x);
-        delaunay__swap_lanes(y);
-        delaunay__swap_lanes(z);
-        /* lane i: e and facet i, positive if e is beyond it */
-        det = DELAUNAY__MADD(
-            x[1], DELAUNAY__MSUB(y[2], z[3], _mm256_mul_pd(z[2], y[3])),
-            DELAUNAY__MADD(y[1], DELAUNAY__MSUB(z[2], x[3], _mm256_mul_pd(x[2], z[3])),
-                           _mm256_mul_pd(z[1],
-                                         DELAUNAY__MSUB(x[2], y[3], _mm256_mul_pd(y[2], x[3])))));
+        det = delaunay__facet_dets(&p);
         out = (unsigned)_mm256_movemask_pd(_mm256_cmp_pd(det, _mm256_setzero_pd(), _CMP_GT_OQ)) &
               open;
         if (!out) return t;
@@ -2686,8 +2719,8 @@ DELAUNAY__TARGET DELAUNAY_INLINE size_t delaunay__append_lanes(delaunay_handle *
  * vertex i. Lane i has the rows i, i ^ 1, i ^ 2, i ^ 3, which is an even permutation. Of a product
  * of two minors the first is of x and y, the second of z and lift; it goes through 16 roundings as
  * there, so the bound on the error is the same. */
-DELAUNAY__TARGET DELAUNAY_INLINE __m256d delaunay__neighbor_dets(const delaunay__four *p,
-                                                                 const delaunay__four *apex)
+DELAUNAY__TARGET __attribute__((always_inline)) DELAUNAY_INLINE __m256d
+delaunay__neighbor_dets(const delaunay__four *p, const delaunay__four *apex)
 {
     __m256d x[4], y[4], z[4], l[4], xy01, xy02, xy03, xy12, xy13, xy23, zl, det, det2;
     x[0] = p->x, y[0] = p->y, z[0] = p->z, l[0] = p->l;
@@ -2821,6 +2854,85 @@ static DELAUNAY__TARGET int delaunay__dig(delaunay__kernel *k, delaunay_handle s
 {
     if (k->tets[seed].v[3] == DELAUNAY_GHOST) return DELAUNAY__NOT_SURE;
     return k->parallel ? delaunay__dig_in(k, seed, e, 1) : delaunay__dig_in(k, seed, e, 0);
+}
+
+/* Whether e is on the near side of all facets for certain: the greatest determinants of facets, and
+ * the greatest lifts; the bound of delaunay_orient3d. */
+DELAUNAY__TARGET DELAUNAY_INLINE int delaunay__sees_for_sure(__m256d greatest, __m256d most)
+{
+    double det[4], lift[4], d, l;
+    _mm256_storeu_pd(det, greatest);
+    _mm256_storeu_pd(lift, most);
+    d = det[0] > det[1] ? det[0] : det[1];
+    d = d > det[2] ? d : det[2];
+    d = d > det[3] ? d : det[3];
+    l = lift[0] > lift[1] ? lift[0] : lift[1];
+    l = l > lift[2] ? l : lift[2];
+    l = l > lift[3] ? l : lift[3];
+    return d < 0 && d * d > 2e-30 * (l * l * l) + 1e-270;
+}
+
+/* delaunay__dig_in where only the tetrahedra of the cavity must be the section's, not those around
+ * it, and with the facets that e sees: a neighbour's determinant and a facet's have their minors in
+ * common. */
+static DELAUNAY__TARGET delaunay_plainness delaunay__dig_plain(delaunay_plain *plain,
+                                                               delaunay_mesh *mesh,
+                                                               const double *e,
+                                                               delaunay_handle seed,
+                                                               const uint32_t *section)
+{
+    const delaunay_vertex *x = mesh->vertices;
+    const uint32_t *words = mesh->tets[0].v; /* see delaunay__dig_in */
+    const __m256d e4 = _mm256_setr_pd(e[0], e[1], e[2], 1), none = _mm256_set1_pd(-DBL_MAX);
+    const __m128i facets = _mm_setr_epi32(0, 1, 2, 3);
+    const delaunay__four first = delaunay__four_of(x, mesh->tets[seed].v, e4);
+    __m256d least = delaunay__neighbor_dets(&first, &first), most = first.l, greatest = none;
+    delaunay_handle *cavity = plain->tets, *border = plain->border;
+    uint8_t *mark = mesh->mark;
+    size_t num_cavity = 1, num_border = 0, done;
+    delaunay_plainness result = DELAUNAY_NOT_PLAIN;
+    int i;
+    if (_mm256_movemask_pd(least)) return result;
+    cavity[0] = 4 * seed;
+    DELAUNAY__STORE(&mark[seed], DELAUNAY__MARK_DUG);
+    for (done = 0; done < num_cavity; done++) {
+        const delaunay_handle own = cavity[done] & ~3u;
+        const uint32_t *v = words + 2 * (size_t)own, *n = v + 4;
+        const __m128i n4 = _mm_loadu_si128((const __m128i *)(const void *)n);
+        const __m128i own4 = _mm_add_epi32(_mm_set1_epi32((int)own), facets);
+        delaunay__four p, d;
+        unsigned in, seen, foreign = 0;
+        uint32_t apex[4];
+        __m256d det, behind;
+        if (mesh->flags[own >> 2] & (DELAUNAY_FACET_BITS | DELAUNAY_EDGE_BITS)) goto undo;
+        for (i = 0; i < 4; i++) apex[i] = words[(size_t)n[i] + (n[i] & ~3u)];
+        for (i = 0; i < 4; i++)
+            if (DELAUNAY__UNLIKELY(apex[i] == DELAUNAY_GHOST)) goto undo;
+        for (i = 0; i < 4 && section; i++) foreign |= (unsigned)(x[apex[i]].key != *section) << i;
+        p = delaunay__four_of(x, v, e4);
+        d = delaunay__four_of(x, apex, e4);
+        det = delaunay__neighbor_dets(&p, &d);
+        behind = _mm256_blendv_pd(delaunay__facet_dets(&p), none, det); /* of the border alone */
+        greatest = _mm256_max_pd(greatest, behind);
+        least = _mm256_min_pd(least, _mm256_andnot_pd(_mm256_set1_pd(-0.0), det));
+        most = _mm256_max_pd(most, d.l);
+        in = (unsigned)_mm256_movemask_pd(det);
+        if (in & foreign) {
+            if (delaunay__are_sure(least, most)) result = DELAUNAY_PLAIN_ELSEWHERE;
+            goto undo;
+        }
+        seen = delaunay__exchange_marks(mark, n, det, 1);
+        num_border = delaunay__append_lanes(border, num_border, own4, in ^ 15);
+        num_cavity = delaunay__append_lanes(cavity, num_cavity, n4, in & ~seen);
+        if (DELAUNAY__UNLIKELY(num_cavity > DELAUNAY_PLAIN_MOST)) goto undo;
+    }
+    if (delaunay__are_sure(least, most) && delaunay__sees_for_sure(greatest, most))
+        result = DELAUNAY_PLAIN;
+    plain->num_tets = (uint32_t)num_cavity;
+    plain->num_border = (uint32_t)num_border;
+undo:
+    while (num_cavity) DELAUNAY__STORE(&mark[cavity[--num_cavity] >> 2], 0);
+    return result;
 }
 #    endif
 #    undef DELAUNAY__TRANSPOSE
@@ -3211,6 +3323,21 @@ static DELAUNAY__TARGET void delaunay__ball_dug(delaunay__kernel *k, delaunay_ha
     else delaunay__ball_dug_in(k, slot, p, 7);
 }
 #  endif
+
+DELAUNAY_API delaunay_plainness delaunay_plain_cavity(delaunay_plain *plain, delaunay_mesh *mesh,
+                                                      const double *x, delaunay_handle t,
+                                                      const uint32_t *section)
+{
+#  if defined(DELAUNAY__DIG)
+    if (DELAUNAY__AVX2) return delaunay__dig_plain(plain, mesh, x, t, section);
+#  endif
+    (void)plain;
+    (void)mesh;
+    (void)x;
+    (void)t;
+    (void)section;
+    return DELAUNAY_NOT_PLAIN;
+}
 
 /* Writes the ball of p into the cavity, and the cavity's tetrahedra to freed. */
 static void delaunay__ball_searched(delaunay__kernel *k, delaunay_handle *freed, uint32_t p)

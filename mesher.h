@@ -10302,8 +10302,8 @@ typedef struct mesher__cavity {
     delaunay_handle *tets;      /* in the cavity, the one with the point first */
     uint32_t         num_tets, cap_tets;
     delaunay_handle *queue;     /* facets by which the others were reached, in or not */
-    delaunay_handle *again;     /* facets to what had been; then the slots of the new tetrahedra */
     delaunay_handle *border;    /* facets of the boundary, of the tetrahedra within */
+    delaunay_handle *slots;     /* of the new tetrahedra */
     uint32_t         num_queue, num_border, cap_search; /* of each of the three */
     int              whole;     /* nothing has been cut off since the search */
     mesher__facet   *facets;
@@ -10321,6 +10321,7 @@ typedef struct mesher__cavity {
     uint32_t         most;      /* a cavity of more tetrahedra is given up */
     struct mesher__section *pool; /* where new tetrahedra come from, if shared */
     int              row;       /* of the matrix: 2 to this power */
+    delaunay_plain plain;
     uint32_t matrix[MESHER__LOCAL * MESHER__LOCAL]; /* the same of a small one: 4*facet + its
                                                      * opposite corner */
 } mesher__cavity;
@@ -11804,8 +11805,8 @@ static int mesher__cavity_room(mesher__cavity *c, size_t tets, size_t facets)
     if (tets > cap || cap + 3 > c->cap_vertices || facets > keep) {
         delaunay_handle **lists[3];
         lists[0] = &c->queue;
-        lists[1] = &c->again;
-        lists[2] = &c->border;
+        lists[1] = &c->border;
+        lists[2] = &c->slots;
         if (c->shared) return 0;
         if (!mesher__room(c->memory, &c->tets, &cap, c->num_tets, tets, sizeof *c->tets)) return 0;
         c->cap_tets = (uint32_t)cap;
@@ -11831,8 +11832,8 @@ typedef struct mesher__search {
     const uint16_t *flags;
     uint8_t *mark;
     delaunay_handle *in; /* facets by which those in the cavity were reached; 4t+0 of the first */
-    delaunay_handle *queue, *again, *border; /* the cavity's lists */
-    uint32_t num_in, num_queue, num_again, num_border;
+    delaunay_handle *queue; /* the cavity's */
+    uint32_t num_in, num_queue;
     uint32_t expanded; /* of in: their neighbours have been looked at */
     uint32_t done;     /* of queue: tested */
     const double *p;
@@ -11850,34 +11851,24 @@ enum {
 static inline void mesher__expand(mesher__search *s)
 {
     const delaunay_tet *tets = s->tets;
-    const delaunay_handle *in = s->in;
-    delaunay_handle *queue = s->queue, *again = s->again, *border = s->border;
+    delaunay_handle *queue = s->queue;
     uint8_t *mark = s->mark;
-    uint32_t num_queue = s->num_queue, num_again = s->num_again, num_border = s->num_border;
-    uint32_t k = s->expanded, end = s->num_in;
+    uint32_t num_queue = s->num_queue, k = s->expanded, end = s->num_in, i;
     for (; k < end; k++) {
-        const delaunay_handle t = in[k] >> 2, came = in[k] & 3;
-        const delaunay_handle *next = tets[t].n;
+        const delaunay_handle t = s->in[k] >> 2, *next = tets[t].n;
         const unsigned shut = s->flags[t];
-        uint32_t i;
-        for (i = k != 0; i < 4; i++) {
-            delaunay_handle facet = came ^ i, n = next[facet];
+        for (i = 0; i < 4; i++) {
+            delaunay_handle n = next[i];
             uint8_t seen = MESHER__FETCH(&mark[n >> 2]); /* slot 0 is everybody's */
-            unsigned blocked = (n == 0) | ((shut & DELAUNAY_FACET_BIT(facet)) != 0);
-            unsigned fresh = !seen & !blocked;
-            border[num_border] = 4 * t + facet;
-            num_border += blocked;
-            queue[num_queue] = again[num_again] = n;
+            unsigned fresh = !seen & (n != 0) & ((shut & DELAUNAY_FACET_BIT(i)) == 0);
+            queue[num_queue] = n;
             num_queue += fresh;
-            num_again += !fresh & !blocked;
             MESHER__STORE(&mark[n >> 2], (uint8_t)(fresh ? (unsigned)MESHER__OUT : seen));
             MESHER__PREFETCH(tets + (n >> 2));
         }
     }
     s->expanded = end;
     s->num_queue = num_queue;
-    s->num_again = num_again;
-    s->num_border = num_border;
 }
 
 /* Which of the next count of the queue have p in their spheres: bits. */
@@ -11904,7 +11895,7 @@ static inline int mesher__test(mesher__search *s, unsigned count)
 {
     const delaunay_handle *q = s->queue + s->done;
     const delaunay_tet *tets = s->tets;
-    uint32_t num_in = s->num_in, num_border = s->num_border;
+    uint32_t num_in = s->num_in;
     unsigned in = mesher__in_spheres(s, count), ghosts = 0, foreign = 0, i;
     for (i = 0; i < count; i++)
         ghosts |= (unsigned)(tets[q[i] >> 2].v[3] == DELAUNAY_GHOST) << i;
@@ -11919,35 +11910,26 @@ static inline int mesher__test(mesher__search *s, unsigned count)
         delaunay_handle h = q[i];
         s->mark[h >> 2] = (uint8_t)(MESHER__OUT - inside);
         s->in[num_in] = h;
-        s->border[num_border] = tets[h >> 2].n[h & 3];
         num_in += inside;
-        num_border += !inside;
     }
     s->num_in = num_in;
-    s->num_border = num_border;
     s->done += count;
     return MESHER__DONE;
 }
 
-/* From the search to the cavity: facets that lead to what was seen before are of the boundary if
- * that stayed outside; every tetrahedron brought a vertex, and the first one four. */
-static void mesher__end_search(mesher__cavity *c, const mesher__search *s)
+/* The cavity is that of the facets by which its tetrahedra were reached: every tetrahedron brought
+ * a vertex, and the first one four. */
+static void mesher__take_reached(mesher__cavity *c, const delaunay_tet *tets,
+                                 const delaunay_handle *in, uint32_t num_in)
 {
-    uint32_t k, num_border = s->num_border;
-    for (k = 0; k < s->num_again; k++) {
-        delaunay_handle h = s->again[k];
-        s->border[num_border] = s->tets[h >> 2].n[h & 3];
-        num_border += s->mark[h >> 2] == MESHER__OUT;
-    }
-    for (k = 0; k < 3; k++) c->vertices[k] = s->tets[s->in[0] >> 2].v[k + 1];
-    for (k = 0; k < s->num_in; k++) {
-        delaunay_handle h = s->in[k];
-        c->vertices[k + 3] = s->tets[h >> 2].v[h & 3];
+    uint32_t k;
+    for (k = 0; k < 3; k++) c->vertices[k] = tets[in[0] >> 2].v[k + 1];
+    for (k = 0; k < num_in; k++) {
+        delaunay_handle h = in[k];
+        c->vertices[k + 3] = tets[h >> 2].v[h & 3];
         c->tets[k] = h >> 2;
     }
-    c->num_tets = s->num_in;
-    c->num_queue = s->num_queue;
-    c->num_border = num_border;
+    c->num_tets = num_in;
     c->whole = 1;
 }
 
@@ -11955,8 +11937,6 @@ static void mesher__point_search(mesher__search *s, const mesher__cavity *c)
 {
     s->in = c->tets;
     s->queue = c->queue;
-    s->again = c->again;
-    s->border = c->border;
 }
 
 /* All tetrahedra whose spheres contain p, reached from t without crossing a constrained facet. */
@@ -11980,14 +11960,13 @@ static int mesher__dig(mesher__cavity *c, delaunay_mesh *mesh, const double *p, 
     s.in[s.num_in++] = 4 * t;
     s.mark[t] = MESHER__IN;
     for (;;) {
-        uint32_t left, most = s.num_again + s.num_border;
-        if (most < s.num_queue) most = s.num_queue;
+        uint32_t left;
         c->num_tets = s.num_in;
         c->num_queue = s.num_queue;
         if (s.num_in + MESHER__SEARCH_SLACK > c->cap_tets ||
-            most + MESHER__SEARCH_SLACK > c->cap_search) {
+            s.num_queue + MESHER__SEARCH_SLACK > c->cap_search) {
             if (!mesher__cavity_room(c, s.num_in + MESHER__SEARCH_SLACK,
-                                     most + MESHER__SEARCH_SLACK)) {
+                                     s.num_queue + MESHER__SEARCH_SLACK)) {
                 c->tets[0] = t;
                 return MESHER__NO_MEMORY;
             }
@@ -12001,7 +11980,8 @@ static int mesher__dig(mesher__cavity *c, delaunay_mesh *mesh, const double *p, 
         if (state == MESHER__DONE && s.num_in > c->most) state = MESHER__GIVEN_UP;
         if (state != MESHER__DONE) break;
     }
-    mesher__end_search(c, &s);
+    mesher__take_reached(c, s.tets, s.in, s.num_in);
+    c->num_queue = s.num_queue;
     return state;
 }
 
@@ -12083,7 +12063,7 @@ static int mesher__sees_all(const mesher__cavity *c, const delaunay_mesh *mesh, 
     return 1;
 }
 
-/* The boundary of a cavity that is not whole. Returns 0 without memory. */
+/* The boundary of a cavity, in its order. Returns 0 without memory. */
 static int mesher__find_border(mesher__cavity *c, const delaunay_mesh *mesh)
 {
     const delaunay_tet *tets = mesh->tets;
@@ -12104,19 +12084,18 @@ static int mesher__find_border(mesher__cavity *c, const delaunay_mesh *mesh)
     return 1;
 }
 
-/* The facets of the whole boundary. Returns 0 without memory. */
-static int mesher__borders(mesher__cavity *c, const delaunay_mesh *mesh)
+/* The facets of a boundary. Returns 0 without memory. */
+static int mesher__take_border(mesher__cavity *c, const delaunay_mesh *mesh,
+                               const delaunay_handle *border, uint32_t n)
 {
     const delaunay_tet *tets = mesh->tets;
     size_t cap = c->cap_facets;
-    uint32_t k, i, n;
-    if (!c->whole && !mesher__find_border(c, mesh)) return 0;
-    n = c->num_border;
+    uint32_t k, i;
     if (c->shared && n > c->cap_facets) return 0;
     if (!mesher__room(c->memory, &c->facets, &cap, 0, n, sizeof *c->facets)) return 0;
     c->cap_facets = (uint32_t)cap;
     for (k = 0; k < n; k++) {
-        const delaunay_handle h = c->border[k];
+        const delaunay_handle h = border[k];
         const delaunay_tet *tet = tets + (h >> 2);
         const uint8_t *f = delaunay_facet_order((int)(h & 3));
         mesher__facet *facet = c->facets + k;
@@ -12126,6 +12105,13 @@ static int mesher__borders(mesher__cavity *c, const delaunay_mesh *mesh)
     }
     c->num_facets = n;
     return 1;
+}
+
+/* The facets of the whole boundary. Returns 0 without memory. */
+static int mesher__borders(mesher__cavity *c, const delaunay_mesh *mesh)
+{
+    return mesher__find_border(c, mesh) &&
+           mesher__take_border(c, mesh, c->border, c->num_border);
 }
 
 /* True if p sees the facets of tetrahedron t on the cavity's boundary. */
@@ -12443,7 +12429,7 @@ static void mesher__fill(mesher__cavity *c, delaunay_mesh *mesh, uint32_t p)
     const uint32_t color = mesh->color[c->tets[0]], num_facets = c->num_facets;
     const mesher__facet *f = c->facets;
     delaunay_tet *tets = mesh->tets;
-    delaunay_handle *slot = c->again;
+    delaunay_handle *slot = c->slots;
     uint32_t k;
     int i;
     mesher__clear_marks(c, mesh);
@@ -12480,6 +12466,27 @@ static int mesher__shape(mesher__cavity *c, delaunay_mesh *mesh, const double *p
         if (!mesher__cut(c, mesh, swallowed == 1 ? c->num_tets - 1 : (uint32_t)swallowed - 1))
             return MESHER__GIVEN_UP;
     }
+}
+
+/* The cavity of p, which is in t, with its boundary numbered; GIVEN_UP: it cannot be inserted. */
+static int mesher__carve(mesher__cavity *c, delaunay_mesh *mesh, const double *p, delaunay_handle t)
+{
+    delaunay_plain *plain = &c->plain;
+    int state;
+    c->num_tets = c->num_queue = c->num_facets = 0;
+    switch (delaunay_plain_cavity(plain, mesh, p, t, c->shared ? &c->section : NULL)) {
+    case DELAUNAY_PLAIN:
+        if (!mesher__cavity_room(c, plain->num_tets, plain->num_border)) return MESHER__NO_MEMORY;
+        mesher__take_reached(c, mesh->tets, plain->tets, plain->num_tets);
+        if (!mesher__take_border(c, mesh, plain->border, plain->num_border) ||
+            !mesher__number(c, mesh))
+            return MESHER__NO_MEMORY;
+        return mesher__swallows_vertex(c, mesh) ? MESHER__GIVEN_UP : MESHER__DONE;
+    case DELAUNAY_PLAIN_ELSEWHERE: return MESHER__LATER;
+    case DELAUNAY_NOT_PLAIN: break;
+    }
+    state = mesher__dig(c, mesh, p, t);
+    return state == MESHER__DONE ? mesher__shape(c, mesh, p) : state;
 }
 
 /* Where the walk to a point of a section starts: in the star of a vertex of the section, near it if
@@ -12545,12 +12552,12 @@ static int mesher__insert(mesher__refiner *r, mesher__cavity *c, const mesher__p
     delaunay_handle t = mesher__find(r, c, p, &later);
     if (later) return MESHER__LATER;
     if (!t || mesh->color[t] != p->region || !mesher__is_clear(r, p, t)) return MESHER__GIVEN_UP;
-    c->num_facets = 0;
-    state = mesher__dig(c, mesh, p->x, t);
-    if (state == MESHER__DONE) state = mesher__shape(c, mesh, p->x);
+    state = mesher__carve(c, mesh, p->x, t);
     if (state == MESHER__DONE && !mesher__keeps_distance(r, c, p)) state = MESHER__GIVEN_UP;
     if (state == MESHER__DONE && !mesher__ball_room(r, c)) state = MESHER__NO_MEMORY;
-    if (state == MESHER__GIVEN_UP) *(c->shared ? &c->pool->lost : &r->lost) += c->num_queue;
+    if (state == MESHER__GIVEN_UP) /* a plain cavity has no queue; its boundary is as long */
+        *(c->shared ? &c->pool->lost : &r->lost) += c->whole ? c->num_tets + c->num_facets
+                                                             : c->num_queue;
     if (state != MESHER__DONE) {
         mesher__clear_marks(c, mesh);
         return c->shared && state == MESHER__NO_MEMORY ? MESHER__LATER : state;
@@ -12805,7 +12812,7 @@ static int mesher__cavities(mesher__refiner *r, int threads)
             return 0;
         c->cap_facets = (uint32_t)facets;
         c->cap_vertices = (uint32_t)vertices;
-        if (!mesher__cavity_room(c, 1024, 4096)) return 0;
+        if (!mesher__cavity_room(c, 1024, 4 * 1024 + 4)) return 0;
         if (!mesher__hash_room(c)) return 0;
         c->shared = 1;
     }
@@ -13000,8 +13007,8 @@ static void mesher__cavity_free(mesher__cavity *c)
 {
     delaunay_release(c->memory, c->tets);
     delaunay_release(c->memory, c->queue);
-    delaunay_release(c->memory, c->again);
     delaunay_release(c->memory, c->border);
+    delaunay_release(c->memory, c->slots);
     delaunay_release(c->memory, c->facets);
     delaunay_release(c->memory, c->vertices);
     delaunay_release(c->memory, c->hash_key);

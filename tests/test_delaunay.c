@@ -370,6 +370,159 @@ static void digging_is_searching(void)
 #  endif
 #endif
 
+/* Moves vertices about, as long as all tetrahedra stay positive: no Delaunay mesh any more. */
+static void shake(delaunay_mesh *m, double by)
+{
+    uint32_t v;
+    for (v = 1; v < m->num_vertices; v++) {
+        double *x = m->vertices[v].x, old[3];
+        delaunay_handle t;
+        int k, bad = 0;
+        memcpy(old, x, sizeof old);
+        for (k = 0; k < 3; k++) x[k] += by * (random_unit() - 0.5);
+        for (t = 1; t < m->num_tets && !bad; t++) {
+            const uint32_t *w = m->tets[t].v;
+            if (w[0] != v && w[1] != v && w[2] != v && w[3] != v) continue;
+            bad = w[3] == DELAUNAY_GHOST || /* the hull stays */
+                  delaunay_orient3d(m->vertices[w[0]].x, m->vertices[w[1]].x, m->vertices[w[2]].x,
+                                    m->vertices[w[3]].x) <= 0;
+        }
+        if (bad) memcpy(x, old, sizeof old);
+    }
+}
+
+static int has_inside(const delaunay_mesh *m, delaunay_handle t, const double *x)
+{
+    const uint32_t *v = m->tets[t].v;
+    return v[3] != DELAUNAY_GHOST &&
+           delaunay_insphere_perturbed(m->vertices[v[0]].x, m->vertices[v[1]].x,
+                                       m->vertices[v[2]].x, m->vertices[v[3]].x, x) > 0;
+}
+
+/* What delaunay_plain_cavity promises, looked up: in is 1 for tetrahedra of the cavity. */
+static void check_plain(const delaunay_mesh *m, const delaunay_plain *c, const double *x,
+                        uint8_t *in, uint32_t key)
+{
+    uint32_t k, i, outer = 0, inner = 0;
+    CHECK(c->num_tets >= 1 && c->num_tets <= DELAUNAY_PLAIN_MOST);
+    for (k = 0; k < c->num_tets; k++) {
+        CHECK(!in[c->tets[k] >> 2]);
+        CHECK(k == 0 || in[m->tets[c->tets[k] >> 2].n[c->tets[k] & 3] >> 2]);
+        in[c->tets[k] >> 2] = 1;
+    }
+    for (k = 0; k < c->num_tets; k++) {
+        delaunay_handle t = c->tets[k] >> 2;
+        CHECK(has_inside(m, t, x) && !(m->flags[t] & (DELAUNAY_FACET_BITS | DELAUNAY_EDGE_BITS)));
+        for (i = 0; i < 4; i++) {
+            const uint8_t *f = delaunay_facet_order((int)i);
+            const uint32_t *v = m->tets[t].v;
+            CHECK(m->vertices[v[i]].key == key);
+            CHECK(has_inside(m, m->tets[t].n[i] >> 2, x) == in[m->tets[t].n[i] >> 2]);
+            if (in[m->tets[t].n[i] >> 2]) {
+                inner++;
+                continue;
+            }
+            CHECK(outer < c->num_border && c->border[outer] == 4 * t + i);
+            CHECK(delaunay_orient3d(x, m->vertices[v[f[0]]].x, m->vertices[v[f[1]]].x,
+                                    m->vertices[v[f[2]]].x) > 0);
+            outer++;
+        }
+    }
+    CHECK(outer == c->num_border && inner + outer == 4 * c->num_tets);
+    for (k = 0; k < c->num_tets; k++) in[c->tets[k] >> 2] = 0;
+}
+
+/* True if the search for a cavity from t meets one with a vertex of another key. */
+static int leads_elsewhere(const delaunay_mesh *m, delaunay_handle t, const double *x, uint8_t *in,
+                           uint32_t key)
+{
+    static delaunay_handle list[4096];
+    size_t n = 1, k;
+    int i, elsewhere = 0;
+    list[0] = t;
+    in[t] = 1;
+    for (k = 0; k < n; k++)
+        for (i = 0; i < 4; i++) {
+            delaunay_handle h = m->tets[list[k]].n[i];
+            elsewhere |= m->vertices[m->tets[list[k]].v[i]].key != key;
+            if (in[h >> 2] || n == 4096 || !has_inside(m, h >> 2, x)) continue;
+            in[h >> 2] = 1;
+            list[n++] = h >> 2;
+        }
+    for (k = 0; k < n; k++) in[list[k]] = 0;
+    return elsewhere;
+}
+
+/* Points in a mesh whose vertices have the keys 0 and 1; returns how many cavities were plain. */
+static int plain_in(delaunay_mesh *m, int points, int *elsewhere)
+{
+    uint8_t *in = (uint8_t *)calloc(m->num_tets, 1);
+    delaunay_worker *w = delaunay_worker_new(&m->memory);
+    delaunay_plain c;
+    int plain = 0, i, k;
+    while (points-- > 0) {
+        delaunay_handle t = 1 + random_u32() % (m->num_tets - 1), one;
+        const uint32_t *v = m->tets[t].v;
+        double x[3], weight[4], sum = 0;
+        delaunay_plainness answer;
+        uint32_t key;
+        if (v[3] == DELAUNAY_GHOST || !v[0]) continue;
+        for (i = 0; i < 4; i++) sum += weight[i] = 0.01 + random_unit();
+        for (k = 0; k < 3; k++)
+            for (x[k] = 0, i = 0; i < 4; i++) x[k] += weight[i] / sum * m->vertices[v[i]].x[k];
+        if (!has_inside(m, t, x)) continue;
+        key = m->vertices[v[0]].key;
+        for (i = 1; i < 4; i++) key = m->vertices[v[i]].key == key ? key : 2;
+        if (key == 2) continue;
+        answer = delaunay_plain_cavity(&c, m, x, t, &key);
+        if (answer == DELAUNAY_PLAIN) check_plain(m, &c, x, in, key);
+        if (answer == DELAUNAY_PLAIN_ELSEWHERE) CHECK(leads_elsewhere(m, t, x, in, key));
+        if (answer == DELAUNAY_PLAIN) CHECK(!leads_elsewhere(m, t, x, in, key));
+        for (k = 0; k < (int)m->num_tets; k++)
+            if (m->mark[k]) break;
+        CHECK(k == (int)m->num_tets);
+        if (answer != DELAUNAY_PLAIN) {
+            *elsewhere += answer == DELAUNAY_PLAIN_ELSEWHERE;
+            continue;
+        }
+        plain++;
+        one = c.tets[random_u32() % c.num_tets] >> 2;
+        delaunay_mark_facet(m, 4 * one + 3, 1);
+        CHECK(delaunay_plain_cavity(&c, m, x, t, NULL) == DELAUNAY_NOT_PLAIN);
+        delaunay_mark_facet(m, 4 * one + 3, 0);
+        v = m->tets[one].v;
+        CHECK(delaunay_mark_edge(m, w, one, v[0], v[1], 1) == DELAUNAY_OK);
+        CHECK(delaunay_plain_cavity(&c, m, x, t, NULL) == DELAUNAY_NOT_PLAIN);
+        CHECK(delaunay_mark_edge(m, w, one, v[0], v[1], 0) == DELAUNAY_OK);
+    }
+    delaunay_worker_free(w);
+    free(in);
+    return plain;
+}
+
+static void plain_cavities_are_cavities(void)
+{
+    int kind, shaken, all[2] = {0, 0}, elsewhere = 0;
+    uint32_t v;
+    for (kind = 0; kind < NUM_KINDS; kind++)
+        for (shaken = 0; shaken < 2; shaken++) {
+            double *xyz = make_points(kind, 1500);
+            delaunay_mesh mesh = {0};
+            CHECK(delaunay_tetrahedralize(&mesh, xyz, 1500, NULL, NULL) == DELAUNAY_OK);
+            if (shaken) shake(&mesh, kind == GRID ? 0.3 : 0.03);
+            CHECK(delaunay_enable_marks(&mesh) == DELAUNAY_OK);
+            CHECK(delaunay_link_vertices(&mesh) == DELAUNAY_OK);
+            for (v = 1; v < mesh.num_vertices; v++)
+                mesh.vertices[v].key = mesh.vertices[v].x[0] > 0.4;
+            all[shaken] += plain_in(&mesh, 1500, &elsewhere);
+            delaunay_mesh_free(&mesh);
+            free(xyz);
+        }
+#if defined(DELAUNAY__DIG)
+    if (DELAUNAY__AVX2) CHECK(all[0] > 1000 && all[1] > 1000 && elsewhere > 100);
+#endif
+}
+
 static void few_and_flat_points(void)
 {
     double xyz[3 * 6] = {0, 0, 0, 1, 1, 1, 2, 2, 2, 0, 0, 0, 1, 0, 0, 3, 3, 3},
@@ -591,5 +744,6 @@ int main(void)
     if (DELAUNAY__AVX2) digging_is_searching();
 #  endif
 #endif
+    plain_cavities_are_cavities();
     return check_report();
 }
