@@ -12075,9 +12075,9 @@ static int mesher__find_border(mesher__cavity *c, const delaunay_mesh *mesh)
         const delaunay_handle t = c->tets[k], *next = tets[t].n;
         unsigned shut = mesh->flags[t];
         for (i = 0; i < 4; i++) {
+            uint8_t seen = MESHER__FETCH(&mesh->mark[next[i] >> 2]); /* slot 0 is everybody's */
             border[n] = 4 * t + i;
-            n += (next[i] == 0) | (mesh->mark[next[i] >> 2] != MESHER__IN) |
-                 ((shut & DELAUNAY_FACET_BIT(i)) != 0);
+            n += (next[i] == 0) | (seen != MESHER__IN) | ((shut & DELAUNAY_FACET_BIT(i)) != 0);
         }
     }
     c->num_border = n;
