@@ -5,6 +5,7 @@
 #   make test                     all tests, two to four minutes
 #   make hard                     a thousand surfaces that are hard to recover, each result proved
 #   make sanitize                 the same under the address and undefined-behaviour sanitizers
+#   make tsan                     the parallel tests under clang's thread sanitizer
 #   make test-models MODELS=DIR   the tools over a folder of models with an INDEX.tsv
 #   make league MODELS=DIR        times and qualities over the same folder, beside rivals if installed
 #   make league-table MODELS=DIR  table 7.1 of the thesis for three parts of it, or those in PARTS
@@ -30,7 +31,7 @@ SCRIPTS := $(wildcard tests/test_*.sh)
 BENCHES := $(patsubst bench/%.c,$(BUILD)/bench_%,$(wildcard bench/*.c)) \
            $(patsubst bench/%.cpp,$(BUILD)/bench_%,$(wildcard bench/*.cpp))
 
-.PHONY: all demo test hard sanitize test-models league league-table include-test dist clean benches
+.PHONY: all demo test hard sanitize tsan test-models league league-table include-test dist clean benches
 .SECONDARY:
 
 all: $(TOOLS)
@@ -76,6 +77,9 @@ sanitize:
 	@$(MAKE) --no-print-directory test BUILD=build/sanitize OPENMP= \
 	  TESTFLAGS='-O1 -g -fsanitize=address,undefined -fno-sanitize-recover=undefined' \
 	  CFLAGS='-O1 -g -fsanitize=address,undefined -fno-sanitize-recover=undefined'
+
+tsan:
+	@sh tests/tsan.sh
 
 test-models: all
 	@BUILD=$(BUILD) sh tests/models.sh '$(MODELS)'
