@@ -2026,6 +2026,7 @@ struct delaunay_section {
     size_t cap_search, num_cavity, num_border;
     delaunay_handle *freed;
     size_t num_freed, cap_freed;
+    delaunay_handle fresh, fresh_end; /* slots dealt to it that nobody has written to */
     delaunay_handle *edges; /* matrix of a ball's edges: the facet behind each */
     uint16_t (*edge_keys)[4];
 };
@@ -3205,43 +3206,59 @@ enum {
     DELAUNAY__MANY_SLOTS = 1 << 25 /* 1 GiB of tetrahedra */
 };
 
-/* Slots for a ball, from the freed ones and the end of the array. Several threads may draw from the
- * end. */
+/* Some slots from the end of the array. Several threads may draw there. */
+static delaunay_result delaunay__draw_slots(delaunay__kernel *k, size_t need)
+{
+    delaunay_mesh *mesh = k->mesh;
+    delaunay_result result;
+    if (k->parallel) {
+        if (DELAUNAY__LOAD(&mesh->num_tets) + need + k->reserve > mesh->cap_tets) {
+            k->needs_slots = k->needs_memory = 1;
+            return DELAUNAY_ERROR_OUT_OF_MEMORY;
+        }
+#  if DELAUNAY__PARALLEL
+        k->fresh = DELAUNAY__FETCH_ADD(&mesh->num_tets, DELAUNAY__SLOTS_AT_ONCE);
+#  endif
+    } else {
+        if ((size_t)mesh->cap_tets - mesh->num_tets < DELAUNAY__SLOTS_AT_ONCE) {
+            size_t cap = mesh->cap_tets; /* what is not touched costs nothing but promises */
+            int careful = cap > DELAUNAY__MANY_SLOTS || mesh->memory.limit_bytes != 0;
+            result = delaunay__reserve_tets(mesh,
+                                            (careful ? cap + cap / 2 : 3 * cap) + need + 1024);
+            if (result != DELAUNAY_OK) return result;
+            delaunay__kernel_view(k);
+        }
+        k->fresh = mesh->num_tets;
+        mesh->num_tets += DELAUNAY__SLOTS_AT_ONCE;
+    }
+    k->fresh_end = k->fresh + DELAUNAY__SLOTS_AT_ONCE;
+    return DELAUNAY_OK;
+}
+
+/* Up to so many of the slots that were dealt or drawn, as freed ones: the lowest is the next. */
+static void delaunay__free_fresh(delaunay__kernel *k, size_t most)
+{
+    size_t count = k->fresh_end - k->fresh, i;
+    if (count > most) count = most;
+    for (i = count; i-- > 0;) {
+        k->tets[k->fresh + i].v[0] = 0;
+        k->freed[k->num_freed++] = k->fresh + (delaunay_handle)i;
+    }
+    k->fresh += (delaunay_handle)count;
+}
+
+/* Slots for a ball, from the freed ones, those dealt and the end of the array. */
 static delaunay_result delaunay__ball_slots(delaunay__kernel *k, size_t need)
 {
     delaunay_mesh *mesh = k->mesh;
-    delaunay_handle t;
-    delaunay_result result;
-    int i;
     while (!k->parallel && k->num_freed < need && mesh->num_free)
         k->freed[k->num_freed++] = mesh->free_tets[--mesh->num_free];
     while (k->num_freed < need) {
-        if (k->parallel) {
-            if (DELAUNAY__LOAD(&mesh->num_tets) + need + k->reserve > mesh->cap_tets) {
-                k->needs_slots = k->needs_memory = 1;
-                return DELAUNAY_ERROR_OUT_OF_MEMORY;
-            }
-#  if DELAUNAY__PARALLEL
-            t = DELAUNAY__FETCH_ADD(&mesh->num_tets, DELAUNAY__SLOTS_AT_ONCE);
-#  else
-            t = 0;
-#  endif
-        } else {
-            if ((size_t)mesh->cap_tets - mesh->num_tets < DELAUNAY__SLOTS_AT_ONCE) {
-                size_t cap = mesh->cap_tets; /* what is not touched costs nothing but promises */
-                int careful = cap > DELAUNAY__MANY_SLOTS || mesh->memory.limit_bytes != 0;
-                result = delaunay__reserve_tets(mesh, (careful ? cap + cap / 2 : 3 * cap) + need +
-                                                          1024);
-                if (result != DELAUNAY_OK) return result;
-                delaunay__kernel_view(k);
-            }
-            t = mesh->num_tets;
-            mesh->num_tets += DELAUNAY__SLOTS_AT_ONCE;
+        if (k->fresh == k->fresh_end) {
+            delaunay_result result = delaunay__draw_slots(k, need);
+            if (result != DELAUNAY_OK) return result;
         }
-        for (i = DELAUNAY__SLOTS_AT_ONCE; i-- > 0;) {
-            k->tets[t + (delaunay_handle)i].v[0] = 0;
-            k->freed[k->num_freed++] = t + (delaunay_handle)i;
-        }
+        delaunay__free_fresh(k, DELAUNAY__SLOTS_AT_ONCE);
     }
     return DELAUNAY_OK;
 }
@@ -4762,6 +4779,7 @@ typedef struct delaunay__cut {
     size_t begin, end, left; /* items; those left over are moved to the front */
     uint32_t start, length;
     delaunay_handle hint;
+    delaunay_handle fresh, fresh_end; /* slots dealt to it */
 } delaunay__cut;
 
 typedef struct delaunay__partitions {
@@ -4888,8 +4906,50 @@ static void delaunay__cut_sections(delaunay__partitions *p, size_t num_items, in
     for (i = 0; i < num; i++) {
         p->cuts[i].end = i + 1 < num ? p->cuts[i + 1].begin : num_items;
         p->cuts[i].length = p->cuts[(i + 1) % num].start - p->cuts[i].start;
-        p->cuts[i].left = 0;
+        p->cuts[i].left = p->cuts[i].fresh = p->cuts[i].fresh_end = 0;
     }
+}
+
+/* Deals to each section the slots for most of its items (a point ends up with 6.77 tetrahedra, but
+ * some are left over), in the order of the curve: no two threads write to one page, which the
+ * system would clear while both wait, and the slots are nearly in canonical order. Hidden points
+ * would need none. */
+static void delaunay__deal_fresh(delaunay__partitions *p, size_t num_items, int num)
+{
+    enum { SLOTS_AN_ITEM = 6 };
+    delaunay_mesh *mesh = p->mesh;
+    size_t first = mesh->num_tets, end = first + SLOTS_AN_ITEM * num_items;
+    int i;
+    if (mesh->weight || end + 2 * p->kernels[0]->reserve > mesh->cap_tets) return;
+    for (i = 0; i < num; i++) {
+        delaunay__cut *c = &p->cuts[i];
+        c->fresh = (delaunay_handle)(first + SLOTS_AN_ITEM * c->begin);
+        c->fresh_end = (delaunay_handle)(first + SLOTS_AN_ITEM * c->end);
+    }
+    mesh->num_tets = (delaunay_handle)end;
+}
+
+/* Slots dealt that nobody has used: back to the end of the array, or to the first kernel, which will
+ * do what is left over in the end. */
+static delaunay_result delaunay__collect_fresh(delaunay__partitions *p, int num)
+{
+    delaunay_mesh *mesh = p->mesh;
+    delaunay__kernel *k = p->kernels[0];
+    int i;
+    for (i = num; i-- > 0;) {
+        const delaunay__cut *c = &p->cuts[i];
+        size_t count = c->fresh_end - c->fresh;
+        if (count && c->fresh_end == mesh->num_tets) {
+            mesh->num_tets = c->fresh;
+            continue;
+        }
+        if (delaunay__kernel_reserve_freed(k, k->num_freed + count) != DELAUNAY_OK)
+            return DELAUNAY_ERROR_OUT_OF_MEMORY;
+        k->fresh = c->fresh;
+        k->fresh_end = c->fresh_end;
+        delaunay__free_fresh(k, count);
+    }
+    return DELAUNAY_OK;
 }
 
 /* A live tetrahedron to start from. */
@@ -4970,7 +5030,12 @@ static void delaunay__work(delaunay__partitions *p, delaunay__kernel *k, delauna
     k->start = c->start;
     k->length = c->length;
     k->hint = c->hint;
+    k->fresh = c->fresh;
+    k->fresh_end = c->fresh_end;
     delaunay__pass(p, k, c, is_caller, num);
+    c->fresh = k->fresh;
+    c->fresh_end = k->fresh_end;
+    k->fresh = k->fresh_end = 0;
 }
 
 /* Shared: the mesh (each section its own tetrahedra, see above; keys and coordinates are only read;
@@ -5033,8 +5098,9 @@ static int delaunay__run_serial(delaunay__partitions *p, size_t num_items)
     return DELAUNAY_OK;
 }
 
-/* One attempt in num sections. Returns how many items it left, at the front, or an error. */
-static int64_t delaunay__attempt(delaunay__partitions *p, size_t num_items, int num)
+/* One attempt in num sections, with slots dealt to them or not. Returns how many items it left, at
+ * the front, or an error. */
+static int64_t delaunay__attempt(delaunay__partitions *p, size_t num_items, int num, int deal)
 {
     size_t left = 0;
     int i;
@@ -5042,7 +5108,9 @@ static int64_t delaunay__attempt(delaunay__partitions *p, size_t num_items, int 
     delaunay__kernel_view(p->kernels[0]);
     delaunay__cut_sections(p, num_items, num);
     delaunay__place_hints(p, num);
+    if (deal) delaunay__deal_fresh(p, num_items, num);
     delaunay__run_sections(p, num);
+    if (deal && delaunay__collect_fresh(p, num) != DELAUNAY_OK) return DELAUNAY_ERROR_OUT_OF_MEMORY;
     if (p->status != DELAUNAY_OK) return p->status;
     for (i = 0; i < num; i++) {
         memmove(p->items + left, p->items + p->cuts[i].begin, p->cuts[i].left * sizeof *p->items);
@@ -5067,7 +5135,7 @@ static int delaunay__run_items(delaunay__partitions *p, uint32_t count, size_t n
         if (num <= 1) break;
         if (attempt > 0 || !fresh) result = delaunay__next_curve(p, count, num_items);
         if (result != DELAUNAY_OK) return result;
-        left = delaunay__attempt(p, num_items, num);
+        left = delaunay__attempt(p, num_items, num, 0);
         if (left < 0) return (int)left;
         if (2 * (size_t)left > num_items) num /= 2;
         num_items = (size_t)left;
@@ -5092,7 +5160,7 @@ static int delaunay__run_round(delaunay__partitions *p, uint32_t count, size_t n
             num = (int)(left / DELAUNAY__ITEMS_A_SECTION);
         if (num <= 1 || (num > 2 && attempt)) break;
         if (attempt) delaunay__turn_items(p->items, left, left / 4);
-        answer = delaunay__attempt(p, left, num);
+        answer = delaunay__attempt(p, left, num, attempt == 0);
         if (answer < 0) return (int)answer;
         left = (size_t)answer;
         if (2 * left > before) num /= 2;
