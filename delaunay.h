@@ -3844,22 +3844,35 @@ static uint16_t delaunay__rotate_flags(uint16_t flags, const uint8_t *order)
     return (uint16_t)out;
 }
 
+/* A vertex with so many tetrahedra that they are worth a radix sort, and their first new slot. */
+typedef struct delaunay__large_bucket {
+    delaunay_handle head, from;
+} delaunay__large_bucket;
+
 typedef struct delaunay__numbering {
     delaunay_mesh *mesh;
     delaunay__rotations rotations;
-    delaunay_handle
-        *moved; /* at first the greatest vertex of each tetrahedron, at last its new slot */
-    delaunay_handle *order; /* slots by their greatest vertex */
-    delaunay_handle *first; /* for each vertex, where its tetrahedra end in order; behind it */
-    size_t cap_order;       /* of both */
-    uint32_t *shares;       /* of the vertices: where those of each thread begin, and one more */
+    delaunay_handle *moved; /* of each slot: at first the next one with the same greatest vertex, at
+                             * last the new slot */
+    delaunay_handle *heads; /* of each vertex: the first slot with that greatest vertex; real ones,
+                             * then the same of ghosts; at last spare */
+    uint32_t *keys;         /* of each slot: see delaunay__short_key; at last spare */
+    size_t *counts;         /* of each thread: real ones and ghosts of each chunk of vertices */
+    size_t num_chunks;
+    delaunay__large_bucket *large;
+    size_t num_large;
+    delaunay_handle *spare; /* a handle for each slot, then the heads */
+    size_t cap_spare;
     int threads;
-    int counts_at_once;   /* the rotations are found by threads that count in arrays of their own */
-    int simd;             /* at last moved has the rotation, too, in the bits beyond slot_mask */
+    int simd;               /* at last moved has the rotation, too, in the bits beyond slot_mask */
     delaunay_handle slot_mask;
 } delaunay__numbering;
 
-enum { DELAUNAY__FEW_TETS = 48, DELAUNAY__MANY_TETS = 300, DELAUNAY__PACKED_BITS = 28 };
+enum {
+    DELAUNAY__MANY_TETS = 300, /* of one vertex: worth a radix sort */
+    DELAUNAY__CHUNK = 4096,    /* vertices; a power of two */
+    DELAUNAY__PACKED_BITS = 28
+};
 
 /* Share i of the slots, dealt to as many threads as there are. */
 static void delaunay__slots_of(const delaunay__numbering *c, int i, size_t *from, size_t *end)
@@ -3869,41 +3882,65 @@ static void delaunay__slots_of(const delaunay__numbering *c, int i, size_t *from
     *end = i + 1 == c->threads ? slots + 1 : *from + each;
 }
 
-/* Where thread i counts: the first one in place, the others in the memory of order. */
-static delaunay_handle *delaunay__counts_of(const delaunay__numbering *c, int i)
+/* Puts slot t at the head of a list, with others at work or not; the slot that was there. */
+DELAUNAY_INLINE delaunay_handle delaunay__put_first(delaunay_handle *head, delaunay_handle t,
+                                                    const int shared)
 {
-    if (!c->counts_at_once) return NULL;
-    return i == 0 ? c->first : c->order + (size_t)(i - 1) * c->mesh->num_vertices;
+    delaunay_handle was;
+#  if DELAUNAY__PARALLEL
+    if (shared) return __atomic_exchange_n(head, t, __ATOMIC_RELAXED);
+#  endif
+    (void)shared;
+    was = *head;
+    *head = t;
+    return was;
 }
 
-/* The rotation of every tetrahedron, in mark, and its greatest vertex, in moved; first: NULL, or
- * where those of each vertex are counted at once, the real ones. */
+/* By which the tetrahedra of one greatest vertex are in order, given the next two vertices. As good
+ * as always no two agree; else their vertices decide. As signed numbers, the first bit is turned. */
+#  ifndef DELAUNAY__SHORT_KEY_MASK
+#    define DELAUNAY__SHORT_KEY_MASK 0xffffffffu /* less: for tests */
+#  endif
+DELAUNAY_INLINE uint32_t delaunay__short_key(uint32_t second, uint32_t third)
+{
+    return (second * 0x9e3779b1u + third * 0x85ebca6bu) & DELAUNAY__SHORT_KEY_MASK;
+}
+
+/* The rotation of every tetrahedron, in mark, its key, and the lists by their greatest vertices,
+ * counted. Those of vertex 0 are deleted. */
 static DELAUNAY__NOINLINE void delaunay__find_plain(const delaunay__numbering *c, size_t t,
-                                                    size_t end, delaunay_handle *first)
+                                                    size_t end, size_t *counts)
 {
     const delaunay_mesh *mesh = c->mesh;
-    for (; t < end; t++) {
-        const uint32_t *v = mesh->tets[t].v;
+    const int shared = c->threads > 1;
+    while (end-- > t) {
+        const uint32_t *v = mesh->tets[end].v;
         unsigned r = v[0] ? c->rotations.index[delaunay__rotation_code(v)] : 0;
-        uint32_t greatest = v[c->rotations.order[r][0]];
-        mesh->mark[t] = (uint8_t)r;
-        c->moved[t] = r ? greatest : DELAUNAY_NONE;
-        if (first) first[greatest] += r - 1 < DELAUNAY__GHOST_ROTATION - 1;
+        const uint8_t *order = c->rotations.order[r];
+        size_t greatest = v[order[0]], ghost = r >= DELAUNAY__GHOST_ROTATION;
+        mesh->mark[end] = (uint8_t)r;
+        c->keys[end] = delaunay__short_key(v[order[1]], v[order[2]]);
+        c->moved[end] = delaunay__put_first(&c->heads[greatest + ghost * mesh->num_vertices],
+                                          (delaunay_handle)end, shared);
+        counts[2 * (greatest / DELAUNAY__CHUNK) + ghost] += r != 0;
     }
 }
 
 #  if defined(DELAUNAY__AVX2) && !defined(DELAUNAY_INDEX64)
 /* The same with all comparisons at once; signed ones, so of numbers with their first bit turned. */
-static DELAUNAY__TARGET DELAUNAY__NOINLINE void
-delaunay__find_avx2(const delaunay__numbering *c, size_t t, size_t end, delaunay_handle *first)
+DELAUNAY__TARGET __attribute__((always_inline)) DELAUNAY_INLINE void
+delaunay__find_avx2_in(const delaunay__numbering *c, size_t t, size_t end, size_t *counts,
+                       const int shared)
 {
     const __m128i first_bit = _mm_set1_epi32(INT32_MIN), zero = _mm_setzero_si128();
     const delaunay_tet *tets = c->mesh->tets;
     const uint8_t *index = c->rotations.index;
+    const size_t vertices = c->mesh->num_vertices;
     uint8_t *mark = c->mesh->mark;
-    delaunay_handle *moved = c->moved;
-    for (; t < end; t++) {
-        __m128i v = _mm_loadu_si128((const __m128i *)(const void *)tets[t].v);
+    delaunay_handle *moved = c->moved, *heads = c->heads;
+    uint32_t *keys = c->keys;
+    while (end-- > t) {
+        __m128i v = _mm_loadu_si128((const __m128i *)(const void *)tets[end].v);
         __m128i s = _mm_xor_si128(v, first_bit);
         __m128i next = _mm_cmpgt_epi32(s, _mm_shuffle_epi32(s, 0x39));
         __m128i over = _mm_cmpgt_epi32(s, _mm_shuffle_epi32(s, 0x4e));
@@ -3911,11 +3948,23 @@ delaunay__find_avx2(const delaunay__numbering *c, size_t t, size_t end, delaunay
         int code = _mm_movemask_ps(_mm_castsi128_ps(next)) |
                    (_mm_movemask_ps(_mm_castsi128_ps(over)) & 3) << 4 | (none & 8) << 3;
         unsigned r = none & 1 ? 0 : index[code];
-        uint32_t greatest = tets[t].v[c->rotations.order[r][0]];
-        mark[t] = (uint8_t)r;
-        moved[t] = greatest; /* v[0], which is 0, if there is none */
-        if (first) first[greatest] += r - 1 < DELAUNAY__GHOST_ROTATION - 1;
+        const uint8_t *order = c->rotations.order[r];
+        size_t greatest = tets[end].v[order[0]]; /* v[0], which is 0, if there is none */
+        size_t ghost = r >= DELAUNAY__GHOST_ROTATION;
+        mark[end] = (uint8_t)r;
+        keys[end] = delaunay__short_key(tets[end].v[order[1]], tets[end].v[order[2]]);
+        moved[end] = delaunay__put_first(&heads[greatest + ghost * vertices], (delaunay_handle)end,
+                                         shared) |
+                     r << DELAUNAY__PACKED_BITS;
+        counts[2 * (greatest / DELAUNAY__CHUNK) + ghost] += r != 0;
     }
+}
+
+static DELAUNAY__TARGET DELAUNAY__NOINLINE void
+delaunay__find_avx2(const delaunay__numbering *c, size_t t, size_t end, size_t *counts)
+{
+    if (c->threads > 1) delaunay__find_avx2_in(c, t, end, counts, 1);
+    else delaunay__find_avx2_in(c, t, end, counts, 0);
 }
 #  endif
 
@@ -3927,9 +3976,7 @@ static DELAUNAY__NOINLINE void delaunay__find_rotations(const delaunay__numberin
 #    pragma omp parallel for num_threads(c->threads) schedule(static, 1) if(c->threads > 1)
 #  endif
     for (i = 0; i < c->threads; i++) {
-        size_t t, end;
-        delaunay_handle *counts = delaunay__counts_of(c, i);
-        if (counts) memset(counts, 0, mesh->num_vertices * sizeof *counts);
+        size_t t, end, *counts = c->counts + 2 * c->num_chunks * (size_t)i;
         delaunay__slots_of(c, i, &t, &end);
 #  if defined(DELAUNAY__AVX2) && !defined(DELAUNAY_INDEX64)
         if (c->simd) delaunay__find_avx2(c, t, end, counts);
@@ -3942,101 +3989,23 @@ static DELAUNAY__NOINLINE void delaunay__find_rotations(const delaunay__numberin
     }
 }
 
-/* Which slots a sort by buckets is about: real tetrahedra or ghosts, by their rotation. */
-typedef struct delaunay__kind {
-    unsigned least, count;
-} delaunay__kind;
-
-/* The next slot of that kind after t, or one soon before it; marks are looked at by eights. */
-static size_t delaunay__skip_slots(const uint8_t *mark, size_t t, size_t slots, delaunay__kind kind)
+/* From counts of tetrahedra to where those of each chunk begin, the ghosts behind all real ones, in
+ * the counts of the first thread. Returns where the real ones end; *end: where all end. */
+static size_t delaunay__add_up(const delaunay__numbering *c, size_t *end)
 {
-    const uint64_t ones = UINT64_C(0x0101010101010101), more = ones * (128 - kind.least);
-    uint64_t marks;
-    if (kind.least == 1) return t + 1; /* nearly all are */
-    for (t++; t + 8 <= slots; t += 8) {
-        memcpy(&marks, mark + t, 8);
-        if ((marks + more) & ones << 7) break;
-    }
-    return t;
-}
-
-/* Counts the slots of each of the vertices [from, end), or puts them into their buckets. All slots
- * are looked at, and those of other vertices, which are another thread's, passed over. */
-static void delaunay__count_slots(const delaunay__numbering *c, delaunay__kind kind, uint32_t from,
-                                  uint32_t end)
-{
-    const uint8_t *mark = c->mesh->mark;
-    size_t t, slots = c->mesh->num_tets;
-    memset(c->first + from, 0, (size_t)(end - from) * sizeof *c->first);
-    for (t = 1; t < slots; t = delaunay__skip_slots(mark, t, slots, kind))
-        if (mark[t] - kind.least < kind.count && c->moved[t] - from < end - from)
-            c->first[c->moved[t]]++;
-}
-
-static void delaunay__deal_slots(const delaunay__numbering *c, delaunay__kind kind, uint32_t from,
-                                 uint32_t end)
-{
-    const uint8_t *mark = c->mesh->mark;
-    size_t t, slots = c->mesh->num_tets;
-    for (t = 1; t < slots; t = delaunay__skip_slots(mark, t, slots, kind))
-        if (mark[t] - kind.least < kind.count && c->moved[t] - from < end - from)
-            c->order[c->first[c->moved[t]]++] = (delaunay_handle)t;
-}
-
-/* What the threads have counted of the vertices [from, end), into first. */
-static void delaunay__add_counts(const delaunay__numbering *c, uint32_t from, uint32_t end)
-{
-    int i;
-    uint32_t v;
-    for (i = 1; i < c->threads; i++) {
-        const delaunay_handle *counts = delaunay__counts_of(c, i);
-        for (v = from; v < end; v++) c->first[v] += counts[v];
-    }
-}
-
-/* From counts to where the slots of each vertex begin, from begin on. Returns where all end. Shares
- * of some slots each, the last one with the rest, are cut; 0: they stay. */
-static size_t delaunay__add_up(const delaunay__numbering *c, size_t begin, size_t each)
-{
-    size_t sum = 0;
-    uint32_t v, n = c->mesh->num_vertices;
-    int share = 1, num = each ? c->threads : 1;
-    for (v = 0; v < n; v++) {
-        size_t size = c->first[v];
-        while (share < num && sum >= (size_t)share * each) c->shares[share++] = v;
-        c->first[v] = (delaunay_handle)(begin + sum);
-        sum += size;
-    }
-    while (share < num) c->shares[share++] = n;
-    return begin + sum;
-}
-
-/* Slots by their greatest vertex; from begin on, real or ghost ones only. Returns the end. */
-static DELAUNAY__NOINLINE size_t delaunay__bucket_slots(const delaunay__numbering *c, size_t begin,
-                                                        int ghosts)
-{
-    const uint32_t n = c->mesh->num_vertices;
-    delaunay__kind kind;
-    size_t end = begin;
-    int i, pass;
-    kind.least = ghosts ? DELAUNAY__GHOST_ROTATION : 1;
-    kind.count = (ghosts ? 16 : DELAUNAY__GHOST_ROTATION) - kind.least;
-    for (i = 0; i <= c->threads; i++)
-        c->shares[i] = (uint32_t)((uint64_t)n * (uint64_t)i / (uint64_t)c->threads);
-    for (pass = 0; pass < 2; pass++) {
-        int counted = pass == 0 && !ghosts && c->counts_at_once;
-#  if DELAUNAY__PARALLEL
-#    pragma omp parallel for num_threads(c->threads) schedule(static, 1) if(c->threads > 1)
-#  endif
-        for (i = 0; i < c->threads; i++) {
-            if (counted) delaunay__add_counts(c, c->shares[i], c->shares[i + 1]);
-            else if (pass == 0) delaunay__count_slots(c, kind, c->shares[i], c->shares[i + 1]);
-            else delaunay__deal_slots(c, kind, c->shares[i], c->shares[i + 1]);
+    size_t sum = 1, real = 1, ghost, chunk;
+    for (ghost = 0; ghost < 2; ghost++) {
+        for (chunk = 0; chunk < c->num_chunks; chunk++) {
+            size_t begin = sum;
+            int i;
+            for (i = 0; i < c->threads; i++)
+                sum += c->counts[2 * (c->num_chunks * (size_t)i + chunk) + ghost];
+            c->counts[2 * chunk + ghost] = begin;
         }
-        if (pass == 0)
-            end = delaunay__add_up(c, begin, ghosts ? 0 : c->mesh->num_tets / (size_t)c->threads);
+        if (!ghost) real = sum;
     }
-    return end;
+    *end = sum;
+    return real;
 }
 
 /* Second and third vertex in canonical order of the tetrahedron in slot t. */
@@ -4060,11 +4029,11 @@ static void delaunay__sort_many(const delaunay__numbering *c, delaunay_handle *a
             x = a[--end];
             a[end] = a[0];
         }
-        key = delaunay__second_key(c, x);
+        key = delaunay__second_key(c, x & c->slot_mask);
         for (i = start; (child = 2 * i + 1) < end; i = child) {
-            uint64_t greater = delaunay__second_key(c, a[child]);
-            if (child + 1 < end && greater < delaunay__second_key(c, a[child + 1]))
-                greater = delaunay__second_key(c, a[++child]);
+            uint64_t greater = delaunay__second_key(c, a[child] & c->slot_mask);
+            if (child + 1 < end && greater < delaunay__second_key(c, a[child + 1] & c->slot_mask))
+                greater = delaunay__second_key(c, a[++child] & c->slot_mask);
             if (key >= greater) break;
             a[i] = a[child];
         }
@@ -4072,163 +4041,230 @@ static void delaunay__sort_many(const delaunay__numbering *c, delaunay_handle *a
     }
 }
 
-/* The new slot of the tetrahedron in an old one. */
-DELAUNAY_INLINE void delaunay__set_place(const delaunay__numbering *c, delaunay_handle t, size_t to)
+/* The new slot of the tetrahedron in an old one, whose rotation may be with it. */
+DELAUNAY_INLINE void delaunay__set_place(const delaunay__numbering *c, delaunay_handle slot,
+                                         size_t to)
 {
-    c->moved[t] = (delaunay_handle)to;
-    if (c->simd) c->moved[t] |= (delaunay_handle)c->mesh->mark[t] << DELAUNAY__PACKED_BITS;
+    c->moved[slot & c->slot_mask] = (delaunay_handle)to | (slot & ~c->slot_mask);
 }
 
-/* The tetrahedra of one vertex by their second and third vertices, key: no two agree in both. Few:
- * by counting the smaller ones of each, without branches. */
-static void delaunay__sort_bucket(const delaunay__numbering *c, size_t begin, size_t end,
-                                  const uint64_t *key)
+/* The n tetrahedra of one vertex, by what their keys are made of. */
+static DELAUNAY__NOINLINE void delaunay__sort_ties(const delaunay__numbering *c,
+                                                   const delaunay_handle *slot, size_t n,
+                                                   size_t begin)
 {
-    delaunay_handle *order = c->order + begin;
-    size_t i, j, n = end - begin;
-    if (n > DELAUNAY__FEW_TETS) {
-        delaunay__sort_many(c, order, n);
-        for (i = 0; i < n; i++) delaunay__set_place(c, order[i], begin + i);
-        return;
-    }
+    uint64_t key[DELAUNAY__MANY_TETS];
+    size_t i, j, rank;
+    for (i = 0; i < n; i++) key[i] = delaunay__second_key(c, slot[i] & c->slot_mask);
     for (i = 0; i < n; i++) {
-        size_t rank = 0;
-        for (j = 0; j < n; j++) rank += key[j] < key[i];
-        delaunay__set_place(c, order[i], begin + rank);
+        for (rank = j = 0; j < n; j++) rank += key[j] < key[i];
+        delaunay__set_place(c, slot[i], begin + rank);
     }
+}
+
+/* The n tetrahedra of one vertex by their keys; their new slots are from begin on. By counting the
+ * smaller ones of each, without branches: in all there are n (n - 1) / 2, unless two agree. */
+static void delaunay__sort_bucket(const delaunay__numbering *c, const delaunay_handle *slot,
+                                  const uint32_t *key, size_t n, size_t begin)
+{
+    const uint32_t first_bit = 0x80000000u;
+    size_t i, j, sum = 0;
+    for (i = 0; i < n; i++) {
+        uint32_t rank = 0, own = key[i] ^ first_bit;
+        for (j = 0; j < n; j++) rank += (key[j] ^ first_bit) < own;
+        delaunay__set_place(c, slot[i], begin + rank);
+        sum += rank;
+    }
+    if (2 * sum + n != n * n) delaunay__sort_ties(c, slot, n, begin);
 }
 
 #  if defined(DELAUNAY__AVX2) && !defined(DELAUNAY_INDEX64)
-/* The same of up to 8 * eights tetrahedra. Of what follows, up to last, something is
- * written, which is overwritten later. */
+/* The same of up to 8 * eights tetrahedra. To the slots behind them, the first rest in all,
+ * something is written, which is overwritten later. */
 DELAUNAY__TARGET __attribute__((always_inline)) DELAUNAY_INLINE void
-delaunay__sort_fixed(const delaunay__numbering *c, size_t begin, size_t end, size_t last,
-                     const uint64_t *key, const int eights)
+delaunay__sort_fixed(const delaunay__numbering *c, const delaunay_handle *slot, const uint32_t *key,
+                     size_t n, size_t rest, size_t begin, const int eights)
 {
-    const __m256i first_bit = _mm256_set1_epi64x(INT64_MIN), most = _mm256_set1_epi64x(INT64_MAX);
-    const __m256i n = _mm256_set1_epi64x((long long)(end - begin));
-    const delaunay_handle *order = c->order + begin;
-    const uint8_t *mark = c->mesh->mark;
-    __m256i k[8], rank[8], at = _mm256_setr_epi64x(0, 1, 2, 3);
-    uint64_t keys[32], places[32];
-    size_t count = last - begin < (size_t)(8 * eights) ? last - begin : (size_t)(8 * eights);
-    size_t i;
+    const __m256i most = _mm256_set1_epi32(INT32_MAX), n8 = _mm256_set1_epi32((int)n);
+    const uint32_t mask = ((uint32_t)1 << DELAUNAY__PACKED_BITS) - 1;
+    __m256i k[4], rank[4], at = _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7), sum;
+    uint32_t keys[32], places[32], all = (uint32_t)(8 * eights), count, i;
     int j;
-    for (j = 0; j < 2 * eights; j++) {
-        k[j] = _mm256_loadu_si256((const __m256i *)(const void *)(key + 4 * j));
-        k[j] = _mm256_blendv_epi8(most, _mm256_xor_si256(k[j], first_bit),
-                                  _mm256_cmpgt_epi64(n, at));
-        at = _mm256_add_epi64(at, _mm256_set1_epi64x(4));
-        _mm256_storeu_si256((__m256i *)(void *)(keys + 4 * j), k[j]);
-        rank[j] = _mm256_set1_epi64x((long long)begin);
+    for (j = 0; j < eights; j++) {
+        k[j] = _mm256_loadu_si256((const __m256i *)(const void *)(key + 8 * j));
+        k[j] = _mm256_blendv_epi8(most, k[j], _mm256_cmpgt_epi32(n8, at));
+        at = _mm256_add_epi32(at, _mm256_set1_epi32(8));
+        _mm256_storeu_si256((__m256i *)(void *)(keys + 8 * j), k[j]);
+        rank[j] = _mm256_setzero_si256();
     }
-    for (i = 0; i < (size_t)(8 * eights); i++) {
-        __m256i x = _mm256_set1_epi64x((long long)keys[i]);
-        for (j = 0; j < 2 * eights; j++)
-            rank[j] = _mm256_sub_epi64(rank[j], _mm256_cmpgt_epi64(k[j], x));
+    for (i = 0; i < all; i++) {
+        __m256i x = _mm256_set1_epi32((int)keys[i]);
+        for (j = 0; j < eights; j++)
+            rank[j] = _mm256_sub_epi32(rank[j], _mm256_cmpgt_epi32(k[j], x));
     }
-    for (j = 0; j < 2 * eights; j++)
-        _mm256_storeu_si256((__m256i *)(void *)(places + 4 * j), rank[j]);
-    for (i = 0; i < count; i++)
-        c->moved[order[i]] =
-            (delaunay_handle)places[i] | (delaunay_handle)mark[order[i]] << DELAUNAY__PACKED_BITS;
+    sum = rank[0];
+    for (j = 1; j < eights; j++) sum = _mm256_add_epi32(sum, rank[j]);
+    for (j = 0; j < eights; j++)
+        _mm256_storeu_si256((__m256i *)(void *)(places + 8 * j),
+                            _mm256_add_epi32(rank[j], _mm256_set1_epi32((int)begin)));
+    count = rest < all ? (uint32_t)rest : all;
+    for (i = 0; i < count; i++) c->moved[slot[i] & mask] = places[i] | (slot[i] & ~mask);
+    _mm256_storeu_si256((__m256i *)(void *)places, sum);
+    for (i = 1; i < 8; i++) places[0] += places[i];
+    if (2 * (size_t)places[0] + n != n * n + 2 * n * (all - n)) /* n before each beyond them */
+        delaunay__sort_ties(c, slot, n, begin);
 }
 
-static DELAUNAY__TARGET void delaunay__sort_bucket_avx2(const delaunay__numbering *c, size_t begin,
-                                                        size_t end, size_t last,
-                                                        const uint64_t *key)
+static DELAUNAY__TARGET void delaunay__sort_bucket_avx2(const delaunay__numbering *c,
+                                                        const delaunay_handle *slot,
+                                                        const uint32_t *key, size_t n, size_t rest,
+                                                        size_t begin)
 {
-    if (end - begin <= 8) delaunay__sort_fixed(c, begin, end, last, key, 1);
-    else if (end - begin <= 16) delaunay__sort_fixed(c, begin, end, last, key, 2);
-    else if (end - begin <= 24) delaunay__sort_fixed(c, begin, end, last, key, 3);
-    else if (end - begin <= 32) delaunay__sort_fixed(c, begin, end, last, key, 4);
-    else delaunay__sort_bucket(c, begin, end, key);
+    if (n <= 8) delaunay__sort_fixed(c, slot, key, n, rest, begin, 1);
+    else if (n <= 16) delaunay__sort_fixed(c, slot, key, n, rest, begin, 2);
+    else if (n <= 24) delaunay__sort_fixed(c, slot, key, n, rest, begin, 3);
+    else if (n <= 32) delaunay__sort_fixed(c, slot, key, n, rest, begin, 4);
+    else delaunay__sort_bucket(c, slot, key, n, begin);
 }
 #  endif
 
-/* Buckets that are worth a radix sort, one by one; without memory for that, by heap sort. */
-static void delaunay__sort_large_buckets(const delaunay__numbering *c, size_t begin, size_t most)
+/* The next slot in the list of one; *slot: it, with its rotation. */
+DELAUNAY_INLINE delaunay_handle delaunay__next_slot(const delaunay__numbering *c, delaunay_handle t,
+                                                    delaunay_handle *slot)
+{
+    delaunay_handle next = c->moved[t];
+    *slot = t | (next & ~c->slot_mask);
+    return next & c->slot_mask;
+}
+
+/* Those that are worth a radix sort, one by one; without memory for that, by heap sort. */
+static void delaunay__sort_large_buckets(const delaunay__numbering *c)
 {
     delaunay_memory *m = &c->mesh->memory;
-    hxtsort_pair *pairs = (hxtsort_pair *)delaunay_alloc(m, most, sizeof *pairs);
     hxtsort_options sort;
-    uint32_t v;
-    size_t i, from = begin, to;
+    size_t b, i;
     memset(&sort, 0, sizeof sort);
     sort.num_threads = c->threads;
     sort.allocator.alloc = delaunay__counted_alloc;
     sort.allocator.release = delaunay__counted_release;
     sort.allocator.user = m;
-    for (v = 0; v < c->mesh->num_vertices; v++, from = to) {
-        size_t n = (to = c->first[v]) - from;
-        if (n <= DELAUNAY__MANY_TETS) continue;
+    for (b = 0; b < c->num_large; b++) {
+        size_t n = 0, from = c->large[b].from;
+        delaunay_handle t = c->large[b].head;
+        hxtsort_pair *pairs;
+        while (t) t = delaunay__next_slot(c, t, &c->spare[n++]);
+        pairs = (hxtsort_pair *)delaunay_alloc(m, n, sizeof *pairs);
         for (i = 0; pairs && i < n; i++) {
-            pairs[i].value = c->order[from + i];
-            pairs[i].key = delaunay__second_key(c, c->order[from + i]);
+            pairs[i].value = c->spare[i];
+            pairs[i].key = delaunay__second_key(c, c->spare[i] & c->slot_mask);
         }
-        if (!pairs || hxtsort_pairs(pairs, n, &sort) != HXTSORT_OK) {
-            delaunay__sort_bucket(c, from, to, NULL);
-            continue;
-        }
-        for (i = 0; i < n; i++)
-            delaunay__set_place(c, (delaunay_handle)pairs[i].value, from + i);
+        if (pairs && hxtsort_pairs(pairs, n, &sort) == HXTSORT_OK)
+            for (i = 0; i < n; i++) c->spare[i] = (delaunay_handle)pairs[i].value;
+        else delaunay__sort_many(c, c->spare, n);
+        for (i = 0; i < n; i++) delaunay__set_place(c, c->spare[i], from + i);
+        delaunay_release(m, pairs);
     }
-    delaunay_release(m, pairs);
 }
 
-/* Sorts the buckets of vertices [v, end), which begin at from; those that are large are left for
- * later. Returns the size of the largest such. */
-static size_t delaunay__sort_chunk(const delaunay__numbering *c, uint32_t v, uint32_t end,
-                                   size_t from)
+static void delaunay__keep_large(delaunay__numbering *c, delaunay_handle head, size_t from)
 {
-    enum { KEYS = 512, AHEAD = 48 };
-    uint64_t key[KEYS + 32];
-    const delaunay_handle *first = c->first;
-    size_t i, to, last = first[end - 1], most = 0; /* beyond last: another thread's */
-    memset(key + KEYS, 0, 32 * sizeof *key);
-    while (v < end) {
-        uint32_t u = v;
-        for (to = from; u < end && first[u] - from <= KEYS; u++) to = first[u];
-        if (u == v) { /* larger than all keys */
-            most = most > first[v] - from ? most : first[v] - from;
-            from = first[v++];
-            continue;
-        }
-        for (i = from; i < to; i++) {
-            if (i + AHEAD < last) DELAUNAY__PREFETCH(&c->mesh->tets[c->order[i + AHEAD]]);
-            key[i - from] = delaunay__second_key(c, c->order[i]);
-        }
-        for (i = from; v < u; v++) {
-            size_t next = first[v];
-            if (next - i > DELAUNAY__MANY_TETS) most = most > next - i ? most : next - i;
-#  if defined(DELAUNAY__AVX2) && !defined(DELAUNAY_INDEX64)
-            else if (c->simd) delaunay__sort_bucket_avx2(c, i, next, last, key + (i - from));
-#  endif
-            else delaunay__sort_bucket(c, i, next, key + (i - from));
-            i = next;
-        }
-        from = to;
-    }
-    return most;
-}
-
-static DELAUNAY__NOINLINE void delaunay__sort_buckets(const delaunay__numbering *c, size_t begin)
-{
-    enum { CHUNK = 4096 };
-    long chunk, num = (long)(c->mesh->num_vertices / CHUNK + 1);
-    size_t most = 0;
 #  if DELAUNAY__PARALLEL
-#    pragma omp parallel for num_threads(c->threads) schedule(dynamic, 1) reduction(max : most)
+    size_t b = DELAUNAY__FETCH_ADD(&c->num_large, 1);
+#  else
+    size_t b = c->num_large++;
+#  endif
+    c->large[b].head = head;
+    c->large[b].from = (delaunay_handle)from;
+}
+
+/* Lists of slots in one array. */
+enum { DELAUNAY__BATCH = 512 };
+typedef struct delaunay__batch_of_lists {
+    delaunay_handle slot[DELAUNAY__BATCH + DELAUNAY__MANY_TETS];
+    uint32_t key[DELAUNAY__BATCH + DELAUNAY__MANY_TETS + 32];
+    uint32_t end[DELAUNAY__BATCH]; /* of each list */
+    size_t num;
+} delaunay__batch_of_lists;
+
+/* The lists of the vertices from v on, as many as fit; the new slots of their tetrahedra are from
+ * *from on, and those of the next vertex from there on. Lists that are large are left for later,
+ * alone. Returns the next vertex. */
+static uint32_t delaunay__fill_batch(delaunay__numbering *c, delaunay__batch_of_lists *b,
+                                     const delaunay_handle *heads, uint32_t v, uint32_t end,
+                                     size_t *from)
+{
+    enum { AHEAD = 16 };
+    size_t n = 0;
+    for (b->num = 0; v < end && b->num < DELAUNAY__BATCH && n < DELAUNAY__BATCH; v++) {
+        size_t first = n;
+        delaunay_handle t = heads[v], ahead = heads[v + AHEAD < end ? v + AHEAD : v];
+        DELAUNAY__PREFETCH(&c->moved[ahead]);
+        DELAUNAY__PREFETCH(&c->keys[ahead]);
+        ahead = c->moved[heads[v + AHEAD / 2 < end ? v + AHEAD / 2 : v]] & c->slot_mask;
+        DELAUNAY__PREFETCH(&c->moved[ahead]);
+        DELAUNAY__PREFETCH(&c->keys[ahead]);
+        for (; t && n - first < DELAUNAY__MANY_TETS; n++) {
+            b->key[n] = c->keys[t];
+            t = delaunay__next_slot(c, t, &b->slot[n]);
+        }
+        if (t) {
+            if (b->num) return v;
+            delaunay__keep_large(c, heads[v], *from);
+            for (*from += n; t; t = c->moved[t] & c->slot_mask) ++*from;
+            return v + 1;
+        }
+        b->end[b->num++] = (uint32_t)n;
+    }
+    return v;
+}
+
+/* New slots, from from on, for the tetrahedra of vertices [v, end); of large lists later. */
+static void delaunay__sort_chunk(delaunay__numbering *c, const delaunay_handle *heads, uint32_t v,
+                                 uint32_t end, size_t from)
+{
+    delaunay__batch_of_lists b;
+    memset(b.key, 0, sizeof b.key);
+    while (v < end) {
+        size_t i, l, n;
+        v = delaunay__fill_batch(c, &b, heads, v, end, &from);
+        n = b.num ? b.end[b.num - 1] : 0;
+        for (i = l = 0; l < b.num; i = b.end[l++]) {
+            size_t count = b.end[l] - i;
+#  if defined(DELAUNAY__AVX2) && !defined(DELAUNAY_INDEX64)
+            if (c->simd)
+                delaunay__sort_bucket_avx2(c, b.slot + i, b.key + i, count, n - i, from + i);
+            else
+#  endif
+                delaunay__sort_bucket(c, b.slot + i, b.key + i, count, from + i);
+        }
+        from += n;
+    }
+}
+
+/* New slots for all real tetrahedra or all ghosts. */
+static DELAUNAY__NOINLINE void delaunay__sort_buckets(delaunay__numbering *c, int ghosts)
+{
+    const uint32_t n = c->mesh->num_vertices;
+    const delaunay_handle *heads = c->heads + (ghosts ? n : 0);
+    long chunk, num = (long)c->num_chunks;
+#  if DELAUNAY__PARALLEL
+#    pragma omp parallel for num_threads(c->threads) schedule(dynamic, 1) if(c->threads > 1)
 #  endif
     for (chunk = 0; chunk < num; chunk++) {
-        uint32_t v = (uint32_t)chunk * CHUNK, end = v + CHUNK;
-        size_t from = v ? c->first[v - 1] : begin, large;
-        if (end > c->mesh->num_vertices) end = c->mesh->num_vertices;
-        if (v >= end) continue;
-        large = delaunay__sort_chunk(c, v, end, from);
-        most = most > large ? most : large;
+        uint32_t v = (uint32_t)chunk * DELAUNAY__CHUNK,
+                 end = n - v < DELAUNAY__CHUNK ? n : v + DELAUNAY__CHUNK;
+        delaunay__sort_chunk(c, heads, v ? v : 1, end, c->counts[2 * chunk + (ghosts != 0)]);
     }
-    if (most) delaunay__sort_large_buckets(c, begin, most);
+}
+
+/* Deleted slots, in the list of vertex 0, go nowhere. */
+static void delaunay__drop_deleted(const delaunay__numbering *c)
+{
+    delaunay_handle t, next;
+    for (t = c->heads[0]; t; t = next) {
+        next = c->moved[t] & c->slot_mask;
+        c->moved[t] = DELAUNAY_NONE;
+    }
 }
 
 /* The tetrahedra of count slots from t on with corners in canonical order and handles in terms of
@@ -4324,7 +4360,7 @@ DELAUNAY_INLINE delaunay_handle delaunay__take_slot(delaunay_handle *moved, dela
     return DELAUNAY_NONE;
 }
 
-/* Every 256th tetrahedron, lifted beforehand, and where each is to go; in the memory of order. */
+/* Every 256th tetrahedron, lifted beforehand, and where each is to go; in the spare memory. */
 typedef struct delaunay__starts {
     delaunay_tet *tets;
     delaunay_handle *places;
@@ -4334,7 +4370,7 @@ enum { DELAUNAY__BETWEEN_STARTS = 256 };
 
 static void delaunay__starts_init(delaunay__starts *s, const delaunay__numbering *c)
 {
-    s->tets = (delaunay_tet *)(void *)c->order;
+    s->tets = (delaunay_tet *)(void *)c->spare;
     s->places = (delaunay_handle *)(void *)(s->tets + c->mesh->num_tets / DELAUNAY__BETWEEN_STARTS +
                                             1);
 }
@@ -4397,8 +4433,8 @@ DELAUNAY_INLINE void delaunay__move_share(const delaunay__numbering *c, size_t n
     }
 }
 
-/* Tetrahedra that the sweep has lifted and whose places it has not reached: a queue, in the memory
- * of order and first. */
+/* Tetrahedra that the sweep has lifted and whose places it has not reached: a queue, in the spare
+ * memory. */
 typedef struct delaunay__lifted {
     delaunay_tet *ring;
     size_t cap, head, count;
@@ -4467,8 +4503,8 @@ static DELAUNAY__NOINLINE void delaunay__sweep_tets(const delaunay__numbering *c
     size_t from, end, t, slots = c->mesh->num_tets;
     delaunay__lifted l;
     memset(&l, 0, sizeof l);
-    l.ring = (delaunay_tet *)(void *)c->order;
-    l.cap = c->cap_order * sizeof *c->order / sizeof *l.ring;
+    l.ring = (delaunay_tet *)(void *)c->spare;
+    l.cap = c->cap_spare * sizeof *c->spare / sizeof *l.ring;
     for (from = 0; from < slots; from = end) {
         end = slots - from < DELAUNAY__SWEEP ? slots : from + DELAUNAY__SWEEP;
         delaunay__renumber(c, from, end - from, x);
@@ -4561,7 +4597,7 @@ DELAUNAY_API delaunay_result delaunay_canonicalize(delaunay_mesh *mesh, const de
     delaunay__numbering c;
     uint16_t *flags = NULL;
     uint32_t *color = NULL;
-    size_t slots = mesh->num_tets, num, real;
+    size_t slots = mesh->num_tets, num, num_counts;
     delaunay_result result = DELAUNAY_ERROR_OUT_OF_MEMORY;
     delaunay_handle t;
     int i;
@@ -4569,31 +4605,37 @@ DELAUNAY_API delaunay_result delaunay_canonicalize(delaunay_mesh *mesh, const de
     memset(&c, 0, sizeof c);
     c.mesh = mesh;
     c.threads = slots < 100000 ? 1 : delaunay_threads(host);
+    num_counts = 2 * (size_t)c.threads;
     c.slot_mask = (delaunay_handle)-1;
 #  if defined(DELAUNAY__AVX2) && !defined(DELAUNAY_INDEX64)
     c.simd = DELAUNAY__AVX2 && slots < (size_t)1 << DELAUNAY__PACKED_BITS;
     if (c.simd) c.slot_mask = ((delaunay_handle)1 << DELAUNAY__PACKED_BITS) - 1;
 #  endif
+    c.num_chunks = (mesh->num_vertices - 1) / DELAUNAY__CHUNK + 1;
+    c.cap_spare = slots + 2 * (size_t)mesh->num_vertices;
     c.moved = (delaunay_handle *)delaunay_alloc(m, slots, sizeof *c.moved);
-    c.cap_order = slots + mesh->num_vertices;
-    c.order = (delaunay_handle *)delaunay_alloc(m, c.cap_order, sizeof *c.order);
-    c.shares = (uint32_t *)delaunay_alloc(m, (size_t)c.threads + 1, sizeof *c.shares);
-    if (!c.moved || !c.order || !c.shares) goto done;
-    c.first = c.order + slots;
-    c.counts_at_once = (size_t)(c.threads - 1) <= slots / mesh->num_vertices;
+    c.spare = (delaunay_handle *)delaunay_alloc(m, c.cap_spare, sizeof *c.spare);
+    c.counts = (size_t *)delaunay_alloc(m, c.num_chunks, num_counts * sizeof *c.counts);
+    c.large = (delaunay__large_bucket *)delaunay_alloc(m, slots / DELAUNAY__MANY_TETS + 1,
+                                                       sizeof *c.large);
+    if (!c.moved || !c.spare || !c.counts || !c.large) goto done;
     if (mesh->flags && !(flags = (uint16_t *)delaunay_alloc(m, mesh->cap_tets, sizeof *flags)))
         goto done;
     if (mesh->color && !(color = (uint32_t *)delaunay_alloc(m, mesh->cap_tets, sizeof *color)))
         goto done;
     /* nothing can fail from here on */
+    c.keys = (uint32_t *)(void *)c.spare;
+    c.heads = c.spare + slots;
+    memset(c.heads, 0, 2 * (size_t)mesh->num_vertices * sizeof *c.heads);
+    memset(c.counts, 0, c.num_chunks * num_counts * sizeof *c.counts);
     delaunay__rotations_init(&c.rotations);
     c.moved[0] = 0;
     delaunay__find_rotations(&c);
-    num = delaunay__bucket_slots(&c, 1, 0);
+    delaunay__add_up(&c, &num);
+    delaunay__drop_deleted(&c);
+    delaunay__sort_buckets(&c, 0);
     delaunay__sort_buckets(&c, 1);
-    real = num; /* moved of these is done; that of ghosts still names vertices */
-    num = delaunay__bucket_slots(&c, real, 1);
-    delaunay__sort_buckets(&c, real);
+    delaunay__sort_large_buckets(&c);
     delaunay__move_marks(&c, flags, color);
     flags = NULL;
     color = NULL;
@@ -4608,8 +4650,9 @@ DELAUNAY_API delaunay_result delaunay_canonicalize(delaunay_mesh *mesh, const de
     result = DELAUNAY_OK;
 done:
     delaunay_release(m, c.moved);
-    delaunay_release(m, c.order);
-    delaunay_release(m, c.shares);
+    delaunay_release(m, c.spare);
+    delaunay_release(m, c.counts);
+    delaunay_release(m, c.large);
     delaunay_release(m, flags);
     delaunay_release(m, color);
     return result;
