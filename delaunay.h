@@ -3854,8 +3854,8 @@ typedef struct delaunay__numbering {
     delaunay__rotations rotations;
     delaunay_handle *moved; /* of each slot: at first the next one with the same greatest vertex, at
                              * last the new slot */
-    delaunay_handle *heads; /* of each vertex: the first slot with that greatest vertex; real ones,
-                             * then the same of ghosts; at last spare */
+    delaunay_handle *heads; /* of each vertex: the first slot with that greatest vertex; of real
+                             * ones, later of ghosts; at last spare */
     uint32_t *keys;         /* of each slot: see delaunay__short_key; at last spare */
     size_t *counts;         /* of each thread: real ones and ghosts of each chunk of vertices */
     size_t num_chunks;
@@ -3906,13 +3906,14 @@ DELAUNAY_INLINE uint32_t delaunay__short_key(uint32_t second, uint32_t third)
     return (second * 0x9e3779b1u + third * 0x85ebca6bu) & DELAUNAY__SHORT_KEY_MASK;
 }
 
-/* The rotation of every tetrahedron, in mark, its key, and the lists by their greatest vertices,
- * counted. Those of vertex 0 are deleted. */
+/* The rotation of every tetrahedron, in mark, its key, and the lists of real ones by their greatest
+ * vertices; real ones and ghosts are counted. Those of vertex 0 are deleted. */
 static DELAUNAY__NOINLINE void delaunay__find_plain(const delaunay__numbering *c, size_t t,
                                                     size_t end, size_t *counts)
 {
     const delaunay_mesh *mesh = c->mesh;
     const int shared = c->threads > 1;
+    delaunay_handle ghosts = 0; /* listed by nobody */
     while (end-- > t) {
         const uint32_t *v = mesh->tets[end].v;
         unsigned r = v[0] ? c->rotations.index[delaunay__rotation_code(v)] : 0;
@@ -3920,8 +3921,8 @@ static DELAUNAY__NOINLINE void delaunay__find_plain(const delaunay__numbering *c
         size_t greatest = v[order[0]], ghost = r >= DELAUNAY__GHOST_ROTATION;
         mesh->mark[end] = (uint8_t)r;
         c->keys[end] = delaunay__short_key(v[order[1]], v[order[2]]);
-        c->moved[end] = delaunay__put_first(&c->heads[greatest + ghost * mesh->num_vertices],
-                                          (delaunay_handle)end, shared);
+        c->moved[end] = delaunay__put_first(ghost ? &ghosts : &c->heads[greatest],
+                                            (delaunay_handle)end, shared);
         counts[2 * (greatest / DELAUNAY__CHUNK) + ghost] += r != 0;
     }
 }
@@ -3935,9 +3936,8 @@ delaunay__find_avx2_in(const delaunay__numbering *c, size_t t, size_t end, size_
     const __m128i first_bit = _mm_set1_epi32(INT32_MIN), zero = _mm_setzero_si128();
     const delaunay_tet *tets = c->mesh->tets;
     const uint8_t *index = c->rotations.index;
-    const size_t vertices = c->mesh->num_vertices;
     uint8_t *mark = c->mesh->mark;
-    delaunay_handle *moved = c->moved, *heads = c->heads;
+    delaunay_handle *moved = c->moved, *heads = c->heads, ghosts = 0;
     uint32_t *keys = c->keys;
     while (end-- > t) {
         __m128i v = _mm_loadu_si128((const __m128i *)(const void *)tets[end].v);
@@ -3953,7 +3953,7 @@ delaunay__find_avx2_in(const delaunay__numbering *c, size_t t, size_t end, size_
         size_t ghost = r >= DELAUNAY__GHOST_ROTATION;
         mark[end] = (uint8_t)r;
         keys[end] = delaunay__short_key(tets[end].v[order[1]], tets[end].v[order[2]]);
-        moved[end] = delaunay__put_first(&heads[greatest + ghost * vertices], (delaunay_handle)end,
+        moved[end] = delaunay__put_first(ghost ? &ghosts : &heads[greatest], (delaunay_handle)end,
                                          shared) |
                      r << DELAUNAY__PACKED_BITS;
         counts[2 * (greatest / DELAUNAY__CHUNK) + ghost] += r != 0;
@@ -3990,11 +3990,11 @@ static DELAUNAY__NOINLINE void delaunay__find_rotations(const delaunay__numberin
 }
 
 /* From counts of tetrahedra to where those of each chunk begin, the ghosts behind all real ones, in
- * the counts of the first thread. Returns where the real ones end; *end: where all end. */
-static size_t delaunay__add_up(const delaunay__numbering *c, size_t *end)
+ * the counts of the first thread. Returns where all end. */
+static size_t delaunay__add_up(const delaunay__numbering *c)
 {
-    size_t sum = 1, real = 1, ghost, chunk;
-    for (ghost = 0; ghost < 2; ghost++) {
+    size_t sum = 1, ghost, chunk;
+    for (ghost = 0; ghost < 2; ghost++)
         for (chunk = 0; chunk < c->num_chunks; chunk++) {
             size_t begin = sum;
             int i;
@@ -4002,10 +4002,7 @@ static size_t delaunay__add_up(const delaunay__numbering *c, size_t *end)
                 sum += c->counts[2 * (c->num_chunks * (size_t)i + chunk) + ghost];
             c->counts[2 * chunk + ghost] = begin;
         }
-        if (!ghost) real = sum;
-    }
-    *end = sum;
-    return real;
+    return sum;
 }
 
 /* Second and third vertex in canonical order of the tetrahedron in slot t. */
@@ -4190,9 +4187,9 @@ typedef struct delaunay__batch_of_lists {
  * *from on, and those of the next vertex from there on. Lists that are large are left for later,
  * alone. Returns the next vertex. */
 static uint32_t delaunay__fill_batch(delaunay__numbering *c, delaunay__batch_of_lists *b,
-                                     const delaunay_handle *heads, uint32_t v, uint32_t end,
-                                     size_t *from)
+                                     uint32_t v, uint32_t end, size_t *from)
 {
+    const delaunay_handle *heads = c->heads;
     enum { AHEAD = 16 };
     size_t n = 0;
     for (b->num = 0; v < end && b->num < DELAUNAY__BATCH && n < DELAUNAY__BATCH; v++) {
@@ -4219,14 +4216,13 @@ static uint32_t delaunay__fill_batch(delaunay__numbering *c, delaunay__batch_of_
 }
 
 /* New slots, from from on, for the tetrahedra of vertices [v, end); of large lists later. */
-static void delaunay__sort_chunk(delaunay__numbering *c, const delaunay_handle *heads, uint32_t v,
-                                 uint32_t end, size_t from)
+static void delaunay__sort_chunk(delaunay__numbering *c, uint32_t v, uint32_t end, size_t from)
 {
     delaunay__batch_of_lists b;
     memset(b.key, 0, sizeof b.key);
     while (v < end) {
         size_t i, l, n;
-        v = delaunay__fill_batch(c, &b, heads, v, end, &from);
+        v = delaunay__fill_batch(c, &b, v, end, &from);
         n = b.num ? b.end[b.num - 1] : 0;
         for (i = l = 0; l < b.num; i = b.end[l++]) {
             size_t count = b.end[l] - i;
@@ -4241,11 +4237,10 @@ static void delaunay__sort_chunk(delaunay__numbering *c, const delaunay_handle *
     }
 }
 
-/* New slots for all real tetrahedra or all ghosts. */
+/* New slots for all listed tetrahedra, real ones or ghosts. */
 static DELAUNAY__NOINLINE void delaunay__sort_buckets(delaunay__numbering *c, int ghosts)
 {
     const uint32_t n = c->mesh->num_vertices;
-    const delaunay_handle *heads = c->heads + (ghosts ? n : 0);
     long chunk, num = (long)c->num_chunks;
 #  if DELAUNAY__PARALLEL
 #    pragma omp parallel for num_threads(c->threads) schedule(dynamic, 1) if(c->threads > 1)
@@ -4253,7 +4248,7 @@ static DELAUNAY__NOINLINE void delaunay__sort_buckets(delaunay__numbering *c, in
     for (chunk = 0; chunk < num; chunk++) {
         uint32_t v = (uint32_t)chunk * DELAUNAY__CHUNK,
                  end = n - v < DELAUNAY__CHUNK ? n : v + DELAUNAY__CHUNK;
-        delaunay__sort_chunk(c, heads, v ? v : 1, end, c->counts[2 * chunk + (ghosts != 0)]);
+        delaunay__sort_chunk(c, v ? v : 1, end, c->counts[2 * chunk + (ghosts != 0)]);
     }
 }
 
@@ -4264,6 +4259,42 @@ static void delaunay__drop_deleted(const delaunay__numbering *c)
     for (t = c->heads[0]; t; t = next) {
         next = c->moved[t] & c->slot_mask;
         c->moved[t] = DELAUNAY_NONE;
+    }
+}
+
+/* The next slot of a ghost behind t, or one before it; marks are looked at by eights. */
+static size_t delaunay__skip_real(const uint8_t *mark, size_t t, size_t end)
+{
+    const uint64_t ones = UINT64_C(0x0101010101010101);
+    const uint64_t more = ones * (128 - DELAUNAY__GHOST_ROTATION);
+    uint64_t marks;
+    for (t++; t + 8 <= end; t += 8) {
+        memcpy(&marks, mark + t, 8);
+        if ((marks + more) & ones << 7) break;
+    }
+    return t;
+}
+
+/* The lists of ghosts by their greatest vertices, in place of those of real ones. */
+static DELAUNAY__NOINLINE void delaunay__list_ghosts(const delaunay__numbering *c)
+{
+    const uint8_t *mark = c->mesh->mark;
+    int i;
+    memset(c->heads, 0, c->mesh->num_vertices * sizeof *c->heads);
+#  if DELAUNAY__PARALLEL
+#    pragma omp parallel for num_threads(c->threads) schedule(static, 1) if(c->threads > 1)
+#  endif
+    for (i = 0; i < c->threads; i++) {
+        size_t t, end;
+        delaunay__slots_of(c, i, &t, &end);
+        for (t--; (t = delaunay__skip_real(mark, t, end)) < end;) {
+            delaunay_handle rotation = c->moved[t] & ~c->slot_mask;
+            uint32_t greatest;
+            if (mark[t] < DELAUNAY__GHOST_ROTATION) continue;
+            greatest = c->mesh->tets[t].v[c->rotations.order[mark[t]][0]];
+            c->moved[t] = rotation | delaunay__put_first(&c->heads[greatest], (delaunay_handle)t,
+                                                         c->threads > 1);
+        }
     }
 }
 
@@ -4612,7 +4643,7 @@ DELAUNAY_API delaunay_result delaunay_canonicalize(delaunay_mesh *mesh, const de
     if (c.simd) c.slot_mask = ((delaunay_handle)1 << DELAUNAY__PACKED_BITS) - 1;
 #  endif
     c.num_chunks = (mesh->num_vertices - 1) / DELAUNAY__CHUNK + 1;
-    c.cap_spare = slots + 2 * (size_t)mesh->num_vertices;
+    c.cap_spare = slots + mesh->num_vertices;
     c.moved = (delaunay_handle *)delaunay_alloc(m, slots, sizeof *c.moved);
     c.spare = (delaunay_handle *)delaunay_alloc(m, c.cap_spare, sizeof *c.spare);
     c.counts = (size_t *)delaunay_alloc(m, c.num_chunks, num_counts * sizeof *c.counts);
@@ -4626,14 +4657,15 @@ DELAUNAY_API delaunay_result delaunay_canonicalize(delaunay_mesh *mesh, const de
     /* nothing can fail from here on */
     c.keys = (uint32_t *)(void *)c.spare;
     c.heads = c.spare + slots;
-    memset(c.heads, 0, 2 * (size_t)mesh->num_vertices * sizeof *c.heads);
+    memset(c.heads, 0, mesh->num_vertices * sizeof *c.heads);
     memset(c.counts, 0, c.num_chunks * num_counts * sizeof *c.counts);
     delaunay__rotations_init(&c.rotations);
     c.moved[0] = 0;
     delaunay__find_rotations(&c);
-    delaunay__add_up(&c, &num);
+    num = delaunay__add_up(&c);
     delaunay__drop_deleted(&c);
     delaunay__sort_buckets(&c, 0);
+    delaunay__list_ghosts(&c);
     delaunay__sort_buckets(&c, 1);
     delaunay__sort_large_buckets(&c);
     delaunay__move_marks(&c, flags, color);
