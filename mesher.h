@@ -11615,36 +11615,16 @@ static int mesher__in_the_way(const mesher__refiner *r, const mesher__proposal *
     return mesher__is_alone(&r->grid, p->x, p->h) ? MESHER__FREE : MESHER__NEAR_POINT;
 }
 
-/* Obstacles that the points [first, end) of the order have already, in their states, by several
- * threads; for one thread that would be work twice. */
-static void mesher__look_ahead(mesher__refiner *r, size_t first, size_t end)
-{
-    int threads = delaunay_threads(&r->options->host), n = (int)(end - first), k;
-    if (threads == 1 || n < 1024) {
-        for (k = 0; k < n; k++) r->points[r->order[first + (size_t)k].value].state = MESHER__FREE;
-        return;
-    }
-    /* Shared: all, read only, but for the states, each written once. */
-    MESHER__OMP(omp parallel for schedule(dynamic, 256) num_threads(threads))
-    for (k = 0; k < n; k++) {
-        mesher__proposal *p = r->points + r->order[first + (size_t)k].value;
-        p->state = mesher__in_the_way(r, p);
-    }
-}
-
 /* Keeps a maximal set of points that are far enough from each other; the others are asked again
  * later. */
 static int mesher__filter(mesher__refiner *r)
 {
-    enum { BATCH = 16384 };
     size_t n = r->num_points, k, kept = 0;
     if (!mesher__grid_reset(&r->grid, r->memory, n)) return 0;
     for (k = 0; k < n; k++) {
         uint32_t i = (uint32_t)r->order[k].value;
         const mesher__proposal *p = r->points + i;
-        int obstacle;
-        if (k % BATCH == 0) mesher__look_ahead(r, k, n - k < BATCH ? n : k + BATCH);
-        obstacle = p->state == MESHER__FREE ? mesher__in_the_way(r, p) : p->state;
+        int obstacle = mesher__in_the_way(r, p);
         if (obstacle == MESHER__FREE) {
             r->order[kept++].value = i;
             if (!mesher__put_in_grid(&r->grid, r->memory, p->x, p->h)) return 0;
