@@ -11115,6 +11115,8 @@ static mesher_result mesher__no_memory(const mesher__refiner *r)
  * nothing need be moved. */
 #  define MESHER__UNIFORM 0.1
 #  define MESHER__SAME 0.03
+/* So large, relative to the size, may be what starts a lattice. */
+#  define MESHER__ROOM_TO_START 1.5
 /* More points than this are left to the sweeps, which stop at budgets. */
 #  define MESHER__LATTICE_MOST 3e8
 
@@ -11396,7 +11398,7 @@ static mesher_result mesher__start_lattice(mesher__refiner *r, const mesher__pro
                                            uint64_t number)
 {
     size_t k = r->num_points;
-    if (!mesher__is_alone(&r->grid, p->x, 1.5 * p->h)) return MESHER_OK;
+    if (!mesher__is_alone(&r->grid, p->x, MESHER__ROOM_TO_START * p->h)) return MESHER_OK;
     if (!mesher__lattice_room(r)) return mesher__no_memory(r);
     r->points[k] = *p;
     r->nodes[k] = (number & 0x7fff) << 48 | 0x800080008000u;
@@ -11566,7 +11568,9 @@ static mesher_result mesher__lattices(mesher__refiner *r)
             if (mesher__over_budget(r) != MESHER_OK) break;
         }
         if (late && r->num_lattices > 0) break;
-        if (!(s->h > 0) || !mesher__is_alone(&r->grid, s->x, s->h)) continue;
+        if (!(s->h > 0) || !mesher__is_alone(&r->grid, s->x, s->h) ||
+            !mesher__is_alone(&r->grid, s->x, MESHER__ROOM_TO_START * s->h))
+            continue;
         if (!mesher__see(r->mesh, s->x, s->tet, &met)) continue;
         if (!mesher__place(r, &p, s->x, s->tet, r->mesh->color[s->tet])) continue;
         r->ignored += mesher__wishes(r->options, 1, s->x, &p.region, &p.h);
