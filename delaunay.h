@@ -4622,57 +4622,84 @@ static void delaunay__move_marks(const delaunay__numbering *c, uint16_t *flags, 
     }
 }
 
+/* Memory for a numbering; 0: there is none. */
+static int delaunay__numbering_init(delaunay__numbering *c, delaunay_mesh *mesh,
+                                    const delaunay_host *host)
+{
+    delaunay_memory *m = &mesh->memory;
+    size_t slots = mesh->num_tets, num_counts;
+    memset(c, 0, sizeof *c);
+    c->mesh = mesh;
+    c->threads = slots < 100000 ? 1 : delaunay_threads(host);
+    c->slot_mask = (delaunay_handle)-1;
+#  if defined(DELAUNAY__AVX2) && !defined(DELAUNAY_INDEX64)
+    c->simd = DELAUNAY__AVX2 && slots < (size_t)1 << DELAUNAY__PACKED_BITS;
+    if (c->simd) c->slot_mask = ((delaunay_handle)1 << DELAUNAY__PACKED_BITS) - 1;
+#  endif
+    num_counts = 2 * (size_t)c->threads;
+    c->num_chunks = (mesh->num_vertices - 1) / DELAUNAY__CHUNK + 1;
+    c->cap_spare = slots + mesh->num_vertices;
+    c->moved = (delaunay_handle *)delaunay_alloc(m, slots, sizeof *c->moved);
+    c->spare = (delaunay_handle *)delaunay_alloc(m, c->cap_spare, sizeof *c->spare);
+    c->counts = (size_t *)delaunay_alloc(m, c->num_chunks, num_counts * sizeof *c->counts);
+    c->large = (delaunay__large_bucket *)delaunay_alloc(m, slots / DELAUNAY__MANY_TETS + 1,
+                                                        sizeof *c->large);
+    if (!c->moved || !c->spare || !c->counts || !c->large) return 0;
+    c->keys = (uint32_t *)(void *)c->spare;
+    c->heads = c->spare + slots;
+    memset(c->heads, 0, mesh->num_vertices * sizeof *c->heads);
+    memset(c->counts, 0, c->num_chunks * num_counts * sizeof *c->counts);
+    delaunay__rotations_init(&c->rotations);
+    return 1;
+}
+
+static void delaunay__numbering_free(delaunay__numbering *c)
+{
+    delaunay_memory *m = &c->mesh->memory;
+    delaunay_release(m, c->moved);
+    delaunay_release(m, c->spare);
+    delaunay_release(m, c->counts);
+    delaunay_release(m, c->large);
+}
+
+/* The new slot of every tetrahedron; returns where the new slots end. */
+static size_t delaunay__find_places(delaunay__numbering *c)
+{
+    size_t end;
+    c->moved[0] = 0;
+    delaunay__find_rotations(c);
+    end = delaunay__add_up(c);
+    delaunay__drop_deleted(c);
+    delaunay__sort_buckets(c, 0);
+    delaunay__list_ghosts(c);
+    delaunay__sort_buckets(c, 1);
+    delaunay__sort_large_buckets(c);
+    return end;
+}
+
 DELAUNAY_API delaunay_result delaunay_canonicalize(delaunay_mesh *mesh, const delaunay_host *host)
 {
     delaunay_memory *m = &mesh->memory;
     delaunay__numbering c;
     uint16_t *flags = NULL;
     uint32_t *color = NULL;
-    size_t slots = mesh->num_tets, num, num_counts;
+    size_t end;
     delaunay_result result = DELAUNAY_ERROR_OUT_OF_MEMORY;
     delaunay_handle t;
     int i;
-    if (slots == 0 || mesh->num_vertices == 0) return DELAUNAY_OK;
-    memset(&c, 0, sizeof c);
-    c.mesh = mesh;
-    c.threads = slots < 100000 ? 1 : delaunay_threads(host);
-    num_counts = 2 * (size_t)c.threads;
-    c.slot_mask = (delaunay_handle)-1;
-#  if defined(DELAUNAY__AVX2) && !defined(DELAUNAY_INDEX64)
-    c.simd = DELAUNAY__AVX2 && slots < (size_t)1 << DELAUNAY__PACKED_BITS;
-    if (c.simd) c.slot_mask = ((delaunay_handle)1 << DELAUNAY__PACKED_BITS) - 1;
-#  endif
-    c.num_chunks = (mesh->num_vertices - 1) / DELAUNAY__CHUNK + 1;
-    c.cap_spare = slots + mesh->num_vertices;
-    c.moved = (delaunay_handle *)delaunay_alloc(m, slots, sizeof *c.moved);
-    c.spare = (delaunay_handle *)delaunay_alloc(m, c.cap_spare, sizeof *c.spare);
-    c.counts = (size_t *)delaunay_alloc(m, c.num_chunks, num_counts * sizeof *c.counts);
-    c.large = (delaunay__large_bucket *)delaunay_alloc(m, slots / DELAUNAY__MANY_TETS + 1,
-                                                       sizeof *c.large);
-    if (!c.moved || !c.spare || !c.counts || !c.large) goto done;
+    if (mesh->num_tets == 0 || mesh->num_vertices == 0) return DELAUNAY_OK;
+    if (!delaunay__numbering_init(&c, mesh, host)) goto done;
     if (mesh->flags && !(flags = (uint16_t *)delaunay_alloc(m, mesh->cap_tets, sizeof *flags)))
         goto done;
     if (mesh->color && !(color = (uint32_t *)delaunay_alloc(m, mesh->cap_tets, sizeof *color)))
         goto done;
     /* nothing can fail from here on */
-    c.keys = (uint32_t *)(void *)c.spare;
-    c.heads = c.spare + slots;
-    memset(c.heads, 0, mesh->num_vertices * sizeof *c.heads);
-    memset(c.counts, 0, c.num_chunks * num_counts * sizeof *c.counts);
-    delaunay__rotations_init(&c.rotations);
-    c.moved[0] = 0;
-    delaunay__find_rotations(&c);
-    num = delaunay__add_up(&c);
-    delaunay__drop_deleted(&c);
-    delaunay__sort_buckets(&c, 0);
-    delaunay__list_ghosts(&c);
-    delaunay__sort_buckets(&c, 1);
-    delaunay__sort_large_buckets(&c);
+    end = delaunay__find_places(&c);
     delaunay__move_marks(&c, flags, color);
     flags = NULL;
     color = NULL;
     delaunay__move_tets(&c);
-    mesh->num_tets = (delaunay_handle)num;
+    mesh->num_tets = (delaunay_handle)end;
     mesh->num_free = 0;
     if (mesh->vertex_tet) { /* the lowest tetrahedron of each star */
         memset(mesh->vertex_tet, 0, mesh->cap_vertices * sizeof *mesh->vertex_tet);
@@ -4681,10 +4708,7 @@ DELAUNAY_API delaunay_result delaunay_canonicalize(delaunay_mesh *mesh, const de
     }
     result = DELAUNAY_OK;
 done:
-    delaunay_release(m, c.moved);
-    delaunay_release(m, c.spare);
-    delaunay_release(m, c.counts);
-    delaunay_release(m, c.large);
+    delaunay__numbering_free(&c);
     delaunay_release(m, flags);
     delaunay_release(m, color);
     return result;
