@@ -6455,22 +6455,22 @@ static size_t delaunay__shell_trace(const delaunay__shell *s, const delaunay_mes
 static void delaunay__shell_polygons(delaunay__shell *s, const delaunay_mesh *mesh,
                                      delaunay_hull *hull)
 {
-    size_t f, end = 0, p = 0;
+    size_t f, end = 0, p, *side = s->queue; /* at last: of each polygon, a side of it */
+    int i;
     for (f = 0; f < hull->num_facets; f++) {
         if (hull->facet_polygon[f] != UINT32_MAX) continue;
         delaunay__shell_flood(s, mesh, hull, f);
         hull->num_polygons++;
     }
-    memset(s->queue, 0, hull->num_facets * sizeof *s->queue); /* from here on: traced */
-    for (f = 0; f < hull->num_facets; f++) {
-        int i;
-        p = hull->facet_polygon[f];
-        for (i = 0; i < 3 && !s->queue[p]; i++) {
-            if (hull->facet_polygon[delaunay__shell_across(s, mesh, f, i)] == p) continue;
-            hull->polygon_begin[p] = end;
-            end = delaunay__shell_trace(s, mesh, hull, f, i, end);
-            s->queue[p] = 1;
+    for (f = 0; f < hull->num_facets; f++) /* a polygon's first facets may have none */
+        for (i = 0; i < 3; i++) {
+            p = hull->facet_polygon[f];
+            if (hull->facet_polygon[delaunay__shell_across(s, mesh, f, i)] != p)
+                side[p] = 3 * f + (size_t)i;
         }
+    for (p = 0; p < hull->num_polygons; p++) {
+        hull->polygon_begin[p] = end;
+        end = delaunay__shell_trace(s, mesh, hull, side[p] / 3, (int)(side[p] % 3), end);
     }
     hull->polygon_begin[hull->num_polygons] = end;
 }
