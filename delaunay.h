@@ -3218,6 +3218,9 @@ static delaunay_result delaunay__draw_slots(delaunay__kernel *k, size_t need)
         }
 #  if DELAUNAY__PARALLEL
         k->fresh = DELAUNAY__FETCH_ADD(&mesh->num_tets, DELAUNAY__SLOTS_AT_ONCE);
+#  else
+        k->fresh = mesh->num_tets; /* sections one after the other */
+        mesh->num_tets += DELAUNAY__SLOTS_AT_ONCE;
 #  endif
     } else {
         if ((size_t)mesh->cap_tets - mesh->num_tets < DELAUNAY__SLOTS_AT_ONCE) {
