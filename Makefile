@@ -42,7 +42,18 @@ $(BUILD):
 	mkdir -p $@
 
 $(BUILD)/test_%: tests/test_%.c $(HEADERS) | $(BUILD)
-	$(CC) $(TESTFLAGS) $(OPENMP) -I. -Iexamples -Itests $< -o $@ $(LDLIBS)
+	$(CC) $(TESTFLAGS) $(OPENMP) -I. -Iexamples -Itests $< $(LINKED) -o $@ $(LDLIBS)
+
+# Tests that know a header from outside share its implementation, compiled once.
+$(BUILD)/linked_%.o: %.h $(HEADERS) | $(BUILD)
+	$(CC) $(TESTFLAGS) $(OPENMP) -I. -D$(shell echo $* | tr a-z A-Z)_IMPLEMENTATION -include $< \
+	  -x c -c /dev/null -o $@
+MESHER_TESTS := $(addprefix $(BUILD)/test_,check divide hard mesher refine)
+DELAUNAY_TESTS := $(addprefix $(BUILD)/test_,changing editing extremes queries reconnect speculate)
+$(MESHER_TESTS): $(BUILD)/linked_mesher.o
+$(MESHER_TESTS): LINKED = -DLINKED $(BUILD)/linked_mesher.o
+$(DELAUNAY_TESTS): $(BUILD)/linked_delaunay.o
+$(DELAUNAY_TESTS): LINKED = -DLINKED $(BUILD)/linked_delaunay.o
 
 $(BUILD)/bench_%: bench/%.c $(HEADERS) | $(BUILD)
 	$(CC) $(CFLAGS) $(OPENMP) -I. -Iexamples $< -o $@ $(LDLIBS)
@@ -67,7 +78,7 @@ demo: $(BUILD)/mesh
 # Built by all cores, unless make was told otherwise.
 JOBS = $(if $(findstring jobserver,$(MAKEFLAGS)),,-j$(shell getconf _NPROCESSORS_ONLN 2>/dev/null || echo 1))
 test:
-	@$(MAKE) --no-print-directory $(JOBS) $(TESTS) $(TOOLS)
+	@$(MAKE) --no-print-directory $(JOBS) $(TOOLS) $(TESTS)
 	@BUILD=$(BUILD) sh tests/run_tests.sh $(TESTS) $(SCRIPTS)
 
 hard: $(BUILD)/test_hard

@@ -1,8 +1,12 @@
 /* Points into and out of a finished triangulation: against the triangulation of the same points
  * made at once. */
-#define DELAUNAY_IMPLEMENTATION
+#ifndef LINKED
+#  define DELAUNAY_IMPLEMENTATION
+#endif
 #include "../delaunay.h"
 #include "check.h"
+#include <math.h>
+#include <stdlib.h>
 
 static uint64_t random_state = 7;
 static uint32_t random_u32(void)

@@ -1,6 +1,8 @@
 /* test_check.c - mesher_check: every defect and note with its ids; the intersection test against an
  * oracle in integer arithmetic on small lattices, where degenerate positions are the rule. */
-#define MESHER_IMPLEMENTATION
+#ifndef LINKED
+#  define MESHER_IMPLEMENTATION
+#endif
 #include "mesher.h"
 #include "check.h"
 #include <math.h>

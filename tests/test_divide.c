@@ -1,6 +1,8 @@
 /* test_divide.c - surfaces divided before they are meshed: lengths of edges, shape, tags, lines,
  * rings of many triangles, needles, budgets, allocations that fail; and the meshes of them. */
-#define MESHER_IMPLEMENTATION
+#ifndef LINKED
+#  define MESHER_IMPLEMENTATION
+#endif
 #include "mesher.h"
 #include "check.h"
 #include "shapes.h"

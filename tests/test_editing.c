@@ -1,5 +1,7 @@
 /* Stars, searches, locate, replacement of a cavity, marks: against brute force on small meshes. */
-#define DELAUNAY_IMPLEMENTATION
+#ifndef LINKED
+#  define DELAUNAY_IMPLEMENTATION
+#endif
 #include "../delaunay.h"
 #include "check.h"
 #include "small_mesh.h"

@@ -1,8 +1,15 @@
 /* Coordinates over the whole range of doubles, and calls from many threads of the host at once. */
-#define DELAUNAY_IMPLEMENTATION
+#ifndef LINKED
+#  define DELAUNAY_IMPLEMENTATION
+#endif
 #include "../delaunay.h"
 #include "check.h"
 #include <fenv.h>
+#include <math.h>
+#include <stdlib.h>
+#ifdef _OPENMP
+#  include <omp.h>
+#endif
 #if defined(__unix__) || defined(__APPLE__)
 #  include <pthread.h>
 #  define HAVE_PTHREADS 1

@@ -7,7 +7,9 @@
  * vertices, fibres through a box, lattices of cells, interlocked tori, boxes of needles, rough
  * balls drawn out; some scaled by 1e-6 or 1e6, some shifted by 1e6. And one of them with each
  * allocation failing in turn. */
-#define MESHER_IMPLEMENTATION
+#ifndef LINKED
+#  define MESHER_IMPLEMENTATION
+#endif
 #include "mesher.h"
 #include <stdlib.h>
 #include <time.h>

@@ -2,9 +2,12 @@
  * its arrays alone: positive tetrahedra, facets shared by two at most, every input triangle a
  * facet, every facet between two regions or at the border an input triangle, input vertices bit for
  * bit, volumes. */
-#define MESHER_IMPLEMENTATION
+#ifndef LINKED
+#  define MESHER_IMPLEMENTATION
+#endif
 #include "mesher.h"
 #include "check.h"
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 

@@ -1,7 +1,11 @@
 /* Hull, Voronoi diagram, alpha values, nearest vertex: against brute force. */
-#define DELAUNAY_IMPLEMENTATION
+#ifndef LINKED
+#  define DELAUNAY_IMPLEMENTATION
+#endif
 #include "../delaunay.h"
 #include "check.h"
+#include <math.h>
+#include <stdlib.h>
 
 static uint64_t random_state = 3;
 static uint32_t random_u32(void)

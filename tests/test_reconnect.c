@@ -1,6 +1,8 @@
 /* The closure search against exhaustive enumeration, and on polyhedra whose triangulations are
  * known. */
-#define DELAUNAY_IMPLEMENTATION
+#ifndef LINKED
+#  define DELAUNAY_IMPLEMENTATION
+#endif
 #include "../delaunay.h"
 #include "check.h"
 #include "small_mesh.h"

@@ -1,6 +1,8 @@
 /* Sizes and refinement: conformity to the wanted size, distances kept, surface and lines intact,
  * budgets, size functions of every kind, the same bytes for any number of threads. */
-#define MESHER_IMPLEMENTATION
+#ifndef LINKED
+#  define MESHER_IMPLEMENTATION
+#endif
 #include "mesher.h"
 #define MESHIO_IMPLEMENTATION
 #include "meshio.h"

@@ -1,8 +1,14 @@
 /* Engine (b): moves, reconnections, new and removed vertices; the same bytes for any number of
  * threads. */
-#define DELAUNAY_IMPLEMENTATION
+#ifndef LINKED
+#  define DELAUNAY_IMPLEMENTATION
+#endif
 #include "../delaunay.h"
 #include "check.h"
+#include <math.h>
+#ifdef _OPENMP
+#  include <omp.h>
+#endif
 #include "small_mesh.h"
 
 static double compactness(void *user, const double *a, const double *b, const double *c,
