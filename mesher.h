@@ -2371,6 +2371,12 @@ enum {
 #    define MESHER__STORE_BYTE(where, value) (*(where) = (value))
 #  endif
 
+#  if defined(__GNUC__)
+#    define MESHER__PREFETCH(p) __builtin_prefetch(p)
+#  else
+#    define MESHER__PREFETCH(p) ((void)(p))
+#  endif
+
 /* A set of 64-bit keys; emptied by counting up its epoch. */
 typedef struct mesher__set {
     uint64_t        *keys;
@@ -2456,7 +2462,8 @@ typedef struct mesher__window {
 enum {
     MESHER__CELLS = 1024,      /* copies and new ones */
     MESHER__CELL_SLOTS = 4096, /* a power of two */
-    MESHER__RING = 20,         /* tetrahedra around an edge that goes at most */
+    MESHER__RING = 20,         /* tetrahedra around an edge at most, ... */
+    MESHER__RING_FILLED = 7,   /* ... that goes: of longer rings one in fifty can, at a high cost */
     MESHER__WAY = 64,          /* faces and edges that the missing edge crosses at most */
     MESHER__FLIP_LOG = 8192,
     MESHER__VIEWS = 128,       /* a power of two */
@@ -2465,16 +2472,21 @@ enum {
     MESHER__THIN_BUDGET = 1000, /* ... edges there that may be tried, ... */
     MESHER__THIN_DEPTH = 3,     /* ... and that wait for each other */
     MESHER__FLIP_PASSES = 16,
-    MESHER__FLIP_YIELD = 32,   /* one in so many missing edges has to come in by a pass */
+    /* One in so many missing edges has to come in by a pass for another one to follow; more of them
+     * where refinement adds points anyway. */
+    MESHER__FLIP_YIELD = 32,
+    MESHER__QUICK_YIELD = 8,
     /* What comes of flips around one edge is, at most, so many tetrahedra gone, and so many made,
      * so many constrained edges, and, to be found ahead of time, what so many have led to. */
     MESHER__FLIPPED = 256,
     MESHER__FLIPPED_EDGES = 64,
     MESHER__FLIPPED_READ = 512,
-    /* Many edges are tried in strands, so many at most of so many at least: first the first of
-     * each. Then their neighbours in the list, near them as a rule, are not tried at once. */
-    MESHER__STRANDS = 128,
-    MESHER__STRAND = 64
+    /* Many edges are tried in strands of so many, but so many strands at least and at most: first
+     * the first of each. Then their neighbours in the list, near them as a rule, are not tried at
+     * once. */
+    MESHER__STRAND = 64,
+    MESHER__FEW_STRANDS = 8,
+    MESHER__STRANDS = 128
 };
 
 /* A tetrahedron of the copy, positive. */
@@ -2593,6 +2605,7 @@ typedef struct mesher__recovery {
     uint32_t        num_flips, num_flipped;
     delaunay_crew   crew;             /* for the short loops that find them */
     delaunay_list   touched;          /* tetrahedra that changed since, their marks are set */
+    int             notes;            /* commits note what they make there */
     delaunay_list   came;             /* edges that a commit brings */
     uint32_t shell[DELAUNAY_WINDOW_FACETS][3]; /* a polyhedron's facets, outward, mesh vertices */
     delaunay_handle
@@ -3256,6 +3269,26 @@ static int mesher__journal_room(mesher__recovery *r, size_t more)
     return 1;
 }
 
+static void mesher__note_change(mesher__recovery *r, delaunay_handle t)
+{
+    if (t == 0) return;
+    r->mesh->mark[t] = 1;
+    mesher__push(r, &r->touched, t);
+}
+
+static void mesher__note_new(mesher__recovery *r, size_t count)
+{
+    size_t i;
+    for (i = 0; r->notes && i < count; i++) mesher__note_change(r, r->slots[i]);
+}
+
+static void mesher__forget_changes(mesher__recovery *r)
+{
+    size_t i;
+    for (i = 0; i < r->touched.count; i++) r->mesh->mark[r->touched.items[i]] = 0;
+    r->touched.count = 0;
+}
+
 /* delaunay_replace with the account of constraints, and of the running transaction. Returns 1 if
  * done. */
 static int mesher__commit(mesher__recovery *r, const delaunay_handle *old, size_t num_old,
@@ -3283,6 +3316,7 @@ static int mesher__commit(mesher__recovery *r, const delaunay_handle *old, size_
     }
     if (r->in_transaction) r->num_journal += total;
     mesher__account_new(r, r->slots, num_new);
+    mesher__note_new(r, num_new);
     return r->status == MESHER_OK;
 }
 
@@ -4103,7 +4137,7 @@ static uint32_t mesher__cell_slot(const mesher__flips *f, delaunay_handle t)
 /* The copy of a tetrahedron, made if need be; 0: no room. */
 static uint32_t mesher__cell_of(mesher__flips *f, delaunay_handle t)
 {
-    uint32_t j = mesher__cell_slot(f, t), number = f->num_cells;
+    uint32_t j = mesher__cell_slot(f, t), number = f->num_cells, k;
     mesher__copy *c = &f->cells[number];
     if (f->stamps[j] == f->epoch) return f->slots[j];
     if (number == MESHER__CELLS) {
@@ -4118,6 +4152,10 @@ static uint32_t mesher__cell_of(mesher__flips *f, delaunay_handle t)
     c->from = t;
     c->flags = f->mesh->flags[t];
     c->linked = c->gone = 0;
+    for (k = 0; k < 4; k++) { /* what is asked for next, as a rule */
+        MESHER__PREFETCH(f->mesh->tets + c->n[k] / 4);
+        if (c->v[k] != DELAUNAY_GHOST) MESHER__PREFETCH(f->mesh->vertices + c->v[k]);
+    }
     return number;
 }
 
@@ -4288,7 +4326,7 @@ static int mesher__triangulate_ring(mesher__flips *f, const mesher__ring *g, uin
     uint16_t (*cost)[MESHER__RING] = f->cost[level];
     uint8_t (*apex)[MESHER__RING] = f->apex[level];
     uint32_t i, j, k, width, n = g->n, sum;
-    if (n < 3) return 0;
+    if (n < 3 || n > MESHER__RING_FILLED) return 0;
     if (n == 3) {
         f->work += 2;
         apex[0][2] = 1;
@@ -4859,7 +4897,9 @@ static int mesher__commit_flips(mesher__recovery *r, const mesher__flipped *p)
     links.flags = p->flags;
     mesher__note_failure(r, delaunay_replace_linked(r->mesh, r->worker, p->old, p->num_old,
                                                     p->vertices, &links, p->num_new, r->slots));
-    if (r->status == MESHER_OK) mesher__account_flips(r, p);
+    if (r->status != MESHER_OK) return 0;
+    mesher__account_flips(r, p);
+    mesher__note_new(r, p->num_new);
     return r->status == MESHER_OK;
 }
 
@@ -4877,13 +4917,6 @@ static int mesher__recover_by_flips(mesher__recovery *r, uint32_t e, int depth)
  * changed by then is tried again. So the mesh is that of one thread that does one after the
  * other. */
 
-static void mesher__note_change(mesher__recovery *r, delaunay_handle t)
-{
-    if (t == 0) return;
-    r->mesh->mark[t] = 1;
-    mesher__push(r, &r->touched, t);
-}
-
 /* Marks what a commit changed: what it removed, what it made, and the neighbours of that. */
 static void mesher__note_changes(mesher__recovery *r, const mesher__flipped *p)
 {
@@ -4892,13 +4925,6 @@ static void mesher__note_changes(mesher__recovery *r, const mesher__flipped *p)
     for (i = 0; i < p->num_new; i++) mesher__note_change(r, r->slots[i]);
     for (i = 0; i < 4 * p->num_new; i++)
         if (!p->inside[i]) mesher__note_change(r, p->link[i] / 4);
-}
-
-static void mesher__forget_changes(mesher__recovery *r)
-{
-    size_t i;
-    for (i = 0; i < r->touched.count; i++) r->mesh->mark[r->touched.items[i]] = 0;
-    r->touched.count = 0;
 }
 
 /* Would edge e be tried with the same result now? */
@@ -4926,7 +4952,7 @@ static void mesher__try_ahead(mesher__recovery *r, uint32_t first, uint32_t end,
         double begin = delaunay_cpu_seconds();
 #  ifdef _OPENMP
         mesher__flips *f = r->flips + omp_get_thread_num();
-#    pragma omp for schedule(static)
+#    pragma omp for schedule(dynamic, 1)
 #  else
         mesher__flips *f = r->flips;
 #  endif
@@ -4974,8 +5000,9 @@ static void mesher__shuffle_edges(mesher__recovery *r)
 static uint32_t mesher__twist_edges(mesher__recovery *r)
 {
     uint32_t n = r->num_wanted, strands = n / MESHER__STRAND, length, i, k, m = 0;
+    if (n < MESHER__STRAND) return 1;
+    if (strands < MESHER__FEW_STRANDS) strands = MESHER__FEW_STRANDS;
     if (strands > MESHER__STRANDS) strands = MESHER__STRANDS;
-    if (strands < MESHER__STRANDS / 8) return 1;
     length = (n + strands - 1) / strands;
     for (i = 0; i < length; i++)
         for (k = i; k < n; k += length) r->wanted[m++] = (uint32_t)r->order[k];
@@ -4987,7 +5014,7 @@ static void mesher__flips_for_threads(mesher__recovery *r, uint32_t count)
 {
     uint32_t threads = (uint32_t)delaunay_threads(&r->domain->options.host);
     void *grown;
-    if (threads > count / 4) threads = count / 4;
+    if (threads > count / 2) threads = count / 2;
     if (threads < 2) return;
     if (threads > r->num_flips) {
         grown = delaunay_grow(r->memory, r->flips, 1, threads, sizeof *r->flips);
@@ -5023,13 +5050,14 @@ static void mesher__flip_levels(mesher__recovery *r)
 {
     static const uint8_t depths[] = {0, 3, 5, 8, 13, MESHER__FLIP_DEPTH};
     int pass, last = (int)sizeof depths - 1, depth;
-    uint32_t before;
+    uint32_t before,
+        yield = r->domain->options.no_refine ? MESHER__FLIP_YIELD : MESHER__QUICK_YIELD;
     for (pass = 0; pass < MESHER__FLIP_PASSES && r->num_missing_edges; pass++) {
         depth = depths[pass < last ? pass : last];
         before = r->num_missing_edges;
         mesher__flip_pass(r, depth);
         mesher__tell(r, "edges by flips of depth", depth);
-        if (depth > 3 && MESHER__FLIP_YIELD * (before - r->num_missing_edges) < before) return;
+        if (depth > 3 && yield * (before - r->num_missing_edges) < before) return;
     }
 }
 
@@ -6809,6 +6837,21 @@ static int mesher__point_for_facet(mesher__recovery *r)
            mesher__star_window(r, &r->window, best.xyz);
 }
 
+/* Is anything on a missing edge's way, or beside it, newer than the last flips for it? */
+static int mesher__way_changed(mesher__recovery *r, const uint32_t *v)
+{
+    const delaunay_mesh *mesh = r->mesh;
+    unsigned changed = 0;
+    uint32_t i;
+    int k;
+    mesher__walk_edge(r, v[0], v[1]);
+    for (i = 0; i < r->pipe.num_tets && !changed; i++) {
+        changed = mesh->mark[r->pipe.tets[i]];
+        for (k = 0; k < 4; k++) changed |= mesh->mark[mesh->tets[r->pipe.tets[i]].n[k] / 4];
+    }
+    return changed != 0;
+}
+
 /* Interior points for one missing edge, with searches between them, while they gain. Returns 1 if
  * anything changed. */
 static int mesher__points_for_edge(mesher__recovery *r, uint32_t e)
@@ -6819,7 +6862,10 @@ static int mesher__points_for_edge(mesher__recovery *r, uint32_t e)
     for (i = 0; i < (r->first ? MESHER__FEW_POINTS : 40) && !mesher__stopped(r); i++) {
         double gain = 0;
         if (r->edge_present[e]) return 1;
-        if (r->first && mesher__recover_by_flips(r, e, MESHER__FLIP_DEPTH / 2)) return 1;
+        if (r->first &&
+            (i > 0 || r->domain->options.no_refine || mesher__way_changed(r, v)) &&
+            mesher__recover_by_flips(r, e, MESHER__FLIP_DEPTH / 2))
+            return 1;
         if (i > 0 && mesher__recover_edge(r, e, &after) == 2) return 1;
         mesher__walk_edge(r, v[0], v[1]);
         if (r->status != MESHER_OK || mesher__report_edge(r, e)) return changed;
@@ -6864,9 +6910,12 @@ static int mesher__edge_points(mesher__recovery *r)
         uint32_t before = r->num_missing_edges;
         int changed = 0;
         mesher__list_edges(r, 0);
+        r->notes = 1;
         for (i = 0; i < r->num_wanted && !mesher__stopped(r); i++)
             if (!r->edge_present[r->wanted[i]] && r->hopeless[r->wanted[i]] < MESHER__HOPELESS)
                 changed |= mesher__points_for_edge(r, r->wanted[i]);
+        r->notes = 0;
+        mesher__forget_changes(r);
         mesher__tell(r, "points for edges, round", round);
         if (r->num_missing_edges && round == (r->num_missing_edges > MESHER__FEW_EDGES ? 1 : 3))
             mesher__ask_for_defects(r);
@@ -10218,12 +10267,6 @@ enum {
     MESHER__ROW = 6,
     MESHER__LOCAL = 1 << MESHER__ROW /* vertices of a cavity whose edges fit in a matrix */
 };
-
-#  if defined(__GNUC__)
-#    define MESHER__PREFETCH(p) __builtin_prefetch(p)
-#  else
-#    define MESHER__PREFETCH(p) ((void)(p))
-#  endif
 
 #  ifdef _OPENMP
 #    define MESHER__OMP(directive) _Pragma(#    directive)
