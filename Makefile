@@ -49,7 +49,8 @@ $(BUILD)/linked_%.o: %.h $(HEADERS) | $(BUILD)
 	$(CC) $(TESTFLAGS) $(OPENMP) -I. -D$(shell echo $* | tr a-z A-Z)_IMPLEMENTATION -include $< \
 	  -x c -c /dev/null -o $@
 MESHER_TESTS := $(addprefix $(BUILD)/test_,check divide hard mesher refine)
-DELAUNAY_TESTS := $(addprefix $(BUILD)/test_,changing editing extremes queries reconnect speculate)
+DELAUNAY_TESTS := $(addprefix $(BUILD)/test_,changing editing extremes partition queries reconnect \
+  speculate)
 $(MESHER_TESTS): $(BUILD)/linked_mesher.o
 $(MESHER_TESTS): LINKED = -DLINKED $(BUILD)/linked_mesher.o
 $(DELAUNAY_TESTS): $(BUILD)/linked_delaunay.o

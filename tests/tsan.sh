@@ -35,8 +35,8 @@ if ! under_tsan "$work/barrier.c" >"$work/out" 2>&1; then
 fi
 [ "${1:-}" != --usable ] || exit 0
 
-[ $# -gt 0 ] || set -- test_delaunay test_extremes test_recover test_refine test_speculate test_spr \
-    test_weighted
+[ $# -gt 0 ] || set -- test_delaunay test_extremes test_partition test_recover test_refine \
+    test_speculate test_spr test_weighted
 passed=0
 failed=0
 for test; do
