@@ -3849,19 +3849,26 @@ static void mesher__windows_of_edge(mesher__recovery *r, int level, uint32_t max
     mesher__windows_sort(r);
 }
 
-/* Windows around a missing facet, from its pipe. */
+/* Windows around a missing facet, from its pipe; below level 0 the stars of the edges that pierce it
+ * alone, which are enough nearly always. */
 static void mesher__windows_of_facet(mesher__recovery *r, int level, uint32_t max_points)
 {
     const mesher__pipe *p = &r->pipe;
     mesher__patch star, patch;
     uint32_t i;
     mesher__windows_clear(r);
-    mesher__patch_set(r, &patch, p->tets, p->num_tets);
-    mesher__patch_note_grown(r, &patch, 6 + 6 * level, max_points);
+    if (level >= 0) {
+        mesher__patch_set(r, &patch, p->tets, p->num_tets);
+        mesher__patch_note_grown(r, &patch, 6 + 6 * level, max_points);
+    }
     for (i = 0; i < p->num_edges && r->status == MESHER_OK; i++) {
         if (!mesher__small_star(r, p->edge_tets[i], p->edges[i][0], p->edges[i][1], max_points))
             continue;
         mesher__patch_set(r, &star, r->star.items, r->star.count);
+        if (level < 0) {
+            mesher__patch_note(r, &star, max_points);
+            continue;
+        }
         mesher__patch_copy(&patch, &star);
         mesher__patch_note_grown(r, &patch, 4 + 4 * level, max_points);
         mesher__double_stars(r, &star, max_points);
@@ -5413,7 +5420,8 @@ static void mesher__list_facets(mesher__recovery *r)
 
 static void mesher__facet_levels(mesher__recovery *r)
 {
-    static const mesher__effort efforts[] = {{9, 1000, 0, 6}, {14, 6000, 1, 6}, {20, 20000, 2, 6}};
+    static const mesher__effort efforts[] = {
+        {9, 1000, -1, 1}, {9, 1000, 0, 6}, {14, 6000, 1, 6}, {20, 20000, 2, 6}};
     size_t l;
     uint32_t i;
     int pass;
@@ -5424,7 +5432,7 @@ static void mesher__facet_levels(mesher__recovery *r)
             mesher__list_facets(r);
             for (i = 0; i < r->num_wanted && !mesher__stopped(r); i++)
                 progress |= mesher__recover_facet(r, r->wanted[i], &efforts[l]);
-            mesher__tell(r, "facets at level", (int)l);
+            mesher__tell(r, "facets at level", efforts[l].level);
             if (r->status != MESHER_OK) return;
             if (!progress) break;
         }
