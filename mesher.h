@@ -3849,8 +3849,8 @@ static void mesher__windows_of_edge(mesher__recovery *r, int level, uint32_t max
     mesher__windows_sort(r);
 }
 
-/* Windows around a missing facet, from its pipe; below level 0 the stars of the edges that pierce it
- * alone, which are enough nearly always. */
+/* Windows around a missing facet, from its pipe; below level 0 the stars of the edges that pierce
+ * it alone, which are enough nearly always. */
 static void mesher__windows_of_facet(mesher__recovery *r, int level, uint32_t max_points)
 {
     const mesher__pipe *p = &r->pipe;
@@ -6870,8 +6870,7 @@ static int mesher__points_for_edge(mesher__recovery *r, uint32_t e)
     for (i = 0; i < (r->first ? MESHER__FEW_POINTS : 40) && !mesher__stopped(r); i++) {
         double gain = 0;
         if (r->edge_present[e]) return 1;
-        if (r->first &&
-            (i > 0 || r->domain->options.no_refine || mesher__way_changed(r, v)) &&
+        if (r->first && (i > 0 || r->domain->options.no_refine || mesher__way_changed(r, v)) &&
             mesher__recover_by_flips(r, e, MESHER__FLIP_DEPTH / 2))
             return 1;
         if (i > 0 && mesher__recover_edge(r, e, &after) == 2) return 1;

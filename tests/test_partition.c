@@ -67,9 +67,9 @@ static uint64_t hash_set(const delaunay_mesh *m)
 /* Everything that an edit of these tests wants. */
 typedef struct client {
     delaunay_mesh *mesh;
-    double         nearest2; /* for sparse() */
-    uint32_t       error_at; /* for failing() */
-    int            error;
+    double nearest2;   /* for sparse() */
+    uint32_t error_at; /* for failing() */
+    int error;
 } client;
 
 /* Which side of facet i a point is on; negative: within. */
@@ -77,8 +77,8 @@ static int side(const delaunay_mesh *m, delaunay_handle t, int i, const double *
 {
     const uint32_t *v = m->tets[t].v;
     const uint8_t *o = delaunay_facet_order(i);
-    return delaunay_orient3d(m->vertices[v[o[0]]].x, m->vertices[v[o[1]]].x,
-                             m->vertices[v[o[2]]].x, x);
+    return delaunay_orient3d(m->vertices[v[o[0]]].x, m->vertices[v[o[1]]].x, m->vertices[v[o[2]]].x,
+                             x);
 }
 
 /* The section's tetrahedron that contains a point of the hull, or a ghost outside; 0: it, or the
@@ -290,7 +290,8 @@ static void failures_leave_a_valid_mesh(const double *xyz)
         job.edit = failing;
         c.error_at = POINTS / 2;
         c.error = DELAUNAY_ERROR_RANGE;
-        CHECK(run(&m, &host, xyz, POINTS, &job, DELAUNAY_VALIDATE_DELAUNAY) == DELAUNAY_ERROR_RANGE);
+        CHECK(run(&m, &host, xyz, POINTS, &job, DELAUNAY_VALIDATE_DELAUNAY) ==
+              DELAUNAY_ERROR_RANGE);
         delaunay_mesh_free(&m);
         c.error = DELAUNAY_ITEM_NOTHING; /* is none */
         CHECK(run(&m, &host, xyz, POINTS, &job, DELAUNAY_VALIDATE_DELAUNAY) == DELAUNAY_OK);
@@ -300,7 +301,8 @@ static void failures_leave_a_valid_mesh(const double *xyz)
               DELAUNAY_ERROR_INTERNAL);
         CHECK(job.attempts < 20);
         delaunay_mesh_free(&m);
-        CHECK(run(&m, NULL, xyz, FIRST, &job, DELAUNAY_VALIDATE_DELAUNAY) == DELAUNAY_OK); /* none */
+        CHECK(run(&m, NULL, xyz, FIRST, &job, DELAUNAY_VALIDATE_DELAUNAY) ==
+              DELAUNAY_OK); /* none */
         delaunay_mesh_free(&m);
     }
 }
