@@ -2540,8 +2540,8 @@ typedef struct mesher__flips {
     uint32_t     log[MESHER__FLIP_LOG]; /* of each flip: cells gone, cells made, their numbers */
     uint32_t     made[MESHER__FLIP_LOG / 3][2]; /* edges that the flips of the log make, in order */
     uint32_t     edges[MESHER__FLIP_DEPTH + 2][2]; /* those that wait to be removed */
-    uint16_t     cost[MESHER__FLIP_DEPTH + 2][MESHER__RING][MESHER__RING];
-    uint8_t      apex[MESHER__FLIP_DEPTH + 2][MESHER__RING][MESHER__RING];
+    uint16_t     cost[MESHER__FLIP_DEPTH + 2][MESHER__RING_FILLED][MESHER__RING_FILLED];
+    uint8_t      apex[MESHER__FLIP_DEPTH + 2][MESHER__RING_FILLED][MESHER__RING_FILLED];
     mesher__way  way[2];
     uint64_t     tried[3 * MESHER__WAY]; /* edges on the way, since anything changed */
     uint32_t     num_tried;
@@ -4330,8 +4330,8 @@ static int mesher__ring_between(const mesher__flips *f, const mesher__ring *g, u
 static int mesher__triangulate_ring(mesher__flips *f, const mesher__ring *g, uint32_t ear,
                                     int level)
 {
-    uint16_t (*cost)[MESHER__RING] = f->cost[level];
-    uint8_t (*apex)[MESHER__RING] = f->apex[level];
+    uint16_t (*cost)[MESHER__RING_FILLED] = f->cost[level];
+    uint8_t (*apex)[MESHER__RING_FILLED] = f->apex[level];
     uint32_t i, j, k, width, n = g->n, sum;
     if (n < 3 || n > MESHER__RING_FILLED) return 0;
     if (n == 3) {
@@ -4369,9 +4369,9 @@ static int mesher__triangulate_ring(mesher__flips *f, const mesher__ring *g, uin
 
 /* Marks of what stays of a ring: edges at p and q, of the ring, outer facets below and above. */
 typedef struct mesher__ring_marks {
-    delaunay_handle beyond_q[MESHER__RING], beyond_p[MESHER__RING];
-    uint8_t at_p[MESHER__RING], at_q[MESHER__RING], rim[MESHER__RING];
-    uint8_t facet_q[MESHER__RING], facet_p[MESHER__RING];
+    delaunay_handle beyond_q[MESHER__RING_FILLED], beyond_p[MESHER__RING_FILLED];
+    uint8_t at_p[MESHER__RING_FILLED], at_q[MESHER__RING_FILLED], rim[MESHER__RING_FILLED];
+    uint8_t facet_q[MESHER__RING_FILLED], facet_p[MESHER__RING_FILLED];
 } mesher__ring_marks;
 
 /* The two cells of chord ij and all within; sides: the facets at p and q that chord ij closes. */
@@ -6870,7 +6870,7 @@ static int mesher__points_for_edge(mesher__recovery *r, uint32_t e)
     for (i = 0; i < (r->first ? MESHER__FEW_POINTS : 40) && !mesher__stopped(r); i++) {
         double gain = 0;
         if (r->edge_present[e]) return 1;
-        if (r->first && (i > 0 || r->domain->options.no_refine || mesher__way_changed(r, v)) &&
+        if (r->first && (i > 0 || !r->notes || mesher__way_changed(r, v)) &&
             mesher__recover_by_flips(r, e, MESHER__FLIP_DEPTH / 2))
             return 1;
         if (i > 0 && mesher__recover_edge(r, e, &after) == 2) return 1;
@@ -6917,7 +6917,7 @@ static int mesher__edge_points(mesher__recovery *r)
         uint32_t before = r->num_missing_edges;
         int changed = 0;
         mesher__list_edges(r, 0);
-        r->notes = 1;
+        r->notes = r->first && !r->domain->options.no_refine;
         for (i = 0; i < r->num_wanted && !mesher__stopped(r); i++)
             if (!r->edge_present[r->wanted[i]] && r->hopeless[r->wanted[i]] < MESHER__HOPELESS)
                 changed |= mesher__points_for_edge(r, r->wanted[i]);

@@ -180,6 +180,14 @@ static int never(void *user, delaunay_section *section, uint32_t vertex)
     return DELAUNAY_ITEM_CONFLICT;
 }
 
+static void set_up(delaunay_host *host, int num_threads, delaunay_partition *job, int num_sections)
+{
+    memset(host, 0, sizeof *host);
+    memset(job, 0, sizeof *job);
+    host->num_threads = num_threads;
+    job->num_sections = num_sections;
+}
+
 /* A run over all that is to come into a mesh that starts anew, which stays valid at this level. */
 static delaunay_result run(delaunay_mesh *m, const delaunay_host *host, const double *xyz,
                            uint32_t count, delaunay_partition *job, int level)
@@ -211,10 +219,7 @@ static void the_triangulation_is_unique(const double *xyz)
         for (k = 0; k < 4; k++) {
             delaunay_host host;
             delaunay_partition job;
-            memset(&host, 0, sizeof host);
-            memset(&job, 0, sizeof job);
-            host.num_threads = threads[k];
-            job.num_sections = sections[i];
+            set_up(&host, threads[k], &job, sections[i]);
             CHECK(run(&m, &host, xyz, POINTS, &job, DELAUNAY_VALIDATE_DELAUNAY) == DELAUNAY_OK);
             CHECK(hash_set(&m) == at_once);
             if (sections[i] == 1) CHECK(job.attempts == 0 && job.conflicts == 0);
@@ -241,14 +246,11 @@ static void threads_do_not_matter(double *xyz)
             delaunay_partition job;
             client c;
             double total;
-            memset(&host, 0, sizeof host);
-            memset(&job, 0, sizeof job);
+            set_up(&host, threads[k], &job, 8);
             memset(&c, 0, sizeof c);
             c.nearest2 = 30 * 30;
-            host.num_threads = threads[k];
             job.edit = edits[e];
             job.user = &c;
-            job.num_sections = 8;
             CHECK(run(&m, &host, xyz, POINTS, &job,
                       e ? DELAUNAY_VALIDATE_GEOMETRY : DELAUNAY_VALIDATE_DELAUNAY) == DELAUNAY_OK);
             CHECK(job.attempts > 0 && job.conflicts > 0);
@@ -281,11 +283,8 @@ static void failures_leave_a_valid_mesh(const double *xyz)
         delaunay_host host;
         delaunay_partition job;
         client c;
-        memset(&host, 0, sizeof host);
-        memset(&job, 0, sizeof job);
+        set_up(&host, 3, &job, sections[i]);
         memset(&c, 0, sizeof c);
-        host.num_threads = 3;
-        job.num_sections = sections[i];
         job.user = &c;
         job.edit = failing;
         c.error_at = POINTS / 2;
@@ -293,7 +292,7 @@ static void failures_leave_a_valid_mesh(const double *xyz)
         CHECK(run(&m, &host, xyz, POINTS, &job, DELAUNAY_VALIDATE_DELAUNAY) ==
               DELAUNAY_ERROR_RANGE);
         delaunay_mesh_free(&m);
-        c.error = DELAUNAY_ITEM_NOTHING; /* is none */
+        c.error = DELAUNAY_ITEM_NOTHING; /* which is no error */
         CHECK(run(&m, &host, xyz, POINTS, &job, DELAUNAY_VALIDATE_DELAUNAY) == DELAUNAY_OK);
         delaunay_mesh_free(&m);
         job.edit = never; /* ends nevertheless */
@@ -301,8 +300,8 @@ static void failures_leave_a_valid_mesh(const double *xyz)
               DELAUNAY_ERROR_INTERNAL);
         CHECK(job.attempts < 20);
         delaunay_mesh_free(&m);
-        CHECK(run(&m, NULL, xyz, FIRST, &job, DELAUNAY_VALIDATE_DELAUNAY) ==
-              DELAUNAY_OK); /* none */
+        /* no items at all */
+        CHECK(run(&m, NULL, xyz, FIRST, &job, DELAUNAY_VALIDATE_DELAUNAY) == DELAUNAY_OK);
         delaunay_mesh_free(&m);
     }
 }
@@ -316,11 +315,8 @@ static void the_host_may_end_it(const double *xyz)
         delaunay_mesh m;
         delaunay_host host;
         delaunay_partition job;
-        memset(&host, 0, sizeof host);
-        memset(&job, 0, sizeof job);
-        host.num_threads = 2;
+        set_up(&host, 2, &job, sections[i]);
         host.progress = cancel;
-        job.num_sections = sections[i];
         job.phase = "test";
         CHECK(run(&m, &host, xyz, POINTS, &job, DELAUNAY_VALIDATE_DELAUNAY) == DELAUNAY_CANCELLED);
         delaunay_mesh_free(&m);
@@ -375,10 +371,7 @@ static void hosts_run_side_by_side(const double *xyz)
         delaunay_mesh m;
         delaunay_host host;
         delaunay_partition job;
-        memset(&host, 0, sizeof host);
-        memset(&job, 0, sizeof job);
-        host.num_threads = 2;
-        job.num_sections = i; /* the result is unique */
+        set_up(&host, 2, &job, i); /* the result is unique */
         if (start(&m, &host, xyz, POINTS, items)) {
             job.vertices = items;
             job.num_vertices = POINTS - FIRST;
