@@ -9560,8 +9560,8 @@ static delaunay_handle mesher__find_home(const mesher__field *field, const doubl
         for (i = 0; i < 4; i++) {
             int j = (i + step) & 3;
             if (w[j] >= 0 || !tet->n[j] || tet->n[j] >> 2 == from) continue;
-            if (field->tets[tet->n[j] >> 2].v[3] == DELAUNAY_GHOST) continue;
-            if (k < 0 || (step < 30 && w[j] < w[k])) k = j;
+            if (k >= 0 && (step >= 30 || !(w[j] < w[k]))) continue;
+            if (field->tets[tet->n[j] >> 2].v[3] != DELAUNAY_GHOST) k = j;
         }
         if (k < 0) break;
         from = t;
@@ -10536,26 +10536,39 @@ static inline unsigned mesher__grid_bits(int64_t low, int64_t high, int64_t b)
     return (2u << to) - (1u << from);
 }
 
-/* How large the size of a point at x may be, up to h, for the points in those cells of a block
- * whose bits are set; unit: of their level. */
-static inline double mesher__leave(const mesher__grid *g, const double *x, double h, double unit,
-                                   size_t block, uint64_t bits)
+/* The first points of those cells of a block whose bits are set; returns how many. They are on
+ * their way from memory then. */
+static inline uint32_t mesher__first_points(const mesher__grid *g, size_t block, uint64_t bits,
+                                            uint32_t *list)
 {
+    uint32_t n = 0;
     for (bits &= g->used[block]; bits; bits &= bits - 1) {
-        uint32_t q = g->cells[block << 6 | (size_t)mesher__first_bit(bits)];
-        while (q) {
+        list[n] = g->cells[block << 6 | (size_t)mesher__first_bit(bits)];
+        MESHER__PREFETCH(g->spots + (list[n] - 1));
+        n++;
+    }
+    return n;
+}
+
+/* How large the size of a point at x may be, up to h, for the points of count cells; unit: of their
+ * level. */
+static inline double mesher__leave(const mesher__grid *g, const double *x, double h, double least,
+                                   double unit, const uint32_t *list, uint32_t count)
+{
+    uint32_t k, q;
+    for (k = 0; k < count && h >= least; k++)
+        for (q = list[k]; q;) {
             const mesher__spot *spot = g->spots + (q - 1);
             double size = unit * (double)spot->h;
             if (mesher__too_near(x, spot->x, h + size))
                 h = 2 / MESHER__SPACING * mesher__distance(x, spot->x) - size;
             q = spot->next;
         }
-    }
     return h;
 }
 
-/* The same for all points of a level up to reach (in cells) away. Below least, any answer below
- * will do. */
+/* The same for all points of a level up to reach (in cells, below 1.5) away. Below least, any
+ * answer below will do. */
 static inline double mesher__leave_at(const mesher__grid *g, const double *x, double h,
                                       double least, int level, double reach)
 {
@@ -10563,12 +10576,14 @@ static inline double mesher__leave_at(const mesher__grid *g, const double *x, do
                                       0x110,  0x111,  0x1000, 0x1001, 0x1010, 0x1011,
                                       0x1100, 0x1101, 0x1110, 0x1111};
     const double scale = mesher__power(-level), unit = mesher__power(level);
+    uint32_t list[64], n = 0;
     int64_t low[3], high[3], i, j, k;
     int d;
     for (d = 0; d < 3; d++) {
         double at = (x[d] - g->origin[d]) * scale;
         low[d] = (int64_t)(at - reach);
         high[d] = (int64_t)(at + reach);
+        if (high[d] > low[d] + 3) high[d] = low[d] + 3;
     }
     for (k = low[2] >> 2; k <= high[2] >> 2; k++) {
         unsigned z = mesher__grid_bits(low[2], high[2], k);
@@ -10576,14 +10591,13 @@ static inline double mesher__leave_at(const mesher__grid *g, const double *x, do
                         (uint64_t)(z & 8) << 45;
         for (j = low[1] >> 2; j <= high[1] >> 2; j++) {
             uint64_t in_yz = in_z * in_y[mesher__grid_bits(low[1], high[1], j)];
-            for (i = low[0] >> 2; i <= high[0] >> 2; i++) {
-                h = mesher__leave(g, x, h, unit, mesher__grid_block(g, level, i, j, k),
-                                  in_yz * mesher__grid_bits(low[0], high[0], i));
-                if (h < least) return h;
-            }
+            for (i = low[0] >> 2; i <= high[0] >> 2; i++)
+                n += mesher__first_points(g, mesher__grid_block(g, level, i, j, k),
+                                          in_yz * mesher__grid_bits(low[0], high[0], i),
+                                          list + n);
         }
     }
-    return h;
+    return mesher__leave(g, x, h, least, unit, list, n);
 }
 
 /* Sizes that are this much larger or smaller do not meet in a grid: the gradation leaves hardly any
@@ -11004,6 +11018,18 @@ static void mesher__ask(const mesher__refiner *r, mesher__harvest *h, delaunay_h
     h->num_points++;
 }
 
+/* The corners of a tetrahedron that will be asked, and their sizes, on their way from memory. */
+static inline void mesher__fetch_corners(const mesher__refiner *r, delaunay_handle t)
+{
+    const uint32_t *v = r->mesh->tets[t].v;
+    int i;
+    if (r->mesh->flags[t] & MESHER__SEEN) return;
+    for (i = 0; i < 4; i++) {
+        MESHER__PREFETCH(r->mesh->vertices + v[i]);
+        MESHER__PREFETCH(r->domain->size + v[i]);
+    }
+}
+
 /* Points of the tetrahedra of a range of slots. */
 static void mesher__gather_some(const mesher__refiner *r, mesher__harvest *h, delaunay_handle begin,
                                 delaunay_handle end)
@@ -11014,6 +11040,7 @@ static void mesher__gather_some(const mesher__refiner *r, mesher__harvest *h, de
     h->num_points = 0;
     mesher__grid_reset(&h->grid, r->memory, MESHER__SLOTS);
     for (t = begin; t < end; t++) {
+        if (t + 16 < end) mesher__fetch_corners(r, t + 16);
         if (!(mesh->flags[t] & MESHER__SEEN)) {
             if (mesher__is_inside(mesh, t)) list[count++] = t;
             else mesh->mark[t] = MESHER__SMALL;
