@@ -929,6 +929,8 @@ typedef struct delaunay_speculation {
     uint32_t    batch;   /* items in flight at most; part of what determines the result; 0: 1024 */
     int scatter; /* nonzero: a scattered order, for lists whose neighbours are so in space */
     const char *phase;   /* for the host's progress callback */
+    size_t max_vertices; /* of the mesh, the ghost counted: plans with a vertex past it are dropped,
+                          * as if they were nothing; 0: no bound but that of the numbers */
     uint64_t rounds, plans, commits, conflicts; /* out; conflict: an item had to wait for another */
 } delaunay_speculation;
 
@@ -8210,10 +8212,12 @@ static void delaunay__plan_release_owners(delaunay_engine *e, const delaunay_pla
 
 /* Numbers of the winners' new vertices and slots, by sums in order, and room for all of them. A
  * winner keeps its own slots; more come from the free list, last in first out, then from the end.
- */
-static delaunay_result delaunay__round_assign(delaunay_engine *e, size_t num)
+ * Those whose vertices would be too many are winners no longer. */
+static delaunay_result delaunay__round_assign(delaunay_engine *e, const delaunay_speculation *job,
+                                              size_t num)
 {
     delaunay_mesh *m = e->mesh;
+    size_t most = job->max_vertices ? job->max_vertices : (size_t)UINT32_MAX;
     size_t i, j, surplus = 0, freed = 0, vertices = m->num_vertices, fresh;
     delaunay_handle free_left;
     delaunay_result result = DELAUNAY_OK;
@@ -8221,6 +8225,11 @@ static delaunay_result delaunay__round_assign(delaunay_engine *e, size_t num)
         delaunay_plan *p = e->plans[i];
         size_t own = p->old_tets.count;
         if (p->state != DELAUNAY__PLAN_WINS) continue;
+        if (p->num_new && vertices + p->num_new > most) {
+            delaunay__plan_release_owners(e, p);
+            p->state = DELAUNAY__PLAN_IDLE;
+            continue;
+        }
         p->first_vertex = (uint32_t)vertices;
         vertices += p->num_new;
         p->surplus = surplus;
@@ -8438,7 +8447,7 @@ DELAUNAY_API delaunay_result delaunay_speculate(delaunay_engine *engine, delauna
             if (e->plans[i]->state == DELAUNAY__PLAN_FAILED)
                 result = (delaunay_result)e->plans[i]->committed;
         }
-        if (result == DELAUNAY_OK) result = delaunay__round_assign(e, num);
+        if (result == DELAUNAY_OK) result = delaunay__round_assign(e, job, num);
         if (result != DELAUNAY_OK) {
             for (i = 0; i < num; i++) delaunay__plan_release_owners(e, e->plans[i]);
             break;

@@ -204,7 +204,7 @@ SPR_API spr_result spr_measure_mesh(const delaunay_mesh *mesh, const spr_options
  *   num_vertices  in/out  new vertices come after the caller's; one that went stays there, unused
  *   cap_vertices  in      equal to *num_vertices: none is added
  *   tets, colors  in/out  4 vertices and (colors may be NULL) a region each; room for cap_tets;
- *                         either sign convention, ours afterwards; any values of colours
+ *                         either sign convention, ours afterwards; any colours but UINT32_MAX
  *   fixed         in      one byte a vertex, nonzero: must not move; may be NULL
  *
  * Returns SPR_ERROR_TOO_LARGE, and the arrays as they were, if the result needs more than cap_tets;
@@ -3473,6 +3473,7 @@ static spr_result spr__speculate(spr__state *s, delaunay_speculation *job)
     job->user = s;
     job->scatter = 1;
     job->phase = "improve";
+    job->max_vertices = (size_t)s->first_new + s->max_new;
     result = delaunay_speculate(s->engine, job);
     s->report->rounds += job->rounds;
     s->report->plans += job->plans;
@@ -5296,14 +5297,15 @@ SPR_API spr_result spr_improve(delaunay_mesh *mesh, const spr_options *options, 
 /* Writes an improved mesh over the caller's arrays. color_of: the caller's colour of each of ours,
  * or NULL. */
 static spr_result spr__export(const delaunay_mesh *m, double *xyz, size_t *num_vertices,
-                              uint32_t *tets, uint32_t *colors, size_t *num_tets, size_t cap_tets,
-                              uint32_t *number)
+                              size_t cap_vertices, uint32_t *tets, uint32_t *colors,
+                              size_t *num_tets, size_t cap_tets, uint32_t *number)
 {
-    size_t n = *num_vertices, count = (size_t)delaunay_count_tets(m), k = 0;
+    size_t n = *num_vertices, count = (size_t)delaunay_count_tets(m), new_ = 0, k = 0;
     delaunay_handle t;
     uint32_t v;
     int i;
-    if (count > cap_tets) return SPR_ERROR_TOO_LARGE;
+    for (v = 1; v < m->num_vertices; v++) new_ += m->vertex_id[v] == DELAUNAY_NO_ID;
+    if (count > cap_tets || new_ > cap_vertices - n) return SPR_ERROR_TOO_LARGE;
     for (v = 1; v < m->num_vertices; v++) {
         number[v] = m->vertex_id[v] != DELAUNAY_NO_ID ? m->vertex_id[v] : (uint32_t)n++;
         memcpy(xyz + 3 * (size_t)number[v], m->vertices[v].x, sizeof m->vertices[v].x);
@@ -5331,7 +5333,7 @@ SPR_API spr_result spr_improve_arrays(double *xyz, size_t *num_vertices, size_t 
     spr_report unused;
     uint8_t *mask = NULL;
     uint32_t *number = NULL, v;
-    size_t i;
+    size_t i, room;
     spr_result result, written;
     delaunay_result read;
     if (!report) report = &unused;
@@ -5342,6 +5344,9 @@ SPR_API spr_result spr_improve_arrays(double *xyz, size_t *num_vertices, size_t 
     if (!xyz || !tets || !num_vertices || !num_tets || cap_vertices < *num_vertices ||
         cap_tets < *num_tets)
         return SPR_ERROR_INVALID_ARGUMENT;
+    for (i = 0; colors && i < *num_tets; i++)
+        if (colors[i] == UINT32_MAX) return SPR_ERROR_INVALID_ARGUMENT;
+    room = cap_vertices - *num_vertices;
     result = (spr_result)delaunay_memory_init(&memory, &own.host);
     if (result != SPR_OK) return result;
     read = delaunay_import(&mesh, xyz, *num_vertices, tets, NULL, *num_tets, &own.host, &import);
@@ -5364,12 +5369,13 @@ SPR_API spr_result spr_improve_arrays(double *xyz, size_t *num_vertices, size_t 
     for (i = 0; i < *num_tets; i++) mesh.color[i + 1] = colors ? colors[i] + 1 : 1;
     own.fixed_vertices = mask;
     own.free_vertices = 1;
-    result = spr__improve_mesh(&mesh, &own, report, (uint32_t)(cap_vertices - *num_vertices));
+    if (room > UINT32_MAX) room = UINT32_MAX;
+    result = spr__improve_mesh(&mesh, &own, report, (uint32_t)room);
     if (result < 0 && result != SPR_CANCELLED) goto done;
     number = (uint32_t *)delaunay_alloc(&memory, mesh.num_vertices, sizeof *number);
-    written = number
-                  ? spr__export(&mesh, xyz, num_vertices, tets, colors, num_tets, cap_tets, number)
-                  : SPR_ERROR_OUT_OF_MEMORY;
+    written = number ? spr__export(&mesh, xyz, num_vertices, cap_vertices, tets, colors, num_tets,
+                                   cap_tets, number)
+                     : SPR_ERROR_OUT_OF_MEMORY;
     if (written != SPR_OK) result = written;
 done:
     delaunay_release(&memory, mask);

@@ -1052,6 +1052,25 @@ static void test_arrays(void)
         }
 }
 
+/* Room for fewer new vertices than there are places for: not one more is written. */
+static void test_arrays_with_little_room(void)
+{
+    size_t room, k;
+    for (room = 0; room < 6; room++) {
+        soup s = make_soup(2000, 0);
+        spr_report r;
+        spr_options o = open_options();
+        size_t nv = s.nv;
+        CHECK(s.cap_v > nv + room);
+        for (k = 3 * (nv + room); k < 3 * s.cap_v; k++) s.xyz[k] = -77;
+        CHECK(spr_improve_arrays(s.xyz, &s.nv, nv + room, s.tets, s.colors, &s.nt, s.cap_t, NULL,
+                                 &o, &r) == SPR_OK);
+        CHECK(s.nv <= nv + room && r.vertices_inserted <= room);
+        for (k = 3 * (nv + room); k < 3 * s.cap_v; k++) CHECK(s.xyz[k] == -77);
+        free_soup(&s);
+    }
+}
+
 static void test_arrays_without_room_or_sense(void)
 {
     soup s = make_soup(100, 0);
@@ -1072,6 +1091,10 @@ static void test_arrays_without_room_or_sense(void)
     o.measure = SPR_USER; /* no function */
     CHECK(spr_improve_arrays(s.xyz, &s.nv, s.nv, s.tets, s.colors, &s.nt, s.nt, NULL, &o, &r) ==
           SPR_ERROR_INVALID_ARGUMENT);
+    s.colors[1] = UINT32_MAX;
+    CHECK(spr_improve_arrays(s.xyz, &s.nv, s.nv, s.tets, s.colors, &s.nt, s.nt, NULL, NULL, &r) ==
+          SPR_ERROR_INVALID_ARGUMENT);
+    s.colors[1] = 0;
     s.tets[8] = (uint32_t)s.nv; /* no such vertex */
     CHECK(spr_improve_arrays(s.xyz, &s.nv, s.nv, s.tets, s.colors, &s.nt, s.nt, NULL, NULL, &r) <
               0 &&
@@ -1507,6 +1530,7 @@ int main(void)
     test_flat_ones_over_bent_polygons();
     test_where_hardly_anything_can_be_good();
     test_arrays();
+    test_arrays_with_little_room();
     test_arrays_without_room_or_sense();
     test_reconnect_against_all_closures();
     test_reconnect_without_sense();
