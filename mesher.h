@@ -289,6 +289,7 @@ typedef struct mesher_domain {
      * itself), for those that mesher_size met */
     double         *own_size;
     uint32_t       *size_source;
+    uint32_t        num_own_sizes;
     uint32_t        cap_size;
     mesher_region  *regions;      /* every bounded cell */
     uint32_t        num_regions;
@@ -9008,7 +9009,8 @@ static double mesher__size_floor(const delaunay_mesh *mesh)
 
 static double mesher__clamp_size(const mesher_options *o, double h)
 {
-    if (o->size > 0 && h > o->size) h = o->size;
+    double wish = o->size_factor > 0 ? o->size_factor * o->size : o->size;
+    if (wish > 0 && h > wish) h = wish;
     if (o->max_size > 0 && h > o->max_size) h = o->max_size;
     if (o->min_size > 0 && h < o->min_size) h = o->min_size;
     return h;
@@ -9040,8 +9042,8 @@ static mesher_result mesher__edge_sizes(mesher_domain *domain)
     memset(count, 0, mesh->num_vertices * sizeof *count);
     memset(size, 0, mesh->num_vertices * sizeof *size);
     for (e = 0; e < domain->num_edges && !domain->keeps_mesh; e++) {
-        uint32_t a = mesh->vertex_of[domain->edges[2 * e]],
-                 b = mesh->vertex_of[domain->edges[2 * e + 1]];
+        uint32_t a = mesh->vertex_of[domain->edges[2 * (size_t)e]],
+                 b = mesh->vertex_of[domain->edges[2 * (size_t)e + 1]];
         double l = mesher__distance(mesh->vertices[a].x, mesh->vertices[b].x);
         if (a == 0 || b == 0) continue;
         size[a] += l;
@@ -9098,9 +9100,10 @@ static mesher_result mesher__spread_sizes(mesher_domain *domain)
             for (i = 0; i < 4; i++)
                 for (j = 0; j < 4; j++) {
                     uint32_t a = mesh->tets[t].v[i], b = mesh->tets[t].v[j];
-                    double w;
+                    double d, w;
                     if (size[a] > 0 || !(size[b] > 0)) continue;
-                    w = 1 / mesher__distance(mesh->vertices[a].x, mesh->vertices[b].x);
+                    d = mesher__distance(mesh->vertices[a].x, mesh->vertices[b].x);
+                    w = 1 / (d > 1e-150 ? d : 1e-150); /* squares of less are lost */
                     sum[2 * a] += w * size[b];
                     sum[2 * a + 1] += w;
                 }
@@ -9108,7 +9111,7 @@ static mesher_result mesher__spread_sizes(mesher_domain *domain)
         for (found = 0, v = 1; v < mesh->num_vertices; v++)
             if (!(size[v] > 0) && sum[2 * v + 1] > 0) {
                 size[v] = sum[2 * v] / sum[2 * v + 1];
-                found++;
+                found += size[v] > 0;
             }
     }
     delaunay_release(&mesh->memory, sum);
@@ -9413,8 +9416,8 @@ static mesher_result mesher__curvature_sizes(mesher_domain *domain)
                     normals[3 * (size_t)mesh->tets[t].v[j] + (size_t)k] += n[k];
         }
     for (e = 0; e < domain->num_edges; e++) {
-        uint32_t a = mesh->vertex_of[domain->edges[2 * e]],
-                 b = mesh->vertex_of[domain->edges[2 * e + 1]];
+        uint32_t a = mesh->vertex_of[domain->edges[2 * (size_t)e]],
+                 b = mesh->vertex_of[domain->edges[2 * (size_t)e + 1]];
         const double *p = normals + 3 * (size_t)a, *q = normals + 3 * (size_t)b;
         double pp = 0, qq = 0, pq = 0, angle, h;
         for (k = 0; k < 3; k++) {
@@ -9460,6 +9463,7 @@ static mesher_result mesher__limit_gradation(mesher_domain *domain)
                                                      sizeof *domain->size_source);
     if (!domain->own_size || !domain->size_source) return MESHER_ERROR_OUT_OF_MEMORY;
     memcpy(domain->own_size, size, mesh->num_vertices * sizeof *size);
+    domain->num_own_sizes = mesh->num_vertices;
     for (v = 0; v < mesh->num_vertices; v++) domain->size_source[v] = v;
     for (sweep = 0; sweep < 100 && changed; sweep++)
         for (changed = 0, t = 1; t < mesh->num_tets; t++) {
@@ -11162,7 +11166,7 @@ static int mesher__sort_points(mesher__refiner *r, int rounds)
 
 /* -- budgets */
 
-static mesher_result mesher__over_budget(const mesher__refiner *r)
+static mesher_result mesher__over_budget(const mesher__refiner *r, int look_at_clock)
 {
     const mesher_options *o = r->options;
     if (o->max_vertices && (uint64_t)r->mesh->num_vertices - 1 >= o->max_vertices)
@@ -11171,7 +11175,7 @@ static mesher_result mesher__over_budget(const mesher__refiner *r)
     if (r->mesh->num_vertices >= UINT32_MAX - 16) return MESHER_STOPPED_BY_BUDGET;
     if ((size_t)r->mesh->num_tets >= ((delaunay_handle)-1) / 4 - 4096)
         return MESHER_STOPPED_BY_BUDGET;
-    if ((r->inserted & 255) == 0 && o->max_seconds > 0 &&
+    if (look_at_clock && o->max_seconds > 0 &&
         delaunay_seconds(&o->host) - r->start > o->max_seconds)
         return MESHER_STOPPED_BY_BUDGET;
     return MESHER_OK;
@@ -11441,7 +11445,7 @@ static mesher_result mesher__grow_lattice(mesher__refiner *r, size_t p)
     int d, is_new;
     for (; p < r->num_points; p = end) {
         if (mesher__progress(r->options, "refine", -1)) return MESHER_CANCELLED;
-        if (mesher__over_budget(r) != MESHER_OK) break;
+        if (mesher__over_budget(r, 1) != MESHER_OK) break;
         if (r->options->max_vertices && p > r->mesh->num_vertices + r->options->max_vertices) break;
         if (r->options->max_tets && p > r->mesh->num_vertices + r->options->max_tets / 5) break;
         end = r->num_points - p > MESHER__FRONT ? p + MESHER__FRONT : r->num_points;
@@ -11642,7 +11646,7 @@ static mesher_result mesher__lattices(mesher__refiner *r)
         if (k == 0 || (k % 256 == 0 && r->num_points > thinned + thinned / 8)) {
             mesher__thin_starts(r);
             thinned = r->num_points;
-            if (mesher__over_budget(r) != MESHER_OK) break;
+            if (mesher__over_budget(r, 1) != MESHER_OK) break;
         }
         if (late && r->num_lattices > 0) break;
         if (!(s->h > 0) || !mesher__is_alone(&r->grid, s->x, s->h) ||
@@ -12652,7 +12656,7 @@ static mesher_result mesher__insert_serially(mesher__refiner *r, size_t begin, s
 {
     size_t k;
     for (k = begin; k < end; k++) {
-        mesher_result result = mesher__over_budget(r);
+        mesher_result result = mesher__over_budget(r, (k & 255) == 0);
         mesher__proposal *p = r->points + r->order[k].value;
         int numbered = p->vertex != 0;
         if (result != MESHER_OK) return result;
@@ -12794,15 +12798,26 @@ static int mesher__deal_slots(mesher__refiner *r, uint32_t parts)
     return 1;
 }
 
-/* Takes back what was not used, and sums up. */
+/* Takes back what was not used, and sums up. Without memory for a list of them they are deleted all
+ * the same. */
 static int mesher__collect_slots(mesher__refiner *r, uint32_t parts)
 {
     delaunay_mesh *mesh = r->mesh;
     size_t need = mesh->num_free, cap = mesh->cap_free;
     uint32_t i, k;
-    for (i = 0; i < parts; i++)
-        need +=
-            r->sections[i].num_slots + (size_t)(r->sections[i].fresh_end - r->sections[i].fresh);
+    for (i = 0; i < parts; i++) {
+        mesher__section *s = r->sections + i;
+        delaunay_handle t;
+        for (t = s->fresh; t < s->fresh_end; t++) {
+            memset(mesh->tets + t, 0, sizeof *mesh->tets);
+            mesh->flags[t] = MESHER__SEEN;
+        }
+        need += s->num_slots + (size_t)(s->fresh_end - s->fresh);
+        r->inserted += s->inserted;
+        r->lost += s->lost;
+        r->num_tets += s->born;
+        r->num_tets -= s->dead;
+    }
     if (!mesher__room(r->memory, &mesh->free_tets, &cap, mesh->num_free, need,
                       sizeof *mesh->free_tets))
         return 0;
@@ -12810,16 +12825,8 @@ static int mesher__collect_slots(mesher__refiner *r, uint32_t parts)
     for (i = parts; i-- > 0;) {
         mesher__section *s = r->sections + i;
         delaunay_handle t;
-        for (t = s->fresh_end; t-- > s->fresh;) {
-            memset(mesh->tets + t, 0, sizeof *mesh->tets);
-            mesh->flags[t] = MESHER__SEEN;
-            mesh->free_tets[mesh->num_free++] = t;
-        }
+        for (t = s->fresh_end; t-- > s->fresh;) mesh->free_tets[mesh->num_free++] = t;
         for (k = 0; k < s->num_slots; k++) mesh->free_tets[mesh->num_free++] = s->slots[k];
-        r->inserted += s->inserted;
-        r->lost += s->lost;
-        r->num_tets += s->born;
-        r->num_tets -= s->dead;
     }
     return 1;
 }
@@ -13041,8 +13048,10 @@ static mesher_result mesher__refiner_init(mesher__refiner *r, mesher_domain *dom
     r->field.options = r->options;
     r->field.vertices = mesh->vertices;
     r->field.size = domain->size;
-    r->field.own = domain->own_size;
-    r->field.source = domain->size_source;
+    if (domain->num_own_sizes == mesh->num_vertices) { /* else it goes on with a refined mesh */
+        r->field.own = domain->own_size;
+        r->field.source = domain->size_source;
+    }
     r->field.slope = mesher__slope(r->options);
     r->field.least = mesher__size_floor(mesh);
     r->field.num_tets = mesh->num_tets;
@@ -13787,9 +13796,9 @@ static mesher_result mesher__part_find(mesher__part *p)
         fails = mesher__part_fails(p, p->chosen, n);
         if (n == all || n >= MESHER__PART_TRIANGLES || fails || p->late) break;
     }
-    if (fails > 0) fails = mesher__part_shrink(p, &n) < 0 ? -1 : 1;
+    if (fails > 0) fails = mesher__part_shrink(p, &n);
     mesher__part_build(p, p->chosen, n);
-    return fails < 0 ? MESHER_CANCELLED : fails ? MESHER_OK : MESHER_GOAL_NOT_MET;
+    return fails < 0 ? (mesher_result)fails : fails ? MESHER_OK : MESHER_GOAL_NOT_MET;
 }
 
 MESHER_API mesher_result mesher_reproduce(const mesher_surface *surface,

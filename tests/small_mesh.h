@@ -120,6 +120,13 @@ static double small_volume(const delaunay_mesh *m, delaunay_handle t)
            e[0][2] * (e[1][0] * e[2][1] - e[1][1] * e[2][0]);
 }
 
+DELAUNAY_INLINE int small_is_positive(const delaunay_mesh *m, delaunay_handle t)
+{
+    const uint32_t *v = m->tets[t].v;
+    return delaunay_orient3d(m->vertices[v[0]].x, m->vertices[v[1]].x, m->vertices[v[2]].x,
+                             m->vertices[v[3]].x) > 0;
+}
+
 DELAUNAY_INLINE double small_total(const delaunay_mesh *m)
 {
     double sum = 0;
@@ -136,7 +143,7 @@ DELAUNAY_INLINE int small_valid(const delaunay_mesh *m)
     uint32_t v, i;
     for (t = 1; t < m->num_tets; t++) {
         if (delaunay_is_deleted(m, t)) continue;
-        if (!delaunay_is_ghost(m, t) && !(small_volume(m, t) > 0)) return 0;
+        if (!delaunay_is_ghost(m, t) && !small_is_positive(m, t)) return 0;
         for (i = 0; i < 4; i++) {
             delaunay_handle h = m->tets[t].n[i];
             uint32_t a[3], b[3];

@@ -550,15 +550,16 @@ static void a_factor_scales_all_sizes(void)
 {
     uint64_t before = 0;
     int k;
-    for (k = 0; k < 3; k++) {
+    for (k = 0; k < 6; k++) {
         mesher_domain d;
         mesher_report r;
         mesher_options o;
         memset(&o, 0, sizeof o);
-        o.size_factor = k == 0 ? 1 : k == 1 ? 0.5 : 0.25;
+        o.size_factor = k % 3 == 0 ? 1 : k % 3 == 1 ? 0.5 : 0.25;
+        o.size = k < 3 ? 0 : 0.9; /* the surface's, or that of all the inside */
         CHECK(box(&d, 4, 4, 4, 1, 9, &o));
         CHECK(refine_and_check(&d, &r) == MESHER_OK);
-        CHECK(k == 0 || r.refined_vertices > 5 * before);
+        CHECK(k % 3 == 0 || r.refined_vertices > 5 * before);
         before = r.refined_vertices;
         mesher_domain_free(&d);
     }
@@ -610,6 +611,57 @@ static void bounds_and_gradation(void)
     fine = r.refined_vertices;
     CHECK(fine > 3 * coarse);
     mesher_domain_free(&d);
+}
+
+/* After a budget has stopped it, refinement goes on where the budget is raised. */
+static void a_raised_budget_lets_it_go_on(void)
+{
+    mesher_domain d;
+    mesher_report r;
+    mesher_options o;
+    memset(&o, 0, sizeof o);
+    o.size = 0.1;
+    o.max_vertices = 500;
+    CHECK(box(&d, 2, 2, 2, 1, 9, &o));
+    CHECK(refine_and_check(&d, &r) == MESHER_STOPPED_BY_BUDGET);
+    d.options.max_vertices = 0;
+    memset(&r, 0, sizeof r);
+    CHECK(mesher_refine(&d, &r) == MESHER_OK);
+    CHECK(small_valid(&d.mesh) && r.refined_vertices > 3000);
+    CHECK(r.size_p50 > 0.8 && r.size_p50 < 1.25);
+    mesher_domain_free(&d);
+}
+
+/* Each allocation fails once, while many points are inserted in sections. */
+static void failing_allocations_leave_a_valid_mesh(void)
+{
+    small_allocator a;
+    int k, failed = 1;
+    for (k = 0; k < 500 && failed; k++) {
+        mesher_domain d;
+        mesher_report r;
+        mesher_options o;
+        mesher_result result;
+        memset(&o, 0, sizeof o);
+        memset(&a, 0, sizeof a);
+        a.countdown = -1;
+        o.size = 0.12;
+        o.host.num_threads = 1 + k % 2;
+        o.host.allocator.alloc = small_alloc;
+        o.host.allocator.release = small_release;
+        o.host.allocator.user = &a;
+        CHECK(box(&d, 2, 2, 2, 1, 9, &o) && mesher_size(&d, &r) == MESHER_OK);
+        a.countdown = k;
+        memset(&r, 0, sizeof r);
+        result = mesher_refine(&d, &r);
+        failed = a.countdown <= 0;
+        a.countdown = -1;
+        CHECK(result == MESHER_OK || result == MESHER_ERROR_OUT_OF_MEMORY);
+        CHECK(small_valid(&d.mesh));
+        mesher_domain_free(&d);
+        CHECK(a.outstanding == 0);
+    }
+    CHECK(!failed && k > 20);
 }
 
 static void budgets_leave_a_valid_mesh(void)
@@ -1151,6 +1203,8 @@ int main(void)
     nonsense_is_refused();
     bounds_and_gradation();
     budgets_leave_a_valid_mesh();
+    a_raised_budget_lets_it_go_on();
+    failing_allocations_leave_a_valid_mesh();
     a_cancelled_mesh_is_valid();
     threads_give_the_same_bytes();
     return check_report();
