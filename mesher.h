@@ -5817,7 +5817,7 @@ static int mesher__spin_rung(mesher__recovery *r, mesher__rung *g)
 static int mesher__walk_plane(mesher__recovery *r, uint32_t a, uint32_t b)
 {
     const mesher__spin *s = &r->plane.spin;
-    uint32_t i, z;
+    uint32_t i, z = 0;
     int side;
     r->plane.count = 0;
     if (!mesher__first_rung(r, a, b)) return 0;
