@@ -158,7 +158,8 @@ typedef hxtsort_allocator delaunay_allocator;
 enum { DELAUNAY_LOG_ERROR, DELAUNAY_LOG_WARNING, DELAUNAY_LOG_INFO, DELAUNAY_LOG_DEBUG };
 
 /* What the host program lends to a call; zeros are the recommended setting.
- * The callbacks are called by the calling thread only. */
+ * The allocator is called by one thread at a time, be it the calling one or one of ours; the other
+ * callbacks by the calling thread only. */
 typedef struct delaunay_host {
     delaunay_allocator allocator;
     size_t             memory_limit_bytes;  /* 0: none; beyond it allocations fail */
@@ -169,7 +170,8 @@ typedef struct delaunay_host {
     void              *user;
 } delaunay_host;
 
-/* Account of one object's allocations. Expert: delaunay_alloc and its companions. */
+/* Account of one object's allocations; zeroed: malloc and free, no limit. Expert: delaunay_alloc and
+ * its companions. */
 typedef struct delaunay_memory {
     delaunay_allocator allocator; /* resolved */
     size_t             limit_bytes, bytes, peak_bytes;
@@ -475,7 +477,8 @@ typedef struct delaunay_worker delaunay_worker;
 DELAUNAY_API delaunay_worker *delaunay_worker_new(delaunay_memory *memory);
 DELAUNAY_API void delaunay_worker_free(delaunay_worker *worker);
 
-/* A list of tetrahedra that grows in a worker's or a caller's hands. Zero to start. */
+/* A list of tetrahedra that grows in a worker's or a caller's hands. Zero to start, but for
+ * the memory. */
 typedef struct delaunay_list {
     delaunay_handle *items;
     size_t           count, cap;
@@ -1051,6 +1054,10 @@ DELAUNAY_API void *delaunay_alloc(delaunay_memory *memory, size_t count, size_t 
     char *base, *block;
     delaunay__block *head;
     if (size != 0 && count > (SIZE_MAX - 2 * DELAUNAY__ALIGN) / size) return NULL;
+    if (!memory->allocator.alloc) { /* a zeroed account */
+        memory->allocator.alloc = delaunay__malloc;
+        memory->allocator.release = delaunay__free;
+    }
     total = count * size + 2 * DELAUNAY__ALIGN;
     if (memory->limit_bytes &&
         (total > memory->limit_bytes || memory->bytes > memory->limit_bytes - total))
@@ -1973,7 +1980,9 @@ DELAUNAY_API delaunay_result delaunay_link_vertices(delaunay_mesh *mesh)
 
 DELAUNAY_API uint32_t delaunay_add_vertex(delaunay_mesh *mesh, const double *xyz, uint32_t id)
 {
-    uint32_t v = mesh->num_vertices;
+    uint32_t v;
+    if (mesh->num_vertices == 0 && delaunay_reserve(mesh, 64, 1) != DELAUNAY_OK) return 0;
+    v = mesh->num_vertices;
     if (v == mesh->cap_vertices) {
         size_t cap = (size_t)v + v / 2 + 64;
         if (cap >= UINT32_MAX) cap = UINT32_MAX - 1;

@@ -63,6 +63,22 @@
 #  endif
 #endif
 
+#ifdef DELAUNAY_INDEX64
+#  define mesher_mesh           mesher_mesh_index64
+#  define mesher_refine_mesh    mesher_refine_mesh_index64
+#  define mesher_refine_surface mesher_refine_surface_index64
+#  define mesher_export         mesher_export_index64
+#  define mesher_output_free    mesher_output_free_index64
+#  define mesher_domain_free    mesher_domain_free_index64
+#  define mesher_domain_init    mesher_domain_init_index64
+#  define mesher_empty_mesh     mesher_empty_mesh_index64
+#  define mesher_recover        mesher_recover_index64
+#  define mesher_color          mesher_color_index64
+#  define mesher_region_tags    mesher_region_tags_index64
+#  define mesher_size           mesher_size_index64
+#  define mesher_refine         mesher_refine_index64
+#endif
+
 #ifdef __cplusplus
 extern "C" {
 #endif
@@ -335,8 +351,8 @@ MESHER_API const char *mesher_kind_string(mesher_kind kind);
 MESHER_API void mesher_finding_string(char *text, size_t size, const mesher_report *report,
                                       const mesher_finding *finding);
 
-/* All defects and notes of a surface, with ids and coordinates, exact. MESHER_OK if there is no
- * defect. */
+/* All defects of a surface and the notes that need no mesh, with ids and coordinates, exact; of
+ * filled shells, sheets and lines outside mesher_mesh tells. MESHER_OK if there is no defect. */
 MESHER_API mesher_result mesher_check(const mesher_surface *surface, const mesher_options *options,
                                       mesher_report *report);
 /* Puts vertices that a rounding has parted onto each other: in their order, each takes the place

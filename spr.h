@@ -84,6 +84,11 @@
 #  endif
 #endif
 
+#ifdef DELAUNAY_INDEX64
+#  define spr_improve      spr_improve_index64
+#  define spr_measure_mesh spr_measure_mesh_index64
+#endif
+
 #ifdef __cplusplus
 extern "C" {
 #endif
@@ -3780,7 +3785,7 @@ typedef struct spr__patch {
     double          xyz[SPR__PATCH_VERTICES + SPR__PATCH_NEW][3];
 } spr__patch;
 
-/* Allocations of several threads, one after the other: the host's are the calling thread's. */
+/* Allocations of several threads, one after the other. */
 static void *spr__gate_alloc(void *user, size_t size)
 {
     void *block;

@@ -24,6 +24,8 @@ check() { # NAME COMMAND...: counts one check
     fi
 }
 
+refused() { ! "$@"; }
+
 compilers=""
 command -v gcc > /dev/null && compilers="$compilers gcc-c99 gcc-openmp"
 command -v clang > /dev/null && compilers="$compilers clang-c99"
@@ -114,6 +116,17 @@ while read -r order; do
       echo 'int dummy_;'; } > "$T/a.c"
     check "all, in the order $order" $first -I. -fsyntax-only "$T/a.c"
 done < "$T/orders"
+
+# Handles of 32 bits in one file and of 64 in another must not link.
+for pair in delaunay:delaunay_mesh_free mesher:mesher_domain_free spr:spr_improve; do
+    h=${pair%:*}
+    printf '#define %s_IMPLEMENTATION\n#include "%s.h"\n' "$(upper "$h")" "$h" > "$T/b.c"
+    { printf '#include "%s.h"\nint main(void) {\n' "$h"
+      echo "void (*volatile use)(void) = (void (*)(void))${pair#*:}; return use == 0; }"; } > "$T/a.c"
+    $first -I. -DDELAUNAY_INDEX64 -c "$T/b.c" -o "$T/b.o"
+    check "$h.h, handles of 64 bits in both files" $first -I. -DDELAUNAY_INDEX64 "$T/a.c" "$T/b.o" -o "$T/a.out" -lm
+    check "$h.h, handles of two widths" refused $first -I. "$T/a.c" "$T/b.o" -o "$T/a.out" -lm
+done
 
 # After <windows.h>, whose macros take plain words.
 { printf '#define far\n#define near\n#define small char\n#define interface struct\n#define IN\n#define OUT\n'

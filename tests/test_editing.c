@@ -319,8 +319,34 @@ static void out_of_memory_leaves_a_valid_mesh(void)
     CHECK(k > 15);
 }
 
+/* A zeroed mesh is an empty one, for the functions of the expert section too. */
+static void a_zeroed_mesh_works(void)
+{
+    delaunay_mesh m;
+    delaunay_worker *w;
+    delaunay_engine *engine;
+    delaunay_list star;
+    const double p[3] = { 1, 2, 3 };
+    memset(&m, 0, sizeof m);
+    CHECK(delaunay_link_vertices(&m) == DELAUNAY_OK);
+    CHECK(delaunay_enable_marks(&m) == DELAUNAY_OK);
+    CHECK(delaunay_validate(&m, DELAUNAY_VALIDATE_DELAUNAY, NULL) == DELAUNAY_OK);
+    CHECK((engine = delaunay_engine_new(&m, NULL)) != NULL);
+    delaunay_engine_free(engine);
+    memset(&star, 0, sizeof star);
+    star.memory = &m.memory;
+    CHECK((w = delaunay_worker_new(&m.memory)) != NULL);
+    CHECK(delaunay_list_push(&star, 7) == DELAUNAY_OK && star.count == 1 && star.items[0] == 7);
+    CHECK(delaunay_add_vertex(&m, p, 1) == 1 && m.num_vertices == 2);
+    delaunay_list_free(&star);
+    delaunay_worker_free(w);
+    delaunay_mesh_free(&m);
+    CHECK(m.memory.bytes == 0);
+}
+
 int main(void)
 {
+    a_zeroed_mesh_works();
     stars_are_complete();
     locate_finds_every_point();
     marks_follow_what_persists();
