@@ -96,8 +96,7 @@ typedef enum mesher_result {
     MESHER_ERROR_TOO_LARGE        = -4,
     MESHER_ERROR_INTERNAL         = -5,
     MESHER_ERROR_SURFACE          = -64, /* the surface is invalid: the findings say where */
-    MESHER_ERROR_RECOVERY         = -65, /* an edge or facet could not be recovered: findings */
-    MESHER_ERROR_TIME             = -66  /* out of time before there was a valid mesh */
+    MESHER_ERROR_RECOVERY         = -65  /* an edge or facet could not be recovered: findings */
 } mesher_result;
 
 /* The caller's surface: plain arrays, any orientation, any number of shells and sheets. Zero what
@@ -191,7 +190,9 @@ typedef struct mesher_options {
     void (*size_function)(void *user, size_t count, const double *xyz, const uint32_t *region,
                           double *out);
     void  *size_user;
-    uint64_t max_vertices, max_tets; double max_seconds; /* budgets of refinement; 0: none */
+    /* Budgets of refinement; 0: none. There is a mesh however small they are; host.progress can
+     * cancel what comes before it. */
+    uint64_t max_vertices, max_tets; double max_seconds;
 } mesher_options;
 
 #define MESHER_NEARLY 1e-6 /* of the extent of a surface: see MESHER_NOTE_NEAR_VERTEX */
@@ -352,7 +353,8 @@ MESHER_API void mesher_finding_string(char *text, size_t size, const mesher_repo
                                       const mesher_finding *finding);
 
 /* All defects of a surface and the notes that need no mesh, with ids and coordinates, exact; of
- * filled shells, sheets and lines outside mesher_mesh tells. MESHER_OK if there is no defect. */
+ * filled shells, sheets and lines outside mesher_mesh tells. The search for pairs that meet ends
+ * beyond 10 million of them, and keeps the first million. MESHER_OK if there is no defect. */
 MESHER_API mesher_result mesher_check(const mesher_surface *surface, const mesher_options *options,
                                       mesher_report *report);
 /* Puts vertices that a rounding has parted onto each other: in their order, each takes the place
@@ -421,7 +423,9 @@ MESHER_API void mesher_domain_free(mesher_domain *domain);
 /* Defaults filled in; MESHER_ERROR_INVALID_ARGUMENT for nonsense. in may be NULL. */
 MESHER_API mesher_result mesher_options_resolve(mesher_options *out, const mesher_options *in);
 
-/* ---- >>expert: the stages, in order; each takes the domain valid and leaves it so ---------- */
+/* ---- >>expert: the stages, in order; each takes the domain valid and leaves it so ----------
+ * One that is not next returns MESHER_ERROR_INVALID_ARGUMENT and changes nothing; after another
+ * error there is only mesher_domain_free. */
 
 /* Cheap checks, survivors of duplicate vertices, distinct facets and edges. */
 MESHER_API mesher_result mesher_domain_init(mesher_domain *domain, const mesher_surface *surface,
@@ -542,6 +546,14 @@ static mesher_result mesher__sort(mesher_domain *domain, hxtsort_pair *pairs, si
     options.allocator.user = &domain->memory;
     return (mesher_result)hxtsort_pairs(pairs, count, &options);
 }
+
+/* What a domain has been through; 0: nothing. */
+enum {
+    MESHER__STAGE_INIT = 1,
+    MESHER__STAGE_EMPTY,
+    MESHER__STAGE_RECOVERED,
+    MESHER__STAGE_COLORED
+};
 
 static int mesher__progress(const mesher_options *options, const char *phase, double fraction)
 {
@@ -1311,7 +1323,10 @@ static mesher_result mesher__check_cells(mesher_domain *domain, mesher_report *r
 enum {
     MESHER__LEAF_ITEMS = 4,
     MESHER__BLOCK_LEAVES = 32,    /* a task of one thread */
-    MESHER__ROUND_BLOCKS = 512,   /* between two looks at cancellation */
+    /* Rounds grow up to so many blocks while they find less than so much; between two of them are
+     * the looks at cancellation and at the limit below. */
+    MESHER__ROUND_BLOCKS = 512,
+    MESHER__ROUND_FINDINGS = 1 << 16,
     MESHER__BLOCK_FINDINGS = 32,  /* more are found in a second pass over the block */
     MESHER__KEPT_FINDINGS = 1 << 20
 };
@@ -1954,6 +1969,7 @@ typedef struct mesher__sweep {
     const mesher__space *space;
     mesher_finding      *out;
     size_t               cap, count; /* counted beyond cap */
+    uint64_t             kinds[MESHER_NUM_KINDS];
 } mesher__sweep;
 
 static void mesher__test_pair(mesher__sweep *sweep, size_t i, size_t j)
@@ -1968,6 +1984,7 @@ static void mesher__test_pair(mesher__sweep *sweep, size_t i, size_t j)
         b = c;
     }
     if (!mesher__items_hit(sweep->space, a, b, &hit)) return;
+    sweep->kinds[hit.kind]++;
     if (sweep->count++ >= sweep->cap) return;
     f = sweep->out + sweep->count - 1;
     swap = hit.kind == MESHER_DEFECT_T_JUNCTION && hit.owner;
@@ -2017,18 +2034,17 @@ static void mesher__sweep_leaf(mesher__sweep *sweep, size_t l)
     }
 }
 
-/* Findings of one block of leaves, in an order that depends on nothing else. */
-static size_t mesher__sweep_block(const mesher__space *space, size_t block, mesher_finding *out,
-                                  size_t cap)
+/* Findings of one block of leaves, in an order that depends on nothing else; the first cap of them
+ * are written to out. */
+static void mesher__sweep_block(mesher__sweep *sweep, const mesher__space *space, size_t block,
+                                mesher_finding *out, size_t cap)
 {
-    mesher__sweep sweep;
     size_t l = block * MESHER__BLOCK_LEAVES, end = l + MESHER__BLOCK_LEAVES;
-    sweep.space = space;
-    sweep.out = out;
-    sweep.cap = cap;
-    sweep.count = 0;
-    for (; l < end && l < space->num_leaves; l++) mesher__sweep_leaf(&sweep, l);
-    return sweep.count;
+    memset(sweep, 0, sizeof *sweep);
+    sweep->space = space;
+    sweep->out = out;
+    sweep->cap = cap;
+    for (; l < end && l < space->num_leaves; l++) mesher__sweep_leaf(sweep, l);
 }
 
 /* What the search has found so far. */
@@ -2039,12 +2055,14 @@ typedef struct mesher__found {
     uint64_t        total;
 } mesher__found;
 
+/* All findings of a block are counted, the first ones kept as far as there is room. */
 static mesher_result mesher__found_add(delaunay_memory *memory, mesher__found *found,
-                                       const mesher_finding *f, size_t n)
+                                       const mesher__sweep *sweep)
 {
-    size_t room = MESHER__KEPT_FINDINGS - found->num_kept, keep = n < room ? n : room, i;
-    for (i = 0; i < n; i++) found->counts[f[i].kind]++;
-    found->total += n;
+    size_t room = MESHER__KEPT_FINDINGS - found->num_kept,
+           keep = sweep->count < room ? sweep->count : room, i;
+    for (i = 0; i < MESHER_NUM_KINDS; i++) found->counts[i] += sweep->kinds[i];
+    found->total += sweep->count;
     if (found->num_kept + keep > found->cap_kept) {
         size_t cap = 2 * found->cap_kept > found->num_kept + keep ? 2 * found->cap_kept
                                                                   : found->num_kept + keep;
@@ -2053,22 +2071,50 @@ static mesher_result mesher__found_add(delaunay_memory *memory, mesher__found *f
         found->kept = (mesher_finding *)kept;
         found->cap_kept = cap;
     }
-    if (keep) memcpy(found->kept + found->num_kept, f, keep * sizeof *f);
+    if (keep) memcpy(found->kept + found->num_kept, sweep->out, keep * sizeof *sweep->out);
     found->num_kept += keep;
     return MESHER_OK;
 }
 
-/* One round: blocks [first, first+num). Each thread writes only the slice and the count of its
- * block; the blocks with more findings than a slice holds are swept again, now that their number is
- * known. */
-static mesher_result mesher__sweep_round(mesher_domain *domain, const mesher__space *space,
-                                         size_t first, size_t num, mesher_finding *slices,
-                                         mesher__found *found)
+/* The blocks with more findings than a slice holds are swept again, now that their number is
+ * known, for those that can be kept. The findings are the caller's to release. */
+static mesher_result mesher__sweep_again(mesher_domain *domain, const mesher__space *space,
+                                         size_t first, size_t num, mesher__sweep *sweeps,
+                                         size_t room, mesher_finding **out)
 {
-    delaunay_memory *memory = &domain->memory;
-    size_t counts[MESHER__ROUND_BLOCKS], start[MESHER__ROUND_BLOCKS], more = 0, i;
-    mesher_finding *large = NULL;
-    mesher_result result = MESHER_OK;
+    size_t start[MESHER__ROUND_BLOCKS], keep[MESHER__ROUND_BLOCKS], more = 0, i;
+    mesher_finding *large;
+    long b, n = (long)num;
+    int threads = num < 2 ? 1 : delaunay_threads(&domain->options.host);
+    (void)threads;
+    for (i = 0; i < num; i++) {
+        keep[i] = sweeps[i].count < room ? sweeps[i].count : room;
+        room -= keep[i];
+        start[i] = more;
+        if (keep[i] > MESHER__BLOCK_FINDINGS) more += keep[i];
+    }
+    *out = NULL;
+    if (!more) return MESHER_OK;
+    *out = large = (mesher_finding *)delaunay_alloc(&domain->memory, more, sizeof *large);
+    if (!large) return MESHER_ERROR_OUT_OF_MEMORY;
+#ifdef _OPENMP
+#pragma omp parallel for schedule(dynamic, 1) num_threads(threads)
+#endif
+    for (b = 0; b < n; b++)
+        if (keep[b] > MESHER__BLOCK_FINDINGS)
+            mesher__sweep_block(sweeps + b, space, first + (size_t)b, large + start[b], keep[b]);
+    return MESHER_OK;
+}
+
+/* One round: blocks [first, first+num). Each thread writes only the slice and the sweep of its
+ * block. */
+static mesher_result mesher__sweep_round(mesher_domain *domain, const mesher__space *space,
+                                         size_t first, size_t num, mesher__sweep *sweeps,
+                                         mesher_finding *slices, mesher__found *found)
+{
+    mesher_finding *large;
+    mesher_result result;
+    size_t i;
     long b, n = (long)num;
     int threads = num < 2 ? 1 : delaunay_threads(&domain->options.host);
     (void)threads;
@@ -2076,51 +2122,39 @@ static mesher_result mesher__sweep_round(mesher_domain *domain, const mesher__sp
 #pragma omp parallel for schedule(dynamic, 1) num_threads(threads)
 #endif
     for (b = 0; b < n; b++)
-        counts[b] = mesher__sweep_block(space, first + (size_t)b,
-                                        slices + (size_t)b * MESHER__BLOCK_FINDINGS,
-                                        MESHER__BLOCK_FINDINGS);
-    for (i = 0; i < num; i++) {
-        start[i] = more;
-        if (counts[i] > MESHER__BLOCK_FINDINGS) more += counts[i];
-    }
-    if (more) {
-        large = (mesher_finding *)delaunay_alloc(memory, more, sizeof *large);
-        if (!large) return MESHER_ERROR_OUT_OF_MEMORY;
-#ifdef _OPENMP
-#pragma omp parallel for schedule(dynamic, 1) num_threads(threads)
-#endif
-        for (b = 0; b < n; b++)
-            if (counts[b] > MESHER__BLOCK_FINDINGS)
-                mesher__sweep_block(space, first + (size_t)b, large + start[b], counts[b]);
-    }
+        mesher__sweep_block(sweeps + b, space, first + (size_t)b,
+                            slices + (size_t)b * MESHER__BLOCK_FINDINGS, MESHER__BLOCK_FINDINGS);
+    result = mesher__sweep_again(domain, space, first, num, sweeps,
+                                 MESHER__KEPT_FINDINGS - found->num_kept, &large);
     for (i = 0; i < num && result == MESHER_OK; i++)
-        result = mesher__found_add(memory, found,
-                                   counts[i] > MESHER__BLOCK_FINDINGS
-                                       ? large + start[i]
-                                       : slices + i * MESHER__BLOCK_FINDINGS,
-                                   counts[i]);
-    delaunay_release(memory, large);
+        result = mesher__found_add(&domain->memory, found, sweeps + i);
+    delaunay_release(&domain->memory, large);
     return result;
 }
 
 static mesher_result mesher__sweep_all(mesher_domain *domain, const mesher__space *space,
                                        mesher__found *found)
 {
-    size_t blocks = (space->num_leaves + MESHER__BLOCK_LEAVES - 1) / MESHER__BLOCK_LEAVES, first,
-           num;
-    size_t most = blocks < (size_t)MESHER__ROUND_BLOCKS ? blocks : (size_t)MESHER__ROUND_BLOCKS;
-    mesher_result result = MESHER_OK;
+    delaunay_memory *memory = &domain->memory;
+    size_t blocks = (space->num_leaves + MESHER__BLOCK_LEAVES - 1) / MESHER__BLOCK_LEAVES;
+    size_t most = blocks < (size_t)MESHER__ROUND_BLOCKS ? blocks : (size_t)MESHER__ROUND_BLOCKS,
+           first, num, next = 1;
+    mesher__sweep *sweeps = (mesher__sweep *)delaunay_alloc(memory, most, sizeof *sweeps);
     mesher_finding *slices = (mesher_finding *)delaunay_alloc(
-        &domain->memory, most * MESHER__BLOCK_FINDINGS, sizeof *slices);
-    if (!slices) return MESHER_ERROR_OUT_OF_MEMORY;
+        memory, most * MESHER__BLOCK_FINDINGS, sizeof *slices);
+    mesher_result result = sweeps && slices ? MESHER_OK : MESHER_ERROR_OUT_OF_MEMORY;
     for (first = 0; first < blocks && result == MESHER_OK && found->total < MESHER__MOST_FINDINGS;
          first += num) {
-        num = blocks - first < most ? blocks - first : most;
+        uint64_t before = found->total;
+        num = blocks - first < next ? blocks - first : next;
         if (mesher__progress(&domain->options, "intersections", (double)first / (double)blocks))
             result = MESHER_CANCELLED;
-        else result = mesher__sweep_round(domain, space, first, num, slices, found);
+        else result = mesher__sweep_round(domain, space, first, num, sweeps, slices, found);
+        if (found->total - before > MESHER__ROUND_FINDINGS) next = next > 1 ? next / 2 : 1;
+        else next = 2 * next < most ? 2 * next : most;
     }
-    delaunay_release(&domain->memory, slices);
+    delaunay_release(memory, sweeps);
+    delaunay_release(memory, slices);
     return result;
 }
 
@@ -2309,12 +2343,15 @@ static void mesher__name_vertices(mesher_domain *domain)
 
 MESHER_API mesher_result mesher_empty_mesh(mesher_domain *domain, mesher_report *report)
 {
-    size_t n = domain->surface.num_vertices;
-    double *xyz = (double *)delaunay_alloc(&domain->memory, 3 * (n + 8), sizeof *xyz);
-    double start = delaunay_seconds(&domain->options.host);
+    size_t n;
+    double *xyz, start;
     delaunay_options options;
     delaunay_report inner;
     delaunay_result result;
+    if (!domain || domain->stage != MESHER__STAGE_INIT) return MESHER_ERROR_INVALID_ARGUMENT;
+    start = delaunay_seconds(&domain->options.host);
+    n = domain->surface.num_vertices;
+    xyz = (double *)delaunay_alloc(&domain->memory, 3 * (n + 8), sizeof *xyz);
     if (!xyz) return MESHER_ERROR_OUT_OF_MEMORY;
     memset(&options, 0, sizeof options);
     options.host = domain->options.host;
@@ -2326,7 +2363,10 @@ MESHER_API mesher_result mesher_empty_mesh(mesher_domain *domain, mesher_report 
     if (result == DELAUNAY_OK) result = delaunay_link_vertices(&domain->mesh);
     if (result == DELAUNAY_OK) mesher__name_vertices(domain);
     if (report) report->seconds_empty = delaunay_seconds(&domain->options.host) - start;
-    if (result == DELAUNAY_OK) return MESHER_OK;
+    if (result == DELAUNAY_OK) {
+        domain->stage = MESHER__STAGE_EMPTY;
+        return MESHER_OK;
+    }
     if (report)
         snprintf(report->message, sizeof report->message, "empty mesh: %.400s", inner.message);
     delaunay_mesh_free(&domain->mesh);
@@ -8280,28 +8320,24 @@ static mesher_result mesher__recover_once(mesher_domain *domain, mesher_report *
 
 MESHER_API mesher_result mesher_recover(mesher_domain *domain, mesher_report *report)
 {
-    double start = delaunay_seconds(&domain->options.host);
+    double start;
     mesher_result result;
     int again, attempt = 0;
+    if (!domain || domain->stage != MESHER__STAGE_EMPTY) return MESHER_ERROR_INVALID_ARGUMENT;
+    start = delaunay_seconds(&domain->options.host);
     while ((result = mesher__recover_once(domain, report, attempt, &again)) == MESHER_OK && again) {
         delaunay_mesh_free(&domain->mesh);
+        domain->stage = MESHER__STAGE_INIT;
         result = mesher_empty_mesh(domain, report);
         if (result != MESHER_OK) break;
         attempt += again - 1;
     }
     if (report) report->seconds_recover += delaunay_seconds(&domain->options.host) - start;
+    if (result == MESHER_OK) domain->stage = MESHER__STAGE_RECOVERED;
     return result;
 }
 
 /* ---- >>regions ---------------------------------------------------------------------------- */
-
-enum {
-    MESHER__STAGE_NONE,
-    MESHER__STAGE_INIT,
-    MESHER__STAGE_EMPTY,
-    MESHER__STAGE_RECOVERED,
-    MESHER__STAGE_COLORED
-};
 
 /* A cell: a set of tetrahedra joined through facets that are not constrained. Cell 0 is the
  * outside. */
@@ -9499,12 +9535,14 @@ static mesher_result mesher__limit_gradation(mesher_domain *domain)
 
 MESHER_API mesher_result mesher_size(mesher_domain *domain, mesher_report *report)
 {
-    delaunay_mesh *mesh = &domain->mesh;
-    double start = delaunay_seconds(&domain->options.host), least;
+    delaunay_mesh *mesh;
+    double start, least;
     mesher_result result = MESHER_OK;
     uint64_t ignored = 0;
     uint32_t v;
-    if (!mesh->color || mesh->num_vertices < 2) return MESHER_ERROR_INVALID_ARGUMENT;
+    if (!domain || domain->stage < MESHER__STAGE_COLORED) return MESHER_ERROR_INVALID_ARGUMENT;
+    start = delaunay_seconds(&domain->options.host);
+    mesh = &domain->mesh;
     if (domain->cap_size < mesh->cap_vertices) {
         double *size = (double *)delaunay_alloc(&domain->memory, mesh->cap_vertices, sizeof *size);
         if (!size) return MESHER_ERROR_OUT_OF_MEMORY;
@@ -13173,9 +13211,10 @@ MESHER_API mesher_result mesher_refine(mesher_domain *domain, mesher_report *rep
 {
     mesher__refiner r;
     mesher_result result = MESHER_OK;
-    uint32_t first_new = domain->mesh.num_vertices;
+    uint32_t first_new;
     uint64_t sweeps = 0;
-    if (!domain->mesh.color || !domain->mesh.flags) return MESHER_ERROR_INVALID_ARGUMENT;
+    if (!domain || domain->stage < MESHER__STAGE_COLORED) return MESHER_ERROR_INVALID_ARGUMENT;
+    first_new = domain->mesh.num_vertices;
     if (!domain->size) result = mesher_size(domain, report);
     if (result != MESHER_OK) return result;
     result = mesher__refiner_init(&r, domain);
@@ -13221,7 +13260,6 @@ MESHER_API const char *mesher_result_string(mesher_result result)
     case MESHER_ERROR_INTERNAL: return "internal error";
     case MESHER_ERROR_SURFACE: return "the surface is invalid";
     case MESHER_ERROR_RECOVERY: return "an edge or facet of the surface could not be recovered";
-    case MESHER_ERROR_TIME: return "out of time before there was a valid mesh";
     }
     return "unknown mesher_result";
 }

@@ -80,8 +80,8 @@ static const char help_options[] =
     "  --help, --version\n"
     "\n"
     "exit codes: 0 ok, 1 valid mesh but a goal or budget not met, 2 usage, 3 cannot read, 4 cannot\n"
-    "write, 5 the surface is invalid, 6 a facet could not be recovered, 7 memory, 8 interrupted or out\n"
-    "of time, 70 internal error. With 5 and 6 the findings are in OUTPUT's name, ending .defects.vtu;\n"
+    "write, 5 the surface is invalid, 6 a facet could not be recovered, 7 memory, 8 interrupted,\n"
+    "70 internal error. With 5 and 6 the findings are in OUTPUT's name, ending .defects.vtu;\n"
     "with 6, a small surface that fails in the same way is in OUTPUT's name, ending .reproducer.off\n";
 
 /* ---- settings ---- */
@@ -806,8 +806,7 @@ static int code_of(mesher_result result)
     case MESHER_ERROR_RECOVERY: return TOOL_NOT_RECOVERED;
     case MESHER_ERROR_OUT_OF_MEMORY:
     case MESHER_ERROR_TOO_LARGE: return TOOL_NO_MEMORY;
-    case MESHER_CANCELLED:
-    case MESHER_ERROR_TIME: return TOOL_STOPPED;
+    case MESHER_CANCELLED: return TOOL_STOPPED;
     default: return TOOL_INTERNAL;
     }
 }

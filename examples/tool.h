@@ -26,7 +26,7 @@ enum {
     TOOL_BAD_SURFACE = 5, /* delaunay: points of fewer than three dimensions, or not finite */
     TOOL_NOT_RECOVERED = 6,
     TOOL_NO_MEMORY = 7,
-    TOOL_STOPPED = 8, /* cancelled or out of time before there was a valid result */
+    TOOL_STOPPED = 8, /* cancelled before there was a valid result */
     TOOL_INTERNAL = 70
 };
 

@@ -902,6 +902,38 @@ static void every_allocation_may_fail(void)
     model_free(&m);
 }
 
+/* Two combs of n needles each, all of one through all of the other: every pair is counted, in
+ * memory that does not grow with their number. */
+static void a_thicket_is_counted_in_little_memory(void)
+{
+    enum { TEETH = 2000 };
+    mesher_surface s;
+    mesher_options options;
+    double *xyz = (double *)malloc(2 * TEETH * 9 * sizeof *xyz);
+    uint32_t *triangles = (uint32_t *)malloc(2 * TEETH * 3 * sizeof *triangles);
+    uint32_t i;
+    if (!xyz || !triangles) abort();
+    memset(&options, 0, sizeof options);
+    for (i = 0; i < 2 * TEETH; i++) {
+        const double along[3] = {-1, 1, 1}, up[3] = {0, -1, 1};
+        int k;
+        for (k = 0; k < 3; k++) {
+            double *x = xyz + 9 * (size_t)i + 3 * k;
+            x[i % 2] = along[k];
+            x[1 - i % 2] = 2.0 * (i / 2 + 1) / (TEETH + 1) - 1;
+            x[2] = up[k];
+            triangles[3 * i + (uint32_t)k] = 3 * i + (uint32_t)k;
+        }
+    }
+    s = surface_of(xyz, 6 * TEETH, triangles, 2 * TEETH);
+    options.host.memory_limit_bytes = (size_t)200 << 20;
+    check_surface(&s, &options);
+    CHECK(last.code == MESHER_ERROR_SURFACE);
+    CHECK(last.report.counts[MESHER_DEFECT_INTERSECTION] == (uint64_t)TEETH * TEETH);
+    free(xyz);
+    free(triangles);
+}
+
 static int stop_at_once(void *user, const char *phase, double fraction)
 {
     ++*(int *)user;
@@ -948,7 +980,7 @@ static void arguments_are_checked(void)
     for (k = 0; k < MESHER_NUM_KINDS; k++)
         CHECK(strcmp(mesher_kind_string((mesher_kind)k), "unknown mesher_kind") != 0);
     CHECK(strcmp(mesher_result_string(MESHER_ERROR_RECOVERY),
-                 mesher_result_string(MESHER_ERROR_TIME)) != 0);
+                 mesher_result_string(MESHER_ERROR_SURFACE)) != 0);
 }
 
 static void turns_in_a_coordinate_plane(void)
@@ -997,6 +1029,7 @@ int main(void)
     large_models();
     defects_come_first();
     every_allocation_may_fail();
+    a_thicket_is_counted_in_little_memory();
     arguments_are_checked();
     return check_report();
 }

@@ -906,6 +906,28 @@ static void same_bytes_for_any_threads(void)
     }
 }
 
+/* A stage that is not next says so, and changes nothing. */
+static void stages_come_in_order(const mesher_surface *s, const mesher_options *o)
+{
+    typedef mesher_result (*stage)(mesher_domain *, mesher_report *);
+    const stage stages[] = {mesher_empty_mesh, mesher_recover, mesher_color, mesher_size,
+                            mesher_refine};
+    mesher_domain domain;
+    int next, k;
+    memset(&domain, 0, sizeof domain);
+    for (k = 0; k < 5; k++) CHECK(stages[k](&domain, NULL) == MESHER_ERROR_INVALID_ARGUMENT);
+    for (k = 0; k < 5; k++) CHECK(stages[k](NULL, NULL) == MESHER_ERROR_INVALID_ARGUMENT);
+    CHECK(mesher_domain_init(&domain, s, o, NULL) == MESHER_OK);
+    for (next = 0; next < 5; next++) {
+        for (k = 0; k < 5; k++)
+            if (k < 2 ? k != next : k == 2 ? next == 0 : next <= 2)
+                CHECK(stages[k](&domain, NULL) == MESHER_ERROR_INVALID_ARGUMENT);
+        CHECK(stages[next](&domain, NULL) == MESHER_OK);
+    }
+    CHECK(delaunay_validate(&domain.mesh, DELAUNAY_VALIDATE_GEOMETRY, NULL) == DELAUNAY_OK);
+    mesher_domain_free(&domain);
+}
+
 static void arguments_are_checked(void)
 {
     mesher_surface s;
@@ -923,6 +945,7 @@ static void arguments_are_checked(void)
     CHECK(mesher_export(&domain, &out) == MESHER_ERROR_INVALID_ARGUMENT);
     CHECK(mesher_color(&domain, NULL) == MESHER_ERROR_INVALID_ARGUMENT);
     o.gradation = 0;
+    stages_come_in_order(&s, &o);
     CHECK(mesher_mesh(&domain, &s, &o, NULL) == MESHER_OK); /* no report */
     CHECK(mesher_export(&domain, &out) == MESHER_OK && out.num_tets >= 5);
     mesher_output_free(&domain, &out);
