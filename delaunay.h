@@ -147,7 +147,6 @@ typedef enum delaunay_result {
     DELAUNAY_ERROR_INTERNAL           = -5, /* a belief of ours did not hold: please report */
     DELAUNAY_ERROR_DIMENSION          = -48, /* fewer than 3 dimensions: report->dimension */
     DELAUNAY_ERROR_NOT_FINITE         = -49, /* NaN or infinity: report->ids */
-    DELAUNAY_ERROR_RANGE              = -50, /* coordinates beyond the exact range: report->ids */
     DELAUNAY_ERROR_INVALID_MESH       = -51, /* the validator found an offender: report */
     DELAUNAY_ERROR_BROKEN_ARITHMETIC  = -52  /* the self-test failed: compiler flags or FPU mode */
 } delaunay_result;
@@ -259,8 +258,9 @@ DELAUNAY_API const char *delaunay_result_string(delaunay_result result);
 
 /* Delaunay triangulation of a set of points.
  *
- *   mesh     in/out  zeroed, or a mesh to be replaced; on failure freed and zeroed
- *   xyz      in      3*count doubles, finite; not kept
+ *   mesh     in/out  zeroed, or a mesh to be replaced; on failure freed and zeroed, but for
+ *                    _ERROR_INVALID_ARGUMENT, which leaves it
+ *   xyz      in      3*count doubles, finite, from the least to the largest; not kept
  *   count    in      below 2^32 - 16
  *   options  in      NULL or zeroed: defaults
  *   report   out     may be NULL
@@ -318,12 +318,14 @@ DELAUNAY_API void delaunay_mesh_free(delaunay_mesh *mesh);
 /* Number of real tetrahedra: neither ghost nor deleted. O(slots). */
 DELAUNAY_API uint64_t delaunay_count_tets(const delaunay_mesh *mesh);
 
-/* The real tetrahedra as caller's point ids, in canonical order of the slots; returns their number.
- * tets may be NULL to count; vertices added by us get ids from num_points on, in order. */
+/* The real tetrahedra as caller's point ids, in canonical order of the slots; returns their number,
+ * of which the first cap_tets are written. tets may be NULL to count; vertices added by us get ids
+ * from num_points on, in order. */
 DELAUNAY_API uint64_t delaunay_export_tets(const delaunay_mesh *mesh, uint32_t *tets,
                                            uint64_t cap_tets);
 
-/* Levels of delaunay_validate; each includes those before. */
+/* Levels of delaunay_validate; each includes those before. A greater one is the last, one below 0
+ * looks at nothing. */
 enum {
     DELAUNAY_VALIDATE_TOPOLOGY,   /* handles mutual, facets match, none deleted, marks agree */
     DELAUNAY_VALIDATE_GEOMETRY,   /* every real tetrahedron positive, the hull convex, exactly */
@@ -437,7 +439,11 @@ DELAUNAY_API delaunay_result delaunay_link_vertices(delaunay_mesh *mesh);
  * tetrahedron. */
 DELAUNAY_API uint32_t delaunay_add_vertex(delaunay_mesh *mesh, const double *xyz, uint32_t id);
 /* A mesh from arrays of anybody's: tets are 4 indices into xyz each, positive by our convention or
- * all negative (then turned); facets with one tetrahedron get handle 0. colors may be NULL. */
+ * all negative (then turned); facets with one tetrahedron get handle 0. colors may be NULL.
+ * Returns  DELAUNAY_OK; _ERROR_INVALID_ARGUMENT: NULL, or an index out of range; _TOO_LARGE;
+ *          _OUT_OF_MEMORY; _INVALID_MESH: flat, of both orientations, more than two on one facet,
+ *          or two on one side of it: report->ids[0] is the tetrahedron. Others that overlap are not
+ *          looked for. On failure the mesh is zeroed */
 DELAUNAY_API delaunay_result delaunay_import(delaunay_mesh *mesh, const double *xyz,
                                              size_t num_points, const uint32_t *tets,
                                              const uint32_t *colors, size_t num_tets,
@@ -4743,13 +4749,15 @@ static uint32_t delaunay__facet_hash(const uint32_t *v)
     return (a + b + c) * 0x9e3779b1u ^ (a ^ b ^ c) * 0x85ebca6bu;
 }
 
+/* 0: not the same vertices; else 1 in the same order of rotation, -1 in the opposite one. */
 static int delaunay__same_facet(const uint32_t *a, const uint32_t *b)
 {
     int i;
     for (i = 0; i < 3; i++)
-        if (a[0] == b[i])
-            return (a[1] == b[(i + 1) % 3] && a[2] == b[(i + 2) % 3]) ||
-                   (a[2] == b[(i + 1) % 3] && a[1] == b[(i + 2) % 3]);
+        if (a[0] == b[i]) {
+            uint32_t next = b[(i + 1) % 3], last = b[(i + 2) % 3];
+            return a[1] == next && a[2] == last ? 1 : a[2] == next && a[1] == last ? -1 : 0;
+        }
     return 0;
 }
 
@@ -4774,17 +4782,21 @@ static delaunay_result delaunay__link_tets(delaunay_mesh *mesh, delaunay_report 
         for (f = 4 * t; f < 4 * t + 4; f++) {
             uint32_t v[3], w[3];
             uint32_t h;
+            int turn = 0;
             delaunay__get_facet(mesh, f, v);
             h = delaunay__facet_hash(v);
             for (i = (h ^ h >> 15) & mask; table[i]; i = (i + 1) & mask) {
                 delaunay__get_facet(mesh, table[i], w);
-                if (delaunay__same_facet(v, w)) break;
+                if ((turn = delaunay__same_facet(v, w)) != 0) break;
             }
             if (!table[i]) {
                 table[i] = f;
             } else if (mesh->tets[table[i] >> 2].n[table[i] & 3]) {
                 result = delaunay__say(report, DELAUNAY_ERROR_INVALID_MESH,
                                        "three tetrahedra share a facet");
+            } else if (turn > 0) {
+                result = delaunay__say(report, DELAUNAY_ERROR_INVALID_MESH,
+                                       "two tetrahedra are on the same side of a facet");
             } else {
                 mesh->tets[t].n[f & 3] = table[i];
                 mesh->tets[table[i] >> 2].n[table[i] & 3] = f;
@@ -8728,8 +8740,6 @@ DELAUNAY_API const char *delaunay_result_string(delaunay_result result)
         return "the points do not span three dimensions";
     case DELAUNAY_ERROR_NOT_FINITE:
         return "a coordinate is not finite";
-    case DELAUNAY_ERROR_RANGE:
-        return "the coordinates span too many orders of magnitude";
     case DELAUNAY_ERROR_INVALID_MESH:
         return "the mesh is not valid";
     case DELAUNAY_ERROR_BROKEN_ARITHMETIC:

@@ -169,8 +169,8 @@ HXTSORT_API hxtsort_result hxtsort_argsort(size_t *order, hxtsort_type type, con
                                            size_t key_stride, size_t count,
                                            const hxtsort_options *options);
 
-/* Puts records into an order: record order[i] comes to place i. order holds 0..count-1, each
- * once. */
+/* Puts records into an order: record order[i] comes to place i. order holds 0..count-1, each once,
+ * which is not checked. record_bytes 0: nothing is done. */
 HXTSORT_API hxtsort_result hxtsort_reorder(void *records, size_t record_bytes, const size_t *order,
                                            size_t count, const hxtsort_options *options);
 

@@ -33,6 +33,16 @@
  *   >>refine          lattices, points placed, filtered, inserted  [Marot 2020, 5]
  *   >>public          the everyday functions
  *
+ * LIMITS
+ *   Coordinates up to 1e60, an extent of 1e-60 at least; 2^32 - 25 vertices, 1.4 * 10^9 triangles
+ *   and lines together. Of tetrahedra, those of delaunay.h.
+ *
+ * COMPILE-TIME SWITCHES
+ *   MESHER_IMPLEMENTATION     implementation file  the bodies (and those of the three it needs)
+ *   MESHER_NO_DEPENDENCIES    implementation file  other files have the bodies of those three
+ *   MESHER_STATIC             implementation file  everything static
+ *   DELAUNAY_NO_SIMD, DELAUNAY_INDEX64: see delaunay.h
+ *
  * LICENCE: MIT or public domain, at the end of the file.
  */
 
@@ -2655,7 +2665,7 @@ typedef struct mesher__recovery {
     double   *patch_planes; /* ... and of each of these a normal, and where it is along that */
     /* work on one of them */
     mesher__set     seen, seen_edges, known, known_near, failed;
-    delaunay_list   queue, star, star2, pool;
+    delaunay_list   queue, star, pool;
     uint32_t        num_windows;
     mesher__flips  *flips;            /* for num_flips threads */
     mesher__flipped *flipped;         /* num_flipped: those found at once, by all threads */
@@ -8040,7 +8050,7 @@ static void mesher__recovery_free(mesher__recovery *r)
 {
     delaunay_memory *memory = r->memory;
     mesher__set *sets[5];
-    delaunay_list *lists[6];
+    delaunay_list *lists[5];
     int i;
     sets[0] = &r->seen;
     sets[1] = &r->seen_edges;
@@ -8049,12 +8059,11 @@ static void mesher__recovery_free(mesher__recovery *r)
     sets[4] = &r->known_near;
     lists[0] = &r->queue;
     lists[1] = &r->star;
-    lists[2] = &r->star2;
-    lists[3] = &r->pool;
-    lists[4] = &r->came;
-    lists[5] = &r->touched;
+    lists[2] = &r->pool;
+    lists[3] = &r->came;
+    lists[4] = &r->touched;
     for (i = 0; i < 5; i++) mesher__set_free(sets[i]);
-    for (i = 0; i < 6; i++) delaunay_list_free(lists[i]);
+    for (i = 0; i < 5; i++) delaunay_list_free(lists[i]);
     delaunay_release(memory, r->grid.rows);
     delaunay_release(memory, r->grid.edges);
     delaunay_release(memory, r->edges);
@@ -8124,8 +8133,8 @@ static mesher__recovery *mesher__recovery_new(mesher_domain *domain, mesher_repo
     r->max_vain = MESHER__VAIN;
     r->seen.memory = r->seen_edges.memory = r->known.memory = r->known_near.memory =
         r->failed.memory = memory;
-    r->queue.memory = r->star.memory = r->star2.memory = r->pool.memory = r->came.memory =
-        r->touched.memory = memory;
+    r->queue.memory = r->star.memory = r->pool.memory = r->came.memory = r->touched.memory =
+        memory;
     mesher__set_clear(&r->failed);
     r->num_edges = domain->num_edges;
     r->num_facets = domain->num_facets;
@@ -8344,8 +8353,6 @@ MESHER_API mesher_result mesher_recover(mesher_domain *domain, mesher_report *re
 typedef struct mesher__cell {
     uint64_t key;      /* 2*source + side of its first facet: the order of cells */
     uint32_t facet;    /* that facet */
-    uint32_t depth;
-    int      winding;
     uint64_t num_tets;
     double   volume;
 } mesher__cell;
@@ -9577,7 +9584,6 @@ typedef struct mesher__field {
     const uint32_t        *source;       /* .. domain->size_source */
     delaunay_tet          *tets;         /* the background */
     uint32_t              *color;
-    delaunay_handle        num_tets;
     double                 slope, least;
 } mesher__field;
 
@@ -11215,8 +11221,6 @@ static int mesher__sort_points(mesher__refiner *r, int rounds)
     }
     return mesher__sort(r->domain, r->order, n) == MESHER_OK;
 }
-
-/* -- filter: no two points of a sweep too near each other */
 
 /* -- budgets */
 
@@ -13108,7 +13112,6 @@ static mesher_result mesher__refiner_init(mesher__refiner *r, mesher_domain *dom
     }
     r->field.slope = mesher__slope(r->options);
     r->field.least = mesher__size_floor(mesh);
-    r->field.num_tets = mesh->num_tets;
     r->field.tets = (delaunay_tet *)delaunay_alloc(r->memory, mesh->num_tets, sizeof *mesh->tets);
     if (!r->field.tets) return mesher__no_memory(r);
     memcpy(r->field.tets, mesh->tets, (size_t)mesh->num_tets * sizeof *mesh->tets);

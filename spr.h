@@ -13,10 +13,13 @@
  *   >>everyday        improve, measure
  *   >>expert          the operators by themselves
  *   >>quality         gamma, SICN, dihedral angles; bounds set by the surface
- *   >>smoothing       Laplacian with golden section               [Marot 2020, 6.1]
- *   >>edge removal                                                [Marot 2020, 6.1]
- *   >>reconnection    SPR of a grown cavity                       [Marot 2020, 6.2, 6.3]
- *   >>schedule        which operator when                         [Marot 2020, Algorithm 5]
+ *   >>smoothing       Laplacian with golden section               [Marot 2020, 6.1]; relaxation
+ *   >>edge removal                                                [Marot 2020, 6.1]; flips for the
+ *                     mean
+ *   >>reconnection    SPR of a grown cavity                       [Marot 2020, 6.2, 6.3]; vertices
+ *                     taken away and added
+ *   >>schedule        which operator when                         [Marot 2020, Algorithm 5];
+ *                     shaking, extreme angles, the sweep for the mean
  *   >>public          the everyday functions; a polyhedron in arrays
  *
  * WHAT IT DOES NOT DO
@@ -27,31 +30,42 @@
  *   Limits: those of delaunay.h.
  *
  * HOW IT WORKS
- *   Every bad tetrahedron has a level, the next operator to be tried for it, cheapest first: edge
- *   removal; smoothing, a golden section and then the common ascent of the worst of the star;
- *   reconnection of a cavity of 7 to 10 points that grows around it; taking away one of its
- *   vertices; a new vertex in it or on an edge; reconnection up to 16, then up to 32 points; and
- *   for the very worst in the end all that again, further. A level runs when nothing waits at a
- *   cheaper one. What changes sends the bad tetrahedra that it touches back to the first level,
- *   some times; edges and vertices around which nothing has changed are not tried again. What is
- *   as good as its facets on the surface allow is not tried at all. Each change raises the worst
- *   quality among what it replaces, by a margin, and what is bad weighs no more than before: one
- *   may become two that are much better. There are never more bad ones than in the beginning, but
- *   for a few where the worst of the mesh becomes twice as good. Then the few worst, if they are
- *   nearly flat or worse than the surface asks for anywhere, have another turn, while that changes
- *   something, in which they may become many. Flat ones that lie on each other, as over polygons of
- *   the surface that rounding has bent, then go together, for a vertex.
- *   At last there are to be fewer, the worst no worse: the closure search then counts the bad ones
- *   instead of looking for the best of the worst; and around what is far from what the surface
- *   allows, the few worst and then those with the fewest bad ones beside them, vertices are moved
- *   at random and that part is improved anew: it is taken if its bad ones are fewer or weigh less,
- *   for as long as that happens often enough. The same is done for the few most extreme dihedral
- *   angles and the least SICN, every second time by that measure alone; a much better one may cost
- *   one more bad tetrahedron in a dozen, and the worst of the mesh six that weigh less in all.
- *   For the mean, edges and facets of tetrahedra below it, the worst 20000 and one in 64 or so, are
- *   flipped where that worsens nothing that is bad or extreme, and one sweep along a curve, in
- *   blocks side by side, moves all vertices. Plans are made side by side and committed in order
- *   (delaunay_speculate). Positions are accepted by exact signs only.
+ *   1. Bad tetrahedra. Each has a level, the next operator to be tried for it, cheapest first: edge
+ *      removal; smoothing, a golden section and then the common ascent of the worst of the star;
+ *      reconnection of a cavity of 7 to 10 points that grows around it; taking away one of its
+ *      vertices; a new vertex in it or on an edge; reconnection up to 16, then up to 32 points; and
+ *      for the very worst in the end all that again, further. A level runs when nothing waits at a
+ *      cheaper one. What changes sends the bad tetrahedra that it touches back to the first level,
+ *      some times; edges and vertices around which nothing has changed are not tried again. What is
+ *      as good as its facets on the surface allow is not tried at all.
+ *      Each change raises the worst quality among what it replaces, by a margin, and what is bad
+ *      weighs no more than before: one may become two that are much better. There are never more
+ *      bad ones than in the beginning, but for a few where the worst of the mesh becomes twice as
+ *      good.
+ *   2. The few worst, if they are nearly flat or worse than the surface asks for anywhere, have
+ *      another turn, while that changes something, in which they may become many. Flat ones that
+ *      lie on each other, as over polygons of the surface that rounding has bent, then go together,
+ *      for a vertex.
+ *   3. Fewer bad ones, the worst no worse: the closure search counts them instead of looking for
+ *      the best of the worst.
+ *   4. Shaking. Around what is far from what the surface allows, the few worst and then those with
+ *      the fewest bad ones beside them, vertices are moved at random and that part is improved
+ *      anew: it is taken if its bad ones are fewer or weigh less, for as long as that happens often
+ *      enough.
+ *   5. Angles. The same for the few most extreme dihedral angles and the least SICN, every second
+ *      time by that measure alone; a much better one may cost one more bad tetrahedron in a dozen,
+ *      and the worst of the mesh six that weigh less in all.
+ *   6. The mean. Edges and facets of tetrahedra below it, the worst 20000 and one in 64 or so, are
+ *      flipped where that worsens nothing that is bad or extreme, and one sweep along a curve, in
+ *      blocks side by side, moves all vertices.
+ *   Plans are made side by side and committed in order (delaunay_speculate). Positions are accepted
+ *   by exact signs only.
+ *
+ * COMPILE-TIME SWITCHES
+ *   SPR_IMPLEMENTATION        implementation file  the bodies (and those of the three it needs)
+ *   SPR_NO_DEPENDENCIES       implementation file  other files have the bodies of those three
+ *   SPR_STATIC                implementation file  everything static
+ *   DELAUNAY_NO_SIMD, DELAUNAY_INDEX64: see delaunay.h
  *
  * LICENCE: MIT or public domain, at the end of the file.
  */

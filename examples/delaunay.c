@@ -89,8 +89,7 @@ static int exit_code(delaunay_result result)
     switch (result) {
     case DELAUNAY_OK: return TOOL_OK;
     case DELAUNAY_ERROR_DIMENSION:
-    case DELAUNAY_ERROR_NOT_FINITE:
-    case DELAUNAY_ERROR_RANGE: return TOOL_BAD_SURFACE;
+    case DELAUNAY_ERROR_NOT_FINITE: return TOOL_BAD_SURFACE;
     case DELAUNAY_ERROR_OUT_OF_MEMORY:
     case DELAUNAY_ERROR_TOO_LARGE: return TOOL_NO_MEMORY;
     case DELAUNAY_CANCELLED: return TOOL_STOPPED;

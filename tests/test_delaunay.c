@@ -689,6 +689,11 @@ static void import_and_validate(void)
     CHECK(delaunay_import(&copy, xyz, n, tets, NULL, (size_t)count, NULL, &report) ==
           DELAUNAY_ERROR_INVALID_MESH);
     CHECK(copy.tets == NULL && report.num_ids == 1);
+    t = tets[0], tets[0] = tets[1], tets[1] = t;
+    memcpy(tets + 4 * 9, tets + 4 * 5, 4 * sizeof *tets); /* the same one twice */
+    CHECK(delaunay_import(&copy, xyz, n, tets, NULL, (size_t)count, NULL, &report) ==
+          DELAUNAY_ERROR_INVALID_MESH);
+    CHECK(copy.tets == NULL && report.num_ids == 1 && report.ids[0] == 9);
 
     mesh.tets[7].n[2] ^= 1;
     CHECK(delaunay_validate(&mesh, DELAUNAY_VALIDATE_TOPOLOGY, &report) ==
