@@ -3515,11 +3515,12 @@ static int spr__set_vain(spr__state *s)
 
 /* Plans that each level may make in all. On a clean mesh no limit is met; where the surface leaves
  * thousands of bad tetrahedra in thin places, the dear searches stop at a cost that grows with the
- * mesh alone. */
+ * mesh alone. So do the cheap ones, of which the worst surfaces want a dozen for each tetrahedron:
+ * where a quality is less than its rounding, flips that undo each other may both seem to gain. */
 static void spr__set_allowance(spr__state *s, uint64_t num_tets)
 {
     int level;
-    for (level = 0; level < SPR__HOPELESS; level++) s->allowance[level] = UINT64_MAX;
+    for (level = 0; level < SPR__REMOVE; level++) s->allowance[level] = 20000 + 50 * num_tets;
     s->allowance[SPR__REMOVE] = s->allowance[SPR__INSERT] = 20000 + num_tets / 10;
     s->allowance[SPR__MEDIUM] = 5000 + num_tets / 50;
     s->allowance[SPR__LARGE] = SPR__LARGE_PLANS + num_tets / 400;

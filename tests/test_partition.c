@@ -288,9 +288,9 @@ static void failures_leave_a_valid_mesh(const double *xyz)
         job.user = &c;
         job.edit = failing;
         c.error_at = POINTS / 2;
-        c.error = DELAUNAY_ERROR_RANGE;
+        c.error = DELAUNAY_ERROR_INTERNAL;
         CHECK(run(&m, &host, xyz, POINTS, &job, DELAUNAY_VALIDATE_DELAUNAY) ==
-              DELAUNAY_ERROR_RANGE);
+              DELAUNAY_ERROR_INTERNAL);
         delaunay_mesh_free(&m);
         c.error = DELAUNAY_ITEM_NOTHING; /* which is no error */
         CHECK(run(&m, &host, xyz, POINTS, &job, DELAUNAY_VALIDATE_DELAUNAY) == DELAUNAY_OK);

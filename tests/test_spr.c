@@ -1022,6 +1022,55 @@ static double soup_volume(const soup *s, uint32_t color, double *worst)
     return sum;
 }
 
+/* Around the origin, corners at distances of 1e-4, 1 and 1e4: qualities are less than their
+ * rounding, and of flips that undo each other both may seem to gain. There is an end to it. */
+static void test_ends_where_quality_is_less_than_rounding(void)
+{
+    enum { RINGS = 12, COLUMNS = 24, NUM = (RINGS - 1) * COLUMNS };
+    const double far_[3] = {1e-4, 1, 1e4}, pi = acos(-1.0);
+    double xyz[3 * (NUM + 3)];
+    uint32_t tets[4 * 2 * NUM], round, i, j;
+    for (round = 0; round < 3; round++) {
+        delaunay_mesh m = {0};
+        spr_options options;
+        spr_report report;
+        uint32_t *t = tets;
+        small_state = 5 + round;
+        for (i = 0; i < NUM + 2; i++) {
+            const double a = i < NUM ? pi * (i / COLUMNS + 1) / RINGS : i == NUM ? 0 : pi;
+            const double b = 2 * pi * (i % COLUMNS) / COLUMNS, r = far_[small_random(3)];
+            xyz[3 * i] = i < NUM ? r * sin(a) * cos(b) : 0;
+            xyz[3 * i + 1] = i < NUM ? r * sin(a) * sin(b) : 0;
+            xyz[3 * i + 2] = r * cos(a);
+        }
+        memset(xyz + 3 * (NUM + 2), 0, 3 * sizeof *xyz);
+        for (i = 0; i < 2 * NUM; i++) t[4 * i + 3] = NUM + 2;
+        for (i = 0; i < RINGS; i++)
+            for (j = 0; j < COLUMNS; j++) {
+                const uint32_t k = (j + 1) % COLUMNS, up = i ? (i - 1) * COLUMNS : 0,
+                               low = i * COLUMNS;
+                if (i + 1 < RINGS) {
+                    t[0] = i ? up + k : NUM;
+                    t[1] = low + k;
+                    t[2] = low + j;
+                    t += 4;
+                }
+                if (i) {
+                    t[0] = up + k;
+                    t[1] = i + 1 < RINGS ? low + j : NUM + 1;
+                    t[2] = up + j;
+                    t += 4;
+                }
+            }
+        CHECK(delaunay_import(&m, xyz, NUM + 3, tets, NULL, 2 * NUM, NULL, NULL) == DELAUNAY_OK);
+        memset(&options, 0, sizeof options);
+        options.max_rounds = 100000;
+        CHECK(spr_improve(&m, &options, &report) == SPR_OK);
+        CHECK(delaunay_validate(&m, DELAUNAY_VALIDATE_TOPOLOGY, NULL) == DELAUNAY_OK);
+        delaunay_mesh_free(&m);
+    }
+}
+
 static void test_arrays(void)
 {
     int turned, room;
@@ -1529,6 +1578,7 @@ int main(void)
     test_a_flat_one_among_good_ones();
     test_flat_ones_over_bent_polygons();
     test_where_hardly_anything_can_be_good();
+    test_ends_where_quality_is_less_than_rounding();
     test_arrays();
     test_arrays_with_little_room();
     test_arrays_without_room_or_sense();
