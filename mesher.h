@@ -9731,6 +9731,9 @@ typedef struct mesher__divider {
     uint32_t            *next;    /* 3 a triangle: the next side of the ring */
     uint32_t            *source;  /* 1 a triangle: the caller's, or num_triangles + line */
     size_t num, cap_corners, cap_next, cap_source;
+    /* 1 a triangle of the caller's: the next one with the same vertices, NO_ID: none. Only the
+     * first of them is divided. NULL: no triangle has copies */
+    uint32_t            *copy;
     double              *wish;    /* at each vertex */
     size_t num_vertices, cap_xyz, cap_wish, cap_sizes;
     mesher__long_edge   *heap;
@@ -9909,6 +9912,15 @@ static int32_t mesher__tag_of(const mesher__divider *d, uint32_t side)
     return tags ? tags[d->source[side / 3]] : 1;
 }
 
+/* Are the triangles of two sides of one tag, and parts of the caller's that may mix? Those with
+ * copies do not, for their parts will be copied. */
+static int mesher__are_alike(const mesher__divider *d, uint32_t s, uint32_t r)
+{
+    const uint32_t a = d->source[s / 3], b = d->source[r / 3];
+    return a == b || (mesher__tag_of(d, s) == mesher__tag_of(d, r) &&
+                      (!d->copy || (d->copy[a] == DELAUNAY_NO_ID && d->copy[b] == DELAUNAY_NO_ID)));
+}
+
 /* Is a side the edge of two triangles alone, in a plane, of one tag and orientation? x: both ends,
  * and the third corners of its own triangle and of the other. */
 static int mesher__joins_plane(const mesher__divider *d, uint32_t s, const double **x)
@@ -9916,7 +9928,7 @@ static int mesher__joins_plane(const mesher__divider *d, uint32_t s, const doubl
     uint32_t r = d->next[s], v[4];
     int k;
     if (r == s || d->next[r] != s || mesher__is_line(d, s) || mesher__is_line(d, r) ||
-        mesher__tag_of(d, s) != mesher__tag_of(d, r))
+        !mesher__are_alike(d, s, r))
         return 0;
     v[0] = d->corners[s];
     v[1] = d->corners[mesher__side_turn(s, 1)];
@@ -10196,6 +10208,32 @@ static void mesher__take_element(mesher__divider *d, const uint32_t *v, uint32_t
     d->source[d->num++] = number;
 }
 
+/* The first triangle with the vertices of triangle i. */
+static uint32_t mesher__first_copy(const mesher_domain *domain, uint32_t i)
+{
+    uint32_t v[3], f;
+    mesher__sorted_triangle(domain, i, v);
+    f = mesher__facet_find(domain, v);
+    return f == DELAUNAY_NO_ID ? i : domain->facet_source[f];
+}
+
+/* Chains the triangles that have the same vertices. */
+static mesher_result mesher__find_copies(mesher__divider *d)
+{
+    uint32_t n = (uint32_t)d->domain->surface.num_triangles, i;
+    if (d->domain->num_facets == n) return MESHER_OK;
+    d->copy = (uint32_t *)delaunay_alloc(d->memory, n, sizeof *d->copy);
+    if (!d->copy) return MESHER_ERROR_OUT_OF_MEMORY;
+    for (i = 0; i < n; i++) d->copy[i] = DELAUNAY_NO_ID;
+    for (i = n; i-- > 0;) {
+        const uint32_t first = mesher__first_copy(d->domain, i);
+        if (first == i) continue;
+        d->copy[i] = d->copy[first];
+        d->copy[first] = i;
+    }
+    return MESHER_OK;
+}
+
 static mesher_result mesher__divider_init(mesher__divider *d, mesher_domain *domain,
                                           mesher_fine_surface *out)
 {
@@ -10218,9 +10256,11 @@ static mesher_result mesher__divider_init(mesher__divider *d, mesher_domain *dom
         double h = domain->size[domain->mesh.vertex_of[i]];
         d->wish[i] = h > 0 ? h : DBL_MAX; /* of no region, or equal to another */
     }
+    if (mesher__find_copies(d) != MESHER_OK) return MESHER_ERROR_OUT_OF_MEMORY;
     for (i = 0; i < s->num_triangles; i++)
-        mesher__take_element(d, s->triangles + 3 * i, domain->survivor[s->triangles[3 * i + 2]],
-                             (uint32_t)i);
+        if (!d->copy || mesher__first_copy(domain, (uint32_t)i) == i)
+            mesher__take_element(d, s->triangles + 3 * i,
+                                 domain->survivor[s->triangles[3 * i + 2]], (uint32_t)i);
     for (i = 0; i < s->num_edges; i++)
         mesher__take_element(d, s->edges + 2 * i, DELAUNAY_NO_ID,
                              (uint32_t)(s->num_triangles + i));
@@ -10233,9 +10273,40 @@ static void mesher__divider_free(mesher__divider *d)
     delaunay_release(d->memory, d->corners);
     delaunay_release(d->memory, d->next);
     delaunay_release(d->memory, d->source);
+    delaunay_release(d->memory, d->copy);
     delaunay_release(d->memory, d->wish);
     delaunay_release(d->memory, d->heap);
     delaunay_release(d->memory, d->doubtful);
+}
+
+/* Writes triangle i as a part of the caller's triangle source, which has the vertices of its own.
+ */
+static void mesher__triangle_out(const mesher__divider *d, size_t i, uint32_t source, size_t at)
+{
+    const mesher_surface *given = &d->domain->surface;
+    mesher_fine_surface *out = d->out;
+    const uint32_t *c = d->corners + 3 * i;
+    uint32_t *t = out->triangles + 3 * at, v[3];
+    int turn = mesher__sorted_triangle(d->domain, d->source[i], v) !=
+               mesher__sorted_triangle(d->domain, source, v);
+    t[0] = c[0];
+    t[1] = c[turn ? 2 : 1];
+    t[2] = c[turn ? 1 : 2];
+    out->triangle_tags[at] = given->triangle_tags ? given->triangle_tags[source] : 1;
+    out->triangle_source[at] = source;
+}
+
+/* The number of triangles and lines, with copies. */
+static void mesher__count_out(const mesher__divider *d, size_t *triangles, size_t *lines)
+{
+    size_t i;
+    uint32_t s;
+    *triangles = *lines = 0;
+    for (i = 0; i < d->num; i++)
+        if (d->corners[3 * i + 2] == DELAUNAY_NO_ID) ++*lines;
+        else
+            for (s = d->source[i]; s != DELAUNAY_NO_ID; s = d->copy ? d->copy[s] : DELAUNAY_NO_ID)
+                ++*triangles;
 }
 
 /* Triangles and lines as the caller gets them. */
@@ -10243,13 +10314,12 @@ static mesher_result mesher__division_out(mesher__divider *d)
 {
     const mesher_surface *given = &d->domain->surface;
     mesher_fine_surface *out = d->out;
-    size_t i, lines = 0, n = 0, m = 0;
-    for (i = 0; i < d->num; i++) lines += d->corners[3 * i + 2] == DELAUNAY_NO_ID;
-    out->triangles =
-        (uint32_t *)delaunay_alloc(d->memory, d->num - lines + 1, 3 * sizeof(uint32_t));
-    out->triangle_tags = (int32_t *)delaunay_alloc(d->memory, d->num - lines + 1, sizeof(int32_t));
-    out->triangle_source =
-        (uint32_t *)delaunay_alloc(d->memory, d->num - lines + 1, sizeof(uint32_t));
+    size_t i, triangles, lines, n = 0, m = 0;
+    mesher__count_out(d, &triangles, &lines);
+    if (triangles >= UINT32_MAX / 3 - 16) return MESHER_ERROR_TOO_LARGE;
+    out->triangles = (uint32_t *)delaunay_alloc(d->memory, triangles + 1, 3 * sizeof(uint32_t));
+    out->triangle_tags = (int32_t *)delaunay_alloc(d->memory, triangles + 1, sizeof(int32_t));
+    out->triangle_source = (uint32_t *)delaunay_alloc(d->memory, triangles + 1, sizeof(uint32_t));
     out->edges = (uint32_t *)delaunay_alloc(d->memory, lines + 1, 2 * sizeof(uint32_t));
     out->edge_tags = (int32_t *)delaunay_alloc(d->memory, lines + 1, sizeof(int32_t));
     out->edge_source = (uint32_t *)delaunay_alloc(d->memory, lines + 1, sizeof(uint32_t));
@@ -10264,9 +10334,9 @@ static mesher_result mesher__division_out(mesher__divider *d)
             out->edge_tags[m] = given->edge_tags ? given->edge_tags[line] : 1;
             out->edge_source[m++] = line;
         } else {
-            memcpy(out->triangles + 3 * n, c, 3 * sizeof *c);
-            out->triangle_tags[n] = mesher__tag_of(d, (uint32_t)(3 * i));
-            out->triangle_source[n++] = d->source[i];
+            uint32_t s = d->source[i];
+            for (; s != DELAUNAY_NO_ID; s = d->copy ? d->copy[s] : DELAUNAY_NO_ID)
+                mesher__triangle_out(d, i, s, n++);
         }
     }
     out->surface = *given;

@@ -137,6 +137,43 @@ static void test_box(void)
     }
 }
 
+/* Triangles that are there twice, in either orientation: their parts are, too, and lie on each
+ * other, also where a budget ends it. */
+static void test_copies(void)
+{
+    uint64_t most;
+    for (most = 0; most < 400; most += most ? 37 : 40) {
+        shape s = {0};
+        mesher_fine_surface fine;
+        mesher_options o = sized(0.1);
+        mesher_surface given;
+        mesher_report report;
+        uint32_t i, t[3];
+        memset(&report, 0, sizeof report);
+        random_box(&s, 1, 1, 1, 1);
+        for (i = 0; i < 12; i += 2) {
+            memcpy(t, s.triangles + 3 * i, sizeof t);
+            if (i % 4) add_triangle(&s, t[1], t[2], t[0]);
+            else add_triangle(&s, t[2], t[1], t[0]);
+        }
+        given = surface_of(&s);
+        o.max_tets = most;
+        CHECK(mesher_refine_surface(&fine, &given, &o, NULL) ==
+              (most ? MESHER_STOPPED_BY_BUDGET : MESHER_OK));
+        CHECK(mesher_check(&fine.surface, NULL, &report) == MESHER_OK);
+        CHECK(fabs(measure(&fine.surface).area - 9) < 1e-12);
+        CHECK(report.counts[MESHER_NOTE_OPEN_EDGE] == 0);
+        for (i = 0, t[0] = t[1] = 0; i < fine.surface.num_triangles; i++) {
+            t[0] += fine.triangle_source[i] >= 12 && fine.triangle_source[i] % 2 == 0;
+            t[1] += fine.triangle_source[i] >= 12 && fine.triangle_source[i] % 2 == 1;
+        }
+        CHECK(t[0] > 0 && report.counts[MESHER_NOTE_OPPOSITE_TRIANGLE] == t[0]);
+        CHECK(t[1] > 0 && report.counts[MESHER_NOTE_DUPLICATE_TRIANGLE] == t[1]);
+        mesher_fine_surface_free(&fine);
+        shape_free(&s);
+    }
+}
+
 /* The centre of a fan of needles needs few vertices around it. */
 static void test_needles(void)
 {
@@ -479,6 +516,7 @@ static void test_spikes(void)
 int main(void)
 {
     test_box();
+    test_copies();
     test_needles();
     test_constraints();
     test_soup();
