@@ -557,13 +557,20 @@ static mesher_result mesher__sort(mesher_domain *domain, hxtsort_pair *pairs, si
     return (mesher_result)hxtsort_pairs(pairs, count, &options);
 }
 
-/* What a domain has been through; 0: nothing. */
+/* What a domain has been through; 0: nothing, or it was filled by hand. */
 enum {
+    MESHER__STAGE_FAILED = -1,
     MESHER__STAGE_INIT = 1,
     MESHER__STAGE_EMPTY,
     MESHER__STAGE_RECOVERED,
     MESHER__STAGE_COLORED
 };
+
+static int mesher__is_colored(const mesher_domain *domain)
+{
+    return domain && (domain->stage == 0 || domain->stage >= MESHER__STAGE_COLORED) &&
+           domain->mesh.color && domain->mesh.flags && domain->mesh.num_vertices > 1;
+}
 
 static int mesher__progress(const mesher_options *options, const char *phase, double fraction)
 {
@@ -2359,6 +2366,7 @@ MESHER_API mesher_result mesher_empty_mesh(mesher_domain *domain, mesher_report 
     delaunay_report inner;
     delaunay_result result;
     if (!domain || domain->stage != MESHER__STAGE_INIT) return MESHER_ERROR_INVALID_ARGUMENT;
+    domain->stage = MESHER__STAGE_FAILED;
     start = delaunay_seconds(&domain->options.host);
     n = domain->surface.num_vertices;
     xyz = (double *)delaunay_alloc(&domain->memory, 3 * (n + 8), sizeof *xyz);
@@ -8342,7 +8350,7 @@ MESHER_API mesher_result mesher_recover(mesher_domain *domain, mesher_report *re
         attempt += again - 1;
     }
     if (report) report->seconds_recover += delaunay_seconds(&domain->options.host) - start;
-    if (result == MESHER_OK) domain->stage = MESHER__STAGE_RECOVERED;
+    domain->stage = result == MESHER_OK ? MESHER__STAGE_RECOVERED : MESHER__STAGE_FAILED;
     return result;
 }
 
@@ -9547,7 +9555,7 @@ MESHER_API mesher_result mesher_size(mesher_domain *domain, mesher_report *repor
     mesher_result result = MESHER_OK;
     uint64_t ignored = 0;
     uint32_t v;
-    if (!domain || domain->stage < MESHER__STAGE_COLORED) return MESHER_ERROR_INVALID_ARGUMENT;
+    if (!mesher__is_colored(domain)) return MESHER_ERROR_INVALID_ARGUMENT;
     start = delaunay_seconds(&domain->options.host);
     mesh = &domain->mesh;
     if (domain->cap_size < mesh->cap_vertices) {
@@ -13286,7 +13294,7 @@ MESHER_API mesher_result mesher_refine(mesher_domain *domain, mesher_report *rep
     mesher_result result = MESHER_OK;
     uint32_t first_new;
     uint64_t sweeps = 0;
-    if (!domain || domain->stage < MESHER__STAGE_COLORED) return MESHER_ERROR_INVALID_ARGUMENT;
+    if (!mesher__is_colored(domain)) return MESHER_ERROR_INVALID_ARGUMENT;
     first_new = domain->mesh.num_vertices;
     if (!domain->size) result = mesher_size(domain, report);
     if (result != MESHER_OK) return result;
