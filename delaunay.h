@@ -162,7 +162,7 @@ enum { DELAUNAY_LOG_ERROR, DELAUNAY_LOG_WARNING, DELAUNAY_LOG_INFO, DELAUNAY_LOG
 typedef struct delaunay_host {
     delaunay_allocator allocator;
     size_t             memory_limit_bytes;  /* 0: none; beyond it allocations fail */
-    int                num_threads;         /* 0: omp_get_max_threads() at each call */
+    int                num_threads;         /* 0: omp_get_max_threads() at each call; <= 1024 */
     void (*log)(void *user, int level, const char *text);              /* NULL: silent */
     int  (*progress)(void *user, const char *phase, double fraction);  /* nonzero return cancels */
     double (*clock)(void *user);            /* seconds; NULL: omp_get_wtime(), else clock() */
@@ -354,7 +354,7 @@ DELAUNAY_API void  delaunay_release(delaunay_memory *memory, void *block);
 /* Seconds by the host's clock; differences count. */
 DELAUNAY_API double delaunay_seconds(const delaunay_host *host);
 /* Threads that a call with this host uses at most. */
-DELAUNAY_API int delaunay_threads(const delaunay_host *host);
+DELAUNAY_API int delaunay_threads(const delaunay_host *host); /* 1024 at most */
 /* Those of them that so many short steps are worth; on a busy machine others wake late. */
 DELAUNAY_API int delaunay_threads_for(const delaunay_host *host, size_t steps);
 /* CPU seconds of the calling thread; 0 where there is no such clock. */
@@ -1108,11 +1108,13 @@ DELAUNAY_API double delaunay_seconds(const delaunay_host *host)
 #  endif
 }
 
+enum { DELAUNAY__MOST_THREADS = 1024 };
+
 DELAUNAY_API int delaunay_threads(const delaunay_host *host)
 {
 #  ifdef _OPENMP
-    if (host && host->num_threads > 0) return host->num_threads;
-    return omp_get_max_threads();
+    int threads = host && host->num_threads > 0 ? host->num_threads : omp_get_max_threads();
+    return threads < DELAUNAY__MOST_THREADS ? threads : DELAUNAY__MOST_THREADS;
 #  else
     (void)host;
     return 1;
@@ -4743,6 +4745,19 @@ static delaunay_result delaunay__say(delaunay_report *report, delaunay_result re
     return result;
 }
 
+/* Adds which tetrahedron it is, and its first corner. */
+static void delaunay__say_tet(delaunay_report *report, const double *xyz, size_t num_points,
+                              const uint32_t *tets, uint32_t t)
+{
+    const size_t length = strlen(report->message);
+    const uint32_t *v = tets + 4 * (size_t)t;
+    if (v[0] < num_points) memcpy(report->xyz, xyz + 3 * (size_t)v[0], sizeof report->xyz);
+    snprintf(report->message + length, sizeof report->message - length,
+             ": tetrahedron %lu (%lu, %lu, %lu, %lu), at (%.9g, %.9g, %.9g)", (unsigned long)t,
+             (unsigned long)v[0], (unsigned long)v[1], (unsigned long)v[2], (unsigned long)v[3],
+             report->xyz[0], report->xyz[1], report->xyz[2]);
+}
+
 static uint32_t delaunay__facet_hash(const uint32_t *v)
 {
     uint32_t a = v[0], b = v[1], c = v[2];
@@ -4874,6 +4889,8 @@ offender:
     report->ids[0] = (uint32_t)i;
     report->num_ids = 1;
 done:
+    if (result != DELAUNAY_OK && report->num_ids)
+        delaunay__say_tet(report, xyz, num_points, tets, report->ids[0]);
     report->num_points = num_points;
     report->num_vertices = mesh->num_vertices ? mesh->num_vertices - 1 : 0;
     report->num_tets = result == DELAUNAY_OK ? num_tets : 0;

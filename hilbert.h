@@ -548,6 +548,7 @@ static void hilbert__release(const hilbert_allocator *a, void *memory)
 }
 
 /* ---- >>options  what zero stands for -- */
+enum { HILBERT__MOST_THREADS = 1024 };
 #define HILBERT__POINTS_PER_THREAD 16384 /* starting a thread costs about as much as these keys */
 
 static hilbert_result hilbert__resolve(hilbert_options *out, const hilbert_options *in,
@@ -565,6 +566,7 @@ static hilbert_result hilbert__resolve(hilbert_options *out, const hilbert_optio
     }
 #ifdef _OPENMP
     if (out->num_threads == 0) out->num_threads = omp_get_max_threads();
+    if (out->num_threads > HILBERT__MOST_THREADS) out->num_threads = HILBERT__MOST_THREADS;
 #else
     out->num_threads = 1;
 #endif

@@ -287,6 +287,8 @@ static void hxtsort__free(void *user, void *memory)
 }
 
 /* ---- >>options -- */
+enum { HXTSORT__MOST_THREADS = 1024 };
+
 static hxtsort_result hxtsort__resolve(hxtsort_options *out, const hxtsort_options *in)
 {
     memset(out, 0, sizeof *out);
@@ -300,6 +302,7 @@ static hxtsort_result hxtsort__resolve(hxtsort_options *out, const hxtsort_optio
     }
 #ifdef _OPENMP
     if (out->num_threads == 0) out->num_threads = omp_get_max_threads();
+    if (out->num_threads > HXTSORT__MOST_THREADS) out->num_threads = HXTSORT__MOST_THREADS;
 #else
     out->num_threads = 1;
 #endif

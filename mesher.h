@@ -739,7 +739,7 @@ MESHER_API void mesher_report_add(mesher_report *report, mesher_kind kind, uint3
 {
     mesher_finding f;
     uint64_t defects;
-    if (!report) return;
+    if (!report || (int)kind < 0 || kind >= MESHER_NUM_KINDS) return;
     memset(&f, 0, sizeof f);
     f.kind = kind;
     f.triangles[0] = triangle0;
@@ -10381,7 +10381,9 @@ static mesher_result mesher__divide_surface(mesher_fine_surface *out, mesher_dom
 
 MESHER_API void mesher_fine_surface_free(mesher_fine_surface *fine)
 {
-    delaunay_memory *m = &fine->memory;
+    delaunay_memory *m;
+    if (!fine) return;
+    m = &fine->memory;
     if (m->allocator.release) {
         delaunay_release(m, fine->xyz);
         delaunay_release(m, fine->vertex_sizes);
@@ -10919,6 +10921,8 @@ static int mesher__settle(const mesher__refiner *r, mesher__proposal *p, delauna
     int found;
     p->tet = mesher__see(r->mesh, p->x, t, met);
     if (!p->tet) return 0;
+    *met = 0;
+    if (!mesher__in_box(r, p->x)) return 0; /* so far away that rounding decides what is seen */
     p->h = mesher__field_at(&r->field, p->x, &p->home, &found);
     return 1;
 }
@@ -11800,6 +11804,22 @@ static mesher_result mesher__lattices(mesher__refiner *r)
 
 /* Body-centred lattices all over the inside, away from the surface, as far as the size is nearly
  * uniform: their Delaunay tetrahedra are all alike and good, and nothing has to be tried. */
+/* Of so many points of lattices, those that the budgets let come to be, or some more: room for
+ * what never comes costs time, too. A million or two are made in a second. */
+static double mesher__within_budgets(const mesher__refiner *r, double points)
+{
+    const mesher_options *o = r->options;
+    const double some = 1024 + (double)r->mesh->num_vertices;
+    double most = points;
+    if (o->max_vertices && (double)o->max_vertices + some < most)
+        most = (double)o->max_vertices + some;
+    if (o->max_tets && (double)o->max_tets / 5 + some < most)
+        most = (double)o->max_tets / 5 + some;
+    if (o->max_seconds > 0 && 2e6 * o->max_seconds + some < most)
+        most = 2e6 * o->max_seconds + some;
+    return most;
+}
+
 static mesher_result mesher__lattice(mesher__refiner *r)
 {
     double points;
@@ -11811,6 +11831,7 @@ static mesher_result mesher__lattice(mesher__refiner *r)
         mesher__lattice_free(r);
         return MESHER_OK;
     }
+    points = mesher__within_budgets(r, points);
     if (!mesher__grid_reset(&r->grid, r->memory, (size_t)points + r->mesh->num_vertices))
         return mesher__no_memory(r);
     mesher__foresee(r, points);
@@ -13554,6 +13575,8 @@ MESHER_API mesher_result mesher_check(const mesher_surface *surface, const meshe
         report->counts[MESHER_NOTE_OPEN_EDGE])
         result = mesher__check_sheets(&domain, report);
     mesher__message_finish(report);
+    if (result < 0 && !report->message[0])
+        snprintf(report->message, sizeof report->message, "%s", mesher_result_string(result));
     report->seconds_check = delaunay_seconds(options ? &options->host : NULL) - start;
     report->peak_bytes = domain.memory.peak_bytes + domain.mesh.memory.peak_bytes;
     mesher_domain_free(&domain);
@@ -13708,7 +13731,11 @@ MESHER_API mesher_result mesher_refine_surface(mesher_fine_surface *fine,
         mesher__divider_free(&divider);
     }
     mesher_domain_free(&domain);
-    if (result < 0) mesher_fine_surface_free(fine);
+    if (result < 0) {
+        mesher_fine_surface_free(fine);
+        if (!report->message[0])
+            snprintf(report->message, sizeof report->message, "%s", mesher_result_string(result));
+    }
     return result;
 }
 
@@ -13946,6 +13973,10 @@ MESHER_API mesher_result mesher_reproduce(const mesher_surface *surface,
     size_t i;
     if (!surface || !where || !xyz || !triangles || !part || !surface->num_triangles)
         return MESHER_ERROR_INVALID_ARGUMENT;
+    result = mesher__check_arguments(surface);
+    if (result != MESHER_OK) return result;
+    for (i = 0; i < 3; i++)
+        if (!(fabs(where[i]) <= DBL_MAX)) return MESHER_ERROR_INVALID_ARGUMENT;
     for (i = 0; i < 3 * surface->num_triangles; i++)
         if (surface->triangles[i] >= surface->num_vertices) return MESHER_ERROR_INVALID_ARGUMENT;
     memset(&p, 0, sizeof p);

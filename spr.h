@@ -397,7 +397,7 @@ static double spr__shape_sicn(const spr__shape *s)
     int i;
     for (i = 0; i < 4; i++) area2 += spr__dot(s->normal[i], s->normal[i]);
     for (i = 0; i < 6; i++) length2 += s->length2[i];
-    below = sqrt(area2 * length2);
+    below = sqrt(area2) * sqrt(length2); /* the root of the product is beyond 1e53 */
     return below > 0 ? 6 * s->det / below : 0;
 }
 
@@ -1097,7 +1097,7 @@ SPR__TARGET DELAUNAY_INLINE __m256d spr__shape4_sicn(const spr__shape4 *s)
     for (i = 1; i < 4; i++) area2 = _mm256_add_pd(area2, s->area2[i]);
     for (i = 1; i < 6; i++) length2 = _mm256_add_pd(length2, s->length2[i]);
     return spr__ratio4(_mm256_mul_pd(_mm256_set1_pd(6), s->det),
-                       _mm256_sqrt_pd(_mm256_mul_pd(area2, length2)));
+                       _mm256_mul_pd(_mm256_sqrt_pd(area2), _mm256_sqrt_pd(length2)));
 }
 
 /* Edge i lies between these facets. */
@@ -5297,7 +5297,10 @@ static spr_result spr__improve_mesh(delaunay_mesh *mesh, const spr_options *opti
     if (!report) report = &unused;
     memset(report, 0, sizeof *report);
     result = spr__open(&s, mesh, options, report, &memory);
-    if (result != SPR_OK) return result;
+    if (result != SPR_OK) {
+        snprintf(report->message, sizeof report->message, "%s", spr_result_string(result));
+        return result;
+    }
     report->seconds = -delaunay_seconds(&s.options.host);
     if (s.options.max_seconds > 0) s.deadline = s.options.max_seconds - report->seconds;
     result = spr__improve(&s, max_new);
@@ -5361,14 +5364,16 @@ SPR_API spr_result spr_improve_arrays(double *xyz, size_t *num_vertices, size_t 
     memset(&mesh, 0, sizeof mesh);
     memset(&own, 0, sizeof own);
     if (options) own = *options;
+    memset(&memory, 0, sizeof memory);
+    result = SPR_ERROR_INVALID_ARGUMENT;
     if (!xyz || !tets || !num_vertices || !num_tets || cap_vertices < *num_vertices ||
         cap_tets < *num_tets)
-        return SPR_ERROR_INVALID_ARGUMENT;
+        goto done;
     for (i = 0; colors && i < *num_tets; i++)
-        if (colors[i] == UINT32_MAX) return SPR_ERROR_INVALID_ARGUMENT;
+        if (colors[i] == UINT32_MAX) goto done;
     room = cap_vertices - *num_vertices;
     result = (spr_result)delaunay_memory_init(&memory, &own.host);
-    if (result != SPR_OK) return result;
+    if (result != SPR_OK) goto done;
     read = delaunay_import(&mesh, xyz, *num_vertices, tets, NULL, *num_tets, &own.host, &import);
     if (read != DELAUNAY_OK) {
         snprintf(report->message, sizeof report->message, "%.255s",
@@ -5396,8 +5401,13 @@ SPR_API spr_result spr_improve_arrays(double *xyz, size_t *num_vertices, size_t 
     written = number ? spr__export(&mesh, xyz, num_vertices, cap_vertices, tets, colors, num_tets,
                                    cap_tets, number)
                      : SPR_ERROR_OUT_OF_MEMORY;
-    if (written != SPR_OK) result = written;
+    if (written != SPR_OK) {
+        result = written;
+        report->message[0] = 0;
+    }
 done:
+    if (result < 0 && !report->message[0])
+        snprintf(report->message, sizeof report->message, "%s", spr_result_string(result));
     delaunay_release(&memory, mask);
     delaunay_release(&memory, number);
     delaunay_mesh_free(&mesh);
