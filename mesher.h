@@ -381,7 +381,9 @@ MESHER_API mesher_result mesher_check(const mesher_surface *surface, const meshe
  * Cost      12 to 20 bytes and some .2 microseconds a vertex, in one thread */
 MESHER_API mesher_result mesher_weld(double *xyz, size_t num_vertices, double distance,
                                      const delaunay_host *host, uint64_t *num_moved);
-/* All stages. On failure the domain is freed and zeroed, and the report says what and where. */
+/* All stages. The domain is written over: one in use must be freed before, as must an output and a
+ * fine surface. On failure it is freed and zeroed, and the report says what and where. Where memory
+ * ends while points are inserted there is a mesh all the same: MESHER_STOPPED_BY_BUDGET. */
 MESHER_API mesher_result mesher_mesh(mesher_domain *domain, const mesher_surface *surface,
                                      const mesher_options *options, mesher_report *report);
 /* A finished tetrahedral mesh instead of a surface: what is there is kept, and points are added
