@@ -608,16 +608,11 @@ static void mesher__name(char name[32], const mesher_report *report, uint32_t id
     else snprintf(name, 32, "line %lu", (unsigned long)(id - report->input_triangles));
 }
 
-/* One finding as a sentence. */
-static void mesher__sentence(char *text, size_t size, const mesher_report *report,
-                             const mesher_finding *f)
+/* A note as a sentence, and a defect: a and b name the triangles, at is the place. */
+static void mesher__note_sentence(char *text, size_t size, const mesher_finding *f,
+                                  const char *a, const char *b, const char *at)
 {
-    char a[32], b[32], at[96];
-    unsigned long u = f->vertices[0], v = f->vertices[1], w = f->vertices[2];
-    int has_edge = f->vertices[1] != DELAUNAY_NO_ID && f->vertices[2] != DELAUNAY_NO_ID;
-    mesher__name(a, report, f->triangles[0]);
-    mesher__name(b, report, f->triangles[1]);
-    snprintf(at, sizeof at, "at (%.9g, %.9g, %.9g)", f->xyz[0], f->xyz[1], f->xyz[2]);
+    const unsigned long u = f->vertices[0], v = f->vertices[1];
     switch (f->kind) {
     case MESHER_NOTE_DUPLICATE_VERTEX:
         snprintf(text, size, "vertex %lu has the coordinates of vertex %lu %s", u, v, at);
@@ -663,6 +658,17 @@ static void mesher__sentence(char *text, size_t size, const mesher_report *repor
     case MESHER_NOTE_OUTSIDE_LINE:
         snprintf(text, size, "%s lies in no cell that is kept, %s", a, at);
         break;
+    default: break;
+    }
+}
+
+static void mesher__defect_sentence(char *text, size_t size, const mesher_report *report,
+                                    const mesher_finding *f, const char *a, const char *b,
+                                    const char *at)
+{
+    const unsigned long u = f->vertices[0], v = f->vertices[1], w = f->vertices[2];
+    const int has_edge = f->vertices[1] != DELAUNAY_NO_ID && f->vertices[2] != DELAUNAY_NO_ID;
+    switch (f->kind) {
     case MESHER_DEFECT_NOT_FINITE:
         snprintf(text, size, "vertex %lu has a coordinate that is not a finite number", u);
         break;
@@ -714,8 +720,27 @@ static void mesher__sentence(char *text, size_t size, const mesher_report *repor
                      at);
         else snprintf(text, size, "edge %lu-%lu of %s could not be recovered, %s", u, v, a, at);
         break;
-    case MESHER_NUM_KINDS: break;
+    default: break;
     }
+}
+
+/* One finding as a sentence. */
+static void mesher__sentence(char *text, size_t size, const mesher_report *report,
+                             const mesher_finding *f)
+{
+    char a[32], b[32], at[96];
+    mesher__name(a, report, f->triangles[0]);
+    mesher__name(b, report, f->triangles[1]);
+    snprintf(at, sizeof at, "at (%.9g, %.9g, %.9g)", f->xyz[0], f->xyz[1], f->xyz[2]);
+    if (mesher_is_defect(f->kind)) mesher__defect_sentence(text, size, report, f, a, b, at);
+    else mesher__note_sentence(text, size, f, a, b, at);
+}
+
+/* A failure that no finding explains still has a sentence. */
+static void mesher__message_failure(mesher_report *report, mesher_result result)
+{
+    if (result < 0 && !report->message[0])
+        snprintf(report->message, sizeof report->message, "%s", mesher_result_string(result));
 }
 
 static void mesher__message_defect(mesher_report *report, const mesher_finding *finding)
@@ -10306,6 +10331,12 @@ static void mesher__triangle_out(const mesher__divider *d, size_t i, uint32_t so
     out->triangle_source[at] = source;
 }
 
+/* The next triangle with the same vertices, or NO_ID. */
+static uint32_t mesher__next_copy(const mesher__divider *d, uint32_t source)
+{
+    return d->copy ? d->copy[source] : DELAUNAY_NO_ID;
+}
+
 /* The number of triangles and lines, with copies. */
 static void mesher__count_out(const mesher__divider *d, size_t *triangles, size_t *lines)
 {
@@ -10315,7 +10346,7 @@ static void mesher__count_out(const mesher__divider *d, size_t *triangles, size_
     for (i = 0; i < d->num; i++)
         if (d->corners[3 * i + 2] == DELAUNAY_NO_ID) ++*lines;
         else
-            for (s = d->source[i]; s != DELAUNAY_NO_ID; s = d->copy ? d->copy[s] : DELAUNAY_NO_ID)
+            for (s = d->source[i]; s != DELAUNAY_NO_ID; s = mesher__next_copy(d, s))
                 ++*triangles;
 }
 
@@ -10345,7 +10376,7 @@ static mesher_result mesher__division_out(mesher__divider *d)
             out->edge_source[m++] = line;
         } else {
             uint32_t s = d->source[i];
-            for (; s != DELAUNAY_NO_ID; s = d->copy ? d->copy[s] : DELAUNAY_NO_ID)
+            for (; s != DELAUNAY_NO_ID; s = mesher__next_copy(d, s))
                 mesher__triangle_out(d, i, s, n++);
         }
     }
@@ -13577,8 +13608,7 @@ MESHER_API mesher_result mesher_check(const mesher_surface *surface, const meshe
         report->counts[MESHER_NOTE_OPEN_EDGE])
         result = mesher__check_sheets(&domain, report);
     mesher__message_finish(report);
-    if (result < 0 && !report->message[0])
-        snprintf(report->message, sizeof report->message, "%s", mesher_result_string(result));
+    mesher__message_failure(report, result);
     report->seconds_check = delaunay_seconds(options ? &options->host : NULL) - start;
     report->peak_bytes = domain.memory.peak_bytes + domain.mesh.memory.peak_bytes;
     mesher_domain_free(&domain);
@@ -13733,11 +13763,8 @@ MESHER_API mesher_result mesher_refine_surface(mesher_fine_surface *fine,
         mesher__divider_free(&divider);
     }
     mesher_domain_free(&domain);
-    if (result < 0) {
-        mesher_fine_surface_free(fine);
-        if (!report->message[0])
-            snprintf(report->message, sizeof report->message, "%s", mesher_result_string(result));
-    }
+    if (result < 0) mesher_fine_surface_free(fine);
+    mesher__message_failure(report, result);
     return result;
 }
 
@@ -13790,8 +13817,7 @@ MESHER_API mesher_result mesher_mesh(mesher_domain *domain, const mesher_surface
     report->peak_bytes = domain->memory.peak_bytes + domain->mesh.memory.peak_bytes;
     if (result < 0) {
         mesher_domain_free(domain);
-        if (!report->message[0])
-            snprintf(report->message, sizeof report->message, "%s", mesher_result_string(result));
+        mesher__message_failure(report, result);
         return result;
     }
     report->message[0] = 0;
@@ -14176,8 +14202,7 @@ MESHER_API mesher_result mesher_refine_mesh(mesher_domain *domain, const mesher_
     report->peak_bytes = domain->memory.peak_bytes + domain->mesh.memory.peak_bytes;
     if (result < 0) {
         mesher_domain_free(domain);
-        if (!report->message[0])
-            snprintf(report->message, sizeof report->message, "%s", mesher_result_string(result));
+        mesher__message_failure(report, result);
         return result;
     }
     report->message[0] = 0;

@@ -397,7 +397,7 @@ static double spr__shape_sicn(const spr__shape *s)
     int i;
     for (i = 0; i < 4; i++) area2 += spr__dot(s->normal[i], s->normal[i]);
     for (i = 0; i < 6; i++) length2 += s->length2[i];
-    below = sqrt(area2) * sqrt(length2); /* the root of the product is beyond 1e53 */
+    below = sqrt(area2) * sqrt(length2); /* the product is too large from edges of 1e51 on */
     return below > 0 ? 6 * s->det / below : 0;
 }
 
