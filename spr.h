@@ -1576,6 +1576,20 @@ static int spr__fine(double value)
     return k < SPR__FINE ? k : SPR__FINE - 1;
 }
 
+/* Blocks of slots, and what is added up of each and of all: the same sums for any number of threads.
+ */
+typedef struct spr__blocks {
+    spr__part *part, all;
+    size_t     slots, each;
+    int        threads;
+} spr__blocks;
+
+static delaunay_handle spr__block_begin(const spr__blocks *blocks, int b)
+{
+    size_t begin = (size_t)b * blocks->each;
+    return (delaunay_handle)(begin < blocks->slots ? begin : blocks->slots);
+}
+
 /* Adds the first n tetrahedra of four. */
 static void spr__part_add(const spr__state *s, spr__part *part, spr__four *four,
                           const delaunay_handle *t, int n)
@@ -1667,55 +1681,80 @@ static double spr__degrees(double cosine)
     return 57.29577951308232 * acos(spr__max(-1, spr__min(1, cosine)));
 }
 
-/* The k-th smallest of all values: among those of its fine part. Returns 0 without memory. */
-static int spr__quantile(const spr__state *s, const uint64_t *fine, uint64_t k, double *out)
+/* The values of a block that are in one fine part, into out; returns their number. */
+static size_t spr__values_of_part(const spr__state *s, delaunay_handle first, delaunay_handle last,
+                                  int fine, double *out)
 {
-    double *of_part;
-    size_t n = 0;
+    const double above = fine + 1 < SPR__FINE ? (fine + 2) / (double)SPR__FINE : HUGE_VAL;
     delaunay_handle t;
-    int i;
+    size_t n = 0;
+    for (t = first; t < last; t++)
+        if (s->value[t] < above && spr__fine(s->value[t]) == fine) out[n++] = s->value[t];
+    return n;
+}
+
+/* The k-th smallest of all values: among those of its fine part. Returns 0 without memory. */
+static int spr__quantile(const spr__state *s, const spr__blocks *blocks, uint64_t k, double *out)
+{
+    const uint64_t *fine = blocks->all.fine;
+    size_t begin[SPR__STATISTICS_BLOCKS], num[SPR__STATISTICS_BLOCKS], n = 0;
+    double *values;
+    int i, b;
     for (i = 0; k >= fine[i]; i++) k -= fine[i];
-    of_part = (double *)delaunay_alloc(s->memory, (size_t)fine[i], sizeof *of_part);
-    if (!of_part) return 0;
-    for (t = 1; t < s->mesh->num_tets; t++)
-        if (s->value[t] < HUGE_VAL && spr__fine(s->value[t]) == i) of_part[n++] = s->value[t];
-    if (k < n) *out = spr__select(of_part, n, (size_t)k); /* always, but if values are no numbers */
-    delaunay_release(s->memory, of_part);
+    values = (double *)delaunay_alloc(s->memory, (size_t)fine[i], sizeof *values);
+    if (!values) return 0;
+    for (b = 0; b < SPR__STATISTICS_BLOCKS; n += (size_t)blocks->part[b++].fine[i]) begin[b] = n;
+    /* each thread writes the values of its blocks; the values of all are read */
+    SPR__OMP(omp parallel for schedule(static) num_threads(blocks->threads))
+    for (b = 0; b < SPR__STATISTICS_BLOCKS; b++)
+        num[b] = spr__values_of_part(s, spr__block_begin(blocks, b), spr__block_begin(blocks, b + 1),
+                                     i, values + begin[b]);
+    for (n = 0, b = 0; b < SPR__STATISTICS_BLOCKS; n += num[b++]) /* without what is no number */
+        memmove(values + n, values + begin[b], num[b] * sizeof *values);
+    if (k < n) *out = spr__select(values, n, (size_t)k); /* always, but if values are no numbers */
+    delaunay_release(s->memory, values);
     return 1;
 }
 
-/* Values of all tetrahedra, and what there is to say of them. Blocks of slots, added up in order:
- * the same sums for any number of threads. */
-static spr_result spr__statistics(const spr__state *s, spr_statistics *out)
+/* What there is to say of all tetrahedra, from what was added up. Returns 0 without memory. */
+static int spr__summarize(const spr__state *s, const spr__blocks *blocks, spr_statistics *out)
 {
-    size_t slots = s->mesh->num_tets, block = slots / SPR__STATISTICS_BLOCKS + 1;
-    int threads = delaunay_threads_for(&s->options.host, slots), b, i, ok = 1;
-    spr__part *part =
-        (spr__part *)delaunay_alloc(s->memory, SPR__STATISTICS_BLOCKS, sizeof *part), all;
-    (void)threads;
-    memset(out, 0, sizeof *out);
-    if (!part) return SPR_ERROR_OUT_OF_MEMORY;
-    /* each thread writes its blocks' parts and their slots' values; the mesh is read */
-    SPR__OMP(omp parallel for schedule(dynamic, 4) num_threads(threads))
-    for (b = 0; b < SPR__STATISTICS_BLOCKS; b++) {
-        size_t first = (size_t)b * block, last = first + block;
-        spr__part_of(s, &part[b], (delaunay_handle)(first < slots ? first : slots),
-                     (delaunay_handle)(last < slots ? last : slots));
-    }
-    spr__part_begin(&all);
-    for (b = 0; b < SPR__STATISTICS_BLOCKS; b++) spr__part_merge(&all, &part[b]);
-    delaunay_release(s->memory, part);
-    *out = all.s;
-    for (i = 0; i < SPR__FINE; i++) out->histogram[i / (SPR__FINE / 20)] += all.fine[i];
+    const spr__part *all = &blocks->all;
+    int i;
+    *out = all->s;
+    for (i = 0; i < SPR__FINE; i++) out->histogram[i / (SPR__FINE / 20)] += all->fine[i];
     if (out->num_tets == 0) {
         out->min = out->gamma_min = out->sicn_min = 0;
-        return SPR_OK;
+        return 1;
     }
-    out->mean = all.sum / (double)out->num_tets;
-    out->dihedral_min_degrees = spr__degrees(all.cosine[0]);
-    out->dihedral_max_degrees = spr__degrees(all.cosine[1]);
-    ok = spr__quantile(s, all.fine, out->num_tets / 100, &out->p01) &&
-         spr__quantile(s, all.fine, out->num_tets / 1000, &out->p001);
+    out->mean = all->sum / (double)out->num_tets;
+    out->dihedral_min_degrees = spr__degrees(all->cosine[0]);
+    out->dihedral_max_degrees = spr__degrees(all->cosine[1]);
+    return spr__quantile(s, blocks, out->num_tets / 100, &out->p01) &&
+           spr__quantile(s, blocks, out->num_tets / 1000, &out->p001);
+}
+
+/* Values of all tetrahedra, and what there is to say of them. */
+static spr_result spr__statistics(const spr__state *s, spr_statistics *out)
+{
+    spr__blocks blocks;
+    int b, ok;
+    memset(out, 0, sizeof *out);
+    blocks.slots = s->mesh->num_tets;
+    blocks.each = blocks.slots / SPR__STATISTICS_BLOCKS + 1;
+    blocks.threads = delaunay_threads_for(&s->options.host, blocks.slots);
+    blocks.part =
+        (spr__part *)delaunay_alloc(s->memory, SPR__STATISTICS_BLOCKS, sizeof *blocks.part);
+    if (!blocks.part) return SPR_ERROR_OUT_OF_MEMORY;
+    /* each thread writes its blocks' parts and their slots' values; the mesh is read */
+    SPR__OMP(omp parallel for schedule(dynamic, 4) num_threads(blocks.threads))
+    for (b = 0; b < SPR__STATISTICS_BLOCKS; b++)
+        spr__part_of(s, &blocks.part[b], spr__block_begin(&blocks, b),
+                     spr__block_begin(&blocks, b + 1));
+    spr__part_begin(&blocks.all);
+    for (b = 0; b < SPR__STATISTICS_BLOCKS; b++) spr__part_merge(&blocks.all, &blocks.part[b]);
+    ok = spr__summarize(s, &blocks, out);
+    delaunay_release(s->memory, blocks.part);
     return ok ? SPR_OK : SPR_ERROR_OUT_OF_MEMORY;
 }
 
@@ -3745,6 +3784,7 @@ enum {
     SPR__CLAIMED = 0x80,    /* a patch of this time has it */
     SPR__CROWD = 256,       /* bad ones around: more are as many */
     SPR__LOOSE = 1 << 30,   /* of a vertex: it, or a neighbour, may move */
+    SPR__TIGHT = 1 << 29,   /* .. none of them; without these bits not known */
     SPR__SHAKE_FEW = 4,     /* of the worst, in any surroundings; for others, no more than one */
     SPR__HOPEFUL = 3,       /* in so many around is bad */
     SPR__SPARE = 12,        /* one more bad one in so many, where that is worth it */
@@ -4209,7 +4249,7 @@ static int spr__is_shakable(const spr__state *s, delaunay_handle t)
 
 /* What is around each vertex, when a list was made of what is to be shaken. */
 typedef struct spr__around {
-    uint32_t *num;          /* bad ones; and SPR__LOOSE */
+    uint32_t *num;          /* bad ones; and SPR__LOOSE or SPR__TIGHT */
     uint32_t  num_vertices; /* then */
 } spr__around;
 
@@ -4219,22 +4259,45 @@ static size_t spr__num_around(const spr__state *s, const uint32_t *around, delau
     const uint32_t *v = s->mesh->tets[t].v;
     size_t num = 0;
     int k;
-    for (k = 0; k < 4; k++) num += around[v[k]] & (SPR__LOOSE - 1);
+    for (k = 0; k < 4; k++) num += around[v[k]] & (SPR__TIGHT - 1);
     return num < SPR__CROWD ? num : SPR__CROWD - 1;
 }
 
-/* Whether a patch around t may have so few bad ones, and a vertex that may move, by what was around
- * its vertices. */
-static int spr__patch_may_do(const spr__state *s, const spr__around *around, delaunay_handle t,
-                             uint32_t max_bad)
+static int spr__has_movable(const spr__state *s, delaunay_handle t)
 {
     const uint32_t *v = s->mesh->tets[t].v;
-    int k, loose = 0;
+    return s->movable[v[0]] || s->movable[v[1]] || s->movable[v[2]] || s->movable[v[3]];
+}
+
+/* Whether v or a neighbour may move; looked for once. Or an error. */
+static int spr__is_loose(const spr__state *s, spr__around *around, uint32_t v, delaunay_list *star)
+{
+    const delaunay_mesh *m = s->mesh;
+    uint32_t *num = &around->num[v];
+    delaunay_result result;
+    size_t i;
+    if (*num & SPR__TIGHT) return 0;
+    if (*num & SPR__LOOSE) return 1;
+    result = delaunay_vertex_star(m, delaunay_engine_worker(s->engine), v, star);
+    if (result != DELAUNAY_OK) return (int)result;
+    for (i = 0; i < star->count; i++)
+        if (spr__is_inside(m, star->items[i]) && spr__has_movable(s, star->items[i])) break;
+    *num |= i < star->count ? SPR__LOOSE : SPR__TIGHT;
+    return i < star->count;
+}
+
+/* Whether a patch around t may have so few bad ones, and a vertex that may move, by what was around
+ * its vertices. Or an error. */
+static int spr__patch_may_do(const spr__state *s, spr__around *around, delaunay_handle t,
+                             uint32_t max_bad, delaunay_list *star)
+{
+    const uint32_t *v = s->mesh->tets[t].v;
+    int k, loose = spr__has_movable(s, t);
     for (k = 0; k < 4; k++) {
         if (v[k] >= around->num_vertices) return 1; /* it is new: who knows */
-        if ((around->num[v[k]] & (SPR__LOOSE - 1)) > max_bad) return 0;
-        loose |= (around->num[v[k]] & SPR__LOOSE) != 0;
+        if ((around->num[v[k]] & (SPR__TIGHT - 1)) > max_bad) return 0;
     }
+    for (k = 0; k < 4 && loose == 0; k++) loose = spr__is_loose(s, around, v[k], star);
     return loose;
 }
 
@@ -4256,21 +4319,6 @@ static int spr__sort_by_crowd(spr__state *s, const uint32_t *around, size_t firs
     return 1;
 }
 
-/* Marks vertices that may move, and their neighbours. */
-static void spr__mark_loose(const spr__state *s, uint32_t *around)
-{
-    const delaunay_mesh *m = s->mesh;
-    delaunay_handle t;
-    int k;
-    for (t = 1; t < m->num_tets; t++) {
-        const uint32_t *v = m->tets[t].v;
-        if (delaunay_is_deleted(m, t) || !spr__is_inside(m, t)) continue;
-        if (!s->movable[v[0]] && !s->movable[v[1]] && !s->movable[v[2]] && !s->movable[v[3]])
-            continue;
-        for (k = 0; k < 4; k++) around[v[k]] |= SPR__LOOSE;
-    }
-}
-
 /* What is to be shaken: first the few worst, then those with the fewest bad ones around, which take
  * the least time and are bettered the most often. Returns 0 without memory. */
 static int spr__find_shakable(spr__state *s, spr__around *around)
@@ -4288,7 +4336,6 @@ static int spr__find_shakable(spr__state *s, spr__around *around)
         if (spr__is_shakable(s, t)) ok = delaunay_list_push(&s->items, t) == DELAUNAY_OK;
     }
     if (!ok) return 0;
-    spr__mark_loose(s, around->num);
     spr__sort(s, s->items.items, s->items.count);
     return spr__sort_by_crowd(s, around->num, SPR__SHAKE_FEW);
 }
@@ -4302,7 +4349,7 @@ static uint32_t spr__new_left(const spr__state *s)
 
 /* The next patches, so many at most, none of which overlap: what overlaps waits for another pass.
  * Returns their number, or an error. */
-static int spr__patches_set(spr__state *s, spr__patch *patch, const spr__around *around,
+static int spr__patches_set(spr__state *s, spr__patch *patch, spr__around *around,
                             delaunay_list *star, int few, int most)
 {
     uint32_t left = spr__new_left(s), new_ = SPR__PATCH_NEW;
@@ -4312,8 +4359,8 @@ static int spr__patches_set(spr__state *s, spr__patch *patch, const spr__around 
         delaunay_handle t = s->items.items[i];
         int one_in = few > 0 ? 0 : SPR__HOPEFUL;
         if (!spr__is_shakable(s, t)) continue; /* or claimed */
-        answer = 0;
-        if (spr__patch_may_do(s, around, t, spr__patch_max_bad(one_in)))
+        answer = spr__patch_may_do(s, around, t, spr__patch_max_bad(one_in), star);
+        if (answer > 0)
             answer = spr__patch_set(s, delaunay_engine_worker(s->engine), &patch[num], t, one_in,
                                     star);
         if (answer < 0) return answer;
@@ -4945,37 +4992,90 @@ SPR_API spr_result spr_measure_mesh(const delaunay_mesh *mesh, const spr_options
     return result;
 }
 
+/* The region of t, 0 outside. */
+static uint32_t spr__region(const delaunay_mesh *m, delaunay_handle t)
+{
+    if (!spr__is_inside(m, t)) return 0;
+    return m->color ? m->color[t] : 1;
+}
+
+/* Of several threads any may say so. */
+static void spr__pin(const spr__state *s, uint32_t v)
+{
+    SPR__OMP(omp atomic write)
+    s->movable[v] = 0;
+}
+
+/* The vertices of t that are on the outside, a wall or a constrained edge do not move. */
+static void spr__pin_of(const spr__state *s, delaunay_handle t)
+{
+    const delaunay_mesh *m = s->mesh;
+    const delaunay_tet *x = &m->tets[t];
+    const unsigned flags = m->flags ? m->flags[t] : 0;
+    int i, k;
+    for (i = 0; i < 4; i++) {
+        if (spr__region(m, t) == 0) spr__pin(s, x->v[i]);
+        if (x->n[i] != 0 && !(flags & DELAUNAY_FACET_BIT(i))) continue;
+        for (k = 0; k < 3; k++) spr__pin(s, x->v[delaunay_facet_order(i)[k]]);
+    }
+    for (i = 0; i < 6 && (flags & DELAUNAY_EDGE_BITS); i++)
+        for (k = 0; k < 2 && (flags & DELAUNAY_EDGE_BIT(i)); k++)
+            spr__pin(s, x->v[delaunay_edge_order(i)[k]]);
+}
+
+/* Nor do vertices with tetrahedra of several regions: stamp, which is scratch, gets some region of
+ * each vertex. */
+static void spr__pin_borders(spr__state *s, int threads)
+{
+    const delaunay_mesh *m = s->mesh;
+    const int64_t num = (int64_t)m->num_tets;
+    int64_t t;
+    int pass, i;
+    (void)threads;
+    for (pass = 0; pass < 2; pass++) {
+        SPR__OMP(omp parallel for schedule(static) num_threads(threads) private(i))
+        for (t = 1; t < num; t++) {
+            const uint32_t *v = m->tets[t].v, region = spr__region(m, (delaunay_handle)t);
+            for (i = 0; i < 4 && region; i++) {
+                if (pass) {
+                    if (s->stamp[v[i]] != region) spr__pin(s, v[i]);
+                } else {
+                    SPR__OMP(omp atomic write)
+                    s->stamp[v[i]] = region;
+                }
+            }
+        }
+    }
+    memset(s->stamp, 0, m->num_vertices * sizeof *s->stamp);
+}
+
 /* Which vertices may move (1) or go as well (2): those of tetrahedra of one region, on no wall and
- * no constrained edge. stamp: scratch, the region of each vertex. */
+ * no constrained edge. */
 static void spr__find_movable(spr__state *s)
 {
     const delaunay_mesh *m = s->mesh;
-    delaunay_handle t;
-    uint32_t v;
-    int i, k;
+    const int64_t num = (int64_t)m->num_tets;
+    const int threads = delaunay_threads_for(&s->options.host, m->num_tets);
+    uint32_t v, least = UINT32_MAX, most = 0;
+    int64_t t;
+    (void)threads;
     for (v = 1; v < m->num_vertices; v++)
         s->movable[v] =
             (uint8_t)(m->vertex_id[v] == DELAUNAY_NO_ID || s->options.free_vertices ? 2 : 0);
     for (v = 1; v < m->num_vertices && s->options.fixed_vertices; v++)
         if (s->options.fixed_vertices[v]) s->movable[v] = 0;
     s->movable[0] = 0;
-    for (t = 1; t < m->num_tets; t++) {
-        const delaunay_tet *x = &m->tets[t];
-        uint32_t color;
-        if (delaunay_is_deleted(m, t)) continue;
-        color = spr__is_inside(m, t) ? (m->color ? m->color[t] : 1) : 0;
-        for (i = 0; i < 4; i++) {
-            v = x->v[i];
-            if (color == 0 || (s->stamp[v] != 0 && s->stamp[v] != color)) s->movable[v] = 0;
-            s->stamp[v] = color;
-            if (x->n[i] != 0 && !(m->flags && (m->flags[t] & DELAUNAY_FACET_BIT(i)))) continue;
-            for (k = 0; k < 3; k++) s->movable[x->v[delaunay_facet_order(i)[k]]] = 0;
-        }
-        for (i = 0; i < 6 && m->flags && (m->flags[t] & DELAUNAY_EDGE_BITS); i++)
-            for (k = 0; k < 2 && (m->flags[t] & DELAUNAY_EDGE_BIT(i)); k++)
-                s->movable[x->v[delaunay_edge_order(i)[k]]] = 0;
+    SPR__OMP(omp parallel for schedule(static) num_threads(threads) reduction(min : least) \
+             reduction(max : most))
+    for (t = 1; t < num; t++) {
+        uint32_t region;
+        if (delaunay_is_deleted(m, (delaunay_handle)t)) continue;
+        spr__pin_of(s, (delaunay_handle)t);
+        region = spr__region(m, (delaunay_handle)t);
+        if (region && region < least) least = region;
+        if (region > most) most = region;
     }
-    memset(s->stamp, 0, m->num_vertices * sizeof *s->stamp);
+    if (least < most) spr__pin_borders(s, threads);
 }
 
 /* The list of bad ones. */
@@ -5039,9 +5139,12 @@ static void spr__explain(spr__state *s)
 static spr_result spr__compact(spr__state *s)
 {
     delaunay_mesh *m = s->mesh;
+    const int64_t num = (int64_t)m->num_tets;
+    const int threads = delaunay_threads_for(&s->options.host, m->num_tets);
     uint32_t v, n = 1, *number = s->stamp;
-    delaunay_handle t;
+    int64_t t;
     int i;
+    (void)threads;
     number[0] = 0;
     for (v = 1; v < m->num_vertices; v++) {
         number[v] = n;
@@ -5052,7 +5155,8 @@ static spr_result spr__compact(spr__state *s)
     }
     if (n == m->num_vertices) return SPR_OK;
     m->num_vertices = n;
-    for (t = 1; t < m->num_tets; t++)
+    SPR__OMP(omp parallel for schedule(static) num_threads(threads) private(i))
+    for (t = 1; t < num; t++)
         for (i = 0; i < 4; i++) m->tets[t].v[i] = number[m->tets[t].v[i]];
     for (v = 0; v < m->num_points && m->vertex_of; v++) m->vertex_of[v] = number[m->vertex_of[v]];
     return SPR_OK;
