@@ -347,9 +347,14 @@ DELAUNAY_API delaunay_result delaunay_validate_on(const delaunay_mesh *mesh, int
 DELAUNAY_API delaunay_result delaunay_memory_init(delaunay_memory *memory,
                                                   const delaunay_host *host);
 DELAUNAY_API void *delaunay_alloc(delaunay_memory *memory, size_t count, size_t size);
+/* All bits zero. With the default allocator what is never touched costs nothing. */
+DELAUNAY_API void *delaunay_alloc_zeroed(delaunay_memory *memory, size_t count, size_t size);
 /* The first keep elements of old, in room for count; old is released, on failure untouched. */
 DELAUNAY_API void *delaunay_grow(delaunay_memory *memory, void *old, size_t keep, size_t count,
                                  size_t size);
+/* The same, and all others zero. */
+DELAUNAY_API void *delaunay_grow_zeroed(delaunay_memory *memory, void *old, size_t keep,
+                                        size_t count, size_t size);
 DELAUNAY_API void  delaunay_release(delaunay_memory *memory, void *block);
 /* Seconds by the host's clock; differences count. */
 DELAUNAY_API double delaunay_seconds(const delaunay_host *host);
@@ -1011,17 +1016,31 @@ DELAUNAY_API delaunay_worker *delaunay_engine_worker(delaunay_engine *engine);
  * cache. */
 enum { DELAUNAY__HUGE_PAGE = 2 << 20 };
 
-static void *delaunay__malloc(void *user, size_t size)
+static void delaunay__ask_for_huge_pages(void *block, size_t size)
 {
-    void *block = malloc(size);
-    (void)user;
 #  if defined(MADV_HUGEPAGE)
     if (block && size >= 2 * (size_t)DELAUNAY__HUGE_PAGE) {
         size_t skip = DELAUNAY__HUGE_PAGE - (size_t)((uintptr_t)block % DELAUNAY__HUGE_PAGE);
         (void)madvise((char *)block + skip,
                       (size - skip) / DELAUNAY__HUGE_PAGE * DELAUNAY__HUGE_PAGE, MADV_HUGEPAGE);
     }
+#  else
+    (void)block;
+    (void)size;
 #  endif
+}
+
+static void *delaunay__malloc(void *user, size_t size)
+{
+    void *block = malloc(size);
+    (void)user;
+    delaunay__ask_for_huge_pages(block, size);
+    return block;
+}
+static void *delaunay__calloc(size_t size)
+{
+    void *block = calloc(1, size);
+    delaunay__ask_for_huge_pages(block, size);
     return block;
 }
 static void delaunay__free(void *user, void *block)
@@ -1054,9 +1073,10 @@ DELAUNAY_API delaunay_result delaunay_memory_init(delaunay_memory *memory,
     return DELAUNAY_OK;
 }
 
-DELAUNAY_API void *delaunay_alloc(delaunay_memory *memory, size_t count, size_t size)
+static void *delaunay__alloc(delaunay_memory *memory, size_t count, size_t size, int zeroed)
 {
     size_t total;
+    int cleared;
     char *base, *block;
     delaunay__block *head;
     if (size != 0 && count > (SIZE_MAX - 2 * DELAUNAY__ALIGN) / size) return NULL;
@@ -1068,7 +1088,9 @@ DELAUNAY_API void *delaunay_alloc(delaunay_memory *memory, size_t count, size_t 
     if (memory->limit_bytes &&
         (total > memory->limit_bytes || memory->bytes > memory->limit_bytes - total))
         return NULL;
-    base = (char *)memory->allocator.alloc(memory->allocator.user, total);
+    cleared = zeroed && memory->allocator.alloc == delaunay__malloc;
+    base = (char *)(cleared ? delaunay__calloc(total)
+                            : memory->allocator.alloc(memory->allocator.user, total));
     if (!base) return NULL;
     block = base + (2 * DELAUNAY__ALIGN - (size_t)((uintptr_t)base % DELAUNAY__ALIGN));
     head = (delaunay__block *)(void *)(block - DELAUNAY__ALIGN);
@@ -1076,7 +1098,18 @@ DELAUNAY_API void *delaunay_alloc(delaunay_memory *memory, size_t count, size_t 
     head->size = total;
     memory->bytes += total;
     if (memory->bytes > memory->peak_bytes) memory->peak_bytes = memory->bytes;
+    if (zeroed && !cleared) memset(block, 0, count * size);
     return block;
+}
+
+DELAUNAY_API void *delaunay_alloc(delaunay_memory *memory, size_t count, size_t size)
+{
+    return delaunay__alloc(memory, count, size, 0);
+}
+
+DELAUNAY_API void *delaunay_alloc_zeroed(delaunay_memory *memory, size_t count, size_t size)
+{
+    return delaunay__alloc(memory, count, size, 1);
 }
 
 DELAUNAY_API void delaunay_release(delaunay_memory *memory, void *block)
@@ -1088,14 +1121,26 @@ DELAUNAY_API void delaunay_release(delaunay_memory *memory, void *block)
     memory->allocator.release(memory->allocator.user, head.base);
 }
 
-DELAUNAY_API void *delaunay_grow(delaunay_memory *memory, void *old, size_t keep, size_t count,
-                                 size_t size)
+static void *delaunay__grow(delaunay_memory *memory, void *old, size_t keep, size_t count,
+                            size_t size, int zeroed)
 {
-    void *block = delaunay_alloc(memory, count, size);
+    void *block = delaunay__alloc(memory, count, size, zeroed);
     if (!block) return NULL;
     if (keep && old) memcpy(block, old, keep * size);
     delaunay_release(memory, old);
     return block;
+}
+
+DELAUNAY_API void *delaunay_grow(delaunay_memory *memory, void *old, size_t keep, size_t count,
+                                 size_t size)
+{
+    return delaunay__grow(memory, old, keep, count, size, 0);
+}
+
+DELAUNAY_API void *delaunay_grow_zeroed(delaunay_memory *memory, void *old, size_t keep,
+                                        size_t count, size_t size)
+{
+    return delaunay__grow(memory, old, keep, count, size, 1);
 }
 
 DELAUNAY_API double delaunay_seconds(const delaunay_host *host)
@@ -1913,9 +1958,8 @@ DELAUNAY_API void delaunay_mesh_free(delaunay_mesh *mesh)
 #  define DELAUNAY__GROW(type, field, used, cap)                                                   \
     do {                                                                                           \
       type *grown_ =                                                                               \
-          (type *)delaunay_grow(&mesh->memory, mesh->field, (used), (cap), sizeof(type));          \
+          (type *)delaunay_grow_zeroed(&mesh->memory, mesh->field, (used), (cap), sizeof(type));   \
       if (!grown_) return DELAUNAY_ERROR_OUT_OF_MEMORY;                                            \
-      memset((void *)(grown_ + (used)), 0, ((cap) - (used)) * sizeof(type));                       \
       mesh->field = grown_;                                                                        \
     } while (0)
 
@@ -4216,7 +4260,9 @@ static uint32_t delaunay__fill_batch(delaunay__numbering *c, delaunay__batch_of_
     size_t n = 0;
     for (b->num = 0; v < end && b->num < DELAUNAY__BATCH && n < DELAUNAY__BATCH; v++) {
         size_t first = n;
-        delaunay_handle t = heads[v], ahead = heads[v + AHEAD < end ? v + AHEAD : v];
+        delaunay_handle t = heads[v], ahead;
+        if (!t) continue;
+        ahead = heads[v + AHEAD < end ? v + AHEAD : v];
         DELAUNAY__PREFETCH(&c->moved[ahead]);
         DELAUNAY__PREFETCH(&c->keys[ahead]);
         ahead = c->moved[heads[v + AHEAD / 2 < end ? v + AHEAD / 2 : v]] & c->slot_mask;
@@ -4448,7 +4494,7 @@ static void delaunay__lift_starts(const delaunay__numbering *c, const delaunay__
 DELAUNAY_INLINE void delaunay__move_share(const delaunay__numbering *c, size_t next, size_t end,
                                           const delaunay__starts *starts, const int shared)
 {
-    enum { CHAINS = 24 };
+    enum { CHAINS = 64 };
     delaunay_tet *tets = c->mesh->tets, carried[CHAINS], x;
     delaunay_handle target[CHAINS], *moved = c->moved, to;
     int i, busy = 1;
@@ -4575,12 +4621,15 @@ static DELAUNAY__NOINLINE void delaunay__sweep_tets(const delaunay__numbering *c
     }
 }
 
-/* Whether so few go up that the queue of a sweep holds nearly all that wait at one time. */
+/* Whether so few go up that the queue of a sweep holds nearly all that wait at one time; by every
+ * 61st. */
 static int delaunay__is_nearly_in_order(const delaunay__numbering *c)
 {
+    enum { STEP = 61 };
     size_t t, slots = c->mesh->num_tets, up = 0; /* deleted ones go to 0 */
-    for (t = 1; t < slots; t++) up += (c->moved[t] & c->slot_mask) > (t | (DELAUNAY__SWEEP - 1));
-    return up <= slots / 4;
+    for (t = 1; t < slots; t += STEP)
+        up += (c->moved[t] & c->slot_mask) > (t | (DELAUNAY__SWEEP - 1));
+    return STEP * up <= slots / 4;
 }
 
 /* Several threads: each renumbers its own slots in place, reading moved and mark. Then chains from
@@ -4629,14 +4678,12 @@ static void delaunay__move_marks(const delaunay__numbering *c, uint16_t *flags, 
     delaunay_mesh *mesh = c->mesh;
     size_t t;
     if (flags) {
-        memset(flags, 0, mesh->cap_tets * sizeof *flags);
         for (t = 1; t < mesh->num_tets; t++)
             if (mesh->mark[t]) flags[c->moved[t] & c->slot_mask] = mesh->flags[t];
         delaunay_release(&mesh->memory, mesh->flags);
         mesh->flags = flags;
     }
     if (color) {
-        memset(color, 0, mesh->cap_tets * sizeof *color);
         for (t = 1; t < mesh->num_tets; t++)
             if (mesh->mark[t]) color[c->moved[t] & c->slot_mask] = mesh->color[t];
         delaunay_release(&mesh->memory, mesh->color);
@@ -4699,6 +4746,34 @@ static size_t delaunay__find_places(delaunay__numbering *c)
     return end;
 }
 
+/* Slot t becomes the tetrahedron of a vertex, unless that is a lower one; others may be at it. */
+DELAUNAY_INLINE void delaunay__lower(delaunay_handle *tet, delaunay_handle t)
+{
+    delaunay_handle was = DELAUNAY__LOAD(tet);
+#  if DELAUNAY__PARALLEL
+    while ((was == 0 || was > t) &&
+           !__atomic_compare_exchange_n(tet, &was, t, 1, __ATOMIC_RELAXED, __ATOMIC_RELAXED)) {}
+#  else
+    if (was == 0 || was > t) *tet = t;
+#  endif
+}
+
+/* The tetrahedron of each vertex: the lowest of its star. None is deleted. */
+static void delaunay__link_lowest(delaunay_mesh *mesh, int threads)
+{
+    const int64_t num = (int64_t)mesh->num_tets;
+    int64_t t;
+    int i;
+    (void)threads;
+    memset(mesh->vertex_tet, 0, mesh->cap_vertices * sizeof *mesh->vertex_tet);
+#  if DELAUNAY__PARALLEL
+#    pragma omp parallel for num_threads(threads) schedule(static) private(i) if(threads > 1)
+#  endif
+    for (t = 1; t < num; t++)
+        for (i = 0; i < 4; i++)
+            delaunay__lower(&mesh->vertex_tet[mesh->tets[t].v[i]], (delaunay_handle)t);
+}
+
 DELAUNAY_API delaunay_result delaunay_canonicalize(delaunay_mesh *mesh, const delaunay_host *host)
 {
     delaunay_memory *m = &mesh->memory;
@@ -4707,13 +4782,11 @@ DELAUNAY_API delaunay_result delaunay_canonicalize(delaunay_mesh *mesh, const de
     uint32_t *color = NULL;
     size_t end;
     delaunay_result result = DELAUNAY_ERROR_OUT_OF_MEMORY;
-    delaunay_handle t;
-    int i;
     if (mesh->num_tets == 0 || mesh->num_vertices == 0) return DELAUNAY_OK;
     if (!delaunay__numbering_init(&c, mesh, host)) goto done;
-    if (mesh->flags && !(flags = (uint16_t *)delaunay_alloc(m, mesh->cap_tets, sizeof *flags)))
+    if (mesh->flags && !(flags = (uint16_t *)delaunay_alloc_zeroed(m, mesh->cap_tets, sizeof *flags)))
         goto done;
-    if (mesh->color && !(color = (uint32_t *)delaunay_alloc(m, mesh->cap_tets, sizeof *color)))
+    if (mesh->color && !(color = (uint32_t *)delaunay_alloc_zeroed(m, mesh->cap_tets, sizeof *color)))
         goto done;
     /* nothing can fail from here on */
     end = delaunay__find_places(&c);
@@ -4723,11 +4796,7 @@ DELAUNAY_API delaunay_result delaunay_canonicalize(delaunay_mesh *mesh, const de
     delaunay__move_tets(&c);
     mesh->num_tets = (delaunay_handle)end;
     mesh->num_free = 0;
-    if (mesh->vertex_tet) { /* the lowest tetrahedron of each star */
-        memset(mesh->vertex_tet, 0, mesh->cap_vertices * sizeof *mesh->vertex_tet);
-        for (t = mesh->num_tets; t-- > 1;)
-            for (i = 0; i < 4; i++) mesh->vertex_tet[mesh->tets[t].v[i]] = t;
-    }
+    if (mesh->vertex_tet) delaunay__link_lowest(mesh, c.threads);
     result = DELAUNAY_OK;
 done:
     delaunay__numbering_free(&c);
@@ -4790,9 +4859,8 @@ static delaunay_result delaunay__link_tets(delaunay_mesh *mesh, delaunay_report 
     delaunay_handle *table, t, f;
     delaunay_result result = DELAUNAY_OK;
     while (mask < 6 * (size_t)mesh->num_tets) mask = 2 * mask + 1;
-    table = (delaunay_handle *)delaunay_alloc(&mesh->memory, mask + 1, sizeof *table);
+    table = (delaunay_handle *)delaunay_alloc_zeroed(&mesh->memory, mask + 1, sizeof *table);
     if (!table) return DELAUNAY_ERROR_OUT_OF_MEMORY;
-    memset(table, 0, (mask + 1) * sizeof *table);
     for (t = 1; t < mesh->num_tets && result == DELAUNAY_OK; t++)
         for (f = 4 * t; f < 4 * t + 4; f++) {
             uint32_t v[3], w[3];
@@ -7794,8 +7862,8 @@ DELAUNAY_API int delaunay_segment_crosses(const delaunay_mesh *mesh, uint32_t a,
 /* ---- >>speculate  engine (b): plan on a frozen mesh, reserve, commit ------------------------ */
 /* A plan writes W: the tetrahedra it replaces, their neighbours (whose handles change) and the
  * stars of vertices that it moves; it reads R besides. Every planned item of a round puts its
- * position in the list, its priority, into the owner of each tetrahedron of W, the smallest
- * staying. An item wins if it owns all of its W and no tetrahedron of R has an owner before it. So
+ * claim into the owner of each tetrahedron of W; that of the first item in the list stays. An item
+ * wins if it owns all of its W and no tetrahedron of R has an owner before it. So
  * no two winners write the same tetrahedron; and what a winner read is written only by winners
  * after it, whose effects it need not see: the round is as good as its winners one after another,
  * in order. Who wins depends on the plans alone, not on threads; the slots of the winners come from
@@ -7819,14 +7887,14 @@ static int delaunay__thread_number(void)
 #endif
 }
 
-static void delaunay__atomic_min(uint32_t *p, uint32_t value)
+static void delaunay__atomic_max32(uint32_t *p, uint32_t value)
 {
 #if DELAUNAY__HAS_ATOMICS
     uint32_t old = __atomic_load_n(p, __ATOMIC_RELAXED);
-    while (value < old &&
+    while (value > old &&
            !__atomic_compare_exchange_n(p, &old, value, 1, __ATOMIC_RELAXED, __ATOMIC_RELAXED)) {}
 #else
-    if (value < *p) *p = value;
+    if (value > *p) *p = value;
 #endif
 }
 
@@ -7927,7 +7995,7 @@ struct delaunay_engine {
     delaunay_worker **workers;
     delaunay_plan   **plans;    /* those in flight first, in order */
     size_t            cap_plans;
-    uint32_t         *owner;    /* one a slot: first plan that would write it; UINT32_MAX: none */
+    uint32_t         *owner;    /* one a slot: claim of the first plan that would write it; or 0 */
     uint32_t         *version;  /* one a slot: round of the last write */
     size_t            cap_slots;
     uint32_t          round;
@@ -8106,14 +8174,13 @@ static delaunay_result delaunay__engine_slots(delaunay_engine *e, size_t slots)
     uint32_t *owner, *version;
     if (slots <= old) return DELAUNAY_OK;
     if (cap > e->mesh->cap_tets) cap = e->mesh->cap_tets;
-    owner = (uint32_t *)delaunay_grow(e->gate.memory, e->owner, old, cap, sizeof *owner);
+    owner = (uint32_t *)delaunay_grow_zeroed(e->gate.memory, e->owner, old, cap, sizeof *owner);
     if (!owner) return DELAUNAY_ERROR_OUT_OF_MEMORY;
     e->owner = owner;
-    version = (uint32_t *)delaunay_grow(e->gate.memory, e->version, old, cap, sizeof *version);
+    version =
+        (uint32_t *)delaunay_grow_zeroed(e->gate.memory, e->version, old, cap, sizeof *version);
     if (!version) return DELAUNAY_ERROR_OUT_OF_MEMORY;
     e->version = version;
-    memset(owner + old, 0xff, (cap - old) * sizeof *owner);
-    memset(version + old, 0, (cap - old) * sizeof *version);
     e->cap_slots = cap;
     return DELAUNAY_OK;
 }
@@ -8221,22 +8288,25 @@ static void delaunay__plan_make(delaunay_engine *e, const delaunay_speculation *
     plan->committed = answer;
 }
 
-static void delaunay__plan_reserve(delaunay_engine *e, const delaunay_plan *plan, uint32_t priority)
+/* By the position in the list: the greater one stays. */
+static uint32_t delaunay__claim(size_t position) { return UINT32_MAX - (uint32_t)position; }
+
+static void delaunay__plan_reserve(delaunay_engine *e, const delaunay_plan *plan, uint32_t claim)
 {
     size_t i;
     if (plan->state != DELAUNAY__PLAN_WAITS) return;
     for (i = 0; i < plan->written.count; i++)
-        delaunay__atomic_min(&e->owner[plan->written.items[i]], priority);
+        delaunay__atomic_max32(&e->owner[plan->written.items[i]], claim);
 }
 
-static void delaunay__plan_decide(const delaunay_engine *e, delaunay_plan *plan, uint32_t priority)
+static void delaunay__plan_decide(const delaunay_engine *e, delaunay_plan *plan, uint32_t claim)
 {
     size_t i;
     if (plan->state != DELAUNAY__PLAN_WAITS) return;
     for (i = 0; i < plan->written.count; i++)
-        if (e->owner[plan->written.items[i]] != priority) return;
+        if (e->owner[plan->written.items[i]] != claim) return;
     for (i = 0; i < plan->read.count; i++)
-        if (e->owner[plan->read.items[i]] < priority) return;
+        if (e->owner[plan->read.items[i]] > claim) return;
     plan->state = DELAUNAY__PLAN_WINS;
 }
 
@@ -8245,7 +8315,7 @@ static void delaunay__plan_release_owners(delaunay_engine *e, const delaunay_pla
     size_t i;
     if (plan->state != DELAUNAY__PLAN_WAITS && plan->state != DELAUNAY__PLAN_WINS) return;
     for (i = 0; i < plan->written.count; i++)
-        delaunay__atomic_set32(&e->owner[plan->written.items[i]], UINT32_MAX);
+        delaunay__atomic_set32(&e->owner[plan->written.items[i]], 0);
 }
 
 /* Numbers of the winners' new vertices and slots, by sums in order, and room for all of them. A
@@ -8400,9 +8470,9 @@ static void delaunay__round_plan(delaunay_engine *e, const delaunay_speculation 
     DELAUNAY__OMP(omp parallel num_threads(threads))
     {
         DELAUNAY__OMP(omp for schedule(static))
-        for (i = 0; i < n; i++) delaunay__plan_reserve(e, e->plans[i], (uint32_t)i);
+        for (i = 0; i < n; i++) delaunay__plan_reserve(e, e->plans[i], delaunay__claim((size_t)i));
         DELAUNAY__OMP(omp for schedule(static))
-        for (i = 0; i < n; i++) delaunay__plan_decide(e, e->plans[i], (uint32_t)i);
+        for (i = 0; i < n; i++) delaunay__plan_decide(e, e->plans[i], delaunay__claim((size_t)i));
     }
 }
 
@@ -9125,9 +9195,8 @@ static delaunay_result delaunay__places_init(delaunay__places *p, delaunay_mesh 
     uint32_t v;
     p->mask = 255;
     while (p->mask < 2 * (mesh->num_vertices + more)) p->mask = 2 * p->mask + 1;
-    p->table = (uint32_t *)delaunay_alloc(&mesh->memory, p->mask + 1, sizeof *p->table);
+    p->table = (uint32_t *)delaunay_alloc_zeroed(&mesh->memory, p->mask + 1, sizeof *p->table);
     if (!p->table) return DELAUNAY_ERROR_OUT_OF_MEMORY;
-    memset(p->table, 0, (p->mask + 1) * sizeof *p->table);
     for (v = 1; v < mesh->num_vertices; v++) {
         uint32_t *entry = delaunay__place(p, mesh, mesh->vertices[v].x);
         if (!*entry) *entry = v;

@@ -3263,10 +3263,9 @@ static int spr__fit(spr__state *s)
         if (tets > s->mesh->cap_tets) tets = s->mesh->cap_tets;
         value = (double *)delaunay_grow(s->memory, s->value, old, tets, sizeof *value);
         if (value) s->value = value;
-        at = (spr__slot *)delaunay_grow(s->memory, s->at, old, tets, sizeof *at);
+        at = (spr__slot *)delaunay_grow_zeroed(s->memory, s->at, old, tets, sizeof *at);
         if (at) s->at = at;
         if (!value || !at) return 0;
-        memset(s->at + old, 0, (tets - old) * sizeof *at);
         for (; old < tets; old++) s->value[old] = HUGE_VAL;
         s->cap_tets = (delaunay_handle)tets;
     }
@@ -3547,8 +3546,7 @@ static int spr__set_vain(spr__state *s)
     for (s->vain_bits = 10; s->vain_bits < 22 && s->bad.count >> (s->vain_bits - 2); s->vain_bits++)
         {}
     size = (size_t)1 << s->vain_bits;
-    s->vain = (uint32_t *)delaunay_alloc(s->memory, size, sizeof *s->vain);
-    if (s->vain) memset(s->vain, 0, size * sizeof *s->vain);
+    s->vain = (uint32_t *)delaunay_alloc_zeroed(s->memory, size, sizeof *s->vain);
     return s->vain != NULL;
 }
 
@@ -4326,9 +4324,9 @@ static int spr__find_shakable(spr__state *s, spr__around *around)
     size_t i;
     int k, ok = 1;
     around->num_vertices = s->mesh->num_vertices;
-    around->num = (uint32_t *)delaunay_alloc(s->memory, around->num_vertices, sizeof *around->num);
+    around->num = (uint32_t *)delaunay_alloc_zeroed(s->memory, around->num_vertices,
+                                                    sizeof *around->num);
     if (!around->num) return 0;
-    memset(around->num, 0, around->num_vertices * sizeof *around->num);
     for (s->items.count = i = 0; i < s->bad.count && ok; i++) {
         delaunay_handle t = s->bad.items[i];
         if (delaunay_is_deleted(s->mesh, t) || !(s->value[t] < s->target)) continue;
