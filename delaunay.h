@@ -4672,19 +4672,27 @@ static DELAUNAY__NOINLINE void delaunay__move_tets(const delaunay__numbering *c)
     memset(c->mesh->mark, 0, slots);
 }
 
-/* Flags and colours into new arrays, which replace the old ones. */
+/* Flags and colours into new arrays, which replace the old ones. Each slot has a place of its own
+ * there. */
 static void delaunay__move_marks(const delaunay__numbering *c, uint16_t *flags, uint32_t *color)
 {
     delaunay_mesh *mesh = c->mesh;
-    size_t t;
+    const int64_t num = (int64_t)mesh->num_tets;
+    int64_t t;
     if (flags) {
-        for (t = 1; t < mesh->num_tets; t++)
+#  if DELAUNAY__PARALLEL
+#    pragma omp parallel for num_threads(c->threads) schedule(static) if(c->threads > 1)
+#  endif
+        for (t = 1; t < num; t++)
             if (mesh->mark[t]) flags[c->moved[t] & c->slot_mask] = mesh->flags[t];
         delaunay_release(&mesh->memory, mesh->flags);
         mesh->flags = flags;
     }
     if (color) {
-        for (t = 1; t < mesh->num_tets; t++)
+#  if DELAUNAY__PARALLEL
+#    pragma omp parallel for num_threads(c->threads) schedule(static) if(c->threads > 1)
+#  endif
+        for (t = 1; t < num; t++)
             if (mesh->mark[t]) color[c->moved[t] & c->slot_mask] = mesh->color[t];
         delaunay_release(&mesh->memory, mesh->color);
         mesh->color = color;

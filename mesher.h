@@ -11317,6 +11317,27 @@ static int mesher__gather(mesher__refiner *r)
     return 1;
 }
 
+/* The points in the array as in the order: all that follows goes along it. Without memory they stay
+ * where they are. */
+static void mesher__arrange_points(mesher__refiner *r)
+{
+    mesher__proposal *points =
+        (mesher__proposal *)delaunay_alloc(r->memory, r->num_points, sizeof *points);
+    int threads = delaunay_threads_for(&r->options->host, r->num_points);
+    int64_t k, n = (int64_t)r->num_points;
+    (void)threads;
+    if (!points) return;
+    MESHER__OMP(omp parallel for schedule(static) num_threads(threads))
+    for (k = 0; k < n; k++) {
+        if (k + 16 < n) MESHER__PREFETCH(r->points + r->order[k + 16].value);
+        points[k] = r->points[r->order[k].value];
+        r->order[k].value = (uint64_t)k;
+    }
+    delaunay_release(r->memory, r->points);
+    r->points = points;
+    r->cap_points = r->num_points;
+}
+
 /* Brings the points into the order of the curve, if asked for in rounds of growing size (thesis
  * 3.4), which a first insertion into a coarse mesh wants. */
 static int mesher__sort_points(mesher__refiner *r, int rounds)
@@ -11334,7 +11355,9 @@ static int mesher__sort_points(mesher__refiner *r, int rounds)
         r->order[k].key = rounds ? r->keys[k] >> 4 | (uint64_t)round << 60 : r->keys[k];
         r->order[k].value = k;
     }
-    return mesher__sort(r->domain, r->order, n) == MESHER_OK;
+    if (mesher__sort(r->domain, r->order, n) != MESHER_OK) return 0;
+    mesher__arrange_points(r);
+    return 1;
 }
 
 /* -- budgets */
@@ -11482,9 +11505,8 @@ static int mesher__seen_room(mesher__refiner *r)
     size_t k, cap = r->cap_seen, more = cap ? 2 * cap : 4096;
     mesher__seen *old = r->seen, *all;
     if (2 * r->num_seen < cap) return 1;
-    all = (mesher__seen *)delaunay_alloc(r->memory, more, sizeof *all);
+    all = (mesher__seen *)delaunay_alloc_zeroed(r->memory, more, sizeof *all);
     if (!all) return 0;
-    memset(all, 0, more * sizeof *all);
     r->seen = all;
     r->cap_seen = more;
     for (k = 0; k < cap; k++)
@@ -11816,6 +11838,7 @@ static mesher_result mesher__lattices(mesher__refiner *r)
         int late = r->order[k].key >> 63 != 0;
         delaunay_handle met;
         mesher__proposal p;
+        if (k + 16 < r->num_starts) MESHER__PREFETCH(r->starts + r->order[k + 16].value);
         if (k == 0 || (k % 256 == 0 && r->num_points > thinned + thinned / 8)) {
             mesher__thin_starts(r);
             thinned = r->num_points;
@@ -11890,6 +11913,16 @@ static int mesher__in_the_way(const mesher__refiner *r, const mesher__proposal *
     return mesher__is_alone(&r->grid, p->x, p->h) ? MESHER__FREE : MESHER__NEAR_POINT;
 }
 
+/* What will be asked about p soon is brought from memory. */
+static void mesher__await(const mesher__refiner *r, const mesher__proposal *p)
+{
+    const mesher__grid *g = &r->grid;
+    size_t cell = mesher__grid_cell(g, mesher__level(p->h), p->x);
+    MESHER__PREFETCH(g->used + (cell >> 6));
+    MESHER__PREFETCH(g->cells + cell);
+    MESHER__PREFETCH(r->mesh->flags + p->source);
+}
+
 /* Keeps a maximal set of points that are far enough from each other; the others are asked again
  * later. */
 static int mesher__filter(mesher__refiner *r)
@@ -11899,7 +11932,9 @@ static int mesher__filter(mesher__refiner *r)
     for (k = 0; k < n; k++) {
         uint32_t i = (uint32_t)r->order[k].value;
         const mesher__proposal *p = r->points + i;
-        int obstacle = mesher__in_the_way(r, p);
+        int obstacle;
+        if (k + 12 < n) mesher__await(r, r->points + r->order[k + 12].value);
+        obstacle = mesher__in_the_way(r, p);
         if (obstacle == MESHER__FREE) {
             r->order[kept++].value = i;
             if (!mesher__put_in_grid(&r->grid, r->memory, p->x, p->h)) return 0;
@@ -13308,13 +13343,20 @@ static void mesher__report_sizes(const mesher_domain *domain, mesher_report *rep
     const delaunay_mesh *mesh = &domain->mesh;
     uint64_t histogram[BINS], total = 0, band = 0, sum = 0;
     double *out[3];
+    const delaunay_handle step = 1 + mesh->num_tets / 100000;
     delaunay_handle t;
     int e, k, q = 0;
     memset(histogram, 0, sizeof histogram);
     out[0] = &report->size_p10;
     out[1] = &report->size_p50;
     out[2] = &report->size_p90;
-    for (t = 1; t < mesh->num_tets; t += 1 + mesh->num_tets / 100000) {
+    for (t = 1; t < mesh->num_tets; t += step) {
+        if (mesh->num_tets - t > 4 * step)
+            for (k = 0; k < 4; k++) {
+                MESHER__PREFETCH(mesh->vertices + mesh->tets[t + 4 * step].v[k]);
+                MESHER__PREFETCH(domain->size + mesh->tets[t + 4 * step].v[k]);
+            }
+        if (mesh->num_tets - t > 8 * step) MESHER__PREFETCH(mesh->tets + t + 8 * step);
         if (!mesher__is_inside(mesh, t)) continue;
         for (e = 0; e < 6; e++) {
             uint32_t a = mesh->tets[t].v[delaunay_edge_order(e)[0]],
@@ -13768,30 +13810,59 @@ MESHER_API mesher_result mesher_refine_surface(mesher_fine_surface *fine,
     return result;
 }
 
+/* Blocks of slots, which threads share. */
+enum { MESHER__OUTPUT_BLOCKS = 256 };
+static delaunay_handle mesher__output_block(const delaunay_mesh *mesh, int b)
+{
+    return (delaunay_handle)((uint64_t)mesh->num_tets * (uint64_t)b / MESHER__OUTPUT_BLOCKS);
+}
+
+/* The vertices of the kept tetrahedra of a block get key 0, by any thread that has one. Returns how
+ * many tetrahedra are kept. */
+static uint64_t mesher__mark_output(const delaunay_mesh *mesh, int b)
+{
+    delaunay_handle t = mesher__output_block(mesh, b), end = mesher__output_block(mesh, b + 1);
+    uint64_t kept = 0;
+    int i;
+    for (; t < end; t++) {
+        if (!mesher__is_inside(mesh, t)) continue;
+        kept++;
+        for (i = 0; i < 4; i++) {
+            uint32_t *key = &mesh->vertices[mesh->tets[t].v[i]].key;
+            if (MESHER__FETCH(key) != 0) MESHER__STORE(key, 0);
+        }
+    }
+    return kept;
+}
+
 /* vertices[].key of every vertex in a kept tetrahedron becomes its output number: input vertices
  * keep theirs, new ones follow in the order of the array. NO_ID for the others. Returns the number
- * of output vertices, and of tetrahedra in *num_tets. */
-static uint32_t mesher__number_output(mesher_domain *domain, uint64_t *num_tets)
+ * of output vertices; before: that of the kept tetrahedra before each block and, at last, of all. */
+static uint32_t mesher__number_output(mesher_domain *domain, uint64_t *before)
 {
     delaunay_mesh *mesh = &domain->mesh;
-    uint32_t next = domain->first_corner, v;
-    delaunay_handle t;
-    int i;
-    *num_tets = 0;
-    for (v = 0; v < mesh->num_vertices; v++) mesh->vertices[v].key = DELAUNAY_NO_ID;
-    for (t = 1; t < mesh->num_tets; t++) {
-        if (delaunay_is_deleted(mesh, t) || delaunay_is_ghost(mesh, t) ||
-            mesh->color[t] == DELAUNAY_OUTSIDE)
-            continue;
-        ++*num_tets;
-        for (i = 0; i < 4; i++) mesh->vertices[mesh->tets[t].v[i]].key = 0;
-    }
-    for (v = 1; v < mesh->num_vertices; v++)
+    int threads = delaunay_threads_for(&domain->options.host, mesh->num_tets), b;
+    uint32_t next = domain->first_corner;
+    int64_t v, num = (int64_t)mesh->num_vertices;
+    (void)threads;
+    MESHER__OMP(omp parallel for schedule(static) num_threads(threads))
+    for (v = 0; v < num; v++) mesh->vertices[v].key = DELAUNAY_NO_ID;
+    MESHER__OMP(omp parallel for schedule(dynamic, 4) num_threads(threads))
+    for (b = 0; b < MESHER__OUTPUT_BLOCKS; b++) before[b + 1] = mesher__mark_output(mesh, b);
+    for (before[0] = 0, b = 0; b < MESHER__OUTPUT_BLOCKS; b++) before[b + 1] += before[b];
+    for (v = 1; v < num; v++)
         if (mesh->vertices[v].key == 0)
             mesh->vertices[v].key = mesh->vertex_id[v] == DELAUNAY_NO_ID
                                         ? next++
                                         : domain->survivor[mesh->vertex_id[v]];
     return next;
+}
+
+static void mesher__count_output(mesher_domain *domain, mesher_report *report)
+{
+    uint64_t before[MESHER__OUTPUT_BLOCKS + 1];
+    report->num_vertices = mesher__number_output(domain, before);
+    report->num_tets = before[MESHER__OUTPUT_BLOCKS];
 }
 
 MESHER_API mesher_result mesher_mesh(mesher_domain *domain, const mesher_surface *surface,
@@ -13821,7 +13892,7 @@ MESHER_API mesher_result mesher_mesh(mesher_domain *domain, const mesher_surface
         return result;
     }
     report->message[0] = 0;
-    report->num_vertices = mesher__number_output(domain, &report->num_tets);
+    mesher__count_output(domain, report);
     return result;
 }
 
@@ -14206,8 +14277,22 @@ MESHER_API mesher_result mesher_refine_mesh(mesher_domain *domain, const mesher_
         return result;
     }
     report->message[0] = 0;
-    report->num_vertices = mesher__number_output(domain, &report->num_tets);
+    mesher__count_output(domain, report);
     return result;
+}
+
+/* The kept tetrahedra of a block, the first of which has number n. */
+static void mesher__export_block(const delaunay_mesh *mesh, const mesher_output *out, int b,
+                                 uint64_t n)
+{
+    delaunay_handle t = mesher__output_block(mesh, b), end = mesher__output_block(mesh, b + 1);
+    int i;
+    for (; t < end; t++) {
+        if (!mesher__is_inside(mesh, t)) continue;
+        for (i = 0; i < 4; i++)
+            out->tets[4 * n + (uint64_t)i] = mesh->vertices[mesh->tets[t].v[i]].key;
+        out->regions[n++] = mesh->color[t];
+    }
 }
 
 MESHER_API mesher_result mesher_export(mesher_domain *domain, mesher_output *out)
@@ -14215,10 +14300,9 @@ MESHER_API mesher_result mesher_export(mesher_domain *domain, mesher_output *out
     delaunay_mesh *mesh;
     delaunay_memory *memory;
     mesher_result result = MESHER_ERROR_OUT_OF_MEMORY;
-    delaunay_handle t;
-    uint64_t n = 0;
+    uint64_t before[MESHER__OUTPUT_BLOCKS + 1];
     uint32_t v;
-    int i;
+    int b, threads;
     if (!domain || !out || domain->stage < MESHER__STAGE_COLORED)
         return MESHER_ERROR_INVALID_ARGUMENT;
     memset(out, 0, sizeof *out);
@@ -14227,7 +14311,8 @@ MESHER_API mesher_result mesher_export(mesher_domain *domain, mesher_output *out
     result = (mesher_result)delaunay_canonicalize(mesh, &domain->options.host);
     if (result != MESHER_OK) return result;
     result = MESHER_ERROR_OUT_OF_MEMORY;
-    out->num_vertices = mesher__number_output(domain, &out->num_tets);
+    out->num_vertices = mesher__number_output(domain, before);
+    out->num_tets = before[MESHER__OUTPUT_BLOCKS];
     out->xyz = (double *)delaunay_alloc(memory, (size_t)out->num_vertices, 3 * sizeof *out->xyz);
     if (!out->xyz) goto done;
     out->tets = (uint32_t *)delaunay_alloc(memory, (size_t)out->num_tets, 4 * sizeof *out->tets);
@@ -14239,14 +14324,11 @@ MESHER_API mesher_result mesher_export(mesher_domain *domain, mesher_output *out
         if (mesh->vertex_id[v] == DELAUNAY_NO_ID && mesh->vertices[v].key != DELAUNAY_NO_ID)
             memcpy(out->xyz + 3 * (size_t)mesh->vertices[v].key, mesh->vertices[v].x,
                    3 * sizeof(double));
-    for (t = 1; t < mesh->num_tets; t++) {
-        if (delaunay_is_deleted(mesh, t) || delaunay_is_ghost(mesh, t) ||
-            mesh->color[t] == DELAUNAY_OUTSIDE)
-            continue;
-        for (i = 0; i < 4; i++)
-            out->tets[4 * n + (uint64_t)i] = mesh->vertices[mesh->tets[t].v[i]].key;
-        out->regions[n++] = mesh->color[t];
-    }
+    threads = delaunay_threads_for(&domain->options.host, mesh->num_tets);
+    (void)threads;
+    /* Shared: the mesh, read only; each block has its part of the arrays. */
+    MESHER__OMP(omp parallel for schedule(dynamic, 4) num_threads(threads))
+    for (b = 0; b < MESHER__OUTPUT_BLOCKS; b++) mesher__export_block(mesh, out, b, before[b]);
     result = MESHER_OK;
 done:
     if (result != MESHER_OK) mesher_output_free(domain, out);
