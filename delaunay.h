@@ -1582,6 +1582,9 @@ DELAUNAY_API int delaunay_orient3d_exact(const double *a, const double *b, const
 {
     const double *p[4];
     delaunay__exact x;
+    int k;
+    for (k = 0; k < 3; k++) /* on planes across an axis, as machine parts have them */
+        if (a[k] == b[k] && a[k] == c[k] && a[k] == d[k]) return 0;
     p[0] = a;
     p[1] = b;
     p[2] = c;
