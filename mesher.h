@@ -11760,6 +11760,9 @@ static int mesher__find_starts(mesher__refiner *r, double *points)
     *points = 0;
     if (!h) return 0;
     (void)threads;
+    if (!r->memory->limit_bytes) /* most have one; what is not touched costs nothing */
+        (void)mesher__grow(r->memory, &r->starts, &r->cap_starts, 0, mesh->num_tets,
+                           sizeof *r->starts);
     /* Shared: the mesh and the field, read only; each batch has its part of the sizes. */
     MESHER__OMP(omp parallel for schedule(dynamic, 1) num_threads(threads)                         \
                     reduction(+ : ignored) if(batches > 4))
@@ -13201,18 +13204,38 @@ static mesher_result mesher__close_gaps(mesher__refiner *r, uint32_t first)
     return MESHER_OK;
 }
 
+/* Gives count points of the order, for which there is room, the next numbers of vertices. */
+static void mesher__number_points(mesher__refiner *r, size_t begin, size_t count)
+{
+    delaunay_mesh *mesh = r->mesh;
+    const uint32_t first = mesh->num_vertices;
+    int threads = delaunay_threads_for(&r->options->host, count);
+    int64_t k;
+    (void)threads;
+    /* Each point and its vertex are of one thread. */
+    MESHER__OMP(omp parallel for schedule(static) num_threads(threads))
+    for (k = 0; k < (int64_t)count; k++) {
+        mesher__proposal *p = r->points + r->order[begin + (size_t)k].value;
+        delaunay_vertex *v = mesh->vertices + first + k;
+        p->vertex = first + (uint32_t)k;
+        memcpy(v->x, p->x, sizeof p->x);
+        v->key = v->local = 0;
+        mesh->vertex_id[p->vertex] = DELAUNAY_NO_ID;
+        mesh->vertex_tet[p->vertex] = 0;
+    }
+    mesh->num_vertices += (uint32_t)count;
+}
+
 /* Inserts many points: in rounds of sections, the rest by one thread. */
 static mesher_result mesher__insert_many(mesher__refiner *r, size_t begin, size_t end)
 {
     delaunay_mesh *mesh = r->mesh;
     uint32_t first = mesh->num_vertices;
-    size_t k, count = end - begin;
+    size_t count = end - begin;
     mesher_result result = MESHER_OK, closed;
     int pass;
     if (!mesher__vertex_room(r, count)) return mesher__no_memory(r);
-    for (k = begin; k < end; k++)
-        r->points[r->order[k].value].vertex =
-            delaunay_add_vertex(mesh, r->points[r->order[k].value].x, DELAUNAY_NO_ID);
+    mesher__number_points(r, begin, count);
     for (pass = 0; pass < MESHER__PASSES && count >= MESHER__FEW && result == MESHER_OK; pass++)
         result = mesher__insert_in_sections(r, begin, &count, pass);
     if (result == MESHER_OK) result = mesher__insert_serially(r, begin, begin + count);
