@@ -134,7 +134,8 @@ typedef enum mesher_regions {
     MESHER_REGIONS_PARITY,
     /* a cell is kept if its winding number by the facets' orientation is not 0 */
     MESHER_REGIONS_WINDING,
-    /* cells that contain a seed with a tag > 0; if no such seed is given, all but holes */
+    /* cells that contain a seed with a tag > 0; if no such seed is given, all but holes. Of seeds
+     * in one cell the first counts; those in none are noted */
     MESHER_REGIONS_SEEDS
 } mesher_regions;
 
@@ -224,6 +225,7 @@ typedef enum mesher_kind {
      * they meant to be one? mesher_weld makes them so */
     MESHER_NOTE_NEAR_VERTEX,
     MESHER_NOTE_OUTSIDE_LINE, /* a line in no kept cell: it is not in the output */
+    MESHER_NOTE_OUTSIDE_SEED, /* a seed in no bounded cell, vertices[0] its number: it says nothing */
     MESHER_DEFECT_FIRST,
     MESHER_DEFECT_NOT_FINITE = MESHER_DEFECT_FIRST,
     MESHER_DEFECT_RANGE,
@@ -234,6 +236,7 @@ typedef enum mesher_kind {
     MESHER_DEFECT_INTERSECTION,
     MESHER_DEFECT_FLAT,
     MESHER_DEFECT_NO_CELL,
+    MESHER_DEFECT_NONE_KEPT,  /* there are cells, but mesher_options.regions keeps none of them */
     MESHER_DEFECT_OUTSIDE_FACET,
     MESHER_DEFECT_RECOVERY,
     MESHER_NUM_KINDS
@@ -658,6 +661,9 @@ static void mesher__note_sentence(char *text, size_t size, const mesher_finding 
     case MESHER_NOTE_OUTSIDE_LINE:
         snprintf(text, size, "%s lies in no cell that is kept, %s", a, at);
         break;
+    case MESHER_NOTE_OUTSIDE_SEED:
+        snprintf(text, size, "seed %lu %s is in no bounded cell", u, at);
+        break;
     default: break;
     }
 }
@@ -708,6 +714,9 @@ static void mesher__defect_sentence(char *text, size_t size, const mesher_report
                      "the surface encloses no volume: it is open, at edge %lu-%lu of %s, %s", u, v,
                      a, at);
         else snprintf(text, size, "the surface encloses no volume");
+        break;
+    case MESHER_DEFECT_NONE_KEPT:
+        snprintf(text, size, "none of the surface's cells is kept by the choice of regions");
         break;
     case MESHER_DEFECT_OUTSIDE_FACET:
         snprintf(text, size, "%s lies outside every cell, %s", a, at);
@@ -8811,7 +8820,7 @@ done:
 
 /* Regions that hold a seed: keeps and numbers them. *any: a seed asked for a region to be kept. */
 static mesher_result mesher__apply_seeds(mesher_domain *domain, const mesher__coloring *work,
-                                         uint8_t *seeded, int *any)
+                                         uint8_t *seeded, int *any, mesher_report *report)
 {
     const mesher_surface *surface = &domain->surface;
     delaunay_mesh *mesh = &domain->mesh;
@@ -8824,6 +8833,9 @@ static mesher_result mesher__apply_seeds(mesher_domain *domain, const mesher__co
         delaunay_handle t = delaunay_locate(mesh, worker, surface->seeds + 3 * i, 0);
         uint32_t r = t ? work->number[mesh->color[t]] : 0;
         if (tag > 0) *any = 1;
+        if (r == 0)
+            mesher_report_add(report, MESHER_NOTE_OUTSIDE_SEED, DELAUNAY_NO_ID, DELAUNAY_NO_ID,
+                              (uint32_t)i, DELAUNAY_NO_ID, DELAUNAY_NO_ID, surface->seeds + 3 * i);
         if (r == 0 || seeded[r - 1]) continue;
         seeded[r - 1] = 1;
         domain->regions[r - 1].number = tag > 0 ? (uint32_t)tag : 0;
@@ -8833,7 +8845,8 @@ static mesher_result mesher__apply_seeds(mesher_domain *domain, const mesher__co
 }
 
 /* Which regions the policy keeps, and their numbers. */
-static mesher_result mesher__keep_cells(mesher_domain *domain, const mesher__coloring *work)
+static mesher_result mesher__keep_cells(mesher_domain *domain, const mesher__coloring *work,
+                                        mesher_report *report)
 {
     mesher_regions policy = domain->options.regions;
     mesher_result result = MESHER_OK;
@@ -8842,7 +8855,8 @@ static mesher_result mesher__keep_cells(mesher_domain *domain, const mesher__col
     int any = 0;
     if (!seeded) return MESHER_ERROR_OUT_OF_MEMORY;
     memset(seeded, 0, domain->num_regions);
-    if (policy == MESHER_REGIONS_SEEDS) result = mesher__apply_seeds(domain, work, seeded, &any);
+    if (policy == MESHER_REGIONS_SEEDS)
+        result = mesher__apply_seeds(domain, work, seeded, &any, report);
     for (i = 0; i < domain->num_regions; i++) {
         mesher_region *region = domain->regions + i;
         switch (policy) {
@@ -8986,7 +9000,7 @@ static mesher_result mesher__color_with(mesher_domain *domain, mesher__coloring 
     if (result != MESHER_OK) return result;
     result = mesher__nest_cells(domain, work);
     if (result != MESHER_OK) return result;
-    result = mesher__keep_cells(domain, work);
+    result = mesher__keep_cells(domain, work, report);
     if (result != MESHER_OK) return result;
     mesher__note_sheets(domain, work, report);
     result = mesher__note_filled(domain, work, report);
@@ -8997,9 +9011,11 @@ static mesher_result mesher__color_with(mesher_domain *domain, mesher__coloring 
     mesher__keep_sides(domain, work);
     for (i = 0, report->num_regions = 0; i < domain->num_regions; i++)
         report->num_regions += domain->regions[i].kept != 0;
-    if (domain->num_regions == 0)
-        mesher_report_add(report, MESHER_DEFECT_NO_CELL, DELAUNAY_NO_ID, DELAUNAY_NO_ID,
-                          DELAUNAY_NO_ID, DELAUNAY_NO_ID, DELAUNAY_NO_ID, NULL);
+    if (report->num_regions == 0)
+        mesher_report_add(report,
+                          domain->num_regions ? MESHER_DEFECT_NONE_KEPT : MESHER_DEFECT_NO_CELL,
+                          DELAUNAY_NO_ID, DELAUNAY_NO_ID, DELAUNAY_NO_ID, DELAUNAY_NO_ID,
+                          DELAUNAY_NO_ID, NULL);
     return mesher__count_defects(report) > defects ? MESHER_ERROR_SURFACE : MESHER_OK;
 }
 
@@ -13486,6 +13502,7 @@ MESHER_API const char *mesher_kind_string(mesher_kind kind)
     case MESHER_NOTE_SURFACE_STEINER: return "point added to the surface";
     case MESHER_NOTE_NEAR_VERTEX: return "nearly equal vertices";
     case MESHER_NOTE_OUTSIDE_LINE: return "line outside every cell";
+    case MESHER_NOTE_OUTSIDE_SEED: return "seed outside every cell";
     case MESHER_DEFECT_NOT_FINITE: return "coordinate not finite";
     case MESHER_DEFECT_RANGE: return "coordinate out of range";
     case MESHER_DEFECT_INDEX: return "vertex index out of range";
@@ -13495,6 +13512,7 @@ MESHER_API const char *mesher_kind_string(mesher_kind kind)
     case MESHER_DEFECT_INTERSECTION: return "intersection";
     case MESHER_DEFECT_FLAT: return "flat surface";
     case MESHER_DEFECT_NO_CELL: return "no bounded cell";
+    case MESHER_DEFECT_NONE_KEPT: return "no cell kept";
     case MESHER_DEFECT_OUTSIDE_FACET: return "facet outside every cell";
     case MESHER_DEFECT_RECOVERY: return "not recovered";
     case MESHER_NUM_KINDS: break;

@@ -445,7 +445,8 @@ static void seeds_choose(void)
         mesher_report report;
         double seeds[9];
         int32_t tags[3], wanted[VOXELS];
-        int i, j, any = 0, bad = 0;
+        int i, j, any = 0, bad = 0, kept = 0;
+        uint64_t outside = 0;
         random_labels(&b, 2 + round % 3);
         count_cells(&b);
         make_surface(&b, 0);
@@ -459,6 +460,7 @@ static void seeds_choose(void)
             tags[i] = round % 4 == 0 ? 0 : (int32_t)(random_below(3) * 5);
             any |= tags[i] > 0;
             if (wanted[b.cell[v]] < 0) wanted[b.cell[v]] = tags[i];
+            outside += b.cell[v] == 0;
         }
         memset(&surface, 0, sizeof surface);
         memset(&report, 0, sizeof report);
@@ -474,8 +476,12 @@ static void seeds_choose(void)
         CHECK(mesher_domain_init(&domain, &surface, &options, &report) == MESHER_OK);
         CHECK(make_mesh(&b, &domain));
         CHECK(delaunay_link_vertices(&domain.mesh) == DELAUNAY_OK);
-        CHECK(mesher_color(&domain, &report) == MESHER_OK);
-        for (j = 0; j < TETS; j++) {
+        for (i = 0; i < VOXELS; i++)
+            kept |= b.cell[i] && (any ? wanted[b.cell[i]] > 0 : wanted[b.cell[i]] != 0);
+        CHECK(mesher_color(&domain, &report) == (kept ? MESHER_OK : MESHER_ERROR_SURFACE));
+        CHECK(report.counts[MESHER_NOTE_OUTSIDE_SEED] == outside);
+        CHECK(report.counts[MESHER_DEFECT_NONE_KEPT] == !kept);
+        for (j = 0; j < TETS && kept; j++) {
             int c = b.cell[j / 6];
             uint32_t color = domain.mesh.color[j + 1];
             if (c == 0) bad += color != 0;
@@ -487,10 +493,43 @@ static void seeds_choose(void)
     }
 }
 
+/* What a user reads whose only seed lies beside the body. */
+static void a_seed_outside_is_named(void)
+{
+    static const uint32_t triangles[12] = {0, 2, 1, 0, 1, 3, 1, 2, 3, 0, 3, 2};
+    static const double xyz[12] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1};
+    const double seed[3] = {2, 3, 4};
+    mesher_surface surface;
+    mesher_domain domain;
+    mesher_options options;
+    mesher_report report;
+    mesher_finding findings[4];
+    char text[200];
+    memset(&surface, 0, sizeof surface);
+    memset(&report, 0, sizeof report);
+    memset(&options, 0, sizeof options);
+    surface.xyz = xyz;
+    surface.num_vertices = 4;
+    surface.triangles = triangles;
+    surface.num_triangles = 4;
+    surface.seeds = seed;
+    surface.num_seeds = 1;
+    options.regions = MESHER_REGIONS_SEEDS;
+    report.findings = findings;
+    report.cap_findings = 4;
+    CHECK(mesher_mesh(&domain, &surface, &options, &report) == MESHER_ERROR_SURFACE);
+    CHECK(strstr(report.message, "choice of regions") != NULL);
+    CHECK(report.num_findings == 2 && findings[1].kind == MESHER_NOTE_OUTSIDE_SEED);
+    mesher_finding_string(text, sizeof text, &report, &findings[1]);
+    CHECK(strcmp(text, "seed 0 at (2, 3, 4) is in no bounded cell") == 0);
+    mesher_domain_free(&domain);
+}
+
 int main(void)
 {
     random_blocks();
     a_void_is_noted();
     seeds_choose();
+    a_seed_outside_is_named();
     return check_report();
 }
