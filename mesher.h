@@ -13051,11 +13051,6 @@ static int mesher__collect_slots(mesher__refiner *r, uint32_t parts)
     uint32_t i, k;
     for (i = 0; i < parts; i++) {
         mesher__section *s = r->sections + i;
-        delaunay_handle t;
-        for (t = s->fresh; t < s->fresh_end; t++) {
-            memset(mesh->tets + t, 0, sizeof *mesh->tets);
-            mesh->flags[t] = MESHER__SEEN;
-        }
         need += s->num_slots + (size_t)(s->fresh_end - s->fresh);
         r->inserted += s->inserted;
         r->lost += s->lost;
@@ -13080,6 +13075,7 @@ static void mesher__insert_section(mesher__refiner *r, mesher__cavity *c, uint32
 {
     mesher__section *s = r->sections + i;
     const mesher_options *o = r->options;
+    delaunay_handle t;
     size_t k;
     c->section = i;
     c->most = mesher__largest(r);
@@ -13096,6 +13092,10 @@ static void mesher__insert_section(mesher__refiner *r, mesher__cavity *c, uint32
         }
         if (k + 4 < s->end) MESHER__PREFETCH(r->points + r->order[k + 4].value);
         if (!MESHER__FETCH(&r->cancelled)) p->state = mesher__insert(r, c, p);
+    }
+    for (t = s->fresh; t < s->fresh_end; t++) { /* dealt, and not used */
+        memset(r->mesh->tets + t, 0, sizeof *r->mesh->tets);
+        r->mesh->flags[t] = MESHER__SEEN;
     }
 }
 
