@@ -4795,9 +4795,11 @@ DELAUNAY_API delaunay_result delaunay_canonicalize(delaunay_mesh *mesh, const de
     delaunay_result result = DELAUNAY_ERROR_OUT_OF_MEMORY;
     if (mesh->num_tets == 0 || mesh->num_vertices == 0) return DELAUNAY_OK;
     if (!delaunay__numbering_init(&c, mesh, host)) goto done;
-    if (mesh->flags && !(flags = (uint16_t *)delaunay_alloc_zeroed(m, mesh->cap_tets, sizeof *flags)))
+    if (mesh->flags &&
+        !(flags = (uint16_t *)delaunay_alloc_zeroed(m, mesh->cap_tets, sizeof *flags)))
         goto done;
-    if (mesh->color && !(color = (uint32_t *)delaunay_alloc_zeroed(m, mesh->cap_tets, sizeof *color)))
+    if (mesh->color &&
+        !(color = (uint32_t *)delaunay_alloc_zeroed(m, mesh->cap_tets, sizeof *color)))
         goto done;
     /* nothing can fail from here on */
     end = delaunay__find_places(&c);

@@ -225,7 +225,7 @@ typedef enum mesher_kind {
      * they meant to be one? mesher_weld makes them so */
     MESHER_NOTE_NEAR_VERTEX,
     MESHER_NOTE_OUTSIDE_LINE, /* a line in no kept cell: it is not in the output */
-    MESHER_NOTE_OUTSIDE_SEED, /* a seed in no bounded cell, vertices[0] its number: it says nothing */
+    MESHER_NOTE_OUTSIDE_SEED, /* a seed in no bounded cell: vertices[0] is its number */
     MESHER_DEFECT_FIRST,
     MESHER_DEFECT_NOT_FINITE = MESHER_DEFECT_FIRST,
     MESHER_DEFECT_RANGE,
@@ -11776,8 +11776,8 @@ static int mesher__find_starts(mesher__refiner *r, double *points)
     *points = 0;
     if (!h) return 0;
     (void)threads;
-    if (!r->memory->limit_bytes) /* most have one; what is not touched costs nothing */
-        (void)mesher__grow(r->memory, &r->starts, &r->cap_starts, 0, mesh->num_tets,
+    if (!r->memory->limit_bytes) /* half of them have one, often */
+        (void)mesher__grow(r->memory, &r->starts, &r->cap_starts, 0, mesh->num_tets / 2 + 1,
                            sizeof *r->starts);
     /* Shared: the mesh and the field, read only; each batch has its part of the sizes. */
     MESHER__OMP(omp parallel for schedule(dynamic, 1) num_threads(threads)                         \
@@ -13878,7 +13878,8 @@ static uint64_t mesher__mark_output(const delaunay_mesh *mesh, int b)
 
 /* vertices[].key of every vertex in a kept tetrahedron becomes its output number: input vertices
  * keep theirs, new ones follow in the order of the array. NO_ID for the others. Returns the number
- * of output vertices; before: that of the kept tetrahedra before each block and, at last, of all. */
+ * of output vertices; before: that of the kept tetrahedra before each block, and in the end of all.
+ */
 static uint32_t mesher__number_output(mesher_domain *domain, uint64_t *before)
 {
     delaunay_mesh *mesh = &domain->mesh;

@@ -1576,8 +1576,8 @@ static int spr__fine(double value)
     return k < SPR__FINE ? k : SPR__FINE - 1;
 }
 
-/* Blocks of slots, and what is added up of each and of all: the same sums for any number of threads.
- */
+/* Blocks of slots, and what is added up of each and, in their order, of all: the same sums for any
+ * number of threads. */
 typedef struct spr__blocks {
     spr__part *part, all;
     size_t     slots, each;
@@ -1707,8 +1707,8 @@ static int spr__quantile(const spr__state *s, const spr__blocks *blocks, uint64_
     /* each thread writes the values of its blocks; the values of all are read */
     SPR__OMP(omp parallel for schedule(static) num_threads(blocks->threads))
     for (b = 0; b < SPR__STATISTICS_BLOCKS; b++)
-        num[b] = spr__values_of_part(s, spr__block_begin(blocks, b), spr__block_begin(blocks, b + 1),
-                                     i, values + begin[b]);
+        num[b] = spr__values_of_part(s, spr__block_begin(blocks, b),
+                                     spr__block_begin(blocks, b + 1), i, values + begin[b]);
     for (n = 0, b = 0; b < SPR__STATISTICS_BLOCKS; n += num[b++]) /* without what is no number */
         memmove(values + n, values + begin[b], num[b] * sizeof *values);
     if (k < n) *out = spr__select(values, n, (size_t)k); /* always, but if values are no numbers */

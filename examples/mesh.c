@@ -790,7 +790,9 @@ static void print_counts(const job *j, const char *title, int defects)
         if (k == MESHER_NOTE_NEAR_VERTEX) printf(": --weld %.2g makes them equal", nearly(j));
         putchar('\n');
     }
-    if (any && (defects || j->set.verbose || j->set.check)) print_findings(j, defects);
+    if (any && (defects || j->set.verbose || j->set.check ||
+                j->report.counts[MESHER_NOTE_OUTSIDE_SEED])) /* meant for something else */
+        print_findings(j, defects);
     if (defects && line_is_defective(j))
         puts("            --no-lines leaves the lines of the input out, if they are not needed");
 }

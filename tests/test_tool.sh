@@ -294,6 +294,19 @@ ok "ten different nodes a tetrahedron, each in the middle of its edge" awk '
         } }
     END { exit bad || !seen }' "$T/s4.msh"
 
+# ---- seeds ----
+tetrahedron_poly() { # X Y Z: a tetrahedron with a region point there
+    printf '4 3 0 0\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n4 0\n1 0\n3 1 3 2\n1 0\n3 1 2 4\n'
+    printf '1 0\n3 2 3 4\n1 0\n3 1 4 3\n0\n1\n1 %s %s %s 5 -1\n' "$1" "$2" "$3"
+}
+tetrahedron_poly .1 .2 .3 > "$T/seed.poly"
+code 0 $mesh "$T/seed.poly" --regions seeds -o "$T/seed.mesh"
+tetrahedron_poly 2 3 4 > "$T/seed.poly"
+code 5 $mesh "$T/seed.poly" --regions seeds -o "$T/beside.mesh"
+says 'none of the surface.s cells is kept'
+prints 'seed 0 at (2, 3, 4) is in no bounded cell'
+absent "$T/beside.mesh"
+
 # ---- improve ----
 code 0 $improve --help
 code 2 $improve "$T/cube.mesh" --target 7
