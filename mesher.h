@@ -11343,12 +11343,13 @@ static void mesher__arrange_points(mesher__refiner *r)
     int64_t k, n = (int64_t)r->num_points;
     (void)threads;
     if (!points) return;
+    /* Shared: the order, read only, and the points; each place is written once. */
     MESHER__OMP(omp parallel for schedule(static) num_threads(threads))
     for (k = 0; k < n; k++) {
         if (k + 16 < n) MESHER__PREFETCH(r->points + r->order[k + 16].value);
         points[k] = r->points[r->order[k].value];
-        r->order[k].value = (uint64_t)k;
     }
+    for (k = 0; k < n; k++) r->order[k].value = (uint64_t)k;
     delaunay_release(r->memory, r->points);
     r->points = points;
     r->cap_points = r->num_points;
