@@ -14294,11 +14294,15 @@ MESHER_API mesher_result mesher_refine_mesh(mesher_domain *domain, const mesher_
     mesher_report local;
     mesher_result result;
     int usable;
-    if (!domain || !surface || !tets || num_tets == 0) return MESHER_ERROR_INVALID_ARGUMENT;
+    if (!domain || !surface) return MESHER_ERROR_INVALID_ARGUMENT;
     memset(&local, 0, sizeof local);
     memset(domain, 0, sizeof *domain);
     if (!report) report = &local;
     mesher__report_reset(report, surface);
+    if (!tets || num_tets == 0) {
+        mesher__say(report, "there are no tetrahedra to refine");
+        return MESHER_ERROR_INVALID_ARGUMENT;
+    }
     result = mesher__domain_init(domain, surface, options, report, &usable);
     if (result == MESHER_ERROR_SURFACE && usable &&
         mesher__count_defects(report) ==

@@ -5358,8 +5358,12 @@ SPR_API spr_result spr_reconnect(const spr_polyhedron *polyhedron, double bound,
     uint32_t on[SPR_MAX_POINTS];
     spr_result result;
     size_t i;
-    if (!polyhedron || !out || !(bound >= 0)) return SPR_ERROR_INVALID_ARGUMENT;
+    if (!polyhedron || !out) return SPR_ERROR_INVALID_ARGUMENT;
     memset(out, 0, sizeof *out);
+    if (!(bound >= 0)) {
+        snprintf(out->message, sizeof out->message, "the bound is negative, or no number");
+        return SPR_ERROR_INVALID_ARGUMENT;
+    }
     memset(&mesh, 0, sizeof mesh);
     memset(vertices, 0, sizeof vertices);
     result = spr__check_polyhedron(polyhedron, out);

@@ -1164,6 +1164,10 @@ static void a_finished_mesh_is_refined(void)
     out.regions[0] = 0; /* no number of a region */
     CHECK(mesher_refine_mesh(&e, &surface, out.tets, out.regions, (size_t)out.num_tets, &o, &r) ==
           MESHER_ERROR_INVALID_ARGUMENT);
+    CHECK(mesher_refine_mesh(&e, &surface, NULL, NULL, 0, &o, &r) ==
+          MESHER_ERROR_INVALID_ARGUMENT);
+    CHECK(strstr(r.message, "no tetrahedra"));
+    mesher_domain_free(&e); /* zeroed */
     bad[2] = (uint32_t)surface.num_vertices - 1; /* no facet of the mesh */
     surface.triangles = bad;
     surface.num_triangles = 1;

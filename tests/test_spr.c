@@ -1380,6 +1380,8 @@ static void test_reconnect_without_sense(void)
     CHECK(spr_reconnect(&p, 0, 0, NULL, &r) == SPR_ERROR_INVALID_ARGUMENT &&
           strstr(r.message, "number 1"));
     xyz[4] = 0;
+    CHECK(spr_reconnect(&p, NAN, 0, NULL, &r) == SPR_ERROR_INVALID_ARGUMENT &&
+          strstr(r.message, "bound"));
     p.num_points = 33;
     CHECK(spr_reconnect(&p, 0, 0, NULL, &r) == SPR_ERROR_INVALID_ARGUMENT);
     CHECK(spr_reconnect(NULL, 0, 0, NULL, &r) == SPR_ERROR_INVALID_ARGUMENT);
