@@ -7876,10 +7876,9 @@ DELAUNAY_API int delaunay_segment_crosses(const delaunay_mesh *mesh, uint32_t a,
 /* A plan writes W: the tetrahedra it replaces, their neighbours (whose handles change) and the
  * stars of vertices that it moves; it reads R besides. Every planned item of a round puts its
  * claim into the owner of each tetrahedron of W; that of the first item in the list stays. An item
- * wins if it owns all of its W and no tetrahedron of R has an owner before it. So
- * no two winners write the same tetrahedron; and what a winner read is written only by winners
- * after it, whose effects it need not see: the round is as good as its winners one after another,
- * in order. Who wins depends on the plans alone, not on threads; the slots of the winners come from
+ * wins if it owns all of its W and no tetrahedron of R has an owner before it. So no two winners
+ * write the same tetrahedron; and what a winner read is written only by winners after it, whose
+ * effects it need not see: the round is as good as its winners one after another, in order. Who wins depends on the plans alone, not on threads; the slots of the winners come from
  * sums in order; hence the same bytes. What two winners can share is a vertex: its entry of
  * vertex_tet is zeroed first and then gets the largest slot. */
 

@@ -13852,11 +13852,12 @@ MESHER_API mesher_result mesher_refine_surface(mesher_fine_surface *fine,
     return result;
 }
 
-/* Blocks of slots, which threads share. */
+/* Blocks of slots, which threads share: where one begins. Slot 0 is in none. */
 enum { MESHER__OUTPUT_BLOCKS = 256 };
 static delaunay_handle mesher__output_block(const delaunay_mesh *mesh, int b)
 {
-    return (delaunay_handle)((uint64_t)mesh->num_tets * (uint64_t)b / MESHER__OUTPUT_BLOCKS);
+    uint64_t slots = mesh->num_tets ? mesh->num_tets - 1 : 0;
+    return (delaunay_handle)(1 + slots * (uint64_t)b / MESHER__OUTPUT_BLOCKS);
 }
 
 /* The vertices of the kept tetrahedra of a block get key 0, by any thread that has one. Returns how

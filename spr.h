@@ -4261,10 +4261,10 @@ static size_t spr__num_around(const spr__state *s, const uint32_t *around, delau
     return num < SPR__CROWD ? num : SPR__CROWD - 1;
 }
 
-static int spr__has_movable(const spr__state *s, delaunay_handle t)
+static int spr__is_fixed(const spr__state *s, delaunay_handle t)
 {
     const uint32_t *v = s->mesh->tets[t].v;
-    return s->movable[v[0]] || s->movable[v[1]] || s->movable[v[2]] || s->movable[v[3]];
+    return !s->movable[v[0]] && !s->movable[v[1]] && !s->movable[v[2]] && !s->movable[v[3]];
 }
 
 /* Whether v or a neighbour may move; looked for once. Or an error. */
@@ -4279,7 +4279,7 @@ static int spr__is_loose(const spr__state *s, spr__around *around, uint32_t v, d
     result = delaunay_vertex_star(m, delaunay_engine_worker(s->engine), v, star);
     if (result != DELAUNAY_OK) return (int)result;
     for (i = 0; i < star->count; i++)
-        if (spr__is_inside(m, star->items[i]) && spr__has_movable(s, star->items[i])) break;
+        if (spr__is_inside(m, star->items[i]) && !spr__is_fixed(s, star->items[i])) break;
     *num |= i < star->count ? SPR__LOOSE : SPR__TIGHT;
     return i < star->count;
 }
@@ -4290,7 +4290,7 @@ static int spr__patch_may_do(const spr__state *s, spr__around *around, delaunay_
                              uint32_t max_bad, delaunay_list *star)
 {
     const uint32_t *v = s->mesh->tets[t].v;
-    int k, loose = spr__has_movable(s, t);
+    int k, loose = !spr__is_fixed(s, t);
     for (k = 0; k < 4; k++) {
         if (v[k] >= around->num_vertices) return 1; /* it is new: who knows */
         if ((around->num[v[k]] & (SPR__TIGHT - 1)) > max_bad) return 0;
@@ -4742,12 +4742,6 @@ static spr_result spr__flip_for_mean(spr__state *s)
     return result;
 }
 
-static int spr__is_fixed(const spr__state *s, delaunay_handle t)
-{
-    const uint32_t *v = s->mesh->tets[t].v;
-    return !s->movable[v[0]] && !s->movable[v[1]] && !s->movable[v[2]] && !s->movable[v[3]];
-}
-
 /* Why t, of the list, is left, if it is. */
 static spr_reason spr__reason(const spr__state *s, delaunay_handle t)
 {
@@ -5005,14 +4999,14 @@ static void spr__pin(const spr__state *s, uint32_t v)
 }
 
 /* The vertices of t that are on the outside, a wall or a constrained edge do not move. */
-static void spr__pin_of(const spr__state *s, delaunay_handle t)
+static void spr__pin_of(const spr__state *s, delaunay_handle t, uint32_t region)
 {
     const delaunay_mesh *m = s->mesh;
     const delaunay_tet *x = &m->tets[t];
     const unsigned flags = m->flags ? m->flags[t] : 0;
     int i, k;
     for (i = 0; i < 4; i++) {
-        if (spr__region(m, t) == 0) spr__pin(s, x->v[i]);
+        if (region == 0) spr__pin(s, x->v[i]);
         if (x->n[i] != 0 && !(flags & DELAUNAY_FACET_BIT(i))) continue;
         for (k = 0; k < 3; k++) spr__pin(s, x->v[delaunay_facet_order(i)[k]]);
     }
@@ -5066,10 +5060,9 @@ static void spr__find_movable(spr__state *s)
     SPR__OMP(omp parallel for schedule(static) num_threads(threads) reduction(min : least) \
              reduction(max : most))
     for (t = 1; t < num; t++) {
-        uint32_t region;
+        const uint32_t region = spr__region(m, (delaunay_handle)t);
         if (delaunay_is_deleted(m, (delaunay_handle)t)) continue;
-        spr__pin_of(s, (delaunay_handle)t);
-        region = spr__region(m, (delaunay_handle)t);
+        spr__pin_of(s, (delaunay_handle)t, region);
         if (region && region < least) least = region;
         if (region > most) most = region;
     }

@@ -791,7 +791,7 @@ static void print_counts(const job *j, const char *title, int defects)
         putchar('\n');
     }
     if (any && (defects || j->set.verbose || j->set.check ||
-                j->report.counts[MESHER_NOTE_OUTSIDE_SEED])) /* meant for something else */
+                j->report.counts[MESHER_NOTE_OUTSIDE_SEED])) /* the place tells what went wrong */
         print_findings(j, defects);
     if (defects && line_is_defective(j))
         puts("            --no-lines leaves the lines of the input out, if they are not needed");
