@@ -730,10 +730,20 @@ typedef struct delaunay_search {
      * nothing but the points. */
     double (*quality)(void *user, const double *a, const double *b, const double *c,
                       const double *d);
+    /* The same, but for rounding, of n tetrahedra abcd on one facet; n is DELAUNAY_WINDOW_VERTICES
+     * at most. Apex number i is apices[i], apices[i + DELAUNAY_WINDOW_VERTICES],
+     * apices[i + 2 * DELAUNAY_WINDOW_VERTICES]; all of apices and out may be used. Quicker, where
+     * many can be computed at once; or NULL. */
+    void   (*qualities)(void *user, const double *a, const double *b, const double *c, size_t n,
+                        const double *apices, double *out);
     void    *user;
     double   bound;       /* a result must be strictly better: above (quality), below (crossings) */
     double   good;        /* FEWER_BAD: what is below is bad */
     uint32_t num_bad;     /* FEWER_BAD: a result has fewer; out: as many as it has */
+    /* BEST_QUALITY, if not NULL: what a tetrahedron of a quality below good weighs, 1 or more. A
+     * result has no more than num_bad of them, and they weigh no more than max_weight. */
+    double (*weigh)(void *user, double quality);
+    double   max_weight;
     uint32_t target[3];   /* mesh vertices */
     uint32_t max_nodes;   /* of the search tree; 0: 100000 */
     /* out */
@@ -994,11 +1004,13 @@ DELAUNAY_API delaunay_worker *delaunay_engine_worker(delaunay_engine *engine);
 #if defined(__GNUC__)
 #  define DELAUNAY__UNLIKELY(x) __builtin_expect(!!(x), 0)
 #  define DELAUNAY__NOINLINE __attribute__((noinline))
+#  define DELAUNAY__ALWAYS_INLINE __attribute__((always_inline)) DELAUNAY_INLINE
 #  define DELAUNAY__PREFETCH(p) __builtin_prefetch(p)
 #  define DELAUNAY__PREFETCH_WRITE(p) __builtin_prefetch((p), 1)
 #else
 #  define DELAUNAY__UNLIKELY(x) (x)
 #  define DELAUNAY__NOINLINE
+#  define DELAUNAY__ALWAYS_INLINE DELAUNAY_INLINE
 #  define DELAUNAY__PREFETCH(p) ((void)(p))
 #  define DELAUNAY__PREFETCH_WRITE(p) ((void)(p))
 #endif
@@ -2576,7 +2588,7 @@ DELAUNAY__TARGET DELAUNAY_INLINE unsigned delaunay__ties4(__m256d *rank, const _
 
 /* A ghost is the row (0, 0, 0, l) of the determinant: l times the orientation of its hull facet, l
  * the greatest lift of the others, so that the bound on the error is that of a sphere. */
-DELAUNAY__TARGET __attribute__((always_inline)) DELAUNAY_INLINE unsigned
+DELAUNAY__TARGET DELAUNAY__ALWAYS_INLINE unsigned
 delaunay__in_conflict4_avx2(const delaunay__kernel *k, const delaunay_handle *h, unsigned count,
                             const double *e)
 {
@@ -2717,7 +2729,7 @@ DELAUNAY__TARGET DELAUNAY_INLINE void delaunay__swap_lanes(__m256d *a)
 }
 
 /* The determinants of e and the facets of a tetrahedron: lane i positive if e is beyond facet i. */
-DELAUNAY__TARGET __attribute__((always_inline)) DELAUNAY_INLINE __m256d
+DELAUNAY__TARGET DELAUNAY__ALWAYS_INLINE __m256d
 delaunay__facet_dets(const delaunay__four *p)
 {
     __m256d x[4], y[4], z[4], xy12, xy13, xy23;
@@ -2786,7 +2798,7 @@ DELAUNAY__TARGET DELAUNAY_INLINE size_t delaunay__append_lanes(delaunay_handle *
  * vertex i. Lane i has the rows i, i ^ 1, i ^ 2, i ^ 3, which is an even permutation. Of a product
  * of two minors the first is of x and y, the second of z and lift; it goes through 16 roundings as
  * there, so the bound on the error is the same. */
-DELAUNAY__TARGET __attribute__((always_inline)) DELAUNAY_INLINE __m256d
+DELAUNAY__TARGET DELAUNAY__ALWAYS_INLINE __m256d
 delaunay__neighbor_dets(const delaunay__four *p, const delaunay__four *apex)
 {
     __m256d x[4], y[4], z[4], l[4], xy01, xy02, xy03, xy12, xy13, xy23, zl, det, det2;
@@ -2863,7 +2875,7 @@ DELAUNAY__TARGET DELAUNAY_INLINE int delaunay__are_sure(__m256d least, __m256d m
  * there is no branch but the loop's. Only at the end is asked whether all the signs were certain:
  * wrong ones lead to tetrahedra of the section still, and not to many. Leaves marks on the cavity
  * alone; with DELAUNAY__NOT_SURE or DELAUNAY__FOREIGN none. */
-DELAUNAY__TARGET __attribute__((always_inline)) DELAUNAY_INLINE int
+DELAUNAY__TARGET DELAUNAY__ALWAYS_INLINE int
 delaunay__dig_in(delaunay__kernel *k, delaunay_handle seed, const double *e, const int parallel)
 {
     const delaunay_vertex *x = k->vertices;
@@ -3998,7 +4010,7 @@ static DELAUNAY__NOINLINE void delaunay__find_plain(const delaunay__numbering *c
 
 #  if defined(DELAUNAY__AVX2) && !defined(DELAUNAY_INDEX64)
 /* The same with all comparisons at once; signed ones, so of numbers with their first bit turned. */
-DELAUNAY__TARGET __attribute__((always_inline)) DELAUNAY_INLINE void
+DELAUNAY__TARGET DELAUNAY__ALWAYS_INLINE void
 delaunay__find_avx2_in(const delaunay__numbering *c, size_t t, size_t end, size_t *counts,
                        const int shared)
 {
@@ -4147,7 +4159,7 @@ static void delaunay__sort_bucket(const delaunay__numbering *c, const delaunay_h
 #  if defined(DELAUNAY__AVX2) && !defined(DELAUNAY_INDEX64)
 /* The same of up to 8 * eights tetrahedra. To the slots behind them, the first rest in all,
  * something is written, which is overwritten later. */
-DELAUNAY__TARGET __attribute__((always_inline)) DELAUNAY_INLINE void
+DELAUNAY__TARGET DELAUNAY__ALWAYS_INLINE void
 delaunay__sort_fixed(const delaunay__numbering *c, const delaunay_handle *slot, const uint32_t *key,
                      size_t n, size_t rest, size_t begin, const int eights)
 {
@@ -7003,9 +7015,10 @@ DELAUNAY_API uint32_t delaunay_nearest(const delaunay_mesh *mesh, delaunay_worke
  *
  * Everything else only prunes: fewest candidates first, a triangle without candidates ends a
  * branch, triangles crossed by a kept edge and edges through a kept facet are never made,
- * tetrahedra that contain an interior vertex neither. Candidates of a triangle are one word; signs
- * and qualities are computed when first asked for, and are kept while the next windows begin with
- * the same vertices, as those of a growing cavity do.
+ * tetrahedra that contain an interior vertex neither. Candidates of a triangle are one word. Signs are
+ * found for all vertices of a triangle at once, by its plane, and are kept while the next windows
+ * begin with the same vertices, as those of a growing cavity do; so are qualities that are asked
+ * for one by one.
  *
  * A triangle i < j < k has the number C(k,3) + C(j,2) + i: those of the first m vertices are the
  * first C(m,3), and small windows touch little memory. An oriented triangle is twice that, plus 1
@@ -7033,21 +7046,35 @@ typedef struct delaunay__choice {
     double   top;
 } delaunay__choice;
 
+/* What a pair of vertices, or one, cannot be joined with; valid for the search of this number. */
+typedef struct delaunay__barred {
+    uint32_t search, known, crossed;
+} delaunay__barred;
+
 /* A front that cannot be completed: what is left of it depends on the front alone, not on how it
  * was reached. */
 typedef struct delaunay__dead_end {
     uint64_t front;  /* sum of the numbers of its triangles; and of what else matters */
-    uint32_t budget; /* with so many crossings left; more were not tried */
+    uint32_t budget; /* with so many crossings, or bad ones, left; more were not tried */
+    float    weight; /* and so much weight, or a little more */
 } delaunay__dead_end;
+
+/* What the tetrahedra on the stack come to. */
+typedef struct delaunay__tally {
+    double   worst, weight; /* quality; of bad ones */
+    uint32_t cost;          /* crossings, or bad ones */
+} delaunay__tally;
 
 struct delaunay__search_tables {
     /* constant */
     uint64_t random[2 * DELAUNAY__NUM_TRIPLES]; /* of oriented triangles, to know a front again */
     uint8_t  triangle[DELAUNAY__NUM_TRIPLES][4];
-    uint32_t choose2[DELAUNAY__MAX_POINTS + 1]; /* binomial coefficients */
+    uint32_t choose1[DELAUNAY__MAX_POINTS + 1]; /* binomial coefficients */
+    uint32_t choose2[DELAUNAY__MAX_POINTS + 1];
     uint32_t choose3[DELAUNAY__MAX_POINTS + 1], choose4[DELAUNAY__MAX_POINTS + 1];
     /* kept from search to search while the points are the same */
     double         x[DELAUNAY__MAX_POINTS][3];
+    double         axis[3][DELAUNAY__MAX_POINTS]; /* the same, by axis */
     uint32_t       num_known;
     double (*known_quality)(void *, const double *, const double *, const double *, const double *);
     void          *known_user;
@@ -7056,14 +7083,16 @@ struct delaunay__search_tables {
     /* of one search; stamped, or empty between searches */
     delaunay__choice choice[2 * DELAUNAY__NUM_TRIPLES];
     uint32_t stamp;                               /* of choices: one a search and bound */
+    uint64_t search_key;                          /* of fronts in this search */
     uint32_t search;                              /* number of the search, for the stamps below: */
-    uint32_t triple_kept[DELAUNAY__NUM_TRIPLES];  /* 2*search + crossed by a kept edge */
+    delaunay__barred barred_pair[DELAUNAY__NUM_PAIRS]; /* triangles that a kept edge crosses */
+    delaunay__barred barred_vertex[DELAUNAY__MAX_POINTS]; /* edges that pierce a kept facet */
     uint32_t triple_cost[DELAUNAY__NUM_TRIPLES];  /* 2*search + crossed by the target segment */
-    uint32_t pair_kept[DELAUNAY__NUM_PAIRS];      /* 2*search + pierces a kept facet */
     uint32_t pair_cost[DELAUNAY__NUM_PAIRS];      /* 2*search + pierces the target facet */
     uint32_t pair_used[DELAUNAY__NUM_PAIRS];      /* uses by tetrahedra; cleared as far as needed */
     uint16_t place[2 * DELAUNAY__NUM_TRIPLES];    /* 1 + position in the front; 0: not there */
     uint16_t front[DELAUNAY__MAX_FRONT];
+    delaunay__choice waiting[DELAUNAY__MAX_FRONT]; /* of each triangle of the front, if it is valid */
     uint16_t valence[DELAUNAY__MAX_POINTS];       /* triangles of the front at a vertex */
     uint32_t num_front, on_front;                 /* on_front: vertices with valence > 0 */
     uint64_t front_sum;                           /* of the random numbers of the front */
@@ -7077,8 +7106,13 @@ struct delaunay__search_tables {
     delaunay_search       *out;
     delaunay_objective     objective;
     int      measures; /* the objective is one of quality */
+    int      counts_pairs; /* there are kept edges, or edges are the cost */
+    int      at_once;  /* qualities are those of all candidates of a triangle, when they are chosen */
+    int      simd;     /* the processor has AVX2 */
     double   best; /* worst quality to be exceeded */
+    double   max_weight;
     uint32_t cost_bound, flags;
+    int      counts_bad; /* they are the cost */
     int      found;
 };
 
@@ -7089,6 +7123,7 @@ static delaunay__search_tables *delaunay__tables_new(delaunay_memory *memory)
     if (!s) return NULL;
     memset(s, 0, sizeof *s);
     for (i = 0; i <= DELAUNAY__MAX_POINTS; i++) {
+        s->choose1[i] = i;
         s->choose2[i] = i * (i - (i > 0)) / 2;
         s->choose3[i] = i < 3 ? 0 : i * (i - 1) * (i - 2) / 6;
         s->choose4[i] = i < 4 ? 0 : i * (i - 1) * (i - 2) / 6 * (i - 3) / 4;
@@ -7100,6 +7135,9 @@ static delaunay__search_tables *delaunay__tables_new(delaunay_memory *memory)
                 s->triangle[r][1] = (uint8_t)j;
                 s->triangle[r][2] = (uint8_t)k;
             }
+#if defined(DELAUNAY__AVX2)
+    s->simd = DELAUNAY__AVX2;
+#endif
     for (i = 0; i < 2 * DELAUNAY__NUM_TRIPLES; i++)
         s->random[i] = delaunay__mix((i + 1) * UINT64_C(0x9E3779B97F4A7C15));
     return s;
@@ -7135,6 +7173,15 @@ static uint32_t delaunay__popcount(uint32_t x)
     return (((x + (x >> 4)) & 0x0f0f0f0fu) * 0x01010101u) >> 24;
 }
 
+DELAUNAY__ALWAYS_INLINE uint32_t delaunay__count_bits(uint32_t x, const int has_popcount)
+{
+#if defined(__GNUC__)
+    if (has_popcount) return (uint32_t)__builtin_popcount(x);
+#endif
+    (void)has_popcount;
+    return delaunay__popcount(x);
+}
+
 static uint32_t delaunay__lowest(uint32_t x)
 {
 #if defined(__GNUC__)
@@ -7144,8 +7191,6 @@ static uint32_t delaunay__lowest(uint32_t x)
 #endif
 }
 
-/* One sign serves the four triangles of its tetrahedron: p is swapped into place one, two or three
- * times. */
 static void delaunay__store_sign(delaunay__sides *row, uint32_t p, int sign)
 {
     uint32_t bit = 1u << p;
@@ -7154,7 +7199,9 @@ static void delaunay__store_sign(delaunay__sides *row, uint32_t p, int sign)
     if (sign < 0) row->negative |= bit;
 }
 
-static void delaunay__compute_sign(delaunay__search_tables *s, uint32_t triple, uint32_t p)
+/* An exact sign, which is dear, serves the four triangles of its tetrahedron: p is swapped into
+ * place one, two or three times. */
+static void delaunay__exact_sign(delaunay__search_tables *s, uint32_t triple, uint32_t p)
 {
     const uint8_t *t = s->triangle[triple];
     uint32_t v[4], i;
@@ -7169,14 +7216,105 @@ static void delaunay__compute_sign(delaunay__search_tables *s, uint32_t triple, 
     delaunay__store_sign(&s->rows[s->choose3[v[3]] + s->choose2[v[2]] + v[1]], v[0], -sign);
 }
 
+/* The plane of a triangle: its first corner, a normal, and what the square of the determinant at a
+ * point must exceed for each unit of the point's squared distance: the filter of delaunay_orient3d,
+ * whose determinant is developed along the point here. */
+typedef struct delaunay__plane {
+    double x[3], normal[3], least;
+} delaunay__plane;
+#  define DELAUNAY__PLANE_LEAST 1e-290 /* and this, for underflow */
+
+static void delaunay__plane_set(delaunay__plane *plane, const double *a, const double *b,
+                                const double *c)
+{
+    double u[3], v[3], uu, vv;
+    int i;
+    for (i = 0; i < 3; i++) {
+        u[i] = b[i] - a[i];
+        v[i] = c[i] - a[i];
+        plane->x[i] = a[i];
+    }
+    for (i = 0; i < 3; i++) {
+        const int j = (i + 1) % 3, k = (i + 2) % 3;
+        plane->normal[i] = u[j] * v[k] - u[k] * v[j];
+    }
+    uu = u[0] * u[0] + u[1] * u[1] + u[2] * u[2];
+    vv = v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
+    plane->least = uu > 1e-90 && vv > 1e-90 && uu < 1e100 && vv < 1e100 ? 2e-30 * uu * vv : HUGE_VAL;
+}
+
+/* Which of the wanted vertices lie on either side of a plane for sure. */
+static void delaunay__sides_plain(const delaunay__search_tables *s, const delaunay__plane *plane,
+                                  uint32_t wanted, uint32_t *positive, uint32_t *negative)
+{
+    for (*positive = *negative = 0; wanted; wanted &= wanted - 1) {
+        uint32_t p = delaunay__lowest(wanted);
+        double x = s->x[p][0] - plane->x[0], y = s->x[p][1] - plane->x[1],
+               z = s->x[p][2] - plane->x[2];
+        double det = plane->normal[0] * x + plane->normal[1] * y + plane->normal[2] * z;
+        if (!(det * det > plane->least * (x * x + y * y + z * z) + DELAUNAY__PLANE_LEAST)) continue;
+        *(det > 0 ? positive : negative) |= 1u << p;
+    }
+}
+
+#  if defined(DELAUNAY__AVX2)
+/* The same, four vertices at a time. */
+DELAUNAY__TARGET static void delaunay__sides_avx2(const delaunay__search_tables *s,
+                                                  const delaunay__plane *plane, uint32_t wanted,
+                                                  uint32_t *positive, uint32_t *negative)
+{
+    const __m256d least = _mm256_set1_pd(plane->least), zero = _mm256_setzero_pd();
+    uint32_t sure = 0, above = 0, k;
+    for (k = 0; k < DELAUNAY__MAX_POINTS && wanted >> k; k += 4) {
+        __m256d x, y, z, det, far_;
+        if (!(wanted >> k & 15)) continue;
+        x = _mm256_sub_pd(_mm256_loadu_pd(s->axis[0] + k), _mm256_set1_pd(plane->x[0]));
+        y = _mm256_sub_pd(_mm256_loadu_pd(s->axis[1] + k), _mm256_set1_pd(plane->x[1]));
+        z = _mm256_sub_pd(_mm256_loadu_pd(s->axis[2] + k), _mm256_set1_pd(plane->x[2]));
+        det = _mm256_add_pd(_mm256_add_pd(_mm256_mul_pd(x, _mm256_set1_pd(plane->normal[0])),
+                                          _mm256_mul_pd(y, _mm256_set1_pd(plane->normal[1]))),
+                            _mm256_mul_pd(z, _mm256_set1_pd(plane->normal[2])));
+        far_ = _mm256_add_pd(_mm256_add_pd(_mm256_mul_pd(x, x), _mm256_mul_pd(y, y)),
+                             _mm256_mul_pd(z, z));
+        far_ = _mm256_add_pd(_mm256_mul_pd(least, far_), _mm256_set1_pd(DELAUNAY__PLANE_LEAST));
+        sure |= (uint32_t)_mm256_movemask_pd(
+                    _mm256_cmp_pd(_mm256_mul_pd(det, det), far_, _CMP_GT_OQ))
+                << k;
+        above |= (uint32_t)_mm256_movemask_pd(_mm256_cmp_pd(det, zero, _CMP_GT_OQ)) << k;
+    }
+    *positive = wanted & sure & above;
+    *negative = wanted & sure & ~above;
+}
+#  endif
+
+/* The signs of these vertices, of which none is known. */
+static DELAUNAY__NOINLINE void delaunay__find_sides(delaunay__search_tables *s, uint32_t triple,
+                                                    uint32_t missing)
+{
+    const uint8_t *t = s->triangle[triple];
+    delaunay__sides *row = &s->rows[triple];
+    delaunay__plane plane;
+    uint32_t positive, negative;
+    delaunay__plane_set(&plane, s->x[t[0]], s->x[t[1]], s->x[t[2]]);
+#  if defined(DELAUNAY__AVX2)
+    if (s->simd) delaunay__sides_avx2(s, &plane, missing, &positive, &negative);
+    else
+#  endif
+        delaunay__sides_plain(s, &plane, missing, &positive, &negative);
+    row->known |= positive | negative;
+    row->positive |= positive;
+    row->negative |= negative;
+    for (missing &= ~row->known; missing; missing &= missing - 1)
+        delaunay__exact_sign(s, triple, delaunay__lowest(missing));
+}
+
 /* The row of a triangle with the signs of at least these vertices. */
-static const delaunay__sides *delaunay__sides_with(delaunay__search_tables *s, uint32_t triple,
-                                                   uint32_t wanted)
+DELAUNAY_INLINE const delaunay__sides *delaunay__sides_with(delaunay__search_tables *s,
+                                                            uint32_t triple, uint32_t wanted)
 {
     const uint8_t *t = s->triangle[triple];
     uint32_t missing = wanted & ~s->rows[triple].known & ~(1u << t[0] | 1u << t[1] | 1u << t[2]);
-    for (; missing; missing &= missing - 1)
-        delaunay__compute_sign(s, triple, delaunay__lowest(missing));
+    if (missing) delaunay__find_sides(s, triple, missing);
     return &s->rows[triple];
 }
 
@@ -7204,30 +7342,48 @@ static int delaunay__local_crosses(delaunay__search_tables *s, uint32_t a, uint3
     return x * z >= 0 && y * z >= 0;
 }
 
-/* A triangle crossed by a kept edge, an edge through a kept facet: cannot be in a result. */
-static int delaunay__triple_forbidden(delaunay__search_tables *s, uint32_t triple)
+/* Of these vertices, those with which edge ab makes a triangle that a kept edge crosses: it cannot
+ * be in a result. */
+static uint32_t delaunay__crossed_with(delaunay__search_tables *s, uint32_t a, uint32_t b,
+                                       uint32_t wanted)
 {
     const delaunay_window *w = s->window;
-    const uint8_t *t = s->triangle[triple];
-    uint32_t i, hit = 0;
-    if (s->triple_kept[triple] >> 1 == s->search) return s->triple_kept[triple] & 1;
-    for (i = 0; i < w->num_kept_edges && !hit; i++)
-        hit = (uint32_t)delaunay__local_crosses(s, w->kept_edges[i][0], w->kept_edges[i][1], t[0],
-                                                t[1], t[2]);
-    s->triple_kept[triple] = 2 * s->search + hit;
-    return (int)hit;
+    delaunay__barred *row = &s->barred_pair[delaunay__pair(s, a, b)];
+    uint32_t missing, i, hit;
+    if (row->search != s->search) {
+        row->search = s->search;
+        row->known = row->crossed = 0;
+    }
+    for (missing = wanted & ~row->known; missing; missing &= missing - 1) {
+        uint32_t p = delaunay__lowest(missing);
+        for (hit = i = 0; i < w->num_kept_edges && !hit; i++)
+            hit = (uint32_t)delaunay__local_crosses(s, w->kept_edges[i][0], w->kept_edges[i][1], a,
+                                                    b, p);
+        row->known |= 1u << p;
+        row->crossed |= hit << p;
+    }
+    return row->crossed & wanted;
 }
 
-static int delaunay__pair_forbidden(delaunay__search_tables *s, uint32_t a, uint32_t b)
+/* Of these vertices, those with which a makes an edge that passes through a kept facet. */
+static uint32_t delaunay__piercing_with(delaunay__search_tables *s, uint32_t a, uint32_t wanted)
 {
     const delaunay_window *w = s->window;
-    uint32_t i, hit = 0, pair = delaunay__pair(s, a, b);
-    if (s->pair_kept[pair] >> 1 == s->search) return s->pair_kept[pair] & 1;
-    for (i = 0; i < w->num_kept_facets && !hit; i++)
-        hit = (uint32_t)delaunay__local_crosses(s, a, b, w->kept_facets[i][0], w->kept_facets[i][1],
-                                                w->kept_facets[i][2]);
-    s->pair_kept[pair] = 2 * s->search + hit;
-    return (int)hit;
+    delaunay__barred *row = &s->barred_vertex[a];
+    uint32_t missing, i, hit;
+    if (row->search != s->search) {
+        row->search = s->search;
+        row->known = row->crossed = 0;
+    }
+    for (missing = wanted & ~row->known; missing; missing &= missing - 1) {
+        uint32_t p = delaunay__lowest(missing);
+        for (hit = i = 0; i < w->num_kept_facets && !hit; i++)
+            hit = (uint32_t)delaunay__local_crosses(s, a, p, w->kept_facets[i][0],
+                                                    w->kept_facets[i][1], w->kept_facets[i][2]);
+        row->known |= 1u << p;
+        row->crossed |= hit << p;
+    }
+    return row->crossed & wanted;
 }
 
 static uint32_t delaunay__triple_crossed(delaunay__search_tables *s, uint32_t triple)
@@ -7256,18 +7412,20 @@ static uint32_t delaunay__pair_crossed(delaunay__search_tables *s, uint32_t a, u
 static double delaunay__local_quality(delaunay__search_tables *s, uint32_t triple, uint32_t p)
 {
     const uint8_t *t = s->triangle[triple];
-    uint32_t v[4], i, quad;
+    uint32_t v[4], i, below, quad;
     delaunay__sides *row;
     const double *x[4];
     for (i = 0; i < 3 && t[i] < p; i++) v[i] = t[i];
+    below = i;
     v[i] = p;
     for (; i < 3; i++) v[i + 1] = t[i];
     row = &s->rows[s->choose3[v[2]] + s->choose2[v[1]] + v[0]];
     quad = s->choose4[v[3]] + s->choose3[v[2]] + s->choose2[v[1]] + v[0];
-    if ((row->measured >> v[3] & 1) && !(s->flags & DELAUNAY_SEARCH_NO_MEMORY))
+    if (s->at_once ||
+        ((row->measured >> v[3] & 1) && !(s->flags & DELAUNAY_SEARCH_NO_MEMORY)))
         return s->quality[quad];
     for (i = 0; i < 4; i++) x[i] = s->x[v[i]];
-    if (row->negative >> v[3] & 1) {
+    if ((s->rows[triple].positive >> p ^ below) & 1) { /* p came to its place by 3 - below swaps */
         x[0] = s->x[v[1]];
         x[1] = s->x[v[0]];
     }
@@ -7275,38 +7433,90 @@ static double delaunay__local_quality(delaunay__search_tables *s, uint32_t tripl
     return s->quality[quad] = s->out->quality(s->out->user, x[0], x[1], x[2], x[3]);
 }
 
-/* Interior vertices that lie in the closed tetrahedron abcp. */
-static uint32_t delaunay__swallowed(delaunay__search_tables *s, const uint32_t *v, uint32_t p)
+/* Which of these interior vertices, not on the far side of abc, lie in the closed tetrahedron abcp. */
+static uint32_t delaunay__swallowed(delaunay__search_tables *s, const uint32_t *v, uint32_t p,
+                                    uint32_t left)
 {
-    uint32_t left = s->interior & ~(1u << v[0] | 1u << v[1] | 1u << v[2] | 1u << p), i, id;
-    const delaunay__sides *row;
-    for (i = 0; i < 4 && left; i++) {
-        id = i == 3 ? delaunay__oriented(s, v[0], v[2], v[1])
-                    : delaunay__oriented(s, v[i], v[(i + 1) % 3], p);
-        row = delaunay__sides_with(s, id / 2, left);
+    uint32_t i;
+    for (i = 0; i < 3 && left; i++) {
+        uint32_t id = delaunay__oriented(s, v[i], v[(i + 1) % 3], p);
+        const delaunay__sides *row = delaunay__sides_with(s, id / 2, left);
         left &= ~(id & 1 ? row->negative : row->positive);
     }
     return left;
 }
 
-static int delaunay__candidate_allowed(delaunay__search_tables *s, uint32_t id, const uint32_t *v,
-                                       uint32_t p, double *top)
+/* Those of the candidates that may close an oriented triangle, but for the quality. */
+static uint32_t delaunay__allowed(delaunay__search_tables *s, uint32_t id, const uint32_t *v,
+                                  uint32_t candidates)
 {
-    uint32_t k;
-    if (s->measures) {
-        double q = delaunay__local_quality(s, id / 2, p);
-        if (!(q > s->best)) return 0;
-        if (q > *top) *top = q;
-    }
-    if (s->interior && delaunay__swallowed(s, v, p)) return 0;
+    const delaunay__sides *row = &s->rows[id / 2]; /* of which all are known */
+    const uint32_t beside = s->interior & ~(id & 1 ? row->positive : row->negative) &
+                            ~(1u << v[0] | 1u << v[1] | 1u << v[2]);
+    uint32_t k, left;
     if (s->window->num_kept_edges)
-        for (k = 0; k < 3; k++)
-            if (delaunay__triple_forbidden(s, delaunay__oriented(s, v[k], v[(k + 1) % 3], p) / 2))
-                return 0;
+        for (k = 0; k < 3 && candidates; k++)
+            candidates &= ~delaunay__crossed_with(s, v[k], v[(k + 1) % 3], candidates);
     if (s->window->num_kept_facets)
-        for (k = 0; k < 3; k++)
-            if (delaunay__pair_forbidden(s, v[k], p)) return 0;
-    return 1;
+        for (k = 0; k < 3 && candidates; k++)
+            candidates &= ~delaunay__piercing_with(s, v[k], candidates);
+    for (left = beside ? candidates : 0; left; left &= left - 1) {
+        uint32_t p = delaunay__lowest(left);
+        if (delaunay__swallowed(s, v, p, beside & ~(1u << p))) candidates &= ~(1u << p);
+    }
+    return candidates;
+}
+
+/* Those of the candidates whose tetrahedra are better than the bound; *top: the best. */
+static uint32_t delaunay__better_one_by_one(delaunay__search_tables *s, uint32_t id,
+                                            uint32_t candidates, double *top)
+{
+    uint32_t better = 0;
+    for (; candidates; candidates &= candidates - 1) {
+        uint32_t p = delaunay__lowest(candidates);
+        double q = delaunay__local_quality(s, id / 2, p);
+        if (!(q > s->best)) continue;
+        if (q > *top) *top = q;
+        better |= 1u << p;
+    }
+    return better;
+}
+
+/* The same, all qualities at once. They are kept by the tetrahedron, so another of its triangles
+ * may write them anew, a rounding apart. */
+static uint32_t delaunay__better_at_once(delaunay__search_tables *s, uint32_t id, const uint32_t *v,
+                                         uint32_t candidates, double *top)
+{
+    double apices[3 * DELAUNAY__MAX_POINTS], q[DELAUNAY__MAX_POINTS];
+    uint8_t list[DELAUNAY__MAX_POINTS];
+    const uint8_t *t = s->triangle[id / 2];
+    const uint32_t *table[4], above = s->choose4[t[2]] + s->choose3[t[1]];
+    uint32_t begin[4], better = 0, n = 0, i;
+    for (; candidates; candidates &= candidates - 1) {
+        uint32_t p = delaunay__lowest(candidates);
+        for (i = 0; i < 3; i++) apices[n + i * DELAUNAY__MAX_POINTS] = s->axis[i][p];
+        list[n++] = (uint8_t)p;
+    }
+    if (n == 0) return 0;
+    for (i = n; i & 3; i++) /* up to a four */
+        apices[i] = apices[i + DELAUNAY__MAX_POINTS] = apices[i + 2 * DELAUNAY__MAX_POINTS] = 0;
+    s->out->qualities(s->out->user, s->x[v[0]], s->x[v[1]], s->x[v[2]], n, apices, q);
+    /* the number of a tetrahedron, by how many of the triangle's vertices are below its fourth */
+    begin[0] = above + s->choose2[t[0]];
+    begin[1] = above + t[0];
+    begin[2] = s->choose4[t[2]] + s->choose2[t[1]] + t[0];
+    begin[3] = id / 2;
+    table[0] = s->choose1;
+    table[1] = s->choose2;
+    table[2] = s->choose3;
+    table[3] = s->choose4;
+    for (i = 0; i < n; i++) {
+        uint32_t p = list[i], k = (uint32_t)(p > t[0]) + (uint32_t)(p > t[1]) + (uint32_t)(p > t[2]);
+        s->quality[begin[k] + table[k][p]] = q[i];
+        better |= (uint32_t)(q[i] > s->best) << p;
+        if (q[i] > s->best && q[i] > *top) *top = q[i];
+    }
+    return better;
 }
 
 /* All vertices that could close an oriented triangle under the present bound, wherever the front
@@ -7314,16 +7524,14 @@ static int delaunay__candidate_allowed(delaunay__search_tables *s, uint32_t id, 
 static DELAUNAY__NOINLINE void delaunay__choose(delaunay__search_tables *s, uint32_t id)
 {
     const delaunay__sides *row = delaunay__sides_with(s, id / 2, s->points);
-    uint32_t left = s->points & (id & 1 ? row->negative : row->positive), p, v[3];
+    uint32_t left = s->points & (id & 1 ? row->negative : row->positive), v[3];
     delaunay__choice *choice = &s->choice[id];
     delaunay__oriented_vertices(s, id, v);
     choice->stamp = s->stamp;
-    choice->mask = 0;
     choice->top = 0;
-    for (; left; left &= left - 1) {
-        p = delaunay__lowest(left);
-        if (delaunay__candidate_allowed(s, id, v, p, &choice->top)) choice->mask |= 1u << p;
-    }
+    if (s->at_once) left = delaunay__better_at_once(s, id, v, left, &choice->top);
+    else if (s->measures) left = delaunay__better_one_by_one(s, id, left, &choice->top);
+    choice->mask = delaunay__allowed(s, id, v, left);
 }
 
 /* One more use of an edge; returns 1 if it is new, inside, and pierces the target facet. */
@@ -7333,60 +7541,81 @@ static uint32_t delaunay__use_pair(delaunay__search_tables *s, uint32_t a, uint3
            !(s->boundary_pairs[a] >> b & 1) && delaunay__pair_crossed(s, a, b);
 }
 
-static void delaunay__front_add(delaunay__search_tables *s, uint32_t id)
+DELAUNAY_INLINE void delaunay__front_add(delaunay__search_tables *s, uint32_t id)
 {
     const uint8_t *t = s->triangle[id / 2];
     int k;
     s->front_sum += s->random[id];
-    s->front[s->num_front++] = (uint16_t)id;
-    s->place[id] = (uint16_t)s->num_front;
+    s->front[s->num_front] = (uint16_t)id;
+    s->waiting[s->num_front] = s->choice[id];
+    s->place[id] = (uint16_t)++s->num_front;
     for (k = 0; k < 3; k++)
         if (s->valence[t[k]]++ == 0) s->on_front |= 1u << t[k];
 }
 
-static void delaunay__front_remove(delaunay__search_tables *s, uint32_t id)
+DELAUNAY_INLINE void delaunay__front_remove(delaunay__search_tables *s, uint32_t id)
 {
     const uint8_t *t = s->triangle[id / 2];
     uint32_t at = s->place[id], last = s->front[--s->num_front];
     int k;
     s->front_sum -= s->random[id];
     s->front[at - 1] = (uint16_t)last;
+    s->waiting[at - 1] = s->waiting[s->num_front];
     s->place[last] = (uint16_t)at;
     s->place[id] = 0;
     for (k = 0; k < 3; k++)
         if (--s->valence[t[k]] == 0) s->on_front &= ~(1u << t[k]);
 }
 
-/* The triangle of the front with fewest candidates, the newest among equals; *mask: those. 0
- * candidates: dead end. *minimax: no completion has a better worst quality. *num_poor: triangles
- * that only bad tetrahedra can close, among those looked at. */
-static uint32_t delaunay__choose_facet(delaunay__search_tables *s, uint32_t *mask, double *minimax,
-                                       uint32_t *num_poor)
+/* What is found out about a front before the next step. */
+typedef struct delaunay__survey {
+    uint32_t chosen;   /* the triangle with fewest candidates, the newest among equals */
+    uint32_t mask;     /* those; none: a dead end */
+    double   minimax;  /* no completion has a better worst quality */
+    uint32_t num_poor; /* triangles that only bad tetrahedra can close, among those looked at */
+} delaunay__survey;
+
+/* One body for two processors: with has_popcount the caller's target has the instruction. */
+DELAUNAY__ALWAYS_INLINE void delaunay__survey_front(delaunay__search_tables *s, delaunay__survey *y,
+                                                    const int has_popcount)
 {
-    uint32_t i, m, count, chosen = 0, fewest = 99, open = s->on_front | (s->interior & ~s->used);
-    *minimax = HUGE_VAL;
-    *mask = *num_poor = 0;
+    uint32_t i, fewest = 99, num_poor = 0, open = s->on_front | (s->interior & ~s->used);
+    const double good = s->out->good;
+    double minimax = HUGE_VAL;
+    y->chosen = y->mask = 0;
     for (i = s->num_front; i-- > 0;) {
-        uint32_t id = s->front[i];
-        const delaunay__choice *choice = &s->choice[id];
-        if (choice->stamp != s->stamp) delaunay__choose(s, id);
-        m = choice->mask & open;
-        if (choice->top < *minimax) *minimax = choice->top;
-        *num_poor += choice->top < s->out->good;
-        if (fewest <= 2) { /* the usual case: only one or none is better */
-            if (m & (m - 1)) continue;
-            count = m != 0;
-        } else {
-            count = delaunay__popcount(m);
+        delaunay__choice *choice = &s->waiting[i];
+        uint32_t count;
+        if (choice->stamp != s->stamp) {
+            if (s->choice[s->front[i]].stamp != s->stamp) delaunay__choose(s, s->front[i]);
+            *choice = s->choice[s->front[i]];
         }
+        count = delaunay__count_bits(choice->mask & open, has_popcount);
+        minimax = choice->top < minimax ? choice->top : minimax;
+        num_poor += choice->top < good;
         if (count >= fewest) continue;
         fewest = count;
-        chosen = id;
-        *mask = m;
+        y->chosen = s->front[i];
+        y->mask = choice->mask & open;
         if (count <= 1 || (s->flags & DELAUNAY_SEARCH_ANY_FACET)) break;
     }
-    return chosen;
+    y->minimax = minimax;
+    y->num_poor = num_poor;
 }
+
+static DELAUNAY__NOINLINE void delaunay__survey_plain(delaunay__search_tables *s,
+                                                      delaunay__survey *y)
+{
+    delaunay__survey_front(s, y, 0);
+}
+
+#  if defined(DELAUNAY__AVX2)
+DELAUNAY__TARGET static DELAUNAY__NOINLINE void delaunay__survey_avx2(delaunay__search_tables *s,
+                                                                      delaunay__survey *y)
+{
+    delaunay__survey_front(s, y, 1);
+}
+#  endif
 
 /* Candidates in the order to be tried: high scores first [Marot 2020, 6.2.4]. Returns their number.
  */
@@ -7431,7 +7660,7 @@ static uint32_t delaunay__order_candidates(delaunay__search_tables *s, uint32_t 
 }
 
 /* The front is empty: the tetrahedra on the stack fill the window. */
-static int delaunay__accept(delaunay__search_tables *s, double worst, uint32_t cost)
+static int delaunay__accept(delaunay__search_tables *s, const delaunay__tally *tally)
 {
     const delaunay_window *w = s->window;
     uint32_t i;
@@ -7441,23 +7670,23 @@ static int delaunay__accept(delaunay__search_tables *s, double worst, uint32_t c
     s->found = 1;
     s->out->num_tets = s->depth;
     memcpy(s->out->tets, s->stack, 4 * (size_t)s->depth);
-    s->out->value = s->measures ? worst : (double)cost;
+    s->out->value = s->measures ? tally->worst : (double)tally->cost;
     if (s->objective == DELAUNAY_FEWER_BAD) {
-        s->out->num_bad = s->cost_bound = cost;
-        return cost == 0;
+        s->out->num_bad = s->cost_bound = tally->cost;
+        return tally->cost == 0;
     }
     if (s->objective != DELAUNAY_BEST_QUALITY) return 1;
-    s->best = worst;
+    s->best = tally->worst;
     s->stamp++;
     return 0;
 }
 
-static int delaunay__search_front(delaunay__search_tables *s, double worst, uint32_t cost);
+static int delaunay__search_front(delaunay__search_tables *s, const delaunay__tally *tally);
 
 /* One step and all that follows from it; the front is as before on return. 1: done, -1: a limit was
- * met. */
+ * met. tally: with this tetrahedron, but for crossings. */
 static int delaunay__try_candidate(delaunay__search_tables *s, uint32_t id, const uint32_t *v,
-                                   uint32_t p, double worst, uint32_t cost)
+                                   uint32_t p, delaunay__tally *tally)
 {
     uint32_t side[3], k, joined = 0, used = s->used;
     int result = 0;
@@ -7467,10 +7696,11 @@ static int delaunay__try_candidate(delaunay__search_tables *s, uint32_t id, cons
         if (s->place[side[k] ^ 1]) continue;
         if (s->place[side[k]]) return 0; /* a third tetrahedron at this triangle */
         joined |= 1u << k;
-        if (s->objective == DELAUNAY_FEWER_FACES) cost += delaunay__triple_crossed(s, side[k] / 2);
+        if (s->objective == DELAUNAY_FEWER_FACES)
+            tally->cost += delaunay__triple_crossed(s, side[k] / 2);
     }
-    for (k = 0; k < 3; k++) cost += delaunay__use_pair(s, v[k], p);
-    if (cost < s->cost_bound) {
+    for (k = 0; s->counts_pairs && k < 3; k++) tally->cost += delaunay__use_pair(s, v[k], p);
+    if (tally->cost < s->cost_bound && tally->weight <= s->max_weight) {
         delaunay__front_remove(s, id);
         for (k = 0; k < 3; k++)
             if (joined >> k & 1) delaunay__front_add(s, side[k]);
@@ -7478,7 +7708,7 @@ static int delaunay__try_candidate(delaunay__search_tables *s, uint32_t id, cons
         s->used |= 1u << p;
         for (k = 0; k < 3; k++) s->stack[s->depth][k] = (uint8_t)v[k];
         s->stack[s->depth++][3] = (uint8_t)p;
-        result = delaunay__search_front(s, worst, cost);
+        result = delaunay__search_front(s, tally);
         s->depth--;
         s->used = used;
         for (k = 3; k-- > 0;)
@@ -7486,7 +7716,7 @@ static int delaunay__try_candidate(delaunay__search_tables *s, uint32_t id, cons
             else delaunay__front_add(s, side[k] ^ 1);
         delaunay__front_add(s, id);
     }
-    for (k = 0; k < 3; k++) s->pair_used[delaunay__pair(s, v[k], p)]--;
+    for (k = 0; s->counts_pairs && k < 3; k++) s->pair_used[delaunay__pair(s, v[k], p)]--;
     return result;
 }
 
@@ -7496,52 +7726,75 @@ static int delaunay__try_candidate(delaunay__search_tables *s, uint32_t id, cons
 static uint64_t delaunay__front_key(const delaunay__search_tables *s)
 {
     const delaunay_window *w = s->window;
-    uint64_t kept = 0;
+    uint64_t key = s->front_sum, kept = 0;
     uint32_t i;
-    for (i = 0; i < w->num_kept_edges; i++)
-        kept |=
-            (uint64_t)(s->pair_used[delaunay__pair(s, w->kept_edges[i][0], w->kept_edges[i][1])] !=
-                       0)
-            << i;
-    return s->front_sum + delaunay__mix(s->interior & s->used) + (kept ? delaunay__mix(kept) : 0);
+    if (s->interior) key += delaunay__mix(s->interior & s->used);
+    for (i = 0; i < w->num_kept_edges; i++) {
+        uint32_t pair = delaunay__pair(s, w->kept_edges[i][0], w->kept_edges[i][1]);
+        kept |= (uint64_t)(s->pair_used[pair] != 0) << i;
+    }
+    return kept ? key + delaunay__mix(kept) : key;
 }
 
-static int delaunay__search_front(delaunay__search_tables *s, double worst, uint32_t cost)
+/* Whether this front, with as much left to spend, or more, was found to be a dead end. */
+static int delaunay__is_dead(const delaunay__search_tables *s, const delaunay__dead_end *dead,
+                             uint64_t key, const delaunay__tally *tally)
 {
-    uint32_t id, mask, v[3], n, i, poor;
+    return dead->front == key && dead->budget >= s->cost_bound - tally->cost &&
+           (double)dead->weight >= s->max_weight - tally->weight;
+}
+
+/* Adds a tetrahedron of this quality to the tally. */
+static void delaunay__tally_add(const delaunay__search_tables *s, delaunay__tally *tally, double q)
+{
+    if (q < tally->worst) tally->worst = q;
+    if (!s->counts_bad || !(q < s->out->good)) return;
+    tally->cost++;
+    if (s->out->weigh) tally->weight += s->out->weigh(s->out->user, q);
+}
+
+static int delaunay__search_front(delaunay__search_tables *s, const delaunay__tally *tally)
+{
+    delaunay__survey survey;
+    uint32_t id, v[3], n, i, poor;
     uint8_t order[DELAUNAY__MAX_POINTS];
-    double minimax;
     uint64_t key;
     delaunay__dead_end *dead;
     if (s->out->nodes == s->out->max_nodes) return -1;
     s->out->nodes++;
-    if (s->num_front == 0) return delaunay__accept(s, worst, cost);
+    if (s->num_front == 0) return delaunay__accept(s, tally);
     key = delaunay__front_key(s);
     dead = &s->dead[key >> (64 - DELAUNAY__DEAD_BITS)]; /* the same place in whichever search */
-    key += delaunay__mix((uint64_t)s->search << 32);
-    if (dead->front == key && dead->budget >= s->cost_bound - cost) return 0;
-    id = delaunay__choose_facet(s, &mask, &minimax, &poor);
-    if (!mask || (s->objective == DELAUNAY_FEWER_BAD && cost + (poor + 3) / 4 >= s->cost_bound))
+    key += s->search_key;
+    if (delaunay__is_dead(s, dead, key, tally)) return 0;
+#  if defined(DELAUNAY__AVX2)
+    if (s->simd) delaunay__survey_avx2(s, &survey);
+    else
+#  endif
+        delaunay__survey_plain(s, &survey);
+    poor = s->counts_bad ? (survey.num_poor + 3) / 4 : 0; /* a tetrahedron closes four at most */
+    if (!survey.mask || tally->cost + poor >= s->cost_bound ||
+        tally->weight + poor > s->max_weight)
         return 0;
+    id = survey.chosen;
     delaunay__oriented_vertices(s, id, v);
-    n = delaunay__order_candidates(s, id, v, mask, worst, minimax, order);
+    n = delaunay__order_candidates(s, id, v, survey.mask, tally->worst, survey.minimax, order);
     for (i = 0; i < n; i++) {
-        double q = worst;
-        uint32_t bad = 0;
+        delaunay__tally next = *tally;
         int result;
         if (s->measures) {
-            q = delaunay__local_quality(s, id / 2, order[i]);
+            double q = delaunay__local_quality(s, id / 2, order[i]);
             if (!(q > s->best)) continue;
-            bad = s->objective == DELAUNAY_FEWER_BAD && q < s->out->good;
-            if (worst < q) q = worst;
+            delaunay__tally_add(s, &next, q);
         }
-        result = delaunay__try_candidate(s, id, v, order[i], q, cost + bad);
+        result = delaunay__try_candidate(s, id, v, order[i], &next);
         if (result) return result;
-        if (!(worst > s->best))
+        if (!(tally->worst > s->best))
             return 0; /* as good as the way here allows; the front may allow more: not a dead end */
     }
     dead->front = key;
-    dead->budget = s->cost_bound - cost;
+    dead->budget = s->cost_bound - tally->cost;
+    dead->weight = (float)(s->max_weight - tally->weight);
     return 0;
 }
 
@@ -7562,7 +7815,13 @@ static void delaunay__tables_points(delaunay__search_tables *s, const delaunay_s
             s->rows[i].negative &= low;
             s->rows[i].measured &= low;
         }
-    for (i = same; i < n; i++) memcpy(s->x[i], vertices[w->vertices[i]].x, sizeof s->x[0]);
+    for (i = same; i < n; i++) {
+        const double *x = vertices[w->vertices[i]].x;
+        memcpy(s->x[i], x, sizeof s->x[0]);
+        s->axis[0][i] = x[0];
+        s->axis[1][i] = x[1];
+        s->axis[2][i] = x[2];
+    }
     memset(&s->rows[s->choose3[same]], 0, (s->choose3[n] - s->choose3[same]) * sizeof *s->rows);
     s->num_known = n;
     if (!s->measures) return;
@@ -7582,13 +7841,14 @@ static void delaunay__tables_stamp(delaunay__search_tables *s)
     }
     s->stamp++;
     if (s->search == UINT32_MAX / 2) {
-        memset(s->triple_kept, 0, sizeof s->triple_kept);
+        memset(s->barred_pair, 0, sizeof s->barred_pair);
+        memset(s->barred_vertex, 0, sizeof s->barred_vertex);
         memset(s->triple_cost, 0, sizeof s->triple_cost);
-        memset(s->pair_kept, 0, sizeof s->pair_kept);
         memset(s->pair_cost, 0, sizeof s->pair_cost);
         s->search = 0;
     }
     s->search++;
+    s->search_key = delaunay__mix((uint64_t)s->search << 32);
 }
 
 /* The boundary and both sides of kept facets: a triangle of the front sees the inside. Returns what
@@ -7626,7 +7886,8 @@ DELAUNAY_API int delaunay_reconnect(const delaunay_mesh *mesh, delaunay_worker *
                                     const delaunay_window *window, delaunay_search *search)
 {
     delaunay__search_tables *s = worker->tables;
-    uint32_t n = window->num_vertices, cost;
+    uint32_t n = window->num_vertices;
+    delaunay__tally tally;
     int result;
     s->mesh = mesh;
     s->window = window;
@@ -7635,6 +7896,10 @@ DELAUNAY_API int delaunay_reconnect(const delaunay_mesh *mesh, delaunay_worker *
     s->measures =
         search->objective == DELAUNAY_BEST_QUALITY || search->objective == DELAUNAY_FEWER_BAD;
     s->flags = search->flags;
+    s->counts_bad = search->objective == DELAUNAY_FEWER_BAD ||
+                    (search->objective == DELAUNAY_BEST_QUALITY && search->weigh);
+    s->counts_pairs = window->num_kept_edges || search->objective == DELAUNAY_FEWER_EDGES;
+    s->at_once = s->measures && search->qualities && !(s->flags & DELAUNAY_SEARCH_NO_MEMORY);
     s->points = (n < 32 ? (1u << n) - 1 : ~0u) & ~window->dropped;
     s->interior = window->interior & ~window->dropped;
     s->used = s->depth = 0;
@@ -7646,15 +7911,19 @@ DELAUNAY_API int delaunay_reconnect(const delaunay_mesh *mesh, delaunay_worker *
                : search->bound < 1e9 ? (uint32_t)ceil(search->bound)
                                      : 1000000000u)
         : search->objective == DELAUNAY_FEWER_BAD ? search->num_bad
+        : s->counts_bad                           ? search->num_bad + 1
                                                   : UINT32_MAX;
+    s->max_weight = s->counts_bad && search->weigh ? search->max_weight : HUGE_VAL;
     search->nodes = search->num_tets = 0;
     search->proven = 0;
     search->value = 0;
     if (search->max_nodes == 0) search->max_nodes = DELAUNAY__DEFAULT_NODES;
     delaunay__tables_points(s, search);
     delaunay__tables_stamp(s);
-    cost = delaunay__tables_front(s);
-    result = cost < s->cost_bound ? delaunay__search_front(s, HUGE_VAL, cost) : 0;
+    tally.worst = HUGE_VAL;
+    tally.weight = 0;
+    tally.cost = delaunay__tables_front(s);
+    result = tally.cost < s->cost_bound ? delaunay__search_front(s, &tally) : 0;
     while (s->num_front) delaunay__front_remove(s, s->front[s->num_front - 1]);
     search->proven =
         result == 0 ||

@@ -726,13 +726,18 @@ typedef struct spr__burden {
     double weight;
 } spr__burden;
 
-static void spr__burden_add(const spr__state *s, spr__burden *b, double value)
+static double spr__weight(const spr__state *s, double value)
 {
     double lack = 1 - value / s->target, square = lack * lack, eighth = square * square;
-    if (!(value < s->target)) return;
     eighth *= eighth;
+    return 1 + SPR__SQUARE * square + SPR__SIXTEENTH * eighth * eighth;
+}
+
+static void spr__burden_add(const spr__state *s, spr__burden *b, double value)
+{
+    if (!(value < s->target)) return;
     b->num++;
-    b->weight += 1 + SPR__SQUARE * square + SPR__SIXTEENTH * eighth * eighth;
+    b->weight += spr__weight(s, value);
 }
 
 static spr__burden spr__burden_of(const spr__state *s, const delaunay_handle *t, size_t n)
@@ -966,11 +971,9 @@ SPR__TARGET DELAUNAY_INLINE __m256d spr__greatest4(__m256d a, __m256d b, __m256d
     return _mm256_max_pd(a, _mm256_max_pd(b, c));
 }
 
-SPR__TARGET static void spr__facet4_set_avx2(spr__facet4 *f)
+/* Of these corners. */
+SPR__TARGET DELAUNAY_INLINE void spr__facet4_of(spr__facet4 *f, spr__v3 a, spr__v3 b, spr__v3 c)
 {
-    spr__v3 a = spr__gather4(f->corner[0][0], f->corner[1][0], f->corner[2][0], f->corner[3][0]),
-            b = spr__gather4(f->corner[0][1], f->corner[1][1], f->corner[2][1], f->corner[3][1]),
-            c = spr__gather4(f->corner[0][2], f->corner[1][2], f->corner[2][2], f->corner[3][2]);
     spr__v3 ab = spr__sub4(b, a), bc = spr__sub4(c, b), ca = spr__sub4(a, c),
             normal = spr__cross4(ab, bc);
     spr__store4(f->a, a);
@@ -980,6 +983,14 @@ SPR__TARGET static void spr__facet4_set_avx2(spr__facet4 *f)
     _mm256_storeu_pd(f->area, _mm256_sqrt_pd(spr__dot4(normal, normal)));
     _mm256_storeu_pd(f->longest, spr__greatest4(spr__dot4(ab, ab), spr__dot4(bc, bc),
                                                 spr__dot4(ca, ca)));
+}
+
+SPR__TARGET static void spr__facet4_set_avx2(spr__facet4 *f)
+{
+    spr__facet4_of(
+        f, spr__gather4(f->corner[0][0], f->corner[1][0], f->corner[2][0], f->corner[3][0]),
+        spr__gather4(f->corner[0][1], f->corner[1][1], f->corner[2][1], f->corner[3][1]),
+        spr__gather4(f->corner[0][2], f->corner[1][2], f->corner[2][2], f->corner[3][2]));
 }
 
 /* spr__facet_gamma of four facets; gradient: NULL, or three rows. */
@@ -2529,6 +2540,61 @@ static double spr__search_quality(void *user, const double *a, const double *b, 
     return spr__quality(s, a, b, c, d);
 }
 
+#if defined(SPR__TARGET)
+/* The qualities of n tetrahedra on facet abc, four at a time. */
+SPR__TARGET static void spr__apex_qualities_avx2(const spr__state *s, const double *a,
+                                                 const double *b, const double *c, size_t n,
+                                                 const double *apices, double *out)
+{
+    spr__facet4 four;
+    spr__v3 p;
+    size_t i;
+    spr__facet4_of(&four, spr__same4(a), spr__same4(b), spr__same4(c));
+    for (i = 0; i < n; i += 4) {
+        p.x = _mm256_loadu_pd(apices + i);
+        p.y = _mm256_loadu_pd(apices + i + DELAUNAY_WINDOW_VERTICES);
+        p.z = _mm256_loadu_pd(apices + i + 2 * DELAUNAY_WINDOW_VERTICES);
+        _mm256_storeu_pd(out + i, s->gamma ? spr__gamma4(&four, p, NULL)
+                                           : spr__all4(&four, p, &s->focus));
+    }
+}
+#endif
+
+/* Those of n tetrahedra on facet abc, for a search. */
+static void spr__search_qualities(void *user, const double *a, const double *b, const double *c,
+                                  size_t n, const double *apices, double *out)
+{
+    const spr__state *s = (const spr__state *)user;
+    spr__facet f;
+    size_t i;
+#if defined(SPR__TARGET)
+    if (s->simd) {
+        spr__apex_qualities_avx2(s, a, b, c, n, apices, out);
+        return;
+    }
+#endif
+    spr__facet_set(&f, a, b, c);
+    for (i = 0; i < n; i++) {
+        double p[3];
+        int k;
+        for (k = 0; k < 3; k++) p[k] = apices[i + (size_t)k * DELAUNAY_WINDOW_VERTICES];
+        out[i] = spr__facet_value(s, &f, p);
+    }
+}
+
+static double spr__search_weight(void *user, double quality)
+{
+    return spr__weight((const spr__state *)user, quality);
+}
+
+/* The functions of a search. Those of the caller, who may be slow, are asked once a tetrahedron. */
+static void spr__search_by(const spr__state *s, delaunay_search *search)
+{
+    search->quality = spr__search_quality;
+    search->qualities = s->gamma || s->rounding ? spr__search_qualities : NULL;
+    search->user = (void *)(uintptr_t)s;
+}
+
 /* Qualities of the result of a search; returns their least. */
 static double spr__result_values(const spr__state *s, const delaunay_window *window,
                                  const delaunay_search *search, double *value)
@@ -2561,8 +2627,7 @@ static int spr__reconnect_tidily(const spr__state *s, delaunay_worker *worker,
     for (i = 0; i < n; i++) was[i] = s->value[window->tets[i]];
     memset(search, 0, offsetof(delaunay_search, tets));
     search->objective = DELAUNAY_FEWER_BAD;
-    search->quality = spr__search_quality;
-    search->user = (void *)(uintptr_t)s;
+    spr__search_by(s, search);
     search->bound = spr__max(before, 0) / SPR__MORE; /* what is there may stay: by rounding */
     search->good = s->target;
     search->num_bad = (uint32_t)spr__count_below(was, n, s->target);
@@ -2593,7 +2658,7 @@ static int spr__reconnect(const spr__state *s, delaunay_worker *worker, const de
                           delaunay_window *window, delaunay_search *search)
 {
     double value[DELAUNAY_WINDOW_TETS];
-    spr__burden is = {0, 0};
+    spr__burden was = spr__burden_of(s, t, (size_t)n), is = {0, 0};
     uint32_t i;
     int proven = 1;
     if (!delaunay_window_set(window, s->mesh, worker, t, (size_t)n, DELAUNAY_WINDOW_VERTICES, 1, 1))
@@ -2607,16 +2672,19 @@ static int spr__reconnect(const spr__state *s, delaunay_worker *worker, const de
     }
     memset(search, 0, offsetof(delaunay_search, tets));
     search->objective = DELAUNAY_BEST_QUALITY;
-    search->quality = spr__search_quality;
-    search->user = (void *)(uintptr_t)s;
+    spr__search_by(s, search);
     search->bound = s->tidy ? SPR__MORE * before : spr__floor(s, spr__max(before, 0));
+    search->good = s->target;
+    search->num_bad = (uint32_t)(was.num + spr__may_add(s, before, s->target));
+    search->weigh = spr__search_weight;
+    search->max_weight = s->tidy || s->lift ? HUGE_VAL : SPR__MORE * was.weight;
     search->max_nodes = max_nodes;
     if (delaunay_reconnect(s->mesh, worker, window, search) <= 0)
         return proven && search->proven ? SPR__NEVER : SPR__NOT_SO;
     if (search->value >= s->target) return SPR__FOUND;
     (void)spr__result_values(s, window, search, value);
     for (i = 0; i < search->num_tets; i++) spr__burden_add(s, &is, value[i]);
-    return spr__is_gain(s, before, search->value, spr__burden_of(s, t, (size_t)n), is)
+    return spr__is_gain(s, before, search->value, was, is)
                ? SPR__FOUND
                : SPR__NO_GAIN;
 }
@@ -2656,7 +2724,8 @@ static spr__key spr__cavity_key(const spr__state *s, const spr__cavity *c, uint3
         for (h = c->v[i], k = 0; k < 3; k++) h = spr__mix(h + x[k]);
         key.set += h;
     }
-    key.set = spr__mix(key.set + (uint64_t)s->tidy);
+    key.set = spr__mix(key.set + (uint64_t)s->tidy + 2 * (uint64_t)s->lift +
+                       4 * (uint64_t)spr__may_add(s, c->before, s->target));
     key.way = spr__mix(key.way + key.set);
     key.set += key.set == 0;
     key.way += key.way == 0;
@@ -3208,8 +3277,8 @@ static double spr__goal(const spr__state *s, delaunay_handle t)
 static int spr__plan(void *user, const delaunay_mesh *m, delaunay_worker *worker, size_t item,
                      delaunay_plan *plan)
 {
-    static const spr__effort little = {7, 2, 10, 300}, medium = {12, 2, 16, 1500},
-                             large = {20, 4, 32, 3000}, utmost = {14, 3, 32, 10000};
+    static const spr__effort little = {7, 2, 10, 300}, medium = {12, 2, 16, 1000},
+                             large = {20, 4, 32, 1000}, utmost = {14, 3, 32, 4000};
     const spr__state *s = (const spr__state *)user;
     delaunay_handle t = s->items.items[item];
     double goal;
@@ -5372,7 +5441,7 @@ SPR_API spr_result spr_reconnect(const spr_polyhedron *polyhedron, double bound,
     if (!worker) return SPR_ERROR_OUT_OF_MEMORY;
     memset(&search, 0, sizeof search);
     search.objective = DELAUNAY_BEST_QUALITY;
-    search.quality = spr__search_quality;
+    search.quality = spr__search_quality; /* one by one: to the bit, nothing is better than the best */
     search.user = &s;
     search.bound = bound;
     search.max_nodes = max_nodes;

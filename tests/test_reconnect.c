@@ -6,6 +6,7 @@
 #include "../delaunay.h"
 #include "check.h"
 #include "small_mesh.h"
+#include <math.h>
 
 /* Volume over squared lengths: integers below 2^53 for integer points, so the same bits in any
  * order. */
@@ -31,6 +32,20 @@ static double compactness(void *user, const double *a, const double *b, const do
     return det / sum;
 }
 
+static void compactnesses(void *user, const double *a, const double *b, const double *c, size_t n,
+                          const double *apices, double *out)
+{
+    size_t i;
+    for (i = 0; i < n; i++) {
+        double p[3];
+        p[0] = apices[i];
+        p[1] = apices[i + DELAUNAY_WINDOW_VERTICES];
+        p[2] = apices[i + 2 * DELAUNAY_WINDOW_VERTICES];
+        out[i] = compactness(user, a, b, c, p);
+    }
+    for (; i < DELAUNAY_WINDOW_VERTICES; i++) out[i] = 1; /* nobody may look there */
+}
+
 /* -- enumeration: all sets of tetrahedra that fill the window, by intersection tests and exact
  * volumes */
 
@@ -42,6 +57,13 @@ typedef struct tetrahedron {
 
 #define GOOD 0.3 /* what is less compact is bad */
 
+/* What a bad one weighs. */
+static double heaviness(void *user, double quality)
+{
+    (void)user;
+    return 1 + 8 * (GOOD - quality);
+}
+
 typedef struct enumeration {
     const delaunay_mesh   *mesh;
     const delaunay_window *window;
@@ -51,6 +73,8 @@ typedef struct enumeration {
     long        count;
     double      best_quality, bound; /* bound: of the search for fewest bad ones */
     uint32_t    fewest_faces, fewest_edges, fewest_bad;
+    uint32_t    max_bad;             /* with no more bad ones, and no heavier: */
+    double      max_weight, best_light;
 } enumeration;
 
 static const double *point(const enumeration *e, uint32_t local)
@@ -169,12 +193,13 @@ static void judge(enumeration *e)
 {
     const delaunay_window *w = e->window;
     uint32_t i, j, k, l, used = 0, faces = 0, edges = 0, bad = 0;
-    double q = 1e300;
+    double q = 1e300, weight = 0;
     for (i = 0; i < e->num_chosen; i++) {
         const tetrahedron *t = &e->tets[e->chosen[i]];
         for (k = 0; k < 4; k++) used |= 1u << t->v[k];
         if (t->quality < q) q = t->quality;
         bad += t->quality < GOOD;
+        if (t->quality < GOOD) weight += heaviness(NULL, t->quality);
         for (k = 0; k < 4; k++) { /* each facet: on the boundary or shared */
             uint32_t a = t->v[k ? 0 : 1], b = t->v[k < 2 ? 2 : 1], c = t->v[k < 3 ? 3 : 2],
                      others = 0;
@@ -217,6 +242,7 @@ static void judge(enumeration *e)
         }
     e->count++;
     if (q > e->best_quality) e->best_quality = q;
+    if (q > e->best_light && bad <= e->max_bad && weight <= e->max_weight) e->best_light = q;
     if (faces < e->fewest_faces) e->fewest_faces = faces;
     if (edges < e->fewest_edges) e->fewest_edges = edges;
     if (q > e->bound && bad < e->fewest_bad) e->fewest_bad = bad;
@@ -246,7 +272,7 @@ static int enumerate_window(enumeration *e)
     uint64_t all[2];
     e->num_tets = e->num_chosen = 0;
     e->count = 0;
-    e->best_quality = 0;
+    e->best_quality = e->best_light = 0;
     e->fewest_faces = e->fewest_edges = e->fewest_bad = 1000;
     e->volume = 0;
     for (i = 0; i < w->num_tets; i++) e->volume += small_volume(e->mesh, w->tets[i]);
@@ -351,6 +377,22 @@ static void search_init(delaunay_search *s, delaunay_objective objective, double
     s->max_nodes = 10000000;
 }
 
+/* The result of a search has no more bad ones, and no heavier, than it may. */
+static int is_light(const enumeration *e, const delaunay_search *s)
+{
+    uint32_t i, bad = 0;
+    double weight = 0;
+    for (i = 0; i < s->num_tets; i++) {
+        const uint8_t *v = s->tets[i];
+        double q = compactness(NULL, point(e, v[0]), point(e, v[1]), point(e, v[2]),
+                               point(e, v[3]));
+        if (!(q < GOOD)) continue;
+        bad++;
+        weight += heaviness(NULL, q);
+    }
+    return bad <= e->max_bad && weight <= e->max_weight;
+}
+
 /* Repeats a crossing search until it proves that there is no better; returns the last value. */
 static uint32_t fewest(const enumeration *e, delaunay_worker *w, delaunay_objective objective)
 {
@@ -385,7 +427,7 @@ static void agrees_with_enumeration(void)
     delaunay_handle tets[200];
     long pass, windows = 0, with_interior = 0, with_dropped = 0, with_pinch = 0, with_kept_edge = 0,
                with_kept_facet = 0;
-    long several = 0, with_bad = 0, without = 0;
+    long several = 0, with_bad = 0, without = 0, light = 0, heavy = 0;
     uint64_t nodes[4] = {0, 0, 0, 0};
     uint32_t i, j;
     CHECK(small_delaunay(&m, &w, NULL, 50));
@@ -415,6 +457,8 @@ static void agrees_with_enumeration(void)
                 for (j = 0; j < i && e.target[j] != e.target[i]; j++) {}
             } while (j < i);
         e.bound = 0.02 * (double)(pass % 8);
+        e.max_bad = (uint32_t)(pass / 2 % 6);
+        e.max_weight = 1 + 2 * (double)(pass / 12 % 6);
         if (!enumerate_window(&e)) continue;
         windows++;
         with_interior += window.interior != 0;
@@ -429,7 +473,20 @@ static void agrees_with_enumeration(void)
             CHECK(delaunay_reconnect(&m, w, &window, &s) == (e.count > 0));
             CHECK(s.proven && s.value == e.best_quality);
             nodes[i] += s.nodes;
+            s.qualities = compactnesses;
+            CHECK(delaunay_reconnect(&m, w, &window, &s) == (e.count > 0));
+            CHECK(s.proven && s.value == e.best_quality);
         }
+        s.flags = 0;
+        s.good = GOOD;
+        s.num_bad = e.max_bad;
+        s.weigh = heaviness;
+        s.max_weight = e.max_weight;
+        CHECK(delaunay_reconnect(&m, w, &window, &s) == (e.best_light > 0));
+        CHECK(s.proven && s.value == e.best_light);
+        CHECK(s.num_tets == 0 || is_light(&e, &s));
+        light += e.best_light > 0 && e.best_light < e.best_quality;
+        heavy += e.best_light == 0 && e.count > 0;
         s.flags = 0;
         s.bound = e.best_quality;
         CHECK(!delaunay_reconnect(&m, w, &window, &s) && s.proven);
@@ -448,7 +505,46 @@ static void agrees_with_enumeration(void)
     CHECK(windows > 4000 && with_interior > 30 && with_dropped > 10 && with_pinch > 100 &&
           with_kept_edge > 50);
     CHECK(with_kept_facet > 500 && several > 3000);
-    CHECK(with_bad > 500 && without > 200);
+    CHECK(with_bad > 500 && without > 200 && light > 20 && heavy > 500);
+    delaunay_worker_free(w);
+    delaunay_mesh_free(&m);
+}
+
+/* Signs do not depend on how far each axis is stretched, and so nothing does that rests on them. */
+static void stretching_changes_nothing(void)
+{
+    static const int power[8][3] = {{0, 0, -60},      {-160, 0, 0},  {150, 150, -150}, {-200, -200, -200},
+                                    {190, 190, 190},  {0, -330, 40}, {-30, -500, 0},   {166, -166, 0}};
+    delaunay_mesh m;
+    delaunay_worker *w = NULL;
+    static delaunay_window window;
+    static delaunay_search s, plain;
+    delaunay_handle tets[200];
+    uint32_t v;
+    long pass, found = 0;
+    int k, i;
+    CHECK(small_delaunay(&m, &w, NULL, 100));
+    for (pass = 0; pass < 300; pass++) {
+        size_t n = grow(&m, tets, 6 + small_random(12), (int)(pass & 1));
+        delaunay_objective objective = pass & 2 ? DELAUNAY_FEWER_FACES : DELAUNAY_FEWER_EDGES;
+        if (!delaunay_window_set(&window, &m, w, tets, n, 20, 1, 1)) continue;
+        search_init(&plain, objective, 1000);
+        plain.max_nodes = 3000;
+        for (i = 0; i < 3; i++) plain.target[i] = window.vertices[i];
+        s = plain;
+        found += delaunay_reconnect(&m, w, &window, &plain);
+        for (k = 0; k < 8; k++) {
+            for (v = 1; v < m.num_vertices; v++)
+                for (i = 0; i < 3; i++) m.vertices[v].x[i] = ldexp(m.vertices[v].x[i], power[k][i]);
+            (void)delaunay_reconnect(&m, w, &window, &s);
+            for (v = 1; v < m.num_vertices; v++)
+                for (i = 0; i < 3; i++)
+                    m.vertices[v].x[i] = ldexp(m.vertices[v].x[i], -power[k][i]);
+            CHECK(s.nodes == plain.nodes && s.value == plain.value && s.num_tets == plain.num_tets);
+            CHECK(memcmp(s.tets, plain.tets, 4 * s.num_tets) == 0);
+        }
+    }
+    CHECK(found > 100);
     delaunay_worker_free(w);
     delaunay_mesh_free(&m);
 }
@@ -714,6 +810,7 @@ static void tables_are_reused_safely(void)
 int main(void)
 {
     agrees_with_enumeration();
+    stretching_changes_nothing();
     improved_windows_commit();
     schoenhardt_has_none_without_a_point();
     boundaries_with_a_triangle_twice_have_none();
