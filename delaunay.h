@@ -570,16 +570,18 @@ typedef struct delaunay_plain {
     delaunay_handle border[DELAUNAY_PLAIN_FACETS]; /* the boundary's facets, of the tetrahedra in
                                                     * the cavity, in the order of these */
     uint32_t num_tets, num_border;
+    unsigned flags; /* of all its tetrahedra together: what may be constrained in it or on it */
 } delaunay_plain;
 typedef enum delaunay_plainness {
     DELAUNAY_PLAIN,
     DELAUNAY_NOT_PLAIN, /* something else than below; also where a sign is in doubt */
     DELAUNAY_PLAIN_ELSEWHERE /* plain so far, and it leads out of the section */
 } delaunay_plainness;
-/* The tetrahedra whose spheres contain x, connected with t, which is one of them: all of them,
- * DELAUNAY_PLAIN_MOST at most, and x sees the whole boundary. None has a ghost behind it or
- * a constrained facet or edge. Sections, if section is not NULL: all vertices have this key; of t
- * they do. The mesh has marks, and tetrahedra reached from t lie in it with positive volume.
+/* The tetrahedra whose spheres contain x, connected with t, which is one of them, by facets that are
+ * not constrained: all of them, DELAUNAY_PLAIN_MOST at most, and x sees the whole boundary, of which
+ * constrained facets are part. None has a ghost behind another facet. Constrained edges may lie
+ * inside it. Sections, if section is not NULL: all vertices have this key; of t they do. The mesh has
+ * marks, and tetrahedra reached from t lie in it with positive volume.
  * Exact. The cavity is the same on every processor, NOT_PLAIN is not: without AVX2, or with 64-bit
  * handles, it is the answer always.
  * Threads  several may call this on one mesh, each with a section of its own */
@@ -2951,9 +2953,27 @@ DELAUNAY__TARGET DELAUNAY_INLINE int delaunay__sees_for_sure(__m256d greatest, _
     return d < 0 && d * d > 2e-30 * (l * l * l) + 1e-270;
 }
 
+/* What a tetrahedron's facets look like when some are constrained: their handles, and an apex behind
+ * each. Constrained ones have handle 0, and the vertex opposite to them instead of an apex. Returns
+ * the constrained ones as signs of four numbers. */
+DELAUNAY__TARGET DELAUNAY_INLINE __m256d delaunay__shut_facets(const uint32_t *v, unsigned flags,
+                                                               uint32_t *n, uint32_t *apex)
+{
+    uint64_t shut[4];
+    int i;
+    for (i = 0; i < 4; i++) {
+        shut[i] = flags & DELAUNAY_FACET_BIT(i) ? UINT64_C(1) << 63 : 0;
+        if (!shut[i]) continue;
+        n[i] = 0;
+        apex[i] = v[i];
+    }
+    return _mm256_castsi256_pd(_mm256_loadu_si256((const __m256i *)(const void *)shut));
+}
+
 /* delaunay__dig_in where only the tetrahedra of the cavity must be the section's, not those around
- * it, and with the facets that e sees: a neighbour's determinant and a facet's have their minors in
- * common. */
+ * it, with the facets that e sees: a neighbour's determinant and a facet's have their minors in
+ * common. Constrained facets are the cavity's border, whatever is behind; slot 0, which is nobody's,
+ * is marked in its place. */
 static DELAUNAY__TARGET delaunay_plainness delaunay__dig_plain(delaunay_plain *plain,
                                                                delaunay_mesh *mesh,
                                                                const double *e,
@@ -2970,27 +2990,32 @@ static DELAUNAY__TARGET delaunay_plainness delaunay__dig_plain(delaunay_plain *p
     uint8_t *mark = mesh->mark;
     size_t num_cavity = 1, num_border = 0, done;
     delaunay_plainness result = DELAUNAY_NOT_PLAIN;
+    unsigned all_flags = 0;
     int i;
     if (_mm256_movemask_pd(least)) return result;
     cavity[0] = 4 * seed;
     DELAUNAY__STORE(&mark[seed], DELAUNAY__MARK_DUG);
     for (done = 0; done < num_cavity; done++) {
         const delaunay_handle own = cavity[done] & ~3u;
-        const uint32_t *v = words + 2 * (size_t)own, *n = v + 4;
-        const __m128i n4 = _mm_loadu_si128((const __m128i *)(const void *)n);
+        const uint32_t *v = words + 2 * (size_t)own;
         const __m128i own4 = _mm_add_epi32(_mm_set1_epi32((int)own), facets);
+        const unsigned flags = mesh->flags[own >> 2];
+        __m256d shut = _mm256_setzero_pd(), det, behind;
         delaunay__four p, d;
         unsigned in, seen, foreign = 0;
-        uint32_t apex[4];
-        __m256d det, behind;
-        if (mesh->flags[own >> 2] & (DELAUNAY_FACET_BITS | DELAUNAY_EDGE_BITS)) goto undo;
+        uint32_t n[4], apex[4];
+        all_flags |= flags;
+        memcpy(n, v + 4, sizeof n);
         for (i = 0; i < 4; i++) apex[i] = words[(size_t)n[i] + (n[i] & ~3u)];
+        if (DELAUNAY__UNLIKELY(flags & DELAUNAY_FACET_BITS))
+            shut = delaunay__shut_facets(v, flags, n, apex);
         for (i = 0; i < 4; i++)
             if (DELAUNAY__UNLIKELY(apex[i] == DELAUNAY_GHOST)) goto undo;
         for (i = 0; i < 4 && section; i++) foreign |= (unsigned)(x[apex[i]].key != *section) << i;
         p = delaunay__four_of(x, v, e4);
         d = delaunay__four_of(x, apex, e4);
         det = delaunay__neighbor_dets(&p, &d);
+        det = _mm256_blendv_pd(det, _mm256_set1_pd(DBL_MAX), shut);
         behind = _mm256_blendv_pd(delaunay__facet_dets(&p), none, det); /* of the border alone */
         greatest = _mm256_max_pd(greatest, behind);
         least = _mm256_min_pd(least, _mm256_andnot_pd(_mm256_set1_pd(-0.0), det));
@@ -3002,13 +3027,15 @@ static DELAUNAY__TARGET delaunay_plainness delaunay__dig_plain(delaunay_plain *p
         }
         seen = delaunay__exchange_marks(mark, n, det, 1);
         num_border = delaunay__append_lanes(border, num_border, own4, in ^ 15);
-        num_cavity = delaunay__append_lanes(cavity, num_cavity, n4, in & ~seen);
+        num_cavity = delaunay__append_lanes(
+            cavity, num_cavity, _mm_loadu_si128((const __m128i *)(const void *)n), in & ~seen);
         if (DELAUNAY__UNLIKELY(num_cavity > DELAUNAY_PLAIN_MOST)) goto undo;
     }
     if (delaunay__are_sure(least, most) && delaunay__sees_for_sure(greatest, most))
         result = DELAUNAY_PLAIN;
     plain->num_tets = (uint32_t)num_cavity;
     plain->num_border = (uint32_t)num_border;
+    plain->flags = all_flags;
 undo:
     while (num_cavity) DELAUNAY__STORE(&mark[cavity[--num_cavity] >> 2], 0);
     return result;

@@ -11225,33 +11225,59 @@ static inline void mesher__fetch_corners(const mesher__refiner *r, delaunay_hand
     }
 }
 
+/* Whether four tetrahedra, by their flags, have all been asked. */
+static inline int mesher__are_seen(const uint16_t *flags)
+{
+    const uint64_t seen = (uint64_t)MESHER__SEEN * 0x0001000100010001u;
+    uint64_t four;
+    memcpy(&four, flags, sizeof four);
+    return (four & seen) == seen;
+}
+
 /* Points of the tetrahedra of a range of slots. */
 static void mesher__gather_some(const mesher__refiner *r, mesher__harvest *h, delaunay_handle begin,
                                 delaunay_handle end)
 {
+    enum { AHEAD = 16 };
     delaunay_mesh *mesh = r->mesh;
     delaunay_handle t, list[4];
     int count = 0, k;
     h->num_points = 0;
     mesher__grid_reset(&h->grid, r->memory, MESHER__SLOTS);
     for (t = begin; t < end; t++) {
-        if (t + 16 < end) mesher__fetch_corners(r, t + 16);
+        if (end - t > AHEAD) {
+            if (mesher__are_seen(mesh->flags + t) && mesher__are_seen(mesh->flags + t + AHEAD)) {
+                t += 3;
+                continue;
+            }
+            mesher__fetch_corners(r, t + AHEAD);
+        }
         if (!(mesh->flags[t] & MESHER__SEEN)) {
             if (mesher__is_inside(mesh, t)) list[count++] = t;
             else mesh->mark[t] = MESHER__SMALL;
         }
-        if (count < 4 && t + 1 < end) continue;
+        if (count < 4) continue;
         count = mesher__sieve(r, list, count);
         for (k = 0; k < count; k++) mesher__ask(r, h, list[k]);
         count = 0;
     }
+    count = mesher__sieve(r, list, count);
+    for (k = 0; k < count; k++) mesher__ask(r, h, list[k]);
 }
 
 /* Notes in the flags what the tetrahedra of a range of slots answered. */
 static void mesher__note_answers(delaunay_mesh *mesh, delaunay_handle begin, delaunay_handle end)
 {
     delaunay_handle t;
+    uint64_t eight;
     for (t = begin; t < end; t++) {
+        if (end - t >= 8) {
+            memcpy(&eight, mesh->mark + t, sizeof eight);
+            if (eight == 0) {
+                t += 7;
+                continue;
+            }
+        }
         if (mesh->mark[t] == MESHER__SMALL) mesh->flags[t] |= MESHER__SEEN;
         if (mesh->mark[t] == MESHER__CROWDED) mesher__lose(mesh, t);
         mesh->mark[t] = 0;
@@ -12065,7 +12091,13 @@ static inline int mesher__sees(const double *p, const double *a, const double *b
 
 /* What became of a point. LATER: another section or more memory is needed, and nothing has been
  * changed. */
-enum { MESHER__NO_MEMORY = -1, MESHER__GIVEN_UP = 0, MESHER__DONE = 1, MESHER__LATER = 2 };
+enum {
+    MESHER__NO_MEMORY = -1,
+    MESHER__GIVEN_UP = 0,
+    MESHER__DONE = 1,
+    MESHER__LATER = 2,
+    MESHER__GENERAL = 3 /* nothing yet: the quick way does not do */
+};
 
 /* Whether threads that share the mesh leave vertex v to this one. */
 static inline int mesher__is_mine(const mesher__cavity *c, const delaunay_mesh *mesh, uint32_t v)
@@ -12609,10 +12641,12 @@ static int mesher__swallows(mesher__cavity *c, delaunay_mesh *mesh)
     if (mesher__swallows_vertex(c, mesh)) return -1;
     for (k = 0; k < c->num_tets; k++) {
         delaunay_handle t = c->tets[k];
-        for (e = 0; (mesh->flags[t] & DELAUNAY_EDGE_BITS) && e < 6; e++) {
-            uint32_t a = mesh->tets[t].v[delaunay_edge_order(e)[0]];
-            uint32_t b = mesh->tets[t].v[delaunay_edge_order(e)[1]];
-            if ((mesh->flags[t] & DELAUNAY_EDGE_BIT(e)) && !mesher__has_edge(c, mesh, a, b))
+        unsigned flags = mesh->flags[t];
+        for (e = 0; (flags & DELAUNAY_EDGE_BITS) && e < 6; e++) {
+            const uint8_t *ends = delaunay_edge_order(e);
+            const uint32_t *v = mesh->tets[t].v;
+            if ((flags & DELAUNAY_EDGE_BIT(e)) &&
+                !mesher__has_edge(c, mesh, v[ends[0]], v[ends[1]]))
                 return (int)k + 1;
         }
     }
@@ -12778,23 +12812,31 @@ static int mesher__shape(mesher__cavity *c, delaunay_mesh *mesh, const double *p
     }
 }
 
+/* Takes a plain cavity over. GENERAL: a constrained edge in it is to be cut free. */
+static int mesher__take_plain(mesher__cavity *c, delaunay_mesh *mesh)
+{
+    const delaunay_plain *plain = &c->plain;
+    if (!mesher__cavity_room(c, plain->num_tets, plain->num_border)) return MESHER__NO_MEMORY;
+    mesher__take_reached(c, mesh->tets, plain->tets, plain->num_tets);
+    if (!mesher__take_border(c, mesh, plain->border, plain->num_border) || !mesher__number(c, mesh))
+        return MESHER__NO_MEMORY;
+    if (mesher__swallows_vertex(c, mesh)) return MESHER__GIVEN_UP;
+    if (plain->flags & DELAUNAY_EDGE_BITS && mesher__swallows(c, mesh)) return MESHER__GENERAL;
+    return MESHER__DONE;
+}
+
 /* The cavity of p, which is in t, with its boundary numbered; GIVEN_UP: it cannot be inserted. */
 static int mesher__carve(mesher__cavity *c, delaunay_mesh *mesh, const double *p, delaunay_handle t)
 {
-    delaunay_plain *plain = &c->plain;
-    int state;
+    int state = MESHER__GENERAL;
     c->num_tets = c->num_queue = c->num_facets = 0;
-    switch (delaunay_plain_cavity(plain, mesh, p, t, c->shared ? &c->section : NULL)) {
-    case DELAUNAY_PLAIN:
-        if (!mesher__cavity_room(c, plain->num_tets, plain->num_border)) return MESHER__NO_MEMORY;
-        mesher__take_reached(c, mesh->tets, plain->tets, plain->num_tets);
-        if (!mesher__take_border(c, mesh, plain->border, plain->num_border) ||
-            !mesher__number(c, mesh))
-            return MESHER__NO_MEMORY;
-        return mesher__swallows_vertex(c, mesh) ? MESHER__GIVEN_UP : MESHER__DONE;
+    switch (delaunay_plain_cavity(&c->plain, mesh, p, t, c->shared ? &c->section : NULL)) {
+    case DELAUNAY_PLAIN: state = mesher__take_plain(c, mesh); break;
     case DELAUNAY_PLAIN_ELSEWHERE: return MESHER__LATER;
     case DELAUNAY_NOT_PLAIN: break;
     }
+    if (state != MESHER__GENERAL) return state;
+    c->num_tets = c->num_queue = c->num_facets = 0;
     state = mesher__dig(c, mesh, p, t);
     return state == MESHER__DONE ? mesher__shape(c, mesh, p) : state;
 }
