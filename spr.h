@@ -33,9 +33,10 @@
  *   1. Bad tetrahedra. Each has a level, the next operator to be tried for it, cheapest first: edge
  *      removal; smoothing, a golden section and then the common ascent of the worst of the star;
  *      reconnection of a cavity of 7 to 10 points that grows around it; taking away one of its
- *      vertices; a new vertex in it or on an edge; reconnection up to 16, then up to 32 points; and
- *      for the very worst in the end all that again, further. A level runs when nothing waits at a
- *      cheaper one. What changes sends the bad tetrahedra that it touches back to the first level,
+ *      vertices, if need be with more than its star; a new vertex in it or on an edge; reconnection
+ *      up to 16, then up to 32 points; and for the very worst in the end all that again, further. A
+ *      level runs when nothing waits at a cheaper one. What changes sends the bad tetrahedra that it
+ *      touches back to the first level,
  *      some times; edges and vertices around which nothing has changed are not tried again. What is
  *      as good as its facets on the surface allow is not tried at all.
  *      Each change raises the worst quality among what it replaces, by a margin, and what is bad
@@ -2459,6 +2460,14 @@ static int spr__cavity_has_vertex(const spr__cavity *c, uint32_t v)
     return 0;
 }
 
+static int spr__cavity_add(const spr__state *s, spr__cavity *c, delaunay_handle t)
+{
+    if (c->num_tets == DELAUNAY_WINDOW_TETS) return 0;
+    c->before = spr__min(c->before, s->value[t]);
+    c->t[c->num_tets++] = t;
+    return 1;
+}
+
 /* Looks over the facets of tetrahedra not yet scanned; those behind that have all vertices in the
  * cavity join it. */
 static int spr__cavity_scan(const spr__state *s, spr__cavity *c)
@@ -2472,9 +2481,7 @@ static int spr__cavity_scan(const spr__state *s, spr__cavity *c)
             if (spr__is_wall(m, t, i) || spr__cavity_has_tet(c, n / 4)) continue;
             apex = m->tets[n / 4].v[n % 4];
             if (spr__cavity_has_vertex(c, apex)) {
-                if (c->num_tets == DELAUNAY_WINDOW_TETS) return 0;
-                c->before = spr__min(c->before, s->value[n / 4]);
-                c->t[c->num_tets++] = n / 4;
+                if (!spr__cavity_add(s, c, n / 4)) return 0;
             } else {
                 c->ahead[c->num_ahead] = apex;
                 c->behind[c->num_ahead++] = n / 4;
@@ -2489,15 +2496,23 @@ static int spr__cavity_scan(const spr__state *s, spr__cavity *c)
     return 1;
 }
 
-static int spr__cavity_set(const spr__state *s, spr__cavity *c, delaunay_handle t)
+/* A few tetrahedra and their vertices, to be scanned. Returns 0 if they are too many. */
+static int spr__cavity_set(const spr__state *s, spr__cavity *c, const delaunay_handle *t, size_t n)
 {
-    c->t[0] = t;
-    memcpy(c->v, s->mesh->tets[t].v, 4 * sizeof *c->v);
-    c->num_tets = 1;
-    c->num_vertices = 4;
-    c->scanned = c->num_ahead = 0;
-    c->before = s->value[t];
-    return spr__cavity_scan(s, c);
+    size_t i;
+    int k;
+    c->num_tets = c->num_vertices = c->scanned = c->num_ahead = 0;
+    c->before = HUGE_VAL;
+    for (i = 0; i < n; i++) {
+        const uint32_t *v = s->mesh->tets[t[i]].v;
+        if (!spr__cavity_add(s, c, t[i])) return 0;
+        for (k = 0; k < 4; k++) {
+            if (spr__cavity_has_vertex(c, v[k])) continue;
+            if (c->num_vertices == DELAUNAY_WINDOW_VERTICES) return 0;
+            c->v[c->num_vertices++] = v[k];
+        }
+    }
+    return 1;
 }
 
 /* Adds the vertex behind most facets, ties to the least sum of qualities, and all tetrahedra that
@@ -2525,11 +2540,9 @@ static int spr__cavity_grow(const spr__state *s, spr__cavity *c)
     if (most == 0) return 0;
     c->v[c->num_vertices++] = best;
     for (i = 0; i < c->num_ahead; i++)
-        if (c->ahead[i] == best && !spr__cavity_has_tet(c, c->behind[i])) {
-            if (c->num_tets == DELAUNAY_WINDOW_TETS) return 0;
-            c->before = spr__min(c->before, s->value[c->behind[i]]);
-            c->t[c->num_tets++] = c->behind[i];
-        }
+        if (c->ahead[i] == best && !spr__cavity_has_tet(c, c->behind[i]) &&
+            !spr__cavity_add(s, c, c->behind[i]))
+            return 0;
     return spr__cavity_scan(s, c);
 }
 
@@ -2751,7 +2764,8 @@ static int spr__plan_grow(const spr__state *s, delaunay_worker *worker, delaunay
     spr__cavity c;
     delaunay_window window;
     delaunay_search search;
-    int next = effort.first, more = spr__cavity_set(s, &c, t), vain = 0, answer;
+    int next = effort.first, vain = 0, answer;
+    int more = spr__cavity_set(s, &c, &t, 1) && spr__cavity_scan(s, &c);
     while (more && next <= effort.last) {
         spr__key key;
         more = spr__cavity_grow(s, &c);
@@ -2870,8 +2884,37 @@ static int spr__plan_contraction(const spr__state *s, delaunay_plan *plan, const
     return answer;
 }
 
-/* Contracts an edge at one of the vertices of t; thorough: retriangulates the whole star without
- * it. Only vertices whose star has changed since that was last tried in vain. */
+enum {
+    SPR__REFILL_POINTS = 26, /* around a vertex that goes, at most; so many more at a time: */
+    SPR__REFILL_STEP = 4,
+    SPR__REFILL_NODES = 3000, /* of the search, for the star alone */
+    SPR__REFILL_MORE = 1000   /* .. with what is around it */
+};
+
+/* Retriangulates a vertex's star, which the plan has, without the vertex: alone, then with more and
+ * more of what is around it. */
+static int spr__plan_refill(const spr__state *s, delaunay_worker *worker, uint32_t v,
+                            delaunay_plan *plan)
+{
+    spr__cavity c;
+    delaunay_window window;
+    delaunay_search search;
+    int next = 0, more = spr__cavity_set(s, &c, plan->star.items, plan->star.count);
+    while (more && next <= SPR__REFILL_POINTS) {
+        if (c.num_vertices >= next) {
+            if (spr__reconnect(s, worker, c.t, c.num_tets, v, c.before,
+                               next ? SPR__REFILL_MORE : SPR__REFILL_NODES, &window,
+                               &search) == SPR__FOUND)
+                return delaunay_plan_window(plan, &window, &search);
+            next = c.num_vertices + SPR__REFILL_STEP;
+        }
+        more = c.scanned == 0 ? spr__cavity_scan(s, &c) : spr__cavity_grow(s, &c);
+    }
+    return DELAUNAY_PLAN_NOTHING;
+}
+
+/* Contracts an edge at one of the vertices of t; thorough: retriangulates the star without it, or
+ * more. Only vertices whose star has changed since that was last tried in vain. */
 static int spr__plan_removal(const spr__state *s, delaunay_worker *worker, delaunay_handle t,
                              delaunay_plan *plan, int thorough)
 {
@@ -2890,11 +2933,8 @@ static int spr__plan_removal(const spr__state *s, delaunay_worker *worker, delau
         offer.before = spr__worst_of(s, plan->star.items, plan->star.count);
         offer.after = -HUGE_VAL;
         if (thorough) {
-            delaunay_window window;
-            delaunay_search search;
-            if (spr__reconnect(s, worker, plan->star.items, (int)plan->star.count, v, offer.before,
-                               3000, &window, &search) == SPR__FOUND)
-                return delaunay_plan_window(plan, &window, &search);
+            int answer = spr__plan_refill(s, worker, v, plan);
+            if (answer != DELAUNAY_PLAN_NOTHING) return answer;
         } else if (spr__contract(s, v, &plan->star, &offer) &&
                    (!best.vertex || offer.after - offer.before > best.after - best.before))
             best = offer;

@@ -407,6 +407,41 @@ static void test_each_operator_alone(void)
     }
 }
 
+/* A thin plate with one point inside. With it no mesh is as good as without it, but its star alone
+ * cannot always be filled, or not well enough. */
+static void test_a_vertex_goes_with_more_than_its_star(void)
+{
+    enum { SIDE = 5, POINTS = 2 * SIDE * SIDE + 1 };
+    int trial, i, k;
+    for (trial = 0; trial < 16; trial++) {
+        double xyz[POINTS][3];
+        delaunay_mesh m;
+        spr_options o = open_options();
+        spr_report r;
+        uint32_t v;
+        if (trial % 8 == 0) small_state = trial ? 45 : 15; /* with such ones among them */
+        memset(&m, 0, sizeof m);
+        for (i = 0; i < POINTS - 1; i++) {
+            const int at[2] = {i / 2 / SIDE, i / 2 % SIDE};
+            for (k = 0; k < 2; k++)
+                xyz[i][k] = at[k] + (at[k] % (SIDE - 1) ? 0.3 * (random_double() - 0.5) : 0);
+            xyz[i][2] = 0.1 * (i % 2);
+        }
+        for (k = 0; k < 2; k++) xyz[POINTS - 1][k] = SIDE / 2 + 0.8 * (random_double() - 0.5);
+        xyz[POINTS - 1][2] = 0.03 + 0.04 * random_double();
+        CHECK(delaunay_tetrahedralize(&m, xyz[0], POINTS, NULL, NULL) == DELAUNAY_OK);
+        CHECK(delaunay_enable_marks(&m) == DELAUNAY_OK);
+        color_mesh(&m, 1);
+        o.free_vertices = 0;
+        for (v = 1; v < m.num_vertices; v++)
+            if (m.vertex_id[v] == POINTS - 1) m.vertex_id[v] = DELAUNAY_NO_ID;
+        CHECK(spr_improve(&m, &o, &r) == SPR_OK && r.vertices_removed > 0);
+        CHECK(delaunay_validate(&m, DELAUNAY_VALIDATE_GEOMETRY, NULL) == DELAUNAY_OK);
+        for (v = 1; v < m.num_vertices; v++) CHECK(m.vertex_id[v] != DELAUNAY_NO_ID);
+        delaunay_mesh_free(&m);
+    }
+}
+
 static void test_constrained_edges_and_facets_stay(void)
 {
     spr_options o = open_options();
@@ -1591,6 +1626,7 @@ int main(void)
     test_failing_allocations();
     test_cancel_and_budgets();
     test_nothing_to_do();
+    test_a_vertex_goes_with_more_than_its_star();
     test_results_have_sentences();
     return check_report();
 }
