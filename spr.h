@@ -4587,7 +4587,7 @@ static spr_result spr__shake(spr__state *s)
 
 enum {
     SPR__EXTREME = 8, /* the worst by each of the three measures */
-    SPR__ROUNDS = 8,  /* times that they are looked for; more than three if the last one helped */
+    SPR__ROUNDS = 16, /* times that they are looked for; more than three if the last one helped */
     SPR__DENSE = 6    /* where more than one in so many is bad, the surface is to blame */
 };
 
@@ -4744,7 +4744,7 @@ static spr_result spr__round(spr__state *s)
     memset(&list, 0, sizeof list);
     list.memory = s->memory;
     s->least = spr__worst_of(s, s->bad.items, s->bad.count);
-    s->shake_credit = spr__most_credit(s) / 2;
+    s->shake_credit = 2 * spr__most_credit(s);
     for (turn = 0; turn < SPR__ROUNDS && answer >= 0 && s->shake_credit > 0; turn++) {
         if (turn > 2 && answer == 0) break;
         if (s->deadline > 0 && delaunay_seconds(&s->options.host) > s->deadline) break;
