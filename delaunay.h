@@ -7369,6 +7369,23 @@ static int delaunay__local_crosses(delaunay__search_tables *s, uint32_t a, uint3
     return x * z >= 0 && y * z >= 0;
 }
 
+/* Of these vertices, those of which it is not yet known in this search whether they are barred. */
+static uint32_t delaunay__barred_unknown(const delaunay__search_tables *s, delaunay__barred *row,
+                                         uint32_t wanted)
+{
+    if (row->search != s->search) {
+        row->search = s->search;
+        row->known = row->crossed = 0;
+    }
+    return wanted & ~row->known;
+}
+
+static void delaunay__barred_note(delaunay__barred *row, uint32_t p, int crossed)
+{
+    row->known |= 1u << p;
+    row->crossed |= (uint32_t)crossed << p;
+}
+
 /* Of these vertices, those with which edge ab makes a triangle that a kept edge crosses: it cannot
  * be in a result. */
 static uint32_t delaunay__crossed_with(delaunay__search_tables *s, uint32_t a, uint32_t b,
@@ -7376,18 +7393,13 @@ static uint32_t delaunay__crossed_with(delaunay__search_tables *s, uint32_t a, u
 {
     const delaunay_window *w = s->window;
     delaunay__barred *row = &s->barred_pair[delaunay__pair(s, a, b)];
-    uint32_t missing, i, hit;
-    if (row->search != s->search) {
-        row->search = s->search;
-        row->known = row->crossed = 0;
-    }
-    for (missing = wanted & ~row->known; missing; missing &= missing - 1) {
+    uint32_t missing = delaunay__barred_unknown(s, row, wanted), i;
+    for (; missing; missing &= missing - 1) {
         uint32_t p = delaunay__lowest(missing);
-        for (hit = i = 0; i < w->num_kept_edges && !hit; i++)
-            hit = (uint32_t)delaunay__local_crosses(s, w->kept_edges[i][0], w->kept_edges[i][1], a,
-                                                    b, p);
-        row->known |= 1u << p;
-        row->crossed |= hit << p;
+        int hit = 0;
+        for (i = 0; i < w->num_kept_edges && !hit; i++)
+            hit = delaunay__local_crosses(s, w->kept_edges[i][0], w->kept_edges[i][1], a, b, p);
+        delaunay__barred_note(row, p, hit);
     }
     return row->crossed & wanted;
 }
@@ -7397,18 +7409,14 @@ static uint32_t delaunay__piercing_with(delaunay__search_tables *s, uint32_t a, 
 {
     const delaunay_window *w = s->window;
     delaunay__barred *row = &s->barred_vertex[a];
-    uint32_t missing, i, hit;
-    if (row->search != s->search) {
-        row->search = s->search;
-        row->known = row->crossed = 0;
-    }
-    for (missing = wanted & ~row->known; missing; missing &= missing - 1) {
+    uint32_t missing = delaunay__barred_unknown(s, row, wanted), i;
+    for (; missing; missing &= missing - 1) {
         uint32_t p = delaunay__lowest(missing);
-        for (hit = i = 0; i < w->num_kept_facets && !hit; i++)
-            hit = (uint32_t)delaunay__local_crosses(s, a, p, w->kept_facets[i][0],
-                                                    w->kept_facets[i][1], w->kept_facets[i][2]);
-        row->known |= 1u << p;
-        row->crossed |= hit << p;
+        int hit = 0;
+        for (i = 0; i < w->num_kept_facets && !hit; i++)
+            hit = delaunay__local_crosses(s, a, p, w->kept_facets[i][0], w->kept_facets[i][1],
+                                          w->kept_facets[i][2]);
+        delaunay__barred_note(row, p, hit);
     }
     return row->crossed & wanted;
 }
