@@ -9626,26 +9626,30 @@ MESHER_API mesher_result mesher_size(mesher_domain *domain, mesher_report *repor
     return MESHER_OK;
 }
 
+/* A vertex of the background, with all that is asked of it. */
+typedef struct mesher__field_vertex {
+    double   x[3];
+    double   size, own; /* domain->size and own_size */
+    uint32_t source;    /* domain->size_source */
+} mesher__field_vertex;
+
 /* The field while points are inserted. */
 typedef struct mesher__field {
-    const mesher_options  *options;
-    const delaunay_vertex *vertices; /* those of the mesh; they may move: set again after growth */
-    const double          *size;         /* likewise */
-    const double          *own;          /* domain->own_size, NULL: as size; .. */
-    const uint32_t        *source;       /* .. domain->size_source */
-    delaunay_tet          *tets;         /* the background */
-    uint32_t              *color;
-    double                 slope, least;
+    const mesher_options *options;
+    /* the background: the mesh as it was. No neighbours of tetrahedra are ghosts: they are 0 */
+    mesher__field_vertex *vertices;
+    delaunay_tet         *tets;
+    uint32_t             *color;
+    double                slope, least;
 } mesher__field;
 
-/* Six times the volumes that x makes with the facets of tetrahedron v, by corner. */
-static void mesher__weights(const delaunay_vertex *vertices, const uint32_t *v, const double *x,
-                            double *w)
+/* Six times the volumes that x makes with the facets of a tetrahedron, by corner p. */
+static inline void mesher__weights_of(const double *const *p, const double *x, double *w)
 {
     double d[4][3], ab, ac, ad, bc, bd, cd; /* minors of the first two columns */
     int i, j;
     for (i = 0; i < 4; i++)
-        for (j = 0; j < 3; j++) d[i][j] = vertices[v[i]].x[j] - x[j];
+        for (j = 0; j < 3; j++) d[i][j] = p[i][j] - x[j];
     ab = d[0][0] * d[1][1] - d[0][1] * d[1][0];
     ac = d[0][0] * d[2][1] - d[0][1] * d[2][0];
     ad = d[0][0] * d[3][1] - d[0][1] * d[3][0];
@@ -9658,6 +9662,15 @@ static void mesher__weights(const delaunay_vertex *vertices, const uint32_t *v, 
     w[3] = -(d[0][2] * bc - d[1][2] * ac + d[2][2] * ab);
 }
 
+static void mesher__weights(const delaunay_vertex *vertices, const uint32_t *v, const double *x,
+                            double *w)
+{
+    const double *p[4];
+    int i;
+    for (i = 0; i < 4; i++) p[i] = vertices[v[i]].x;
+    mesher__weights_of(p, x, w);
+}
+
 /* The background's tetrahedron that contains x, from a nearby one; weights of its corners, not
  * negative. Rounding may stop it in a neighbour: the field is continuous, and so is the answer. The
  * walk turns away from where it came, and changes its preference at each step, lest it cycle; after
@@ -9666,17 +9679,18 @@ static delaunay_handle mesher__find_home(const mesher__field *field, const doubl
                                          delaunay_handle t, double *w, int *found)
 {
     delaunay_handle from = 0;
+    const double *p[4];
     double sum = 0, least = 0;
     int step, i;
     for (step = 0; step < 300; step++) {
         const delaunay_tet *tet = field->tets + t;
         int k = -1;
-        mesher__weights(field->vertices, tet->v, x, w);
+        for (i = 0; i < 4; i++) p[i] = field->vertices[tet->v[i]].x;
+        mesher__weights_of(p, x, w);
         for (i = 0; i < 4; i++) {
             int j = (i + step) & 3;
             if (w[j] >= 0 || !tet->n[j] || tet->n[j] >> 2 == from) continue;
-            if (k >= 0 && (step >= 30 || !(w[j] < w[k]))) continue;
-            if (field->tets[tet->n[j] >> 2].v[3] != DELAUNAY_GHOST) k = j;
+            if (k < 0 || (step < 30 && w[j] < w[k])) k = j;
         }
         if (k < 0) break;
         from = t;
@@ -9698,22 +9712,23 @@ static delaunay_handle mesher__find_home(const mesher__field *field, const doubl
 static int mesher__corner_sizes(const mesher__field *field, const uint32_t *v, const double *x,
                                 double *size, double *most)
 {
+    const mesher__field_vertex *vertices = field->vertices, *source;
     int i, j, bounded = 0;
     for (i = 0; i < 4; i++) {
-        size[i] = field->size[v[i]];
-        bounded |= size[i] > 0 && field->own && field->own[v[i]] > (1 + 1e-9) * size[i];
+        size[i] = vertices[v[i]].size;
+        bounded |= size[i] > 0 && vertices[v[i]].own > (1 + 1e-9) * size[i];
     }
     if (!bounded || field->options->growth > 1) return 0;
     for (i = 0; i < 4; i++)
-        if (size[i] > 0 && field->own[v[i]] > size[i]) size[i] = field->own[v[i]];
+        if (size[i] > 0 && vertices[v[i]].own > size[i]) size[i] = vertices[v[i]].own;
     for (i = 0; i < 4; i++) {
-        const uint32_t source = field->source[v[i]];
-        double d = mesher__distance(field->vertices[source].x, x);
+        double d;
         if (!(size[i] > 0)) continue;
-        if (*most > field->size[source] + field->slope * d)
-            *most = field->size[source] + field->slope * d;
+        source = vertices + vertices[v[i]].source;
+        d = mesher__distance(source->x, x);
+        if (*most > source->size + field->slope * d) *most = source->size + field->slope * d;
         for (j = 0; j < 4; j++) {
-            d = mesher__distance(field->vertices[v[i]].x, field->vertices[v[j]].x);
+            d = mesher__distance(vertices[v[i]].x, vertices[v[j]].x);
             if (size[j] > size[i] + field->slope * d) size[j] = size[i] + field->slope * d;
         }
     }
@@ -9738,7 +9753,7 @@ static double mesher__field_at(const mesher__field *field, const double *x, dela
         weight += w[i];
         if (bounded) continue;
         d = mesher__distance(field->vertices[v[i]].x, x);
-        s = field->size[v[i]] + (growth > 1 ? growth - 1 : field->slope) * d;
+        s = field->vertices[v[i]].size + (growth > 1 ? growth - 1 : field->slope) * d;
         if (s < most) most = s;
     }
     if (!(weight > 0) || growth > 1 || most < h / weight) h = most;
@@ -11856,7 +11871,6 @@ static void mesher__foresee(mesher__refiner *r, double expected)
     if (points > r->cap_nodes)
         (void)mesher__grow(r->memory, &r->nodes, &r->cap_nodes, 0, points, sizeof *r->nodes);
     (void)delaunay_reserve(r->mesh, vertices, tets);
-    r->field.vertices = r->mesh->vertices; /* moved, perhaps even where the tetrahedra failed */
 }
 
 /* Drops the starts in whose way a point is by now, several threads sharing them. In the order of
@@ -12735,14 +12749,12 @@ static int mesher__vertex_room(mesher__refiner *r, size_t count)
     if (vertices > mesh->cap_vertices &&
         delaunay_reserve(mesh, vertices + vertices / 4, 0) != DELAUNAY_OK)
         return 0;
-    r->field.vertices = mesh->vertices;
     if (mesh->cap_vertices > r->domain->cap_size) {
         cap = r->domain->cap_size;
         if (!mesher__room(&r->domain->memory, &r->domain->size, &cap, mesh->num_vertices,
                           mesh->cap_vertices, sizeof(double)))
             return 0;
         r->domain->cap_size = (uint32_t)cap;
-        r->field.size = r->domain->size;
     }
     return mesher__room(r->memory, &r->home, &r->cap_home, mesh->num_vertices, mesh->cap_vertices,
                         sizeof *r->home);
@@ -13185,7 +13197,6 @@ static mesher_result mesher__insert_in_sections(mesher__refiner *r, size_t begin
     int i;
     if (!parts || !mesher__cavities(r, threads) || !mesher__deal_slots(r, parts))
         return mesher__no_memory(r);
-    r->field.vertices = r->mesh->vertices;
     mesher__find_hints(r, parts);
     /* Shared: the mesh, by the rule above, and r->points by section; private: a cavity for each
      * thread. */
@@ -13330,6 +13341,40 @@ static mesher_result mesher__insert_all(mesher__refiner *r, int rounds)
     return result;
 }
 
+/* The mesh as it is becomes the background of the field. Returns 0 without memory. */
+static int mesher__set_background(mesher__refiner *r)
+{
+    const mesher_domain *domain = r->domain;
+    const delaunay_mesh *mesh = r->mesh;
+    mesher__field *field = &r->field;
+    /* else it goes on with a refined mesh */
+    const int has_own = domain->num_own_sizes == mesh->num_vertices;
+    delaunay_handle t;
+    uint32_t v;
+    field->options = r->options;
+    field->slope = mesher__slope(r->options);
+    field->least = mesher__size_floor(mesh);
+    field->tets = (delaunay_tet *)delaunay_alloc(r->memory, mesh->num_tets, sizeof *field->tets);
+    field->color = (uint32_t *)delaunay_alloc(r->memory, mesh->num_tets, sizeof *field->color);
+    field->vertices = (mesher__field_vertex *)delaunay_alloc(r->memory, mesh->num_vertices,
+                                                             sizeof *field->vertices);
+    if (!field->tets || !field->color || !field->vertices) return 0;
+    memcpy(field->tets, mesh->tets, (size_t)mesh->num_tets * sizeof *mesh->tets);
+    memcpy(field->color, mesh->color, (size_t)mesh->num_tets * sizeof *mesh->color);
+    for (t = 1; t < mesh->num_tets; t++) {
+        const delaunay_handle real = mesh->tets[t].n[3];
+        if (mesh->tets[t].v[3] == DELAUNAY_GHOST) field->tets[real >> 2].n[real & 3] = 0;
+    }
+    for (v = 1; v < mesh->num_vertices; v++) {
+        mesher__field_vertex *x = field->vertices + v;
+        memcpy(x->x, mesh->vertices[v].x, sizeof x->x);
+        x->size = domain->size[v];
+        x->own = has_own ? domain->own_size[v] : x->size;
+        x->source = has_own ? domain->size_source[v] : v;
+    }
+    return 1;
+}
+
 static mesher_result mesher__refiner_init(mesher__refiner *r, mesher_domain *domain)
 {
     delaunay_mesh *mesh = &domain->mesh;
@@ -13352,21 +13397,7 @@ static mesher_result mesher__refiner_init(mesher__refiner *r, mesher_domain *dom
         return MESHER_ERROR_INTERNAL;
     hilbert_box_cube(&r->box);
     for (i = 0; i < 3; i++) r->grid.origin[i] = r->box.lo[i] - 2 * (r->box.hi[i] - r->box.lo[i]);
-    r->field.options = r->options;
-    r->field.vertices = mesh->vertices;
-    r->field.size = domain->size;
-    if (domain->num_own_sizes == mesh->num_vertices) { /* else it goes on with a refined mesh */
-        r->field.own = domain->own_size;
-        r->field.source = domain->size_source;
-    }
-    r->field.slope = mesher__slope(r->options);
-    r->field.least = mesher__size_floor(mesh);
-    r->field.tets = (delaunay_tet *)delaunay_alloc(r->memory, mesh->num_tets, sizeof *mesh->tets);
-    if (!r->field.tets) return mesher__no_memory(r);
-    memcpy(r->field.tets, mesh->tets, (size_t)mesh->num_tets * sizeof *mesh->tets);
-    r->field.color = (uint32_t *)delaunay_alloc(r->memory, mesh->num_tets, sizeof *mesh->color);
-    if (!r->field.color) return mesher__no_memory(r);
-    memcpy(r->field.color, mesh->color, (size_t)mesh->num_tets * sizeof *mesh->color);
+    if (!mesher__set_background(r)) return mesher__no_memory(r);
     if (!mesher__room(r->memory, &r->home, &r->cap_home, 0, mesh->num_vertices, sizeof *r->home))
         return mesher__no_memory(r);
     memset(r->home, 0, mesh->num_vertices * sizeof *r->home);
@@ -13408,6 +13439,7 @@ static void mesher__refiner_free(mesher__refiner *r)
     delaunay_release(r->memory, r->slots);
     delaunay_release(r->memory, r->field.tets);
     delaunay_release(r->memory, r->field.color);
+    delaunay_release(r->memory, r->field.vertices);
     delaunay_release(r->memory, r->home);
     delaunay_release(r->memory, r->points);
     delaunay_release(r->memory, r->order);
