@@ -11647,6 +11647,25 @@ static void mesher__judge_one(mesher__refiner *r, mesher__candidate *c, int plac
     if (judge) mesher__judge(r, c);
 }
 
+/* Fetches what candidates soon after number i will look at first: the background around their
+ * parents. */
+static void mesher__fetch_ahead(const mesher__refiner *r, const mesher__candidate *all, int i, int n)
+{
+    enum { AHEAD = 8 }; /* those of one parent, as a rule */
+    const mesher__field *field = &r->field;
+    int k;
+    if (i + 3 * AHEAD < n) MESHER__PREFETCH(&r->points[all[i + 3 * AHEAD].parent].home);
+    if (i + 2 * AHEAD < n)
+        MESHER__PREFETCH(field->tets + r->points[all[i + 2 * AHEAD].parent].home);
+    if (i + AHEAD < n) {
+        const uint32_t *v = field->tets[r->points[all[i + AHEAD].parent].home].v;
+        for (k = 0; k < 4; k++) {
+            MESHER__PREFETCH(field->vertices[v[k]].x);
+            MESHER__PREFETCH(&field->vertices[v[k]].own);
+        }
+    }
+}
+
 /* The same for n candidates, shared by the threads. */
 static void mesher__judge_some(mesher__refiner *r, mesher__candidate *all, size_t count, int place,
                                int judge)
@@ -11658,7 +11677,10 @@ static void mesher__judge_some(mesher__refiner *r, mesher__candidate *all, size_
     {
         double start = delaunay_cpu_seconds();
         MESHER__OMP(omp for schedule(dynamic, 64) nowait)
-        for (i = 0; i < n; i++) mesher__judge_one(r, all + i, place, judge);
+        for (i = 0; i < n; i++) {
+            if (place) mesher__fetch_ahead(r, all, i, n);
+            mesher__judge_one(r, all + i, place, judge);
+        }
         work += delaunay_cpu_seconds() - start;
     }
     delaunay_crew_end(&r->crew, work);
