@@ -11144,7 +11144,8 @@ static void mesher__lose(delaunay_mesh *mesh, delaunay_handle t)
 #define MESHER__CROSS(a, b, c, d) _mm256_sub_pd(_mm256_mul_pd(a, b), _mm256_mul_pd(c, d))
 
 /* Which of four tetrahedra have a sphere so much smaller than their corners ask for that
- * mesher__propose need not look: bits. */
+ * mesher__propose need not look: bits. None that is so flat that it could find otherwise by
+ * rounding. */
 __attribute__((target("avx2"))) static int mesher__are_small4(const delaunay_vertex *vertices,
                                                               const double *size,
                                                               const delaunay_tet *const *t)
@@ -11185,10 +11186,11 @@ __attribute__((target("avx2"))) static int mesher__are_small4(const delaunay_ver
                                     _mm256_mul_pd(ww, MESHER__CROSS(ux, vy, uy, vx))));
     rr = _mm256_add_pd(_mm256_add_pd(_mm256_mul_pd(x, x), _mm256_mul_pd(y, y)),
                        _mm256_mul_pd(z, z));
-    x = _mm256_mul_pd(_mm256_loadu_pd(bound), _mm256_mul_pd(det, det));
-    x = _mm256_sub_pd(_mm256_mul_pd(x, _mm256_set1_pd(4)), rr);
-    x = _mm256_and_pd(_mm256_cmp_pd(x, _mm256_setzero_pd(), _CMP_GT_OQ),
-                      _mm256_cmp_pd(det, _mm256_set1_pd(1e-290), _CMP_GT_OQ));
+    y = _mm256_mul_pd(det, det);
+    x = _mm256_mul_pd(_mm256_mul_pd(_mm256_loadu_pd(bound), y), _mm256_set1_pd(4));
+    z = _mm256_mul_pd(_mm256_mul_pd(_mm256_set1_pd(1e-20), uu), _mm256_mul_pd(vv, ww));
+    x = _mm256_and_pd(_mm256_cmp_pd(x, rr, _CMP_GT_OQ), _mm256_cmp_pd(y, z, _CMP_GT_OQ));
+    x = _mm256_and_pd(x, _mm256_cmp_pd(det, _mm256_set1_pd(1e-290), _CMP_GT_OQ));
     return _mm256_movemask_pd(x);
 }
 #endif

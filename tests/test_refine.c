@@ -1180,8 +1180,58 @@ static void a_finished_mesh_is_refined(void)
     mesher_domain_free(&d);
 }
 
+#if defined(MESHER__SIMD)
+/* What four lanes call small is small for the plain way too, however flat it is: corners of
+ * rectangles are on a circle but for rounding, and so on any sphere. */
+static void quick_answers_are_those_of_the_plain_way(void)
+{
+    int trial, i, k, little, found = 0;
+    if (!__builtin_cpu_supports("avx2")) return;
+    for (trial = 0; trial < 100000; trial++) {
+        delaunay_vertex room[6], *v = room; /* 32 bytes each, and on a multiple of that */
+        delaunay_tet t[4];
+        const delaunay_tet *all[4];
+        double size[5], x[3], bound = mesher__bound(16, 4), height = pow(0.1, small_random(25));
+        while ((uintptr_t)v % 32) v = (delaunay_vertex *)(void *)((char *)v + 8);
+        memset(t, 0, sizeof t);
+        for (i = 0; i < 5; i++) {
+            size[i] = 4;
+            for (k = 0; k < 3; k++) v[i].x[k] = 1e-6 * small_random(1000000);
+        }
+        for (k = 0; k < 3; k++) { /* v[2] - v[1] is at a right angle to v[3] - v[1] */
+            int j = (k + 1) % 3, l = (k + 2) % 3;
+            x[k] = v[2].x[j] * v[3].x[l] - v[2].x[l] * v[3].x[j];
+        }
+        for (k = 0; k < 3; k++) {
+            v[2].x[k] += v[1].x[k];
+            v[3].x[k] = v[1].x[k] + x[k];
+            v[4].x[k] = v[2].x[k] + x[k] + height * v[4].x[k];
+        }
+        for (i = 0; i < 4; i++) {
+            for (k = 0; k < 4; k++) t[i].v[k] = (uint32_t)(i + k) % 4 + 1;
+            if (i & 1) { /* as positive as the others */
+                t[i].v[0] = (uint32_t)(i + 1) % 4 + 1;
+                t[i].v[1] = (uint32_t)i % 4 + 1;
+            }
+            all[i] = &t[i];
+        }
+        little = mesher__are_small4(v, size, all);
+        for (i = 0; i < 4; i++) {
+            const uint32_t *w = t[i].v;
+            double rr = mesher__circumcentre(v[w[0]].x, v[w[1]].x, v[w[2]].x, v[w[3]].x, x);
+            found += little >> i & 1;
+            CHECK(!(little >> i & 1) || (rr >= 0 && rr < bound * bound));
+        }
+    }
+    CHECK(found > 1000);
+}
+#endif
+
 int main(void)
 {
+#if defined(MESHER__SIMD)
+    quick_answers_are_those_of_the_plain_way();
+#endif
     a_finished_mesh_is_refined();
     a_part_is_the_same_for_any_number_of_threads();
     a_ball_end_to_end();
