@@ -11651,7 +11651,8 @@ static void mesher__judge_one(mesher__refiner *r, mesher__candidate *c, int plac
 
 /* Fetches what candidates soon after number i will look at first: the background around their
  * parents. */
-static void mesher__fetch_ahead(const mesher__refiner *r, const mesher__candidate *all, int i, int n)
+static void mesher__fetch_ahead(const mesher__refiner *r, const mesher__candidate *all, int i,
+                                int n)
 {
     enum { AHEAD = 8 }; /* those of one parent, as a rule */
     const mesher__field *field = &r->field;

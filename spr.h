@@ -36,9 +36,9 @@
  *      vertices, if need be with more than its star; a new vertex in it or on an edge; reconnection
  *      up to 16, then up to 32 points; and for the very worst in the end all that again, further. A
  *      level runs when nothing waits at a cheaper one. What changes sends the bad tetrahedra that it
- *      touches back to the first level,
- *      some times; edges and vertices around which nothing has changed are not tried again. What is
- *      as good as its facets on the surface allow is not tried at all.
+ *      touches back to the first level, some times; edges and vertices around which nothing has
+ *      changed are not tried again. What is as good as its facets on the surface allow is not tried
+ *      at all.
  *      Each change raises the worst quality among what it replaces, by a margin, and what is bad
  *      weighs no more than before: one may become two that are much better. There are never more
  *      bad ones than in the beginning, but for a few where the worst of the mesh becomes twice as
@@ -208,7 +208,7 @@ SPR_API const char *spr_result_string(spr_result result);
  *   report   out     may be NULL
  *
  * Returns  SPR_OK; a positive code: stopped by a budget, or a target that is not met
- * Cost     what is bad decides: 0.4-2 us a tetrahedron of a clean mesh, 0.1-1 ms where most are bad
+ * Cost     what is bad decides: 0.4-2 us a tetrahedron of a clean mesh, 0.1-2 ms where most are bad
  *          for good; 32 bytes a slot, 17 a vertex and up to 32 a bad one, in the end 24
  *          and 46
  * Threads  options->host.num_threads; distinct meshes may be improved at once
@@ -2930,13 +2930,15 @@ static int spr__plan_removal(const spr__state *s, delaunay_worker *worker, delau
         if (result != DELAUNAY_OK) return (int)result;
         if (plan->star.count > SPR__MAX_STAR) continue;
         plan->data[SPR__IN_VAIN] |= 1u << i;
-        offer.before = spr__worst_of(s, plan->star.items, plan->star.count);
-        offer.after = -HUGE_VAL;
         if (thorough) {
             int answer = spr__plan_refill(s, worker, v, plan);
             if (answer != DELAUNAY_PLAN_NOTHING) return answer;
-        } else if (spr__contract(s, v, &plan->star, &offer) &&
-                   (!best.vertex || offer.after - offer.before > best.after - best.before))
+            continue;
+        }
+        offer.before = spr__worst_of(s, plan->star.items, plan->star.count);
+        offer.after = -HUGE_VAL;
+        if (spr__contract(s, v, &plan->star, &offer) &&
+            (!best.vertex || offer.after - offer.before > best.after - best.before))
             best = offer;
     }
     if (!best.vertex) return DELAUNAY_PLAN_NOTHING;
