@@ -24,6 +24,7 @@
  *   >>text          tokens, integers, correctly rounded doubles
  *   >>binary        bounded reads, byte order
  *   >>facets        planar facets with holes and several loops, cut into triangles
+ *   >>inflate       zlib streams, base64
  *   >>stl >>off >>obj >>ply >>medit >>msh >>cells >>vtk >>vtu >>tetgen >>inp >>points: readers
  *   >>output        a buffered file that remembers its first error
  *   >>writers       one function a format
@@ -31,9 +32,10 @@
  *
  * Reads
  *   STL (ASCII, binary; equal corners become one vertex), OFF, OBJ, PLY (ASCII, both byte orders),
- *   Medit .mesh and .meshb (versions 1-4, both byte orders), MSH 2.x and 4.1 (ASCII, binary),
- *   legacy VTK (ASCII, binary), VTU (ASCII, appended raw), TetGen .node .ele .face .poly .smesh,
- *   Abaqus and CalculiX .inp (nodes, elements, surfaces of facets), points: .xyz text, .bin raw
+ *   Medit .mesh and .meshb (versions 1-4, both byte orders), MSH 1 (ASCII), 2.x, 4.0 and 4.1
+ *   (ASCII, binary), legacy VTK (ASCII, binary), VTU (ASCII, binary and appended, raw and base64,
+ *   compressed by zlib or not), TetGen .node .ele .face .poly .smesh, Abaqus and CalculiX .inp
+ *   (nodes, elements, surfaces of facets; parts, each in one place), points: .xyz text, .bin raw
  *   little-endian doubles.
  * Writes
  *   Medit .mesh .meshb, MSH 2.2 and 4.1, VTU, legacy VTK, .inp, .node + .ele + .face, STL, OFF,
@@ -42,7 +44,8 @@
  *
  * What it does not do
  *   Curved elements are read as their corners; hexahedra, prisms and pyramids are counted, not
- *   kept. No compressed or base64 VTU, no binary OFF, no MSH 1 or 4.0. At most 2^32 - 2 vertices.
+ *   kept. No VTU of several pieces or compressed by LZ4 or LZMA, no binary OFF, no MSH 3, no .inp
+ *   that includes other files or makes nodes by rules. At most 2^32 - 2 vertices.
  *   Text numbers are read as doubles, correctly rounded; the slow path is strtod() and the writers
  *   use snprintf(), so keep the "C" numeric locale (every program starts in it).
  *
@@ -128,7 +131,8 @@ typedef enum meshio_format {
  * Medit references, MSH physical (else elementary) tags, TetGen markers, the number of the solid
  * or group in STL and OBJ files that have several (from 1), the cell array `region` of VTK and
  * VTU, the number that the name of a set ends in in .inp files (of a name without one, that of the
- * first card with this name, from 1); else 0. */
+ * first card with this name, from 1): the set of the elements' card, else of their section; without
+ * one, where there are several parts, that of the part; else 0. */
 typedef struct meshio_mesh {
     double *xyz;            /* 3*num_vertices */
     int32_t *vertex_tags;   /* num_vertices */
@@ -180,7 +184,8 @@ typedef struct meshio_write_options {
  *   report  out  may be NULL
  *
  * Returns  MESHIO_OK, also for a file that holds no vertex at all but says so properly
- * Cost     linear; memory below about 6 times the file's size, whatever the file claims
+ * Cost     linear; memory below about 6 times the file's size, whatever the file claims (where it
+ *          is compressed, the size of what it holds, at most 1040 times its own)
  * Threads  distinct calls may run at once */
 MESHIO_API meshio_result meshio_read(const char *path, meshio_format format, meshio_mesh *mesh,
                                      meshio_report *report);
@@ -302,6 +307,7 @@ typedef struct meshio__reader {
     size_t cap_xyz, cap_vertex_tags, cap_edges, cap_edge_tags, cap_triangles, cap_triangle_tags,
         cap_tets, cap_tet_tags, cap_holes, cap_regions;
     meshio_report *report;
+    const unsigned char *aside; /* p and end are in decoded bytes, which come from here, not NULL */
     int text;    /* errors are given by line */
     int comment; /* the character that starts a comment, 0: none */
     int swap;    /* the file's byte order is not this machine's */
@@ -309,8 +315,11 @@ typedef struct meshio__reader {
     meshio__u64s ids, entities;
     meshio__u64s polygons; /* of more than three corners: the first triangle of the fan, corners */
     int ids_consecutive;
+    int id_bits; /* the file's own number is only so many low bits of an id; 0: all */
     uint64_t first_id;
     meshio__cells cells;
+    unsigned char *decoded, *packed; /* of VTU files, what base64 and zlib have made of an array */
+    size_t cap_decoded, cap_packed;
 } meshio__reader;
 
 /* ---- >>arrays  growing arrays, the mesh under construction -------------------------------- */
@@ -318,6 +327,7 @@ typedef struct meshio__reader {
 static void meshio__locate(const meshio__reader *r, const unsigned char *where)
 {
     const unsigned char *p = r->begin;
+    if (r->aside) where = r->aside;
     r->report->offset = (uint64_t)(where - r->begin);
     r->report->line = 0;
     if (!r->text) return;
@@ -495,6 +505,15 @@ static meshio_result meshio__add_polygon(meshio__reader *r, const uint32_t *v, s
                   !meshio__push64(&r->polygons, n)))
         return meshio__no_memory(r);
     for (i = 2; i < n; i++) MESHIO__TRY(meshio__add_triangle(r, v[0], v[i - 1], v[i], tag));
+    return MESHIO_OK;
+}
+
+/* A strip of triangles: every other one is turned. */
+static meshio_result meshio__add_strip(meshio__reader *r, const uint32_t *v, size_t n, int64_t tag)
+{
+    size_t i;
+    for (i = 2; i < n; i++)
+        MESHIO__TRY(meshio__add_triangle(r, v[i - 2], v[i - 1 + (i & 1)], v[i - (i & 1)], tag));
     return MESHIO_OK;
 }
 
@@ -869,11 +888,15 @@ static meshio__type meshio__type_named(const unsigned char *name, size_t length)
                  {"uint", MESHIO__U32},          {"uint32", MESHIO__U32},
                  {"unsigned_int", MESHIO__U32},  {"int64", MESHIO__I64},
                  {"uint64", MESHIO__U64},        {"long", MESHIO__I64},
-                 {"unsigned_long", MESHIO__U64}, {"vtktypeint64", MESHIO__I64},
-                 {"vtkidtype", MESHIO__I32},     {"vtktypeint32", MESHIO__I32},
+                 {"unsigned_long", MESHIO__U64}, {"vtkidtype", MESHIO__I32},
+                 {"signed_char", MESHIO__I8},
                  {"float", MESHIO__F32},         {"float32", MESHIO__F32},
                  {"double", MESHIO__F64},        {"float64", MESHIO__F64}};
     size_t i;
+    if (length > 7 && meshio__same(name, 7, "vtktype")) { /* vtktypeint64 and the like */
+        name += 7;
+        length -= 7;
+    }
     for (i = 0; i < sizeof names / sizeof names[0]; i++)
         if (meshio__same(name, length, names[i].name)) return names[i].type;
     return MESHIO__NO_TYPE;
@@ -1651,9 +1674,10 @@ static meshio_result meshio__stl_facet(meshio__reader *r, int64_t solid)
     double xyz[3];
     size_t length;
     const unsigned char *word;
+    int k;
     r->polygon.num = 0;
     MESHIO__TRY(meshio__expect(r, "normal"));
-    MESHIO__TRY(meshio__xyz(r, xyz));
+    for (k = 0; k < 3; k++) meshio__word(r, &length); /* of no use; -1.#IND and the like occur */
     MESHIO__TRY(meshio__expect(r, "outer"));
     MESHIO__TRY(meshio__expect(r, "loop"));
     for (;;) {
@@ -1700,11 +1724,32 @@ static meshio_result meshio__read_stl_text(meshio__reader *r)
     return MESHIO_OK;
 }
 
-static meshio_result meshio__read_stl_binary(meshio__reader *r, uint64_t count)
+static uint64_t meshio__stl_count(const unsigned char *header)
 {
-    uint64_t i;
+    uint64_t count = 0;
+    int k;
+    for (k = 3; k >= 0; k--) count = count << 8 | header[80 + k];
+    return count;
+}
+
+/* The number of binary solids, one behind the other, that make up the file; 0: it is otherwise. */
+static int64_t meshio__stl_solids(const meshio__reader *r)
+{
+    const unsigned char *p = r->begin;
+    int64_t solids = 0;
+    for (; r->end - p >= 84; solids++) {
+        uint64_t count = meshio__stl_count(p);
+        if (count > (uint64_t)(r->end - p - 84) / 50) return 0;
+        p += 84 + 50 * count;
+    }
+    return p == r->end ? solids : 0;
+}
+
+static meshio_result meshio__read_stl_binary(meshio__reader *r, int64_t solid)
+{
+    uint64_t i, count = meshio__stl_count(r->p);
     int k, c;
-    r->p = r->begin + 84;
+    r->p += 84;
     for (i = 0; i < count; i++) {
         float raw[12];
         uint32_t v[3];
@@ -1715,24 +1760,24 @@ static meshio_result meshio__read_stl_binary(meshio__reader *r, uint64_t count)
             for (c = 0; c < 3; c++) xyz[c] = (double)raw[3 + 3 * k + c];
             MESHIO__TRY(meshio__weld(r, xyz, &v[k]));
         }
-        MESHIO__TRY(meshio__add_triangle(r, v[0], v[1], v[2], 0));
+        MESHIO__TRY(meshio__add_triangle(r, v[0], v[1], v[2], solid));
     }
     return MESHIO_OK;
 }
 
-/* Binary if the size fits the count; else text if it begins with "solid" and has no zero bytes;
+/* Binary if the size fits the counts; else text if it begins with "solid" and has no zero bytes;
  * else binary with bytes to spare. Many binary files begin with "solid", too. */
 static meshio_result meshio__read_stl(meshio__reader *r)
 {
     size_t size = (size_t)(r->end - r->begin), head = size < 1024 ? size : 1024;
     const unsigned char *p = r->begin;
-    uint64_t count = 0;
-    int k;
+    uint64_t count = size >= 84 ? meshio__stl_count(p) : 0;
+    int64_t solids = meshio__stl_solids(r), i;
     r->swap = !meshio__little_endian();
-    if (size >= 84) {
-        for (k = 3; k >= 0; k--) count = count << 8 | p[80 + k];
-        if (size == 84 + 50 * count) return meshio__read_stl_binary(r, count);
-    }
+    r->p = r->begin; /* the header may be any bytes */
+    if (solids == 1) return meshio__read_stl_binary(r, 0);
+    for (i = 1; i <= solids; i++) MESHIO__TRY(meshio__read_stl_binary(r, i));
+    if (solids) return MESHIO_OK;
     while (meshio__is_space(*p)) p++;
     if (r->end - p >= 5 && meshio__same(p, 5, "solid") && !memchr(r->begin, 0, head))
         return meshio__read_stl_text(r);
@@ -1744,20 +1789,38 @@ static meshio_result meshio__read_stl(meshio__reader *r)
         return meshio__fail(r, MESHIO_ERROR_COUNT, r->begin + 80,
                             "binary STL claims %llu triangles, but holds at most %llu",
                             (unsigned long long)count, (unsigned long long)((size - 84) / 50));
-    return meshio__read_stl_binary(r, count);
+    return meshio__read_stl_binary(r, 0);
 }
 
 /* ---- >>off ---------------------------------------------------------------------------------- */
 
-static meshio_result meshio__read_vertices_text(meshio__reader *r, int64_t count, int extra)
+/* From the next line on: has each of the vertices a line of three numbers or more, and the faces no
+ * fewer lines than faces? Then what else is on a vertex's line need not be known. */
+static int meshio__off_has_lines(meshio__reader *r, int64_t vertices, int64_t faces)
+{
+    const unsigned char *start = r->p;
+    int64_t lines = 0;
+    int k = 3;
+    for (meshio__next_line(r); r->p < r->end && k == 3 && lines < vertices + faces;
+         meshio__next_line(r)) {
+        if (!meshio__more_on_line(r)) continue;
+        for (k = lines++ < vertices ? 0 : 3; k < 3 && meshio__more_on_line(r); k++)
+            while (!meshio__is_end(*r->p)) r->p++;
+    }
+    r->p = start;
+    return k == 3 && lines == vertices + faces;
+}
+
+/* `extra`: numbers after the coordinates; -1: up to the end of the line. */
+static meshio_result meshio__off_vertices(meshio__reader *r, int64_t count, int extra)
 {
     double xyz[3], unused;
     int64_t i;
     int k;
-    MESHIO__TRY(meshio__fits(r, count, 6, "vertices"));
     for (i = 0; i < count; i++) {
         MESHIO__TRY(meshio__xyz(r, xyz));
         for (k = 0; k < extra; k++) MESHIO__TRY(meshio__double(r, &unused));
+        if (extra < 0) meshio__next_line(r);
         MESHIO__TRY(meshio__add_vertex(r, xyz, 0));
     }
     return MESHIO_OK;
@@ -1792,19 +1855,26 @@ static meshio_result meshio__read_off(meshio__reader *r)
     word = meshio__word(r, &length);
     for (i = 0; i < length; i++) { /* [ST][C][N]OFF: so many numbers more with each vertex */
         int c = meshio__lower(word[i]);
-        is_off = meshio__same(word + i, length - i, "off");
+        is_off = length - i >= 3 && meshio__same(word + i, 3, "off") &&
+                 (length - i == 3 || meshio__is_digit(word[i + 3]));
         if (is_off) break;
         if (c == 'c')
             extra += 4;
         else if (c == 'n')
             extra += 3;
-        else if (!(c == 's' && length - i == 5) && !(c == 't' && length - i == 4))
+        else if (!(c == 's' && i == 0) && !(c == 't' && i == 1))
             break;
         if (c == 't') extra += 2;
     }
-    if (!is_off) { /* the header may be left out */
+    if (is_off) {
+        r->p = word + i + 3; /* some files have no blank before the counts */
+    } else {                 /* the header may be left out */
         r->p = word;
         if (r->p == r->end) return meshio__expected(r, "the OFF header");
+        if (length > 3 && meshio__same(word + length - 3, 3, "off") &&
+            (word[length - 4] == '4' || word[length - 4] == 'n'))
+            return meshio__fail(r, MESHIO_ERROR_UNSUPPORTED, word,
+                                "only OFF files with points of three coordinates are read");
         if (!meshio__is_digit(*word))
             return meshio__fail(r, MESHIO_ERROR_FORMAT, word, "no OFF header");
     }
@@ -1817,7 +1887,11 @@ static meshio_result meshio__read_off(meshio__reader *r)
     counts = r->p;
     meshio__skip(r);
     one_line = r->p < r->end && !memchr(counts, '\n', (size_t)(r->p - counts));
-    MESHIO__TRY(meshio__read_vertices_text(r, nv, extra));
+    MESHIO__TRY(meshio__fits(r, nv, 6, "vertices"));
+    MESHIO__TRY(meshio__fits(r, nf, 2, "faces"));
+    r->p = counts;
+    if (!one_line && meshio__off_has_lines(r, nv, nf)) extra = -1;
+    MESHIO__TRY(meshio__off_vertices(r, nv, extra));
     MESHIO__TRY(meshio__fits(r, nf, 2, "faces"));
     for (f = 0; f < nf; f++) {
         MESHIO__TRY(meshio__int(r, &n));
@@ -1921,12 +1995,12 @@ static meshio_result meshio__read_obj(meshio__reader *r)
 
 typedef struct meshio__ply_property {
     meshio__type type, count_type; /* count_type: NO_TYPE for a scalar */
-    int role;                      /* 0 1 2: coordinate; 3: the corners of a face; -1: skipped */
+    int role; /* 0 1 2: coordinate; 3: the corners of a face; 4: of strips; -1: skipped */
 } meshio__ply_property;
 
 typedef struct meshio__ply_element {
     int64_t count;
-    int kind; /* 0: vertex, 1: face, -1: other */
+    int kind; /* 0: vertex, 1: face, 2: strips of triangles, 3: edge, -1: other */
     int num_properties;
     size_t first, bytes;
     const unsigned char *where;
@@ -1973,11 +2047,12 @@ static meshio_result meshio__ply_property_line(meshio__reader *r, meshio__ply *p
         for (k = 0; k < 3; k++)
             if (element->kind == 0 && meshio__same(word, length, coordinates[k]))
                 property->role = k;
-    } else if (element->kind == 1 && (meshio__same(word, length, "vertex_indices") ||
-                                      meshio__same(word, length, "vertex_index"))) {
+    } else if ((element->kind == 1 || element->kind == 2) &&
+               (meshio__same(word, length, "vertex_indices") ||
+                meshio__same(word, length, "vertex_index"))) {
         if (property->type >= MESHIO__F32)
             return meshio__fail(r, MESHIO_ERROR_SYNTAX, word, "vertex numbers must be integers");
-        property->role = 3;
+        property->role = element->kind + 2;
     }
     if (!ply->binary)
         element->bytes += 2;
@@ -2017,9 +2092,11 @@ static meshio_result meshio__ply_header(meshio__reader *r, meshio__ply *ply)
             e->first = (size_t)ply->num_properties;
             e->where = word;
             word = meshio__word(r, &length);
-            e->kind = meshio__same(word, length, "vertex") ? 0
-                      : meshio__same(word, length, "face") ? 1
-                                                           : -1;
+            e->kind = meshio__same(word, length, "vertex")      ? 0
+                      : meshio__same(word, length, "face")      ? 1
+                      : meshio__same(word, length, "tristrips") ? 2
+                      : meshio__same(word, length, "edge")      ? 3
+                                                                : -1;
             MESHIO__TRY(meshio__int(r, &e->count));
         } else if (meshio__same(word, length, "property")) {
             MESHIO__TRY(meshio__ply_property_line(r, ply));
@@ -2052,7 +2129,12 @@ static meshio_result meshio__ply_value(meshio__reader *r, const meshio__ply *ply
         if (!ply->binary) meshio__skip(r);
         where = r->p;
         MESHIO__TRY(meshio__scalar(r, ply->binary, property->type, &d, &index));
-        if (property->role != 3) continue;
+        if (property->role < 3) continue;
+        if (property->role == 4 && index == -1) { /* the next strip */
+            MESHIO__TRY(meshio__add_strip(r, r->polygon.data, r->polygon.num, 0));
+            r->polygon.num = 0;
+            continue;
+        }
         MESHIO__TRY(meshio__vertex(r, where, index, 0, &v));
         if (!meshio__push32(&r->polygon, v)) return meshio__no_memory(r);
     }
@@ -2074,7 +2156,8 @@ static meshio_result meshio__read_ply(meshio__reader *r)
             if (properties[k].role >= 0) roles |= 1 << properties[k].role;
         if (element->kind == 0 && roles != 7)
             return meshio__fail(r, MESHIO_ERROR_SYNTAX, element->where, "vertices without x, y, z");
-        if (element->kind == 1 && element->count > 0 && roles != 8)
+        if ((element->kind == 1 || element->kind == 2) && element->count > 0 &&
+            roles != 4 << element->kind)
             return meshio__fail(r, MESHIO_ERROR_UNSUPPORTED, element->where,
                                 "faces without a list of vertex_indices");
         r->text = !ply.binary;
@@ -2089,6 +2172,10 @@ static meshio_result meshio__read_ply(meshio__reader *r)
                 MESHIO__TRY(meshio__add_vertex(r, xyz, 0));
             else if (element->kind == 1)
                 MESHIO__TRY(meshio__add_polygon(r, r->polygon.data, r->polygon.num, 0));
+            else if (element->kind == 2)
+                MESHIO__TRY(meshio__add_strip(r, r->polygon.data, r->polygon.num, 0));
+            else if (element->kind == 3)
+                r->mesh->num_other++;
         }
     }
     return MESHIO_OK;
@@ -2096,11 +2183,12 @@ static meshio_result meshio__read_ply(meshio__reader *r)
 
 /* ---- >>medit -------------------------------------------------------------------------------- */
 
-/* The keywords with entries: name, code of the binary format, integers an entry (less the tag),
- * real numbers an entry, whether a tag follows. Those not listed are stepped over. */
+/* The keywords with entries: name, codes of the binary format and of its elements' kind, of an
+ * entry the corners, the other nodes and the real numbers, before a tag. Those not listed are
+ * stepped over. */
 typedef struct meshio__medit_keyword {
     const char *name;
-    int code, integers, reals, tag;
+    int code, kind, integers, nodes, reals;
 } meshio__medit_keyword;
 
 enum {
@@ -2120,14 +2208,21 @@ static const meshio__medit_keyword *meshio__medit_find(const unsigned char *name
                                                        int64_t code)
 {
     static const meshio__medit_keyword keywords[] = {
-        {"vertices", MESHIO__MEDIT_VERTICES, 0, 3, 1},
-        {"edges", MESHIO__MEDIT_EDGES, 2, 0, 1},
-        {"triangles", MESHIO__MEDIT_TRIANGLES, 3, 0, 1},
-        {"quadrilaterals", MESHIO__MEDIT_QUADS, 4, 0, 1},
-        {"tetrahedra", MESHIO__MEDIT_TETS, 4, 0, 1},
-        {"prisms", MESHIO__MEDIT_PRISMS, 6, 0, 1},
-        {"hexahedra", MESHIO__MEDIT_HEXES, 8, 0, 1},
-        {"pyramids", MESHIO__MEDIT_PYRAMIDS, 5, 0, 1}};
+        {"vertices", MESHIO__MEDIT_VERTICES, MESHIO__MEDIT_VERTICES, 0, 0, 3},
+        {"edges", MESHIO__MEDIT_EDGES, MESHIO__MEDIT_EDGES, 2, 0, 0},
+        {"triangles", MESHIO__MEDIT_TRIANGLES, MESHIO__MEDIT_TRIANGLES, 3, 0, 0},
+        {"quadrilaterals", MESHIO__MEDIT_QUADS, MESHIO__MEDIT_QUADS, 4, 0, 0},
+        {"tetrahedra", MESHIO__MEDIT_TETS, MESHIO__MEDIT_TETS, 4, 0, 0},
+        {"prisms", MESHIO__MEDIT_PRISMS, MESHIO__MEDIT_PRISMS, 6, 0, 0},
+        {"hexahedra", MESHIO__MEDIT_HEXES, MESHIO__MEDIT_HEXES, 8, 0, 0},
+        {"pyramids", MESHIO__MEDIT_PYRAMIDS, MESHIO__MEDIT_PYRAMIDS, 5, 0, 0},
+        {"edgesp2", 25, MESHIO__MEDIT_EDGES, 2, 1, 0},
+        {"trianglesp2", 24, MESHIO__MEDIT_TRIANGLES, 3, 3, 0},
+        {"quadrilateralsq2", 27, MESHIO__MEDIT_QUADS, 4, 5, 0},
+        {"tetrahedrap2", 30, MESHIO__MEDIT_TETS, 4, 6, 0},
+        {"prismsp2", 86, MESHIO__MEDIT_PRISMS, 6, 12, 0},
+        {"hexahedraq2", 33, MESHIO__MEDIT_HEXES, 8, 19, 0},
+        {"pyramidsp2", 87, MESHIO__MEDIT_PYRAMIDS, 5, 9, 0}};
     size_t i;
     for (i = 0; i < sizeof keywords / sizeof keywords[0]; i++)
         if (name ? meshio__same(name, length, keywords[i].name) : keywords[i].code == code)
@@ -2135,10 +2230,10 @@ static const meshio__medit_keyword *meshio__medit_find(const unsigned char *name
     return NULL;
 }
 
-static meshio_result meshio__medit_store(meshio__reader *r, int code, const uint32_t *v,
+static meshio_result meshio__medit_store(meshio__reader *r, int kind, const uint32_t *v,
                                          int64_t tag)
 {
-    switch (code) {
+    switch (kind) {
     case MESHIO__MEDIT_EDGES: return meshio__add_edge(r, v, tag);
     case MESHIO__MEDIT_TRIANGLES: return meshio__add_triangle(r, v[0], v[1], v[2], tag);
     case MESHIO__MEDIT_QUADS: return meshio__add_polygon(r, v, 4, tag);
@@ -2147,25 +2242,39 @@ static meshio_result meshio__medit_store(meshio__reader *r, int code, const uint
     }
 }
 
+/* Gmsh writes elements of second order under the names of the others: then the next line of a text
+ * has just so many numbers more. */
+static int meshio__medit_nodes(meshio__reader *r, const meshio__medit_keyword *keyword)
+{
+    static const unsigned char more[9] = {0, 0, 0, 0, 0, 1, 3, 5, 6}; /* by code, to tetrahedra */
+    const unsigned char *start = r->p;
+    int nodes = keyword->code < 9 ? more[keyword->code] : 0, numbers = 0;
+    if (nodes == 0 || !meshio__skip(r)) return keyword->nodes;
+    for (; meshio__more_on_line(r) && !meshio__is_end(*r->p); numbers++)
+        while (!meshio__is_end(*r->p)) r->p++;
+    r->p = start;
+    return numbers == keyword->integers + nodes + 1 ? nodes : keyword->nodes;
+}
+
 /* The entries of one keyword; `version` is 0 for text. */
 static meshio_result meshio__medit_entries(meshio__reader *r, const meshio__medit_keyword *keyword,
                                            int64_t count, int version)
 {
     double xyz[3], d;
     int64_t n, tag, index;
-    uint32_t v[8];
-    int k;
+    uint32_t v[8], other;
+    int k, nodes = version ? keyword->nodes : meshio__medit_nodes(r, keyword);
     meshio__type integer = version >= 4 ? MESHIO__I64 : MESHIO__I32;
     meshio__type real = version == 1 ? MESHIO__F32 : MESHIO__F64;
     for (n = 0; n < count; n++) {
         for (k = 0; k < keyword->reals; k++)
             MESHIO__TRY(meshio__scalar(r, version, real, &xyz[k], &index));
-        for (k = 0; k < keyword->integers; k++) {
+        for (k = 0; k < keyword->integers + nodes; k++) {
             const unsigned char *where;
             if (!version) meshio__skip(r);
             where = r->p;
             MESHIO__TRY(meshio__scalar(r, version, integer, &d, &index));
-            MESHIO__TRY(meshio__vertex(r, where, index, 1, &v[k]));
+            MESHIO__TRY(meshio__vertex(r, where, index, 1, k < keyword->integers ? &v[k] : &other));
         }
         if (version)
             MESHIO__TRY(meshio__scalar(r, version, integer, &d, &tag));
@@ -2174,7 +2283,7 @@ static meshio_result meshio__medit_entries(meshio__reader *r, const meshio__medi
         if (keyword->reals)
             MESHIO__TRY(meshio__add_vertex(r, xyz, tag));
         else
-            MESHIO__TRY(meshio__medit_store(r, keyword->code, v, tag));
+            MESHIO__TRY(meshio__medit_store(r, keyword->kind, v, tag));
     }
     return MESHIO_OK;
 }
@@ -2200,7 +2309,8 @@ static meshio_result meshio__read_medit(meshio__reader *r)
                 return meshio__fail(r, MESHIO_ERROR_SYNTAX, word, "Dimension 3 must come first");
             MESHIO__TRY(meshio__int(r, &count));
             MESHIO__TRY(meshio__fits(r, count,
-                                     2 * (size_t)(keyword->integers + keyword->reals + 1),
+                                     2 * (size_t)(keyword->integers + keyword->nodes +
+                                                  keyword->reals + 1),
                                      keyword->name));
             MESHIO__TRY(meshio__medit_entries(r, keyword, count, 0));
         } else if (meshio__same(word, length, "dimension")) {
@@ -2252,7 +2362,8 @@ static meshio_result meshio__read_medit_binary(meshio__reader *r)
             if (dimension != 3)
                 return meshio__fail(r, MESHIO_ERROR_UNSUPPORTED, where, "only dimension 3 is read");
         } else if (keyword) {
-            size_t bytes = (size_t)(keyword->integers + 1) * (version >= 4 ? 8 : 4) +
+            size_t integers = (size_t)(keyword->integers + keyword->nodes + 1);
+            size_t bytes = integers * (version >= 4 ? 8 : 4) +
                            (size_t)keyword->reals * (version == 1 ? 4 : 8);
             if (dimension != 3)
                 return meshio__fail(r, MESHIO_ERROR_SYNTAX, where, "no dimension before %s",
@@ -2276,8 +2387,11 @@ static meshio_result meshio__read_medit_binary(meshio__reader *r)
 /* ---- >>msh ---------------------------------------------------------------------------------- */
 
 typedef struct meshio__msh {
-    int binary, v4, narrow; /* narrow: sizes of 32 bits */
+    int version;        /* 10, 20 for any 2.x, 40, 41 */
+    int binary, narrow; /* narrow: sizes of 32 bits */
     int have_nodes;
+    int64_t type, physical, entity; /* of the last element of versions 1 and 2 */
+    uint32_t corners[8];            /* sorted */
 } meshio__msh;
 
 /* Corners of Gmsh's element types 1 .. 31, 92 and 93; 0: unknown. */
@@ -2344,6 +2458,12 @@ static meshio_result meshio__id_add(meshio__reader *r, int64_t id, size_t vertex
     return MESHIO_OK;
 }
 
+/* The number that the file gave to a node. */
+static unsigned long long meshio__shown_id(const meshio__reader *r, uint64_t id)
+{
+    return r->id_bits ? id & ((UINT64_C(1) << r->id_bits) - 1) : id;
+}
+
 /* After the last id: sorts the pairs and looks for ids that occur twice. */
 static meshio_result meshio__ids_close(meshio__reader *r)
 {
@@ -2353,22 +2473,29 @@ static meshio_result meshio__ids_close(meshio__reader *r)
     for (i = 2; i < r->ids.num; i += 2)
         if (r->ids.data[i] == r->ids.data[i - 2])
             return meshio__fail(r, MESHIO_ERROR_INDEX, r->p, "node %llu is defined twice",
-                                (unsigned long long)r->ids.data[i]);
+                                meshio__shown_id(r, r->ids.data[i]));
     return MESHIO_OK;
+}
+
+/* Sorted records of `width` numbers: the index of the first whose first number is not below key. */
+static size_t meshio__records_from(const meshio__u64s *records, size_t width, uint64_t key)
+{
+    size_t lo = 0, hi = records->num / width;
+    while (lo < hi) {
+        size_t mid = lo + (hi - lo) / 2;
+        if (records->data[width * mid] < key)
+            lo = mid + 1;
+        else
+            hi = mid;
+    }
+    return lo;
 }
 
 /* Sorted pairs (key, value): the index of the pair with this key, or the number of pairs. */
 static size_t meshio__pair_find(const meshio__u64s *pairs, uint64_t key)
 {
-    size_t lo = 0, hi = pairs->num / 2, n = hi;
-    while (lo < hi) {
-        size_t mid = lo + (hi - lo) / 2;
-        if (pairs->data[2 * mid] < key)
-            lo = mid + 1;
-        else
-            hi = mid;
-    }
-    return lo < n && pairs->data[2 * lo] == key ? lo : n;
+    size_t k = meshio__records_from(pairs, 2, key), n = pairs->num / 2;
+    return k < n && pairs->data[2 * k] == key ? k : n;
 }
 
 static meshio_result meshio__id_find(meshio__reader *r, const unsigned char *where, int64_t id,
@@ -2387,13 +2514,17 @@ static meshio_result meshio__id_find(meshio__reader *r, const unsigned char *whe
             return MESHIO_OK;
         }
     }
-    return meshio__fail(r, MESHIO_ERROR_INDEX, where, "node %lld is not defined", (long long)id);
+    return meshio__fail(r, MESHIO_ERROR_INDEX, where, "node %s%llu is not defined",
+                        id < 0 ? "-" : "",
+                        meshio__shown_id(r, id < 0 ? 0 - (uint64_t)id : (uint64_t)id));
 }
 
-static meshio_result meshio__msh_nodes2(meshio__reader *r, const meshio__msh *msh)
+/* Nodes of versions 1 and 2. Parametric ones tell their entity and where on it they are, as they
+ * may in version 1, too. */
+static meshio_result meshio__msh_nodes2(meshio__reader *r, const meshio__msh *msh, int parametric)
 {
-    int64_t count, id, i;
-    double xyz[3];
+    int64_t count, id, dimension, unused, i;
+    double xyz[3], u;
     int k;
     MESHIO__TRY(meshio__int(r, &count));
     if (msh->binary) meshio__next_line(r);
@@ -2401,27 +2532,35 @@ static meshio_result meshio__msh_nodes2(meshio__reader *r, const meshio__msh *ms
     for (i = 0; i < count; i++) {
         MESHIO__TRY(meshio__msh_int(r, msh, 0, &id));
         for (k = 0; k < 3; k++) MESHIO__TRY(meshio__msh_real(r, msh, &xyz[k]));
+        if (parametric) {
+            MESHIO__TRY(meshio__msh_int(r, msh, 0, &dimension));
+            MESHIO__TRY(meshio__msh_int(r, msh, 0, &unused));
+            for (k = 0; k < dimension && dimension < 3; k++)
+                MESHIO__TRY(meshio__msh_real(r, msh, &u));
+        }
+        if (msh->version == 10) meshio__next_line(r);
         MESHIO__TRY(meshio__id_add(r, id, (size_t)i));
         MESHIO__TRY(meshio__add_vertex(r, xyz, 0));
     }
     return meshio__ids_close(r);
 }
 
+/* Nodes of versions 4.0, where each number is before its coordinates, and 4.1, where all numbers of
+ * a block are. */
 static meshio_result meshio__msh_nodes4(meshio__reader *r, const meshio__msh *msh)
 {
     int64_t blocks, count, unused, dimension, parametric, num, b, i, id;
     size_t done = 0;
     double xyz[3], u;
-    int k;
+    int k, new41 = msh->version == 41;
     MESHIO__TRY(meshio__msh_int(r, msh, 1, &blocks));
     MESHIO__TRY(meshio__msh_int(r, msh, 1, &count));
-    MESHIO__TRY(meshio__msh_int(r, msh, 1, &unused));
-    MESHIO__TRY(meshio__msh_int(r, msh, 1, &unused));
+    for (k = 0; new41 && k < 2; k++) MESHIO__TRY(meshio__msh_int(r, msh, 1, &unused));
     MESHIO__TRY(meshio__fits(r, count, msh->binary ? 28 : 8, "nodes"));
     MESHIO__TRY(meshio__fits(r, blocks, msh->binary ? 16 : 8, "blocks of nodes"));
     for (b = 0; b < blocks; b++) {
-        MESHIO__TRY(meshio__msh_int(r, msh, 0, &dimension));
-        MESHIO__TRY(meshio__msh_int(r, msh, 0, &unused));
+        MESHIO__TRY(meshio__msh_int(r, msh, 0, new41 ? &dimension : &unused));
+        MESHIO__TRY(meshio__msh_int(r, msh, 0, new41 ? &unused : &dimension));
         MESHIO__TRY(meshio__msh_int(r, msh, 0, &parametric));
         MESHIO__TRY(meshio__msh_int(r, msh, 1, &num));
         MESHIO__TRY(meshio__fits(r, num, msh->binary ? 28 : 8, "nodes in a block"));
@@ -2431,16 +2570,20 @@ static meshio_result meshio__msh_nodes4(meshio__reader *r, const meshio__msh *ms
         if ((uint64_t)num > (uint64_t)count - done)
             return meshio__fail(r, MESHIO_ERROR_COUNT, r->p, "the blocks hold more than %lld nodes",
                                 (long long)count);
-        for (i = 0; i < num; i++) {
+        for (i = 0; new41 && i < num; i++) {
             MESHIO__TRY(meshio__msh_int(r, msh, 1, &id));
             MESHIO__TRY(meshio__id_add(r, id, done + (size_t)i));
         }
-        done += (size_t)num;
         for (i = 0; i < num; i++) {
+            if (!new41) {
+                MESHIO__TRY(meshio__msh_int(r, msh, 0, &id));
+                MESHIO__TRY(meshio__id_add(r, id, done + (size_t)i));
+            }
             for (k = 0; k < 3; k++) MESHIO__TRY(meshio__msh_real(r, msh, &xyz[k]));
             for (k = 0; parametric && k < dimension; k++) MESHIO__TRY(meshio__msh_real(r, msh, &u));
             MESHIO__TRY(meshio__add_vertex(r, xyz, 0));
         }
+        done += (size_t)num;
     }
     if (done != (uint64_t)count)
         return meshio__fail(r, MESHIO_ERROR_COUNT, r->p, "%llu nodes where %lld were claimed",
@@ -2448,9 +2591,27 @@ static meshio_result meshio__msh_nodes4(meshio__reader *r, const meshio__msh *ms
     return meshio__ids_close(r);
 }
 
-/* The nodes of one element, then its place in the mesh. */
-static meshio_result meshio__msh_element(meshio__reader *r, const meshio__msh *msh, int wide,
-                                         int64_t type, int64_t tag)
+/* Versions 1 and 2 repeat an element at once for each further physical group that it is in. */
+static int meshio__msh_repeats(meshio__msh *msh, int64_t type, int64_t physical, int64_t entity,
+                               const uint32_t *v, int n)
+{
+    uint32_t sorted[8] = {0, 0, 0, 0, 0, 0, 0, 0};
+    int i, k, same = type == msh->type && physical != msh->physical && entity == msh->entity;
+    for (i = 0; i < n; i++) {
+        for (k = i; k > 0 && sorted[k - 1] > v[i]; k--) sorted[k] = sorted[k - 1];
+        sorted[k] = v[i];
+    }
+    if (same && memcmp(sorted, msh->corners, sizeof sorted) == 0) return 1;
+    msh->type = type;
+    msh->physical = physical;
+    msh->entity = entity;
+    memcpy(msh->corners, sorted, sizeof sorted);
+    return 0;
+}
+
+/* The nodes of one element, then its place in the mesh, tagged by its physical group if any. */
+static meshio_result meshio__msh_element(meshio__reader *r, meshio__msh *msh, int wide,
+                                         int64_t type, int64_t physical, int64_t entity)
 {
     uint32_t v[8], other;
     int k, n = meshio__msh_nodes(type);
@@ -2462,10 +2623,33 @@ static meshio_result meshio__msh_element(meshio__reader *r, const meshio__msh *m
         MESHIO__TRY(meshio__msh_int(r, msh, wide, &id));
         MESHIO__TRY(meshio__id_find(r, where, id, k < 8 ? &v[k] : &other));
     }
-    return meshio__msh_store(r, type, v, tag);
+    if (msh->version < 40 && meshio__msh_repeats(msh, type, physical, entity, v, n < 8 ? n : 8))
+        return MESHIO_OK;
+    return meshio__msh_store(r, type, v, physical ? physical : entity);
 }
 
-static meshio_result meshio__msh_elements2(meshio__reader *r, const meshio__msh *msh)
+/* Version 1: number, type, physical and elementary tag, number of nodes, nodes. */
+static meshio_result meshio__msh_elements1(meshio__reader *r, meshio__msh *msh)
+{
+    int64_t count, id, type, physical, tag, nodes, i;
+    MESHIO__TRY(meshio__int(r, &count));
+    MESHIO__TRY(meshio__fits(r, count, 10, "elements"));
+    for (i = 0; i < count; i++) {
+        MESHIO__TRY(meshio__int(r, &id));
+        MESHIO__TRY(meshio__int(r, &type));
+        MESHIO__TRY(meshio__int(r, &physical));
+        MESHIO__TRY(meshio__int(r, &tag));
+        MESHIO__TRY(meshio__int(r, &nodes));
+        if (nodes < 1 || meshio__msh_nodes(type) != nodes)
+            return meshio__fail(r, MESHIO_ERROR_SYNTAX, r->p,
+                                "element %lld of type %lld has %lld nodes", (long long)id,
+                                (long long)type, (long long)nodes);
+        MESHIO__TRY(meshio__msh_element(r, msh, 0, type, physical, tag));
+    }
+    return MESHIO_OK;
+}
+
+static meshio_result meshio__msh_elements2(meshio__reader *r, meshio__msh *msh)
 {
     int64_t count, done = 0, type, follow = 1, num_tags, unused, tag, physical, i, k;
     MESHIO__TRY(meshio__int(r, &count));
@@ -2490,62 +2674,88 @@ static meshio_result meshio__msh_elements2(meshio__reader *r, const meshio__msh 
                 if (k == 0) physical = unused;
                 if (k == 1) tag = unused;
             }
-            MESHIO__TRY(meshio__msh_element(r, msh, 0, type, physical ? physical : tag));
+            MESHIO__TRY(meshio__msh_element(r, msh, 0, type, physical, tag));
         }
         done += follow;
     }
     return MESHIO_OK;
 }
 
-/* Physical groups: pairs (dimension and tag of the entity, first physical tag), sorted. */
-static meshio_result meshio__msh_entities(meshio__reader *r, const meshio__msh *msh)
+/* A number of integers, and the integers: the first of them or 0. */
+static meshio_result meshio__msh_ints(meshio__reader *r, const meshio__msh *msh, const char *what,
+                                      int64_t *first)
 {
-    int64_t counts[4], tag, num, value, physical, i, k;
-    int d;
+    int64_t num, value, k;
+    *first = 0;
+    MESHIO__TRY(meshio__msh_int(r, msh, 1, &num));
+    MESHIO__TRY(meshio__fits(r, num, 2, what));
+    for (k = 0; k < num; k++) {
+        MESHIO__TRY(meshio__msh_int(r, msh, 0, &value));
+        if (k == 0) *first = value;
+    }
+    return MESHIO_OK;
+}
+
+/* One entity of dimension d. Those of a partitioned mesh tell their parents and partitions. */
+static meshio_result meshio__msh_entity(meshio__reader *r, const meshio__msh *msh, int d,
+                                        int partitioned)
+{
+    int64_t tag, unused, physical;
     double box;
+    int k;
+    MESHIO__TRY(meshio__msh_int(r, msh, 0, &tag));
+    if (partitioned) {
+        MESHIO__TRY(meshio__msh_int(r, msh, 0, &unused));
+        MESHIO__TRY(meshio__msh_int(r, msh, 0, &unused));
+        MESHIO__TRY(meshio__msh_ints(r, msh, "partitions", &unused));
+    }
+    for (k = 0; k < (d == 0 && msh->version == 41 ? 3 : 6); k++)
+        MESHIO__TRY(meshio__msh_real(r, msh, &box));
+    MESHIO__TRY(meshio__msh_ints(r, msh, "physical tags", &physical));
+    if (d > 0) MESHIO__TRY(meshio__msh_ints(r, msh, "bounding entities", &unused));
+    if (physical != 0 && (!meshio__push64(&r->entities, (uint64_t)d << 32 | (uint32_t)tag) ||
+                          !meshio__push64(&r->entities, (uint64_t)physical)))
+        return meshio__no_memory(r);
+    return MESHIO_OK;
+}
+
+/* Physical groups: pairs (dimension and tag of the entity, first physical tag), sorted. */
+static meshio_result meshio__msh_entities(meshio__reader *r, const meshio__msh *msh,
+                                          int partitioned)
+{
+    int64_t counts[4], ghosts, unused, i;
+    int d;
+    if (partitioned) {
+        MESHIO__TRY(meshio__msh_int(r, msh, 1, &unused));
+        MESHIO__TRY(meshio__msh_int(r, msh, 1, &ghosts));
+        MESHIO__TRY(meshio__fits(r, ghosts, 4, "ghost entities"));
+        for (i = 0; i < 2 * ghosts; i++) MESHIO__TRY(meshio__msh_int(r, msh, 0, &unused));
+    }
     for (d = 0; d < 4; d++) {
         MESHIO__TRY(meshio__msh_int(r, msh, 1, &counts[d]));
         MESHIO__TRY(meshio__fits(r, counts[d], 8, "entities"));
     }
     for (d = 0; d < 4; d++)
-        for (i = 0; i < counts[d]; i++) {
-            MESHIO__TRY(meshio__msh_int(r, msh, 0, &tag));
-            for (k = 0; k < (d == 0 ? 3 : 6); k++) MESHIO__TRY(meshio__msh_real(r, msh, &box));
-            MESHIO__TRY(meshio__msh_int(r, msh, 1, &num));
-            MESHIO__TRY(meshio__fits(r, num, 2, "physical tags"));
-            for (physical = 0, k = 0; k < num; k++) {
-                MESHIO__TRY(meshio__msh_int(r, msh, 0, &value));
-                if (k == 0) physical = value;
-            }
-            if (d > 0) {
-                MESHIO__TRY(meshio__msh_int(r, msh, 1, &num));
-                MESHIO__TRY(meshio__fits(r, num, 2, "bounding entities"));
-                for (k = 0; k < num; k++) MESHIO__TRY(meshio__msh_int(r, msh, 0, &value));
-            }
-            if (physical == 0) continue;
-            if (!meshio__push64(&r->entities, (uint64_t)d << 32 | (uint32_t)tag) ||
-                !meshio__push64(&r->entities, (uint64_t)physical))
-                return meshio__no_memory(r);
-        }
+        for (i = 0; i < counts[d]; i++) MESHIO__TRY(meshio__msh_entity(r, msh, d, partitioned));
     if (r->entities.num)
         qsort(r->entities.data, r->entities.num / 2, 2 * sizeof(uint64_t), meshio__compare_ids);
     return MESHIO_OK;
 }
 
-static meshio_result meshio__msh_elements4(meshio__reader *r, const meshio__msh *msh)
+static meshio_result meshio__msh_elements4(meshio__reader *r, meshio__msh *msh)
 {
-    int64_t blocks, count, unused, dimension, tag, type, num, b, i;
+    int64_t blocks, count, unused, dimension, tag, physical, type, num, b, i;
     uint64_t done = 0;
     size_t pair;
+    int k, new41 = msh->version == 41;
     MESHIO__TRY(meshio__msh_int(r, msh, 1, &blocks));
     MESHIO__TRY(meshio__msh_int(r, msh, 1, &count));
-    MESHIO__TRY(meshio__msh_int(r, msh, 1, &unused));
-    MESHIO__TRY(meshio__msh_int(r, msh, 1, &unused));
+    for (k = 0; new41 && k < 2; k++) MESHIO__TRY(meshio__msh_int(r, msh, 1, &unused));
     MESHIO__TRY(meshio__fits(r, count, msh->binary ? 8 : 4, "elements"));
     MESHIO__TRY(meshio__fits(r, blocks, msh->binary ? 16 : 8, "blocks of elements"));
     for (b = 0; b < blocks; b++) {
-        MESHIO__TRY(meshio__msh_int(r, msh, 0, &dimension));
-        MESHIO__TRY(meshio__msh_int(r, msh, 0, &tag));
+        MESHIO__TRY(meshio__msh_int(r, msh, 0, new41 ? &dimension : &tag));
+        MESHIO__TRY(meshio__msh_int(r, msh, 0, new41 ? &tag : &dimension));
         MESHIO__TRY(meshio__msh_int(r, msh, 0, &type));
         MESHIO__TRY(meshio__msh_int(r, msh, 1, &num));
         if (meshio__msh_nodes(type) == 0)
@@ -2553,10 +2763,10 @@ static meshio_result meshio__msh_elements4(meshio__reader *r, const meshio__msh 
                                 (long long)type);
         MESHIO__TRY(meshio__fits(r, num, msh->binary ? 8 : 4, "elements in a block"));
         pair = meshio__pair_find(&r->entities, (uint64_t)(dimension & 3) << 32 | (uint32_t)tag);
-        if (pair < r->entities.num / 2) tag = (int64_t)r->entities.data[2 * pair + 1];
+        physical = pair < r->entities.num / 2 ? (int64_t)r->entities.data[2 * pair + 1] : 0;
         for (i = 0; i < num; i++) {
-            MESHIO__TRY(meshio__msh_int(r, msh, 1, &unused));
-            MESHIO__TRY(meshio__msh_element(r, msh, 1, type, tag));
+            MESHIO__TRY(meshio__msh_int(r, msh, new41, &unused));
+            MESHIO__TRY(meshio__msh_element(r, msh, new41, type, physical, tag));
         }
         done += (uint64_t)num;
     }
@@ -2575,14 +2785,16 @@ static meshio_result meshio__msh_header(meshio__reader *r, meshio__msh *msh)
     where = r->p;
     MESHIO__TRY(meshio__int(r, &kind));
     MESHIO__TRY(meshio__int(r, &size));
-    msh->v4 = version > 4.05 && version < 4.15;
-    if (!msh->v4 && !(version >= 2 && version < 3))
-        return meshio__fail(r, MESHIO_ERROR_UNSUPPORTED, where, "MSH version %.3g; 2.x and 4.1 are "
-                                                               "read",
-                            version);
+    msh->version = version >= 2 && version < 3         ? 20
+                   : version >= 4 && version <= 4.05   ? 40
+                   : version > 4.05 && version < 4.15 ? 41
+                                                       : 0;
+    if (msh->version == 0)
+        return meshio__fail(r, MESHIO_ERROR_UNSUPPORTED, where,
+                            "MSH version %.3g; 1, 2.x, 4.0 and 4.1 are read", version);
     if (kind != 0 && kind != 1)
         return meshio__fail(r, MESHIO_ERROR_SYNTAX, where, "file-type %lld", (long long)kind);
-    if (size != 8 && !(size == 4 && msh->v4))
+    if (size != 8 && !(size == 4 && msh->version >= 40))
         return meshio__fail(r, MESHIO_ERROR_UNSUPPORTED, where, "data-size %lld, not 8",
                             (long long)size);
     msh->narrow = size == 4;
@@ -2613,6 +2825,33 @@ static meshio_result meshio__msh_skip(meshio__reader *r, const unsigned char *na
     return meshio__fail(r, MESHIO_ERROR_TRUNCATED, name, "this section does not end");
 }
 
+/* A section of which the name has been read. */
+static meshio_result meshio__msh_section(meshio__reader *r, meshio__msh *msh,
+                                         const unsigned char *name, size_t length)
+{
+    int parametric = meshio__same(name, length, "$parametricnodes");
+    int partitioned = meshio__same(name, length, "$partitionedentities");
+    const char *end;
+    if (parametric || meshio__same(name, length, msh->version == 10 ? "$nod" : "$nodes")) {
+        if (msh->have_nodes++)
+            return meshio__fail(r, MESHIO_ERROR_SYNTAX, name, "a second section of nodes");
+        MESHIO__TRY(msh->version >= 40 ? meshio__msh_nodes4(r, msh)
+                                       : meshio__msh_nodes2(r, msh, parametric));
+        end = parametric ? "$endparametricnodes" : msh->version == 10 ? "$endnod" : "$endnodes";
+    } else if (meshio__same(name, length, msh->version == 10 ? "$elm" : "$elements")) {
+        MESHIO__TRY(msh->version >= 40   ? meshio__msh_elements4(r, msh)
+                    : msh->version == 10 ? meshio__msh_elements1(r, msh)
+                                         : meshio__msh_elements2(r, msh));
+        end = msh->version == 10 ? "$endelm" : "$endelements";
+    } else if (msh->version >= 40 && (partitioned || meshio__same(name, length, "$entities"))) {
+        MESHIO__TRY(meshio__msh_entities(r, msh, partitioned));
+        end = partitioned ? "$endpartitionedentities" : "$endentities";
+    } else {
+        return meshio__msh_skip(r, name, length);
+    }
+    return meshio__expect(r, end);
+}
+
 static meshio_result meshio__read_msh(meshio__reader *r)
 {
     meshio__msh msh;
@@ -2625,37 +2864,25 @@ static meshio_result meshio__read_msh(meshio__reader *r)
         MESHIO__TRY(meshio__msh_skip(r, word, length));
         word = meshio__word(r, &length);
     }
-    if (!meshio__same(word, length, "$meshformat")) {
+    if (meshio__same(word, length, "$nod")) {
+        msh.version = 10;
         r->p = word;
-        if (r->p < r->end) return meshio__fail(r, MESHIO_ERROR_FORMAT, word, "no $MeshFormat");
+    } else if (meshio__same(word, length, "$meshformat")) {
+        MESHIO__TRY(meshio__msh_header(r, &msh));
+        MESHIO__TRY(meshio__expect(r, "$endmeshformat"));
+    } else {
+        r->p = word;
+        if (r->p < r->end)
+            return meshio__fail(r, MESHIO_ERROR_FORMAT, word, "no $MeshFormat, nor $NOD");
         return meshio__expected(r, "$MeshFormat");
     }
-    MESHIO__TRY(meshio__msh_header(r, &msh));
-    MESHIO__TRY(meshio__expect(r, "$endmeshformat"));
-    for (;;) {
-        const char *end = NULL;
-        word = meshio__word(r, &length);
-        if (length == 0) break;
+    while ((word = meshio__word(r, &length), length) != 0) {
         if (word[0] != '$' || length < 2) {
             r->p = word;
             return meshio__expected(r, "a section");
         }
         if (msh.binary) r->text = 0, meshio__next_line(r);
-        if (meshio__same(word, length, "$nodes")) {
-            if (msh.have_nodes++)
-                return meshio__fail(r, MESHIO_ERROR_SYNTAX, word, "a second section of nodes");
-            MESHIO__TRY(msh.v4 ? meshio__msh_nodes4(r, &msh) : meshio__msh_nodes2(r, &msh));
-            end = "$endnodes";
-        } else if (meshio__same(word, length, "$elements")) {
-            MESHIO__TRY(msh.v4 ? meshio__msh_elements4(r, &msh) : meshio__msh_elements2(r, &msh));
-            end = "$endelements";
-        } else if (msh.v4 && meshio__same(word, length, "$entities")) {
-            MESHIO__TRY(meshio__msh_entities(r, &msh));
-            end = "$endentities";
-        } else {
-            MESHIO__TRY(meshio__msh_skip(r, word, length));
-        }
-        if (end) MESHIO__TRY(meshio__expect(r, end));
+        MESHIO__TRY(meshio__msh_section(r, &msh, word, length));
     }
     if (!msh.have_nodes) return meshio__expected(r, "$Nodes");
     return MESHIO_OK;
@@ -2663,40 +2890,59 @@ static meshio_result meshio__read_msh(meshio__reader *r)
 
 /* ---- >>cells  what VTK and VTU files share -------------------------------------------------- */
 
+/* Can a cell of VTK's type have n points? Those of any order have their corners first. */
+static int meshio__cell_has(uint32_t type, size_t n)
+{
+    static const unsigned char points[36] = {0, 0, 0, 2, 0, 3, 0, 0, 4, 4, 4, 0, 0, 0, 0, 0, 0, 0,
+                                             0, 0, 0, 3, 6, 8, 10, 0, 0, 0, 9, 0, 6, 0, 0, 0, 7, 4};
+    if (type < 36) return points[type] == 0 || points[type] == n;
+    switch (type) {
+    case 68: case 75: return n >= 2;
+    case 69: case 76: return n >= 3;
+    case 70: case 71: case 77: case 78: return n >= 4;
+    default: return 1;
+    }
+}
+
 /* Turns the collected cells into edges, triangles and tetrahedra. */
 static meshio_result meshio__cells_store(meshio__reader *r)
 {
     const meshio__cells *cells = &r->cells;
     size_t c, start = 0, n, i;
+    if (cells->tags.num && cells->tags.num != cells->ends.num)
+        return meshio__fail(r, MESHIO_ERROR_COUNT, r->p, "%llu tags for %llu cells",
+                            (unsigned long long)cells->tags.num,
+                            (unsigned long long)cells->ends.num);
     for (c = 0; c < cells->ends.num; c++) {
         const uint32_t *v = cells->corners.data + start;
         int64_t tag = cells->tags.num ? (int32_t)cells->tags.data[c] : 0;
         uint32_t type = cells->types.data[c];
-        static const unsigned char corners[25] = {0, 0, 0, 2, 0, 3, 0, 0, 4, 4, 4, 0, 0,
-                                                  0, 0, 0, 0, 0, 0, 0, 0, 3, 6, 0, 10};
         n = (size_t)cells->ends.data[c] - start;
         start = (size_t)cells->ends.data[c];
-        if (type < 25 && corners[type] && corners[type] != n)
+        if (!meshio__cell_has(type, n))
             return meshio__fail(r, MESHIO_ERROR_COUNT, r->p,
                                 "cell %llu of type %lu has %llu corners", (unsigned long long)c,
                                 (unsigned long)type, (unsigned long long)n);
         switch (type) {
-        case 3: case 21: MESHIO__TRY(meshio__add_edge(r, v, tag)); break;
+        case 3: case 21: case 35: case 68: case 75:
+            MESHIO__TRY(meshio__add_edge(r, v, tag));
+            break;
         case 4:
             for (i = 1; i < n; i++) MESHIO__TRY(meshio__add_edge(r, v + i - 1, tag));
             break;
-        case 5: case 22: MESHIO__TRY(meshio__add_polygon(r, v, 3, tag)); break;
-        case 6: /* strip: every other triangle is turned */
-            for (i = 2; i < n; i++)
-                MESHIO__TRY(meshio__add_triangle(r, v[i - 2], v[i - 1 + (i & 1)],
-                                                 v[i - (i & 1)], tag));
+        case 5: case 22: case 34: case 69: case 76:
+            MESHIO__TRY(meshio__add_polygon(r, v, 3, tag));
             break;
+        case 6: MESHIO__TRY(meshio__add_strip(r, v, n, tag)); break;
         case 7: case 9: MESHIO__TRY(meshio__add_polygon(r, v, n, tag)); break;
+        case 23: case 28: case 30: case 70: case 77:
+            MESHIO__TRY(meshio__add_polygon(r, v, 4, tag));
+            break;
         case 8:
             MESHIO__TRY(meshio__add_triangle(r, v[0], v[1], v[3], tag));
             MESHIO__TRY(meshio__add_triangle(r, v[0], v[3], v[2], tag));
             break;
-        case 10: case 24: MESHIO__TRY(meshio__add_tet(r, v, tag)); break;
+        case 10: case 24: case 71: case 78: MESHIO__TRY(meshio__add_tet(r, v, tag)); break;
         case 1: case 2: break; /* points name vertices that are there already */
         default: r->mesh->num_other++; break;
         }
@@ -2846,44 +3092,218 @@ static meshio_result meshio__vtk_cell_types(meshio__reader *r, int binary)
     return MESHIO_OK;
 }
 
-/* SCALARS name type [components], LOOKUP_TABLE name, one value a cell: kept if it holds the
- * tags. */
-static meshio_result meshio__vtk_scalars(meshio__reader *r, int binary, int64_t count)
+/* Steps over the lines that VTK 8 and later write after an array, up to an empty one. */
+static void meshio__vtk_metadata(meshio__reader *r)
 {
-    size_t length;
-    const unsigned char *word = meshio__word(r, &length);
-    int wanted = meshio__is_tag_array(word, length) && r->cells.tags.num == 0 &&
-                 (uint64_t)count == r->cells.ends.num;
-    meshio__type type;
-    int64_t components = 1, i, value;
-    double d;
-    word = meshio__word(r, &length);
-    type = meshio__type_named(word, length);
-    if (type == MESHIO__NO_TYPE)
-        return meshio__fail(r, MESHIO_ERROR_UNSUPPORTED, word, "unknown type of SCALARS");
-    if (meshio__more_on_line(r)) MESHIO__TRY(meshio__int(r, &components));
-    MESHIO__TRY(meshio__expect(r, "lookup_table"));
-    meshio__word(r, &length);
-    if (binary) meshio__next_line(r);
-    if (components < 1 || components > 4)
-        return meshio__fail(r, MESHIO_ERROR_SYNTAX, word, "1 .. 4 components");
-    MESHIO__TRY(meshio__fits(r, count, (size_t)components * (binary ? meshio__type_size(type) : 2),
-                             "values"));
-    for (i = 0; i < count * components; i++) {
-        MESHIO__TRY(meshio__scalar(r, binary, type, &d, &value));
-        if (wanted && components == 1 && !meshio__push32(&r->cells.tags, (uint32_t)value))
-            return meshio__no_memory(r);
+    do meshio__next_line(r);
+    while (meshio__more_on_line(r));
+}
+
+/* Steps over strings, one a line; in binary each has its length before it, in 8, 4, 2 or 1 bytes as
+ * the first two bits say: 0 .. 3. */
+static meshio_result meshio__vtk_strings(meshio__reader *r, int binary, int64_t count)
+{
+    int64_t i;
+    MESHIO__TRY(meshio__fits(r, count, 1, "strings"));
+    for (i = 0; i < count; i++) {
+        int k, bytes = 8 >> (r->p[0] >> 6);
+        uint64_t length = r->p[0] & 63;
+        if (r->p == r->end) return meshio__expected(r, "a string");
+        if (!binary) {
+            meshio__next_line(r);
+            continue;
+        }
+        for (k = 1; k < bytes && r->end - r->p > k; k++) length = length << 8 | r->p[k];
+        if (r->end - r->p < bytes || length > (uint64_t)(r->end - r->p - bytes))
+            return meshio__fail(r, MESHIO_ERROR_TRUNCATED, r->p, "the file ends in a string");
+        r->p += (size_t)bytes + length;
     }
     return MESHIO_OK;
 }
 
+/* From its first value on an array of so many tuples, of a type that the file names; kept if it
+ * holds the cells' tags, else stepped over. */
+static meshio_result meshio__vtk_array(meshio__reader *r, int binary, const unsigned char *type,
+                                       size_t type_length, int64_t components, int64_t tuples,
+                                       int tags)
+{
+    meshio__type t = meshio__type_named(type, type_length);
+    int64_t count = tuples, i, value;
+    unsigned char bytes[8];
+    double d;
+    if (components < 0 || tuples < 0 || (components && tuples > INT64_MAX / 16 / components))
+        return meshio__fail(r, MESHIO_ERROR_COUNT, type, "an array of %lld times %lld values",
+                            (long long)tuples, (long long)components);
+    count *= components;
+    if (meshio__same(type, type_length, "string") || meshio__same(type, type_length, "utf8_string"))
+        return meshio__vtk_strings(r, binary, count);
+    if (meshio__same(type, type_length, "bit")) {
+        t = MESHIO__U8;
+        if (binary) count = (count + 7) / 8;
+        tags = 0;
+    }
+    if (t == MESHIO__NO_TYPE)
+        return meshio__fail(r, MESHIO_ERROR_UNSUPPORTED, type, "an array of an unknown type");
+    MESHIO__TRY(meshio__fits(r, count, binary ? meshio__type_size(t) : 2, "values"));
+    if (binary && !tags) return meshio__bytes(r, bytes, (size_t)count * meshio__type_size(t));
+    for (i = 0; i < count && tags; i++) {
+        MESHIO__TRY(meshio__scalar(r, binary, t, &d, &value));
+        if (!meshio__push32(&r->cells.tags, (uint32_t)value)) return meshio__no_memory(r);
+    }
+    for (i = 0; i < count && !tags && !binary; i++) MESHIO__TRY(meshio__double(r, &d));
+    return MESHIO_OK;
+}
+
+/* What is known while the sections follow one another. */
+typedef struct meshio__vtk {
+    int binary, have_points;
+    int data;      /* what the attributes belong to: 'p' points, 'c' cells */
+    int64_t count; /* of these */
+} meshio__vtk;
+
+/* May an array of this name, one value each, hold the tags? */
+static int meshio__vtk_is_tags(const meshio__reader *r, const meshio__vtk *vtk,
+                               const unsigned char *name, size_t length)
+{
+    return vtk->data == 'c' && r->cells.tags.num == 0 && meshio__is_tag_array(name, length);
+}
+
+/* FIELD name n, then n arrays: name, components, tuples, type, values. */
+static meshio_result meshio__vtk_field(meshio__reader *r, const meshio__vtk *vtk)
+{
+    int64_t arrays, components, tuples, i;
+    size_t length, type_length;
+    const unsigned char *name, *type;
+    meshio__word(r, &length);
+    MESHIO__TRY(meshio__int(r, &arrays));
+    MESHIO__TRY(meshio__fits(r, arrays, 2, "arrays"));
+    for (i = 0; i < arrays; i++) {
+        name = meshio__word(r, &length);
+        if (meshio__same(name, length, "metadata") && !meshio__more_on_line(r)) {
+            meshio__vtk_metadata(r);
+            name = meshio__word(r, &length);
+        }
+        if (meshio__same(name, length, "null_array")) continue;
+        MESHIO__TRY(meshio__int(r, &components));
+        MESHIO__TRY(meshio__int(r, &tuples));
+        type = meshio__word(r, &type_length);
+        if (vtk->binary || meshio__same(type, type_length, "string") ||
+            meshio__same(type, type_length, "utf8_string"))
+            meshio__next_line(r);
+        MESHIO__TRY(meshio__vtk_array(r, vtk->binary, type, type_length, components, tuples,
+                                      components == 1 && tuples == vtk->count &&
+                                          meshio__vtk_is_tags(r, vtk, name, length)));
+    }
+    return MESHIO_OK;
+}
+
+/* SCALARS name type [components], LOOKUP_TABLE name, values. */
+static meshio_result meshio__vtk_scalars(meshio__reader *r, const meshio__vtk *vtk)
+{
+    size_t length, type_length, unused;
+    const unsigned char *name = meshio__word(r, &length), *type = meshio__word(r, &type_length);
+    int64_t components = 1;
+    if (meshio__more_on_line(r)) MESHIO__TRY(meshio__int(r, &components));
+    MESHIO__TRY(meshio__expect(r, "lookup_table"));
+    meshio__word(r, &unused);
+    if (vtk->binary) meshio__next_line(r);
+    return meshio__vtk_array(r, vtk->binary, type, type_length, components, vtk->count,
+                             components == 1 && meshio__vtk_is_tags(r, vtk, name, length));
+}
+
+/* The other attributes of points or cells: stepped over. */
+static meshio_result meshio__vtk_attribute(meshio__reader *r, const meshio__vtk *vtk,
+                                           const unsigned char *word, size_t length)
+{
+    static const struct {
+        const char *name;
+        int components; /* 0: a number in the file */
+        int bytes;      /* no type: bytes in binary, else any numbers */
+    } kinds[] = {{"vectors", 3, 0},      {"normals", 3, 0},  {"tensors", 9, 0},
+                 {"tensors6", 6, 0},     {"global_ids", 1, 0}, {"pedigree_ids", 1, 0},
+                 {"edge_flags", 1, 0},   {"texture_coordinates", 0, 0},
+                 {"color_scalars", 0, 1}, {"lookup_table", 0, 4}};
+    static const unsigned char uchar[] = "uchar", real[] = "float";
+    const unsigned char *type = vtk->binary ? uchar : real;
+    size_t k, type_length = 5, unused;
+    int64_t components, tuples = vtk->count;
+    for (k = 0; k < sizeof kinds / sizeof kinds[0]; k++)
+        if (meshio__same(word, length, kinds[k].name)) break;
+    if (vtk->data == 0 || k == sizeof kinds / sizeof kinds[0]) {
+        r->p = word;
+        return meshio__expected(r, "a keyword of a legacy VTK file");
+    }
+    meshio__word(r, &unused); /* its own name */
+    components = kinds[k].components;
+    if (components == 0) MESHIO__TRY(meshio__int(r, &components));
+    if (kinds[k].bytes == 0) type = meshio__word(r, &type_length);
+    if (kinds[k].bytes == 4) tuples = 4;
+    if (vtk->binary) meshio__next_line(r);
+    return meshio__vtk_array(r, vtk->binary, type, type_length, components, tuples, 0);
+}
+
+static meshio_result meshio__vtk_points(meshio__reader *r, meshio__vtk *vtk,
+                                        const unsigned char *word)
+{
+    int64_t count;
+    size_t length;
+    meshio__type type;
+    if (vtk->have_points++) return meshio__fail(r, MESHIO_ERROR_SYNTAX, word, "POINTS again");
+    MESHIO__TRY(meshio__int(r, &count));
+    word = meshio__word(r, &length);
+    type = meshio__type_named(word, length);
+    if (type == MESHIO__NO_TYPE)
+        return meshio__fail(r, MESHIO_ERROR_UNSUPPORTED, word, "points of an unknown type");
+    if (vtk->binary) meshio__next_line(r);
+    return meshio__points_scalars(r, vtk->binary, type, count);
+}
+
+/* CELL_DATA or POINT_DATA, and of how many. */
+static meshio_result meshio__vtk_data(meshio__reader *r, meshio__vtk *vtk, int data)
+{
+    const unsigned char *where = r->p;
+    uint64_t due = data == 'c' ? r->cells.ends.num : r->mesh->num_vertices;
+    MESHIO__TRY(meshio__int(r, &vtk->count));
+    vtk->data = data;
+    if (vtk->count < 0 || (uint64_t)vtk->count != due)
+        return meshio__fail(r, MESHIO_ERROR_COUNT, where, "data of %lld %s, but there are %llu",
+                            (long long)vtk->count, data == 'c' ? "cells" : "points",
+                            (unsigned long long)due);
+    return MESHIO_OK;
+}
+
+/* The section that a word opens. */
+static meshio_result meshio__vtk_section(meshio__reader *r, meshio__vtk *vtk,
+                                         const unsigned char *word, size_t length)
+{
+    static const struct {
+        const char *name;
+        uint32_t type;
+    } cells[] = {{"polygons", 7}, {"triangle_strips", 6}, {"lines", 4}, {"vertices", 2},
+                 {"cells", 0}};
+    size_t k;
+    for (k = 0; k < sizeof cells / sizeof cells[0]; k++)
+        if (meshio__same(word, length, cells[k].name))
+            return meshio__vtk_cells(r, vtk->binary, cells[k].type);
+    if (meshio__same(word, length, "points")) return meshio__vtk_points(r, vtk, word);
+    if (meshio__same(word, length, "cell_types")) return meshio__vtk_cell_types(r, vtk->binary);
+    if (meshio__same(word, length, "cell_data")) return meshio__vtk_data(r, vtk, 'c');
+    if (meshio__same(word, length, "point_data")) return meshio__vtk_data(r, vtk, 'p');
+    if (meshio__same(word, length, "field")) return meshio__vtk_field(r, vtk);
+    if (meshio__same(word, length, "metadata")) {
+        meshio__vtk_metadata(r);
+        return MESHIO_OK;
+    }
+    if (vtk->data && meshio__same(word, length, "scalars")) return meshio__vtk_scalars(r, vtk);
+    return meshio__vtk_attribute(r, vtk, word, length);
+}
+
 static meshio_result meshio__read_vtk(meshio__reader *r)
 {
-    int binary, have_points = 0;
-    int64_t count, cell_data = -1;
+    meshio__vtk vtk;
     size_t length;
     const unsigned char *word;
-    meshio__type type;
+    memset(&vtk, 0, sizeof vtk);
     r->text = 1;
     if (r->begin == r->end) return meshio__expected(r, "# vtk DataFile Version");
     if (r->end - r->p < 22 || !meshio__same(r->p, 22, "# vtk datafile version"))
@@ -2891,8 +3311,8 @@ static meshio_result meshio__read_vtk(meshio__reader *r)
     meshio__next_line(r);
     meshio__next_line(r);
     word = meshio__word(r, &length);
-    binary = meshio__same(word, length, "binary");
-    if (!binary && !meshio__same(word, length, "ascii")) {
+    vtk.binary = meshio__same(word, length, "binary");
+    if (!vtk.binary && !meshio__same(word, length, "ascii")) {
         r->p = word;
         return meshio__expected(r, "ASCII or BINARY");
     }
@@ -2902,55 +3322,256 @@ static meshio_result meshio__read_vtk(meshio__reader *r)
     if (!meshio__same(word, length, "polydata") && !meshio__same(word, length, "unstructured_grid"))
         return meshio__fail(r, MESHIO_ERROR_UNSUPPORTED, word,
                             "only POLYDATA and UNSTRUCTURED_GRID are read");
-    if (binary) r->text = 0;
-    for (;;) {
-        word = meshio__word(r, &length);
-        if (length == 0) break;
-        if (meshio__same(word, length, "points")) {
-            if (have_points++) return meshio__fail(r, MESHIO_ERROR_SYNTAX, word, "POINTS again");
-            MESHIO__TRY(meshio__int(r, &count));
-            word = meshio__word(r, &length);
-            type = meshio__type_named(word, length);
-            if (type != MESHIO__F32 && type != MESHIO__F64)
-                return meshio__fail(r, MESHIO_ERROR_UNSUPPORTED, word, "points of float or double");
-            if (binary) meshio__next_line(r);
-            MESHIO__TRY(meshio__points_scalars(r, binary, type, count));
-        } else if (meshio__same(word, length, "polygons")) {
-            MESHIO__TRY(meshio__vtk_cells(r, binary, 7));
-        } else if (meshio__same(word, length, "triangle_strips")) {
-            MESHIO__TRY(meshio__vtk_cells(r, binary, 6));
-        } else if (meshio__same(word, length, "lines")) {
-            MESHIO__TRY(meshio__vtk_cells(r, binary, 4));
-        } else if (meshio__same(word, length, "vertices")) {
-            MESHIO__TRY(meshio__vtk_cells(r, binary, 2));
-        } else if (meshio__same(word, length, "cells")) {
-            MESHIO__TRY(meshio__vtk_cells(r, binary, 0));
-        } else if (meshio__same(word, length, "cell_types")) {
-            MESHIO__TRY(meshio__vtk_cell_types(r, binary));
-        } else if (meshio__same(word, length, "cell_data")) {
-            MESHIO__TRY(meshio__int(r, &cell_data));
-        } else if (cell_data >= 0 && meshio__same(word, length, "scalars")) {
-            MESHIO__TRY(meshio__vtk_scalars(r, binary, cell_data));
-        } else if (have_points && r->cells.types.num == r->cells.ends.num &&
-                   (meshio__same(word, length, "metadata") || cell_data >= 0 ||
-                    meshio__same(word, length, "point_data") ||
-                    meshio__same(word, length, "field"))) {
-            break; /* other data: the mesh is complete */
-        } else {
-            r->p = word;
-            return meshio__expected(r, "a keyword of a legacy VTK file");
-        }
-    }
-    if (!have_points) return meshio__expected(r, "POINTS");
+    if (vtk.binary) r->text = 0;
+    while ((word = meshio__word(r, &length), length) != 0)
+        MESHIO__TRY(meshio__vtk_section(r, &vtk, word, length));
+    if (!vtk.have_points) return meshio__expected(r, "POINTS");
     if (r->cells.types.num != r->cells.ends.num) return meshio__expected(r, "CELL_TYPES");
     return meshio__cells_store(r);
 }
 
-/* ---- >>vtu  one piece, ASCII or appended raw ------------------------------------------------- */
+/* ---- >>inflate  zlib streams, base64 --------------------------------------------------------- */
+
+/* A canonical prefix code: of each length the number of codes, the symbols in the order of their
+ * codes; fast: what 9 bits begin with, 16 * symbol + length, 0: a longer code or none. */
+enum { MESHIO__FAST_BITS = 9 };
+typedef struct meshio__code {
+    uint16_t fast[1 << MESHIO__FAST_BITS], count[16], symbols[288];
+} meshio__code;
+
+/* The bits that are left, lowest first. */
+typedef struct meshio__bits {
+    const unsigned char *p, *end;
+    uint64_t bits;
+    int num;
+} meshio__bits;
+
+/* 0: more codes than there can be. */
+static int meshio__code_build(meshio__code *code, const unsigned char *lengths, int n)
+{
+    int i, k, left = 1, offset[17] = {0}, next[17] = {0};
+    memset(code, 0, sizeof *code);
+    for (i = 0; i < n; i++) code->count[lengths[i]]++;
+    code->count[0] = 0;
+    for (k = 1; k < 16; k++) {
+        left = 2 * left - code->count[k];
+        if (left < 0) return 0;
+        offset[k + 1] = offset[k] + code->count[k];
+        next[k + 1] = (next[k] + code->count[k]) << 1;
+    }
+    for (i = 0; i < n; i++) {
+        int length = lengths[i], bits, reversed = 0;
+        if (length == 0) continue;
+        code->symbols[offset[length]++] = (uint16_t)i;
+        bits = next[length]++;
+        if (length > MESHIO__FAST_BITS) continue;
+        for (k = 0; k < length; k++) reversed |= (bits >> k & 1) << (length - 1 - k);
+        for (; reversed < 1 << MESHIO__FAST_BITS; reversed += 1 << length)
+            code->fast[reversed] = (uint16_t)(16 * i + length);
+    }
+    return 1;
+}
+
+static void meshio__bits_fill(meshio__bits *b)
+{
+    for (; b->num <= 56 && b->p < b->end; b->num += 8) b->bits |= (uint64_t)*b->p++ << b->num;
+}
+
+/* The next n bits, at most 16; -1: there are fewer. */
+static int meshio__bits_take(meshio__bits *b, int n)
+{
+    int value;
+    if (b->num < n) meshio__bits_fill(b);
+    if (b->num < n) return -1;
+    value = (int)(b->bits & ((UINT64_C(1) << n) - 1));
+    b->bits >>= n;
+    b->num -= n;
+    return value;
+}
+
+/* The next symbol; -1: none. */
+static int meshio__code_take(meshio__bits *b, const meshio__code *code)
+{
+    int k, bits = 0, first = 0, index = 0, entry;
+    if (b->num < 15) meshio__bits_fill(b);
+    entry = code->fast[b->bits & ((1 << MESHIO__FAST_BITS) - 1)];
+    if (entry) return meshio__bits_take(b, entry & 15) < 0 ? -1 : entry >> 4;
+    for (k = 1; k < 16; k++) {
+        int bit = meshio__bits_take(b, 1);
+        if (bit < 0) return -1;
+        bits = bits << 1 | bit;
+        first <<= 1;
+        if (bits - first < code->count[k]) return code->symbols[index + bits - first];
+        first += code->count[k];
+        index += code->count[k];
+    }
+    return -1;
+}
+
+/* The codes of a block: `kind` 1 has fixed ones, 2 brings its own. 0: they are wrong. */
+static int meshio__block_codes(meshio__bits *b, int kind, meshio__code *literals,
+                               meshio__code *distances)
+{
+    static const unsigned char order[19] = {16, 17, 18, 0, 8,  7, 9,  6, 10, 5,
+                                            11, 4,  12, 3, 13, 2, 14, 1, 15};
+    unsigned char lengths[320];
+    int i, num_literals = 288, num_distances = 30, num, n = 0;
+    memset(lengths, 0, sizeof lengths);
+    if (kind == 1) {
+        for (i = 0; i < 288; i++)
+            lengths[i] = (unsigned char)(i < 144 ? 8 : i < 256 ? 9 : i < 280 ? 7 : 8);
+        memset(lengths + 288, 5, 30);
+    } else {
+        num_literals = meshio__bits_take(b, 5) + 257;
+        num_distances = meshio__bits_take(b, 5) + 1;
+        num = meshio__bits_take(b, 4) + 4;
+        if (num < 4 || num_literals > 286) return 0; /* num is 3 if the bits end here */
+        for (i = 0; i < num; i++) {
+            int length = meshio__bits_take(b, 3);
+            if (length < 0) return 0;
+            lengths[order[i]] = (unsigned char)length;
+        }
+        if (!meshio__code_build(distances, lengths, 19)) return 0;
+        memset(lengths, 0, sizeof lengths);
+        while (n < num_literals + num_distances) {
+            int symbol = meshio__code_take(b, distances), repeat = 1, extra = 0, value = 0;
+            if (symbol < 0 || (symbol == 16 && n == 0)) return 0;
+            if (symbol < 16) value = symbol;
+            if (symbol == 16) value = lengths[n - 1], repeat = 3, extra = 2;
+            if (symbol == 17) repeat = 3, extra = 3;
+            if (symbol == 18) repeat = 11, extra = 7;
+            extra = meshio__bits_take(b, extra);
+            if (extra < 0 || repeat + extra > num_literals + num_distances - n) return 0;
+            for (repeat += extra; repeat > 0; repeat--) lengths[n++] = (unsigned char)value;
+        }
+    }
+    return meshio__code_build(literals, lengths, num_literals) &&
+           meshio__code_build(distances, lengths + num_literals, num_distances);
+}
+
+/* The symbols of a block, up to its end; *n bytes are in `out`. 0: wrong, or more than `size`. */
+static int meshio__block_symbols(meshio__bits *b, const meshio__code *literals,
+                                 const meshio__code *distances, unsigned char *out, size_t size,
+                                 size_t *n)
+{
+    static const uint16_t far[30] = {1,    2,    3,    4,    5,    7,    9,    13,    17,    25,
+                                     33,   49,   65,   97,   129,  193,  257,  385,   513,   769,
+                                     1025, 1537, 2049, 3073, 4097, 6145, 8193, 12289, 16385, 24577};
+    static const uint16_t longer[29] = {3,  4,  5,  6,  7,  8,  9,  10,  11,  13,
+                                        15, 17, 19, 23, 27, 31, 35, 43,  51,  59,
+                                        67, 83, 99, 115, 131, 163, 195, 227, 258};
+    for (;;) {
+        int symbol = meshio__code_take(b, literals), length, distance, extra;
+        if (symbol < 0 || symbol > 285) return 0;
+        if (symbol == 256) return 1;
+        if (symbol < 256) {
+            if (*n == size) return 0;
+            out[(*n)++] = (unsigned char)symbol;
+            continue;
+        }
+        symbol -= 257;
+        extra = meshio__bits_take(b, symbol < 8 || symbol == 28 ? 0 : (symbol - 4) / 4);
+        length = longer[symbol] + extra;
+        if (extra < 0) return 0;
+        symbol = meshio__code_take(b, distances);
+        if (symbol < 0 || symbol > 29) return 0;
+        extra = meshio__bits_take(b, symbol < 4 ? 0 : (symbol - 2) / 2);
+        distance = far[symbol] + extra;
+        if (extra < 0 || (size_t)distance > *n || (size_t)length > size - *n) return 0;
+        for (; length > 0; length--, (*n)++) out[*n] = out[*n - (size_t)distance];
+    }
+}
+
+/* A zlib stream that must hold just `size` bytes [RFC 1950, 1951]. 0: it does not. */
+static int meshio__inflate(const unsigned char *p, const unsigned char *end, unsigned char *out,
+                           size_t size)
+{
+    meshio__code literals, distances;
+    meshio__bits b;
+    size_t n = 0, i;
+    uint32_t low = 1, high = 0, sum = 0;
+    int last, kind, k;
+    if (end - p < 6 || (p[0] & 15) != 8 || (p[0] << 8 | p[1]) % 31 != 0 || (p[1] & 32)) return 0;
+    b.p = p + 2;
+    b.end = end;
+    b.bits = 0;
+    b.num = 0;
+    do {
+        last = meshio__bits_take(&b, 1);
+        kind = meshio__bits_take(&b, 2);
+        if (kind < 0 || kind > 2) return 0;
+        if (kind == 0) { /* bytes as they are, from a whole byte on */
+            int length, check;
+            meshio__bits_take(&b, b.num & 7);
+            length = meshio__bits_take(&b, 16);
+            check = meshio__bits_take(&b, 16);
+            if (check < 0 || (length ^ check) != 0xFFFF || (size_t)length > size - n) return 0;
+            for (; length > 0; length--) {
+                int byte = meshio__bits_take(&b, 8);
+                if (byte < 0) return 0;
+                out[n++] = (unsigned char)byte;
+            }
+        } else if (!meshio__block_codes(&b, kind, &literals, &distances) ||
+                   !meshio__block_symbols(&b, &literals, &distances, out, size, &n)) {
+            return 0;
+        }
+    } while (!last);
+    meshio__bits_take(&b, b.num & 7);
+    for (k = 0; k < 4; k++) {
+        int byte = meshio__bits_take(&b, 8);
+        if (byte < 0) return 0;
+        sum = sum << 8 | (uint32_t)byte;
+    }
+    for (i = 0; i < n; i++) {
+        low += out[i];
+        high += low;
+        if (i % 5000 == 4999) low %= 65521, high %= 65521; /* before they can overflow */
+    }
+    low %= 65521;
+    high %= 65521;
+    return n == size && sum == (high << 16 | low);
+}
+
+static int meshio__base64_digit(int c)
+{
+    if (c >= 'A' && c <= 'Z') return c - 'A';
+    if (c >= 'a' && c <= 'z') return c - 'a' + 26;
+    if (meshio__is_digit(c)) return c - '0' + 52;
+    return c == '+' ? 62 : c == '/' ? 63 : -1;
+}
+
+/* `size` bytes from base64 text, which may be padded in between: what comes after them; NULL: there
+ * are fewer. */
+static const unsigned char *meshio__base64(const unsigned char *p, const unsigned char *end,
+                                           unsigned char *out, size_t size)
+{
+    size_t n = 0;
+    while (n < size) {
+        int k, digit, pad = 0;
+        uint32_t group = 0;
+        for (k = 0; k < 4; k++) {
+            while (p < end && meshio__is_space(*p)) p++;
+            if (p == end) return NULL;
+            digit = meshio__base64_digit(*p);
+            if (digit < 0 && *p == '=' && k > 1) pad++;
+            else if (digit < 0 || pad) return NULL;
+            group = group << 6 | (uint32_t)(digit < 0 ? 0 : digit);
+            p++;
+        }
+        for (k = 0; k < 3 - pad && n < size; k++)
+            out[n++] = (unsigned char)(group >> (16 - 8 * k));
+    }
+    return p;
+}
+
+/* ---- >>vtu  one piece, ASCII or binary ------------------------------------------------------- */
 
 typedef struct meshio__vtu {
     const unsigned char *appended; /* after the '_', NULL if there is none */
+    const unsigned char *end;      /* of the file */
+    int raw;                       /* what is appended is not base64 */
     int wide;                      /* header_type UInt64 */
+    int zlib;
     int64_t points, cells;
 } meshio__vtu;
 
@@ -2988,43 +3609,182 @@ static meshio_result meshio__attribute_int(meshio__reader *r, const unsigned cha
     return MESHIO_OK;
 }
 
+/* Word k of the header before an array's data. */
+static uint64_t meshio__vtu_word(const meshio__reader *r, const meshio__vtu *vtu,
+                                 const unsigned char *header, size_t k)
+{
+    size_t size = vtu->wide ? 8 : 4, i;
+    uint64_t word = 0;
+    int little = meshio__little_endian() != r->swap;
+    for (i = 0; i < size; i++)
+        word = word << 8 | header[k * size + (little ? size - 1 - i : i)];
+    return word;
+}
+
+static int meshio__reserve_bytes(unsigned char **bytes, size_t *cap, size_t need)
+{
+    void *data = *bytes;
+    if (!meshio__reserve(&data, cap, need, 1)) return 0;
+    *bytes = (unsigned char *)data;
+    return 1;
+}
+
+/* Bytes from text at *p, which goes on behind them, into r->packed, from `at` on. */
+static meshio_result meshio__vtu_decode(meshio__reader *r, const unsigned char **p, size_t at,
+                                        uint64_t size)
+{
+    if (size > (uint64_t)(r->end - *p))
+        return meshio__fail(r, MESHIO_ERROR_COUNT, *p, "%llu bytes of data, but only %llu are left",
+                            (unsigned long long)size, (unsigned long long)(r->end - *p));
+    if (!meshio__reserve_bytes(&r->packed, &r->cap_packed, at + (size_t)size + 1))
+        return meshio__no_memory(r);
+    *p = meshio__base64(*p, r->end, r->packed + at, (size_t)size);
+    if (!*p) return meshio__fail(r, MESHIO_ERROR_SYNTAX, r->p, "the base64 data end early");
+    return MESHIO_OK;
+}
+
+/* Puts the cursor on decoded bytes. */
+static void meshio__vtu_aside(meshio__reader *r, const unsigned char *tag,
+                              const unsigned char *bytes, size_t size)
+{
+    r->aside = tag;
+    r->p = bytes;
+    r->end = bytes + size;
+}
+
+/* Blocks that zlib has compressed: their number, size, the last one's size if that is another,
+ * their sizes when compressed; then the blocks. `text` is base64. */
+static meshio_result meshio__vtu_inflate(meshio__reader *r, const meshio__vtu *vtu, int text,
+                                         const unsigned char *tag, uint64_t bytes)
+{
+    const unsigned char *p = r->p, *header = p, *from;
+    uint64_t blocks, size, rest, packed = 0, left = (uint64_t)(r->end - p), i;
+    size_t word = vtu->wide ? 8 : 4, done = 0, head;
+    if (text) MESHIO__TRY(meshio__vtu_decode(r, &p, 0, word));
+    if (text) header = r->packed, p = r->p;
+    if (left < word) return meshio__expected(r, "the size of the data");
+    blocks = meshio__vtu_word(r, vtu, header, 0);
+    if (blocks > left / word || (blocks + 3) * word > left)
+        return meshio__fail(r, MESHIO_ERROR_COUNT, r->p, "%llu blocks of data, but only %llu bytes "
+                                                         "are left",
+                            (unsigned long long)blocks, (unsigned long long)left);
+    if (blocks == 0 && bytes == 0) {
+        meshio__vtu_aside(r, tag, header, 0);
+        return MESHIO_OK;
+    }
+    head = (size_t)(blocks + 3) * word;
+    if (text) MESHIO__TRY(meshio__vtu_decode(r, &p, 0, head));
+    header = text ? r->packed : p;
+    size = meshio__vtu_word(r, vtu, header, 1);
+    rest = meshio__vtu_word(r, vtu, header, 2);
+    if (rest == 0) rest = size;
+    for (i = 0; i < blocks; i++) {
+        uint64_t one = meshio__vtu_word(r, vtu, header, 3 + (size_t)i);
+        packed = one > left || packed > left ? left + 1 : packed + one;
+    }
+    if (packed > left)
+        return meshio__fail(r, MESHIO_ERROR_COUNT, r->p, "blocks of more bytes than are left");
+    if ((blocks == 0 && bytes != 0) || (blocks > 1 && size > bytes / (blocks - 1)) ||
+        (blocks > 0 && (blocks - 1) * size + rest != bytes) || bytes / 1040 > packed)
+        return meshio__fail(r, MESHIO_ERROR_COUNT, r->p,
+                            "%llu blocks of %llu bytes where there should be %llu bytes",
+                            (unsigned long long)blocks, (unsigned long long)size,
+                            (unsigned long long)bytes); /* 1032: the most that zlib can do */
+    if (text) MESHIO__TRY(meshio__vtu_decode(r, &p, head, packed));
+    header = text ? r->packed : p;
+    from = header + head;
+    if (!text && packed > left - head)
+        return meshio__fail(r, MESHIO_ERROR_COUNT, r->p, "blocks of more bytes than are left");
+    if (bytes > (size_t)-1 / 2 ||
+        !meshio__reserve_bytes(&r->decoded, &r->cap_decoded, (size_t)bytes + 1))
+        return meshio__no_memory(r);
+    for (i = 0; i < blocks; i++) {
+        size_t in = (size_t)meshio__vtu_word(r, vtu, header, 3 + (size_t)i);
+        size_t out = (size_t)(i + 1 < blocks ? size : rest);
+        if (!meshio__inflate(from, from + in, r->decoded + done, out))
+            return meshio__fail(r, MESHIO_ERROR_SYNTAX, r->p,
+                                "block %llu of the compressed data is damaged",
+                                (unsigned long long)i);
+        from += in;
+        done += out;
+    }
+    meshio__vtu_aside(r, tag, r->decoded, (size_t)bytes);
+    return MESHIO_OK;
+}
+
 /* Puts the cursor on the data of an array that must hold `count` values. */
 static meshio_result meshio__vtu_open(meshio__reader *r, const meshio__vtu *vtu,
                                       const unsigned char *tag, const unsigned char *end,
                                       uint64_t count, meshio__type *type, int *binary)
 {
-    size_t length;
-    const unsigned char *text = meshio__attribute(tag, end, "type", &length);
-    int64_t offset, bytes = 0;
+    size_t length, word = vtu->wide ? 8 : 4;
+    const unsigned char *text = meshio__attribute(tag, end, "type", &length), *p;
+    int64_t offset;
+    uint64_t bytes;
+    int appended;
     *type = text ? meshio__type_named(text, length) : MESHIO__NO_TYPE;
     if (*type == MESHIO__NO_TYPE)
         return meshio__fail(r, MESHIO_ERROR_UNSUPPORTED, tag, "unknown type of a DataArray");
     text = meshio__attribute(tag, end, "format", &length);
-    *binary = text && meshio__same(text, length, "appended");
+    appended = text && meshio__same(text, length, "appended");
+    *binary = appended || (text && meshio__same(text, length, "binary"));
     r->p = end + 1;
     if (!*binary) {
         if (text && !meshio__same(text, length, "ascii"))
             return meshio__fail(r, MESHIO_ERROR_UNSUPPORTED, tag,
-                                "only ascii and appended raw data");
+                                "only ascii, binary and appended data");
         return MESHIO_OK;
     }
-    MESHIO__TRY(meshio__attribute_int(r, tag, end, "offset", &offset));
-    if (!vtu->appended || offset > (int64_t)(r->end - vtu->appended))
-        return meshio__fail(r, MESHIO_ERROR_TRUNCATED, tag, "the appended data are missing");
-    r->p = vtu->appended + offset;
-    MESHIO__TRY(vtu->wide ? meshio__i64(r, &bytes) : meshio__i32(r, &bytes));
-    if (!vtu->wide) bytes &= 0xFFFFFFFF;
-    if (bytes < 0 || (uint64_t)bytes != count * meshio__type_size(*type))
+    if (appended) {
+        MESHIO__TRY(meshio__attribute_int(r, tag, end, "offset", &offset));
+        if (!vtu->appended || offset > (int64_t)(r->end - vtu->appended))
+            return meshio__fail(r, MESHIO_ERROR_TRUNCATED, tag, "the appended data are missing");
+        r->p = vtu->appended + offset;
+    }
+    if (count > MESHIO__MAX_COUNT * UINT64_C(16))
+        return meshio__fail(r, MESHIO_ERROR_TOO_LARGE, tag, "an array of 2^36 values or more");
+    bytes = count * meshio__type_size(*type);
+    if (vtu->zlib) return meshio__vtu_inflate(r, vtu, !appended || !vtu->raw, tag, bytes);
+    p = r->p;
+    if (!appended || !vtu->raw) {
+        MESHIO__TRY(meshio__vtu_decode(r, &p, 0, word));
+    } else if ((size_t)(r->end - p) < word) {
+        return meshio__expected(r, "the size of the data");
+    }
+    offset = (int64_t)(meshio__vtu_word(r, vtu, appended && vtu->raw ? p : r->packed, 0) &
+                       INT64_MAX);
+    if ((uint64_t)offset != bytes)
         return meshio__fail(r, MESHIO_ERROR_COUNT, r->p, "%lld bytes for %llu values",
-                            (long long)bytes, (unsigned long long)count);
+                            (long long)offset, (unsigned long long)count);
+    if (appended && vtu->raw) {
+        r->p += word;
+        return MESHIO_OK;
+    }
+    p = r->p;
+    MESHIO__TRY(meshio__vtu_decode(r, &p, 0, word + bytes));
+    meshio__vtu_aside(r, tag, r->packed + word, (size_t)bytes);
+    return MESHIO_OK;
+}
+
+/* Behind the last value of an array: back to the file; as text it must end there. */
+static meshio_result meshio__vtu_close(meshio__reader *r, const meshio__vtu *vtu, int binary)
+{
+    if (r->aside) {
+        r->p = r->aside;
+        r->aside = NULL;
+        r->end = vtu->end;
+    } else if (!binary) {
+        meshio__skip(r);
+        if (*r->p != '<') return meshio__expected(r, "the end of the array");
+    }
     return MESHIO_OK;
 }
 
 static meshio_result meshio__vtu_array(meshio__reader *r, const meshio__vtu *vtu, int section,
                                        const unsigned char *tag, const unsigned char *end)
 {
-    size_t length = 0;
-    const unsigned char *name = meshio__attribute(tag, end, "name", &length);
+    size_t length = 0, text_length;
+    const unsigned char *name = meshio__attribute(tag, end, "name", &length), *text;
     meshio__type type;
     int64_t i, value, size;
     double d;
@@ -3033,15 +3793,19 @@ static meshio_result meshio__vtu_array(meshio__reader *r, const meshio__vtu *vtu
         if (r->mesh->num_vertices)
             return meshio__fail(r, MESHIO_ERROR_SYNTAX, tag, "a second array of points");
         MESHIO__TRY(meshio__vtu_open(r, vtu, tag, end, 3 * (uint64_t)vtu->points, &type, &binary));
-        return meshio__points_scalars(r, binary, type, vtu->points);
+        MESHIO__TRY(meshio__points_scalars(r, binary, type, vtu->points));
+        return meshio__vtu_close(r, vtu, binary);
     }
     if (!name) return MESHIO_OK;
-    if (section == 'd' && meshio__is_tag_array(name, length) && r->cells.tags.num == 0) {
+    text = meshio__attribute(tag, end, "numberofcomponents", &text_length);
+    if (section == 'd' && meshio__is_tag_array(name, length) && r->cells.tags.num == 0 &&
+        (!text || (text_length == 1 && *text == '1'))) {
         MESHIO__TRY(meshio__vtu_open(r, vtu, tag, end, (uint64_t)vtu->cells, &type, &binary));
         for (i = 0; i < vtu->cells; i++) {
             MESHIO__TRY(meshio__scalar(r, binary, type, &d, &value));
             if (!meshio__push32(&r->cells.tags, (uint32_t)value)) return meshio__no_memory(r);
         }
+        return meshio__vtu_close(r, vtu, binary);
     } else if (section == 'c' && meshio__same(name, length, "offsets")) {
         MESHIO__TRY(meshio__vtu_open(r, vtu, tag, end, (uint64_t)vtu->cells, &type, &binary));
         r->cells.ends.num = 0;
@@ -3052,6 +3816,7 @@ static meshio_result meshio__vtu_array(meshio__reader *r, const meshio__vtu *vtu
             size = value;
             MESHIO__TRY(meshio__cell_end(r, (uint64_t)value));
         }
+        return meshio__vtu_close(r, vtu, binary);
     } else if (section == 'c' && meshio__same(name, length, "types")) {
         MESHIO__TRY(meshio__vtu_open(r, vtu, tag, end, (uint64_t)vtu->cells, &type, &binary));
         r->cells.types.num = 0;
@@ -3059,6 +3824,7 @@ static meshio_result meshio__vtu_array(meshio__reader *r, const meshio__vtu *vtu
             MESHIO__TRY(meshio__scalar(r, binary, type, &d, &value));
             if (!meshio__push32(&r->cells.types, (uint32_t)value)) return meshio__no_memory(r);
         }
+        return meshio__vtu_close(r, vtu, binary);
     }
     return MESHIO_OK;
 }
@@ -3080,7 +3846,7 @@ static meshio_result meshio__vtu_corners(meshio__reader *r, const meshio__vtu *v
     MESHIO__TRY(meshio__fits(r, (int64_t)(size & INT64_MAX), binary ? meshio__type_size(type) : 2,
                              "corners"));
     for (i = 0; i < size; i++) MESHIO__TRY(meshio__cell_corner(r, binary, type));
-    return MESHIO_OK;
+    return meshio__vtu_close(r, vtu, binary);
 }
 
 static meshio_result meshio__read_vtu(meshio__reader *r)
@@ -3092,6 +3858,7 @@ static meshio_result meshio__read_vtu(meshio__reader *r)
     memset(&vtu, 0, sizeof vtu);
     r->text = 1;
     r->swap = !meshio__little_endian();
+    vtu.end = r->end;
     if (r->begin == r->end) return meshio__expected(r, "<VTKFile");
     for (p = r->begin; p + 13 < r->end && memcmp(p, "<AppendedData", 13) != 0; p++) {}
     appended = p + 13 < r->end ? p : NULL;
@@ -3100,7 +3867,8 @@ static meshio_result meshio__read_vtu(meshio__reader *r)
         end = (const unsigned char *)memchr(appended, '>', (size_t)(r->end - appended));
         if (!p || !end || p < end) return meshio__expected(r, "'_' before the appended data");
         text = meshio__attribute(appended, end, "encoding", &length);
-        if (text && meshio__same(text, length, "raw")) vtu.appended = p + 1;
+        vtu.raw = text && meshio__same(text, length, "raw");
+        vtu.appended = p + 1;
     }
     for (p = r->begin; (p = (const unsigned char *)memchr(p, '<', (size_t)(r->end - p))) != NULL;
          p = end + 1) {
@@ -3114,8 +3882,12 @@ static meshio_result meshio__read_vtu(meshio__reader *r)
             text = meshio__attribute(p, end, "type", &length);
             if (!text || !meshio__same(text, length, "unstructuredgrid"))
                 return meshio__fail(r, MESHIO_ERROR_UNSUPPORTED, p, "not an UnstructuredGrid");
-            if (meshio__attribute(p, end, "compressor", &length))
-                return meshio__fail(r, MESHIO_ERROR_UNSUPPORTED, p, "compressed data are not read");
+            text = meshio__attribute(p, end, "compressor", &length);
+            vtu.zlib = text && meshio__same(text, length, "vtkzlibdatacompressor");
+            if (text && length && !vtu.zlib)
+                return meshio__fail(r, MESHIO_ERROR_UNSUPPORTED, p,
+                                    "data of the compressor %.*s; only zlib's are read",
+                                    length < 40 ? (int)length : 40, (const char *)text);
             text = meshio__attribute(p, end, "header_type", &length);
             vtu.wide = text && meshio__same(text, length, "uint64");
             text = meshio__attribute(p, end, "byte_order", &length);
@@ -3128,6 +3900,7 @@ static meshio_result meshio__read_vtu(meshio__reader *r)
                 return meshio__fail(r, MESHIO_ERROR_UNSUPPORTED, p, "more than one piece");
             MESHIO__TRY(meshio__attribute_int(r, p, end, "numberofpoints", &vtu.points));
             MESHIO__TRY(meshio__attribute_int(r, p, end, "numberofcells", &vtu.cells));
+            if (vtu.zlib) continue; /* each array tells its sizes */
             MESHIO__TRY(meshio__fits(r, vtu.points, 6, "points"));
             MESHIO__TRY(meshio__fits(r, vtu.cells, 3, "cells"));
         } else if (meshio__same(p, length, "<points")) {
@@ -3348,8 +4121,11 @@ static meshio_result meshio__read_elements(meshio__reader *r, int64_t first, int
 
 /* A line that starts with a star: its word, and those of its parameters that matter here. */
 typedef struct meshio__inp_card {
-    const unsigned char *word, *type, *name; /* name: of the set or surface */
-    size_t word_length, type_length, name_length;
+    /* name: of the set, surface or part; part: the part or instance that is meant */
+    const unsigned char *word, *type, *name, *part;
+    size_t word_length, type_length, name_length, part_length;
+    int generate;
+    int elsewhere; /* its data are in another file, or in coordinates that are not Cartesian */
 } meshio__inp_card;
 
 /* The passes over a file, and what they have in common. */
@@ -3358,9 +4134,20 @@ typedef struct meshio__inp {
     int pass;
     int64_t cards;    /* with a name that has no number, counted in the first pass */
     int skip;         /* an assembly that only names what its parts have defined */
-    int has_surfaces; /* else nobody asks for elements by their ids */
+    int has_surfaces; /* or sections; else nobody asks for elements by their ids */
+    int64_t part, parts;  /* the part or instance, from 1, 0 outside; those up to here */
+    int64_t with_nodes;   /* parts and instances that have nodes */
+    /* of each part: its name's hash, first vertex, end, whether it has a place; after the first
+     * pass its number among those with nodes; of an instance without nodes the part that it places
+     */
+    meshio__u64s ranges;
     meshio__u64s tets; /* pairs: ids of the file, tetrahedra */
+    meshio__u64s sets; /* of elements: hash, first id, last, step; later sorted */
+    uint64_t named;    /* tetrahedra that sets have named so far */
 } meshio__inp;
+
+/* Each part numbers its own nodes and elements: an id is its part's and that number. */
+enum { MESHIO__INP_BITS = 42, MESHIO__INP_PARTS = 10000 };
 
 /* Steps over empty lines and comments. Is the next line one of data? */
 static int meshio__inp_data(meshio__reader *r)
@@ -3380,6 +4167,12 @@ static int meshio__inp_more(meshio__reader *r)
     if (comma) r->p++;
     if (comma && !meshio__more_on_line(r)) meshio__next_line(r);
     return meshio__more_on_line(r);
+}
+
+/* To the next line, unless a comma at the end of a line has led to the card after it. */
+static void meshio__inp_next(meshio__reader *r)
+{
+    if (*r->p != '*') meshio__next_line(r);
 }
 
 /* Text up to a comma, an equals sign or the end of the line, without the blanks around it. */
@@ -3406,9 +4199,17 @@ static void meshio__inp_read_card(meshio__reader *r, meshio__inp_card *card)
             r->p++;
             value = meshio__inp_field(r, &size);
         }
+        if (meshio__same(key, length, "input") ||
+            (meshio__same(key, length, "system") && size && meshio__lower(*value) != 'r'))
+            card->elsewhere = 1;
         if (meshio__same(key, length, "type")) {
             card->type = value;
             card->type_length = size;
+        } else if (meshio__same(key, length, "generate")) {
+            card->generate = 1;
+        } else if (meshio__same(key, length, "part") || meshio__same(key, length, "instance")) {
+            card->part = value;
+            card->part_length = size;
         } else if (meshio__same(key, length, "elset") || meshio__same(key, length, "name")) {
             card->name = value;
             card->name_length = size;
@@ -3434,8 +4235,11 @@ static meshio_result meshio__inp_tag(meshio__reader *r, meshio__inp *inp,
     const unsigned char *name = card->name;
     size_t n = card->name_length, at = n, k;
     uint64_t hash;
-    *tag = 0;
+    *tag = inp->with_nodes > 1 && inp->part
+               ? (int64_t)inp->ranges.data[4 * (size_t)inp->part - 1]
+               : 0;
     if (n == 0) return MESHIO_OK;
+    *tag = 0;
     while (at > 0 && n - at < 10 && meshio__is_digit(name[at - 1])) at--;
     for (k = at; k < n; k++) *tag = 10 * *tag + (name[k] - '0');
     if (*tag > INT32_MAX) *tag = 0;
@@ -3455,42 +4259,162 @@ static meshio_result meshio__inp_tag(meshio__reader *r, meshio__inp *inp,
     return MESHIO_OK;
 }
 
-static meshio_result meshio__inp_nodes(meshio__reader *r)
+static meshio_result meshio__inp_id(meshio__reader *r, const meshio__inp *inp, int64_t *id)
 {
-    for (; meshio__inp_data(r); meshio__next_line(r)) {
+    MESHIO__TRY(meshio__int(r, id));
+    if (*id < 0 || *id >> MESHIO__INP_BITS)
+        return meshio__fail(r, MESHIO_ERROR_INDEX, r->p, "the number %lld of a node or element",
+                            (long long)*id);
+    if (inp->part > 1) *id |= (inp->part - 1) << MESHIO__INP_BITS;
+    return MESHIO_OK;
+}
+
+static meshio_result meshio__inp_nodes(meshio__reader *r, const meshio__inp *inp)
+{
+    for (; meshio__inp_data(r); meshio__inp_next(r)) {
         double xyz[3] = {0, 0, 0};
         int64_t id;
         int k;
-        MESHIO__TRY(meshio__int(r, &id));
-        for (k = 0; k < 3 && meshio__inp_more(r); k++) MESHIO__TRY(meshio__double(r, &xyz[k]));
+        MESHIO__TRY(meshio__inp_id(r, inp, &id));
+        for (k = 0; k < 3 && meshio__inp_more(r) && *r->p != '*'; k++)
+            MESHIO__TRY(meshio__double(r, &xyz[k]));
         MESHIO__TRY(meshio__id_add(r, id, r->mesh->num_vertices));
         MESHIO__TRY(meshio__add_vertex(r, xyz, 0));
     }
     return MESHIO_OK;
 }
 
-/* Corners and nodes of an element type, whatever letters follow its name; 0: another kind. */
+/* Corners (of flat ones negative) and nodes of an element type: its family, their number, whatever
+ * letters follow; 0: another kind. */
 static int meshio__inp_type(const meshio__inp_card *card, int *nodes)
 {
     static const struct {
-        const char *name;
-        int corners, nodes, flat;
-    } types[] = {{"c3d4", 4, 4, 0},   {"c3d10", 4, 10, 0}, {"dc3d4", 4, 4, 0}, {"dc3d10", 4, 10, 0},
-                 {"s3", 3, 3, 1},     {"s6", 3, 6, 1},     {"stri3", 3, 3, 1}, {"stri65", 3, 6, 1},
-                 {"cps3", 3, 3, 1},   {"cps6", 3, 6, 1},   {"cpe3", 3, 3, 1},  {"cpe6", 3, 6, 1},
-                 {"m3d3", 3, 3, 1},   {"m3d6", 3, 6, 1},   {"ds3", 3, 3, 1},   {"ds6", 3, 6, 1},
-                 {"sfm3d3", 3, 3, 1}, {"sfm3d6", 3, 6, 1}, {"s4", 4, 4, 1},    {"cps4", 4, 4, 1},
-                 {"cpe4", 4, 4, 1},   {"m3d4", 4, 4, 1},   {"t3d2", 2, 2, 0},  {"t3d3", 2, 3, 0},
-                 {"b31", 2, 2, 0},    {"b32", 2, 3, 0}};
-    size_t i, n;
+        const char *family;
+        char kind; /* flat, solid, line, beam */
+    } types[] = {{"c3d", 's'},   {"dc3d", 's'}, {"ac3d", 's'}, {"stri", 'f'}, {"sfm3d", 'f'},
+                 {"s", 'f'},     {"cps", 'f'},  {"cpe", 'f'},  {"cax", 'f'},  {"m3d", 'f'},
+                 {"r3d", 'f'},   {"ds", 'f'},   {"t3d", 'l'},  {"t2d", 'l'},  {"b3", 'b'},
+                 {"b2", 'b'}};
+    size_t i, k;
     for (i = 0; i < sizeof types / sizeof types[0]; i++) {
-        n = strlen(types[i].name);
-        if (card->type_length < n || !meshio__same(card->type, n, types[i].name)) continue;
-        if (card->type_length > n && meshio__is_digit(card->type[n])) continue;
-        *nodes = types[i].nodes;
-        return types[i].flat ? -types[i].corners : types[i].corners;
+        int n = 0;
+        k = strlen(types[i].family);
+        if (card->type_length <= k || !meshio__same(card->type, k, types[i].family)) continue;
+        if (!meshio__is_digit(card->type[k])) continue;
+        for (; k < card->type_length && meshio__is_digit(card->type[k]) && n < 100; k++)
+            n = 10 * n + (card->type[k] - '0');
+        if (n == 65) n = 6; /* STRI65 */
+        if (types[i].kind == 'b') n = n == 2 ? 3 : n == 1 || n == 3 ? 2 : 0;
+        *nodes = n;
+        if (types[i].kind == 's') return n == 4 || n == 10 ? 4 : 0;
+        if (types[i].kind != 'f') return n == 2 || n == 3 ? 2 : 0;
+        return n == 3 || n == 6 ? -3 : n == 4 || n == 8 || n == 9 ? -4 : 0;
     }
     return 0;
+}
+
+/* The name of a set stands for another one in each part. */
+static uint64_t meshio__inp_set(const meshio__inp *inp, const unsigned char *name, size_t length)
+{
+    return meshio__inp_hash(name, length) + (uint64_t)inp->part * UINT64_C(0x9E3779B97F4A7C15);
+}
+
+/* Puts elements first, first + step .. last into a set. */
+static int meshio__inp_set_add(meshio__inp *inp, uint64_t set, int64_t first, int64_t last,
+                               int64_t step)
+{
+    size_t n = inp->sets.num;
+    uint64_t *before = n ? inp->sets.data + n - 4 : NULL;
+    if (n && before[0] == set && before[3] == 1 && step == 1 && before[2] + 1 == (uint64_t)first) {
+        before[2] = (uint64_t)last;
+        return 1;
+    }
+    return meshio__push64(&inp->sets, set) && meshio__push64(&inp->sets, (uint64_t)first) &&
+           meshio__push64(&inp->sets, (uint64_t)last) && meshio__push64(&inp->sets, (uint64_t)step);
+}
+
+/* The part that an instance, named in the assembly, has its elements from; 0: none. */
+static int64_t meshio__inp_part_of(const meshio__inp *inp, const meshio__inp_card *card)
+{
+    uint64_t hash = meshio__inp_hash(card->part, card->part_length);
+    size_t i;
+    for (i = 0; i < inp->ranges.num; i += 4) {
+        const uint64_t *range = inp->ranges.data + i;
+        if (range[0] != hash) continue;
+        if (range[1] < range[2]) return (int64_t)(i / 4 + 1);
+        if (range[3]) return (int64_t)range[3];
+    }
+    return 0;
+}
+
+/* *ELSET: numbers of elements, or with GENERATE first, last, step. Sets in it are passed over. */
+static meshio_result meshio__inp_elset(meshio__reader *r, meshio__inp *inp,
+                                       const meshio__inp_card *card)
+{
+    uint64_t set = meshio__inp_set(inp, card->name, card->name_length);
+    int64_t part = inp->part, id, last, step;
+    if (card->part && !(inp->part = meshio__inp_part_of(inp, card))) {
+        inp->part = part;
+        return MESHIO_OK;
+    }
+    for (; meshio__inp_data(r); meshio__inp_next(r))
+        do {
+            const unsigned char *p = r->p;
+            size_t unused;
+            while (meshio__is_digit(*p)) p++;
+            if (p == r->p || !meshio__is_end(*p)) {
+                meshio__inp_field(r, &unused);
+                if (*r->p == '=') r->p++;
+                continue;
+            }
+            MESHIO__TRY(meshio__inp_id(r, inp, &id));
+            last = id;
+            step = 1;
+            if (card->generate) {
+                if (!meshio__inp_more(r)) return meshio__expected(r, "the set's last element");
+                MESHIO__TRY(meshio__inp_id(r, inp, &last));
+                if (meshio__more_on_line(r) && *r->p == ',') r->p++;
+                if (meshio__more_on_line(r)) MESHIO__TRY(meshio__int(r, &step));
+                if (step < 1) return meshio__fail(r, MESHIO_ERROR_COUNT, p, "a step below 1");
+            }
+            if (!meshio__inp_set_add(inp, set, id, last, step)) return meshio__no_memory(r);
+        } while (meshio__inp_more(r) && *r->p != '*');
+    inp->part = part;
+    return MESHIO_OK;
+}
+
+/* The tetrahedra first, first + step .. last: their facet `side`, 0 .. 3, becomes a triangle; -1:
+ * they get the tag, if they have none. */
+static meshio_result meshio__inp_apply(meshio__reader *r, meshio__inp *inp, uint64_t first,
+                                       uint64_t last, uint64_t step, int side, int64_t tag)
+{
+    static const unsigned char corners[4][3] = {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {0, 3, 2}};
+    size_t k = meshio__records_from(&inp->tets, 2, first), n = inp->tets.num / 2;
+    for (; k < n && inp->tets.data[2 * k] <= last; k++) {
+        size_t t = (size_t)inp->tets.data[2 * k + 1];
+        const uint32_t *v = r->mesh->tets + 4 * t;
+        if (++inp->named > 1000 + 64 * (uint64_t)n) /* no file has, and the work has an end */
+            return meshio__fail(r, MESHIO_ERROR_TOO_LARGE, r->p,
+                                "surfaces and sections name each element more than 64 times");
+        if ((inp->tets.data[2 * k] - first) % step) continue;
+        if (side >= 0)
+            MESHIO__TRY(meshio__add_triangle(r, v[corners[side][0]], v[corners[side][1]],
+                                             v[corners[side][2]], tag));
+        else if (r->mesh->tet_tags[t] == 0)
+            r->mesh->tet_tags[t] = (int32_t)tag;
+    }
+    return MESHIO_OK;
+}
+
+/* The same for all of a set. */
+static meshio_result meshio__inp_apply_set(meshio__reader *r, meshio__inp *inp, uint64_t set,
+                                           int side, int64_t tag)
+{
+    size_t i = 4 * meshio__records_from(&inp->sets, 4, set);
+    for (; i < inp->sets.num && inp->sets.data[i] == set; i += 4)
+        MESHIO__TRY(meshio__inp_apply(r, inp, inp->sets.data[i + 1], inp->sets.data[i + 2],
+                                      inp->sets.data[i + 3], side, tag));
+    return MESHIO_OK;
 }
 
 /* Elements of a kind that is not kept: counted. */
@@ -3500,7 +4424,7 @@ static void meshio__inp_skip_elements(meshio__reader *r)
         r->mesh->num_other++;
         while (meshio__inp_more(r) && *r->p != '*')
             while (r->p < r->end && *r->p != ',' && !meshio__is_space(*r->p)) r->p++;
-        if (*r->p != '*') meshio__next_line(r);
+        meshio__inp_next(r);
     }
 }
 
@@ -3516,15 +4440,14 @@ static meshio_result meshio__inp_elements(meshio__reader *r, meshio__inp *inp,
         return MESHIO_OK;
     }
     for (; meshio__inp_data(r); meshio__next_line(r)) {
-        MESHIO__TRY(meshio__int(r, &id));
+        MESHIO__TRY(meshio__inp_id(r, inp, &id));
         for (k = 0; k < nodes; k++) {
             const unsigned char *where;
             if (!meshio__inp_more(r))
                 return meshio__fail(r, MESHIO_ERROR_SYNTAX, r->p,
-                                    "element %lld has %d nodes instead of %d", (long long)id, k,
-                                    nodes);
+                                    "an element of %d nodes instead of %d", k, nodes);
             where = r->p;
-            MESHIO__TRY(meshio__int(r, &node));
+            MESHIO__TRY(meshio__inp_id(r, inp, &node));
             MESHIO__TRY(meshio__id_find(r, where, node, &v[k]));
         }
         if (type < 0) {
@@ -3532,86 +4455,229 @@ static meshio_result meshio__inp_elements(meshio__reader *r, meshio__inp *inp,
         } else if (type == 2) {
             MESHIO__TRY(meshio__add_edge(r, v, tag));
         } else {
-            if (inp->has_surfaces && (id < 0 || !meshio__push64(&inp->tets, (uint64_t)id) ||
-                                      !meshio__push64(&inp->tets, r->mesh->num_tets)))
-                return id < 0 ? meshio__fail(r, MESHIO_ERROR_INDEX, r->p, "negative element number")
-                              : meshio__no_memory(r);
+            if (inp->has_surfaces &&
+                (!meshio__push64(&inp->tets, (uint64_t)id) ||
+                 !meshio__push64(&inp->tets, r->mesh->num_tets) ||
+                 (card->name_length &&
+                  !meshio__inp_set_add(
+                      inp, meshio__inp_set(inp, card->name, card->name_length), id, id, 1))))
+                return meshio__no_memory(r);
             MESHIO__TRY(meshio__add_tet(r, v, tag));
         }
     }
     return MESHIO_OK;
 }
 
-/* Facets of tetrahedra, one a line: element, S1 .. S4. Lines with sets of elements, or with
- * elements of other kinds, are passed over. */
-static meshio_result meshio__inp_surface(meshio__reader *r, meshio__inp *inp,
-                                         const meshio__inp_card *card)
+/* Cards that say what is not read here, and cannot be left out. */
+static meshio_result meshio__inp_check(meshio__reader *r, const meshio__inp_card *card,
+                                       const unsigned char *where)
 {
-    static const unsigned char corners[4][3] = {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {0, 3, 2}};
+    static const char *const making[] = {"ngen", "nfill",  "ncopy", "nmap",
+                                         "elgen", "elcopy", "system", "submodel instance"};
+    size_t i;
+    if (meshio__same(card->word, card->word_length, "include"))
+        return meshio__fail(r, MESHIO_ERROR_UNSUPPORTED, where,
+                            "*INCLUDE: files within the file are not read");
+    for (i = 0; i < sizeof making / sizeof making[0]; i++)
+        if (meshio__same(card->word, card->word_length, making[i]))
+            return meshio__fail(r, MESHIO_ERROR_UNSUPPORTED, where,
+                                "*%s: nodes and elements that are made or moved by a rule are not "
+                                "read",
+                                making[i]);
+    if (card->elsewhere && (meshio__same(card->word, card->word_length, "node") ||
+                            meshio__same(card->word, card->word_length, "element")))
+        return meshio__fail(r, MESHIO_ERROR_UNSUPPORTED, where,
+                            "only nodes and elements in this file, and in x, y, z, are read");
+    return MESHIO_OK;
+}
+
+/* Puts vertices where an instance is: moved by numbers 0 .. 2, then turned by number 9, degrees,
+ * about the line from 3 .. 5 to 6 .. 8. */
+static void meshio__inp_move(meshio_mesh *m, size_t first, size_t end, const double place[10])
+{
+    double axis[3], length = 0, angle = place[9] * 0.017453292519943295;
+    double c = cos(angle), s = sin(angle);
+    int k;
+    for (k = 0; k < 3; k++) axis[k] = place[6 + k] - place[3 + k];
+    for (k = 0; k < 3; k++) length += axis[k] * axis[k];
+    for (k = 0; k < 3; k++) axis[k] = length > 0 ? axis[k] / sqrt(length) : 0;
+    for (; first < end; first++) {
+        double *x = m->xyz + 3 * first, v[3], along = 0;
+        for (k = 0; k < 3; k++) x[k] += place[k];
+        if (angle == 0) continue;
+        for (k = 0; k < 3; k++) v[k] = x[k] - place[3 + k];
+        for (k = 0; k < 3; k++) along += axis[k] * v[k];
+        for (k = 0; k < 3; k++)
+            x[k] = place[3 + k] + c * v[k] + (1 - c) * along * axis[k] +
+                   s * (axis[(k + 1) % 3] * v[(k + 2) % 3] - axis[(k + 2) % 3] * v[(k + 1) % 3]);
+    }
+}
+
+/* An instance: its place; its part's vertices go there. */
+static meshio_result meshio__inp_instance(meshio__reader *r, meshio__inp *inp,
+                                          const meshio__inp_card *card, const unsigned char *where)
+{
+    double place[10] = {0, 0, 0, 0, 0, 0, 0, 0, 0, 0};
+    uint64_t hash = meshio__inp_hash(card->part, card->part_length), *range;
+    size_t i, k;
+    for (i = 0; i < 10 && meshio__inp_data(r); i = i < 3 ? 3 : 10) { /* a line of 3, one of 7 */
+        for (k = i; k < (i < 3 ? 3 : 10) && (k == i || meshio__inp_more(r)) && *r->p != '*'; k++)
+            MESHIO__TRY(meshio__double(r, &place[k]));
+        meshio__inp_next(r);
+    }
+    if (inp->pass != MESHIO__INP_NODES) return MESHIO_OK;
+    for (i = 0; i < inp->ranges.num; i += 4) {
+        range = inp->ranges.data + i;
+        if (range[0] != hash || range[1] == range[2]) continue;
+        if (range[3]++)
+            return meshio__fail(r, MESHIO_ERROR_UNSUPPORTED, where,
+                                "a second instance of a part: parts in several places are not "
+                                "read");
+        meshio__inp_move(r->mesh, (size_t)range[1], (size_t)range[2], place);
+        inp->ranges.data[4 * (size_t)inp->part - 1] = i / 4 + 1;
+    }
+    return MESHIO_OK;
+}
+
+static void meshio__inp_end_part(const meshio__reader *r, meshio__inp *inp)
+{
+    if (inp->pass == MESHIO__INP_NODES && inp->part)
+        inp->ranges.data[4 * (size_t)inp->part - 2] = r->mesh->num_vertices;
+    inp->part = 0;
+}
+
+/* A part, or an instance that may have nodes of its own, begins: its own numbers. */
+static meshio_result meshio__inp_part(meshio__reader *r, meshio__inp *inp,
+                                      const meshio__inp_card *card, const unsigned char *where)
+{
+    uint64_t n = r->mesh->num_vertices;
+    meshio__inp_end_part(r, inp);
+    if (inp->parts == MESHIO__INP_PARTS)
+        return meshio__fail(r, MESHIO_ERROR_TOO_LARGE, where, "more than %d parts",
+                            (int)MESHIO__INP_PARTS);
+    inp->part = ++inp->parts;
+    if (inp->pass == MESHIO__INP_NODES &&
+        (!meshio__push64(&inp->ranges, meshio__inp_hash(card->name, card->name_length)) ||
+         !meshio__push64(&inp->ranges, n) || !meshio__push64(&inp->ranges, n) ||
+         !meshio__push64(&inp->ranges, 0)))
+        return meshio__no_memory(r);
+    return MESHIO_OK;
+}
+
+/* Facets of tetrahedra, those of an element (not in an assembly) or a set a line: S1 .. S4. Other
+ * lines, and elements of other kinds, are passed over. */
+static meshio_result meshio__inp_surface(meshio__reader *r, meshio__inp *inp,
+                                         const meshio__inp_card *card, int assembly)
+{
     int64_t tag, id;
     MESHIO__TRY(meshio__inp_tag(r, inp, card, &tag));
     if (card->type_length && !meshio__same(card->type, card->type_length, "element"))
         return MESHIO_OK;
-    for (; meshio__inp_data(r); meshio__next_line(r)) {
-        const unsigned char *c;
-        const uint32_t *v;
-        size_t k;
-        if (!meshio__is_digit(*r->p)) continue;
-        MESHIO__TRY(meshio__int(r, &id));
+    for (; meshio__inp_data(r); meshio__inp_next(r)) {
+        const unsigned char *p = r->p, *name;
+        size_t length;
+        uint64_t set;
+        while (meshio__is_digit(*p)) p++;
+        set = 0;
+        id = -1;
+        if (p > r->p && meshio__is_end(*p)) {
+            if (assembly) continue;
+            MESHIO__TRY(meshio__inp_id(r, inp, &id));
+        } else {
+            name = meshio__inp_field(r, &length);
+            set = meshio__inp_set(inp, name, length);
+        }
         if (!meshio__inp_more(r) || meshio__lower(*r->p) != 's') continue;
         if (r->p[1] < '1' || r->p[1] > '4') continue;
-        k = meshio__pair_find(&inp->tets, (uint64_t)id);
-        if (k == inp->tets.num / 2) continue;
-        c = corners[r->p[1] - '1'];
-        v = r->mesh->tets + 4 * inp->tets.data[2 * k + 1];
-        MESHIO__TRY(meshio__add_triangle(r, v[c[0]], v[c[1]], v[c[2]], tag));
+        if (id >= 0)
+            MESHIO__TRY(meshio__inp_apply(r, inp, (uint64_t)id, (uint64_t)id, 1, r->p[1] - '1',
+                                          tag));
+        else
+            MESHIO__TRY(meshio__inp_apply_set(r, inp, set, r->p[1] - '1', tag));
     }
     return MESHIO_OK;
+}
+
+/* *SOLID SECTION: its set's elements are of one material. */
+static meshio_result meshio__inp_section(meshio__reader *r, meshio__inp *inp,
+                                         const meshio__inp_card *card)
+{
+    int64_t tag;
+    MESHIO__TRY(meshio__inp_tag(r, inp, card, &tag));
+    if (inp->pass != MESHIO__INP_SURFACES || card->name_length == 0) return MESHIO_OK;
+    return meshio__inp_apply_set(r, inp, meshio__inp_set(inp, card->name, card->name_length), -1,
+                                 tag);
 }
 
 static meshio_result meshio__inp_one_card(meshio__reader *r, meshio__inp *inp, int *ignored)
 {
     meshio__inp_card card;
-    const unsigned char *where = r->p;
+    const unsigned char *where = r->p, *word;
+    size_t length;
     int64_t unused;
     int elements, surface;
     meshio__inp_read_card(r, &card);
-    if (meshio__same(card.word, card.word_length, "include"))
-        return meshio__fail(r, MESHIO_ERROR_UNSUPPORTED, where, "a file within the file");
-    if (meshio__same(card.word, card.word_length, "assembly")) {
+    word = card.word;
+    length = card.word_length;
+    MESHIO__TRY(meshio__inp_check(r, &card, where));
+    if (meshio__same(word, length, "assembly")) {
         if (inp->pass == MESHIO__INP_NODES) inp->skip = r->mesh->num_vertices > 0;
         *ignored = inp->skip;
     }
-    if (meshio__same(card.word, card.word_length, "end assembly")) *ignored = 0;
-    if (*ignored) return MESHIO_OK;
-    elements = meshio__same(card.word, card.word_length, "element");
-    surface = meshio__same(card.word, card.word_length, "surface");
+    if (meshio__same(word, length, "end assembly")) *ignored = 0;
+    if (meshio__same(word, length, "part")) return meshio__inp_part(r, inp, &card, where);
+    if (meshio__same(word, length, "instance")) {
+        *ignored = 0;
+        MESHIO__TRY(meshio__inp_part(r, inp, &card, where));
+        return meshio__inp_instance(r, inp, &card, where);
+    }
+    if (meshio__same(word, length, "end instance"))
+        *ignored = inp->skip = r->mesh->num_vertices > 0;
+    if (meshio__same(word, length, "end instance") || meshio__same(word, length, "end part"))
+        meshio__inp_end_part(r, inp);
+    surface = meshio__same(word, length, "surface");
+    if (inp->pass == MESHIO__INP_ELEMENTS && meshio__same(word, length, "elset"))
+        return meshio__inp_elset(r, inp, &card);
+    if (*ignored && !surface) return MESHIO_OK;
+    elements = meshio__same(word, length, "element");
+    if (meshio__same(word, length, "solid section")) {
+        inp->has_surfaces = 1;
+        return meshio__inp_section(r, inp, &card);
+    }
     switch (inp->pass) {
     case MESHIO__INP_NODES:
-        if (meshio__same(card.word, card.word_length, "node")) return meshio__inp_nodes(r);
+        if (meshio__same(word, length, "node")) return meshio__inp_nodes(r, inp);
         inp->has_surfaces |= surface;
         return elements || surface ? meshio__inp_tag(r, inp, &card, &unused) : MESHIO_OK;
     case MESHIO__INP_ELEMENTS: return elements ? meshio__inp_elements(r, inp, &card) : MESHIO_OK;
-    default: return surface ? meshio__inp_surface(r, inp, &card) : MESHIO_OK;
+    default: return surface ? meshio__inp_surface(r, inp, &card, *ignored) : MESHIO_OK;
     }
 }
 
 static meshio_result meshio__inp_passes(meshio__reader *r, meshio__inp *inp)
 {
     const unsigned char *start = r->p;
+    size_t k;
     for (inp->pass = MESHIO__INP_NODES; inp->pass <= MESHIO__INP_SURFACES; inp->pass++) {
         int ignored = 0;
+        inp->part = inp->parts = 0;
         r->p = start;
         while (r->p < r->end) {
             if (meshio__inp_data(r)) meshio__next_line(r);
             else if (r->p < r->end) MESHIO__TRY(meshio__inp_one_card(r, inp, &ignored));
         }
+        meshio__inp_end_part(r, inp);
         if (inp->pass == MESHIO__INP_NODES) {
+            for (k = 0; k < inp->ranges.num; k += 4) {
+                if (inp->ranges.data[k + 2] > inp->ranges.data[k + 1])
+                    inp->ranges.data[k + 3] = (uint64_t)++inp->with_nodes;
+            }
             MESHIO__TRY(meshio__ids_close(r));
             if (r->entities.num)
                 qsort(r->entities.data, r->entities.num / 2, 16, meshio__compare_ids);
-        } else if (inp->tets.num) {
-            qsort(inp->tets.data, inp->tets.num / 2, 16, meshio__compare_ids);
+        } else if (inp->pass == MESHIO__INP_ELEMENTS) {
+            if (inp->tets.num) qsort(inp->tets.data, inp->tets.num / 2, 16, meshio__compare_ids);
+            if (inp->sets.num) qsort(inp->sets.data, inp->sets.num / 4, 32, meshio__compare_ids);
         }
     }
     return MESHIO_OK;
@@ -3623,8 +4689,11 @@ static meshio_result meshio__read_inp(meshio__reader *r)
     meshio_result result;
     memset(&inp, 0, sizeof inp);
     r->text = 1;
+    r->id_bits = MESHIO__INP_BITS;
     result = meshio__inp_passes(r, &inp);
     MESHIO_FREE(inp.tets.data);
+    MESHIO_FREE(inp.ranges.data);
+    MESHIO_FREE(inp.sets.data);
     if (result == MESHIO_OK && r->mesh->num_vertices == 0)
         return meshio__fail(r, MESHIO_ERROR_FORMAT, r->begin, "no nodes in this file");
     return result;
@@ -5002,6 +6071,7 @@ static void meshio__aim(meshio__reader *r, const unsigned char *bytes, size_t si
     r->begin = r->p = bytes;
     r->end = bytes + size;
     r->text = r->comment = r->swap = 0;
+    r->aside = NULL;
     if (size >= 3 && bytes[0] == 0xEF && bytes[1] == 0xBB && bytes[2] == 0xBF) r->p += 3;
 }
 
@@ -5043,6 +6113,8 @@ static void meshio__reader_release(meshio__reader *r)
     MESHIO_FREE(r->cells.ends.data);
     MESHIO_FREE(r->cells.types.data);
     MESHIO_FREE(r->cells.tags.data);
+    MESHIO_FREE(r->decoded);
+    MESHIO_FREE(r->packed);
 }
 
 /* The number of the first node in a .node file that has been read: 0 or 1. */

@@ -142,6 +142,16 @@ static int has_element(const uint32_t *all, const int32_t *tags, size_t num, int
     return 0;
 }
 
+static void put32(unsigned char *p, uint32_t v) { memcpy(p, &v, 4); }
+
+static double triangle_area_z(const meshio_mesh *m, size_t t)
+{
+    const double *a = m->xyz + 3 * (size_t)m->triangles[3 * t];
+    const double *b = m->xyz + 3 * (size_t)m->triangles[3 * t + 1];
+    const double *c = m->xyz + 3 * (size_t)m->triangles[3 * t + 2];
+    return ((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])) / 2;
+}
+
 /* ---- numbers ---- */
 
 static int parses_like_strtod(const char *text)
@@ -492,17 +502,94 @@ static void inp_is_read_as_others_write_it(void)
         static const uint32_t tets[12] = {0, 1, 2, 3, 0, 2, 1, 4, 0, 1, 2, 5};
         CHECK(memcmp(m.tets, tets, sizeof tets) == 0);
         CHECK(m.tet_tags[0] == 1 && m.tet_tags[1] == 2 && m.tet_tags[2] == 1);
-        CHECK(m.xyz[3] == 1 && m.xyz[7] == 1 && m.xyz[8] == 0 && m.xyz[11] == 1 && m.xyz[12] == .5);
+        CHECK(m.xyz[3] == 6 && m.xyz[7] == 1 && m.xyz[8] == 0 && m.xyz[11] == 1 && m.xyz[12] == 5.5);
     }
-    CHECK(m.num_triangles == 4);
-    if (m.num_triangles == 4) {
-        static const uint32_t facets[6] = {0, 2, 1, 0, 4, 1};
+    CHECK(m.num_triangles == 6);
+    if (m.num_triangles == 6) {
+        static const uint32_t facets[12] = {0, 2, 1, 0, 1, 3, 0, 1, 5, 0, 4, 1};
         CHECK(m.triangle_tags[0] == 12 && m.triangle_tags[1] == 12);
-        CHECK(m.triangle_tags[2] == 5 && m.triangle_tags[3] == 5);
+        CHECK(m.triangle_tags[2] == 5 && m.triangle_tags[5] == 5);
         CHECK(memcmp(m.triangles + 6, facets, 12) == 0);
-        CHECK(has_element(m.triangles, m.triangle_tags, 4, 3, facets + 3, 5));
+        CHECK(has_element(m.triangles, m.triangle_tags, 6, 3, facets + 3, 5));
+        CHECK(has_element(m.triangles, m.triangle_tags, 6, 3, facets + 6, 5));
+        CHECK(has_element(m.triangles, m.triangle_tags, 6, 3, facets + 9, 5));
     }
     meshio_free(&m);
+}
+
+/* Parts with numbers of their own, put where their instances are; the regions of sections; facets of
+ * sets. */
+static void inp_parts_have_their_places(void)
+{
+#define NODES "*Node\n1, 0, 0, 0\n2, 1, 0, 0\n3, 0, 1, 0\n4, 0, 0, 1\n"
+#define TET "*Element, type=C3D4\n1, 1, 2, 3, 4\n"
+#define CHECK_REFUSED(text, at)                                                                    \
+    CHECK(read_text(MESHIO_FORMAT_INP, text, &m, &report) == MESHIO_ERROR_UNSUPPORTED &&           \
+          report.line == (at))
+    meshio_mesh m;
+    meshio_report report;
+    char *many;
+    size_t n;
+    int k;
+    CHECK(read_text(MESHIO_FORMAT_INP,
+                    "*Heading\n*Part, name=A\n" NODES TET "*Surface, name=S-7\n1, S1\n*End Part\n"
+                    "*Part, name=\"B 1\"\n" NODES TET "*End Part\n*Assembly, name=All\n*Instance, name=A-1, part=A\n*End Instance\n"
+                    "*Instance, name=B-1, part=\"B 1\"\n10., 0., 0.\n10., 0., 0., 10., 0., 1., 90.\n*End Instance\n*Node\n1, 5, 5, 5\n"
+                    "*Elset, elset=_E, internal, instance=B-1\n 1,\n*Elset, elset=_E, instance=Other\n1\n*Surface, name=T-8\n_E, S2\n1, S3\n*End Assembly\n",
+                    &m, &report) == MESHIO_OK);
+    if (report.message[0]) printf("%s\n", report.message);
+    CHECK(m.num_vertices == 8 && m.num_tets == 2 && m.num_triangles == 2);
+    if (m.num_vertices == 8 && m.num_tets == 2 && m.num_triangles == 2) {
+        CHECK(m.tets[0] == 0 && m.tets[7] == 7 && m.tet_tags[0] == 1 && m.tet_tags[1] == 2);
+        CHECK(m.triangle_tags[0] == 7 && m.triangle_tags[1] == 8 && m.triangles[0] == 0 &&
+              m.triangles[3] == 4 && m.triangles[4] == 5 && m.triangles[5] == 7);
+        CHECK(fabs(m.xyz[15] - 10) < 1e-14 && fabs(m.xyz[16] - 1) < 1e-14); /* (1 0 0), moved, turned */
+        CHECK(fabs(m.xyz[18] - 9) < 1e-14 && fabs(m.xyz[19]) < 1e-14 && m.xyz[23] == 1);
+    }
+    meshio_free(&m);
+    CHECK(read_text(MESHIO_FORMAT_INP, /* nodes in the instances */
+                    "*Part, name=A\n*End Part\n*Assembly, name=All\n*Instance, name=A-1, part=A\n" NODES TET
+                    "*End Instance\n*Instance, name=A-2, part=A\n" NODES TET
+                    "*End Instance\n*Node\n1, 9, 9, 9\n*End Assembly\n",
+                    &m, NULL) == MESHIO_OK);
+    CHECK(m.num_vertices == 8 && m.num_tets == 2);
+    if (m.num_tets == 2) CHECK(m.tets[4] == 4 && m.tet_tags[0] == 1 && m.tet_tags[1] == 2);
+    meshio_free(&m);
+    CHECK(read_text(MESHIO_FORMAT_INP,
+                    NODES "*Element, type=C3D4\n1, 1, 2, 3, 4\n2, 1, 3, 2, 4\n3, 1, 2, 3, 4\n5, 1, 2, 3, 4\n"
+                    "*Elset, elset=Steel, generate\n1, 3, 2\n*Elset, elset=Air\n2, Steel, 4=\n*Solid Section, elset=Steel\n,\n"
+                    "*Solid Section, elset=Air\n,\n*Surface, name=Out\nSteel, S4\nnone, S1\n",
+                    &m, NULL) == MESHIO_OK);
+    CHECK(m.num_tets == 4 && m.num_triangles == 2);
+    if (m.num_tets == 4 && m.num_triangles == 2)
+        CHECK(m.tet_tags[0] == 1 && m.tet_tags[1] == 2 && m.tet_tags[2] == 1 && m.tet_tags[3] == 0 &&
+              m.triangle_tags[1] == 3 && m.triangles[4] == 3);
+    meshio_free(&m);
+    CHECK(read_text(MESHIO_FORMAT_INP,
+                    NODES "5, 1, 1\n*Element, type=R3D3, elset=a9\n1, 1, 2, 3\n*Element, type=STRI65\n2, 1, 2, 3, 4, 4, 4\n"
+                    "*Element, type=S8R5\n3, 1, 2, 5, 3, 4, 4, 4, 4\n*Element, type=CAX4\n4, 1, 2, 5, 3\n*Element, type=B32H\n5, 1, 2, 3\n"
+                    "*Element, type=B31\n6, 2, 3\n*Element, type=AC3D10\n7, 1, 2, 3, 4, 5, 5, 5, 5, 5, 5\n*Element, type=SC6R\n8, 1, 2, 3, 4, 5, 5\n"
+                    "*Element, type=C3D6\n9, 1, 2, 3, 4, 5, 5\n*Element, type=SPRING2\n10, 1, 2\n",
+                    &m, NULL) == MESHIO_OK);
+    CHECK(m.num_triangles == 6 && m.triangle_tags[0] == 9 && m.num_edges == 2 && m.num_tets == 1 &&
+          m.num_other == 3);
+    meshio_free(&m);
+    CHECK_REFUSED("*Part, name=A\n" NODES "*End Part\n*Assembly, name=B\n*Instance, name=A-1, part=A\n*End Instance\n"
+                  "*Instance, name=A-2, part=A\n1, 0, 0\n*End Instance\n", 11);
+    CHECK_REFUSED(NODES "*NGEN\n1, 2, 1\n", 6);
+    CHECK_REFUSED(NODES "*Elcopy, element shift=1\n", 6);
+    CHECK_REFUSED("*SYSTEM\n1, 0, 0\n" NODES, 1);
+    CHECK_REFUSED("*NODE, INPUT=nodes.txt\n", 1);
+    CHECK_REFUSED("*NODE, SYSTEM=C\n1, 1, 90, 0\n", 1);
+    many = (char *)malloc(40000); /* a set in more surfaces than any file has */
+    n = (size_t)snprintf(many, 40000, "%s", NODES TET "*Elset, elset=E\n1\n*Surface, name=S\n");
+    for (k = 0; k < 1100; k++) n += (size_t)snprintf(many + n, 40000 - n, "E, S%d\n", k % 4 + 1);
+    CHECK(read_text(MESHIO_FORMAT_INP, many, &m, &report) == MESHIO_ERROR_TOO_LARGE);
+    free(many);
+    CHECK(live_blocks == 0);
+#undef NODES
+#undef TET
+#undef CHECK_REFUSED
 }
 
 static void surface_formats_keep_the_triangles(void)
@@ -614,6 +701,19 @@ static void off_comes_in_many_layouts(void)
         MESHIO_FORMAT_OFF,
         "# no header\n4 4 6\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 1 2 3\n3 0 3 2\n");
     CHECK(read_text(MESHIO_FORMAT_OFF, "OFF 0 0 0", &m, NULL) == MESHIO_OK && m.num_vertices == 0);
+    check_tetrahedron( /* three numbers of colour, comments; normals; what no header tells */
+        MESHIO_FORMAT_OFF,
+        "COFF\n4 4 0\n\n0 0 0 .9 0 0 #red\n1 0 0 0 0 .9   # blue\n0 1 0 9 9 9#\n0 0 1 1 1 1\n#\n3 0 2 1\n3 0 1 3\n3 1 2 3\n3 0 3 2\n");
+    check_tetrahedron(
+        MESHIO_FORMAT_OFF,
+        "STCNOFF\r\n4 4 0\r\n0 0 0 0 0 1 255 255 255 255 .5 .5\r\n1 0 0 0 0 1\r\n0 1 0 red\r\n0 0 1\r\n3 0 2 1\r\n3 0 1 3\r\n3 1 2 3\r\n3 0 3 2");
+    check_tetrahedron(MESHIO_FORMAT_OFF,
+                      "OFF4 4 0\n0 0 0 1 1 1\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 1 2 3\n3 0 3 2\n");
+    check_tetrahedron(
+        MESHIO_FORMAT_OFF, /* lines that are not one vertex each: four numbers of colour, as claimed */
+        "COFF 4 4 0\n0 0 0 1 1 1 1 1 0 0 1 1 1 1\n0 1 0 1 1 1 1 0 0 1 1 1 1 1\n3 0 2 1\n3 0 1 3\n3 1 2 3\n3 0 3 2\n");
+    check_tetrahedron(MESHIO_FORMAT_OFF, "OFF\n4 4 0\n0 0 0 1 0 0\n0 1 0 0 0 1\n3 0 2 1\n3 0 1 3\n3 1 2 3\n3 0 3 2\n");
+    check_tetrahedron(MESHIO_FORMAT_OFF, "OFF\n4\n4\n0\n0\n0\n0\n1\n0\n0\n0\n1\n0\n0\n0\n1\n3 0 2 1\n3 0 1 3\n3 1 2 3\n3 0 3 2\n");
 }
 
 static void obj_indices_come_in_many_forms(void)
@@ -654,6 +754,28 @@ static void ply_elements_come_in_any_order(void)
     meshio_free(&m);
 }
 
+static void ply_strips_are_triangles(void)
+{
+    meshio_mesh m;
+    check_tetrahedron(
+        MESHIO_FORMAT_PLY,
+        "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n"
+        "element edge 2\nproperty int vertex1\nproperty int vertex2\n"
+        "element tristrips 2\nproperty list int int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n"
+        "0 1\n1 2\n7 0 2 1 -1 0 1 3\n7 1 2 3 -1 0 3 2\n");
+    CHECK(
+        read_text(
+            MESHIO_FORMAT_PLY,
+            "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n"
+            "element edge 1\nproperty int vertex1\nproperty int vertex2\n"
+            "element tristrips 1\nproperty list int int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n1 1 0\n"
+            "0 1\n4 0 1 2 3\n",
+            &m, NULL) == MESHIO_OK);
+    CHECK(m.num_triangles == 2 && m.num_other == 1 && m.triangles[3] == 1 && m.triangles[4] == 3 &&
+          m.triangles[5] == 2);
+    meshio_free(&m);
+}
+
 static void medit_keywords_come_in_any_order(void)
 {
     meshio_mesh m;
@@ -669,6 +791,38 @@ static void medit_keywords_come_in_any_order(void)
             &m, NULL) == MESHIO_OK);
     CHECK(m.num_triangles == 2 && m.triangle_tags[1] == 9 && m.num_other == 1 && m.num_edges == 1 &&
           m.edge_tags[0] == 6);
+    meshio_free(&m);
+}
+
+/* Elements of second order, under their own names and as Gmsh writes them, and in binary. */
+static void medit_curved_elements_are_their_corners(void)
+{
+    static const char start[] =
+        "MeshVersionFormatted 2\nDimension 3\nVertices\n10\n0 0 0 0\n1 0 0 0\n0 1 0 0\n0 0 1 0\n"
+        ".5 0 0 0\n.5 .5 0 0\n0 .5 0 0\n0 0 .5 0\n0 .5 .5 0\n.5 0 .5 0\n";
+    static const char *const files[] = {
+        "EdgesP2\n1\n1 2 5 7\nTrianglesP2 1\n1 2 3 5 6 7 8\nTetrahedraP2 1 1 2 3 4 5 6 7 8 9 10 9 End",
+        "Edges\n1\n 1 2 5 7\nTriangles\n1\n1 2 3 5 6 7 8 \nTetrahedra\n1\n1 2 3 4 5 6 7 8 9 10 9\nEnd"};
+    static const int32_t binary[] = {1, 2, 3, 20, 3, 4, 116, 3, 24, 156, 1, 1, 2, 3, 1, 2, 3, 8, 54, 0};
+    unsigned char bytes[256];
+    char text[512];
+    meshio_mesh m;
+    size_t i;
+    for (i = 0; i < 2; i++) {
+        snprintf(text, sizeof text, "%s%s", start, files[i]);
+        CHECK(read_text(MESHIO_FORMAT_MEDIT, text, &m, NULL) == MESHIO_OK);
+        CHECK(m.num_edges == 1 && m.num_triangles == 1 && m.num_tets == 1);
+        if (m.num_edges == 1 && m.num_triangles == 1 && m.num_tets == 1)
+            CHECK(m.edge_tags[0] == 7 && m.triangle_tags[0] == 8 && m.tet_tags[0] == 9 &&
+                  m.edges[1] == 1 && m.triangles[2] == 2 && m.tets[3] == 3);
+        meshio_free(&m);
+    }
+    memset(bytes, 0, sizeof bytes);
+    memcpy(bytes, binary, 32);            /* up to the number of vertices, 3 of 28 bytes */
+    memcpy(bytes + 116, binary + 8, 48);  /* TrianglesP2 */
+    CHECK(meshio_read_memory(bytes, 164, MESHIO_FORMAT_MEDIT_BINARY, &m, NULL) == MESHIO_OK);
+    CHECK(m.num_vertices == 3 && m.num_triangles == 1 && m.triangles[2] == 2 &&
+          m.triangle_tags[0] == 8);
     meshio_free(&m);
 }
 
@@ -692,6 +846,54 @@ static void msh_ids_may_be_sparse(void)
         CHECK(m.triangle_tags[0] == 77 && m.triangle_tags[1] == 6 && m.triangles[1] == 1 &&
               m.triangles[4] == 2);
     }
+    meshio_free(&m);
+}
+
+/* Two triangles and a tetrahedron, tags 7, 8 and 9, in the versions that come after another. */
+static void msh_has_several_versions(void)
+{
+    static const char *const files[] = {
+        "$NOD\n5\n1 0 0 0\n2 1 0 0 0 7\n4 0 1 0 2 7 .5 .5\n3 0 0 1\n9 0 0 -1\n$ENDNOD\n$ELM\n4\n1 2 7 1 3 1 2 4\n"
+        "2 2 8 1 3 1 3 4\n3 4 0 9 4 1 2 4 3\n4 15 1 1 1 9\n$ENDELM\n",
+        "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$ParametricNodes\n5\n1 0 0 0 0 1\n2 1 0 0 1 1 .5\n4 0 1 0 2 1 .5 .5\n"
+        "3 0 0 1 3 1\n9 0 0 -1 3 1\n$EndParametricNodes\n$Elements\n3\n1 2 2 7 1 1 2 4\n2 2 2 8 1 1 3 4\n3 4 2 9 1 1 2 4 3\n"
+        "$EndElements\n",
+        "$MeshFormat\n4 0 8\n$EndMeshFormat\n$Entities\n1 0 1 1\n5 0 0 0 1 1 1 0\n5 0 0 0 1 1 1 1 7 0\n"
+        "6 0 0 0 1 1 1 1 9 1 5\n$EndEntities\n$Nodes\n2 5\n5 2 1 2\n1 0 0 0 .5 .5\n2 1 0 0 .5 .5\n6 3 0 3\n4 0 1 0\n3 0 0 1\n"
+        "9 0 0 -1\n$EndNodes\n$Elements\n3 3\n5 2 2 1\n1 1 2 4\n8 2 2 1\n2 1 3 4\n6 3 4 1\n3 1 2 4 3\n$EndElements\n",
+        "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$Entities\n0 0 0 0\n$EndEntities\n$PartitionedEntities\n2\n1\n9 2\n1 0 1 1\n"
+        "3 0 1 1 1 0 0 0 0\n5 2 5 2 1 2 0 0 0 1 1 1 1 7 0\n6 3 6 1 1 0 0 0 1 1 1 2 9 4 1 5\n$EndPartitionedEntities\n"
+        "$Nodes\n1 5 1 9\n3 6 0 5\n1\n2\n4\n3\n9\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n0 0 -1\n$EndNodes\n$Elements\n3 3 1 3\n2 5 2 1\n"
+        "1 1 2 4\n2 8 2 1\n2 1 3 4\n3 6 4 1\n3 1 2 4 3\n$EndElements\n"};
+    static const uint32_t corners[] = {0, 1, 2, 0, 3, 2, 0, 1, 2, 3};
+    size_t i;
+    for (i = 0; i < sizeof files / sizeof files[0]; i++) {
+        meshio_mesh m;
+        meshio_report report;
+        CHECK(read_text(MESHIO_FORMAT_MSH, files[i], &m, &report) == MESHIO_OK);
+        if (report.message[0]) printf("%d: %s\n", (int)i, report.message);
+        CHECK(m.num_vertices == 5 && m.num_triangles == 2 && m.num_tets == 1);
+        if (m.num_triangles == 2 && m.num_tets == 1)
+            CHECK(m.triangle_tags[0] == 7 && m.triangle_tags[1] == 8 && m.tet_tags[0] == 9 &&
+                  memcmp(m.triangles, corners, 24) == 0 && memcmp(m.tets, corners + 6, 16) == 0 &&
+                  m.xyz[14] == -1);
+        meshio_free(&m);
+    }
+}
+
+/* An element in two physical groups is there twice in version 2, maybe turned; others stay. */
+static void msh_elements_are_not_repeated(void)
+{
+    meshio_mesh m;
+    CHECK(read_text(MESHIO_FORMAT_MSH,
+                    "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n4\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n$EndNodes\n"
+                    "$Elements\n7\n1 2 2 5 1 1 2 3\n2 2 2 6 1 1 2 3\n3 2 2 7 1 3 2 1\n4 2 2 5 1 1 2 4\n"
+                    "5 2 2 5 1 1 2 4\n6 2 2 6 2 1 2 4\n7 4 2 6 2 1 2 3 4\n$EndElements\n",
+                    &m, NULL) == MESHIO_OK);
+    CHECK(m.num_triangles == 4 && m.num_tets == 1);
+    if (m.num_triangles == 4)
+        CHECK(m.triangle_tags[0] == 5 && m.triangle_tags[1] == 5 && m.triangle_tags[2] == 5 &&
+              m.triangle_tags[3] == 6);
     meshio_free(&m);
 }
 
@@ -755,6 +957,295 @@ static void vtk_cells_and_strips(void)
     meshio_free(&m);
 }
 
+/* What stands before, between and after the sections that matter: METADATA up to an empty line,
+ * fields with strings, all kinds of attributes. The tags are found behind them. */
+static void vtk_has_fields_and_metadata(void)
+{
+    meshio_mesh m;
+    meshio_report report;
+    CHECK(
+        read_text(
+            MESHIO_FORMAT_VTK,
+            "# vtk DataFile Version 5.1\nt\nASCII\nDATASET UNSTRUCTURED_GRID\nFIELD FieldData 4\nName 1 1 string\na%20mesh\n\n"
+            "NULL_ARRAY\nTIME 1 1 double\n4.8\nMETADATA\nCOMPONENT_NAMES\nPOINTS\n\nEMPTY 0 0 int\nMETADATA\nINFORMATION 0\n\n"
+            "POINTS 4 double\n0 0 0 1 0 0 0 1 0 0 0 1\nMETADATA\nINFORMATION 1\nNAME L2_NORM_RANGE LOCATION vtkDataArray\nDATA 2 0 1\n\n"
+            "CELLS 3 7\nOFFSETS vtktypeint64\n0 4 7\nCONNECTIVITY vtktypeint64\n0 1 2 3 0 2 1\nCELL_TYPES 2\n10\n5\n"
+            "POINT_DATA 4\nSCALARS region int 1\nLOOKUP_TABLE default\n5 5 5 5\nMETADATA\n \t\n\nLOOKUP_TABLE mine 2\n0 0 0 1 1 1 1 1\n"
+            "FIELD FieldData 1\ntag 1 4 double\nnan 1e3 -inf 18446744073709551615\n"
+            "CELL_DATA 2\nGLOBAL_IDS ids vtkIdType\n0 1\nVECTORS v float\n0 0 1 0 0 1\nNORMALS n float\n0 0 1 0 0 1\n"
+            "TENSORS t float\n0 0 1 0 0 1 0 0 1 0 0 1 0 0 1 0 0 1\nTEXTURE_COORDINATES x 2 float\n0 1 0 1\nCOLOR_SCALARS c 3\n0 1 0 1 0 1\n"
+            "SCALARS other bit\nLOOKUP_TABLE default\n0 1\nFIELD FieldData 5\nnames 1 2 string\nFIELD\n\nregion 3 2 int\n1 2 3 4 5 6\n"
+            "u 2 2 vtktypeuint64\n1 2 3 4\nMETADATA\nINFORMATION 0\n\nregion 1 2 int\n42\n-7\ntag 1 2 int\n1\n1\n",
+            &m, &report) == MESHIO_OK);
+    if (report.message[0]) printf("%s\n", report.message);
+    CHECK(m.num_vertices == 4 && m.num_tets == 1 && m.num_triangles == 1);
+    if (m.num_tets == 1 && m.num_triangles == 1)
+        CHECK(m.tet_tags[0] == 42 && m.triangle_tags[0] == -7 && m.tets[3] == 3);
+    meshio_free(&m);
+}
+
+static size_t put_text(unsigned char *p, size_t n, const char *text)
+{
+    memcpy(p + n, text, strlen(text));
+    return n + strlen(text);
+}
+
+static size_t put_big32(unsigned char *p, size_t n, uint32_t v)
+{
+    p[n] = (unsigned char)(v >> 24), p[n + 1] = (unsigned char)(v >> 16);
+    p[n + 2] = (unsigned char)(v >> 8), p[n + 3] = (unsigned char)v;
+    return n + 4;
+}
+
+/* The same in binary: strings have headers of one, two, four and eight bytes, bits are packed. */
+static void vtk_binary_fields_are_stepped_over(void)
+{
+    static const uint32_t corners[] = {3, 0, 2, 1, 3, 0, 1, 3};
+    unsigned char b[2048];
+    size_t n = 0, i, cut;
+    meshio_mesh m;
+    meshio_report report;
+    n = put_text(b, n, "# vtk DataFile Version 4.2\nt\nBINARY\nDATASET POLYDATA\nFIELD f 1\ns 2 2 string\n");
+    b[n++] = 0xC3, n = put_text(b, n, "a\nb");
+    b[n++] = 0x80, b[n++] = 100;
+    for (i = 0; i < 100; i++) b[n++] = (unsigned char)i;
+    n = put_big32(b, n, 0x40000005), n = put_text(b, n, "POINT");
+    n = put_big32(b, n, 0), n = put_big32(b, n, 2), n = put_text(b, n, "\n\n\nPOINTS 4 float\n");
+    for (i = 0; i < 12; i++) n = put_big32(b, n, i == 3 || i == 7 || i == 11 ? 0x3F800000 : 0);
+    n = put_text(b, n, "\nMETADATA\nINFORMATION 0\n\nPOLYGONS 2 8\n");
+    for (i = 0; i < 8; i++) n = put_big32(b, n, corners[i]);
+    n = put_text(b, n, "\nCELL_DATA 2\nCOLOR_SCALARS c 1\n\377\n\nSCALARS s bit\nLOOKUP_TABLE default\n\300\n"
+                       "LOOKUP_TABLE x 1\n\n\n\n\n\nFIELD f 2\nbits 5 2 bit\n\n \nregion 1 2 int\n");
+    n = put_big32(b, n, 3), n = put_big32(b, n, (uint32_t)-4), n = put_text(b, n, "\n");
+    CHECK(meshio_read_memory(b, n, MESHIO_FORMAT_VTK, &m, &report) == MESHIO_OK);
+    if (report.message[0]) printf("%s\n", report.message);
+    CHECK(m.num_vertices == 4 && m.num_triangles == 2);
+    if (m.num_triangles == 2)
+        CHECK(m.triangle_tags[0] == 3 && m.triangle_tags[1] == -4 && m.triangles[5] == 3 &&
+              m.xyz[11] == 1);
+    meshio_free(&m);
+    for (i = 0, cut = 0; cut < n; cut++) { /* right only between two sections */
+        i += meshio_read_memory(b, cut, MESHIO_FORMAT_VTK, &m, NULL) == MESHIO_OK;
+        CHECK(m.num_triangles == 0 || m.num_triangles == 2);
+        meshio_free(&m);
+    }
+    CHECK(i < 40);
+}
+
+/* Cells of any order have their corners first. */
+static void vtk_curved_cells_are_their_corners(void)
+{
+    static const struct {
+        int type, points, edges, triangles, tets;
+    } cells[] = {{21, 3, 1, 0, 0}, {35, 4, 1, 0, 0},  {68, 5, 1, 0, 0},  {22, 6, 0, 1, 0},
+                 {34, 7, 0, 1, 0}, {69, 10, 0, 1, 0}, {76, 6, 0, 1, 0},  {23, 8, 0, 2, 0},
+                 {28, 9, 0, 2, 0}, {70, 16, 0, 2, 0}, {24, 10, 0, 0, 1}, {71, 20, 0, 0, 1},
+                 {78, 10, 0, 0, 1}};
+    size_t i;
+    int k;
+    for (i = 0; i < sizeof cells / sizeof cells[0]; i++) {
+        char text[512];
+        size_t n;
+        meshio_mesh m;
+        strcpy(text, "# vtk DataFile Version 2.0\nt\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 4 float\n"
+                     "0 0 0 1 0 0 1 1 0 0 1 0\n");
+        n = strlen(text);
+        n += (size_t)snprintf(text + n, sizeof text - n, "CELLS 1 %d\n%d 0 1 2 3", cells[i].points + 1,
+                              cells[i].points);
+        for (k = 4; k < cells[i].points; k++) n += (size_t)snprintf(text + n, sizeof text - n, " 0");
+        if (cells[i].points == 3) n -= 2;
+        snprintf(text + n, sizeof text - n, "\nCELL_TYPES 1\n%d\n", cells[i].type);
+        CHECK(read_text(MESHIO_FORMAT_VTK, text, &m, NULL) == MESHIO_OK);
+        CHECK((int)m.num_edges == cells[i].edges && (int)m.num_triangles == cells[i].triangles &&
+              (int)m.num_tets == cells[i].tets && m.num_other == 0);
+        if (m.num_tets) CHECK(m.tets[3] == 3);
+        if (m.num_triangles == 2) CHECK(m.triangles[5] == 3);
+        meshio_free(&m);
+    }
+}
+
+/* A grid of 6 x 5 points, 40 triangles, in the last five of every row of numbers two regions; as VTK
+ * and others write it. */
+static const char vtu_head[] =
+    "<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" byte_order=\"LittleEndian\" header_type=\"UInt32\"";
+static const char vtu_points[] =
+    "<Piece NumberOfPoints=\"30\" NumberOfCells=\"40\"><PointData><DataArray type=\"Int32\" Name=\"region\" format=\"ascii\"/>"
+    "</PointData><Points>\n<DataArray type=\"Float32\" Name=\"Points\" NumberOfComponents=\"3\" format=";
+static const char vtu_corners[] =
+    "</DataArray></Points>\n<Cells><DataArray type=\"Int32\" Name=\"connectivity\" format=";
+static const char vtu_offsets[] = "</DataArray>\n<DataArray type=\"Int32\" Name=\"offsets\" format=";
+static const char vtu_types[] = "</DataArray>\n<DataArray type=\"UInt8\" Name=\"types\" format=";
+static const char vtu_tags[] = "</DataArray></Cells>\n<CellData>"
+                               "<DataArray type=\"Float32\" Name=\"tag\" NumberOfComponents=\"3\" format=\"what\"/>"
+                               "<DataArray type=\"Int8\" Name=\"region\" format=";
+static const char vtu_end[] = "</DataArray></CellData></Piece></UnstructuredGrid>";
+
+/* Five arrays that zlib has compressed, in base64: codes of their own, two blocks of these, fixed
+ * codes, no codes, codes of few symbols. */
+static const char *const vtu_zlib[5] = {
+        "AQAAAACAAABoAQAAUgAAAA==eNpNzrERACEMxEB3hkq7UiiVgX+wHCnxzlW9G1UZ3UU36qinet/5/53b27mNOuqp"
+        "Pof2oD1oD9qD9tAOcpCDHOQgBzmREzmREzmR8/UCCvAkeA==",
+        "AgAAAAABAADgAAAAWQAAAFIAAAA=eNotjQkKwDAIBO2Vqklz0P//tUonsDjswEZEZIvc8r+8hW6PKKy47I6IwYbL"
+        "7ow47LjsrkiFK66w98B5G13udbjjlL0BD5yxN+GJc/5a8MI19l74A91sAjd42i2NyQ3AMAzDvECvJHbaHPuvWRng"
+        "QzAhAnI1s6Icyqk0OG+luxSHHZfdrQQcuOwepcMdV9j74LwvXe4NeOAaexOeOGdvwQsX/Nrwxv3fUwSX",
+        "AQAAAACAAACgAAAAbQAAAA==eAFjZmBgYANiTiDmAWJ+IBYCYlEglgBiaSCWA2JFIFYBYnUg1gJiXSA2AGJjIDYD"
+        "YksgtgFieyB2AmJXIPYAYm8g9gPiQCAOAeJwII4C4lggTgDiZCBOA+JMIM4B4nwgLgLiUiCuAGIAGt4JnQ==",
+        "AQAAAACAAAAoAAAAMwAAAA==eAEBKADX/wUFBQUFBQUFBQUFBQUFBQUFBQUFBQUFBQUFBQUFBQUFBQUFBQUFBQUQ"
+        "LADJ",
+        "AQAAAACAAAAoAAAADgAAAA==eNpjZMQETFgAAAQuAD0="};
+
+static void check_grid(const char *text)
+{
+    meshio_mesh m;
+    meshio_report report;
+    CHECK(read_text(MESHIO_FORMAT_VTU, text, &m, &report) == MESHIO_OK);
+    if (report.message[0]) printf("%s\n", report.message);
+    CHECK(m.num_vertices == 30 && m.num_triangles == 40);
+    if (m.num_vertices == 30 && m.num_triangles == 40) {
+        CHECK(m.xyz[87] == 5 && m.xyz[88] == 4 && m.xyz[89] == .5 && m.triangles[119] == 28);
+        CHECK(m.triangle_tags[19] == 1 && m.triangle_tags[20] == 2 && m.triangle_tags[39] == 2);
+        CHECK(triangle_area_z(&m, 7) == .5 && triangle_area_z(&m, 38) == .5);
+    }
+    meshio_free(&m);
+}
+
+/* The grid's file: each array where it is declared, or all behind the end. */
+static void write_grid(char *text, size_t size, const char *const *arrays, const char *compressor,
+                       int appended)
+{
+    const char *parts[] = {vtu_points, vtu_corners, vtu_offsets, vtu_types, vtu_tags};
+    size_t n = (size_t)snprintf(text, size, "%s%s><UnstructuredGrid>", vtu_head, compressor), offset = 0;
+    int i;
+    for (i = 0; i < 5; i++) {
+        if (appended)
+            n += (size_t)snprintf(text + n, size - n, "%s'appended' offset='%lu'>", parts[i],
+                                  (unsigned long)offset);
+        else
+            n += (size_t)snprintf(text + n, size - n, "%s\"binary\">\n  %s\n", parts[i], arrays[i]);
+        offset += strlen(arrays[i]);
+    }
+    n += (size_t)snprintf(text + n, size - n, "%s", vtu_end);
+    if (appended) {
+        n += (size_t)snprintf(text + n, size - n, "<AppendedData encoding=\"base64\">\n _");
+        for (i = 0; i < 5; i++) n += (size_t)snprintf(text + n, size - n, "%s", arrays[i]);
+        n += (size_t)snprintf(text + n, size - n, "\n</AppendedData>");
+    }
+    snprintf(text + n, size - n, "</VTKFile>\n");
+}
+
+static void base64_of(const unsigned char *p, size_t size, char *out)
+{
+    static const char digits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    size_t i;
+    for (i = 0; i < size; i += 3) {
+        uint32_t group = (uint32_t)p[i] << 16;
+        if (i + 1 < size) group |= (uint32_t)p[i + 1] << 8;
+        if (i + 2 < size) group |= p[i + 2];
+        *out++ = digits[group >> 18];
+        *out++ = digits[group >> 12 & 63];
+        *out++ = i + 1 < size ? digits[group >> 6 & 63] : '=';
+        *out++ = i + 2 < size ? digits[group & 63] : '=';
+    }
+    *out = 0;
+}
+
+static void vtu_data_may_be_encoded(void)
+{
+    static const char zlib[] = " compressor=\"vtkZLibDataCompressor\"";
+    static char text[8192], plain[5][1024];
+    static unsigned char bytes[5][512];
+    const char *arrays[5];
+    size_t sizes[5], i, k, n;
+    meshio_mesh m;
+    meshio_report report;
+    write_grid(text, sizeof text, vtu_zlib, zlib, 0);
+    check_grid(text);
+    /* one digit of the compressed data is another: the sum at the end of the data tells, or before */
+    for (i = 0, n = strlen(text); i < n; i++) {
+        char was = text[i];
+        if (text + i < strstr(text, vtu_zlib[0]) + 24 ||
+            text + i >= strstr(text, vtu_zlib[0]) + strlen(vtu_zlib[0]) - 4)
+            continue;
+        text[i] = was == 'A' ? 'B' : 'A';
+        CHECK(read_text(MESHIO_FORMAT_VTU, text, &m, &report) != MESHIO_OK);
+        text[i] = was;
+    }
+    write_grid(text, sizeof text, vtu_zlib, zlib, 1);
+    check_grid(text);
+    /* now without compression, header and values encoded at once */
+    for (n = 0, i = 0; i < 30; i++)
+        for (k = 0; k < 3; k++, n++) {
+            float x = k == 0 ? (float)(i % 6) : k == 1 ? (float)(i / 6) : .5f;
+            memcpy(bytes[0] + 4 + 4 * n, &x, 4);
+        }
+    sizes[0] = 360;
+    for (i = 0; i < 40; i++) {
+        uint32_t a = (uint32_t)(i / 2 / 5 * 6 + i / 2 % 5), c = i % 2 ? a + 7 : a + 1;
+        uint32_t d = i % 2 ? a + 6 : a + 7, end = (uint32_t)(3 * i + 3);
+        memcpy(bytes[1] + 4 + 12 * i, &a, 4);
+        memcpy(bytes[1] + 8 + 12 * i, &c, 4);
+        memcpy(bytes[1] + 12 + 12 * i, &d, 4);
+        memcpy(bytes[2] + 4 + 4 * i, &end, 4);
+        bytes[3][4 + i] = 5;
+        bytes[4][4 + i] = i < 20 ? 1 : 2;
+    }
+    sizes[1] = 480, sizes[2] = 160, sizes[3] = sizes[4] = 40;
+    for (i = 0; i < 5; i++) {
+        put32(bytes[i], (uint32_t)sizes[i]);
+        base64_of(bytes[i], sizes[i] + 4, plain[i]);
+        arrays[i] = plain[i];
+    }
+    write_grid(text, sizeof text, arrays, "", 0);
+    check_grid(text);
+    write_grid(text, sizeof text, arrays, " compressor=\"\"", 1);
+    check_grid(text);
+    base64_of(bytes[4], 4, plain[4]); /* the header padded on its own */
+    base64_of(bytes[4] + 4, 40, plain[4] + 8);
+    write_grid(text, sizeof text, arrays, "", 0);
+    check_grid(text);
+    put32(bytes[4], 41); /* a byte too many, a byte too few, other digits */
+    base64_of(bytes[4], 44, plain[4]);
+    write_grid(text, sizeof text, arrays, "", 0);
+    CHECK(read_text(MESHIO_FORMAT_VTU, text, &m, &report) == MESHIO_ERROR_COUNT);
+    put32(bytes[4], 40);
+    base64_of(bytes[4], 43, plain[4]);
+    write_grid(text, sizeof text, arrays, "", 0);
+    CHECK(read_text(MESHIO_FORMAT_VTU, text, &m, &report) == MESHIO_ERROR_SYNTAX && report.line == 14);
+    plain[4][9] = '*';
+    write_grid(text, sizeof text, arrays, "", 0);
+    CHECK(read_text(MESHIO_FORMAT_VTU, text, &m, &report) == MESHIO_ERROR_SYNTAX);
+    write_grid(text, sizeof text, vtu_zlib, " compressor=\"vtkLZ4DataCompressor\"", 0);
+    CHECK(read_text(MESHIO_FORMAT_VTU, text, &m, &report) == MESHIO_ERROR_UNSUPPORTED &&
+          strstr(report.message, "vtkLZ4DataCompressor"));
+    CHECK(live_blocks == 0);
+}
+
+/* Cuts and changes in compressed and encoded data: any status, but no crash. */
+static void torn_encoded_data_never_crash(void)
+{
+    static char text[8192], torn[8192];
+    meshio_mesh m;
+    int i, j, appended, accepted = 0;
+    for (appended = 0; appended < 2; appended++) {
+        size_t n, cut;
+        write_grid(text, sizeof text, vtu_zlib, " compressor='vtkZLibDataCompressor'", appended);
+        n = strlen(text);
+        for (cut = 0; cut < n; cut++) {
+            meshio_read_memory(text, cut, MESHIO_FORMAT_VTU, &m, NULL);
+            meshio_free(&m);
+        }
+        for (i = 0; i < 20000; i++) {
+            memcpy(torn, text, n + 1);
+            for (j = (int)(random_u64() % 4); j > 0; j--)
+                torn[random_u64() % n] = "AQg/=\"< 9zZ7"[random_u64() % 12];
+            accepted += meshio_read_memory(torn, n, MESHIO_FORMAT_VTU, &m, NULL) == MESHIO_OK;
+            meshio_free(&m);
+        }
+    }
+    CHECK(accepted > 10000 && accepted < 30000);
+    CHECK(live_blocks == 0);
+}
+
 static void stl_text_may_hold_several_solids(void)
 {
     meshio_mesh m;
@@ -767,6 +1258,18 @@ static void stl_text_may_hold_several_solids(void)
     CHECK(m.num_triangles == 2 && m.num_vertices == 4 && m.triangle_tags[0] == 1 &&
           m.triangle_tags[1] == 2);
     CHECK(strcmp(m.name, "a b") == 0);
+    meshio_free(&m);
+}
+
+/* Of a facet of no area some programs write words for a normal. */
+static void stl_normals_may_be_anything(void)
+{
+    meshio_mesh m;
+    CHECK(read_text(MESHIO_FORMAT_STL,
+                    "solid\nfacet normal -1.#IND nan(0x1) ?\nouter loop\nvertex 0 0 0\nvertex 1 0 0\n"
+                    "vertex 0 1 0\nendloop\nendfacet\nendsolid\n",
+                    &m, NULL) == MESHIO_OK);
+    CHECK(m.num_triangles == 1 && m.num_vertices == 3);
     meshio_free(&m);
 }
 
@@ -797,12 +1300,24 @@ static void stl_binary_is_known_by_its_size(void)
 
 /* ---- facets of .poly files ---- */
 
-static double triangle_area_z(const meshio_mesh *m, size_t t)
+static void stl_binary_may_hold_several_solids(void)
 {
-    const double *a = m->xyz + 3 * (size_t)m->triangles[3 * t];
-    const double *b = m->xyz + 3 * (size_t)m->triangles[3 * t + 1];
-    const double *c = m->xyz + 3 * (size_t)m->triangles[3 * t + 2];
-    return ((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])) / 2;
+    unsigned char bytes[3 * 84 + 4 * 50];
+    float one = 1;
+    meshio_mesh m;
+    size_t at[3] = {0, 134, 318}, i;
+    memset(bytes, 0, sizeof bytes);
+    for (i = 0; i < 3; i++) {
+        memcpy(bytes + at[i], "solid", 5);
+        put32(bytes + at[i] + 80, i == 1 ? 2 : 1);
+    }
+    for (i = 0; i < 2; i++) memcpy(bytes + 134 + 84 + 50 * i + 24 + 4 * i, &one, 4);
+    CHECK(meshio_read_memory(bytes, 452, MESHIO_FORMAT_STL, &m, NULL) == MESHIO_OK);
+    CHECK(m.num_triangles == 4);
+    if (m.num_triangles == 4)
+        CHECK(m.triangle_tags[0] == 1 && m.triangle_tags[1] == 2 && m.triangle_tags[2] == 2 &&
+              m.triangle_tags[3] == 3 && m.num_vertices == 3);
+    meshio_free(&m);
 }
 
 /* Reads a flat surface and checks the number of triangles, that all turn one way, and the area. */
@@ -996,6 +1511,8 @@ static void damaged_texts_get_a_status_and_a_line(void)
         {MESHIO_FORMAT_OFF, "", MESHIO_ERROR_TRUNCATED, 1},
         {MESHIO_FORMAT_OFF, "PNG", MESHIO_ERROR_FORMAT, 1},
         {MESHIO_FORMAT_OFF, "OFF BINARY\n", MESHIO_ERROR_UNSUPPORTED, 1},
+        {MESHIO_FORMAT_OFF, "4OFF\n1 0 0\n0 0 0 1\n", MESHIO_ERROR_UNSUPPORTED, 1},
+        {MESHIO_FORMAT_OFF, "COFF\n2 0 0\n0 0 0 1 1 1\n0 0\n", MESHIO_ERROR_TRUNCATED, 5},
         {MESHIO_FORMAT_OFF, "OFF\n3 1", MESHIO_ERROR_TRUNCATED, 2},
         {MESHIO_FORMAT_OFF, "OFF\n-3 1 0\n", MESHIO_ERROR_COUNT, 3},
         {MESHIO_FORMAT_OFF, "OFF\n4000000000 1 0\n0 0 0\n", MESHIO_ERROR_COUNT, 3},
@@ -1053,6 +1570,12 @@ static void damaged_texts_get_a_status_and_a_line(void)
         {MESHIO_FORMAT_PLY, PLY "1" XYZ "element junk 1000000000000000000\nend_header\n0 0 0\n",
          MESHIO_ERROR_COUNT, 9},
         {MESHIO_FORMAT_PLY, "ply\nformat ascii 1.0\nproperty float x\n", MESHIO_ERROR_SYNTAX, 3},
+        {MESHIO_FORMAT_PLY,
+         PLY "1" XYZ "element tristrips 1\nproperty list int int vertex_indices\nend_header\n0 0 0\n4 0 0 -1 1\n",
+         MESHIO_ERROR_INDEX, 11},
+        {MESHIO_FORMAT_PLY,
+         PLY "1" XYZ "element tristrips 1\nproperty list int int strip\nend_header\n0 0 0\n3 0 0 0\n",
+         MESHIO_ERROR_UNSUPPORTED, 7},
         {MESHIO_FORMAT_MEDIT, "", MESHIO_ERROR_TRUNCATED, 1},
         {MESHIO_FORMAT_MEDIT, "\x01\x02\x03", MESHIO_ERROR_FORMAT, 1},
         {MESHIO_FORMAT_MEDIT, "MeshVersionFormatted 2\nDimension 2\n", MESHIO_ERROR_UNSUPPORTED, 2},
@@ -1066,10 +1589,21 @@ static void damaged_texts_get_a_status_and_a_line(void)
         {MESHIO_FORMAT_MEDIT,
          "MeshVersionFormatted 2\nDimension 3\nVertices 1\n0 0 0 0\nTetrahedra 1\n1 1 1 2 0\n",
          MESHIO_ERROR_INDEX, 6},
+        {MESHIO_FORMAT_MEDIT,
+         "MeshVersionFormatted 2\nDimension 3\nVertices 1\n0 0 0 0\nEdgesP2 1\n1 1 2 0\n",
+         MESHIO_ERROR_INDEX, 6},
         {MESHIO_FORMAT_MEDIT, "MeshVersionFormatted 2\nDimension 3\nVertices 1\n0 0 0 0\n?\n",
          MESHIO_ERROR_SYNTAX, 5},
         {MESHIO_FORMAT_MSH, "", MESHIO_ERROR_TRUNCATED, 1},
         {MESHIO_FORMAT_MSH, "x", MESHIO_ERROR_FORMAT, 1},
+        {MESHIO_FORMAT_MSH, "$MeshFormat\n3 0 8\n$EndMeshFormat\n", MESHIO_ERROR_UNSUPPORTED, 2},
+        {MESHIO_FORMAT_MSH, "$NOD\n1\n1 0 0 0\n$ENDNOD\n$ELM\n1\n1 2 0 0 4 1 1 1 1\n$ENDELM\n",
+         MESHIO_ERROR_SYNTAX, 7},
+        {MESHIO_FORMAT_MSH, "$NOD\n9\n1 0 0 0\n$ENDNOD\n", MESHIO_ERROR_COUNT, 2},
+        {MESHIO_FORMAT_MSH, "$NOD\n1\n1 0 0 0\n$ENDNOD\n$ELM\n1\n1 2 0 0 3 1 1 2\n$ENDELM\n",
+         MESHIO_ERROR_INDEX, 7},
+        {MESHIO_FORMAT_MSH, "$MeshFormat\n4 0 8\n$EndMeshFormat\n$PartitionedEntities\n2 999999\n",
+         MESHIO_ERROR_COUNT, 5},
         {MESHIO_FORMAT_MSH, "$MeshFormat\n99.9 0 8\n$EndMeshFormat\n", MESHIO_ERROR_UNSUPPORTED, 2},
         {MESHIO_FORMAT_MSH, "$MeshFormat\n2.2 0 4\n$EndMeshFormat\n", MESHIO_ERROR_UNSUPPORTED, 2},
         {MESHIO_FORMAT_MSH, "$MeshFormat\n2.2 7 8\n$EndMeshFormat\n", MESHIO_ERROR_SYNTAX, 2},
@@ -1103,6 +1637,33 @@ static void damaged_texts_get_a_status_and_a_line(void)
          MESHIO_ERROR_INDEX, 8},
         {MESHIO_FORMAT_VTK, VTK "POINTS 1 float\n0 0 0\nCELLS 1 4\n3 0 0 0\n",
          MESHIO_ERROR_TRUNCATED, 9},
+#define CELL "POINTS 1 float\n0 0 0\nPOLYGONS 1 4\n3 0 0 0\n"
+        {MESHIO_FORMAT_VTK, VTK CELL "CELL_DATA 2\n", MESHIO_ERROR_COUNT, 9},
+        {MESHIO_FORMAT_VTK, VTK CELL "POINT_DATA 2\n", MESHIO_ERROR_COUNT, 9},
+        {MESHIO_FORMAT_VTK, VTK CELL "CELL_DATA 1\nSCALARS region int 1\nLOOKUP_TABLE default\nx\n",
+         MESHIO_ERROR_SYNTAX, 12},
+        {MESHIO_FORMAT_VTK, VTK CELL "CELL_DATA 1\nVECTORS v float\n0 0\n", MESHIO_ERROR_TRUNCATED, 12},
+        {MESHIO_FORMAT_VTK, VTK CELL "CELL_DATA 1\nVECTORS v quaternion\n0 0\n",
+         MESHIO_ERROR_UNSUPPORTED, 10},
+        {MESHIO_FORMAT_VTK, VTK CELL "CELL_DATA 1\nWORDS v float\n0 0\n", MESHIO_ERROR_SYNTAX, 10},
+        {MESHIO_FORMAT_VTK, VTK CELL "VECTORS v float\n0 0 0\n", MESHIO_ERROR_SYNTAX, 9},
+        {MESHIO_FORMAT_VTK, VTK "FIELD f 1\na 4611686018427387904 4 int\n1\n", MESHIO_ERROR_COUNT, 6},
+        {MESHIO_FORMAT_VTK, VTK "FIELD f 1\na -1 4 int\n1\n", MESHIO_ERROR_COUNT, 6},
+        {MESHIO_FORMAT_VTK, VTK "FIELD f 1\na 1 99 int\n1\n", MESHIO_ERROR_COUNT, 6},
+        {MESHIO_FORMAT_VTK, VTK "FIELD f 1\na 1 99 string\n1\n", MESHIO_ERROR_COUNT, 7},
+        {MESHIO_FORMAT_VTK, VTK "FIELD f 1\na 1 2 string\n1\n", MESHIO_ERROR_TRUNCATED, 8},
+        {MESHIO_FORMAT_VTK, VTK "FIELD f 2\na 1 1 int\n1\n", MESHIO_ERROR_TRUNCATED, 8},
+        {MESHIO_FORMAT_VTK, VTK CELL "CELL_DATA 1\nSCALARS region int\nLOOKUP_TABLE default\n7\nLINES 1 3\n2 0 0\n",
+         MESHIO_ERROR_COUNT, 15},
+#undef CELL
+#define VTU "<VTKFile type='UnstructuredGrid'>\n<Piece NumberOfPoints='1' NumberOfCells='0'>\n<Points>\n<DataArray type='Float32' "
+        {MESHIO_FORMAT_VTU, VTU "format='ascii'>\n0 0 0 0</DataArray>", MESHIO_ERROR_SYNTAX, 5},
+        {MESHIO_FORMAT_VTU, VTU "format='hex'>\n0 0 0</DataArray>", MESHIO_ERROR_UNSUPPORTED, 4},
+        {MESHIO_FORMAT_VTU, VTU "format='binary'>\nDAAAAAAAAAA</DataArray>", MESHIO_ERROR_SYNTAX, 4},
+        {MESHIO_FORMAT_VTU, VTU "format='binary'>\nDgAAAA==</DataArray>", MESHIO_ERROR_COUNT, 4},
+        {MESHIO_FORMAT_VTU, VTU "format='binary'>\n</DataArray>", MESHIO_ERROR_SYNTAX, 4},
+        {MESHIO_FORMAT_VTU, VTU "format='appended' offset='0'>", MESHIO_ERROR_TRUNCATED, 4},
+#undef VTU
         {MESHIO_FORMAT_VTU, "", MESHIO_ERROR_TRUNCATED, 1},
         {MESHIO_FORMAT_VTU, "<html></html>", MESHIO_ERROR_FORMAT, 1},
         {MESHIO_FORMAT_VTU, "<VTKFile type=\"PolyData\">", MESHIO_ERROR_UNSUPPORTED, 1},
@@ -1151,8 +1712,6 @@ static void damaged_texts_get_a_status_and_a_line(void)
     }
     CHECK(live_blocks == 0);
 }
-
-static void put32(unsigned char *p, uint32_t v) { memcpy(p, &v, 4); }
 
 static void lying_binary_files_are_refused(void)
 {
@@ -1255,7 +1814,23 @@ static void torn_texts_never_crash(void)
         {MESHIO_FORMAT_POLY,
          "9 3 0 0\n0 0 0 0\n1 3 0 0\n2 3 3 0\n3 0 3 0\n4 1 1 0\n5 2 1 0\n6 2 2 0\n7 1 2 0\n8 1.5 1.25 0\n1 1\n4 0 7\n4 0 1 2 3\n2 4 5\n2 6 4\n1 8\n0\n0\n"},
         {MESHIO_FORMAT_SMESH,
-         "6 3 0 0\n0 0 0 0\n1 2 0 0\n2 2 1 0\n3 1 1 0\n4 1 2 0\n5 0 2 0\n1 1\n6 0 1 2 3 4 5 9\n0\n0\n"}};
+         "6 3 0 0\n0 0 0 0\n1 2 0 0\n2 2 1 0\n3 1 1 0\n4 1 2 0\n5 0 2 0\n1 1\n6 0 1 2 3 4 5 9\n0\n0\n"},
+        {MESHIO_FORMAT_OFF,
+         "COFF\n4 4 0\n\n0 0 0 .9 0 0 #red\n1 0 0 0 0 .9\n0 1 0 9 9 9\n0 0 1 1 1 1\n\n3 0 2 1\n3 0 1 3\n3 1 2 3\n3 0 3 2\n"},
+        {MESHIO_FORMAT_MSH,
+         "$NOD\n3\n1 0 0 0\n2 1 0 0\n4 0 1 0\n$ENDNOD\n$ELM\n2\n1 2 7 1 3 1 2 4\n2 2 8 1 3 1 4 2\n$ENDELM\n"},
+        {MESHIO_FORMAT_MSH,
+         "$MeshFormat\n4 0 8\n$EndMeshFormat\n$PartitionedEntities\n2 0\n1 0 1 0\n3 0 1 1 1 0 0 0 0 0 0 0\n5 2 5 2 1 2 0 0 0 1 1 1 1 7 0\n"
+         "$EndPartitionedEntities\n$Nodes\n1 3\n5 2 1 3\n1 0 0 0 0 0\n2 1 0 0 0 0\n4 0 1 0 0 0\n$EndNodes\n$Elements\n1 1\n5 2 2 1\n"
+         "1 1 2 4\n$EndElements\n"},
+        {MESHIO_FORMAT_VTK,
+         "# vtk DataFile Version 5.1\nt\nASCII\nDATASET POLYDATA\nFIELD F 1\ns 1 1 string\nx\nPOINTS 3 float\n0 0 0 1 0 0 0 1 0\n"
+         "METADATA\nINFORMATION 0\n\nPOLYGONS 2 3\nOFFSETS int\n0 3\nCONNECTIVITY int\n0 1 2\nCELL_DATA 1\nVECTORS v float\n0 0 1\n"
+         "FIELD F 2\nb 2 1 bit\n0 1\ntag 1 1 int\n7\n"},
+        {MESHIO_FORMAT_INP,
+         "*Part, name=A\n*Node\n1, 0, 0, 0\n2, 1, 0, 0\n3, 0, 1, 0\n4, 0, 0, 1\n*Element, type=C3D4\n1, 1, 2, 3, 4\n*Elset, elset=E, generate\n"
+         "1, 1, 1\n*Solid Section, elset=E\n,\n*Surface, name=S\nE, S1\n*End Part\n*Assembly\n*Instance, name=I, part=A\n1, 2, 3\n"
+         "0, 0, 0, 0, 0, 1, 90\n*End Instance\n*Elset, elset=F, instance=I\n1\n*Surface, name=T\nF, S2\n*End Assembly\n"}};
     size_t k;
     for (k = 0; k < sizeof files / sizeof files[0]; k++) {
         size_t size = strlen(files[k].text);
@@ -1297,6 +1872,12 @@ static void every_failing_allocation_is_reported(void)
          "SCALARS region int 1\nLOOKUP_TABLE default\n42\n"},
         {MESHIO_FORMAT_INP,
          "*NODE\n1, 0, 0, 0\n2, 1\n4, 0, 1\n5, 0, 0, 1\n*ELEMENT, TYPE=C3D4, ELSET=A\n1, 1, 2, 4, 5\n*ELEMENT, TYPE=S4\n2, 1, 2, 4, 5\n*SURFACE, NAME=B\n1, S1\n"},
+        {MESHIO_FORMAT_VTU,
+         "<VTKFile type='UnstructuredGrid' compressor='vtkZLibDataCompressor'><Piece NumberOfPoints='1' NumberOfCells='0'><Points>"
+         "<DataArray type='Float32' format='binary'>AQAAAAwAAAAAAAAACwAAAA==eJxjYEAAAAAMAAE=</DataArray></Points></Piece></VTKFile>"},
+        {MESHIO_FORMAT_INP,
+         "*Part, name=A\n*Node\n1, 0, 0, 0\n2, 1\n4, 0, 1\n5, 0, 0, 1\n*Element, type=C3D4\n1, 1, 2, 4, 5\n*Elset, elset=E\n1\n*Solid Section, elset=E\n"
+         "*Surface, name=B\nE, S1\n*End Part\n"},
         {MESHIO_FORMAT_POLY,
          "8 3 0 0\n0 0 0 0\n1 3 0 0\n2 3 3 0\n3 0 3 0\n4 1 1 0\n5 2 1 0\n6 2 2 0\n7 1 2 0\n1 1\n2 1 7\n4 0 1 2 3\n4 4 5 6 7\n1 1.5 1.5 0\n1\n1 0 0 0\n1\n1 0 0 0 1 1\n"}};
     size_t k;
@@ -1396,17 +1977,29 @@ int main(void)
     inp_keeps_regions_and_surfaces();
     inp_has_elements_of_ten_nodes();
     inp_is_read_as_others_write_it();
+    inp_parts_have_their_places();
     surface_formats_keep_the_triangles();
     points_are_read_raw_and_as_text();
     off_comes_in_many_layouts();
     obj_indices_come_in_many_forms();
     ply_elements_come_in_any_order();
+    ply_strips_are_triangles();
     medit_keywords_come_in_any_order();
+    medit_curved_elements_are_their_corners();
     msh_ids_may_be_sparse();
+    msh_has_several_versions();
+    msh_elements_are_not_repeated();
     msh_sizes_may_have_32_bits();
     vtk_cells_and_strips();
+    vtk_has_fields_and_metadata();
+    vtk_binary_fields_are_stepped_over();
+    vtk_curved_cells_are_their_corners();
+    vtu_data_may_be_encoded();
+    torn_encoded_data_never_crash();
     stl_text_may_hold_several_solids();
+    stl_normals_may_be_anything();
     stl_binary_is_known_by_its_size();
+    stl_binary_may_hold_several_solids();
     facets_may_be_concave_and_have_holes();
     large_facets_are_recovered();
     polygons_may_be_concave();
