@@ -27,7 +27,8 @@
  *   a sharp angle or a needle of the surface bounds what can be reached; the report says where it
  *   does. Sizes are kept, not made: about one new vertex in 60 tetrahedra at most, none that makes
  *   an edge much shorter than those around it; one in 12 may go, none that makes one much longer.
- *   Limits: those of delaunay.h.
+ *   Limits: those of delaunay.h; the measures are right for edges of 1e-75 to 1e75, and beyond that
+ *   tetrahedra count as bad.
  *
  * HOW IT WORKS
  *   1. Bad tetrahedra. Each has a level, the next operator to be tried for it, cheapest first: edge
@@ -52,7 +53,8 @@
  *   4. Shaking. Around what is far from what the surface allows, the few worst and then those with
  *      the fewest bad ones beside them, vertices are moved at random and that part is improved
  *      anew: it is taken if its bad ones are fewer or weigh less, for as long as that happens often
- *      enough.
+ *      enough. At last vertices go without which fewer are bad and all weigh less, though the worst
+ *      there, not of the mesh, may lose two fifths.
  *   5. Angles. The same for the few most extreme dihedral angles and the least SICN, every second
  *      time by that measure alone; a much better one may cost one more bad tetrahedron in a dozen,
  *      and the worst of the mesh six that weigh less in all.
@@ -590,6 +592,7 @@ typedef struct spr__state {
     int              nil_adds;    /* of what is as good as flat */
     size_t           in_flight;   /* changes in a round, at most */
     int              tidy;        /* fewer bad tetrahedra are worth it, without any gain */
+    int              thins;       /* .. at a price */
     int              lift;        /* a change need only lift the worst: for few */
     int              lifts;       /* how often they had their turn */
     uint64_t         changes, lifted; /* made by now; when they had it the last time */
@@ -597,6 +600,7 @@ typedef struct spr__state {
     int              is_lifting;  /* only what is below this is tried */
     double           lift_below;
     double           held;        /* while there is lift: what is below may become many */
+    double           relax_floor; /* of a star that relaxes, above the target */
     double           fair, mean;  /* flips for the mean: what is below is tried; the mean before */
     int              is_patch;    /* a part of a mesh that is shaken */
     uint64_t         shakes;      /* plans of patches so far */
@@ -679,6 +683,18 @@ SPR__TARGET static double spr__gamma_avx2(const double *a, const double *b, cons
 }
 #endif
 
+/* What is not a number counts as inverted. */
+static double spr__number(double value)
+{
+    return value == value ? value : -1;
+}
+
+static double spr__users(const spr__state *s, const double *a, const double *b, const double *c,
+                         const double *d)
+{
+    return spr__number(s->quality(s->quality_user, a, b, c, d));
+}
+
 static double spr__quality(const spr__state *s, const double *a, const double *b, const double *c,
                            const double *d)
 {
@@ -689,7 +705,7 @@ static double spr__quality(const spr__state *s, const double *a, const double *b
         if (gamma > s->target + SPR__ROUND) return gamma;
     }
 #endif
-    return s->gamma ? spr_gamma(a, b, c, d) : s->quality(s->quality_user, a, b, c, d);
+    return s->gamma ? spr_gamma(a, b, c, d) : spr__users(s, a, b, c, d);
 }
 
 static double spr__quality_of(const spr__state *s, const uint32_t *v)
@@ -714,6 +730,10 @@ static double spr__floor(const spr__state *s, double before)
  * several better ones in the place of one that is nearly flat weigh less. */
 #define SPR__SQUARE 8
 #define SPR__SIXTEENTH 20
+/* Of their weight, what as many bad ones may weigh. */
+#define SPR__LIGHTER 0.97
+/* Of the worst quality, what it may become where there are fewer bad ones in the end. */
+#define SPR__THINNED 0.6
 /* Nearly flat: below so much of what is worth trying for. */
 #define SPR__FLAT   0.1
 #define SPR__NIL    1e-4 /* and that is as good as nothing */
@@ -774,6 +794,7 @@ static int spr__is_gain(const spr__state *s, double before, double after, spr__b
 enum {
     SPR__AHEAD = 4,       /* how early what is looked at next but so many is fetched */
     SPR__MAX_STAR = 200,  /* tetrahedra of a star, facets of a cone */
+    SPR__MAX_HUB = 2000,  /* tetrahedra of a star that is only contracted */
     SPR__MAX_RING = 10,   /* tetrahedra around an edge that is removed */
     SPR__WIDE_RING = 32,  /* around one that gets a new vertex, where nothing else helps */
     SPR__MAX_ACTIVE = 12, /* gradients of the worst facets that smoothing looks at */
@@ -858,8 +879,7 @@ static double spr__facet_gamma(const spr__facet *f, const double *p, double *gra
 
 static double spr__facet_value(const spr__state *s, const spr__facet *f, const double *p)
 {
-    return s->gamma ? spr__facet_gamma(f, p, NULL)
-                    : s->quality(s->quality_user, f->a, f->b, f->c, p);
+    return s->gamma ? spr__facet_gamma(f, p, NULL) : spr__users(s, f->a, f->b, f->c, p);
 }
 
 /* Lane i of four facets. */
@@ -1241,7 +1261,7 @@ static void spr__cone_four(const spr__state *s, const spr__cone *cone, size_t i,
             out[k] = spr__facet_gamma(&f, p, NULL);
         } else if (i + k < cone->n) {
             const double **v = spr__cone_corners(cone, i + k);
-            out[k] = s->quality(s->quality_user, v[0], v[1], v[2], p);
+            out[k] = spr__users(s, v[0], v[1], v[2], p);
         } else out[k] = out[k - 1];
     }
 }
@@ -1617,8 +1637,8 @@ static void spr__part_add(const spr__state *s, spr__part *part, spr__four *four,
         spr__four_set(four);
     for (k = 0; k < n; k++) {
         const double **p = four->corner[k];
-        double value =
-            s->gamma ? four->gamma[k] : s->quality(s->quality_user, p[0], p[1], p[2], p[3]);
+        double value = s->gamma ? spr__number(four->gamma[k])
+                                : spr__users(s, p[0], p[1], p[2], p[3]);
         s->value[t[k]] = value;
         part->sum += value;
         part->fine[spr__fine(value)]++;
@@ -2045,12 +2065,13 @@ static int spr__relax_spares_angles(const spr__state *s, const spr__cone *cone, 
 }
 
 /* Moves v where it is better on average, the worst of the star does not fall unless it stays well
- * above the target, and no tetrahedron becomes bad or worse. Returns 1 if it moved. */
+ * above the target and the worst of the mesh, and no tetrahedron becomes bad or worse. Returns 1 if
+ * it moved. */
 static int spr__relax_vertex(const spr__state *s, uint32_t v, const delaunay_list *star)
 {
     spr__cone cone;
     double *here = s->mesh->vertices[v].x, way[3], p[3], least[SPR__MAX_STAR],
-           after[SPR__MAX_STAR + 4], worst = 0.5 * (1 + s->target), before = 0, step;
+           after[SPR__MAX_STAR + 4], worst = s->relax_floor, before = 0, step;
     size_t i;
     int k;
     if (!spr__cone_of_star(s, &cone, v, star) || !spr__relax_aim(&cone, here, way)) return 0;
@@ -2841,18 +2862,26 @@ static double spr__contracted(const spr__state *s, uint32_t v, const delaunay_li
     return worst;
 }
 
-/* The best neighbour to contract v to, if that gains. */
+/* The best neighbour to contract v to, if that gains; in the end at the price of the worst here, if
+ * that is not the worst of all and the burden becomes lighter. */
 static int spr__contract(const spr__state *s, uint32_t v, const delaunay_list *star,
                          spr__offer *offer)
 {
-    uint32_t seen[4 * SPR__MAX_STAR];
+    uint32_t seen[4 * SPR__MAX_HUB];
     double longest, floor_, worst;
     spr__burden was = spr__burden_of(s, star->items, star->count), is;
     int found = 0, num = spr__neighbours(s->mesh, v, star, seen, &longest), i;
-    floor_ = s->tidy ? SPR__MORE * offer->before : spr__floor(s, offer->before);
+    floor_ = s->thins   ? spr__max(s->least, SPR__THINNED * offer->before) / SPR__MORE
+             : s->tidy ? SPR__MORE * offer->before
+                       : spr__floor(s, offer->before);
     for (i = 0; i < num; i++) {
         worst = spr__contracted(s, v, star, seen[i], longest, floor_, &is);
-        if (worst <= floor_ || !spr__is_gain(s, offer->before, worst, was, is)) continue;
+        if (worst <= floor_) continue;
+        if (s->thins && worst <= SPR__MORE * offer->before
+                ? worst < s->least || is.num >= was.num ||
+                      is.weight >= SPR__LIGHTER * was.weight
+                : !spr__is_gain(s, offer->before, worst, was, is))
+            continue;
         floor_ = offer->after = worst;
         offer->vertex = v;
         offer->ring = seen[i];
@@ -2864,7 +2893,7 @@ static int spr__contract(const spr__state *s, uint32_t v, const delaunay_list *s
 static int spr__plan_contraction(const spr__state *s, delaunay_plan *plan, const spr__offer *offer)
 {
     const delaunay_mesh *m = s->mesh;
-    uint32_t tets[SPR__MAX_STAR][4];
+    uint32_t tets[SPR__MAX_HUB][4];
     int n = 0, i, answer = DELAUNAY_PLAN_COMMIT;
     size_t j;
     for (j = 0; j < plan->star.count && answer > 0; j++) {
@@ -2928,7 +2957,7 @@ static int spr__plan_removal(const spr__state *s, delaunay_worker *worker, delau
         if (s->movable[v] < 2 || s->stays[v] > s->stamp[v]) continue;
         result = delaunay_vertex_star(m, worker, v, &plan->star);
         if (result != DELAUNAY_OK) return (int)result;
-        if (plan->star.count > SPR__MAX_STAR) continue;
+        if (plan->star.count > (thorough ? SPR__MAX_STAR : SPR__MAX_HUB)) continue;
         plan->data[SPR__IN_VAIN] |= 1u << i;
         if (thorough) {
             int answer = spr__plan_refill(s, worker, v, plan);
@@ -3328,7 +3357,7 @@ static int spr__plan(void *user, const delaunay_mesh *m, delaunay_worker *worker
     if (delaunay_is_deleted(m, t) || s->value[t] >= s->target) return DELAUNAY_PLAN_NOTHING;
     goal = spr__goal(s, t);
     spr__set_goal(plan, goal);
-    if (s->value[t] >= goal) return DELAUNAY_PLAN_NOTHING;
+    if (s->value[t] >= goal && !(s->thins && s->sweep == SPR__REMOVE)) return DELAUNAY_PLAN_NOTHING;
     switch (s->sweep) {
     case SPR__EDGES: return spr__plan_edges(s, t, plan);
     case SPR__SMOOTH: return spr__plan_smooth(s, worker, t, plan);
@@ -3520,7 +3549,8 @@ static uint8_t spr__next_level(const spr__state *s, delaunay_handle t, int level
 {
     uint8_t next = spr__level_from(s, level + 1);
     const double goal = (double)spr__case_of(s, t)->goal;
-    if (next == SPR__HOPELESS || (goal > 0 && s->value[t] >= goal))
+    if (next == SPR__HOPELESS || (goal > 0 && s->value[t] >= goal) ||
+        (s->thins && level == SPR__REMOVE))
         return SPR__HOPELESS;
     if (next <= spr__last_level(s, t)) return next;
     if (s->at[t].listed == SPR__EXHAUSTED) return SPR__HOPELESS;
@@ -3622,7 +3652,8 @@ static int spr__refresh(spr__state *s)
         s->bad.items[n++] = t;
         if (s->is_lifting && s->value[t] >= s->lift_below) continue;
         goal = (double)spr__case_of(s, t)->goal;
-        if (goal > 0 && s->value[t] >= goal) continue;
+        if (goal > 0 && s->value[t] >= goal && !(s->thins && s->at[t].level == SPR__REMOVE))
+            continue;
         if (s->at[t].level > first && s->at[t].restarts < spr__patience(s, t) &&
             spr__has_changed(s, s->mesh->tets[t].v, spr__case_of(s, t)->tried)) {
             s->at[t].level = first;
@@ -3875,6 +3906,17 @@ static void spr__tidy(spr__state *s)
     memset(s->stays, 0, s->cap_vertices * sizeof *s->stays);
 }
 
+/* In the end, vertices go that make more bad ones than there are without them: between walls that are
+ * near each other, most of them. */
+static void spr__thin(spr__state *s)
+{
+    size_t i;
+    s->thins = 1;
+    s->least = spr__worst_of(s, s->bad.items, s->bad.count);
+    for (i = 0; i < s->bad.count; i++) s->at[s->bad.items[i]].level = SPR__REMOVE;
+    memset(s->stays, 0, s->cap_vertices * sizeof *s->stays);
+}
+
 /* -- shaking: where no single change gains, several at once may. The vertices around a bad
  * tetrahedron are moved at random, and the schedule improves that part of the mesh alone, from this
  * worse beginning; it takes the place of what was there if fewer are bad and the worst is no worse.
@@ -3906,8 +3948,6 @@ enum {
 #define SPR__SHAKEN 0.3
 /* A few more bad ones are worth it where the worst, or an extreme angle, is so much better. */
 #define SPR__MUCH 1.1
-/* Of their weight, what as many bad ones may weigh. */
-#define SPR__LIGHTER 0.97
 /* Of their weight, what they may weigh where an extreme angle is much less so. */
 #define SPR__HEAVIER 1.05
 /* Of an extreme angle's measure: it is worth it. */
@@ -4763,7 +4803,8 @@ static spr_result spr__round(spr__state *s)
     return answer < 0 ? (spr_result)answer : SPR_OK;
 }
 
-/* When nothing more can be gained as things are: lifting, tidying, shaking, one after the other.
+/* When nothing more can be gained as things are: lifting, tidying, shaking, thinning, one after the
+ * other.
  * Returns SPR_GOAL_NOT_MET in the end. */
 static spr_result spr__next_stage(spr__state *s, int *shaken)
 {
@@ -4776,11 +4817,15 @@ static spr_result spr__next_stage(spr__state *s, int *shaken)
     } else if (!s->tidy) {
         if (s->num_bad > s->tidy_below) return SPR_GOAL_NOT_MET;
         spr__tidy(s);
-    } else {
-        if (s->is_patch || s->options.no_smoothing || *shaken) return SPR_GOAL_NOT_MET;
+    } else if (s->is_patch) {
+        return SPR_GOAL_NOT_MET;
+    } else if (!s->options.no_smoothing && !*shaken) {
         result = spr__shake(s);
-        *shaken = result == SPR_GOAL_NOT_MET; /* once more what has changed, then the end */
+        *shaken = result == SPR_GOAL_NOT_MET; /* once more what has changed */
         return *shaken ? SPR_OK : result;
+    } else {
+        if (s->thins || spr__is_off(s, SPR__REMOVE)) return SPR_GOAL_NOT_MET;
+        spr__thin(s);
     }
     return SPR_OK;
 }
@@ -5014,6 +5059,15 @@ static spr_result spr__relax_pass(spr__state *s, const spr__sweep *w, int thread
     return SPR_OK;
 }
 
+/* Half way from the target to the best, or the worst of the mesh if that is better. */
+static double spr__relax_floor(const spr__state *s)
+{
+    double worst = HUGE_VAL;
+    delaunay_handle t;
+    for (t = 1; t < s->mesh->num_tets; t++) worst = spr__min(worst, s->value[t]);
+    return spr__max(0.5 * (1 + s->target), worst < HUGE_VAL ? worst : 0);
+}
+
 /* One sweep over all vertices that may move. */
 static spr_result spr__relax(spr__state *s)
 {
@@ -5022,6 +5076,7 @@ static spr_result spr__relax(spr__state *s)
     spr__sweep w;
     spr_result result;
     memset(&w, 0, sizeof w);
+    s->relax_floor = spr__relax_floor(s);
     result = spr__sweep_order(s, &w, threads);
     if (result == SPR_OK) result = spr__sweep_stars(s, &w, threads);
     while (result == SPR_OK && w.left > 0) {
@@ -5579,16 +5634,19 @@ SPR_API spr_result spr_improve_arrays(double *xyz, size_t *num_vertices, size_t 
     if (!xyz || !tets || !num_vertices || !num_tets || cap_vertices < *num_vertices ||
         cap_tets < *num_tets)
         goto done;
-    for (i = 0; colors && i < *num_tets; i++)
-        if (colors[i] == UINT32_MAX) goto done;
+    for (i = 0; colors && i < *num_tets && colors[i] != UINT32_MAX; i++) {}
+    if (colors && i < *num_tets) {
+        snprintf(report->message, sizeof report->message,
+                 "tetrahedron %llu has the colour 2^32 - 1", (unsigned long long)i);
+        goto done;
+    }
     room = cap_vertices - *num_vertices;
     result = (spr_result)delaunay_memory_init(&memory, &own.host);
     if (result != SPR_OK) goto done;
     read = delaunay_import(&mesh, xyz, *num_vertices, tets, NULL, *num_tets, &own.host, &import);
     if (read != DELAUNAY_OK) {
         snprintf(report->message, sizeof report->message, "%.255s",
-                 read == DELAUNAY_ERROR_INVALID_MESH ? import.message
-                                                     : delaunay_result_string(read));
+                 import.message[0] ? import.message : delaunay_result_string(read));
         result = read == DELAUNAY_ERROR_INVALID_MESH ? SPR_ERROR_INVALID_MESH
                  : read < -15                        ? SPR_ERROR_INVALID_ARGUMENT
                                                      : (spr_result)read;

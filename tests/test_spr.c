@@ -501,6 +501,29 @@ static double stretched(void *user, const double *a, const double *b, const doub
     return spr_gamma(q[0], q[1], q[2], q[3]);
 }
 
+static double no_number(void *user, const double *a, const double *b, const double *c,
+                        const double *d)
+{
+    return (double)NAN * (user ? a[0] + b[0] + c[0] + d[0] : 1);
+}
+
+/* What a measure has no number for counts as bad, and nothing is done about it. */
+static void test_a_measure_without_numbers(void)
+{
+    spr_options o = open_options();
+    delaunay_mesh m;
+    spr_report r;
+    o.measure = SPR_USER;
+    o.quality = no_number;
+    o.require_target = 1;
+    CHECK(random_mesh(&m, 60, 0, NULL));
+    color_mesh(&m, 1);
+    CHECK(spr_improve(&m, &o, &r) == SPR_GOAL_NOT_MET);
+    CHECK(r.after.num_tets > 0 && r.after.num_below == r.after.num_tets && r.after.min < 0);
+    CHECK(delaunay_validate(&m, DELAUNAY_VALIDATE_GEOMETRY, NULL) == DELAUNAY_OK);
+    delaunay_mesh_free(&m);
+}
+
 static void test_other_measures(void)
 {
     static double factor = 0.6;
@@ -865,6 +888,33 @@ static void test_relaxes_a_lattice(void)
     }
 }
 
+/* An octahedron about a vertex, all of it good: on average it can be better only at the price of the
+ * worst, which must not fall. */
+static void test_relaxing_spares_the_worst(void)
+{
+    static const uint32_t facets[8][3] = {{0, 2, 4}, {2, 1, 4}, {1, 3, 4}, {3, 0, 4},
+                                          {2, 0, 5}, {1, 2, 5}, {3, 1, 5}, {0, 3, 5}};
+    int round, i, k, moved = 0;
+    for (round = 0; round < 300; round++) {
+        double xyz[21] = {1, 0, 0, -1, 0, 0, 0, 1, 0, 0, -1, 0, 0, 0, 1, 0, 0, -1, 0, 0, 0};
+        uint32_t tets[8][4];
+        size_t nv = 7, nt = 8;
+        spr_options o;
+        spr_report r;
+        memset(&o, 0, sizeof o);
+        o.measure = SPR_SICN;
+        for (i = 0; i < 21; i++) xyz[i] += 0.24 * (random_double() - 0.5);
+        for (i = 0; i < 8; i++) {
+            for (k = 0; k < 3; k++) tets[i][k] = facets[i][k];
+            tets[i][3] = 6;
+        }
+        CHECK(spr_improve_arrays(xyz, &nv, nv, tets[0], NULL, &nt, nt, NULL, &o, &r) == SPR_OK);
+        CHECK(r.after.min >= r.before.min - 1e-9);
+        moved += r.relaxed > 0;
+    }
+    CHECK(moved > 10);
+}
+
 /* The same, flips for the mean alone: nothing becomes worse, and there are fewer tetrahedra. */
 static void test_flips_for_the_mean(void)
 {
@@ -886,6 +936,53 @@ static void test_flips_for_the_mean(void)
         CHECK(r.after.dihedral_max_degrees <= r.before.dihedral_max_degrees + 1e-9);
     }
     check_same_and_free(m);
+}
+
+/* A cylinder of many sides, all of it around one vertex, whose star is larger than any that is made
+ * anew. All are bad: four for each side, three without the vertex. Away from the middle these are
+ * better; in the middle they are worse, but not as bad as another tetrahedron far away. */
+static void test_a_hub_goes(void)
+{
+    enum { SIDES = 120, HUB = 2 * SIDES + 2, POINTS = HUB + 5, TETS = 4 * SIDES + 1 };
+    static const double far_away[12] = {9, 0, 0, 8, 0, 0, 9, 1, 0, 8, 1, 0.01};
+    double *xyz = (double *)malloc(3 * POINTS * sizeof *xyz);
+    uint32_t (*tets)[4] = (uint32_t (*)[4])malloc(TETS * sizeof *tets), side, k;
+    int round;
+    for (round = 0; round < 4; round++) {
+        const int middle = round % 2;
+        size_t nv = POINTS, nt = TETS;
+        spr_report r;
+        spr_options o = open_options();
+        o.host.num_threads = 1 + round / 2 * 2;
+        memset(xyz, 0, 3 * POINTS * sizeof *xyz);
+        xyz[3 * (2 * SIDES + 1) + 2] = 0.9;
+        xyz[3 * HUB] = middle ? 0 : 0.6;
+        xyz[3 * HUB + 2] = 0.45;
+        memcpy(xyz + 3 * (HUB + 1), far_away, sizeof far_away);
+        for (side = 0; side < SIDES; side++) {
+            double angle = 6.283185307179586 * side / (double)SIDES;
+            uint32_t a = side, b = (side + 1) % SIDES, up = SIDES;
+            uint32_t of[4][3] = {{a, 2 * SIDES, b}, {a + up, b + up, 2 * SIDES + 1}, {a, b, b + up},
+                                 {a, b + up, a + up}};
+            for (k = 0; k < 2; k++) {
+                xyz[3 * (side + k * up)] = cos(angle);
+                xyz[3 * (side + k * up) + 1] = sin(angle);
+                xyz[3 * (side + k * up) + 2] = 0.9 * k;
+            }
+            for (k = 0; k < 4; k++) {
+                memcpy(tets[4 * side + k], of[k], sizeof of[k]);
+                tets[4 * side + k][3] = HUB;
+            }
+        }
+        for (k = 0; k < 4; k++) tets[TETS - 1][k] = HUB + 1 + k;
+        CHECK(spr_improve_arrays(xyz, &nv, nv, tets[0], NULL, &nt, nt, NULL, &o, &r) >= 0);
+        CHECK(r.before.num_below == TETS && r.before.p01 > 5 * r.before.min);
+        CHECK(r.vertices_removed == 1 && nt == 3 * SIDES + 1 && r.after.num_below == nt);
+        CHECK(r.after.min >= r.before.min);
+        CHECK(middle ? r.after.p01 < 0.9 * r.before.p01 : r.after.p01 > 1.2 * r.before.p01);
+    }
+    free(xyz);
+    free(tets);
 }
 
 /* A V of two arms, 14 vertices, cut so that one tetrahedron between better ones is flat but for
@@ -1182,12 +1279,13 @@ static void test_arrays_without_room_or_sense(void)
           SPR_ERROR_INVALID_ARGUMENT);
     s.colors[1] = UINT32_MAX;
     CHECK(spr_improve_arrays(s.xyz, &s.nv, s.nv, s.tets, s.colors, &s.nt, s.nt, NULL, NULL, &r) ==
-          SPR_ERROR_INVALID_ARGUMENT);
+              SPR_ERROR_INVALID_ARGUMENT &&
+          strstr(r.message, "tetrahedron 1 "));
     s.colors[1] = 0;
     s.tets[8] = (uint32_t)s.nv; /* no such vertex */
     CHECK(spr_improve_arrays(s.xyz, &s.nv, s.nv, s.tets, s.colors, &s.nt, s.nt, NULL, NULL, &r) <
               0 &&
-          r.message[0]);
+          strstr(r.message, "tetrahedron 2"));
     s.tets[8] = old[8];
     memcpy(s.tets, s.tets + 4, 4 * sizeof *s.tets); /* the same tetrahedron twice */
     CHECK(spr_improve_arrays(s.xyz, &s.nv, s.nv, s.tets, s.colors, &s.nt, s.nt, NULL, NULL, &r) ==
@@ -1606,10 +1704,13 @@ int main(void)
     test_each_operator_alone();
     test_constrained_edges_and_facets_stay();
     test_other_measures();
+    test_a_measure_without_numbers();
     test_vectors_and_the_plain_way_agree();
     test_statistics_by_vectors_and_the_plain_way_agree();
     test_same_bytes_for_any_number_of_threads();
     test_relaxes_a_lattice();
+    test_relaxing_spares_the_worst();
+    test_a_hub_goes();
     test_flips_for_the_mean();
     test_what_a_part_of_a_mesh_is_replaced_by();
     test_what_a_part_with_extreme_angles_is_replaced_by();
