@@ -75,6 +75,10 @@ static int parse(int argc, char **argv, arguments *args)
         fprintf(stderr, "delaunay: no file of points; try --help\n");
         return 2;
     }
+    if (!tool_is_apart("delaunay", "--hull", args->hull, args->input) ||
+        !tool_is_apart("delaunay", "--hull", args->hull, args->output) ||
+        !tool_is_apart("delaunay", "--hull", args->hull, args->weights))
+        return 2;
     return 0;
 }
 
@@ -203,7 +207,6 @@ static int write_hull(const arguments *args, const delaunay_mesh *mesh, meshio_m
     return code;
 }
 
-
 static int triangulate(const arguments *args, meshio_mesh *points, double seconds_read)
 {
     delaunay_mesh mesh;
@@ -276,7 +279,7 @@ int main(int argc, char **argv)
     int code;
     memset(&args, 0, sizeof args);
     code = parse(argc, argv, &args);
-    if (code) return code == 1 ? TOOL_OK : TOOL_USAGE;
+    if (code) return tool_end("delaunay", code == 1 ? TOOL_OK : TOOL_USAGE);
     signal(SIGINT, tool_on_interrupt);
     start = tool_seconds();
     result = meshio_read(args.input, MESHIO_FORMAT_AUTO, &points, &report);
@@ -286,5 +289,5 @@ int main(int argc, char **argv)
     }
     code = triangulate(&args, &points, tool_seconds() - start);
     meshio_free(&points);
-    return code;
+    return tool_end("delaunay", code);
 }

@@ -107,6 +107,9 @@ static int parse(int argc, char **argv, arguments *args)
         fprintf(stderr, "improve: no mesh; try --help\n");
         return 2;
     }
+    if (!tool_is_apart("improve", "--bad", args->bad, args->input) ||
+        !tool_is_apart("improve", "--bad", args->bad, args->output))
+        return 2;
     return 0;
 }
 
@@ -265,7 +268,7 @@ int main(int argc, char **argv)
     int code;
     memset(&args, 0, sizeof args);
     code = parse(argc, argv, &args);
-    if (code) return code == 1 ? TOOL_OK : TOOL_USAGE;
+    if (code) return tool_end("improve", code == 1 ? TOOL_OK : TOOL_USAGE);
     signal(SIGINT, tool_on_interrupt);
     args.options.host.progress = progress;
     result = meshio_read(args.input, MESHIO_FORMAT_AUTO, &mesh, &report);
@@ -280,5 +283,5 @@ int main(int argc, char **argv)
         code = improve(&args, &mesh);
     }
     meshio_free(&mesh);
-    return code;
+    return tool_end("improve", code);
 }

@@ -302,6 +302,10 @@ static int parse(int argc, char **argv, settings *s)
                 s->demo ? "a file and --demo" : "no surface to mesh");
         return 2;
     }
+    if (!tool_is_apart("mesh", "--json", s->json, s->input) ||
+        !tool_is_apart("mesh", "--json", s->json, s->output) ||
+        !tool_is_apart("mesh", "--json", s->json, s->size_grid))
+        return 2;
     if (s->output && !holds_tetrahedra(output_format(s))) {
         fprintf(stderr, "mesh: no tetrahedra can be written to '%s'; try .mesh, .msh or .vtu\n",
                 s->output);
@@ -1532,7 +1536,7 @@ int main(int argc, char **argv)
     static job the_job;
     job *j = &the_job;
     int code = parse(argc, argv, &j->set);
-    if (code) return code == 1 ? TOOL_OK : TOOL_USAGE;
+    if (code) return tool_end("mesh", code == 1 ? TOOL_OK : TOOL_USAGE);
     signal(SIGINT, tool_on_interrupt);
     j->name = "";
     j->start = tool_seconds();
@@ -1551,5 +1555,5 @@ int main(int argc, char **argv)
     free(j->grid_sizes);
     free(j->seed_tags);
     meshio_free(&j->in);
-    return code;
+    return tool_end("mesh", code);
 }

@@ -10,6 +10,7 @@
 #include <string.h>
 #if (defined(__unix__) || defined(__APPLE__)) && !defined(__STRICT_ANSI__)
 #  include <sys/resource.h>
+#  include <sys/stat.h>
 #  include <sys/time.h>
 #  include <unistd.h>
 #  define TOOL_POSIX 1
@@ -87,6 +88,38 @@ DELAUNAY_INLINE int tool_is_terminal(FILE *file)
     (void)file;
     return 0;
 #endif
+}
+
+/* Whether two names, either may be NULL, are those of one file. */
+DELAUNAY_INLINE int tool_same_file(const char *a, const char *b)
+{
+    if (!a || !b) return 0;
+#ifdef TOOL_POSIX
+    {
+        struct stat of_a, of_b; /* devices may be shared: nothing there is lost */
+        if (stat(a, &of_a) == 0 && stat(b, &of_b) == 0)
+            return of_a.st_dev == of_b.st_dev && of_a.st_ino == of_b.st_ino &&
+                   S_ISREG(of_a.st_mode);
+    }
+#endif
+    return strcmp(a, b) == 0;
+}
+
+/* 0, and a sentence, if the file that an option names is another one's, too. */
+DELAUNAY_INLINE int tool_is_apart(const char *tool, const char *option, const char *name,
+                                  const char *other)
+{
+    if (!tool_same_file(name, other)) return 1;
+    fprintf(stderr, "%s: %s would be written over '%s'; try --help\n", tool, option, other);
+    return 0;
+}
+
+/* The exit code, when all is printed. */
+DELAUNAY_INLINE int tool_end(const char *tool, int code)
+{
+    if (fflush(stdout) == 0 && !ferror(stdout)) return code;
+    fprintf(stderr, "%s: cannot write to the standard output\n", tool);
+    return code == TOOL_OK || code == TOOL_GOAL_NOT_MET ? TOOL_CANNOT_WRITE : code;
 }
 
 #endif /* TOOL_H */

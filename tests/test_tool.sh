@@ -126,7 +126,29 @@ absent "$T/a.mesh" "$T/a.mesh.part"
 code 4 $mesh "$T/cube.off" -o "$T/no/such/folder/a.mesh"
 says 'no/such/folder'
 code 4 $mesh "$T/cube.off" --json "$T/no/such/folder/a.json"
-[ -w /dev/full ] && code 4 $mesh "$T/cube.off" -o /dev/full --format mesh
+if [ -w /dev/full ]; then
+    code 4 $mesh "$T/cube.off" -o /dev/full --format mesh
+    for tool in $mesh $delaunay $improve; do
+        code 4 sh -c '"$0" --help > /dev/full' "$tool"
+        says 'standard output'
+    done
+    code 4 sh -c '"$0" "$1" > /dev/full' $mesh "$T/cube.off"
+    code 4 sh -c '"$0" "$1" > /dev/full' $delaunay "$T/grid.xyz"
+fi
+
+# ---- one file in the place of another ----
+cp "$T/cube.off" "$T/keep.off"
+ln -s keep.off "$T/link.off"
+code 2 $mesh "$T/keep.off" --json "$T/keep.off"
+says 'written over'
+code 2 $mesh "$T/keep.off" --json "$T/link.off"
+code 2 $mesh "$T/keep.off" -o "$T/one.mesh" --json "$T/one.mesh"
+absent "$T/one.mesh"
+code 2 $delaunay "$T/grid.xyz" -o "$T/one.mesh" --hull "$T/one.mesh"
+code 2 $improve "$T/one.mesh" --bad "$T/one.mesh"
+absent "$T/one.mesh"
+ok "the input is as it was" cmp -s "$T/cube.off" "$T/keep.off"
+ok "output and statistics may go to one device" $mesh "$T/cube.off" -q -o /dev/null --format mesh --json /dev/null
 
 # ---- surfaces that bound nothing, or meet themselves ----
 for bad in open overlap nan none; do
