@@ -3906,8 +3906,8 @@ static void spr__tidy(spr__state *s)
     memset(s->stays, 0, s->cap_vertices * sizeof *s->stays);
 }
 
-/* In the end, vertices go that make more bad ones than there are without them: between walls that are
- * near each other, most of them. */
+/* In the end, vertices go that make more bad ones than there are without them: between walls that
+ * are near each other, most of them. */
 static void spr__thin(spr__state *s)
 {
     size_t i;

@@ -517,7 +517,10 @@ static int read_input(job *j)
         return TOOL_BAD_SURFACE;
     }
     if (j->in.num_triangles == 0 && j->in.num_tets == 0) {
-        complain(j, "the file has no triangles, so it bounds no volume");
+        char text[120];
+        snprintf(text, sizeof text, "the file has no triangles, so it bounds no volume%s",
+                 j->in.num_other ? "; elements of its kinds are not read" : "");
+        complain(j, text);
         return TOOL_BAD_SURFACE;
     }
     if (j->in.num_tets == 0) return TOOL_OK;

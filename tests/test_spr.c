@@ -888,8 +888,8 @@ static void test_relaxes_a_lattice(void)
     }
 }
 
-/* An octahedron about a vertex, all of it good: on average it can be better only at the price of the
- * worst, which must not fall. */
+/* An octahedron about a vertex, all of it good: on average it can be better only at the price of
+ * the worst, which must not fall. */
 static void test_relaxing_spares_the_worst(void)
 {
     static const uint32_t facets[8][3] = {{0, 2, 4}, {2, 1, 4}, {1, 3, 4}, {3, 0, 4},

@@ -151,6 +151,20 @@ ok "the input is as it was" cmp -s "$T/cube.off" "$T/keep.off"
 ok "output and statistics may go to one device" $mesh "$T/cube.off" -q -o /dev/null --format mesh --json /dev/null
 
 # ---- surfaces that bound nothing, or meet themselves ----
+cat > "$T/hex.vtk" << 'END'
+# vtk DataFile Version 3.0
+one hexahedron
+ASCII
+DATASET UNSTRUCTURED_GRID
+POINTS 8 float
+0 0 0 1 0 0 1 1 0 0 1 0 0 0 1 1 0 1 1 1 1 0 1 1
+CELLS 1 9
+8 0 1 2 3 4 5 6 7
+CELL_TYPES 1
+12
+END
+code 5 $mesh "$T/hex.vtk"
+says 'no triangles.*kinds are not read'
 for bad in open overlap nan none; do
     code 5 $mesh "$T/$bad.off" -o "$T/$bad.mesh"
     ok "$bad: a sentence" test -s "$T/err"
