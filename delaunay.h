@@ -138,8 +138,8 @@ extern "C" {
  * by a cast. */
 typedef enum delaunay_result {
     DELAUNAY_OK                       = 0,
-    DELAUNAY_STOPPED_BY_BUDGET        = 1,  /* valid; the report says which budget */
-    DELAUNAY_GOAL_NOT_MET             = 2,  /* valid; the report says which goal */
+    DELAUNAY_STOPPED_BY_BUDGET        = 1,  /* valid; the caller's done() ended it */
+    DELAUNAY_GOAL_NOT_MET             = 2,  /* valid; of other headers: which goal, they say */
     DELAUNAY_ERROR_INVALID_ARGUMENT   = -1,
     DELAUNAY_ERROR_OUT_OF_MEMORY      = -2,
     DELAUNAY_CANCELLED                = -3,
@@ -162,7 +162,8 @@ enum { DELAUNAY_LOG_ERROR, DELAUNAY_LOG_WARNING, DELAUNAY_LOG_INFO, DELAUNAY_LOG
 typedef struct delaunay_host {
     delaunay_allocator allocator;
     size_t             memory_limit_bytes;  /* 0: none; beyond it allocations fail */
-    int                num_threads;         /* 0: omp_get_max_threads() at each call; <= 1024 */
+    int                num_threads;         /* 0: omp_get_max_threads() at each call; 1024 at most,
+                                             * more count as so many */
     void (*log)(void *user, int level, const char *text);              /* NULL: silent */
     int  (*progress)(void *user, const char *phase, double fraction);  /* nonzero return cancels */
     double (*clock)(void *user);            /* seconds; NULL: omp_get_wtime(), else clock() */
@@ -328,7 +329,8 @@ DELAUNAY_API uint64_t delaunay_export_tets(const delaunay_mesh *mesh, uint32_t *
  * looks at nothing. */
 enum {
     DELAUNAY_VALIDATE_TOPOLOGY,   /* handles mutual, facets match, none deleted, marks agree */
-    DELAUNAY_VALIDATE_GEOMETRY,   /* every real tetrahedron positive, the hull convex, exactly */
+    DELAUNAY_VALIDATE_GEOMETRY,   /* corners finite; every real tetrahedron positive, the hull
+                                   * convex, exactly */
     DELAUNAY_VALIDATE_DELAUNAY    /* every facet locally Delaunay, perturbed: the whole mesh is */
 };
 /* Proves what the level lists, or returns DELAUNAY_ERROR_INVALID_MESH and the first offender, which
@@ -445,10 +447,11 @@ DELAUNAY_API delaunay_result delaunay_link_vertices(delaunay_mesh *mesh);
 DELAUNAY_API uint32_t delaunay_add_vertex(delaunay_mesh *mesh, const double *xyz, uint32_t id);
 /* A mesh from arrays of anybody's: tets are 4 indices into xyz each, positive by our convention or
  * all negative (then turned); facets with one tetrahedron get handle 0. colors may be NULL.
- * Returns  DELAUNAY_OK; _ERROR_INVALID_ARGUMENT: NULL, or an index out of range; _TOO_LARGE;
- *          _OUT_OF_MEMORY; _INVALID_MESH: flat, of both orientations, more than two on one facet,
- *          or two on one side of it: report->ids[0] is the tetrahedron. Others that overlap are not
- *          looked for. On failure the mesh is zeroed */
+ * Returns  DELAUNAY_OK; _ERROR_INVALID_ARGUMENT: NULL, or an index out of range; _NOT_FINITE: NaN
+ *          or infinity, report->ids are up to four such points, whether in a tetrahedron or not;
+ *          _TOO_LARGE; _OUT_OF_MEMORY; _INVALID_MESH: flat, of both orientations, more than two on
+ *          one facet, or two on one side of it: report->ids[0] is the tetrahedron. Others that
+ *          overlap are not looked for. On failure the mesh is zeroed */
 DELAUNAY_API delaunay_result delaunay_import(delaunay_mesh *mesh, const double *xyz,
                                              size_t num_points, const uint32_t *tets,
                                              const uint32_t *colors, size_t num_tets,
@@ -555,7 +558,8 @@ DELAUNAY_API delaunay_result delaunay_replace_linked(delaunay_mesh *mesh, delaun
                                                      delaunay_handle *slots);
 /* Marks (or unmarks) facet f and its other side. */
 DELAUNAY_API void delaunay_mark_facet(delaunay_mesh *mesh, delaunay_handle f, int constrained);
-/* Marks (or unmarks) an edge in all tetrahedra around it; t contains it. */
+/* Marks (or unmarks) an edge in t, which contains it, and all tetrahedra around it that are
+ * connected with t (see stars): where NONE handles part its star, one call for each part. */
 DELAUNAY_API delaunay_result delaunay_mark_edge(delaunay_mesh *mesh, delaunay_worker *worker,
                                                 delaunay_handle t, uint32_t a, uint32_t b,
                                                 int constrained);
@@ -638,7 +642,9 @@ DELAUNAY_API void delaunay_hull_free(delaunay_hull *hull);
 
 /* The Voronoi diagram, with weights the power diagram: a cell for each vertex, a face for each
  * edge. A face is the polygon of the centres of the tetrahedra around its edge. That of a hull edge
- * is unbounded: it begins and ends with a ghost, whose centre is the direction of the border. */
+ * is unbounded: it begins and ends with a ghost, whose centre is the direction of the border.
+ * Centres are right at any scale; a coordinate beyond the largest double is infinite. That of a
+ * tetrahedron of less than 1e-300 of the product of three edges at a corner may be anything. */
 typedef struct delaunay_voronoi {
     size_t   num_cells; /* mesh->num_vertices; those of the ghost and loose vertices are empty */
     size_t   num_faces;
@@ -657,8 +663,9 @@ DELAUNAY_API void delaunay_voronoi_free(delaunay_voronoi *voronoi);
 
 /* Alpha values: a simplex is in the alpha complex of every alpha >= its own, a squared radius. Its
  * own smallest sphere counts if it is empty, else the least of the simplices that it bounds: so
- * none comes before its faces. Vertices: 0. Rounded. With weights the spheres are orthogonal to
- * those of the vertices, and a vertex's value is its weight's negative, or more. */
+ * none comes before its faces. Vertices: 0. Rounded; DBL_MAX and 0 where the square is beyond the
+ * double range. With weights the spheres are orthogonal to those of the vertices, and a vertex's
+ * value is its weight's negative, or more. */
 typedef struct delaunay_alpha {
     double *tets;   /* a slot; DBL_MAX for ghosts and deleted ones */
     double *facets; /* 4 a slot, equal on both sides; of ghosts: facet 3 only */
@@ -4879,6 +4886,25 @@ static void delaunay__say_tet(delaunay_report *report, const double *xyz, size_t
              report->xyz[0], report->xyz[1], report->xyz[2]);
 }
 
+static int delaunay__is_finite(const double *x)
+{
+    return x[0] - x[0] == 0 && x[1] - x[1] == 0 && x[2] - x[2] == 0;
+}
+
+/* Up to four points with a coordinate that is not finite, into the report. */
+static delaunay_result delaunay__check_finite(const double *xyz, size_t count,
+                                              delaunay_report *report)
+{
+    size_t i;
+    for (i = 0; i < count && report->num_ids < 4; i++) {
+        const double *x = xyz + 3 * i;
+        if (delaunay__is_finite(x)) continue;
+        if (report->num_ids == 0) memcpy(report->xyz, x, sizeof report->xyz);
+        report->ids[report->num_ids++] = (uint32_t)i;
+    }
+    return report->num_ids ? DELAUNAY_ERROR_NOT_FINITE : DELAUNAY_OK;
+}
+
 static uint32_t delaunay__facet_hash(const uint32_t *v)
 {
     uint32_t a = v[0], b = v[1], c = v[2];
@@ -4962,6 +4988,7 @@ DELAUNAY_API delaunay_result delaunay_import(delaunay_mesh *mesh, const double *
         return DELAUNAY_ERROR_TOO_LARGE;
     delaunay_mesh_free(mesh);
     result = delaunay_memory_init(&mesh->memory, host);
+    if (result == DELAUNAY_OK) result = delaunay__check_finite(xyz, num_points, report);
     if (result == DELAUNAY_OK) result = delaunay_reserve(mesh, num_points + 1, num_tets + 1);
     if (result != DELAUNAY_OK) goto done;
     mesh->vertex_of =
@@ -5009,7 +5036,11 @@ offender:
     report->ids[0] = (uint32_t)i;
     report->num_ids = 1;
 done:
-    if (result != DELAUNAY_OK && report->num_ids)
+    if (result == DELAUNAY_ERROR_NOT_FINITE)
+        snprintf(report->message, sizeof report->message,
+                 "vertex %lu at (%.9g, %.9g, %.9g): a coordinate is not finite",
+                 (unsigned long)report->ids[0], report->xyz[0], report->xyz[1], report->xyz[2]);
+    else if (result != DELAUNAY_OK && report->num_ids)
         delaunay__say_tet(report, xyz, num_points, tets, report->ids[0]);
     report->num_points = num_points;
     report->num_vertices = mesh->num_vertices ? mesh->num_vertices - 1 : 0;
@@ -6326,8 +6357,7 @@ DELAUNAY_API delaunay_result delaunay_editor_insert(delaunay_editor *editor, con
     uint32_t v, same;
     if (vertex) *vertex = 0;
     if (!editor || !xyz) return DELAUNAY_ERROR_INVALID_ARGUMENT;
-    if (xyz[0] - xyz[0] != 0 || xyz[1] - xyz[1] != 0 || xyz[2] - xyz[2] != 0)
-        return DELAUNAY_ERROR_NOT_FINITE;
+    if (!delaunay__is_finite(xyz)) return DELAUNAY_ERROR_NOT_FINITE;
     mesh = editor->mesh;
     if (mesh->num_vertices >= UINT32_MAX - 16) return DELAUNAY_ERROR_TOO_LARGE;
     v = delaunay_add_vertex(mesh, xyz, id);
@@ -6694,16 +6724,57 @@ static double delaunay__dot(const double *a, const double *b)
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 
+/* d = (p - q) / 2^e, e such that the largest component is about 1, or both are 0. */
+static DELAUNAY__NOINLINE int delaunay__extreme_difference(const double *p, const double *q,
+                                                           double *d)
+{
+    double most = 0;
+    int k, e = 0, half = 0;
+    for (k = 0; k < 3; k++) half |= !(fabs(p[k] - q[k]) <= DBL_MAX);
+    for (k = 0; k < 3; k++) {
+        d[k] = half ? p[k] / 2 - q[k] / 2 : p[k] - q[k];
+        if (fabs(d[k]) > most) most = fabs(d[k]);
+    }
+    (void)frexp(most, &e);
+    for (k = 0; k < 3; k++) d[k] = ldexp(d[k], -e);
+    return e + half;
+}
+
+/* d = (p - q) / 2^e, whose length is such that products of six stay far from both ends of the
+ * double range. Returns e, which is 0 for all but extreme scales. */
+DELAUNAY_INLINE int delaunay__scaled_difference(const double *p, const double *q, double *d)
+{
+    const double x = p[0] - q[0], y = p[1] - q[1], z = p[2] - q[2];
+    const double sum = fabs(x) + fabs(y) + fabs(z);
+    if (!(sum >= 1e-30 && sum <= 1e30)) return delaunay__extreme_difference(p, q, d);
+    d[0] = x;
+    d[1] = y;
+    d[2] = z;
+    return 0;
+}
+
+/* A sphere of a mesh; squared lengths in units of 4^e, e 0 for all but extreme scales. */
+typedef struct delaunay__sphere {
+    double center[3], radius2;
+    int    e;
+} delaunay__sphere;
+
 /* The smallest sphere through two, three or four points, or orthogonal to theirs if weighted (w not
- * NULL): its centre; returns its squared radius. */
-static double delaunay__smallest_sphere(const double *const *p, const double *w, int count,
-                                        double *center)
+ * NULL). Each difference of points has a unit of its own, which is the same factor in all terms of
+ * a sum; those of the result have the largest of these units. */
+static void delaunay__smallest_sphere(const double *const *p, const double *w, int count,
+                                      delaunay__sphere *sphere)
 {
     double u[3][3], c[3][3], lift[3], x[3], scale = 0;
-    int i, k;
+    int unit[3], most = INT_MIN, i, k;
     for (i = 0; i + 1 < count; i++) {
-        for (k = 0; k < 3; k++) u[i][k] = p[i + 1][k] - p[0][k];
-        lift[i] = delaunay__dot(u[i], u[i]) + (w ? w[0] - w[i + 1] : 0);
+        unit[i] = delaunay__scaled_difference(p[i + 1], p[0], u[i]);
+        if (unit[i] > most) most = unit[i];
+    }
+    for (i = 0; i + 1 < count; i++) { /* in units of 2^(unit[i] + most) */
+        lift[i] = delaunay__dot(u[i], u[i]);
+        if (unit[i] != most) lift[i] = ldexp(lift[i], unit[i] - most);
+        if (w) lift[i] += ldexp(w[0] - w[i + 1], -unit[i] - most);
     }
     if (count == 2) {
         memcpy(c[0], u[0], sizeof c[0]);
@@ -6720,14 +6791,15 @@ static double delaunay__smallest_sphere(const double *const *p, const double *w,
     for (k = 0; k < 3; k++) {
         for (x[k] = 0, i = 0; i + 1 < count; i++) x[k] += lift[i] * c[i][k];
         x[k] /= 2 * scale;
-        center[k] = p[0][k] + x[k];
+        sphere->center[k] = p[0][k] + (most ? ldexp(x[k], most) : x[k]);
     }
-    return delaunay__dot(x, x) - (w ? w[0] : 0);
+    sphere->radius2 = delaunay__dot(x, x) - (w ? ldexp(w[0], -2 * most) : 0);
+    sphere->e = most;
 }
 
-/* The same for vertices of a mesh. */
+/* The same for vertices of a mesh; returns the squared radius. */
 static double delaunay__sphere_of(const delaunay_mesh *mesh, const uint32_t *v, int count,
-                                  double *center)
+                                  delaunay__sphere *sphere)
 {
     const double *p[4];
     double w[4];
@@ -6736,17 +6808,23 @@ static double delaunay__sphere_of(const delaunay_mesh *mesh, const uint32_t *v, 
         p[i] = mesh->vertices[v[i]].x;
         if (mesh->weight) w[i] = mesh->weight[v[i]];
     }
-    return delaunay__smallest_sphere(p, mesh->weight ? w : NULL, count, center);
+    delaunay__smallest_sphere(p, mesh->weight ? w : NULL, count, sphere);
+    return sphere->e ? ldexp(sphere->radius2, 2 * sphere->e) : sphere->radius2;
 }
 
-static int delaunay__is_in_sphere(const delaunay_mesh *mesh, const double *center, double radius2,
+static int delaunay__is_in_sphere(const delaunay_mesh *mesh, const delaunay__sphere *sphere,
                                   uint32_t v)
 {
-    double d[3];
+    double d[3], weight = 0;
     int k;
     if (v == DELAUNAY_GHOST) return 0;
-    for (k = 0; k < 3; k++) d[k] = mesh->vertices[v].x[k] - center[k];
-    return delaunay__dot(d, d) - (mesh->weight ? mesh->weight[v] : 0) < radius2;
+    if (mesh->weight) weight = mesh->weight[v];
+    for (k = 0; k < 3; k++) d[k] = mesh->vertices[v].x[k] - sphere->center[k];
+    if (sphere->e) {
+        for (k = 0; k < 3; k++) d[k] = ldexp(d[k], -sphere->e);
+        weight = ldexp(weight, -2 * sphere->e);
+    }
+    return delaunay__dot(d, d) - weight < sphere->radius2;
 }
 
 /* -- Voronoi */
@@ -6767,17 +6845,21 @@ DELAUNAY_API void delaunay_voronoi_free(delaunay_voronoi *voronoi)
 
 static void delaunay__center(const delaunay_mesh *mesh, delaunay_handle t, double *center)
 {
-    double u[3], v[3], length;
+    static const double zero[3] = {0, 0, 0};
+    delaunay__sphere sphere;
+    const double *p[3];
+    double u[3], v[3], normal[3], length;
     int k;
     if (!delaunay_is_ghost(mesh, t)) {
-        (void)delaunay__sphere_of(mesh, mesh->tets[t].v, 4, center);
+        (void)delaunay__sphere_of(mesh, mesh->tets[t].v, 4, &sphere);
+        memcpy(center, sphere.center, sizeof sphere.center);
         return;
     }
-    for (k = 0; k < 3; k++) {
-        u[k] = delaunay__corner(mesh, t, 1)[k] - delaunay__corner(mesh, t, 0)[k];
-        v[k] = delaunay__corner(mesh, t, 2)[k] - delaunay__corner(mesh, t, 0)[k];
-    }
-    delaunay__cross(u, v, center);
+    for (k = 0; k < 3; k++) p[k] = delaunay__corner(mesh, t, k);
+    (void)delaunay__scaled_difference(p[1], p[0], u);
+    (void)delaunay__scaled_difference(p[2], p[0], v);
+    delaunay__cross(u, v, normal);
+    (void)delaunay__scaled_difference(normal, zero, center);
     length = sqrt(delaunay__dot(center, center));
     for (k = 0; k < 3 && length > 0; k++) center[k] /= length;
 }
@@ -6919,16 +7001,17 @@ static double delaunay__alpha_facet(const delaunay_alpha *alpha, const delaunay_
                                     delaunay_handle f)
 {
     const delaunay_handle side[2] = {f, mesh->tets[f >> 2].n[f & 3]};
-    double center[3], own, least = DBL_MAX;
+    delaunay__sphere sphere;
+    double own, least = DBL_MAX;
     uint32_t v[3];
     int i, empty = 1;
     delaunay__get_facet(mesh, f, v);
-    own = delaunay__sphere_of(mesh, v, 3, center);
+    own = delaunay__sphere_of(mesh, v, 3, &sphere);
     for (i = 0; i < 2; i++) {
         uint32_t apex = mesh->tets[side[i] >> 2].v[side[i] & 3];
         double value = alpha->tets[side[i] >> 2];
         if (value < least) least = value;
-        if (delaunay__is_in_sphere(mesh, center, own, apex)) empty = 0;
+        if (delaunay__is_in_sphere(mesh, &sphere, apex)) empty = 0;
     }
     return empty && own < least ? own : least;
 }
@@ -6938,7 +7021,8 @@ static double delaunay__alpha_edge(const delaunay_alpha *alpha, const delaunay_m
                                    const delaunay_voronoi *voronoi, size_t face)
 {
     const uint32_t *ab = voronoi->face_cells + 2 * face;
-    double center[3], own = delaunay__sphere_of(mesh, ab, 2, center), least = DBL_MAX;
+    delaunay__sphere sphere;
+    double own = delaunay__sphere_of(mesh, ab, 2, &sphere), least = DBL_MAX;
     size_t j;
     int i, empty = 1;
     for (j = voronoi->face_begin[face]; j < voronoi->face_begin[face + 1]; j++) {
@@ -6948,7 +7032,7 @@ static double delaunay__alpha_edge(const delaunay_alpha *alpha, const delaunay_m
             if (v[i] == ab[0] || v[i] == ab[1]) continue;
             if (alpha->facets[4 * t + (delaunay_handle)i] < least)
                 least = alpha->facets[4 * t + (delaunay_handle)i];
-            if (delaunay__is_in_sphere(mesh, center, own, v[i])) empty = 0;
+            if (delaunay__is_in_sphere(mesh, &sphere, v[i])) empty = 0;
         }
     }
     return empty && own < least ? own : least;
@@ -6977,12 +7061,12 @@ DELAUNAY_API delaunay_result delaunay_alpha_of(delaunay_alpha *alpha, const dela
         return DELAUNAY_ERROR_OUT_OF_MEMORY;
     }
     for (t = 0; t < mesh->num_tets; t++) {
-        double center[3];
+        delaunay__sphere sphere;
         int k;
         alpha->tets[t] = DBL_MAX;
         for (k = 0; k < 4; k++) alpha->facets[4 * t + (delaunay_handle)k] = DBL_MAX;
         if (t == 0 || delaunay_is_deleted(mesh, t) || delaunay_is_ghost(mesh, t)) continue;
-        alpha->tets[t] = delaunay__sphere_of(mesh, mesh->tets[t].v, 4, center);
+        alpha->tets[t] = delaunay__sphere_of(mesh, mesh->tets[t].v, 4, &sphere);
         if (!(alpha->tets[t] < DBL_MAX)) alpha->tets[t] = DBL_MAX;
     }
     for (f = 4; f < 4 * mesh->num_tets; f++)
@@ -8994,6 +9078,9 @@ static const char *delaunay__check_shape(const delaunay_mesh *mesh, delaunay_han
 {
     int i;
     *other = 0;
+    for (i = 0; i < (delaunay_is_ghost(mesh, t) ? 3 : 4); i++)
+        if (!delaunay__is_finite(delaunay__corner(mesh, t, i)))
+            return "a vertex that is not finite";
     if (!delaunay_is_ghost(mesh, t))
         return delaunay_orient3d(delaunay__corner(mesh, t, 0), delaunay__corner(mesh, t, 1),
                                  delaunay__corner(mesh, t, 2), delaunay__corner(mesh, t, 3)) > 0
@@ -9174,20 +9261,6 @@ DELAUNAY_API uint64_t delaunay_export_tets(const delaunay_mesh *mesh, uint32_t *
         n++;
     }
     return n;
-}
-
-/* Up to four points with a coordinate that is not finite, into the report. */
-static delaunay_result delaunay__check_finite(const double *xyz, size_t count,
-                                              delaunay_report *report)
-{
-    size_t i;
-    for (i = 0; i < count && report->num_ids < 4; i++) {
-        const double *x = xyz + 3 * i;
-        if (x[0] - x[0] == 0 && x[1] - x[1] == 0 && x[2] - x[2] == 0) continue;
-        if (report->num_ids == 0) memcpy(report->xyz, x, sizeof report->xyz);
-        report->ids[report->num_ids++] = (uint32_t)i;
-    }
-    return report->num_ids ? DELAUNAY_ERROR_NOT_FINITE : DELAUNAY_OK;
 }
 
 /* Vertices in order of insertion, from the caller's points. */

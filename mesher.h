@@ -143,7 +143,7 @@ typedef enum mesher_regions {
  * there. */
 typedef enum mesher_shape {
     MESHER_SHAPE_BALL,    /* around the point xyz[0..2]; radius 0: the point */
-    MESHER_SHAPE_BOX,     /* from xyz[0..2] to xyz[3..5], along the axes */
+    MESHER_SHAPE_BOX,     /* along the axes; xyz[0..2] and xyz[3..5]: any two opposite corners */
     MESHER_SHAPE_SEGMENT, /* between xyz[0..2] and xyz[3..5] */
     MESHER_SHAPE_TRIANGLE /* with corners xyz[0..2], xyz[3..5] and xyz[6..8] */
 } mesher_shape;
@@ -272,7 +272,7 @@ typedef struct mesher_report {
     /* edge length / wanted; share within [0.7, 1.4] */
     double   size_p10, size_p50, size_p90, size_in_band;
     size_t   peak_bytes;
-    /* a sentence that says what and where; empty on success */
+    /* a sentence that says what and where, or which budget ended it; empty on MESHER_OK */
     char     message[512];
 } mesher_report;
 
@@ -334,7 +334,10 @@ typedef struct mesher_domain {
 } mesher_domain;
 
 /* Plain arrays for the caller: all input vertices first, in input order (duplicates and unused
- * ones stay as orphans); then new vertices in canonical order. */
+ * ones stay as orphans); then new vertices in canonical order. Each where it is in the mesh now:
+ * input vertices only move if something else than this header moves them, such as spr.h with
+ * free_vertices, and duplicates go with their survivors; those not in the mesh are where they were
+ * given. */
 typedef struct mesher_output {
     double   *xyz;       uint64_t num_vertices;
     uint32_t *tets;      uint64_t num_tets;      /* 4*num_tets; positive as in delaunay.h */
@@ -396,8 +399,10 @@ MESHER_API mesher_result mesher_mesh(mesher_domain *domain, const mesher_surface
  *   domain    out   as mesher_mesh leaves it; on failure zeroed
  *   surface   in    vertices, and the triangles and lines to keep: all on the border and between
  *                   regions, and any others that are facets and edges of the mesh
- *   tets      in    4*num_tets indices of vertices, of one orientation, meeting facet to facet
- *   regions   in    num_tets numbers from 1 on, or NULL: all 1
+ *   tets      in    4*num_tets indices of vertices, of one orientation, meeting facet to facet;
+ *                   parts may touch each other in an edge or a vertex only
+ *   regions   in    num_tets numbers, any but 0, or NULL: all 1; domain->regions lists those that
+ *                   there are, ascending
  *   options   in    NULL or zeroed: defaults; regions, and all that is about recovery, is not used
  *   report    out   may be NULL
  *
@@ -591,7 +596,7 @@ static uint64_t mesher__count_defects(const mesher_report *report)
     return n;
 }
 
-/* Everything but the caller's room for findings. */
+/* Everything but the caller's room for findings. The surface may be NULL. */
 static void mesher__report_reset(mesher_report *report, const mesher_surface *surface)
 {
     mesher_finding *findings = report->findings;
@@ -599,8 +604,49 @@ static void mesher__report_reset(mesher_report *report, const mesher_surface *su
     memset(report, 0, sizeof *report);
     report->findings = findings;
     report->cap_findings = findings ? cap : 0;
+    if (!surface) return;
     report->input_vertices = surface->num_vertices;
     report->input_triangles = surface->num_triangles;
+}
+
+static void mesher__say(mesher_report *report, const char *text)
+{
+    if (report) snprintf(report->message, sizeof report->message, "%s", text);
+}
+
+/* What ends a call with MESHER_STOPPED_BY_BUDGET. */
+enum {
+    MESHER__BUDGET_VERTICES = 1,
+    MESHER__BUDGET_TETS,
+    MESHER__BUDGET_SECONDS,
+    MESHER__BUDGET_MEMORY,
+    MESHER__BUDGET_INDICES
+};
+
+static void mesher__say_budget(mesher_report *report, const char *what, int budget,
+                               const mesher_options *o)
+{
+    char name[64] = "the number of vertices or tetrahedra that indices can hold";
+    if (budget == MESHER__BUDGET_VERTICES)
+        snprintf(name, sizeof name, "max_vertices, %.20g", (double)o->max_vertices);
+    if (budget == MESHER__BUDGET_TETS)
+        snprintf(name, sizeof name, "max_tets, %.20g", (double)o->max_tets);
+    if (budget == MESHER__BUDGET_SECONDS)
+        snprintf(name, sizeof name, "max_seconds, %.9g", o->max_seconds);
+    if (budget == MESHER__BUDGET_MEMORY)
+        snprintf(name, sizeof name, "host.memory_limit_bytes, %.20g",
+                 (double)o->host.memory_limit_bytes);
+    if (report)
+        snprintf(report->message, sizeof report->message, "%s was stopped by a budget: %s", what,
+                 name);
+}
+
+/* Without a surface or a place for the result. */
+static mesher_result mesher__refuse(mesher_report *report)
+{
+    if (report) mesher__report_reset(report, NULL);
+    mesher__say(report, "invalid argument: no surface, or no place for the result, was given");
+    return MESHER_ERROR_INVALID_ARGUMENT;
 }
 
 /* "triangle 12" or "line 3" */
@@ -9297,12 +9343,13 @@ static double mesher__shape_distance(const double *a, const double *b, const dou
     return inside > 0 && nn > 0 ? fabs(height) / sqrt(nn) : best;
 }
 
-static double mesher__box_distance(const double *lo, const double *hi, const double *x)
+static double mesher__box_distance(const double *a, const double *b, const double *x)
 {
     double sum = 0;
     int i;
     for (i = 0; i < 3; i++) {
-        double d = x[i] < lo[i] ? lo[i] - x[i] : x[i] > hi[i] ? x[i] - hi[i] : 0;
+        double lo = a[i] < b[i] ? a[i] : b[i], hi = a[i] < b[i] ? b[i] : a[i];
+        double d = x[i] < lo ? lo - x[i] : x[i] > hi ? x[i] - hi : 0;
         sum += d * d;
     }
     return sqrt(sum);
@@ -9809,6 +9856,7 @@ typedef struct mesher__divider {
     double   largest, extent;      /* coordinate; of the surface along an axis */
     uint64_t flips_left;           /* rounding could make flips go round in circles */
     int      no_memory;
+    int      budget;               /* that ended it */
 } mesher__divider;
 
 static uint32_t mesher__side_turn(uint32_t side, uint32_t by)
@@ -10192,14 +10240,15 @@ static void mesher__split_side(mesher__divider *d, uint32_t s)
 }
 
 /* Asked before each edge of the list: are we to end? */
-static mesher_result mesher__division_ends(const mesher__divider *d, uint64_t round, double start)
+static mesher_result mesher__division_ends(mesher__divider *d, uint64_t round, double start)
 {
     const mesher_options *o = &d->domain->options;
     if (round % 1024) return MESHER_OK;
     if (mesher__progress(o, "surface", -1)) return MESHER_CANCELLED;
-    return o->max_seconds > 0 && delaunay_seconds(&o->host) - start > o->max_seconds
-               ? MESHER_STOPPED_BY_BUDGET
-               : MESHER_OK;
+    if (!(o->max_seconds > 0 && delaunay_seconds(&o->host) - start > o->max_seconds))
+        return MESHER_OK;
+    d->budget = MESHER__BUDGET_SECONDS;
+    return MESHER_STOPPED_BY_BUDGET;
 }
 
 /* The edge of a side is too long: halves it, unless that is in vain. */
@@ -10208,9 +10257,9 @@ static mesher_result mesher__divide_at(mesher__divider *d, uint32_t side)
     const mesher_options *o = &d->domain->options;
     size_t count = mesher__ring_to_split(d, side);
     if (count == 0 || !mesher__is_worth_it(d, side)) return MESHER_OK;
-    if ((o->max_vertices && d->num_vertices >= o->max_vertices) ||
-        (o->max_tets && d->num + count > o->max_tets / 2))
-        return MESHER_STOPPED_BY_BUDGET;
+    if (o->max_vertices && d->num_vertices >= o->max_vertices) d->budget = MESHER__BUDGET_VERTICES;
+    if (o->max_tets && d->num + count > o->max_tets / 2) d->budget = MESHER__BUDGET_TETS;
+    if (d->budget) return MESHER_STOPPED_BY_BUDGET;
     if (d->num_vertices >= UINT32_MAX - 32 || d->num + count >= UINT32_MAX / 3 - 16)
         return MESHER_ERROR_TOO_LARGE;
     if (!mesher__divider_room(d, count)) return MESHER_ERROR_OUT_OF_MEMORY;
@@ -10633,6 +10682,7 @@ typedef struct mesher__refiner {
     int              num_harvests;
     int              num_cavities;
     int cancelled; /* 1: by the host, 2: out of time; by the calling thread, read by all */
+    int budget;    /* the last one that was met */
     uint64_t         inserted, num_tets, ignored;
     uint64_t         lost;       /* tetrahedra looked at for points that were given up */
     double           start;
@@ -11422,24 +11472,28 @@ static int mesher__sort_points(mesher__refiner *r, int rounds)
 
 /* -- budgets */
 
-static mesher_result mesher__over_budget(const mesher__refiner *r, int look_at_clock)
+static mesher_result mesher__over_budget(mesher__refiner *r, int look_at_clock)
 {
     const mesher_options *o = r->options;
+    int budget = 0;
     if (o->max_vertices && (uint64_t)r->mesh->num_vertices - 1 >= o->max_vertices)
-        return MESHER_STOPPED_BY_BUDGET;
-    if (o->max_tets && r->num_tets + 32 > o->max_tets) return MESHER_STOPPED_BY_BUDGET;
-    if (r->mesh->num_vertices >= UINT32_MAX - 16) return MESHER_STOPPED_BY_BUDGET;
-    if ((size_t)r->mesh->num_tets >= ((delaunay_handle)-1) / 4 - 4096)
-        return MESHER_STOPPED_BY_BUDGET;
-    if (look_at_clock && o->max_seconds > 0 &&
-        delaunay_seconds(&o->host) - r->start > o->max_seconds)
-        return MESHER_STOPPED_BY_BUDGET;
-    return MESHER_OK;
+        budget = MESHER__BUDGET_VERTICES;
+    else if (o->max_tets && r->num_tets + 32 > o->max_tets) budget = MESHER__BUDGET_TETS;
+    else if (r->mesh->num_vertices >= UINT32_MAX - 16 ||
+             (size_t)r->mesh->num_tets >= ((delaunay_handle)-1) / 4 - 4096)
+        budget = MESHER__BUDGET_INDICES;
+    else if (look_at_clock && o->max_seconds > 0 &&
+             delaunay_seconds(&o->host) - r->start > o->max_seconds)
+        budget = MESHER__BUDGET_SECONDS;
+    if (!budget) return MESHER_OK;
+    r->budget = budget;
+    return MESHER_STOPPED_BY_BUDGET;
 }
 
 /* What running out of memory means: the caller's limit is a budget, and the mesh is valid. */
-static mesher_result mesher__no_memory(const mesher__refiner *r)
+static mesher_result mesher__no_memory(mesher__refiner *r)
 {
+    r->budget = MESHER__BUDGET_MEMORY;
     return r->memory->limit_bytes ? MESHER_STOPPED_BY_BUDGET : MESHER_ERROR_OUT_OF_MEMORY;
 }
 
@@ -13240,7 +13294,9 @@ static mesher_result mesher__insert_in_sections(mesher__refiner *r, size_t begin
     }
     *count = later;
     if (r->cancelled == 1) return MESHER_CANCELLED;
-    return r->cancelled ? MESHER_STOPPED_BY_BUDGET : MESHER_OK;
+    if (!r->cancelled) return MESHER_OK;
+    r->budget = MESHER__BUDGET_SECONDS;
+    return MESHER_STOPPED_BY_BUDGET;
 }
 
 /* Vertex from becomes vertex to. */
@@ -13518,11 +13574,6 @@ static void mesher__report_sizes(const mesher_domain *domain, mesher_report *rep
     }
 }
 
-static void mesher__say(mesher_report *report, const char *text)
-{
-    if (report) snprintf(report->message, sizeof report->message, "%s", text);
-}
-
 MESHER_API mesher_result mesher_refine(mesher_domain *domain, mesher_report *report)
 {
     mesher__refiner r;
@@ -13555,7 +13606,7 @@ MESHER_API mesher_result mesher_refine(mesher_domain *domain, mesher_report *rep
         if (domain->mesh.memory.peak_bytes > report->peak_bytes)
             report->peak_bytes = domain->mesh.memory.peak_bytes;
         if (result == MESHER_STOPPED_BY_BUDGET)
-            mesher__say(report, "refinement was stopped by a budget");
+            mesher__say_budget(report, "refinement", r.budget, r.options);
     }
     return result;
 }
@@ -13623,61 +13674,162 @@ MESHER_API const char *mesher_kind_string(mesher_kind kind)
 /* A length or ratio that an option may have: finite and not negative. */
 static int mesher__sane(double x) { return x >= 0 && x <= DBL_MAX; }
 
-/* Sources and the grid are what their comments ask for. */
-static int mesher__sane_wishes(const mesher_options *o)
+/* An option that cannot be, as a sentence. */
+static mesher_result mesher__bad_option(mesher_report *report, const char *name, double value,
+                                        const char *wanted)
 {
-    const mesher_size_grid *g = o->size_grid;
-    size_t i, k;
-    if ((o->num_region_sizes && !o->region_sizes) || (o->num_sources && !o->sources)) return 0;
-    for (i = 0; i < o->num_sources; i++) {
-        const mesher_source *s = o->sources + i;
-        if ((int)s->shape < 0 || s->shape > MESHER_SHAPE_TRIANGLE) return 0;
-        if (!(s->size > 0 && s->size <= DBL_MAX && s->slope >= 0) || !mesher__sane(s->radius))
-            return 0;
-        for (k = 0; k < 9; k++)
-            if (!(fabs(s->xyz[k]) <= MESHER__LARGEST_COORDINATE)) return 0;
-    }
-    for (k = 0; g && k < 3; k++)
-        if (!g->size || g->count[k] < 2 || !(g->spacing[k] > 0 && g->spacing[k] <= DBL_MAX) ||
-            !(fabs(g->origin[k]) <= DBL_MAX)) return 0;
-    return 1;
+    snprintf(report->message, sizeof report->message,
+             "invalid argument: options.%s is %.9g and should be %s", name, value, wanted);
+    return MESHER_ERROR_INVALID_ARGUMENT;
 }
 
-MESHER_API mesher_result mesher_options_resolve(mesher_options *out, const mesher_options *in)
+static mesher_result mesher__check_source(const mesher_options *o, size_t i, mesher_report *report)
 {
+    const mesher_source *s = o->sources + i;
+    const char *member = NULL, *wanted = "finite and 0 or more";
+    char name[64];
+    double value = 0;
+    int k;
+    if ((int)s->shape < 0 || s->shape > MESHER_SHAPE_TRIANGLE) {
+        member = "shape";
+        value = (double)(int)s->shape;
+        wanted = "a mesher_shape";
+    } else if (!(s->size > 0 && s->size <= DBL_MAX)) {
+        member = "size";
+        value = s->size;
+        wanted = "finite and more than 0";
+    } else if (!(s->slope >= 0)) {
+        member = "slope";
+        value = s->slope;
+        wanted = "0 or more";
+    } else if (!mesher__sane(s->radius)) {
+        member = "radius";
+        value = s->radius;
+    }
+    for (k = 0; k < 9 && !member; k++) {
+        if (fabs(s->xyz[k]) <= MESHER__LARGEST_COORDINATE) continue;
+        snprintf(name, sizeof name, "sources[%lu].xyz[%d]", (unsigned long)i, k);
+        return mesher__bad_option(report, name, s->xyz[k], "within 1e60 of 0");
+    }
+    if (!member) return MESHER_OK;
+    snprintf(name, sizeof name, "sources[%lu].%s", (unsigned long)i, member);
+    return mesher__bad_option(report, name, value, wanted);
+}
+
+static mesher_result mesher__check_grid(const mesher_size_grid *g, mesher_report *report)
+{
+    char name[64];
+    int k;
+    if (!g->size) {
+        mesher__say(report, "invalid argument: options.size_grid->size is NULL");
+        return MESHER_ERROR_INVALID_ARGUMENT;
+    }
+    for (k = 0; k < 3; k++) {
+        snprintf(name, sizeof name, "size_grid->count[%d]", k);
+        if (g->count[k] < 2) return mesher__bad_option(report, name, g->count[k], "2 or more");
+        snprintf(name, sizeof name, "size_grid->spacing[%d]", k);
+        if (!(g->spacing[k] > 0 && g->spacing[k] <= DBL_MAX))
+            return mesher__bad_option(report, name, g->spacing[k], "finite and more than 0");
+        snprintf(name, sizeof name, "size_grid->origin[%d]", k);
+        if (!(fabs(g->origin[k]) <= DBL_MAX))
+            return mesher__bad_option(report, name, g->origin[k], "finite");
+    }
+    return MESHER_OK;
+}
+
+/* Region sizes, sources and the grid are what their comments ask for. */
+static mesher_result mesher__check_wishes(const mesher_options *o, mesher_report *report)
+{
+    mesher_result result = MESHER_OK;
+    size_t i;
+    if (o->num_region_sizes && !o->region_sizes) {
+        mesher__say(report,
+                    "invalid argument: options.region_sizes is NULL, num_region_sizes not 0");
+        return MESHER_ERROR_INVALID_ARGUMENT;
+    }
+    if (o->num_sources && !o->sources) {
+        mesher__say(report, "invalid argument: options.sources is NULL, num_sources not 0");
+        return MESHER_ERROR_INVALID_ARGUMENT;
+    }
+    for (i = 0; i < o->num_sources && result == MESHER_OK; i++)
+        result = mesher__check_source(o, i, report);
+    return result == MESHER_OK && o->size_grid ? mesher__check_grid(o->size_grid, report) : result;
+}
+
+/* As mesher_options_resolve; what is wrong becomes the report's sentence. */
+static mesher_result mesher__resolve(mesher_options *out, const mesher_options *in,
+                                     mesher_report *report)
+{
+    static const char *const names[9] = {"size",      "min_size", "max_size",
+                                         "gradation", "growth",   "max_seconds",
+                                         "size_factor", "layers", "curvature_degrees"};
     mesher_options o;
-    if (!out) return MESHER_ERROR_INVALID_ARGUMENT;
+    double values[9];
+    int i;
     if (in) o = *in;
     else memset(&o, 0, sizeof o);
-    if (!o.host.allocator.alloc != !o.host.allocator.release || o.host.num_threads < 0)
+    if (!o.host.allocator.alloc != !o.host.allocator.release) {
+        mesher__say(report, "invalid argument: of options.host.allocator.alloc and release one is "
+                            "NULL, and one is not");
         return MESHER_ERROR_INVALID_ARGUMENT;
+    }
+    if (o.host.num_threads < 0)
+        return mesher__bad_option(report, "host.num_threads", o.host.num_threads, "0 or more");
     if ((int)o.regions < 0 || o.regions > MESHER_REGIONS_SEEDS)
-        return MESHER_ERROR_INVALID_ARGUMENT;
-    if (!mesher__sane(o.size) || !mesher__sane(o.min_size) || !mesher__sane(o.max_size) ||
-        !mesher__sane(o.gradation) || !mesher__sane(o.growth) || !mesher__sane(o.max_seconds) ||
-        !mesher__sane(o.size_factor) || !mesher__sane(o.layers) ||
-        !mesher__sane(o.curvature_degrees) || !mesher__sane_wishes(&o))
-        return MESHER_ERROR_INVALID_ARGUMENT;
-    if (o.max_size > 0 && o.min_size > o.max_size) return MESHER_ERROR_INVALID_ARGUMENT;
+        return mesher__bad_option(report, "regions", (double)(int)o.regions, "a mesher_regions");
+    values[0] = o.size;
+    values[1] = o.min_size;
+    values[2] = o.max_size;
+    values[3] = o.gradation;
+    values[4] = o.growth;
+    values[5] = o.max_seconds;
+    values[6] = o.size_factor;
+    values[7] = o.layers;
+    values[8] = o.curvature_degrees;
+    for (i = 0; i < 9; i++)
+        if (!mesher__sane(values[i]))
+            return mesher__bad_option(report, names[i], values[i], "finite and 0 or more");
+    if (mesher__check_wishes(&o, report) != MESHER_OK) return MESHER_ERROR_INVALID_ARGUMENT;
+    if (o.max_size > 0 && o.min_size > o.max_size)
+        return mesher__bad_option(report, "min_size", o.min_size, "no more than max_size");
+    if (o.gradation != 0 && o.gradation < 1)
+        return mesher__bad_option(report, "gradation", o.gradation, "0, or 1 or more");
+    if (o.growth != 0 && o.growth <= 1)
+        return mesher__bad_option(report, "growth", o.growth, "0, or more than 1");
     if (o.size_factor == 0) o.size_factor = 1;
-    if ((o.gradation != 0 && o.gradation < 1) || (o.growth != 0 && o.growth <= 1))
-        return MESHER_ERROR_INVALID_ARGUMENT;
     *out = o;
     return MESHER_OK;
 }
 
-static mesher_result mesher__check_arguments(const mesher_surface *s)
+MESHER_API mesher_result mesher_options_resolve(mesher_options *out, const mesher_options *in)
 {
+    mesher_report unused;
+    return out ? mesher__resolve(out, in, &unused) : MESHER_ERROR_INVALID_ARGUMENT;
+}
+
+static mesher_result mesher__check_arguments(const mesher_surface *s, mesher_report *report)
+{
+    const char *missing = s->num_vertices && !s->xyz             ? "xyz"
+                          : s->num_triangles && !s->triangles    ? "triangles"
+                          : s->num_edges && !s->edges            ? "edges"
+                          : s->num_seeds && !s->seeds            ? "seeds"
+                                                                 : NULL;
     size_t most = UINT32_MAX - 16, i;
-    if ((s->num_vertices && !s->xyz) || (s->num_triangles && !s->triangles) ||
-        (s->num_edges && !s->edges) || (s->num_seeds && !s->seeds))
+    if (missing) {
+        snprintf(report->message, sizeof report->message,
+                 "invalid argument: surface.%s is NULL, their number not 0", missing);
         return MESHER_ERROR_INVALID_ARGUMENT;
+    }
     if (s->num_vertices > most - 8 || s->num_triangles > most / 3 ||
         s->num_edges > most / 3 - s->num_triangles / 3)
         return MESHER_ERROR_TOO_LARGE;
     for (i = 0; i < 3 * s->num_seeds; i++)
-        if (!(fabs(s->seeds[i]) <= MESHER__LARGEST_COORDINATE))
+        if (!(fabs(s->seeds[i]) <= MESHER__LARGEST_COORDINATE)) {
+            snprintf(report->message, sizeof report->message,
+                     "invalid argument: a coordinate of seed %lu is %.9g and should be within 1e60 "
+                     "of 0", (unsigned long)(i / 3), s->seeds[i]);
             return MESHER_ERROR_INVALID_ARGUMENT;
+        }
     return MESHER_OK;
 }
 
@@ -13691,10 +13843,10 @@ static mesher_result mesher__domain_init(mesher_domain *domain, const mesher_sur
     mesher_result result;
     size_t n = surface->num_vertices;
     *usable = 0;
-    result = mesher_options_resolve(&domain->options, options);
+    result = mesher__resolve(&domain->options, options, report);
     if (result != MESHER_OK) return result;
     result = (mesher_result)delaunay_memory_init(memory, &domain->options.host);
-    if (result == MESHER_OK) result = mesher__check_arguments(surface);
+    if (result == MESHER_OK) result = mesher__check_arguments(surface, report);
     if (result != MESHER_OK) return result;
     if (mesher__progress(&domain->options, "surface", 0)) return MESHER_CANCELLED;
     domain->surface = *surface;
@@ -13724,13 +13876,14 @@ MESHER_API mesher_result mesher_domain_init(mesher_domain *domain, const mesher_
     mesher_report local;
     mesher_result result;
     int usable;
-    if (!domain || !surface) return MESHER_ERROR_INVALID_ARGUMENT;
+    if (!domain || !surface) return mesher__refuse(report);
     memset(&local, 0, sizeof local);
     memset(domain, 0, sizeof *domain);
     if (!report) report = &local;
     mesher__report_reset(report, surface);
     result = mesher__domain_init(domain, surface, options, report, &usable);
     if (result == MESHER_ERROR_SURFACE) mesher__message_finish(report);
+    mesher__message_failure(report, result);
     if (result != MESHER_OK) mesher_domain_free(domain);
     return result;
 }
@@ -13778,7 +13931,7 @@ MESHER_API mesher_result mesher_check(const mesher_surface *surface, const meshe
     mesher_result result;
     double start;
     int usable = 0;
-    if (!surface) return MESHER_ERROR_INVALID_ARGUMENT;
+    if (!surface) return mesher__refuse(report);
     memset(&domain, 0, sizeof domain);
     memset(&local, 0, sizeof local);
     if (!report) report = &local;
@@ -13930,7 +14083,7 @@ MESHER_API mesher_result mesher_refine_surface(mesher_fine_surface *fine,
     mesher__divider divider;
     mesher_report local;
     mesher_result result;
-    if (!fine) return MESHER_ERROR_INVALID_ARGUMENT;
+    if (!fine) return mesher__refuse(report);
     memset(fine, 0, sizeof *fine);
     memset(&divider, 0, sizeof divider);
     memset(&local, 0, sizeof local);
@@ -13945,6 +14098,8 @@ MESHER_API mesher_result mesher_refine_surface(mesher_fine_surface *fine,
         result = mesher__divide_surface(fine, &domain, &divider);
         mesher__divider_free(&divider);
     }
+    if (result == MESHER_STOPPED_BY_BUDGET)
+        mesher__say_budget(report, "division", divider.budget, &domain.options);
     mesher_domain_free(&domain);
     if (result < 0) mesher_fine_surface_free(fine);
     mesher__message_failure(report, result);
@@ -14015,7 +14170,7 @@ MESHER_API mesher_result mesher_mesh(mesher_domain *domain, const mesher_surface
     mesher_result result;
     double start;
     int usable;
-    if (!domain || !surface) return MESHER_ERROR_INVALID_ARGUMENT;
+    if (!domain || !surface) return mesher__refuse(report);
     memset(&local, 0, sizeof local);
     memset(domain, 0, sizeof *domain);
     if (!report) report = &local;
@@ -14034,7 +14189,7 @@ MESHER_API mesher_result mesher_mesh(mesher_domain *domain, const mesher_surface
         mesher__message_failure(report, result);
         return result;
     }
-    report->message[0] = 0;
+    if (result == MESHER_OK) report->message[0] = 0;
     mesher__count_output(domain, report);
     return result;
 }
@@ -14211,11 +14366,12 @@ MESHER_API mesher_result mesher_reproduce(const mesher_surface *surface,
                                           mesher_surface *part)
 {
     mesher__part p;
+    mesher_report unused;
     mesher_result result;
     size_t i;
     if (!surface || !where || !xyz || !triangles || !part || !surface->num_triangles)
         return MESHER_ERROR_INVALID_ARGUMENT;
-    result = mesher__check_arguments(surface);
+    result = mesher__check_arguments(surface, &unused);
     if (result != MESHER_OK) return result;
     for (i = 0; i < 3; i++)
         if (!(fabs(where[i]) <= DBL_MAX)) return MESHER_ERROR_INVALID_ARGUMENT;
@@ -14273,10 +14429,44 @@ static mesher_result mesher__keep_facet(delaunay_mesh *mesh, delaunay_worker *wo
     return MESHER_OK;
 }
 
+/* Marks the facets and edges of the surface that are in tetrahedron t, and notes them in seen: the
+ * edges, then the facets. By their vertices alone: where parts of the mesh touch in a vertex or an
+ * edge only, its star is in several parts. */
+static void mesher__keep_in(const mesher_domain *domain, delaunay_handle t, uint8_t *seen)
+{
+    const delaunay_mesh *mesh = &domain->mesh;
+    uint32_t id[4], w[3], place;
+    unsigned flags = 0;
+    int i, j;
+    for (i = 0; i < 4; i++) {
+        id[i] = domain->survivor[mesh->vertex_id[mesh->tets[t].v[i]]];
+        if (domain->vertex_used[id[i]] != MESHER_VERTEX_SURFACE) id[i] = DELAUNAY_NO_ID;
+    }
+    for (i = 0; i < 6; i++) {
+        const uint8_t *o = delaunay_edge_order(i);
+        if (id[o[0]] == DELAUNAY_NO_ID || id[o[1]] == DELAUNAY_NO_ID) continue;
+        place = mesher__edge_find(domain, id[o[0]], id[o[1]]);
+        if (place == DELAUNAY_NO_ID) continue;
+        seen[place] = 1;
+        flags |= DELAUNAY_EDGE_BIT(i);
+    }
+    for (i = 0; i < 4; i++) {
+        if (mesher__facet_edges(i) & ~flags) continue;
+        for (j = 0; j < 3; j++) w[j] = id[delaunay_facet_order(i)[j]];
+        mesher__sort3(w);
+        place = mesher__facet_find(domain, w);
+        if (place == DELAUNAY_NO_ID) continue;
+        seen[(size_t)domain->num_edges + place] = 1;
+        flags |= DELAUNAY_FACET_BIT(i);
+    }
+    mesh->flags[t] = (uint16_t)(mesh->flags[t] | flags);
+}
+
 /* Marks the border, what lies between regions, and all facets and lines of the surface, which must
- * be there. */
+ * be there. seen: a zero for each edge and facet. Each part of an edge's star has facets of the
+ * border. */
 static mesher_result mesher__keep_surface(mesher_domain *domain, delaunay_worker *worker,
-                                          mesher_report *report)
+                                          uint8_t *seen, mesher_report *report)
 {
     delaunay_mesh *mesh = &domain->mesh;
     mesher_result result = MESHER_OK;
@@ -14290,29 +14480,20 @@ static mesher_result mesher__keep_surface(mesher_domain *domain, delaunay_worker
             result = mesher__keep_facet(mesh, worker, 4 * t + (delaunay_handle)i);
             if (result != MESHER_OK) return result;
         }
+    for (t = 1; t < mesh->num_tets; t++) mesher__keep_in(domain, t, seen);
     for (k = 0; k < domain->num_facets; k++) {
         const uint32_t *f = domain->facets + 3 * (size_t)k;
-        t = delaunay_find_facet(mesh, worker, mesh->vertex_of[f[0]], mesh->vertex_of[f[1]],
-                                mesh->vertex_of[f[2]]);
-        if (t) result = mesher__keep_facet(mesh, worker, t);
-        else
+        if (!seen[(size_t)domain->num_edges + k])
             mesher_report_add(report, MESHER_DEFECT_RECOVERY, domain->facet_source[k],
                               DELAUNAY_NO_ID, f[0], f[1], f[2],
                               domain->surface.xyz + 3 * (size_t)f[0]);
-        if (result != MESHER_OK) return result;
     }
     for (k = 0; k < domain->num_edges; k++) {
         const uint32_t *e = domain->edges + 2 * (size_t)k;
-        if (domain->edge_source[k] < domain->surface.num_triangles) continue;
-        t = delaunay_find_edge(mesh, worker, mesh->vertex_of[e[0]], mesh->vertex_of[e[1]]);
-        if (t)
-            result = (mesher_result)delaunay_mark_edge(mesh, worker, t, mesh->vertex_of[e[0]],
-                                                       mesh->vertex_of[e[1]], 1);
-        else
+        if (!seen[k] && domain->edge_source[k] >= domain->surface.num_triangles)
             mesher_report_add(report, MESHER_DEFECT_RECOVERY, domain->edge_source[k],
                               DELAUNAY_NO_ID, e[0], e[1], DELAUNAY_NO_ID,
                               domain->surface.xyz + 3 * (size_t)e[0]);
-        if (result != MESHER_OK) return result;
     }
     return mesher__count_defects(report) ? MESHER_ERROR_SURFACE : MESHER_OK;
 }
@@ -14321,35 +14502,43 @@ static mesher_result mesher__keep_surface(mesher_domain *domain, delaunay_worker
 static mesher_result mesher__list_regions(mesher_domain *domain, mesher_report *report)
 {
     const delaunay_mesh *mesh = &domain->mesh;
-    uint32_t most = 0, i, n = 0;
-    delaunay_handle t;
-    mesher_region *all;
-    for (t = 1; t < mesh->num_tets; t++)
-        if (mesh->color[t] > most) most = mesh->color[t];
-    if (most > mesh->num_tets + 65536)
-        return MESHER_ERROR_INVALID_ARGUMENT; /* numbers, not labels */
-    all = (mesher_region *)delaunay_alloc(&domain->memory, (size_t)most + 1, sizeof *all);
-    if (!all) return MESHER_ERROR_OUT_OF_MEMORY;
-    memset(all, 0, ((size_t)most + 1) * sizeof *all);
-    for (t = 1; t < mesh->num_tets; t++) {
-        mesher_region *r = all + mesh->color[t];
+    const size_t num_tets = mesh->num_tets - 1;
+    size_t i, n = 0;
+    mesher_region *r = NULL;
+    mesher_result result = MESHER_ERROR_OUT_OF_MEMORY;
+    hxtsort_pair *pairs =
+        (hxtsort_pair *)delaunay_alloc(&domain->memory, num_tets, sizeof *pairs);
+    if (!pairs) return result;
+    for (i = 0; i < num_tets; i++) {
+        pairs[i].key = mesh->color[i + 1];
+        pairs[i].value = i + 1;
+    }
+    result = mesher__sort(domain, pairs, num_tets);
+    if (result != MESHER_OK) goto done;
+    for (i = 0; i < num_tets; i++) n += i == 0 || pairs[i].key != pairs[i - 1].key;
+    result = MESHER_ERROR_OUT_OF_MEMORY;
+    domain->regions = (mesher_region *)delaunay_alloc(&domain->memory, n, sizeof *domain->regions);
+    if (!domain->regions) goto done;
+    memset(domain->regions, 0, n * sizeof *domain->regions);
+    for (i = 0; i < num_tets; i++) {
+        const uint32_t *v = mesh->tets[pairs[i].value].v;
         double w[4];
-        mesher__weights(mesh->vertices, mesh->tets[t].v, mesh->vertices[mesh->tets[t].v[0]].x, w);
+        if (i == 0 || pairs[i].key != pairs[i - 1].key) {
+            r = domain->regions + domain->num_regions++;
+            r->number = (uint32_t)pairs[i].key;
+            r->first_facet = DELAUNAY_NO_ID;
+            r->depth = 1;
+            r->kept = 1;
+        }
+        mesher__weights(mesh->vertices, v, mesh->vertices[v[0]].x, w);
         r->num_tets++;
         r->volume += w[0] / 6;
     }
-    for (i = 0; i <= most; i++) {
-        if (!all[i].num_tets) continue;
-        all[n] = all[i];
-        all[n].number = i;
-        all[n].first_facet = DELAUNAY_NO_ID;
-        all[n].depth = 1;
-        all[n++].kept = 1;
-    }
-    domain->regions = all;
-    domain->num_regions = n;
     report->num_regions = n;
-    return MESHER_OK;
+    result = MESHER_OK;
+done:
+    delaunay_release(&domain->memory, pairs);
+    return result;
 }
 
 static mesher_result mesher__take_mesh(mesher_domain *domain, const uint32_t *tets,
@@ -14359,11 +14548,17 @@ static mesher_result mesher__take_mesh(mesher_domain *domain, const uint32_t *te
     const mesher_surface *s = &domain->surface;
     delaunay_report import;
     delaunay_worker *worker = NULL;
+    uint8_t *seen = NULL;
     delaunay_handle t;
     size_t i;
     mesher_result result;
     for (i = 0; i < num_tets && regions; i++)
-        if (regions[i] == DELAUNAY_OUTSIDE) return MESHER_ERROR_INVALID_ARGUMENT;
+        if (regions[i] == DELAUNAY_OUTSIDE) {
+            snprintf(report->message, sizeof report->message,
+                     "invalid argument: tetrahedron %lu has region number 0, the outside's",
+                     (unsigned long)i);
+            return MESHER_ERROR_INVALID_ARGUMENT;
+        }
     memset(&import, 0, sizeof import);
     result = (mesher_result)delaunay_import(&domain->mesh, s->xyz, s->num_vertices, tets, regions,
                                             num_tets, &domain->options.host, &import);
@@ -14379,8 +14574,11 @@ static mesher_result mesher__take_mesh(mesher_domain *domain, const uint32_t *te
     if (result == MESHER_OK) result = (mesher_result)delaunay_link_vertices(&domain->mesh);
     if (result != MESHER_OK) return result;
     worker = delaunay_worker_new(&domain->mesh.memory);
-    if (!worker) return MESHER_ERROR_OUT_OF_MEMORY;
-    result = mesher__keep_surface(domain, worker, report);
+    seen = (uint8_t *)delaunay_alloc_zeroed(
+        &domain->memory, (size_t)domain->num_edges + domain->num_facets, sizeof *seen);
+    result = worker && seen ? mesher__keep_surface(domain, worker, seen, report)
+                            : MESHER_ERROR_OUT_OF_MEMORY;
+    delaunay_release(&domain->memory, seen);
     delaunay_worker_free(worker);
     if (result == MESHER_OK) result = mesher__list_regions(domain, report);
     return result;
@@ -14394,7 +14592,7 @@ MESHER_API mesher_result mesher_refine_mesh(mesher_domain *domain, const mesher_
     mesher_report local;
     mesher_result result;
     int usable;
-    if (!domain || !surface) return MESHER_ERROR_INVALID_ARGUMENT;
+    if (!domain || !surface) return mesher__refuse(report);
     memset(&local, 0, sizeof local);
     memset(domain, 0, sizeof *domain);
     if (!report) report = &local;
@@ -14423,7 +14621,7 @@ MESHER_API mesher_result mesher_refine_mesh(mesher_domain *domain, const mesher_
         mesher__message_failure(report, result);
         return result;
     }
-    report->message[0] = 0;
+    if (result == MESHER_OK) report->message[0] = 0;
     mesher__count_output(domain, report);
     return result;
 }
@@ -14442,13 +14640,39 @@ static void mesher__export_block(const delaunay_mesh *mesh, const mesher_output 
     }
 }
 
+static int mesher__is_moved(const double *a, const double *b)
+{
+    return a[0] != b[0] || a[1] != b[1] || a[2] != b[2];
+}
+
+/* Places by output number. Those of input vertices are the caller's bytes (0 may be -0), but where
+ * the mesh has another place since. */
+static void mesher__export_points(const mesher_domain *domain, double *xyz)
+{
+    const delaunay_mesh *mesh = &domain->mesh;
+    uint32_t v, moved = 0;
+    memcpy(xyz, domain->surface.xyz, 3 * (size_t)domain->first_corner * sizeof *xyz);
+    for (v = 1; v < mesh->num_vertices; v++) {
+        double *x = xyz + 3 * (size_t)mesh->vertices[v].key;
+        if (mesh->vertices[v].key == DELAUNAY_NO_ID) continue;
+        if (mesh->vertex_id[v] != DELAUNAY_NO_ID) {
+            if (!mesher__is_moved(x, mesh->vertices[v].x)) continue;
+            moved = 1;
+        }
+        memcpy(x, mesh->vertices[v].x, 3 * sizeof *x);
+    }
+    for (v = 0; moved && v < domain->first_corner; v++) { /* duplicates go with their survivors */
+        const double *x = xyz + 3 * (size_t)domain->survivor[v];
+        if (mesher__is_moved(xyz + 3 * (size_t)v, x)) memcpy(xyz + 3 * (size_t)v, x, 3 * sizeof *x);
+    }
+}
+
 MESHER_API mesher_result mesher_export(mesher_domain *domain, mesher_output *out)
 {
     delaunay_mesh *mesh;
     delaunay_memory *memory;
     mesher_result result = MESHER_ERROR_OUT_OF_MEMORY;
     uint64_t before[MESHER__OUTPUT_BLOCKS + 1];
-    uint32_t v;
     int b, threads;
     if (!domain || !out || domain->stage < MESHER__STAGE_COLORED)
         return MESHER_ERROR_INVALID_ARGUMENT;
@@ -14466,11 +14690,7 @@ MESHER_API mesher_result mesher_export(mesher_domain *domain, mesher_output *out
     if (!out->tets) goto done;
     out->regions = (uint32_t *)delaunay_alloc(memory, (size_t)out->num_tets, sizeof *out->regions);
     if (!out->regions) goto done;
-    memcpy(out->xyz, domain->surface.xyz, 3 * (size_t)domain->first_corner * sizeof *out->xyz);
-    for (v = 1; v < mesh->num_vertices; v++)
-        if (mesh->vertex_id[v] == DELAUNAY_NO_ID && mesh->vertices[v].key != DELAUNAY_NO_ID)
-            memcpy(out->xyz + 3 * (size_t)mesh->vertices[v].key, mesh->vertices[v].x,
-                   3 * sizeof(double));
+    mesher__export_points(domain, out->xyz);
     threads = delaunay_threads_for(&domain->options.host, mesh->num_tets);
     (void)threads;
     /* Shared: the mesh, read only; each block has its part of the arrays. */

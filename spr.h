@@ -5647,9 +5647,10 @@ SPR_API spr_result spr_improve_arrays(double *xyz, size_t *num_vertices, size_t 
     if (read != DELAUNAY_OK) {
         snprintf(report->message, sizeof report->message, "%.255s",
                  import.message[0] ? import.message : delaunay_result_string(read));
-        result = read == DELAUNAY_ERROR_INVALID_MESH ? SPR_ERROR_INVALID_MESH
-                 : read < -15                        ? SPR_ERROR_INVALID_ARGUMENT
-                                                     : (spr_result)read;
+        result = read == DELAUNAY_ERROR_INVALID_MESH || read == DELAUNAY_ERROR_NOT_FINITE
+                     ? SPR_ERROR_INVALID_MESH
+                 : read < -15 ? SPR_ERROR_INVALID_ARGUMENT
+                              : (spr_result)read;
         goto done;
     }
     result = SPR_ERROR_OUT_OF_MEMORY;

@@ -1009,8 +1009,78 @@ static void turns_in_a_coordinate_plane(void)
     }
 }
 
+/* Each bad number of the options, by its name and value. */
+static void bad_options_have_names(void)
+{
+    mesher_surface s = surface_of(cube_xyz, 8, cube_triangles, 12);
+    const double sizes[8] = {1, 1, 1, 1, 1, 1, 1, 1};
+    int k;
+    for (k = 0; k < 26; k++) {
+        static const char *const names[26] = {
+            "options.size is nan", "options.min_size is -1", "options.max_size is inf",
+            "options.gradation is 0.5", "options.growth is 1 ", "options.max_seconds is -1",
+            "options.size_factor is nan", "options.layers is -1",
+            "options.curvature_degrees is nan", "options.min_size is 2", "options.regions is 77",
+            "options.host.num_threads is -1", "options.host.allocator", "options.sources is NULL",
+            "options.region_sizes is NULL", "options.sources[1].size is 0",
+            "options.sources[1].slope is nan", "options.sources[1].radius is -2",
+            "options.sources[1].xyz[5] is nan", "options.sources[1].shape is 9",
+            "options.size_grid->size is NULL", "options.size_grid->count[1] is 1",
+            "options.size_grid->spacing[2] is 0", "options.size_grid->origin[0] is nan",
+            "surface.xyz is NULL", "seed 1 is nan"};
+        mesher_options o;
+        mesher_source sources[2];
+        mesher_size_grid grid;
+        mesher_surface t = s;
+        double seeds[6] = {0, 0, 0, 0, 0, 0};
+        int j;
+        memset(&o, 0, sizeof o);
+        memset(sources, 0, sizeof sources);
+        memset(&grid, 0, sizeof grid);
+        sources[0].size = sources[1].size = 1;
+        for (j = 0; j < 3; j++) grid.spacing[j] = 1, grid.count[j] = 2;
+        grid.size = sizes;
+        if (k >= 15 && k < 20) o.sources = sources, o.num_sources = 2;
+        if (k >= 20) o.size_grid = &grid;
+        switch (k) {
+        case 0: o.size = (double)NAN; break;
+        case 1: o.min_size = -1; break;
+        case 2: o.max_size = (double)INFINITY; break;
+        case 3: o.gradation = 0.5; break;
+        case 4: o.growth = 1; break;
+        case 5: o.max_seconds = -1; break;
+        case 6: o.size_factor = (double)NAN; break;
+        case 7: o.layers = -1; break;
+        case 8: o.curvature_degrees = (double)NAN; break;
+        case 9: o.min_size = 2, o.max_size = 1; break;
+        case 10: o.regions = (mesher_regions)77; break;
+        case 11: o.host.num_threads = -1; break;
+        case 12: o.host.allocator.alloc = counting_alloc; break;
+        case 13: o.num_sources = 1; break;
+        case 14: o.num_region_sizes = 1; break;
+        case 15: sources[1].size = 0; break;
+        case 16: sources[1].slope = (double)NAN; break;
+        case 17: sources[1].radius = -2; break;
+        case 18: sources[1].xyz[5] = (double)NAN; break;
+        case 19: sources[1].shape = (mesher_shape)9; break;
+        case 20: grid.size = NULL; break;
+        case 21: grid.count[1] = 1; break;
+        case 22: grid.spacing[2] = 0; break;
+        case 23: grid.origin[0] = (double)NAN; break;
+        case 24: t.xyz = NULL; break;
+        default: seeds[4] = (double)NAN, t.seeds = seeds, t.num_seeds = 2; break;
+        }
+        memset(&last.report, 0, sizeof last.report);
+        CHECK(mesher_check(&t, &o, &last.report) == MESHER_ERROR_INVALID_ARGUMENT);
+        CHECK(strstr(last.report.message, names[k]) != NULL);
+    }
+    CHECK(mesher_check(NULL, NULL, &last.report) == MESHER_ERROR_INVALID_ARGUMENT);
+    CHECK(strstr(last.report.message, "no surface") != NULL);
+}
+
 int main(void)
 {
+    bad_options_have_names();
     turns_in_a_coordinate_plane();
     a_cube_is_clean();
     numbers_are_checked();

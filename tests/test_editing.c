@@ -344,8 +344,33 @@ static void a_zeroed_mesh_works(void)
     CHECK(m.memory.bytes == 0);
 }
 
+/* Two tetrahedra that share an edge only: its star is in two parts, each is marked by itself. */
+static void an_edge_is_marked_in_its_part(void)
+{
+    const double xyz[18] = {0, 0, 0, 0, 0, 1, 1, 0, 0, 1, 1, 0, -1, 0, 0, -1, -1, 0};
+    const uint32_t tets[8] = {0, 1, 2, 3, 0, 1, 4, 5};
+    delaunay_mesh m;
+    delaunay_worker *w;
+    delaunay_handle t;
+    memset(&m, 0, sizeof m);
+    CHECK(delaunay_import(&m, xyz, 6, tets, NULL, 2, NULL, NULL) == DELAUNAY_OK);
+    CHECK(delaunay_enable_marks(&m) == DELAUNAY_OK && delaunay_link_vertices(&m) == DELAUNAY_OK);
+    w = delaunay_worker_new(&m.memory);
+    for (t = 1; t <= 2; t++) {
+        CHECK(m.flags[t] == 0);
+        CHECK(delaunay_mark_edge(&m, w, t, 1, 2, 1) == DELAUNAY_OK);
+        CHECK(m.flags[t] == DELAUNAY_EDGE_BIT(delaunay_edge_between(
+                                delaunay_local_index(&m.tets[t], 1),
+                                delaunay_local_index(&m.tets[t], 2))));
+    }
+    CHECK(delaunay_validate(&m, DELAUNAY_VALIDATE_GEOMETRY, NULL) == DELAUNAY_OK);
+    delaunay_worker_free(w);
+    delaunay_mesh_free(&m);
+}
+
 int main(void)
 {
+    an_edge_is_marked_in_its_part();
     a_zeroed_mesh_works();
     stars_are_complete();
     locate_finds_every_point();

@@ -212,8 +212,40 @@ static void other_rounding_is_noticed(void)
     CHECK(delaunay_selftest() == DELAUNAY_OK);
 }
 
+/* An import refuses a coordinate that is not finite and says where; the validator finds one. */
+static void what_is_not_finite_is_refused(void)
+{
+    const double bad[3] = {(double)NAN, (double)INFINITY, -(double)INFINITY};
+    const uint32_t tet[4] = {0, 1, 2, 3};
+    int i, k;
+    for (i = 0; i < 3; i++)
+        for (k = 0; k < 15; k++) { /* point 4 is in no tetrahedron */
+            double xyz[15] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 2, 2, 2};
+            char name[16];
+            delaunay_mesh mesh = {0};
+            delaunay_report report;
+            CHECK(delaunay_import(&mesh, xyz, 5, tet, NULL, 1, NULL, &report) == DELAUNAY_OK);
+            CHECK(delaunay_validate(&mesh, DELAUNAY_VALIDATE_GEOMETRY, &report) == DELAUNAY_OK);
+            mesh.vertices[1 + k / 3].x[k % 3] = bad[i];
+            CHECK(delaunay_validate(&mesh, DELAUNAY_VALIDATE_TOPOLOGY, NULL) == DELAUNAY_OK);
+            if (k < 12) {
+                CHECK(delaunay_validate(&mesh, DELAUNAY_VALIDATE_GEOMETRY, &report) ==
+                      DELAUNAY_ERROR_INVALID_MESH);
+                CHECK(strstr(report.message, "not finite") && report.ids[0] == 1);
+            }
+            delaunay_mesh_free(&mesh);
+            xyz[k] = bad[i];
+            CHECK(delaunay_import(&mesh, xyz, 5, tet, NULL, 1, NULL, &report) ==
+                  DELAUNAY_ERROR_NOT_FINITE);
+            snprintf(name, sizeof name, "vertex %d ", k / 3);
+            CHECK(strstr(report.message, name) && report.ids[0] == (uint32_t)(k / 3));
+            CHECK(report.num_ids == 1 && mesh.tets == NULL);
+        }
+}
+
 int main(void)
 {
+    what_is_not_finite_is_refused();
     int kind;
     other_rounding_is_noticed();
     for (kind = 0; kind < NUM_KINDS; kind++) {

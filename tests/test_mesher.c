@@ -954,6 +954,133 @@ static void arguments_are_checked(void)
     mesher_output_free(NULL, NULL);
 }
 
+/* -- Points that somebody else moves after meshing. */
+
+static void moved_points_come_out_where_they_are(void)
+{
+    mesher_surface s;
+    mesher_domain domain;
+    mesher_output out;
+    uint32_t inner, twin, v, k;
+    uint64_t i;
+    clear();
+    add_box(0, 0, 0, 1);
+    inner = add_point(0.5, 0.5, 0.5);
+    twin = add_point(0.5, 0.5, 0.5);
+    shape.xyz[2] = -0.0; /* of a corner: comes back as it is */
+    s = surface_of(&shape);
+    memset(&out, 0, sizeof out);
+    CHECK(mesher_mesh(&domain, &s, NULL, &report) == MESHER_OK);
+    CHECK(mesher_export(&domain, &out) == MESHER_OK);
+    CHECK(memcmp(out.xyz, s.xyz, 24 * s.num_vertices) == 0);
+    mesher_output_free(&domain, &out);
+    v = domain.mesh.vertex_of[inner];
+    for (k = 0; k < 3; k++) domain.mesh.vertices[v].x[k] += 0.0625 * (k + 1);
+    CHECK(delaunay_validate(&domain.mesh, DELAUNAY_VALIDATE_GEOMETRY, NULL) == DELAUNAY_OK);
+    CHECK(mesher_export(&domain, &out) == MESHER_OK);
+    CHECK(memcmp(out.xyz, s.xyz, 24 * (size_t)inner) == 0);
+    for (k = 0; k < 3; k++) {
+        CHECK(out.xyz[3 * inner + k] == 0.5 + 0.0625 * (k + 1));
+        CHECK(out.xyz[3 * twin + k] == 0.5 + 0.0625 * (k + 1));
+    }
+    for (i = 0; i < out.num_tets; i++) {
+        const uint32_t *t = out.tets + 4 * i;
+        CHECK(delaunay_orient3d(out.xyz + 3 * t[0], out.xyz + 3 * t[1], out.xyz + 3 * t[2],
+                                out.xyz + 3 * t[3]) > 0);
+    }
+    mesher_output_free(&domain, &out);
+    mesher_domain_free(&domain);
+}
+
+/* -- Every failure has a sentence, and every budget a name. */
+
+static void failures_have_sentences(void)
+{
+    mesher_surface s;
+    mesher_domain domain;
+    mesher_fine_surface fine;
+    mesher_options o;
+    counting c;
+    long failed = 0, left;
+    int k;
+    clear();
+    add_box(0, 0, 0, 1);
+    s = surface_of(&shape);
+    for (k = 0; k < 2; k++) { /* a fine surface; the first stage alone */
+        memset(&c, 0, sizeof c);
+        memset(&o, 0, sizeof o);
+        o.size = 0.4;
+        o.host.num_threads = 1;
+        o.host.allocator.alloc = counting_alloc;
+        o.host.allocator.release = counting_release;
+        o.host.allocator.user = &c;
+        for (left = 0; left < 1000; left++) {
+            mesher_result result;
+            c.left = left;
+            memset(&report, 0, sizeof report);
+            result = k ? mesher_domain_init(&domain, &s, &o, &report)
+                       : mesher_refine_surface(&fine, &s, &o, &report);
+            if (k) mesher_domain_free(&domain);
+            else mesher_fine_surface_free(&fine);
+            CHECK(c.live == 0);
+            if (result == MESHER_OK) break;
+            CHECK(report.message[0]);
+            failed++;
+        }
+    }
+    CHECK(failed > 20);
+    memset(&o, 0, sizeof o);
+    o.size = -1;
+    memset(&report, 0, sizeof report);
+    CHECK(mesher_refine_surface(&fine, &s, &o, &report) == MESHER_ERROR_INVALID_ARGUMENT);
+    CHECK(strstr(report.message, "options.size is -1"));
+    memset(&report, 0, sizeof report);
+    CHECK(mesher_domain_init(&domain, &s, &o, &report) == MESHER_ERROR_INVALID_ARGUMENT);
+    CHECK(strstr(report.message, "options.size is -1"));
+    CHECK(mesher_domain_init(&domain, NULL, &o, &report) == MESHER_ERROR_INVALID_ARGUMENT);
+    CHECK(strstr(report.message, "no surface"));
+    report.message[0] = 0;
+    CHECK(mesher_mesh(&domain, NULL, &o, &report) == MESHER_ERROR_INVALID_ARGUMENT);
+    CHECK(strstr(report.message, "no surface"));
+    report.message[0] = 0;
+    CHECK(mesher_refine_surface(&fine, NULL, &o, &report) == MESHER_ERROR_INVALID_ARGUMENT);
+    CHECK(strstr(report.message, "no surface"));
+}
+
+static void budgets_have_names(void)
+{
+    static const char *const names[6] = {"max_vertices, 50",        "max_tets, 200",
+                                         "max_seconds, 1e-09",      "host.memory_limit_bytes, ",
+                                         "max_vertices, 50",        "max_tets, 200"};
+    mesher_surface s;
+    mesher_domain domain;
+    mesher_fine_surface fine;
+    mesher_options o;
+    int k;
+    clear();
+    add_box(0, 0, 0, 1);
+    s = surface_of(&shape);
+    for (k = 0; k < 6; k++) {
+        mesher_result result;
+        memset(&o, 0, sizeof o);
+        o.size = 0.05;
+        if (k % 4 == 0) o.max_vertices = 50;
+        if (k % 4 == 1) o.max_tets = 200;
+        if (k == 2) o.max_seconds = 1e-9;
+        if (k == 3) o.host.memory_limit_bytes = 3000000;
+        memset(&report, 0, sizeof report);
+        if (k < 4) {
+            result = mesher_mesh(&domain, &s, &o, &report);
+            mesher_domain_free(&domain);
+        } else {
+            result = mesher_refine_surface(&fine, &s, &o, &report);
+            mesher_fine_surface_free(&fine);
+        }
+        CHECK(result == MESHER_STOPPED_BY_BUDGET);
+        CHECK(strstr(report.message, names[k]) != NULL);
+    }
+}
+
 int main(void)
 {
     cubes();
@@ -972,5 +1099,8 @@ int main(void)
     progress_cancels();
     same_bytes_for_any_threads();
     arguments_are_checked();
+    moved_points_come_out_where_they_are();
+    failures_have_sentences();
+    budgets_have_names();
     return check_report();
 }

@@ -366,6 +366,145 @@ static void any_allocation_may_fail(void)
     delaunay_mesh_free(&mesh);
 }
 
+/* a and b are equal but for rounding, that of the smallest doubles included. */
+static int close_to(double a, double b) { return fabs(a - b) <= 1e-12 * fabs(b) + 1e-322; }
+
+static double square_of(double x, double y, double z)
+{
+    double sum = x * x + y * y + z * z;
+    return sum > DBL_MAX ? DBL_MAX : sum;
+}
+
+/* Centres, normals and alpha values of the corner of a cube with edges of length a. */
+static void corner_of_size(double a)
+{
+    const double x[12] = {0, 0, 0, a, 0, 0, 0, a, 0, 0, 0, a};
+    delaunay_mesh mesh;
+    delaunay_voronoi w;
+    delaunay_alpha alpha;
+    delaunay_handle t;
+    size_t i;
+    int k, real = 0;
+    memset(&mesh, 0, sizeof mesh);
+    memset(&w, 0, sizeof w);
+    memset(&alpha, 0, sizeof alpha);
+    CHECK(delaunay_tetrahedralize(&mesh, x, 4, NULL, NULL) == DELAUNAY_OK);
+    CHECK(delaunay_voronoi_of(&w, &mesh, NULL) == DELAUNAY_OK);
+    CHECK(delaunay_alpha_of(&alpha, &mesh, &w, NULL) == DELAUNAY_OK);
+    for (t = 1; t < mesh.num_tets; t++) {
+        const double *c = w.centers + 3 * t;
+        if (delaunay_is_ghost(&mesh, t)) {
+            CHECK(close_to(square_of(c[0], c[1], c[2]), 1));
+            continue;
+        }
+        real++;
+        for (k = 0; k < 3; k++) CHECK(close_to(c[k], a / 2));
+        CHECK(close_to(alpha.tets[t], square_of(a / 2, a / 2, a / 2)));
+        for (k = 0; k < 4; k++) { /* a triangle has the corner, or the sphere of the three others */
+            double r = place(&mesh, mesh.tets[t].v[k])[0] + place(&mesh, mesh.tets[t].v[k])[1] +
+                       place(&mesh, mesh.tets[t].v[k])[2];
+            CHECK(close_to(alpha.facets[4 * t + (delaunay_handle)k],
+                           r > 0 ? square_of(a / 2, a / 2, 0) : alpha.tets[t]));
+        }
+    }
+    CHECK(real == 1 && w.num_faces == 6);
+    for (i = 0; i < w.num_faces; i++) {
+        const double *p = place(&mesh, w.face_cells[2 * i]);
+        const double *q = place(&mesh, w.face_cells[2 * i + 1]);
+        CHECK(close_to(alpha.edges[i],
+                       square_of((p[0] - q[0]) / 2, (p[1] - q[1]) / 2, (p[2] - q[2]) / 2)));
+    }
+    delaunay_alpha_free(&alpha);
+    delaunay_voronoi_free(&w);
+    delaunay_mesh_free(&mesh);
+}
+
+static void any_scale(void)
+{
+    int e;
+    for (e = -1068; e <= 1023; e += 17) corner_of_size(ldexp(1, e));
+}
+
+/* Coordinates of both signs, whose differences are more than a double holds. */
+static void differences_beyond_doubles(void)
+{
+    const double h = 0.75 * DBL_MAX;
+    const double x[15] = {-h, 0, 0, h, 0, 0, 0, h, h, 0, h, -h, 0, -h, 1};
+    delaunay_mesh mesh;
+    delaunay_voronoi w;
+    delaunay_handle t;
+    int k;
+    memset(&mesh, 0, sizeof mesh);
+    memset(&w, 0, sizeof w);
+    CHECK(delaunay_tetrahedralize(&mesh, x, 5, NULL, NULL) == DELAUNAY_OK);
+    CHECK(delaunay_voronoi_of(&w, &mesh, NULL) == DELAUNAY_OK);
+    for (t = 1; t < mesh.num_tets; t++) {
+        const double *c = w.centers + 3 * t;
+        double d[4], p[3];
+        if (delaunay_is_deleted(&mesh, t)) continue;
+        if (delaunay_is_ghost(&mesh, t)) {
+            CHECK(close_to(square_of(c[0], c[1], c[2]), 1));
+            continue;
+        }
+        for (k = 0; k < 4; k++) {
+            int j;
+            for (j = 0; j < 3; j++)
+                p[j] = ldexp(place(&mesh, mesh.tets[t].v[k])[j], -1000) - ldexp(c[j], -1000);
+            d[k] = p[0] * p[0] + p[1] * p[1] + p[2] * p[2];
+            CHECK(close_to(d[k], d[0]));
+        }
+    }
+    delaunay_voronoi_free(&w);
+    delaunay_mesh_free(&mesh);
+}
+
+/* Lengths multiplied by a power of two, and weights by its square: the same digits. */
+static void weights_of_any_scale(void)
+{
+    enum { N = 40 };
+    double x[3 * N], weight[N], y[3 * N], other[N];
+    int e, i;
+    for (i = 0; i < 3 * N; i++) x[i] = random_unit();
+    for (i = 0; i < N; i++) weight[i] = 0.01 * random_unit();
+    for (e = -400; e <= 400; e += 200) {
+        delaunay_points points[2];
+        delaunay_mesh mesh[2];
+        delaunay_voronoi w[2];
+        delaunay_alpha alpha[2];
+        delaunay_handle t;
+        size_t f;
+        memset(points, 0, sizeof points);
+        memset(mesh, 0, sizeof mesh);
+        memset(w, 0, sizeof w);
+        memset(alpha, 0, sizeof alpha);
+        for (i = 0; i < 3 * N; i++) y[i] = ldexp(x[i], e);
+        for (i = 0; i < N; i++) other[i] = ldexp(weight[i], 2 * e);
+        for (i = 0; i < 2; i++) {
+            points[i].xyz = i ? y : x;
+            points[i].weights = i ? other : weight;
+            points[i].count = N;
+            CHECK(delaunay_tetrahedralize_points(&mesh[i], &points[i], NULL, NULL) == DELAUNAY_OK);
+            CHECK(delaunay_voronoi_of(&w[i], &mesh[i], NULL) == DELAUNAY_OK);
+            CHECK(delaunay_alpha_of(&alpha[i], &mesh[i], &w[i], NULL) == DELAUNAY_OK);
+        }
+        CHECK(mesh[0].num_tets == mesh[1].num_tets && w[0].num_faces == w[1].num_faces);
+        for (t = 1; t < mesh[0].num_tets && t < mesh[1].num_tets; t++) {
+            int ghost = delaunay_is_ghost(&mesh[0], t), k;
+            for (k = 0; k < 3; k++)
+                CHECK(ldexp(w[0].centers[3 * t + (delaunay_handle)k], ghost ? 0 : e) ==
+                      w[1].centers[3 * t + (delaunay_handle)k]);
+            CHECK(ghost || ldexp(alpha[0].tets[t], 2 * e) == alpha[1].tets[t]);
+        }
+        for (f = 0; f < w[0].num_faces && f < w[1].num_faces; f++)
+            CHECK(ldexp(alpha[0].edges[f], 2 * e) == alpha[1].edges[f]);
+        for (i = 0; i < 2; i++) {
+            delaunay_alpha_free(&alpha[i]);
+            delaunay_voronoi_free(&w[i]);
+            delaunay_mesh_free(&mesh[i]);
+        }
+    }
+}
+
 int main(void)
 {
     uint32_t lattice;
@@ -382,6 +521,9 @@ int main(void)
     hull_of_a_grid_is_a_cube();
     cells_of_a_lattice_are_cubes();
     distances_are_exact();
+    any_scale();
+    differences_beyond_doubles();
+    weights_of_any_scale();
     any_allocation_may_fail();
     return check_report();
 }

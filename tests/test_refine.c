@@ -432,7 +432,7 @@ static void distances_to_shapes(void)
         {5.385164807134504, 4.123105625617661, 5.385164807134504, 5.099019513592785},
         {1.4142135623730951, 1.4142135623730951, 1.4142135623730951, 1.4142135623730951},
         {2.0310096011589902, 2, 2.0155644370746373, 2}};
-    int kind, k;
+    int kind, k, i;
     for (kind = 0; kind < 4; kind++)
         for (k = 0; k < 4; k++) {
             mesher_source s;
@@ -444,6 +444,11 @@ static void distances_to_shapes(void)
             s.xyz[4] = s.xyz[5] = kind == MESHER_SHAPE_BOX;
             s.xyz[7] = 1;
             CHECK(fabs(mesher_source_size(&s, 0, at[k]) - 1 - expected[k][kind]) < 1e-12);
+            for (i = 0; i < 3 && kind == MESHER_SHAPE_BOX; i++) { /* between any opposite corners */
+                s.xyz[i] = 1;
+                s.xyz[3 + i] = 0;
+                CHECK(fabs(mesher_source_size(&s, 0, at[k]) - 1 - expected[k][kind]) < 1e-12);
+            }
         }
 }
 
@@ -666,6 +671,9 @@ static void failing_allocations_leave_a_valid_mesh(void)
 
 static void budgets_leave_a_valid_mesh(void)
 {
+    static const char *const budgets[4] = {"max_vertices, 500", "max_tets, 2000",
+                                           "max_seconds, 1e-09",
+                                           "host.memory_limit_bytes, 1500000"};
     mesher_domain d;
     mesher_report r;
     mesher_options o;
@@ -681,6 +689,7 @@ static void budgets_leave_a_valid_mesh(void)
         if (k == 3) p.host.memory_limit_bytes = 1500000;
         CHECK(box(&d, 2, 2, 2, 1, 9, &p));
         CHECK(refine_and_check(&d, &r) == MESHER_STOPPED_BY_BUDGET);
+        CHECK(strstr(r.message, budgets[k]) != NULL);
         if (k == 0) CHECK(d.mesh.num_vertices - 1 == 500);
         if (k == 1) CHECK(r.num_tets <= 2000 && r.num_tets > 1800);
         mesher_domain_free(&d);
@@ -1180,6 +1189,170 @@ static void a_finished_mesh_is_refined(void)
     mesher_domain_free(&d);
 }
 
+/* Cubes of six tetrahedra each at the dark corners of a 2x2x2 chessboard: they meet in edges, and
+ * all in the middle. With parted, each has vertices of its own at the same places. */
+enum { CHESS_TETS = 24, CHESS_FACETS = 48 };
+typedef struct chess {
+    double   xyz[3 * 32];
+    uint32_t num_vertices, tets[4 * CHESS_TETS], triangles[3 * CHESS_FACETS], num_triangles;
+} chess;
+
+static void make_chess(chess *c, int parted)
+{
+    static const uint8_t path[6][3] = {{0, 1, 2}, {0, 2, 1}, {1, 0, 2},
+                                       {1, 2, 0}, {2, 0, 1}, {2, 1, 0}};
+    static const uint8_t cubes[4][3] = {{0, 0, 0}, {1, 1, 0}, {1, 0, 1}, {0, 1, 1}};
+    uint32_t cube, corner, p, k, i, v, number[8];
+    memset(c, 0, sizeof *c);
+    for (cube = 0; cube < 4; cube++) {
+        for (corner = 0; corner < 8; corner++) {
+            double x[3];
+            for (k = 0; k < 3; k++) x[k] = cubes[cube][k] + (corner >> k & 1);
+            for (v = 0; v < c->num_vertices && !parted; v++)
+                if (memcmp(c->xyz + 3 * v, x, sizeof x) == 0) break;
+            if (parted) v = c->num_vertices;
+            memcpy(c->xyz + 3 * v, x, sizeof x);
+            if (v == c->num_vertices) c->num_vertices++;
+            number[corner] = v;
+        }
+        for (p = 0; p < 6; p++) {
+            uint32_t *t = c->tets + 24 * cube + 4 * p, at = 0;
+            for (k = 0; k < 4; k++) {
+                t[k] = number[at];
+                if (k < 3) at |= 1u << path[p][k];
+            }
+            if (p == 1 || p == 2 || p == 5) { /* all of one orientation */
+                t[2] ^= t[3];
+                t[3] ^= t[2];
+                t[2] ^= t[3];
+            }
+        }
+        for (k = 0; k < 6; k++) { /* the diagonals of the paths */
+            uint32_t a = 1u << k % 3, b = 1u << (k + 1) % 3, o = k < 3 ? 0 : 7 - a - b;
+            uint32_t *t = c->triangles + 3 * c->num_triangles;
+            for (i = 0; i < 2; i++) t[3 * i] = number[o], t[3 * i + 2] = number[o + a + b];
+            t[1] = number[o + a], t[4] = number[o + b];
+            c->num_triangles += 2;
+        }
+    }
+}
+
+/* Is the edge with these input vertices marked in all tetrahedra that have it? Their number: *n. */
+static int marked_everywhere(const mesher_domain *d, uint32_t a, uint32_t b, int *n)
+{
+    const delaunay_mesh *m = &d->mesh;
+    delaunay_handle t;
+    int all = 1;
+    *n = 0;
+    for (t = 1; t < m->num_tets; t++) {
+        int i = delaunay_local_index(&m->tets[t], m->vertex_of[a]);
+        int j = delaunay_local_index(&m->tets[t], m->vertex_of[b]);
+        if (delaunay_is_deleted(m, t) || i < 0 || j < 0) continue;
+        ++*n;
+        all &= (m->flags[t] & DELAUNAY_EDGE_BIT(delaunay_edge_between(i, j))) != 0;
+    }
+    return all;
+}
+
+static uint64_t hash_output(const mesher_output *out)
+{
+    uint64_t h = UINT64_C(0xcbf29ce484222325), i;
+    const unsigned char *bytes = (const unsigned char *)out->xyz;
+    for (i = 0; i < 24 * out->num_vertices; i++) h = (h ^ bytes[i]) * UINT64_C(0x100000001b3);
+    for (i = 0; i < 4 * out->num_tets; i++) h = (h ^ out->tets[i]) * UINT64_C(0x100000001b3);
+    return h;
+}
+
+/* Parts of a mesh that touch in an edge or a vertex only: their stars are in several parts. */
+static void parts_that_touch_are_refined(void)
+{
+    static chess c;
+    mesher_surface s;
+    mesher_options o;
+    mesher_report r;
+    mesher_domain d, e;
+    mesher_output out;
+    uint64_t first = 0;
+    uint32_t line[2], i;
+    int threads, n, parted;
+    memset(&o, 0, sizeof o);
+    memset(&r, 0, sizeof r);
+    for (parted = 0; parted < 2; parted++)
+        for (threads = 1; threads <= 3; threads += 2) {
+            make_chess(&c, parted);
+            memset(&s, 0, sizeof s);
+            memset(&out, 0, sizeof out);
+            s.xyz = c.xyz;
+            s.num_vertices = c.num_vertices;
+            s.triangles = c.triangles;
+            s.num_triangles = c.num_triangles;
+            s.edges = line; /* of one cube, from its corner through its inside */
+            s.num_edges = 1;
+            line[0] = c.tets[0], line[1] = c.tets[3];
+            o.host.num_threads = threads;
+            o.size = 0.2;
+            o.no_refine = 1;
+            CHECK(mesher_refine_mesh(&d, &s, c.tets, NULL, CHESS_TETS, &o, &r) == MESHER_OK);
+            CHECK(marked_everywhere(&d, line[0], line[1], &n) && n == 6);
+            for (i = 0; i < 3 * c.num_triangles; i++) {
+                uint32_t next = i % 3 < 2 ? i + 1 : i - 2;
+                CHECK(marked_everywhere(&d, c.triangles[i], c.triangles[next], &n) && n > 0);
+            }
+            CHECK(delaunay_validate(&d.mesh, DELAUNAY_VALIDATE_GEOMETRY, NULL) == DELAUNAY_OK);
+            mesher_domain_free(&d);
+            o.no_refine = 0;
+            CHECK(mesher_refine_mesh(&d, &s, c.tets, NULL, CHESS_TETS, &o, &r) == MESHER_OK);
+            CHECK(r.refined_vertices > 200 && marked_everywhere(&d, line[0], line[1], &n));
+            CHECK(delaunay_validate(&d.mesh, DELAUNAY_VALIDATE_GEOMETRY, NULL) == DELAUNAY_OK);
+            CHECK(fabs(small_total(&d.mesh) - 24) < 1e-11); /* six times the volume */
+            CHECK(mesher_export(&d, &out) == MESHER_OK);
+            if (threads == 1) first = hash_output(&out);
+            CHECK(hash_output(&out) == first);
+            o.size = 0.12; /* and once more */
+            s.xyz = out.xyz;
+            s.num_vertices = (size_t)out.num_vertices;
+            CHECK(mesher_refine_mesh(&e, &s, out.tets, out.regions, (size_t)out.num_tets, &o, &r) ==
+                  MESHER_OK);
+            CHECK(r.refined_vertices > 200 && r.num_regions == 1);
+            CHECK(delaunay_validate(&e.mesh, DELAUNAY_VALIDATE_GEOMETRY, NULL) == DELAUNAY_OK);
+            mesher_domain_free(&e);
+            mesher_output_free(&d, &out);
+            mesher_domain_free(&d);
+        }
+}
+
+/* Any numbers but 0, however far apart. */
+static void regions_of_any_number(void)
+{
+    static const uint32_t numbers[4] = {UINT32_MAX, 7, 4000000000u, 1};
+    static chess c;
+    mesher_surface s;
+    mesher_report r;
+    mesher_domain d;
+    uint32_t regions[CHESS_TETS], i;
+    make_chess(&c, 0);
+    memset(&s, 0, sizeof s);
+    memset(&r, 0, sizeof r);
+    s.xyz = c.xyz;
+    s.num_vertices = c.num_vertices;
+    for (i = 0; i < CHESS_TETS; i++) regions[i] = numbers[i / 6];
+    CHECK(mesher_refine_mesh(&d, &s, c.tets, regions, CHESS_TETS, NULL, &r) == MESHER_OK);
+    CHECK(r.num_regions == 4 && d.num_regions == 4);
+    for (i = 0; i < d.num_regions; i++) {
+        static const uint32_t sorted[4] = {1, 7, 4000000000u, UINT32_MAX};
+        CHECK(d.regions[i].number == sorted[i] && d.regions[i].num_tets == 6);
+        CHECK(fabs(d.regions[i].volume - 1) < 1e-12);
+    }
+    mesher_domain_free(&d);
+    regions[17] = 0;
+    CHECK(mesher_refine_mesh(&d, &s, c.tets, regions, CHESS_TETS, NULL, &r) ==
+          MESHER_ERROR_INVALID_ARGUMENT);
+    CHECK(strstr(r.message, "tetrahedron 17 has region number 0"));
+    c.xyz[5] = (double)NAN;
+    CHECK(mesher_refine_mesh(&d, &s, c.tets, NULL, CHESS_TETS, NULL, &r) == MESHER_ERROR_SURFACE);
+    CHECK(strstr(r.message, "vertex 1"));
+}
+
 #if defined(MESHER__SIMD)
 /* What four lanes call small is small for the plain way too, however flat it is: corners of
  * rectangles are on a circle but for rounding, and so on any sphere. */
@@ -1233,6 +1406,8 @@ int main(void)
     quick_answers_are_those_of_the_plain_way();
 #endif
     a_finished_mesh_is_refined();
+    parts_that_touch_are_refined();
+    regions_of_any_number();
     a_part_is_the_same_for_any_number_of_threads();
     a_ball_end_to_end();
     large_cavities_are_cut(5, 0.02, 0.25, 0);

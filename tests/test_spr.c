@@ -1263,6 +1263,7 @@ static void test_arrays_without_room_or_sense(void)
     spr_report r;
     spr_options o = open_options();
     size_t nt = s.nt, nv = s.nv;
+    double was;
     uint32_t *old = (uint32_t *)malloc(4 * nt * sizeof *old);
     memcpy(old, s.tets, 4 * nt * sizeof *old);
     CHECK(spr_improve_arrays(s.xyz, &s.nv, s.nv, s.tets, s.colors, &s.nt, s.nt - 1, NULL, NULL,
@@ -1287,6 +1288,12 @@ static void test_arrays_without_room_or_sense(void)
               0 &&
           strstr(r.message, "tetrahedron 2"));
     s.tets[8] = old[8];
+    was = s.xyz[7];
+    s.xyz[7] = (double)NAN;
+    CHECK(spr_improve_arrays(s.xyz, &s.nv, s.nv, s.tets, s.colors, &s.nt, s.nt, NULL, NULL, &r) ==
+              SPR_ERROR_INVALID_MESH &&
+          strstr(r.message, "vertex 2 "));
+    s.xyz[7] = was;
     memcpy(s.tets, s.tets + 4, 4 * sizeof *s.tets); /* the same tetrahedron twice */
     CHECK(spr_improve_arrays(s.xyz, &s.nv, s.nv, s.tets, s.colors, &s.nt, s.nt, NULL, NULL, &r) ==
           SPR_ERROR_INVALID_MESH);
