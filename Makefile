@@ -2,7 +2,7 @@
 #
 #   make                          the tools: mesh, delaunay, improve, sort_points
 #   make demo                     mesh a part that the program makes itself, write demo.vtu
-#   make test                     all tests, two to four minutes
+#   make test                     all tests, some five minutes on two cores
 #   make hard                     a thousand surfaces that are hard to recover, each result proved
 #   make sanitize                 the same under the address and undefined-behaviour sanitizers
 #   make tsan                     the parallel tests under clang's thread sanitizer

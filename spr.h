@@ -2862,26 +2862,33 @@ static double spr__contracted(const spr__state *s, uint32_t v, const delaunay_li
     return worst;
 }
 
-/* The best neighbour to contract v to, if that gains; in the end at the price of the worst here, if
- * that is not the worst of all and the burden becomes lighter. */
+/* What the worst must be above after a contraction; in the end less than before. */
+static double spr__contraction_floor(const spr__state *s, double before)
+{
+    if (s->thins) return spr__max(s->least, SPR__THINNED * before) / SPR__MORE;
+    return s->tidy ? SPR__MORE * before : spr__floor(s, before);
+}
+
+/* Whether a contraction is to be made: as any change, in the end also at the price of the worst
+ * here, if that is not the worst of all and fewer bad ones weigh less. */
+static int spr__contraction_pays(const spr__state *s, double before, double after,
+                                 spr__burden was, spr__burden is)
+{
+    if (!s->thins || after > SPR__MORE * before) return spr__is_gain(s, before, after, was, is);
+    return after >= s->least && is.num < was.num && is.weight < SPR__LIGHTER * was.weight;
+}
+
+/* The best neighbour to contract v to, if that gains. */
 static int spr__contract(const spr__state *s, uint32_t v, const delaunay_list *star,
                          spr__offer *offer)
 {
     uint32_t seen[4 * SPR__MAX_HUB];
-    double longest, floor_, worst;
+    double longest, floor_ = spr__contraction_floor(s, offer->before), worst;
     spr__burden was = spr__burden_of(s, star->items, star->count), is;
     int found = 0, num = spr__neighbours(s->mesh, v, star, seen, &longest), i;
-    floor_ = s->thins   ? spr__max(s->least, SPR__THINNED * offer->before) / SPR__MORE
-             : s->tidy ? SPR__MORE * offer->before
-                       : spr__floor(s, offer->before);
     for (i = 0; i < num; i++) {
         worst = spr__contracted(s, v, star, seen[i], longest, floor_, &is);
-        if (worst <= floor_) continue;
-        if (s->thins && worst <= SPR__MORE * offer->before
-                ? worst < s->least || is.num >= was.num ||
-                      is.weight >= SPR__LIGHTER * was.weight
-                : !spr__is_gain(s, offer->before, worst, was, is))
-            continue;
+        if (worst <= floor_ || !spr__contraction_pays(s, offer->before, worst, was, is)) continue;
         floor_ = offer->after = worst;
         offer->vertex = v;
         offer->ring = seen[i];
@@ -4804,8 +4811,7 @@ static spr_result spr__round(spr__state *s)
 }
 
 /* When nothing more can be gained as things are: lifting, tidying, shaking, thinning, one after the
- * other.
- * Returns SPR_GOAL_NOT_MET in the end. */
+ * other. Returns SPR_GOAL_NOT_MET in the end. */
 static spr_result spr__next_stage(spr__state *s, int *shaken)
 {
     spr_result result;
@@ -5060,11 +5066,15 @@ static spr_result spr__relax_pass(spr__state *s, const spr__sweep *w, int thread
 }
 
 /* Half way from the target to the best, or the worst of the mesh if that is better. */
-static double spr__relax_floor(const spr__state *s)
+static double spr__relax_floor(const spr__state *s, int threads)
 {
+    const int64_t num = (int64_t)s->mesh->num_tets;
     double worst = HUGE_VAL;
-    delaunay_handle t;
-    for (t = 1; t < s->mesh->num_tets; t++) worst = spr__min(worst, s->value[t]);
+    int64_t t;
+    (void)threads;
+    SPR__OMP(omp parallel for schedule(static) num_threads(threads) reduction(min : worst))
+    for (t = 1; t < num; t++)
+        if (s->value[t] < worst) worst = s->value[t];
     return spr__max(0.5 * (1 + s->target), worst < HUGE_VAL ? worst : 0);
 }
 
@@ -5076,7 +5086,7 @@ static spr_result spr__relax(spr__state *s)
     spr__sweep w;
     spr_result result;
     memset(&w, 0, sizeof w);
-    s->relax_floor = spr__relax_floor(s);
+    s->relax_floor = spr__relax_floor(s, threads);
     result = spr__sweep_order(s, &w, threads);
     if (result == SPR_OK) result = spr__sweep_stars(s, &w, threads);
     while (result == SPR_OK && w.left > 0) {

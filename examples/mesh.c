@@ -517,10 +517,9 @@ static int read_input(job *j)
         return TOOL_BAD_SURFACE;
     }
     if (j->in.num_triangles == 0 && j->in.num_tets == 0) {
-        char text[120];
-        snprintf(text, sizeof text, "the file has no triangles, so it bounds no volume%s",
-                 j->in.num_other ? "; elements of its kinds are not read" : "");
-        complain(j, text);
+        complain(j, j->in.num_other ? "the file has no triangles, so it bounds no volume; elements of "
+                                      "its kinds are not read"
+                                    : "the file has no triangles, so it bounds no volume");
         return TOOL_BAD_SURFACE;
     }
     if (j->in.num_tets == 0) return TOOL_OK;

@@ -3099,6 +3099,11 @@ static void meshio__vtk_metadata(meshio__reader *r)
     while (meshio__more_on_line(r));
 }
 
+static int meshio__vtk_is_string(const unsigned char *type, size_t length)
+{
+    return meshio__same(type, length, "string") || meshio__same(type, length, "utf8_string");
+}
+
 /* Steps over strings, one a line; in binary each has its length before it, in 8, 4, 2 or 1 bytes as
  * the first two bits say: 0 .. 3. */
 static meshio_result meshio__vtk_strings(meshio__reader *r, int binary, int64_t count)
@@ -3135,8 +3140,7 @@ static meshio_result meshio__vtk_array(meshio__reader *r, int binary, const unsi
         return meshio__fail(r, MESHIO_ERROR_COUNT, type, "an array of %lld times %lld values",
                             (long long)tuples, (long long)components);
     count *= components;
-    if (meshio__same(type, type_length, "string") || meshio__same(type, type_length, "utf8_string"))
-        return meshio__vtk_strings(r, binary, count);
+    if (meshio__vtk_is_string(type, type_length)) return meshio__vtk_strings(r, binary, count);
     if (meshio__same(type, type_length, "bit")) {
         t = MESHIO__U8;
         if (binary) count = (count + 7) / 8;
@@ -3187,9 +3191,7 @@ static meshio_result meshio__vtk_field(meshio__reader *r, const meshio__vtk *vtk
         MESHIO__TRY(meshio__int(r, &components));
         MESHIO__TRY(meshio__int(r, &tuples));
         type = meshio__word(r, &type_length);
-        if (vtk->binary || meshio__same(type, type_length, "string") ||
-            meshio__same(type, type_length, "utf8_string"))
-            meshio__next_line(r);
+        if (vtk->binary || meshio__vtk_is_string(type, type_length)) meshio__next_line(r);
         MESHIO__TRY(meshio__vtk_array(r, vtk->binary, type, type_length, components, tuples,
                                       components == 1 && tuples == vtk->count &&
                                           meshio__vtk_is_tags(r, vtk, name, length)));
