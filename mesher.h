@@ -13756,16 +13756,34 @@ static mesher_result mesher__check_wishes(const mesher_options *o, mesher_report
     return result == MESHER_OK && o->size_grid ? mesher__check_grid(o->size_grid, report) : result;
 }
 
+/* Every number of the options is finite and 0 or more, or the report says which is not. */
+static mesher_result mesher__check_option_numbers(const mesher_options *o, mesher_report *report)
+{
+    const struct {
+        const char *name;
+        double value;
+    } numbers[9] = {{"size", o->size},
+                    {"min_size", o->min_size},
+                    {"max_size", o->max_size},
+                    {"gradation", o->gradation},
+                    {"growth", o->growth},
+                    {"max_seconds", o->max_seconds},
+                    {"size_factor", o->size_factor},
+                    {"layers", o->layers},
+                    {"curvature_degrees", o->curvature_degrees}};
+    int i;
+    for (i = 0; i < 9; i++)
+        if (!mesher__sane(numbers[i].value))
+            return mesher__bad_option(report, numbers[i].name, numbers[i].value,
+                                      "finite and 0 or more");
+    return MESHER_OK;
+}
+
 /* As mesher_options_resolve; what is wrong becomes the report's sentence. */
 static mesher_result mesher__resolve(mesher_options *out, const mesher_options *in,
                                      mesher_report *report)
 {
-    static const char *const names[9] = {"size",      "min_size", "max_size",
-                                         "gradation", "growth",   "max_seconds",
-                                         "size_factor", "layers", "curvature_degrees"};
     mesher_options o;
-    double values[9];
-    int i;
     if (in) o = *in;
     else memset(&o, 0, sizeof o);
     if (!o.host.allocator.alloc != !o.host.allocator.release) {
@@ -13777,18 +13795,7 @@ static mesher_result mesher__resolve(mesher_options *out, const mesher_options *
         return mesher__bad_option(report, "host.num_threads", o.host.num_threads, "0 or more");
     if ((int)o.regions < 0 || o.regions > MESHER_REGIONS_SEEDS)
         return mesher__bad_option(report, "regions", (double)(int)o.regions, "a mesher_regions");
-    values[0] = o.size;
-    values[1] = o.min_size;
-    values[2] = o.max_size;
-    values[3] = o.gradation;
-    values[4] = o.growth;
-    values[5] = o.max_seconds;
-    values[6] = o.size_factor;
-    values[7] = o.layers;
-    values[8] = o.curvature_degrees;
-    for (i = 0; i < 9; i++)
-        if (!mesher__sane(values[i]))
-            return mesher__bad_option(report, names[i], values[i], "finite and 0 or more");
+    if (mesher__check_option_numbers(&o, report) != MESHER_OK) return MESHER_ERROR_INVALID_ARGUMENT;
     if (mesher__check_wishes(&o, report) != MESHER_OK) return MESHER_ERROR_INVALID_ARGUMENT;
     if (o.max_size > 0 && o.min_size > o.max_size)
         return mesher__bad_option(report, "min_size", o.min_size, "no more than max_size");

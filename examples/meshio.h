@@ -3456,9 +3456,9 @@ static int meshio__block_symbols(meshio__bits *b, const meshio__code *literals,
                                  const meshio__code *distances, unsigned char *out, size_t size,
                                  size_t *n)
 {
-    static const uint16_t far[30] = {1,    2,    3,    4,    5,    7,    9,    13,    17,    25,
-                                     33,   49,   65,   97,   129,  193,  257,  385,   513,   769,
-                                     1025, 1537, 2049, 3073, 4097, 6145, 8193, 12289, 16385, 24577};
+    static const uint16_t back[30] = {1,    2,    3,    4,    5,    7,    9,    13,    17,    25,
+                                      33,   49,   65,   97,   129,  193,  257,  385,   513,   769,
+                                      1025, 1537, 2049, 3073, 4097, 6145, 8193, 12289, 16385, 24577};
     static const uint16_t longer[29] = {3,  4,  5,  6,  7,  8,  9,  10,  11,  13,
                                         15, 17, 19, 23, 27, 31, 35, 43,  51,  59,
                                         67, 83, 99, 115, 131, 163, 195, 227, 258};
@@ -3478,7 +3478,7 @@ static int meshio__block_symbols(meshio__bits *b, const meshio__code *literals,
         symbol = meshio__code_take(b, distances);
         if (symbol < 0 || symbol > 29) return 0;
         extra = meshio__bits_take(b, symbol < 4 ? 0 : (symbol - 2) / 2);
-        distance = far[symbol] + extra;
+        distance = back[symbol] + extra;
         if (extra < 0 || (size_t)distance > *n || (size_t)length > size - *n) return 0;
         for (; length > 0; length--, (*n)++) out[*n] = out[*n - (size_t)distance];
     }
