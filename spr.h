@@ -51,9 +51,9 @@
  *   3. Fewer bad ones, the worst no worse: the closure search counts them instead of looking for
  *      the best of the worst.
  *   4. Shaking. Around what is far from what the surface allows, the few worst and then those with
- *      the fewest bad ones beside them, vertices are moved at random and that part is improved
- *      anew: it is taken if its bad ones are fewer or weigh less, for as long as that happens often
- *      enough. At last vertices go without which fewer are bad and all weigh less, though the worst
+ *      the fewest bad ones beside them, vertices are moved at random, every second time beside a
+ *      new one, and that part is improved anew: it is taken if its bad ones are fewer or weigh
+ *      less, for as long as that happens often enough. At last vertices go without which fewer are bad and all weigh less, though the worst
  *      there, not of the mesh, may lose two fifths.
  *   5. Angles. The same for the few most extreme dihedral angles and the least SICN, every second
  *      time by that measure alone; a much better one may cost one more bad tetrahedron in a dozen,
@@ -3925,9 +3925,9 @@ static void spr__thin(spr__state *s)
 }
 
 /* -- shaking: where no single change gains, several at once may. The vertices around a bad
- * tetrahedron are moved at random, and the schedule improves that part of the mesh alone, from this
- * worse beginning; it takes the place of what was there if fewer are bad and the worst is no worse.
- */
+ * tetrahedron are moved at random, every second time beside a new one, and the schedule improves
+ * that part of the mesh alone, from this worse beginning; it takes the place of what was there if
+ * fewer are bad and the worst is no worse. */
 
 enum {
     SPR__PATCH_TETS = 500,
@@ -3943,7 +3943,7 @@ enum {
     SPR__CROWD = 256,       /* bad ones around: more are as many */
     SPR__LOOSE = 1 << 30,   /* of a vertex: it, or a neighbour, may move */
     SPR__TIGHT = 1 << 29,   /* .. none of them; without these bits not known */
-    SPR__SHAKE_FEW = 4,     /* of the worst, in any surroundings; for others, no more than one */
+    SPR__SHAKE_FEW = 8,     /* of the worst, in any surroundings; for others, no more than one */
     SPR__HOPEFUL = 3,       /* in so many around is bad */
     SPR__SPARE = 12,        /* one more bad one in so many, where that is worth it */
     SPR__SPARE_FEW = 6,     /* and so many more for the few worst, if all of them weigh less */
@@ -4131,17 +4131,50 @@ static double spr__random(uint64_t *state)
     return (double)(x >> 11) / 4503599627370496.0 - 1;
 }
 
-/* Moves the inner vertices of a patch's own mesh, one by one, where nothing is inverted. */
+/* A new vertex in the middle of one of the bad tetrahedra of a patch's own mesh, unless rounding
+ * leaves no room there. Returns 0 without memory. */
+static int spr__patch_sow(const spr__state *s, const spr__patch *p, delaunay_mesh *m)
+{
+    uint64_t state = ~(uint64_t)p->seed;
+    int which = (int)(0.5 * (1 + spr__random(&state)) * p->was_bad), k, j, ok;
+    const double *corner[4];
+    double x[3];
+    uint32_t v[4][4], added;
+    delaunay_handle t = 0;
+    delaunay_worker *worker;
+    size_t i;
+    for (i = 0; i < p->num_tets && t == 0; i++)
+        if (s->value[p->t[i]] < s->target && which-- == 0) t = (delaunay_handle)i + 1;
+    if (t == 0) return 1;
+    spr__middle(m, t, x);
+    for (k = 0; k < 4; k++) {
+        for (j = 0; j < 4; j++) corner[j] = j == k ? x : spr__point(m, m->tets[t].v[j]);
+        if (!(delaunay_orient3d(corner[0], corner[1], corner[2], corner[3]) > 0)) return 1;
+    }
+    worker = delaunay_worker_new(&m->memory);
+    added = worker ? delaunay_add_vertex(m, x, DELAUNAY_NO_ID) : 0;
+    for (k = 0; k < 4; k++) {
+        memcpy(v[k], m->tets[t].v, sizeof v[k]);
+        v[k][k] = added;
+    }
+    ok = added && delaunay_replace(m, worker, &t, 1, v[0], 4, NULL) == DELAUNAY_OK;
+    delaunay_worker_free(worker);
+    return ok;
+}
+
+/* Moves the vertices of a patch's own mesh that are inner or new, one by one, where nothing is
+ * inverted. */
 static void spr__patch_jolt(const spr__patch *p, delaunay_mesh *m)
 {
+    const size_t num_tets = m->num_tets - 1, num_vertices = m->num_vertices - 1;
     uint64_t state = p->seed;
     size_t v, i;
     int k;
-    for (v = 0; v < p->num_vertices; v++) {
+    for (v = 0; v < num_vertices; v++) {
         double *x = m->vertices[v + 1].x, old[3], shortest = HUGE_VAL;
-        if (!p->inner[v]) continue;
+        if (v < p->num_vertices && !p->inner[v]) continue;
         memcpy(old, x, sizeof old);
-        for (i = 0; i < p->num_tets; i++) {
+        for (i = 0; i < num_tets; i++) {
             const uint32_t *t = m->tets[i + 1].v;
             if (t[0] != v + 1 && t[1] != v + 1 && t[2] != v + 1 && t[3] != v + 1) continue;
             for (k = 0; k < 4; k++)
@@ -4150,7 +4183,7 @@ static void spr__patch_jolt(const spr__patch *p, delaunay_mesh *m)
         }
         shortest = sqrt(shortest);
         for (k = 0; k < 3; k++) x[k] += SPR__SHAKEN * shortest * spr__random(&state);
-        for (i = 0; i < p->num_tets; i++) {
+        for (i = 0; i < num_tets; i++) {
             const uint32_t *t = m->tets[i + 1].v;
             if (t[0] != v + 1 && t[1] != v + 1 && t[2] != v + 1 && t[3] != v + 1) continue;
             if (delaunay_orient3d(m->vertices[t[0]].x, m->vertices[t[1]].x, m->vertices[t[2]].x,
@@ -4292,7 +4325,8 @@ static void spr__patch_try(const spr__state *s, spr__patch *p)
     spr_report report;
     delaunay_mesh mesh;
     delaunay_memory memory;
-    uint8_t fixed[SPR__PATCH_VERTICES + 1];
+    uint8_t fixed[SPR__PATCH_VERTICES + 2]; /* the last is for the new one */
+    const int sows = !p->rounding && p->max_new > 0 && p->seed % 2 == 1;
     size_t i;
     memset(&own, 0, sizeof own);
     memset(&report, 0, sizeof report);
@@ -4308,6 +4342,7 @@ static void spr__patch_try(const spr__state *s, spr__patch *p)
     own.options.fixed_vertices = fixed;
     own.options.left = NULL;
     for (fixed[0] = 1, i = 0; i < p->num_vertices; i++) fixed[i + 1] = !p->inner[i];
+    fixed[p->num_vertices + 1] = 0;
     own.quality = s->quality;
     own.quality_user = s->quality_user;
     own.target = s->target;
@@ -4327,9 +4362,11 @@ static void spr__patch_try(const spr__state *s, spr__patch *p)
     own.report = &report;
     own.memory = &memory;
     if (delaunay_memory_init(&memory, &own.options.host) != DELAUNAY_OK) return;
-    if (spr__patch_mesh(s, p, &own.options.host, &mesh)) {
+    if (spr__patch_mesh(s, p, &own.options.host, &mesh) &&
+        (!sows || spr__patch_sow(s, p, &mesh))) {
+        const uint32_t sown = mesh.num_vertices - 1 - (uint32_t)p->num_vertices;
         if (!p->rounding || p->seed > 1) spr__patch_jolt(p, &mesh);
-        if (spr__improve_patch(&own, p->max_new) == SPR_OK) spr__patch_judge(p, &own);
+        if (spr__improve_patch(&own, p->max_new - sown) == SPR_OK) spr__patch_judge(p, &own);
         p->plans += report.plans;
         spr__close(&own);
     }

@@ -852,6 +852,83 @@ static void make_lattices(int side, delaunay_mesh *m)
     free(xyz);
 }
 
+/* All of a mesh as one patch. */
+static void patch_of_mesh(spr__patch *p, const delaunay_mesh *m)
+{
+    delaunay_handle t;
+    uint32_t v;
+    int k;
+    memset(p, 0, sizeof *p);
+    for (v = 1; v < m->num_vertices; v++) p->v[p->num_vertices++] = v;
+    for (t = 1; t < m->num_tets; t++) {
+        if (!is_real(m, t)) continue;
+        for (k = 0; k < 4; k++) p->tets[p->num_tets][k] = m->tets[t].v[k] - 1;
+        p->t[p->num_tets++] = t;
+    }
+}
+
+static uint64_t num_marks(const delaunay_mesh *m)
+{
+    uint64_t num = 0;
+    delaunay_handle t;
+    int k;
+    for (t = 1; t < m->num_tets; t++)
+        for (k = 0; k < 4 && is_real(m, t); k++)
+            num += (m->flags[t] & DELAUNAY_FACET_BIT(k)) != 0;
+    return num;
+}
+
+/* A new vertex comes into a bad tetrahedron, and that stays valid with all its marks; into one that
+ * is flat but for rounding none does. */
+static void test_a_vertex_is_sown_in_a_bad_tetrahedron(void)
+{
+    static spr__patch p;
+    delaunay_mesh m[2], own;
+    delaunay_host host;
+    spr__state s;
+    double *value;
+    delaunay_handle t;
+    size_t bad;
+    int seed, k;
+    memset(&host, 0, sizeof host);
+    make_lattices(4, m);
+    patch_of_mesh(&p, m);
+    CHECK(p.num_tets <= SPR__PATCH_TETS && p.num_vertices == 64);
+    for (t = 1; t < m->num_tets; t++)
+        for (k = 0; k < 4; k++)
+            if (is_real(m, t) && t % 3 == 0) delaunay_mark_facet(m, 4 * t + (unsigned)k, 1);
+    value = (double *)calloc(m->num_tets, sizeof *value);
+    memset(&s, 0, sizeof s);
+    s.mesh = m;
+    s.value = value;
+    s.target = 0.5;
+    for (seed = 0; seed < 40; seed++) {
+        bad = (size_t)seed * 7 % p.num_tets;
+        for (t = 1; t < m->num_tets; t++) value[t] = t == p.t[bad] ? 0.1 : 0.9;
+        p.was_bad = 1;
+        p.seed = (uint32_t)seed;
+        memset(&own, 0, sizeof own);
+        CHECK(spr__patch_mesh(&s, &p, &host, &own));
+        CHECK(num_marks(&own) == num_marks(m));
+        if (seed % 2) { /* flat */
+            const uint32_t *v = own.tets[bad + 1].v;
+            memcpy(own.vertices[v[0]].x, own.vertices[v[1]].x, sizeof own.vertices[0].x);
+        }
+        CHECK(spr__patch_sow(&s, &p, &own));
+        CHECK(own.num_vertices == (seed % 2 ? 65 : 66));
+        CHECK(own.num_tets - 1 == p.num_tets + (seed % 2 ? 0 : 3));
+        CHECK(num_marks(&own) == num_marks(m));
+        if (seed % 2 == 0) {
+            CHECK(delaunay_local_index(&own.tets[bad + 1], 65) >= 0);
+            CHECK(delaunay_validate(&own, DELAUNAY_VALIDATE_GEOMETRY, NULL) == DELAUNAY_OK);
+        }
+        delaunay_mesh_free(&own);
+    }
+    free(value);
+    delaunay_mesh_free(&m[0]);
+    delaunay_mesh_free(&m[1]);
+}
+
 static void check_same_and_free(delaunay_mesh *m)
 {
     CHECK(m[1].num_tets == m[0].num_tets && m[1].num_vertices == m[0].num_vertices);
@@ -1725,6 +1802,7 @@ int main(void)
     test_shaking_keeps_within_its_plans();
     test_room_for_a_new_vertex();
     test_parts_with_few_bad_ones_are_shaken_first();
+    test_a_vertex_is_sown_in_a_bad_tetrahedron();
     test_a_flat_one_among_good_ones();
     test_flat_ones_over_bent_polygons();
     test_where_hardly_anything_can_be_good();
