@@ -11997,8 +11997,6 @@ static mesher_result mesher__lattices(mesher__refiner *r)
     return result;
 }
 
-/* Body-centred lattices all over the inside, away from the surface, as far as the size is nearly
- * uniform: their Delaunay tetrahedra are all alike and good, and nothing has to be tried. */
 /* Of so many points of lattices, those that the budgets let come to be, or some more: room for
  * what never comes costs time, too. A million or two are made in a second. */
 static double mesher__within_budgets(const mesher__refiner *r, double points)
@@ -12015,6 +12013,8 @@ static double mesher__within_budgets(const mesher__refiner *r, double points)
     return most;
 }
 
+/* Body-centred lattices all over the inside, away from the surface, as far as the size is nearly
+ * uniform: their Delaunay tetrahedra are all alike and good, and nothing has to be tried. */
 static mesher_result mesher__lattice(mesher__refiner *r)
 {
     double points;
