@@ -2955,7 +2955,8 @@ static int meshio__is_tag_array(const unsigned char *name, size_t length)
 {
     return meshio__same(name, length, "region") || meshio__same(name, length, "tag") ||
            meshio__same(name, length, "cellentityids") || meshio__same(name, length, "material") ||
-           meshio__same(name, length, "medit:ref") || meshio__same(name, length, "gmsh:physical");
+           meshio__same(name, length, "medit:ref") || meshio__same(name, length, "gmsh:physical") ||
+           meshio__same(name, length, "cell_scalars"); /* TetGen */
 }
 
 static meshio_result meshio__points_scalars(meshio__reader *r, int binary, meshio__type type,

@@ -955,6 +955,13 @@ static void vtk_cells_and_strips(void)
     CHECK(m.num_triangles == 2 && m.triangles[3] == 1 && m.triangles[4] == 3 &&
           m.triangles[5] == 2 && m.triangle_tags[1] == 42);
     meshio_free(&m);
+    CHECK(read_text(MESHIO_FORMAT_VTK, /* as TetGen writes it */
+                    "# vtk DataFile Version 2.0\nt\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 4 double\n0 0 0\n1 0 0\n0 1 0\n"
+                    "0 0 1\n\nCELLS 1 5\n4 0 2 3 1\n\nCELL_TYPES 1\n10\n\nCELL_DATA 1\nSCALARS cell_scalars int 1\n"
+                    "LOOKUP_TABLE default\n7\n",
+                    &m, NULL) == MESHIO_OK);
+    CHECK(m.num_tets == 1 && m.tet_tags && m.tet_tags[0] == 7);
+    meshio_free(&m);
 }
 
 /* What stands before, between and after the sections that matter: METADATA up to an empty line,
