@@ -3943,7 +3943,7 @@ enum {
     SPR__CROWD = 256,       /* bad ones around: more are as many */
     SPR__LOOSE = 1 << 30,   /* of a vertex: it, or a neighbour, may move */
     SPR__TIGHT = 1 << 29,   /* .. none of them; without these bits not known */
-    SPR__SHAKE_FEW = 8,     /* of the worst, in any surroundings; for others, no more than one */
+    SPR__SHAKE_FEW = 4,     /* of the worst, in any surroundings; for others, no more than one */
     SPR__HOPEFUL = 3,       /* in so many around is bad */
     SPR__SPARE = 12,        /* one more bad one in so many, where that is worth it */
     SPR__SPARE_FEW = 6,     /* and so many more for the few worst, if all of them weigh less */
