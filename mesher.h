@@ -14660,8 +14660,9 @@ static void mesher__export_points(const mesher_domain *domain, double *xyz)
     uint32_t v, moved = 0;
     memcpy(xyz, domain->surface.xyz, 3 * (size_t)domain->first_corner * sizeof *xyz);
     for (v = 1; v < mesh->num_vertices; v++) {
-        double *x = xyz + 3 * (size_t)mesh->vertices[v].key;
+        double *x;
         if (mesh->vertices[v].key == DELAUNAY_NO_ID) continue;
+        x = xyz + 3 * (size_t)mesh->vertices[v].key;
         if (mesh->vertex_id[v] != DELAUNAY_NO_ID) {
             if (!mesher__is_moved(x, mesh->vertices[v].x)) continue;
             moved = 1;

@@ -53,8 +53,8 @@
  *   4. Shaking. Around what is far from what the surface allows, the few worst and then those with
  *      the fewest bad ones beside them, vertices are moved at random, every second time beside a
  *      new one, and that part is improved anew: it is taken if its bad ones are fewer or weigh
- *      less, for as long as that happens often enough. At last vertices go without which fewer are bad and all weigh less, though the worst
- *      there, not of the mesh, may lose two fifths.
+ *      less, for as long as that happens often enough. At last vertices go without which fewer are
+ *      bad and all weigh less, though the worst there, not of the mesh, may lose two fifths.
  *   5. Angles. The same for the few most extreme dihedral angles and the least SICN, every second
  *      time by that measure alone; a much better one may cost one more bad tetrahedron in a dozen,
  *      and the worst of the mesh six that weigh less in all.

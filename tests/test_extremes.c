@@ -245,8 +245,8 @@ static void what_is_not_finite_is_refused(void)
 
 int main(void)
 {
-    what_is_not_finite_is_refused();
     int kind;
+    what_is_not_finite_is_refused();
     other_rounding_is_noticed();
     for (kind = 0; kind < NUM_KINDS; kind++) {
         any_coordinates(kind);
