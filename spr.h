@@ -4,7 +4,7 @@
  *     #include "spr.h"                    // needs delaunay.h, hilbert.h and hxtsort.h beside it
  *
  *     spr_report report;
- *     spr_improve(&mesh, NULL, &report);  // a delaunay_mesh, of mesher.h or imported
+ *     spr_improve(&mesh, NULL, &report);  // of mesher.h; imported: options.free_vertices = 1
  *     spr_improve_arrays(xyz, nv, tets, nt, ...) works on anybody's arrays
  *
  * CONTENTS (search for the tag)
@@ -102,8 +102,9 @@
 #endif
 
 #ifdef DELAUNAY_INDEX64
-#  define spr_improve      spr_improve_index64
-#  define spr_measure_mesh spr_measure_mesh_index64
+#  define spr_improve        spr_improve_index64
+#  define spr_improve_arrays spr_improve_arrays_index64
+#  define spr_measure_mesh   spr_measure_mesh_index64
 #endif
 
 #ifdef __cplusplus
@@ -168,6 +169,11 @@ typedef struct spr_options {
     void          *quality_user;
     /* One a mesh vertex, nonzero: must not move; NULL: none but the constrained. */
     const uint8_t *fixed_vertices;
+    /* Of spr_improve_arrays: triangles and edges, 3 and 2 vertices each, that stay although one
+     * region is all around them. What the mesh does not have does not count: report->absent.
+     * spr_improve goes by the marks of its mesh instead. */
+    const uint32_t *kept_triangles, *kept_edges;
+    size_t          num_kept_triangles, num_kept_edges;
     /* Told in the end of every bad tetrahedron that is left, by the calling thread, in the same
      * order for any number of threads; NULL: nobody. A fifth of a millisecond each at most. */
     void (*left)(void *user, const spr_worst *what);
@@ -190,6 +196,7 @@ typedef struct spr_report {
     uint64_t  flipped, relaxed; /* edges and facets flipped, vertices moved: for the mean alone */
     uint64_t  rounds, plans, conflicts;
     uint64_t  bounded, fixed, stuck, unfinished; /* bad tetrahedra left, by spr_reason */
+    uint64_t  absent; /* triangles and edges to be kept that the mesh does not have */
     spr_worst worst[5];
     int       num_worst;
     double    seconds, seconds_smoothing, seconds_edge_removal, seconds_reconnection;
@@ -206,7 +213,8 @@ SPR_API const char *spr_result_string(spr_result result);
  * for a few where the worst becomes much better), and nothing is ever inverted, exactly.
  *
  *   mesh     in/out  valid, and so afterwards, whatever is returned
- *   options  in      NULL or zeroed: defaults
+ *   options  in      NULL or zeroed: defaults; for an imported mesh, all of whose vertices have ids,
+ *                    free_vertices, for else none of them moves or goes
  *   report   out     may be NULL
  *
  * Returns  SPR_OK; a positive code: stopped by a budget, or a target that is not met
@@ -220,7 +228,8 @@ SPR_API spr_result spr_improve(delaunay_mesh *mesh, const spr_options *options, 
 /* Statistics of the real tetrahedra that are not outside. */
 SPR_API spr_result spr_measure_mesh(const delaunay_mesh *mesh, const spr_options *options,
                                     spr_statistics *out);
-/* On plain arrays of anybody's mesh; the boundary and the interfaces between colours stay.
+/* On plain arrays of anybody's mesh; the boundary, the interfaces between colours, and the triangles
+ * and edges of the options stay.
  *
  *   xyz           in/out  3 doubles a vertex, moved in place; room for cap_vertices
  *   num_vertices  in/out  new vertices come after the caller's; one that went stays there, unused
@@ -5629,8 +5638,125 @@ SPR_API spr_result spr_improve(delaunay_mesh *mesh, const spr_options *options, 
     return spr__improve_mesh(mesh, options, report, UINT32_MAX);
 }
 
-/* Writes an improved mesh over the caller's arrays. color_of: the caller's colour of each of ours,
- * or NULL. */
+/* Triangles or edges of a caller's, to be looked up by their vertices in any order. */
+typedef struct spr__kept {
+    const uint32_t *items;
+    size_t num_items, mask; /* slots less one */
+    uint32_t size;          /* vertices of each */
+    uint32_t *slots;        /* item + 1; 0: free */
+    uint8_t *met;           /* of each slot: the mesh has it */
+} spr__kept;
+
+/* The slot of an item with these vertices, all different, or where it would be. */
+static size_t spr__kept_slot(const spr__kept *k, const uint32_t *v)
+{
+    uint64_t sum = 0;
+    size_t slot;
+    uint32_t i, j;
+    for (i = 0; i < k->size; i++) {
+        uint64_t mixed = (v[i] + UINT64_C(1)) * UINT64_C(0x9e3779b97f4a7c15);
+        sum += mixed ^ mixed >> 29;
+    }
+    for (slot = (size_t)(sum * UINT64_C(0xbf58476d1ce4e5b9) >> 20) & k->mask; k->slots[slot];
+         slot = (slot + 1) & k->mask) {
+        const uint32_t *own = k->items + k->size * (size_t)(k->slots[slot] - 1);
+        for (i = 0; i < k->size; i++) {
+            for (j = 0; j < k->size && own[i] != v[j]; j++) {}
+            if (j == k->size) break;
+        }
+        if (i == k->size) break;
+    }
+    return slot;
+}
+
+/* Fills the table. Items with a vertex twice stay out. */
+static spr_result spr__kept_init(spr__kept *k, delaunay_memory *memory, size_t num_vertices,
+                                 spr_report *report)
+{
+    size_t cap = 16, i;
+    uint32_t j;
+    if (k->num_items >= UINT32_MAX / 2) return SPR_ERROR_TOO_LARGE;
+    if (k->num_items && !k->items) return SPR_ERROR_INVALID_ARGUMENT;
+    while (cap < 2 * k->num_items) cap *= 2;
+    k->mask = cap - 1;
+    k->slots = (uint32_t *)delaunay_alloc_zeroed(memory, cap, sizeof *k->slots);
+    k->met = (uint8_t *)delaunay_alloc_zeroed(memory, cap, 1);
+    if (!k->slots || !k->met) return SPR_ERROR_OUT_OF_MEMORY;
+    for (i = 0; i < k->num_items; i++) {
+        const uint32_t *v = k->items + k->size * i;
+        for (j = 0; j < k->size; j++)
+            if (v[j] >= num_vertices) {
+                snprintf(report->message, sizeof report->message, "%s %llu names vertex %lu of %llu",
+                         k->size == 3 ? "triangle" : "edge", (unsigned long long)i,
+                         (unsigned long)v[j], (unsigned long long)num_vertices);
+                return SPR_ERROR_INVALID_ARGUMENT;
+            }
+        if (v[0] == v[1] || (k->size == 3 && (v[0] == v[2] || v[1] == v[2]))) report->absent++;
+        else k->slots[spr__kept_slot(k, v)] = (uint32_t)i + 1;
+    }
+    return SPR_OK;
+}
+
+/* Whether an item has these vertices, which are the mesh's; it is met then. */
+static int spr__kept_has(spr__kept *k, const uint32_t *v)
+{
+    size_t slot = spr__kept_slot(k, v);
+    if (!k->slots[slot]) return 0;
+    k->met[slot] = 1;
+    return 1;
+}
+
+static uint64_t spr__kept_absent(const spr__kept *k)
+{
+    uint64_t absent = 0;
+    size_t i;
+    for (i = 0; i <= k->mask; i++) absent += k->slots[i] && !k->met[i];
+    return absent;
+}
+
+/* Marks the triangles and edges of the options in an imported mesh. */
+static spr_result spr__mark_kept(delaunay_mesh *mesh, delaunay_memory *memory,
+                                 const spr_options *options, spr_report *report)
+{
+    spr__kept triangles, edges;
+    spr_result result;
+    delaunay_handle t;
+    uint32_t v[3];
+    int i, j;
+    memset(&triangles, 0, sizeof triangles);
+    memset(&edges, 0, sizeof edges);
+    if (!options->num_kept_triangles && !options->num_kept_edges) return SPR_OK;
+    triangles.items = options->kept_triangles;
+    triangles.num_items = options->num_kept_triangles;
+    triangles.size = 3;
+    edges.items = options->kept_edges;
+    edges.num_items = options->num_kept_edges;
+    edges.size = 2;
+    result = spr__kept_init(&triangles, memory, mesh->num_points, report);
+    if (result == SPR_OK) result = spr__kept_init(&edges, memory, mesh->num_points, report);
+    for (t = 1; result == SPR_OK && t < mesh->num_tets; t++) {
+        const uint32_t *corner = mesh->tets[t].v;
+        unsigned flags = mesh->flags[t];
+        for (i = 0; i < 4 && triangles.num_items; i++) {
+            for (j = 0; j < 3; j++) v[j] = mesh->vertex_id[corner[delaunay_facet_order(i)[j]]];
+            if (spr__kept_has(&triangles, v)) flags |= DELAUNAY_FACET_BIT(i);
+        }
+        for (i = 0; i < 6 && edges.num_items; i++) {
+            for (j = 0; j < 2; j++) v[j] = mesh->vertex_id[corner[delaunay_edge_order(i)[j]]];
+            if (spr__kept_has(&edges, v)) flags |= DELAUNAY_EDGE_BIT(i);
+        }
+        mesh->flags[t] = (uint16_t)flags;
+    }
+    if (result == SPR_OK)
+        report->absent += spr__kept_absent(&triangles) + spr__kept_absent(&edges);
+    delaunay_release(memory, triangles.slots);
+    delaunay_release(memory, triangles.met);
+    delaunay_release(memory, edges.slots);
+    delaunay_release(memory, edges.met);
+    return result;
+}
+
+/* Writes an improved mesh over the caller's arrays. number: room for one a vertex. */
 static spr_result spr__export(const delaunay_mesh *m, double *xyz, size_t *num_vertices,
                               size_t cap_vertices, uint32_t *tets, uint32_t *colors,
                               size_t *num_tets, size_t cap_tets, uint32_t *number)
@@ -5668,6 +5794,7 @@ SPR_API spr_result spr_improve_arrays(double *xyz, size_t *num_vertices, size_t 
     spr_report unused;
     uint8_t *mask = NULL;
     uint32_t *number = NULL, v;
+    uint64_t absent;
     size_t i, room;
     spr_result result, written;
     delaunay_result read;
@@ -5702,6 +5829,9 @@ SPR_API spr_result spr_improve_arrays(double *xyz, size_t *num_vertices, size_t 
     }
     result = SPR_ERROR_OUT_OF_MEMORY;
     if (delaunay_enable_marks(&mesh) != DELAUNAY_OK) goto done;
+    result = spr__mark_kept(&mesh, &memory, &own, report);
+    if (result != SPR_OK) goto done;
+    result = SPR_ERROR_OUT_OF_MEMORY;
     mask = (uint8_t *)delaunay_alloc(&memory, mesh.num_vertices, 1);
     if (!mask) goto done;
     for (v = 1, mask[0] = 1; v < mesh.num_vertices; v++)
@@ -5711,7 +5841,9 @@ SPR_API spr_result spr_improve_arrays(double *xyz, size_t *num_vertices, size_t 
     own.fixed_vertices = mask;
     own.free_vertices = 1;
     if (room > UINT32_MAX) room = UINT32_MAX;
+    absent = report->absent;
     result = spr__improve_mesh(&mesh, &own, report, (uint32_t)room);
+    report->absent = absent;
     if (result < 0 && result != SPR_CANCELLED) goto done;
     number = (uint32_t *)delaunay_alloc(&memory, mesh.num_vertices, sizeof *number);
     written = number ? spr__export(&mesh, xyz, num_vertices, cap_vertices, tets, colors, num_tets,

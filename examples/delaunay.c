@@ -13,8 +13,8 @@ static const char help[] =
     "usage: delaunay POINTS [-o OUTPUT] [options]\n"
     "\n"
     "Triangulates the points of a file: .xyz (text, three numbers a line), .bin (raw little-endian\n"
-    "doubles), TetGen .node, or the vertices of any mesh file. OUTPUT (.mesh .meshb .msh .vtu .vtk\n"
-    ".inp .ele) holds all points in input order, duplicates too, and the tetrahedra in an order that does\n"
+    "doubles), TetGen .node, or the vertices of any mesh file. OUTPUT (.mesh .meshb .msh .msh4 .vtu\n"
+    ".vtk .inp .ele) holds all points in input order, duplicates too, and the tetrahedra in an order that does\n"
     "not depend on the number of threads. Without -o only the statistics are printed.\n"
     "\n"
     "  -o, --output FILE   where the tetrahedra go\n"
@@ -79,6 +79,16 @@ static int parse(int argc, char **argv, arguments *args)
         !tool_is_apart("delaunay", "--hull", args->hull, args->output) ||
         !tool_is_apart("delaunay", "--hull", args->hull, args->weights))
         return 2;
+    if (args->output && !meshio_holds_tetrahedra(meshio_format_of(args->output))) {
+        fprintf(stderr, "delaunay: no tetrahedra can be written to '%s'; try .mesh, .msh or .vtu\n",
+                args->output);
+        return 2;
+    }
+    if (args->hull && meshio_format_of(args->hull) == MESHIO_FORMAT_AUTO) {
+        fprintf(stderr, "delaunay: '%s' is of no known format; try .off, .stl or .vtu\n",
+                args->hull);
+        return 2;
+    }
     return 0;
 }
 
@@ -231,6 +241,10 @@ static int triangulate(const arguments *args, meshio_mesh *points, double second
     input.xyz = points->xyz;
     input.count = points->num_vertices;
     input.weights = weights;
+    if (!tool_can_create("delaunay", args->output)) {
+        free(weights);
+        return TOOL_CANNOT_WRITE;
+    }
     start = tool_seconds();
     result = delaunay_tetrahedralize_points(&mesh, &input, &options, &report);
     free(weights);

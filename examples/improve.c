@@ -14,9 +14,9 @@ static const char help[] =
     "\n"
     "Improves a tetrahedral mesh (.mesh .meshb .msh .vtk .vtu .inp .ele) by smoothing, edge\n"
     "removal and reconnection of small polyhedra. Facets on the boundary or between regions stay\n"
-    "as they are; the worst quality never falls, bad ones do not become more (but for a few where\n"
-    "the worst becomes much better), none is ever inverted. Without -o only the statistics are\n"
-    "printed.\n"
+    "as they are, and so do the triangles and lines of the file; the worst quality never falls,\n"
+    "bad ones do not become more (but for a few where the worst becomes much better), none is\n"
+    "ever inverted. Without -o only the statistics are printed.\n"
     "\n"
     "  -o, --output FILE    .mesh .meshb .msh .msh4 .vtu .vtk .inp .ele\n"
     "  --measure M          gamma (default), sicn, dihedral\n"
@@ -31,8 +31,9 @@ static const char help[] =
     "  -q, --quiet          print nothing but errors\n"
     "  --help, --version\n"
     "\n"
-    "exit codes: 0 ok, 1 target or budget not met, 2 usage, 3 cannot read, 4 cannot write,\n"
-    "5 not a valid mesh, 7 memory, 8 interrupted, 70 internal error\n";
+    "exit codes: 0 ok, 1 target or budget not met or interrupted (the mesh is written, as good as\n"
+    "it is by then), 2 usage, 3 cannot read, 4 cannot write, 5 not a valid mesh, 7 memory,\n"
+    "70 internal error\n";
 
 typedef struct arguments {
     const char *input, *output, *bad;
@@ -110,6 +111,11 @@ static int parse(int argc, char **argv, arguments *args)
     if (!tool_is_apart("improve", "--bad", args->bad, args->input) ||
         !tool_is_apart("improve", "--bad", args->bad, args->output))
         return 2;
+    if (args->output && !meshio_holds_tetrahedra(meshio_format_of(args->output))) {
+        fprintf(stderr, "improve: no tetrahedra can be written to '%s'; try .mesh, .msh or .vtu\n",
+                args->output);
+        return 2;
+    }
     return 0;
 }
 
@@ -209,6 +215,25 @@ static int make_room(meshio_mesh *m, size_t cap_vertices, size_t cap_tets)
     return xyz && tags && tets && colors;
 }
 
+/* A number that no region has. */
+static int32_t spare_region(const meshio_mesh *m)
+{
+    int32_t spare = INT32_MAX;
+    size_t i = 0;
+    while (i < m->num_tets)
+        if (m->tet_tags[i] == spare) spare--, i = 0;
+        else i++;
+    return spare;
+}
+
+/* Regions have any 32 bits, and spr.h wants all but those of -1: two numbers change places. */
+static void swap_regions(meshio_mesh *m, int32_t a, int32_t b)
+{
+    size_t i;
+    for (i = 0; i < m->num_tets; i++)
+        m->tet_tags[i] = m->tet_tags[i] == a ? b : m->tet_tags[i] == b ? a : m->tet_tags[i];
+}
+
 static int improve(const arguments *args, meshio_mesh *m)
 {
     spr_options options = args->options;
@@ -218,8 +243,10 @@ static int improve(const arguments *args, meshio_mesh *m)
     meshio_report io;
     size_t cap_vertices = m->num_vertices + m->num_vertices / 4 + 1000, before = m->num_vertices;
     size_t cap_tets = 2 * m->num_tets + 10000;
+    int32_t spare;
     int code;
     memset(&report, 0, sizeof report);
+    if (!tool_can_create("improve", args->output)) return TOOL_CANNOT_WRITE;
     if (!make_room(m, cap_vertices, cap_tets)) {
         fprintf(stderr, "improve: out of memory\n");
         return TOOL_NO_MEMORY;
@@ -233,10 +260,16 @@ static int improve(const arguments *args, meshio_mesh *m)
         options.left = list_bad;
         options.left_user = bad;
     }
-    /* a region number is any 32 bits; the sign does not matter to spr.h */
+    options.kept_triangles = m->triangles;
+    options.num_kept_triangles = m->num_triangles;
+    options.kept_edges = m->edges;
+    options.num_kept_edges = m->num_edges;
+    spare = spare_region(m);
+    swap_regions(m, -1, spare);
     result =
         spr_improve_arrays(m->xyz, &m->num_vertices, cap_vertices, m->tets, (uint32_t *)m->tet_tags,
                            &m->num_tets, cap_tets, NULL, &options, &report);
+    swap_regions(m, -1, spare);
     code = exit_code(result);
     if (bad && (ferror(bad) | fclose(bad)) != 0) {
         fprintf(stderr, "improve: cannot write '%s'\n", args->bad);
@@ -246,6 +279,10 @@ static int improve(const arguments *args, meshio_mesh *m)
         fprintf(stderr, "improve: %s: %s\n", args->input,
                 report.message[0] ? report.message : spr_result_string(result));
     if (code != TOOL_OK && code != TOOL_GOAL_NOT_MET) return code;
+    if (report.absent)
+        fprintf(stderr,
+                "improve: %s: %llu triangles and lines are no facets and edges of tetrahedra\n",
+                args->input, (unsigned long long)report.absent);
     for (; before < m->num_vertices; before++) m->vertex_tags[before] = 0;
     if (args->output && meshio_write(args->output, m, NULL, &io) != MESHIO_OK) {
         fprintf(stderr, "improve: %s\n", io.message);

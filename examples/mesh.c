@@ -248,14 +248,6 @@ static meshio_format output_format(const settings *s)
     return meshio_format_of(name);
 }
 
-static int holds_tetrahedra(meshio_format format)
-{
-    return format == MESHIO_FORMAT_MEDIT || format == MESHIO_FORMAT_MEDIT_BINARY ||
-           format == MESHIO_FORMAT_MSH || format == MESHIO_FORMAT_MSH4 ||
-           format == MESHIO_FORMAT_VTU || format == MESHIO_FORMAT_VTK ||
-           format == MESHIO_FORMAT_INP || format == MESHIO_FORMAT_ELE;
-}
-
 /* 0: go on; 1: done (help); 2: wrong usage. */
 static int parse(int argc, char **argv, settings *s)
 {
@@ -306,7 +298,7 @@ static int parse(int argc, char **argv, settings *s)
         !tool_is_apart("mesh", "--json", s->json, s->output) ||
         !tool_is_apart("mesh", "--json", s->json, s->size_grid))
         return 2;
-    if (s->output && !holds_tetrahedra(output_format(s))) {
+    if (s->output && !meshio_holds_tetrahedra(output_format(s))) {
         fprintf(stderr, "mesh: no tetrahedra can be written to '%s'; try .mesh, .msh or .vtu\n",
                 s->output);
         return 2;
@@ -999,6 +991,10 @@ static void improve(job *j)
     spr_result result;
     if (j->set.no_improve) {
         spr_measure_mesh(&j->domain.mesh, &j->set.spr, &j->quality);
+        if (!j->set.spr.require_target || j->quality.num_below == 0) return;
+        clear_progress(j);
+        complain(j, "some tetrahedra are below the target");
+        if (j->code == TOOL_OK) j->code = TOOL_GOAL_NOT_MET;
         return;
     }
     j->set.spr.max_seconds = j->set.max_seconds > 0 ? (left > 1e-3 ? left : 1e-3) : 0;
@@ -1244,23 +1240,6 @@ static int write_output(job *j)
     return code;
 }
 
-/* Better now than after the work: can a file of that name be made? */
-static int can_write(const job *j)
-{
-    char part[1100];
-    FILE *f;
-    if (!j->set.output || strncmp(j->set.output, "/dev/", 5) == 0) return 1;
-    snprintf(part, sizeof part, "%.1024s.part", j->set.output);
-    f = fopen(part, "wb");
-    if (!f) {
-        fprintf(stderr, "mesh: cannot create '%s': %s\n", part, strerror(errno));
-        return 0;
-    }
-    fclose(f);
-    remove(part);
-    return 1;
-}
-
 /* ---- statistics ---- */
 
 static uint64_t below(const spr_statistics *q, int twentieths)
@@ -1487,14 +1466,9 @@ static void json_body(FILE *f, const job *j, int code)
 }
 
 /* Written even after a failure: then it says which. */
-static int write_json(const job *j, int code)
+static int write_json(const job *j, FILE *f, int code)
 {
-    FILE *f = fopen(j->set.json, "w");
     int failed;
-    if (!f) {
-        fprintf(stderr, "mesh: cannot create '%s': %s\n", j->set.json, strerror(errno));
-        return TOOL_CANNOT_WRITE;
-    }
     json_body(f, j, code);
     failed = ferror(f);
     if (fclose(f) != 0) failed = 1;
@@ -1517,7 +1491,7 @@ static int run(job *j)
     if (j->set.check) return check_surface(j);
     code = read_grid(j);
     if (code != TOOL_OK) return code;
-    if (!can_write(j)) return TOOL_CANNOT_WRITE;
+    if (!tool_can_create("mesh", j->set.output)) return TOOL_CANNOT_WRITE;
     if (j->set.refine_surface) code = refine_surface(j);
     if (code == TOOL_OK) code = mesh_surface(j);
     if (code != TOOL_OK) return code;
@@ -1537,8 +1511,13 @@ int main(int argc, char **argv)
 {
     static job the_job;
     job *j = &the_job;
+    FILE *json = NULL;
     int code = parse(argc, argv, &j->set);
     if (code) return tool_end("mesh", code == 1 ? TOOL_OK : TOOL_USAGE);
+    if (j->set.json && !(json = fopen(j->set.json, "w"))) {
+        fprintf(stderr, "mesh: cannot create '%s': %s\n", j->set.json, strerror(errno));
+        return TOOL_CANNOT_WRITE;
+    }
     signal(SIGINT, tool_on_interrupt);
     j->name = "";
     j->start = tool_seconds();
@@ -1548,7 +1527,7 @@ int main(int argc, char **argv)
     j->set.mesher.host.user = j;
     j->set.spr.host = j->set.mesher.host;
     code = run(j);
-    if (j->set.json) code = write_json(j, code);
+    if (json) code = write_json(j, json, code);
     mesher_output_free(&j->domain, &j->out);
     mesher_domain_free(&j->domain);
     mesher_fine_surface_free(&j->fine);

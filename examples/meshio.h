@@ -207,6 +207,8 @@ MESHIO_API void meshio_free(meshio_mesh *mesh);
 
 /* The format that an extension stands for (case does not matter), MESHIO_FORMAT_AUTO if none. */
 MESHIO_API meshio_format meshio_format_of(const char *path);
+/* True if tetrahedra can be written in a format. */
+MESHIO_API int meshio_holds_tetrahedra(meshio_format format);
 
 /* A few words for each status. */
 MESHIO_API const char *meshio_result_string(meshio_result result);
@@ -6005,6 +6007,14 @@ MESHIO_API meshio_format meshio_format_of(const char *path)
         if (meshio__same((const unsigned char *)dot + 1, strlen(dot + 1), formats[i].extension))
             return formats[i].format;
     return MESHIO_FORMAT_AUTO;
+}
+
+MESHIO_API int meshio_holds_tetrahedra(meshio_format format)
+{
+    return format == MESHIO_FORMAT_MEDIT || format == MESHIO_FORMAT_MEDIT_BINARY ||
+           format == MESHIO_FORMAT_MSH || format == MESHIO_FORMAT_MSH4 ||
+           format == MESHIO_FORMAT_VTU || format == MESHIO_FORMAT_VTK ||
+           format == MESHIO_FORMAT_INP || format == MESHIO_FORMAT_ELE;
 }
 
 MESHIO_API void meshio_free(meshio_mesh *mesh)

@@ -114,6 +114,24 @@ DELAUNAY_INLINE int tool_is_apart(const char *tool, const char *option, const ch
     return 0;
 }
 
+/* Whether a mesh can be written to a name, NULL: none, so that nobody waits for one in vain; if not,
+ * says why. As meshio_write, by a file beside it that is renamed. */
+DELAUNAY_INLINE int tool_can_create(const char *tool, const char *path)
+{
+    char part[1100];
+    FILE *f;
+    if (!path || strncmp(path, "/dev/", 5) == 0) return 1;
+    snprintf(part, sizeof part, "%.1024s.part", path);
+    f = fopen(part, "wb");
+    if (!f) {
+        fprintf(stderr, "%s: cannot create '%s': %s\n", tool, part, strerror(errno));
+        return 0;
+    }
+    fclose(f);
+    remove(part);
+    return 1;
+}
+
 /* The exit code, when all is printed. */
 DELAUNAY_INLINE int tool_end(const char *tool, int code)
 {

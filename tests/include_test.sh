@@ -118,7 +118,7 @@ while read -r order; do
 done < "$T/orders"
 
 # Handles of 32 bits in one file and of 64 in another must not link.
-for pair in delaunay:delaunay_mesh_free mesher:mesher_domain_free spr:spr_improve; do
+for pair in delaunay:delaunay_mesh_free mesher:mesher_domain_free spr:spr_improve spr:spr_improve_arrays; do
     h=${pair%:*}
     printf '#define %s_IMPLEMENTATION\n#include "%s.h"\n' "$(upper "$h")" "$h" > "$T/b.c"
     { printf '#include "%s.h"\nint main(void) {\n' "$h"

@@ -1334,6 +1334,74 @@ static void test_arrays_with_little_room(void)
     }
 }
 
+/* The number of items of size vertices that no tetrahedron has. */
+static size_t soup_lacks(const soup *s, const uint32_t *items, size_t count, size_t size)
+{
+    size_t k, t, lacking = 0;
+    for (k = 0; k < count; k++) {
+        for (t = 0; t < s->nt; t++) {
+            size_t i, j, has = 0;
+            for (i = 0; i < size; i++)
+                for (j = 0; j < 4; j++) has += s->tets[4 * t + j] == items[size * k + i];
+            if (has == size) break;
+        }
+        lacking += t == s->nt;
+    }
+    return lacking;
+}
+
+/* Triangles and edges of the caller's stay, with their vertices, in the middle of a region. */
+static void test_arrays_with_things_kept(void)
+{
+    enum { NT = 12, NE = 9 };
+    int keep;
+    for (keep = 0; keep < 2; keep++) {
+        soup s = make_soup(400, 0);
+        uint32_t triangles[3 * (NT + 2)], edges[2 * NE];
+        spr_report r;
+        spr_options o = open_options();
+        double *old = (double *)malloc(3 * s.nv * sizeof *old);
+        size_t i, j, moved = 0;
+        memcpy(old, s.xyz, 3 * s.nv * sizeof *old);
+        for (i = 0; i < NT; i++) /* a facet's vertices, in another order each time */
+            for (j = 0; j < 3; j++)
+                triangles[3 * i + j] = s.tets[4 * (i * 97 % s.nt) + (i + j) % 3];
+        for (i = 0; i < NT; i++) CHECK(triangles[3 * i] != triangles[3 * i + 1]);
+        for (i = 0; i < NE; i++)
+            for (j = 0; j < 2; j++) edges[2 * i + j] = s.tets[4 * (i * 131 % s.nt) + 2 + j];
+        for (j = 0; j < 3; j++) triangles[3 * NT + j] = s.tets[j / 2]; /* a vertex twice */
+        triangles[3 * NT + 3] = s.tets[0];                            /* no facet */
+        triangles[3 * NT + 4] = s.tets[4 * (s.nt / 2)];
+        triangles[3 * NT + 5] = s.tets[4 * (s.nt - 1)];
+        CHECK(soup_lacks(&s, triangles, NT, 3) == 0 && soup_lacks(&s, edges, NE, 2) == 0 &&
+              soup_lacks(&s, triangles + 3 * NT + 3, 1, 3) == 1);
+        o.kept_triangles = triangles;
+        o.num_kept_triangles = keep ? NT + 2 : 0;
+        o.kept_edges = edges;
+        o.num_kept_edges = keep ? NE : 0;
+        CHECK(spr_improve_arrays(s.xyz, &s.nv, s.cap_v, s.tets, s.colors, &s.nt, s.cap_t, NULL, &o,
+                                 &r) == SPR_OK);
+        CHECK(r.after.num_below < r.before.num_below && r.absent == (keep ? 2u : 0u));
+        for (i = 0; i < 3 * NT; i++)
+            moved += memcmp(old + 3 * triangles[i], s.xyz + 3 * triangles[i], 24) != 0;
+        for (i = 0; i < 2 * NE; i++)
+            moved += memcmp(old + 3 * edges[i], s.xyz + 3 * edges[i], 24) != 0;
+        CHECK(keep ? moved == 0 : moved > 0);
+        CHECK(keep ? soup_lacks(&s, triangles, NT, 3) == 0 : soup_lacks(&s, triangles, NT, 3) > 0);
+        CHECK(keep ? soup_lacks(&s, edges, NE, 2) == 0 : soup_lacks(&s, edges, NE, 2) > 0);
+        edges[3] = (uint32_t)s.nv;
+        o.num_kept_edges = NE;
+        CHECK(spr_improve_arrays(s.xyz, &s.nv, s.nv, s.tets, s.colors, &s.nt, s.nt, NULL, &o, &r) ==
+                  SPR_ERROR_INVALID_ARGUMENT &&
+              strstr(r.message, "edge 1 names"));
+        o.kept_edges = NULL;
+        CHECK(spr_improve_arrays(s.xyz, &s.nv, s.nv, s.tets, s.colors, &s.nt, s.nt, NULL, &o, &r) ==
+              SPR_ERROR_INVALID_ARGUMENT);
+        free(old);
+        free_soup(&s);
+    }
+}
+
 static void test_arrays_without_room_or_sense(void)
 {
     soup s = make_soup(100, 0);
@@ -1809,6 +1877,7 @@ int main(void)
     test_ends_where_quality_is_less_than_rounding();
     test_arrays();
     test_arrays_with_little_room();
+    test_arrays_with_things_kept();
     test_arrays_without_room_or_sense();
     test_reconnect_against_all_closures();
     test_reconnect_without_sense();

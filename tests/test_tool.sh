@@ -343,6 +343,12 @@ says 'none of the surface.s cells is kept'
 prints 'seed 0 at (2, 3, 4) is in no bounded cell'
 absent "$T/beside.mesh"
 
+code 1 $mesh "$T/cube.off" --size 0.3 --no-improve --target 0.9 -q -o "$T/below.mesh"
+says 'below the target'
+ok "a target that is not met leaves a mesh" grep -q '^End$' "$T/below.mesh"
+code 4 $mesh "$T/cube.off" -q -o "$T/unwritten.mesh" --json /no/such/folder/x.json
+absent "$T/unwritten.mesh"
+
 # ---- improve ----
 code 0 $improve --help
 code 2 $improve "$T/cube.mesh" --target 7
@@ -362,6 +368,47 @@ ok "six angles a tetrahedron" awk '/^measure/ { m = 1 } /^degrees/ { m = 2 }
 code 1 $improve "$T/t1.mesh" --target 0.99 -o "$T/best.mesh"
 prints 'after'
 ok "a goal that is not met leaves a mesh" grep -q '^End$' "$T/best.mesh"
+ok "the regions stay, minus one too" sh -c "sed -n '/^Tetrahedra/,\$p' '$T/best.mesh' | awk 'NF == 5 && \$5 != 1 { exit 1 }'"
+sed '/^Tetrahedra/,$ s/^\(.* .* .* .*\) 1$/\1 -1/' "$T/t1.mesh" > "$T/minus.mesh"
+code 1 $improve "$T/minus.mesh" -q --target 0.99 -o "$T/minus2.mesh"
+ok "a region may be -1" sh -c "sed '/^Tetrahedra/,\$ s/ -1\$/ 1/' '$T/minus2.mesh' | cmp -s - '$T/best.mesh'"
+# a sheet and a line inside stay what they are: facets and edges of tetrahedra
+{ cube 0 0 0 1 0; awk 'BEGIN {
+    for (j = 0; j < 7; j++) for (i = 0; i < 7; i++) print "v", .2 + .1 * i, .2 + .1 * j, .5
+    for (j = 0; j < 6; j++) for (i = 0; i < 6; i++) {
+        a = 8 + 7 * j + i; print "f 3", a, a + 1, a + 8; print "f 3", a, a + 8, a + 7 } }'; } |
+    awk '$1 == "v" { v[++nv] = $2 " " $3 " " $4 } $1 == "f" { f[++nf] = $3 + 1 " " $4 + 1 " " $5 + 1 }
+         END { print "MeshVersionFormatted 2 Dimension 3 Vertices", nv + 2
+               for (i = 1; i <= nv; i++) print v[i], 0
+               print ".2 .2 .2 0\n.8 .7 .3 0\nEdges 1\n" nv + 1, nv + 2, 9 "\nTriangles", nf
+               for (i = 1; i <= nf; i++) print f[i], 3; print "End" }' > "$T/sheet.mesh"
+code 0 $mesh "$T/sheet.mesh" --no-refine -q -o "$T/sheet1.mesh"
+code 0 $improve "$T/sheet1.mesh" -q -o "$T/sheet2.mesh"
+ok "something was improved" sh -c "! cmp -s '$T/sheet1.mesh' '$T/sheet2.mesh'"
+ok "triangles and lines are of tetrahedra" awk '
+    function key(a, b, c, s) {
+        if (a > b) { s = a; a = b; b = s }
+        if (b > c) { s = b; b = c; c = s }
+        if (a > b) { s = a; a = b; b = s }
+        return a " " b " " c
+    }
+    /^[A-Z]/ { section = $1; next }
+    section == "Triangles" && NF == 4 { wanted[key($1 + 0, $2 + 0, $3 + 0)] }
+    section == "Edges" && NF == 3 { wanted[key(0, $1 + 0, $2 + 0)] }
+    section == "Tetrahedra" && NF == 5 {
+        for (i = 1; i <= 4; i++) for (j = 1; j < i; j++) {
+            delete wanted[key(0, $i + 0, $j + 0)]; tets++
+            for (k = 1; k < j; k++) delete wanted[key($i + 0, $j + 0, $k + 0)]
+        }
+    }
+    END { for (k in wanted) exit 1; exit tets == 0 }' "$T/sheet2.mesh"
+code 2 $improve "$T/t1.mesh" -o "$T/x.stl"
+says 'no tetrahedra can be written'
+code 2 $delaunay "$T/t1.mesh" -o "$T/x.off"
+says 'no tetrahedra can be written'
+code 2 $delaunay "$T/t1.mesh" --hull "$T/x.foo"
+code 4 $improve "$T/t1.mesh" -o /no/such/folder/x.mesh
+code 4 $delaunay "$T/t1.mesh" -o /no/such/folder/x.mesh
 
 echo "$passed passed, $failed failed"
 [ "$failed" -eq 0 ]
