@@ -1,6 +1,6 @@
 # Needs a C compiler and make. Everything is built into build/.
 #
-#   make                          the tools: mesh, delaunay, improve, sort_points
+#   make                          the tools: mesh, delaunay, improve; cube, sort_points, sort_pairs
 #   make demo                     mesh a part that the program makes itself, write demo.vtu
 #   make test                     all tests, some five minutes on two cores
 #   make hard                     a thousand surfaces that are hard to recover, each result proved
@@ -9,7 +9,8 @@
 #   make test-models MODELS=DIR   the tools over a folder of models with an INDEX.tsv
 #   make league MODELS=DIR        times and qualities over the same folder, beside rivals if installed
 #   make league-table MODELS=DIR  table 7.1 of the thesis for three parts of it, or those in PARTS
-#   make bench-NAME               build and run bench/NAME.c; bench-mesh takes MODELS=DIR too
+#   make bench-NAME               build and run bench/NAME.c or .cpp, with ARGS; bench-mesh takes
+#                                 MODELS=DIR too
 #   make include-test             every way to include the headers
 #   make dist                     standalone headers in dist/
 #   make clean

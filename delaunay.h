@@ -59,6 +59,7 @@
  *   DELAUNAY_INDEX64          whole program        64-bit handles: more than 2^30 tetrahedra
  *
  * LICENCE: MIT or public domain, at the end of the file.
+ * SPDX-License-Identifier: MIT OR Unlicense
  */
 
 /* ---- >>dependencies (outside the guard: a second include may ask for bodies) -------------- */
@@ -165,7 +166,8 @@ typedef struct delaunay_host {
     int                num_threads;         /* 0: omp_get_max_threads() at each call; 1024 at most,
                                              * more count as so many */
     void (*log)(void *user, int level, const char *text);              /* NULL: silent */
-    int  (*progress)(void *user, const char *phase, double fraction);  /* nonzero return cancels */
+    /* fraction of the phase done, negative: unknown; a nonzero return cancels */
+    int  (*progress)(void *user, const char *phase, double fraction);
     double (*clock)(void *user);            /* seconds; NULL: omp_get_wtime(), else clock() */
     void              *user;
 } delaunay_host;
@@ -262,12 +264,13 @@ DELAUNAY_API const char *delaunay_result_string(delaunay_result result);
  *   mesh     in/out  zeroed, or a mesh to be replaced; on failure freed and zeroed, but for
  *                    _ERROR_INVALID_ARGUMENT, which leaves it
  *   xyz      in      3*count doubles, finite, from the least to the largest; not kept
- *   count    in      below 2^32 - 16
+ *   count    in      at most 2^32 - 18, and with handles of 32 bits some 150 millions
  *   options  in      NULL or zeroed: defaults
  *   report   out     may be NULL
  *
  * Returns  DELAUNAY_OK; _ERROR_DIMENSION: fewer than 4 affinely independent points
- *          (report->dimension); _ERROR_NOT_FINITE with ids; _ERROR_OUT_OF_MEMORY; _CANCELLED
+ *          (report->dimension); _ERROR_NOT_FINITE with ids; _ERROR_TOO_LARGE: see count, or
+ *          DELAUNAY_INDEX64; _ERROR_OUT_OF_MEMORY; _ERROR_INVALID_ARGUMENT; _CANCELLED
  * Threads  options->host.num_threads; distinct meshes may run at once
  * Repeats  same bytes for the same set of points in the same order, any number of threads
  * Source   Marot 2020, chapters 3 and 4
@@ -438,7 +441,7 @@ DELAUNAY_API delaunay_result delaunay_selftest(void);
 /* Room for so many vertices and tetrahedra (totals, ghost and dummy counted); may move the arrays.
  */
 DELAUNAY_API delaunay_result delaunay_reserve(delaunay_mesh *mesh, size_t vertices, size_t tets);
-/* Allocates flags and color (zeros). */
+/* Allocates flags and color: zeros, so all tetrahedra are DELAUNAY_OUTSIDE until they get colours. */
 DELAUNAY_API delaunay_result delaunay_enable_marks(delaunay_mesh *mesh);
 /* Allocates vertex_tet and fills it. Kept up to date by delaunay_replace from then on. */
 DELAUNAY_API delaunay_result delaunay_link_vertices(delaunay_mesh *mesh);
@@ -9504,6 +9507,8 @@ static void delaunay__hide(delaunay_mesh *mesh, delaunay_report *report)
     for (v = 0; v < mesh->num_vertices; v++) mesh->vertices[v].local = 0;
 }
 
+static const char delaunay__no_host[] = "a number of threads below 0, or half an allocator";
+
 DELAUNAY_API delaunay_result delaunay_tetrahedralize_points(delaunay_mesh *mesh,
                                                             const delaunay_points *points,
                                                             const delaunay_options *options,
@@ -9511,6 +9516,7 @@ DELAUNAY_API delaunay_result delaunay_tetrahedralize_points(delaunay_mesh *mesh,
 {
     delaunay_options local;
     delaunay_report unused;
+    delaunay_memory memory;
     delaunay_result result;
     double start, sorted, inserted;
     uint32_t rounds[DELAUNAY__MAX_ROUNDS + 1];
@@ -9523,15 +9529,16 @@ DELAUNAY_API delaunay_result delaunay_tetrahedralize_points(delaunay_mesh *mesh,
     options = &local;
     if (!mesh || !points || (points->count && !points->xyz))
         return delaunay__say(report, DELAUNAY_ERROR_INVALID_ARGUMENT, "a null pointer");
+    if (delaunay_memory_init(&memory, &options->host) != DELAUNAY_OK)
+        return delaunay__say(report, DELAUNAY_ERROR_INVALID_ARGUMENT, delaunay__no_host);
     delaunay_mesh_free(mesh);
     if (points->count >= UINT32_MAX - 16)
         return delaunay__say(report, DELAUNAY_ERROR_TOO_LARGE, "too many points");
     start = sorted = inserted = delaunay_seconds(&options->host);
     report->num_points = points->count;
-    result = delaunay_memory_init(&mesh->memory, &options->host);
+    mesh->memory = memory;
     if (points->count < 2 * DELAUNAY__ITEMS_A_SECTION) local.host.num_threads = 1;
-    if (result == DELAUNAY_OK)
-        result = delaunay__take_points(mesh, points, options, &box, rounds, report);
+    result = delaunay__take_points(mesh, points, options, &box, rounds, report);
     sorted = inserted = delaunay_seconds(&options->host);
     if (result == DELAUNAY_OK) result = delaunay__insert_all(mesh, rounds, &box, options);
     inserted = delaunay_seconds(&options->host);
@@ -9684,6 +9691,7 @@ DELAUNAY_API delaunay_result delaunay_insert(delaunay_mesh *mesh, const double *
 {
     delaunay_options defaults;
     delaunay_report unused;
+    delaunay_memory memory;
     delaunay_result result;
     if (!report) report = &unused;
     memset(&defaults, 0, sizeof defaults);
@@ -9696,6 +9704,8 @@ DELAUNAY_API delaunay_result delaunay_insert(delaunay_mesh *mesh, const double *
         !delaunay__is_closed(mesh))
         return delaunay__say(report, DELAUNAY_ERROR_INVALID_ARGUMENT,
                              "a null pointer, or a mesh with marks, weights, or no hull");
+    if (delaunay_memory_init(&memory, &options->host) != DELAUNAY_OK)
+        return delaunay__say(report, DELAUNAY_ERROR_INVALID_ARGUMENT, delaunay__no_host);
     if (count >= UINT32_MAX - 16 - (mesh->num_vertices > mesh->num_points ? mesh->num_vertices
                                                                           : mesh->num_points))
         return delaunay__say(report, DELAUNAY_ERROR_TOO_LARGE, "too many points");

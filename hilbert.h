@@ -55,6 +55,7 @@
  *   HILBERT_NO_SIMD   off    plain C only
  *
  * Licence: MIT or public domain, at the end of the file.
+ * SPDX-License-Identifier: MIT OR Unlicense
  */
 
 /* ---- >>declarations ------------------------------------------------------ */
@@ -128,8 +129,8 @@ typedef struct hilbert_options {
     hilbert_allocator allocator;   /* zeros = malloc and free */
 } hilbert_options;
 
-/* An array of points that stays where it is. Only the first two members must be set to use packed
- * 3D doubles. */
+/* An array of points that stays where it is. Packed 3D doubles need coordinates and count alone,
+ * the rest zeroed. */
 typedef struct hilbert_points {
     const void    *coordinates; /* first coordinate of the first point; the others follow it */
     size_t         stride;      /* bytes from one point to the next; 0 = packed */
@@ -179,7 +180,8 @@ HILBERT_API void     hilbert_decode2(hilbert_curve curve, int depth, uint64_t ke
  *   points         in
  *   num_nonfinite  out     points with a NaN or an infinity, which are left out; may be NULL
  *
- * Returns  HILBERT_OK; _ERROR_NO_FINITE_POINT: the box is [0,0]; _ERROR_INVALID_ARGUMENT
+ * Returns  HILBERT_OK; _ERROR_NO_FINITE_POINT: the box is [0,0]; _ERROR_INVALID_ARGUMENT, also for
+ *          HILBERT_UINT32, which has no box
  */
 HILBERT_API hilbert_result hilbert_box_fit(hilbert_box *box, const hilbert_points *points,
                                            size_t *num_nonfinite, const hilbert_options *options);
@@ -215,7 +217,8 @@ HILBERT_API hilbert_result hilbert_keys3(uint64_t *keys, const double *xyz, size
  *   sorted_keys    out     keys in that order; may be NULL
  *
  * Returns  as hilbert_keys; _ERROR_OUT_OF_MEMORY; _ERROR_TOO_LARGE: the scratch is beyond a size_t
- * Cost     40 bytes of scratch for each point
+ * Cost     40 bytes of scratch for each point; the keys by several threads, the sort by one: of
+ *          millions of points hilbert_keys and hxtsort_argsort are quicker
  */
 HILBERT_API hilbert_result hilbert_argsort(size_t *order, const hilbert_points *points,
                                            const hilbert_box *box, uint64_t *sorted_keys,

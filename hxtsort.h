@@ -31,7 +31,7 @@
  *
  * What it does not do
  *   Sort in place: scratch as large as the data is needed (from the caller or the allocator), twice
- *   that for keys and values in arrays of their own, and 0.5 MB to 1.1 MB for each thread. Other
+ *   that for keys and values in arrays of their own, and up to 1.1 MB for each thread. Other
  *   keys than numbers of 32 and 64 bits. More than 2^32 - 1 indices of 4-byte keys in an argsort.
  *
  * Order
@@ -57,6 +57,7 @@
  *   HXTSORT_STATIC    off    everything static, a private copy (here: where you include)
  *
  * Licence: MIT or public domain, at the end of the file.
+ * SPDX-License-Identifier: MIT OR Unlicense
  */
 
 /* ---- >>declarations ------------------------------------------------------ */
@@ -103,7 +104,8 @@ typedef struct hxtsort_allocator {
 typedef struct hxtsort_options {
     int               num_threads; /* 0 = omp_get_max_threads() at each call; 1 without OpenMP */
     int               descending;  /* nonzero: greatest first; equal keys keep their order     */
-    int significant_bits;          /* a promise: unsigned keys are below 2^bits; 0 = find out */
+    int significant_bits;          /* a hint: unsigned keys are below 2^bits; wrong: one more  */
+                                   /* sweep; 0 = find out                                      */
     hxtsort_allocator allocator;        /* zeros = malloc and free                             */
     void             *scratch;          /* memory to use instead of the allocator, or NULL;    */
     size_t            scratch_bytes;    /* see hxtsort_scratch_bytes                           */

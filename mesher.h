@@ -33,6 +33,27 @@
  *   >>refine          lattices, points placed, filtered, inserted  [Marot 2020, 5]
  *   >>public          the everyday functions
  *
+ * WHAT IT DOES NOT DO
+ *   Repair: a surface that intersects itself is refused, with the pairs; vertices that a rounding
+ *   parted are put together by mesher_weld alone. Curved surfaces and elements, anisotropic sizes,
+ *   coarsening. The triangles stay, so tetrahedra under large ones among small sizes are flat:
+ *   mesher_refine_surface divides them first, within their planes. What refinement leaves is fair;
+ *   good tetrahedra are the work of spr.h.
+ *
+ * HOW IT WORKS
+ *   1. The surface: equal vertices become one, equal triangles too; cheap checks.
+ *   2. The empty mesh: the Delaunay triangulation of the vertices, in a box.
+ *   3. Recovery. Edges and facets that are not there are brought in by flips of the tetrahedra that
+ *      they cross, by searching small windows of the mesh for tetrahedra with fewer crossings
+ *      (delaunay_reconnect), by points inside, and at last by points on the surface that are taken
+ *      off it again. Every sign is exact. The search for what intersects runs where this is slow.
+ *   4. Regions: cells between the facets, by flood fill, nested as the facets tell.
+ *   5. Sizes at the vertices, bounded by the gradation; between them the empty mesh interpolates.
+ *   6. Refinement: body-centred lattices where the sizes allow, grown side by side; then points at
+ *      or near circumcentres of what is too large or flat, in sweeps. Points are filtered by a grid,
+ *      sorted along a curve, and inserted in star-shaped cavities that respect the facets; the
+ *      threads take sections of the curve that depend on the points alone.
+ *
  * LIMITS
  *   Coordinates up to 1e60, an extent of 1e-60 at least; 2^32 - 25 vertices, 1.4 * 10^9 triangles
  *   and lines together. Of tetrahedra, those of delaunay.h.
@@ -44,6 +65,7 @@
  *   DELAUNAY_NO_SIMD, DELAUNAY_INDEX64: see delaunay.h
  *
  * LICENCE: MIT or public domain, at the end of the file.
+ * SPDX-License-Identifier: MIT OR Unlicense
  */
 
 /* ---- >>dependencies (outside the guard: a second include may ask for bodies) -------------- */
@@ -169,7 +191,7 @@ typedef struct mesher_options {
     int    no_refine;             /* the surface recovered, with few points, and nothing else */
     /* at the very last, points on edges and facets of the surface; counted, listed */
     int    allow_surface_steiner;
-    int    no_intersection_test;  /* mesher_check: only the cheap checks */
+    int    no_intersection_test;  /* only cheap checks: of mesher_check, and where mesher_mesh fails */
     /* vertices in no triangle or line stay out of the mesh; else they are nodes of it */
     int    drop_unused;
     /* wanted edge length, at most; 0: from the surface alone, where edges inside are 1.3 times
@@ -260,7 +282,7 @@ typedef struct mesher_report {
     uint64_t input_vertices, input_triangles; /* of the surface */
     size_t   num_findings;                   /* written to findings */
     uint64_t counts[MESHER_NUM_KINDS];       /* of each kind, all of them */
-    uint64_t num_vertices, num_tets, num_regions, num_boundary_edges;
+    uint64_t num_vertices, num_tets, num_regions; /* of the mesh */
     uint64_t missing_edges, missing_facets;  /* of the input in the empty mesh */
     uint64_t interior_steiner, surface_steiner;
     uint64_t refined_vertices, refinement_sweeps;
@@ -283,7 +305,7 @@ typedef struct mesher_region {
     uint32_t depth;
     int      winding;
     int      kept;
-    uint64_t num_tets;
+    uint64_t num_tets;      /* before refinement */
     double   volume;
 } mesher_region;
 
@@ -327,6 +349,7 @@ typedef struct mesher_domain {
      * 1; 0: the outside; NO_ID: unknown. NULL before mesher_color */
     uint32_t       *facet_sides;
     uint32_t        first_corner; /* input id of box corner 0: the number of input vertices */
+    uint32_t        surface_steiner; /* points on facets and lines, which are in pieces there */
     /* the mesh is the caller's: sizes are those of all of its edges */
     int             keeps_mesh;
     int             stage;
@@ -337,11 +360,22 @@ typedef struct mesher_domain {
  * ones stay as orphans); then new vertices in canonical order. Each where it is in the mesh now:
  * input vertices only move if something else than this header moves them, such as spr.h with
  * free_vertices, and duplicates go with their survivors; those not in the mesh are where they were
- * given. */
+ * given. Of the surface the distinct triangles, which are facets of the mesh, as the first of the
+ * caller's with these vertices has them; all by the survivors of equal vertices. Where points were
+ * added on the surface there are neither triangles nor edges: it is in pieces. */
 typedef struct mesher_output {
     double   *xyz;       uint64_t num_vertices;
     uint32_t *tets;      uint64_t num_tets;      /* 4*num_tets; positive as in delaunay.h */
     uint32_t *regions;                           /* num_tets */
+    uint32_t *triangles; uint64_t num_triangles; /* 3*num_triangles */
+    uint32_t *triangle_source;                   /* num_triangles: that triangle of the caller's */
+    int32_t  *triangle_tags;                     /* num_triangles: its tag */
+    /* 2*num_triangles: the regions behind it and in front, from where its corners are
+     * counter-clockwise; 0: the outside, or one that is not kept */
+    uint32_t *triangle_regions;
+    uint32_t *edges;     uint64_t num_edges;     /* 2*num_edges: the caller's lines, in order */
+    int32_t  *edge_tags;                         /* num_edges */
+    delaunay_memory memory;
 } mesher_output;
 
 /* A surface whose triangles were divided, as new arrays; the vertices given come first. */
@@ -387,9 +421,22 @@ MESHER_API mesher_result mesher_check(const mesher_surface *surface, const meshe
  * Cost      12 to 20 bytes and some .2 microseconds a vertex, in one thread */
 MESHER_API mesher_result mesher_weld(double *xyz, size_t num_vertices, double distance,
                                      const delaunay_host *host, uint64_t *num_moved);
-/* All stages. The domain is written over: one in use must be freed before, as must an output and a
- * fine surface. On failure it is freed and zeroed, and the report says what and where. Where memory
- * ends while points are inserted there is a mesh all the same: MESHER_STOPPED_BY_BUDGET. */
+/* All stages: a surface in, a mesh with regions out, refined; spr_improve and mesher_export next.
+ *
+ *   domain    out   written over: one in use must be freed before, as must an output and a fine
+ *                   surface; on failure zeroed
+ *   surface   in    must live as long as the domain
+ *   options   in    NULL or zeroed: defaults
+ *   report    out   may be NULL; findings and cap_findings are in
+ *
+ * Returns   MESHER_OK; _STOPPED_BY_BUDGET: a valid mesh all the same, also where memory ends while
+ *           points are inserted; _ERROR_SURFACE, _ERROR_RECOVERY: the findings say where;
+ *           _ERROR_INVALID_ARGUMENT, _ERROR_OUT_OF_MEMORY, _CANCELLED, _ERROR_TOO_LARGE,
+ *           _ERROR_INTERNAL
+ * Cost      0.5 to 1.5 us a tetrahedron where it refines
+ * Threads   options->host.num_threads; distinct domains may be made at once
+ * Repeats   same bytes for any number of threads, unless max_seconds ends it
+ * Source    Marot 2020, chapters 5 and 7 */
 MESHER_API mesher_result mesher_mesh(mesher_domain *domain, const mesher_surface *surface,
                                      const mesher_options *options, mesher_report *report);
 /* A finished tetrahedral mesh instead of a surface: what is there is kept, and points are added
@@ -437,7 +484,17 @@ MESHER_API mesher_result mesher_refine_surface(mesher_fine_surface *fine,
                                                const mesher_options *options,
                                                mesher_report *report);
 MESHER_API void mesher_fine_surface_free(mesher_fine_surface *fine);
+/* The mesh as plain arrays, which do not need the domain any more, with its tetrahedra in canonical
+ * order from now on (delaunay_canonicalize).
+ *
+ *   domain  in/out  after mesher_mesh, mesher_refine_mesh, or mesher_color; spr.h may have been at it
+ *   out     out     on failure zeroed
+ *
+ * Returns   MESHER_OK; _ERROR_INVALID_ARGUMENT: no regions yet; _ERROR_OUT_OF_MEMORY
+ * Cost      some .1 microseconds a tetrahedron, and 20 bytes
+ * Threads   as mesher_mesh */
 MESHER_API mesher_result mesher_export(mesher_domain *domain, mesher_output *out);
+/* The domain may have been freed, and be NULL. */
 MESHER_API void mesher_output_free(mesher_domain *domain, mesher_output *out);
 MESHER_API void mesher_domain_free(mesher_domain *domain);
 /* Defaults filled in; MESHER_ERROR_INVALID_ARGUMENT for nonsense. in may be NULL. */
@@ -480,7 +537,8 @@ MESHER_API mesher_result mesher_refine(mesher_domain *domain, mesher_report *rep
  *                          last 12)
  *
  * Returns  MESHER_OK; MESHER_GOAL_NOT_MET: no small part fails by itself, the triangles nearest
- *          to the place are in part; MESHER_ERROR_OUT_OF_MEMORY, MESHER_CANCELLED
+ *          to the place are in part; _ERROR_OUT_OF_MEMORY, _ERROR_INVALID_ARGUMENT,
+ *          _ERROR_TOO_LARGE, _CANCELLED
  * Cost     up to 100 runs on parts of at most 4096 triangles, until half a minute is over
  * Repeats  same bytes for any thread count, if the time is enough */
 MESHER_API mesher_result mesher_reproduce(const mesher_surface *surface,
@@ -8337,7 +8395,8 @@ static mesher_result mesher__report_splits(mesher__recovery *r)
                           source, DELAUNAY_NO_ID, DELAUNAY_NO_ID, DELAUNAY_NO_ID, DELAUNAY_NO_ID,
                           mesher__x(r, split->vertex));
     }
-    if (r->report) r->report->surface_steiner = mesher__points_on_surface(r);
+    r->domain->surface_steiner = mesher__points_on_surface(r);
+    if (r->report) r->report->surface_steiner = r->domain->surface_steiner;
     if (r->report && !allowed)
         snprintf(
             r->report->message, sizeof r->report->message,
@@ -10686,7 +10745,6 @@ typedef struct mesher__refiner {
     uint64_t         inserted, num_tets, ignored;
     uint64_t         lost;       /* tetrahedra looked at for points that were given up */
     double           start;
-    int              stop;       /* why the sweeps end early: a mesher_result, or 0 */
 } mesher__refiner;
 
 /* Distance below MESHER__SPACING times the mean of two sizes, given their sum. */
@@ -13867,7 +13925,6 @@ static mesher_result mesher__domain_init(mesher_domain *domain, const mesher_sur
     if (result == MESHER_OK) result = mesher__find_facets(domain, report);
     if (result == MESHER_OK) result = mesher__find_edges(domain, report);
     if (result != MESHER_OK) return result;
-    report->num_boundary_edges = report->counts[MESHER_NOTE_OPEN_EDGE];
     mesher__find_uses(domain, report);
     result = mesher__place_isolated(domain, report);
     if (result == MESHER_OK) result = mesher__check_cells(domain, report);
@@ -14090,12 +14147,15 @@ MESHER_API mesher_result mesher_refine_surface(mesher_fine_surface *fine,
     mesher__divider divider;
     mesher_report local;
     mesher_result result;
+    double start;
     if (!fine) return mesher__refuse(report);
     memset(fine, 0, sizeof *fine);
     memset(&divider, 0, sizeof divider);
     memset(&local, 0, sizeof local);
     if (!report) report = &local;
+    start = delaunay_seconds(options ? &options->host : NULL);
     result = mesher_domain_init(&domain, surface, options, report);
+    report->seconds_check = delaunay_seconds(options ? &options->host : NULL) - start;
     if (result != MESHER_OK) return result;
     result = mesher__mesh_surface(&domain, report);
     if (result >= 0) result = mesher_size(&domain, report);
@@ -14107,6 +14167,8 @@ MESHER_API mesher_result mesher_refine_surface(mesher_fine_surface *fine,
     }
     if (result == MESHER_STOPPED_BY_BUDGET)
         mesher__say_budget(report, "division", divider.budget, &domain.options);
+    report->peak_bytes =
+        domain.memory.peak_bytes + domain.mesh.memory.peak_bytes + fine->memory.peak_bytes;
     mesher_domain_free(&domain);
     if (result < 0) mesher_fine_surface_free(fine);
     mesher__message_failure(report, result);
@@ -14633,10 +14695,33 @@ MESHER_API mesher_result mesher_refine_mesh(mesher_domain *domain, const mesher_
     return result;
 }
 
+/* The constrained facets of kept tetrahedron t get its region on its side. */
+static void mesher__export_sides(const mesher_domain *domain, const mesher_output *out,
+                                 delaunay_handle t)
+{
+    const delaunay_mesh *mesh = &domain->mesh;
+    int i, j;
+    for (i = 0; i < 4; i++) {
+        const uint8_t *order = delaunay_facet_order(i);
+        const uint32_t *corner;
+        uint32_t v[3], sorted[3], f;
+        if (!(mesh->flags[t] & DELAUNAY_FACET_BIT(i))) continue;
+        for (j = 0; j < 3; j++) v[j] = mesh->vertices[mesh->tets[t].v[order[j]]].key;
+        memcpy(sorted, v, sizeof sorted);
+        mesher__sort3(sorted);
+        f = mesher__facet_find(domain, sorted);
+        if (f == DELAUNAY_NO_ID) continue;
+        corner = out->triangles + 3 * (size_t)f;
+        for (j = 0; v[j] != corner[0]; j++) {}
+        out->triangle_regions[2 * (size_t)f + (v[(j + 1) % 3] != corner[1])] = mesh->color[t];
+    }
+}
+
 /* The kept tetrahedra of a block, the first of which has number n. */
-static void mesher__export_block(const delaunay_mesh *mesh, const mesher_output *out, int b,
+static void mesher__export_block(const mesher_domain *domain, const mesher_output *out, int b,
                                  uint64_t n)
 {
+    const delaunay_mesh *mesh = &domain->mesh;
     delaunay_handle t = mesher__output_block(mesh, b), end = mesher__output_block(mesh, b + 1);
     int i;
     for (; t < end; t++) {
@@ -14644,6 +14729,28 @@ static void mesher__export_block(const delaunay_mesh *mesh, const mesher_output 
         for (i = 0; i < 4; i++)
             out->tets[4 * n + (uint64_t)i] = mesh->vertices[mesh->tets[t].v[i]].key;
         out->regions[n++] = mesh->color[t];
+        if (out->num_triangles && mesh->flags[t]) mesher__export_sides(domain, out, t);
+    }
+}
+
+/* Triangles without their sides, and lines. */
+static void mesher__export_surface(const mesher_domain *domain, const mesher_output *out)
+{
+    const mesher_surface *s = &domain->surface;
+    size_t i;
+    int k;
+    for (i = 0; i < (size_t)out->num_triangles; i++) {
+        size_t from = domain->facet_source[i];
+        for (k = 0; k < 3; k++)
+            out->triangles[3 * i + (size_t)k] = domain->survivor[s->triangles[3 * from + (size_t)k]];
+        out->triangle_source[i] = (uint32_t)from;
+        out->triangle_tags[i] = s->triangle_tags ? s->triangle_tags[from] : 1;
+        out->triangle_regions[2 * i] = out->triangle_regions[2 * i + 1] = DELAUNAY_OUTSIDE;
+    }
+    for (i = 0; i < (size_t)out->num_edges; i++) {
+        for (k = 0; k < 2; k++)
+            out->edges[2 * i + (size_t)k] = domain->survivor[s->edges[2 * i + (size_t)k]];
+        out->edge_tags[i] = s->edge_tags ? s->edge_tags[i] : 1;
     }
 }
 
@@ -14675,48 +14782,73 @@ static void mesher__export_points(const mesher_domain *domain, double *xyz)
     }
 }
 
+/* Arrays for so much as the counts say. Returns 0 without memory. */
+static int mesher__output_room(mesher_output *out)
+{
+    delaunay_memory *m = &out->memory;
+    size_t vertices = (size_t)out->num_vertices, tets = (size_t)out->num_tets,
+           triangles = (size_t)out->num_triangles, edges = (size_t)out->num_edges;
+    out->xyz = (double *)delaunay_alloc(m, vertices, 3 * sizeof *out->xyz);
+    out->tets = (uint32_t *)delaunay_alloc(m, tets, 4 * sizeof *out->tets);
+    out->regions = (uint32_t *)delaunay_alloc(m, tets, sizeof *out->regions);
+    out->triangles = (uint32_t *)delaunay_alloc(m, triangles, 3 * sizeof *out->triangles);
+    out->triangle_source = (uint32_t *)delaunay_alloc(m, triangles, sizeof *out->triangle_source);
+    out->triangle_tags = (int32_t *)delaunay_alloc(m, triangles, sizeof *out->triangle_tags);
+    out->triangle_regions =
+        (uint32_t *)delaunay_alloc(m, triangles, 2 * sizeof *out->triangle_regions);
+    out->edges = (uint32_t *)delaunay_alloc(m, edges, 2 * sizeof *out->edges);
+    out->edge_tags = (int32_t *)delaunay_alloc(m, edges, sizeof *out->edge_tags);
+    return out->xyz && out->tets && out->regions && out->triangles && out->triangle_source &&
+           out->triangle_tags && out->triangle_regions && out->edges && out->edge_tags;
+}
+
 MESHER_API mesher_result mesher_export(mesher_domain *domain, mesher_output *out)
 {
-    delaunay_mesh *mesh;
-    delaunay_memory *memory;
-    mesher_result result = MESHER_ERROR_OUT_OF_MEMORY;
+    mesher_result result;
     uint64_t before[MESHER__OUTPUT_BLOCKS + 1];
     int b, threads;
     if (!domain || !out || domain->stage < MESHER__STAGE_COLORED)
         return MESHER_ERROR_INVALID_ARGUMENT;
     memset(out, 0, sizeof *out);
-    mesh = &domain->mesh;
-    memory = &domain->memory;
-    result = (mesher_result)delaunay_canonicalize(mesh, &domain->options.host);
+    result = (mesher_result)delaunay_canonicalize(&domain->mesh, &domain->options.host);
+    if (result == MESHER_OK)
+        result = (mesher_result)delaunay_memory_init(&out->memory, &domain->options.host);
     if (result != MESHER_OK) return result;
-    result = MESHER_ERROR_OUT_OF_MEMORY;
     out->num_vertices = mesher__number_output(domain, before);
     out->num_tets = before[MESHER__OUTPUT_BLOCKS];
-    out->xyz = (double *)delaunay_alloc(memory, (size_t)out->num_vertices, 3 * sizeof *out->xyz);
-    if (!out->xyz) goto done;
-    out->tets = (uint32_t *)delaunay_alloc(memory, (size_t)out->num_tets, 4 * sizeof *out->tets);
-    if (!out->tets) goto done;
-    out->regions = (uint32_t *)delaunay_alloc(memory, (size_t)out->num_tets, sizeof *out->regions);
-    if (!out->regions) goto done;
+    out->num_triangles = domain->surface_steiner ? 0 : domain->num_facets;
+    out->num_edges = domain->surface_steiner ? 0 : domain->surface.num_edges;
+    if (!mesher__output_room(out)) {
+        mesher_output_free(domain, out);
+        return MESHER_ERROR_OUT_OF_MEMORY;
+    }
     mesher__export_points(domain, out->xyz);
-    threads = delaunay_threads_for(&domain->options.host, mesh->num_tets);
+    mesher__export_surface(domain, out);
+    threads = delaunay_threads_for(&domain->options.host, domain->mesh.num_tets);
     (void)threads;
-    /* Shared: the mesh, read only; each block has its part of the arrays. */
+    /* Shared: the mesh, read only; each block has its part of the arrays, and a side of a facet is
+     * written by the one tetrahedron there. */
     MESHER__OMP(omp parallel for schedule(dynamic, 4) num_threads(threads))
-    for (b = 0; b < MESHER__OUTPUT_BLOCKS; b++) mesher__export_block(mesh, out, b, before[b]);
-    result = MESHER_OK;
-done:
-    if (result != MESHER_OK) mesher_output_free(domain, out);
-    return result;
+    for (b = 0; b < MESHER__OUTPUT_BLOCKS; b++) mesher__export_block(domain, out, b, before[b]);
+    return MESHER_OK;
 }
 
 MESHER_API void mesher_output_free(mesher_domain *domain, mesher_output *out)
 {
-    if (!domain || !out) return;
-    if (domain->memory.allocator.release) {
-        delaunay_release(&domain->memory, out->xyz);
-        delaunay_release(&domain->memory, out->tets);
-        delaunay_release(&domain->memory, out->regions);
+    delaunay_memory *m;
+    (void)domain;
+    if (!out) return;
+    m = &out->memory;
+    if (m->allocator.release) {
+        delaunay_release(m, out->xyz);
+        delaunay_release(m, out->tets);
+        delaunay_release(m, out->regions);
+        delaunay_release(m, out->triangles);
+        delaunay_release(m, out->triangle_source);
+        delaunay_release(m, out->triangle_tags);
+        delaunay_release(m, out->triangle_regions);
+        delaunay_release(m, out->edges);
+        delaunay_release(m, out->edge_tags);
     }
     memset(out, 0, sizeof *out);
 }

@@ -71,6 +71,7 @@
  *   DELAUNAY_NO_SIMD, DELAUNAY_INDEX64: see delaunay.h
  *
  * LICENCE: MIT or public domain, at the end of the file.
+ * SPDX-License-Identifier: MIT OR Unlicense
  */
 
 /* ---- >>dependencies (outside the guard: a second include may ask for bodies) -------------- */
@@ -5349,7 +5350,7 @@ static void spr__explain(spr__state *s)
 
 /* Vertices without id that no tetrahedron has any more leave the arrays; the others keep their
  * order. */
-static spr_result spr__compact(spr__state *s)
+static void spr__compact(spr__state *s)
 {
     delaunay_mesh *m = s->mesh;
     const int64_t num = (int64_t)m->num_tets;
@@ -5366,13 +5367,12 @@ static spr_result spr__compact(spr__state *s)
         m->vertex_id[n] = m->vertex_id[v];
         m->vertex_tet[n++] = m->vertex_tet[v];
     }
-    if (n == m->num_vertices) return SPR_OK;
+    if (n == m->num_vertices) return;
     m->num_vertices = n;
     SPR__OMP(omp parallel for schedule(static) num_threads(threads) private(i))
     for (t = 1; t < num; t++)
         for (i = 0; i < 4; i++) m->tets[t].v[i] = number[m->tets[t].v[i]];
     for (v = 0; v < m->num_points && m->vertex_of; v++) m->vertex_of[v] = number[m->vertex_of[v]];
-    return SPR_OK;
 }
 
 static void spr__close(spr__state *s)

@@ -316,7 +316,7 @@ static int run_ours(const bench *b, const char *path, int threads, timing *t)
 {
     meshio_mesh in;
     meshio_report io;
-    mesher_surface surface;
+    mesher_surface given;
     mesher_options options;
     mesher_report report;
     mesher_domain domain;
@@ -324,7 +324,7 @@ static int run_ours(const bench *b, const char *path, int threads, timing *t)
     spr_report improved;
     double start = tool_seconds(), middle;
     memset(t, 0, sizeof *t);
-    memset(&surface, 0, sizeof surface);
+    memset(&given, 0, sizeof given);
     memset(&options, 0, sizeof options);
     memset(&report, 0, sizeof report);
     memset(&improve, 0, sizeof improve);
@@ -332,13 +332,13 @@ static int run_ours(const bench *b, const char *path, int threads, timing *t)
         fprintf(stderr, "%s: %s\n", path, io.message);
         return 0;
     }
-    surface.xyz = in.xyz;
-    surface.num_vertices = in.num_vertices;
-    surface.triangles = in.triangles;
-    surface.num_triangles = in.num_triangles;
+    given.xyz = in.xyz;
+    given.num_vertices = in.num_vertices;
+    given.triangles = in.triangles;
+    given.num_triangles = in.num_triangles;
     options.size_factor = b->size_factor;
     options.host.num_threads = improve.host.num_threads = threads;
-    if (mesher_mesh(&domain, &surface, &options, &report) < 0) {
+    if (mesher_mesh(&domain, &given, &options, &report) < 0) {
         fprintf(stderr, "%s: %s\n", path, report.message);
         meshio_free(&in);
         return 0;

@@ -67,7 +67,8 @@ static const char help_options[] =
     "                       encloses; winding: what the facets' orientation encloses; seeds: by the\n"
     "                       points of a .poly file (its default if it has any)\n"
     "  --drop-unused        vertices in no triangle or line stay out of the mesh (default: nodes of it)\n"
-    "  --allow-surface-steiner   at the very last, points on the surface where it cannot be recovered\n"
+    "  --allow-surface-steiner   at the very last, points on the surface where it cannot be recovered;\n"
+    "                       the mesh is then written without triangles and lines\n"
     "\n"
     "goals and budgets (exit 1 if one is not met; the mesh is valid all the same)\n"
     "  --target Q           gamma of the worst tetrahedron; default 0.35, as good as can be\n"
@@ -81,8 +82,9 @@ static const char help_options[] =
     "\n"
     "exit codes: 0 ok, 1 valid mesh but a goal or budget not met, 2 usage, 3 cannot read, 4 cannot\n"
     "write, 5 the surface is invalid, 6 a facet could not be recovered, 7 memory, 8 interrupted,\n"
-    "70 internal error. With 5 and 6 the findings are in OUTPUT's name, ending .defects.vtu;\n"
-    "with 6, a small surface that fails in the same way is in OUTPUT's name, ending .reproducer.off\n";
+    "70 internal error. With 5 and 6 the triangles concerned are in a file of OUTPUT's name, without\n"
+    "-o INPUT's in this folder, ending .defects.vtu; with 6, a small surface that fails in the same\n"
+    "way in one ending .reproducer.off\n";
 
 /* ---- settings ---- */
 
@@ -1028,6 +1030,21 @@ static int refine_surface(job *j)
     return TOOL_OK;
 }
 
+/* Sizes that were asked for regions that there are not. */
+static void note_region_sizes(const job *j)
+{
+    size_t n;
+    uint32_t i;
+    for (n = 0; n < j->set.mesher.num_region_sizes && !j->set.quiet; n++) {
+        if (!(j->set.region_sizes[n] > 0)) continue;
+        for (i = 0; i < j->domain.num_regions; i++)
+            if (j->domain.regions[i].kept && j->domain.regions[i].number == n + 1) break;
+        if (i == j->domain.num_regions)
+            fprintf(stderr, "mesh: there is no region %lu for --region-size\n",
+                    (unsigned long)n + 1);
+    }
+}
+
 static int mesh_surface(job *j)
 {
     mesher_result result;
@@ -1039,6 +1056,7 @@ static int mesh_surface(job *j)
                                     &j->set.mesher, &j->report);
     else result = mesher_mesh(&j->domain, &j->surface, &j->set.mesher, &j->report);
     if (result < 0) return fail(j, result);
+    note_region_sizes(j);
     if (result > 0) {
         clear_progress(j);
         complain(j, j->report.message[0] ? j->report.message : mesher_result_string(result));
@@ -1058,36 +1076,6 @@ static int mesh_surface(job *j)
 }
 
 /* ---- output ---- */
-
-/* The distinct facets and lines of the surface, corners and tags as there; equal vertices are one. */
-static int output_surface(const job *j, meshio_mesh *m)
-{
-    const mesher_domain *d = &j->domain;
-    uint32_t f;
-    size_t i;
-    int k;
-    if (j->report.surface_steiner) return 1; /* some facets are in pieces */
-    m->triangles = (uint32_t *)malloc((3 * (size_t)d->num_facets + 1) * sizeof(uint32_t));
-    m->triangle_tags = (int32_t *)malloc(((size_t)d->num_facets + 1) * sizeof(int32_t));
-    m->edges = (uint32_t *)malloc((2 * j->surface.num_edges + 1) * sizeof(uint32_t));
-    m->edge_tags = (int32_t *)malloc((j->surface.num_edges + 1) * sizeof(int32_t));
-    if (!m->triangles || !m->triangle_tags || !m->edges || !m->edge_tags) return 0;
-    for (f = 0; f < d->num_facets; f++) {
-        size_t t = d->facet_source[f];
-        for (k = 0; k < 3; k++)
-            m->triangles[3 * (size_t)f + (size_t)k] =
-                d->survivor[j->surface.triangles[3 * t + (size_t)k]];
-        m->triangle_tags[f] = j->surface.triangle_tags[t];
-    }
-    m->num_triangles = d->num_facets;
-    for (i = 0; i < j->surface.num_edges; i++) {
-        m->edges[2 * i] = d->survivor[j->surface.edges[2 * i]];
-        m->edges[2 * i + 1] = d->survivor[j->surface.edges[2 * i + 1]];
-        m->edge_tags[i] = j->surface.edge_tags[i];
-    }
-    m->num_edges = j->surface.num_edges;
-    return 1;
-}
 
 static double *output_quality(const job *j)
 {
@@ -1149,12 +1137,18 @@ static uint32_t *with_middles(middles *m, const uint32_t *v, size_t n, int corne
     return all;
 }
 
-/* Replaces the elements of m by those of second order; *tets and *xyz are the caller's to free. */
-static int raise_order(meshio_mesh *m, uint32_t **tets, double **xyz)
+/* Elements of second order and all vertices, the caller's to free, also where there is no memory
+ * for all. */
+typedef struct raised {
+    double *xyz;
+    uint32_t *tets, *triangles, *edges;
+} raised;
+
+/* Replaces the elements of m by those of second order. */
+static int raise_order(meshio_mesh *m, raised *to)
 {
     middles work;
     size_t most = 6 * m->num_tets, size = 1024;
-    uint32_t *triangles = NULL, *edges = NULL;
     memset(&work, 0, sizeof work);
     if (most > m->num_vertices + 3 * m->num_tets + 65536)
         most = m->num_vertices + 3 * m->num_tets + 65536;
@@ -1166,26 +1160,20 @@ static int raise_order(meshio_mesh *m, uint32_t **tets, double **xyz)
     work.keys = (uint64_t *)calloc(size, sizeof *work.keys);
     work.vertices = (uint32_t *)malloc(size * sizeof *work.vertices);
     work.xyz = (double *)malloc(3 * (m->num_vertices + most) * sizeof *work.xyz);
-    *xyz = work.xyz;
+    to->xyz = work.xyz;
     if (work.keys && work.vertices && work.xyz) {
         memcpy(work.xyz, m->xyz, 3 * m->num_vertices * sizeof *work.xyz);
-        *tets = with_middles(&work, m->tets, m->num_tets, 4);
-        triangles = with_middles(&work, m->triangles, m->num_triangles, 3);
-        edges = with_middles(&work, m->edges, m->num_edges, 2);
+        to->tets = with_middles(&work, m->tets, m->num_tets, 4);
+        to->triangles = with_middles(&work, m->triangles, m->num_triangles, 3);
+        to->edges = with_middles(&work, m->edges, m->num_edges, 2);
     }
     free(work.keys);
     free(work.vertices);
-    if (!*tets || !triangles || !edges || work.full) {
-        free(triangles);
-        free(edges);
-        return 0;
-    }
-    free(m->triangles);
-    free(m->edges);
-    m->triangles = triangles;
-    m->edges = edges;
-    m->tets = *tets;
-    m->xyz = work.xyz;
+    if (!to->tets || !to->triangles || !to->edges || work.full) return 0;
+    m->triangles = to->triangles;
+    m->edges = to->edges;
+    m->tets = to->tets;
+    m->xyz = to->xyz;
     m->num_vertices = work.num_vertices;
     m->second_order = 1;
     return 1;
@@ -1200,9 +1188,10 @@ static int write_output(job *j)
     meshio_report io;
     meshio_write_options options;
     meshio_field field;
-    double *gamma = NULL, *xyz = NULL, start = tool_seconds();
-    uint32_t *tets = NULL;
+    double *gamma = NULL, start = tool_seconds();
+    raised second;
     memset(&m, 0, sizeof m);
+    memset(&second, 0, sizeof second);
     memset(&options, 0, sizeof options);
     memset(&field, 0, sizeof field);
     m.xyz = j->out.xyz;
@@ -1210,13 +1199,20 @@ static int write_output(job *j)
     m.tets = j->out.tets;
     m.tet_tags = (int32_t *)j->out.regions; /* region numbers are below 2^31 */
     m.num_tets = (size_t)j->out.num_tets;
+    if (!viewer) {
+        m.triangles = j->out.triangles;
+        m.triangle_tags = j->out.triangle_tags;
+        m.num_triangles = (size_t)j->out.num_triangles;
+        m.edges = j->out.edges;
+        m.edge_tags = j->out.edge_tags;
+        m.num_edges = (size_t)j->out.num_edges;
+    }
     options.format = format;
     options.ascii = j->set.ascii;
     options.binary = j->set.binary;
     options.num_threads = delaunay_threads(&j->set.mesher.host);
     if (viewer) gamma = output_quality(j);
-    if ((viewer ? gamma == NULL : !output_surface(j, &m)) ||
-        (j->set.order == 2 && !raise_order(&m, &tets, &xyz))) {
+    if ((viewer && !gamma) || (j->set.order == 2 && !raise_order(&m, &second))) {
         complain(j, "out of memory");
         code = TOOL_NO_MEMORY;
     } else {
@@ -1230,12 +1226,10 @@ static int write_output(job *j)
         }
     }
     free(gamma);
-    free(tets);
-    free(xyz);
-    free(m.triangles);
-    free(m.triangle_tags);
-    free(m.edges);
-    free(m.edge_tags);
+    free(second.xyz);
+    free(second.tets);
+    free(second.triangles);
+    free(second.edges);
     j->seconds[PHASE_WRITE] = tool_seconds() - start;
     return code;
 }
@@ -1423,6 +1417,30 @@ static void json_quality(FILE *f, const spr_statistics *q)
     fprintf(f, "],\n");
 }
 
+/* The kept regions. */
+static void json_regions(FILE *f, const job *j)
+{
+    uint32_t i;
+    int any = 0;
+    fprintf(f, "  \"regions\": [");
+    for (i = 0; i < j->domain.num_regions; i++) {
+        const mesher_region *r = &j->domain.regions[i];
+        if (!r->kept) continue;
+        fprintf(f, "%s{\"number\": %lu, \"volume\": %.9g, \"depth\": %lu, \"winding\": %d}",
+                any++ ? ", " : "", (unsigned long)r->number, r->volume, (unsigned long)r->depth,
+                r->winding);
+    }
+    fprintf(f, "],\n");
+}
+
+/* Of the tetrahedra left below the target, how many for which reason. */
+static void json_left(FILE *f, const spr_report *r)
+{
+    fprintf(f, "  \"left\": {\"surface\": %llu, \"fixed\": %llu, \"stuck\": %llu, \"untried\": %llu},\n",
+            (unsigned long long)r->bounded, (unsigned long long)r->fixed,
+            (unsigned long long)r->stuck, (unsigned long long)r->unfinished);
+}
+
 static void json_body(FILE *f, const job *j, int code)
 {
     int k, any = 0;
@@ -1458,7 +1476,11 @@ static void json_body(FILE *f, const job *j, int code)
         "\"size_in_band\": %.4g,\n",
         (unsigned long long)j->report.refined_vertices, j->report.size_p10, j->report.size_p50,
         j->report.size_p90, j->report.size_in_band);
-    if (j->out.num_tets) json_quality(f, &j->quality);
+    if (j->out.num_tets) {
+        json_regions(f, j);
+        json_quality(f, &j->quality);
+        if (!j->set.no_improve) json_left(f, &j->spr);
+    }
     fprintf(f, "  \"threads\": %d, \"peak_bytes\": %.0f,\n  \"seconds\": {",
             delaunay_threads(&j->set.mesher.host), tool_peak_bytes());
     for (k = 0; k < NUM_PHASES; k++) fprintf(f, "\"%s\": %.6f, ", phase_names[k], j->seconds[k]);

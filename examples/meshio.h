@@ -64,6 +64,7 @@
  *   MESHIO_MALLOC, MESHIO_REALLOC, MESHIO_FREE   all three or none; default stdlib
  *
  * Licence: MIT or public domain, text at the end.
+ * SPDX-License-Identifier: MIT OR Unlicense
  */
 
 /* ---- >>declarations ---------------------------------------------------------------------- */

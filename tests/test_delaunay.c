@@ -572,6 +572,30 @@ static void few_and_flat_points(void)
           DELAUNAY_ERROR_INVALID_ARGUMENT);
 }
 
+/* What a wrong argument leaves: everything. */
+static void wrong_arguments_leave_the_mesh(void)
+{
+    size_t n = 50;
+    double *xyz = make_points(UNIFORM, n);
+    delaunay_mesh mesh = {0};
+    delaunay_options options = {0};
+    delaunay_report report;
+    uint64_t tets;
+    CHECK(delaunay_tetrahedralize(&mesh, xyz, n - 1, NULL, &report) == DELAUNAY_OK);
+    tets = delaunay_count_tets(&mesh);
+    options.host.num_threads = -1;
+    CHECK(delaunay_tetrahedralize(&mesh, xyz, n, &options, &report) ==
+              DELAUNAY_ERROR_INVALID_ARGUMENT && strstr(report.message, "threads"));
+    CHECK(delaunay_insert(&mesh, xyz + 3 * (n - 1), 1, &options, &report) ==
+              DELAUNAY_ERROR_INVALID_ARGUMENT && strstr(report.message, "threads"));
+    CHECK(delaunay_tetrahedralize(&mesh, NULL, n, NULL, &report) ==
+          DELAUNAY_ERROR_INVALID_ARGUMENT);
+    CHECK(delaunay_count_tets(&mesh) == tets && mesh.num_points == n - 1);
+    CHECK(delaunay_validate(&mesh, DELAUNAY_VALIDATE_DELAUNAY, NULL) == DELAUNAY_OK);
+    delaunay_mesh_free(&mesh);
+    free(xyz);
+}
+
 static void duplicates_map_to_the_first(void)
 {
     size_t n = 20000, i;
@@ -766,6 +790,7 @@ int main(void)
     order_of_the_input_does_not_matter();
     threads_do_not_matter();
     few_and_flat_points();
+    wrong_arguments_leave_the_mesh();
     duplicates_map_to_the_first();
     any_allocation_may_fail();
     canonical_order_forgets_the_slots();

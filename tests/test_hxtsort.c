@@ -168,6 +168,9 @@ static void sort_one(hxtsort_type type, int pattern, size_t n, const hxtsort_opt
     }
     CHECK(hxtsort_argsort(order, type, keys, 0, n, options) == HXTSORT_OK);
     CHECK(memcmp(order, expected, n * sizeof *order) == 0);
+    memcpy(sorted, values, n * 24);
+    CHECK(hxtsort_reorder(sorted, 24, order, n, options) == HXTSORT_OK);
+    CHECK(arrived(sorted, values, n, 24));
 }
 
 /* ---- the tests */
@@ -186,6 +189,25 @@ static void every_type_and_pattern(void)
                     options.descending = down;
                     sort_one((hxtsort_type)type, pattern, sizes[s], &options);
                 }
+}
+
+/* What templates sort by: numbers in the order of the keys. */
+static void bits_sort_like_keys(void)
+{
+    static const int32_t i32[] = {INT32_MIN, -70000, -1, 0, 1, 70000, INT32_MAX};
+    static const int64_t i64[] = {INT64_MIN, -((int64_t)1 << 40), -1, 0, 1, (int64_t)1 << 40,
+                                  INT64_MAX};
+    static const float f32[] = {-3e38f, -1, -1e-40f, 0, 1e-40f, 1, 3e38f};
+    static const double f64[] = {-1e300, -1, -4e-320, 0, 4e-320, 1, 1e300};
+    int k;
+    for (k = 1; k < 7; k++) {
+        CHECK(hxtsort_bits_i32(i32[k - 1]) < hxtsort_bits_i32(i32[k]));
+        CHECK(hxtsort_bits_i64(i64[k - 1]) < hxtsort_bits_i64(i64[k]));
+        CHECK(hxtsort_bits_f32(f32[k - 1]) < hxtsort_bits_f32(f32[k]));
+        CHECK(hxtsort_bits_f64(f64[k - 1]) < hxtsort_bits_f64(f64[k]));
+    }
+    CHECK(hxtsort_bits_u32(7) == 7 && hxtsort_bits_u64(7) == 7);
+    CHECK(hxtsort_bits_f64(-0.0) + 1 == hxtsort_bits_f64(0.0));
 }
 
 static void large_arrays(void)
@@ -525,6 +547,7 @@ int main(void)
 {
     callers_in_a_team();
     every_type_and_pattern();
+    bits_sort_like_keys();
     large_arrays();
     pairs_for_every_thread_count();
     typed_functions();

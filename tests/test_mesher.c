@@ -281,6 +281,31 @@ static double six_volumes(const mesher_output *out, uint64_t t)
            e[2] * (f[0] * g[1] - f[1] * g[0]);
 }
 
+/* The triangles and lines of the output, given the sorted facets of its tetrahedra; used of the
+ * surface's triangles, sorted, have three vertices. */
+static void judge_surface(const mesher_surface *s, const mesher_output *out, const uint32_t *first,
+                          const half *mesh, size_t n, const half *surface, size_t used)
+{
+    size_t i, k, distinct = 0;
+    int bad = 0, side;
+    for (i = 0; i < used; i++) distinct += i == 0 || !same_half(surface + i, surface + i - 1);
+    CHECK(out->num_triangles == distinct && out->num_edges == s->num_edges);
+    for (k = 0; k < out->num_triangles; k++) {
+        const uint32_t *v = out->triangles + 3 * k, source = out->triangle_source[k];
+        for (i = 0; i < 3; i++) bad += v[i] != first[s->triangles[3 * source + i]];
+        bad += out->triangle_tags[k] != (s->triangle_tags ? s->triangle_tags[source] : 1);
+        for (side = 0; side < 2; side++) { /* facets turn outwards: the one behind as v */
+            half key = make_half(v[0], v[1], v[2], 0), *found;
+            key.turn ^= (uint32_t)side;
+            found = (half *)bsearch(&key, mesh, n, sizeof key, compare_halves);
+            bad += out->triangle_regions[2 * k + (size_t)side] != (found ? found->region : 0);
+        }
+    }
+    for (k = 0; k < 2 * out->num_edges; k++) bad += out->edges[k] != first[s->edges[k]];
+    for (k = 0; k < out->num_edges; k++) bad += out->edge_tags[k] != 1;
+    CHECK(bad == 0);
+}
+
 /* Everything that can be said of the arrays; all: every triangle must be a facet, every line an
  * edge. The volume. */
 static double judge(const mesher_surface *s, const mesher_output *out, uint32_t regions, int all)
@@ -329,6 +354,7 @@ static double judge(const mesher_surface *s, const mesher_output *out, uint32_t 
         }
     }
     CHECK(bad == 0);
+    judge_surface(s, out, first, mesh, n, surface, used);
     for (i = 0; i < n; i++) mesh[i].turn = 0;
     for (i = 0; all && i < used; i++) {
         found = (half *)bsearch(surface + i, mesh, n, sizeof *mesh, compare_halves);
@@ -368,11 +394,16 @@ static double mesh_and_judge(const mesher_options *options, uint32_t regions, in
     mesher_output out;
     mesher_result result;
     double volume = -1;
+    int32_t *tags = (int32_t *)malloc((s.num_triangles + 1) * sizeof *tags);
+    size_t i;
+    for (i = 0; i < s.num_triangles; i++) tags[i] = 100 - 7 * (int32_t)i;
+    s.triangle_tags = tags;
     prepare();
     result = mesher_mesh(&domain, &s, options, &report);
     CHECK(result == MESHER_OK || (result > 0 && !options->no_refine));
     if (result < 0) {
         printf("    %s: %s\n", mesher_result_string(result), report.message);
+        free(tags);
         return volume;
     }
     CHECK(report.message[0] == 0 && report.num_regions == regions && report.peak_bytes > 0);
@@ -382,11 +413,12 @@ static double mesh_and_judge(const mesher_options *options, uint32_t regions, in
     if (result == MESHER_OK) {
         CHECK(out.num_tets == report.num_tets && out.num_vertices == report.num_vertices);
         volume = judge(&s, &out, regions, all);
+        mesher_domain_free(&domain); /* the output does not need it */
         mesher_output_free(&domain, &out);
-        CHECK(out.xyz == NULL);
+        CHECK(out.xyz == NULL && out.edge_tags == NULL);
     }
     mesher_domain_free(&domain);
-    mesher_domain_free(&domain);
+    free(tags);
     return volume;
 }
 

@@ -1308,6 +1308,9 @@ static void parts_that_touch_are_refined(void)
             CHECK(mesher_export(&d, &out) == MESHER_OK);
             if (threads == 1) first = hash_output(&out);
             CHECK(hash_output(&out) == first);
+            CHECK(out.num_triangles == c.num_triangles && out.num_edges == 1);
+            for (i = 0; i < out.num_triangles; i++) /* the region on one side, nothing beyond */
+                CHECK(out.triangle_regions[2 * i] + out.triangle_regions[2 * i + 1] == 1);
             o.size = 0.12; /* and once more */
             s.xyz = out.xyz;
             s.num_vertices = (size_t)out.num_vertices;

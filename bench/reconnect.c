@@ -1,4 +1,4 @@
-/* bench_reconnect.c - the closure search on cavities of a random Delaunay mesh, grown around its
+/* reconnect.c - the closure search on cavities of a random Delaunay mesh, grown around its
  * worst tetrahedra
  *
  * In the manner of Marot 2020, table 6.1: time to the proven optimum with and without an initial
@@ -8,8 +8,7 @@
  * nodes, microseconds and median microseconds; searches that met the node limit. Last: what a
  * growing cavity costs (6.3), a search at each size from 5 points on until one improves.
  *
- *     make bench-bench_reconnect       [points of the mesh] [cavities a size] [largest size] [node
- * limit]
+ *     make bench-reconnect ARGS="[points of the mesh] [cavities a size] [largest size] [node limit]"
  */
 #define DELAUNAY_IMPLEMENTATION
 #include "../delaunay.h"
