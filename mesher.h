@@ -8342,7 +8342,7 @@ static void mesher__recover_all(mesher__recovery *r)
         if (r->num_missing_edges) changed |= mesher__edge_points(r);
         if (r->num_missing_facets) mesher__facet_levels(r);
         if (mesher__ends(r)) return;
-        if (r->num_missing_edges || r->num_missing_facets > (round ? 0 : MESHER__FEW_FACETS))
+        if (r->num_missing_edges > MESHER__FEW_EDGES || r->num_missing_facets > MESHER__FEW_FACETS)
             mesher__ask_for_defects(r);
         if (mesher__ends(r)) return;
         if (r->num_missing_facets) changed |= mesher__facet_points(r);
@@ -8441,6 +8441,8 @@ static mesher_result mesher__recover_once(mesher_domain *domain, mesher_report *
         if (!mesher__ends(r) && !r->num_missing_edges && !r->num_missing_facets)
             mesher__suppress_all(r);
     }
+    if (!mesher__ends(r) && (r->num_missing_edges || r->num_missing_facets))
+        mesher__ask_for_defects(r);
     if (r->status == MESHER_OK && !r->defects && !r->absent && !r->num_missing_edges &&
         !r->num_missing_facets) {
         mesher__remove_points(r, 0);
