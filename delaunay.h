@@ -5089,7 +5089,7 @@ typedef struct delaunay__partitions {
     uint64_t attempt;
     hxtsort_pair32 *items; /* key, vertex */
     hxtsort_options sort;
-    double done, all; /* for progress */
+    double done, all, told; /* for progress: items, of how many, and the last fraction */
     int status;       /* shared in a region: the first error */
 } delaunay__partitions;
 
@@ -5287,11 +5287,13 @@ static int delaunay__edit(const delaunay__partitions *p, delaunay__kernel *k, ui
     return delaunay_section_insert(k, v);
 }
 
-static int delaunay__cancelled(const delaunay__partitions *p, double done)
+/* Tells the host about how many more items are done, by the calling thread, and asks it. */
+static int delaunay__cancelled(delaunay__partitions *p, double done)
 {
-    return p->host && p->host->progress &&
-           p->host->progress(p->host->user, p->job->phase ? p->job->phase : "insert",
-                             p->all > 0 ? (p->done + done) / p->all : 0);
+    double fraction = p->all > 0 ? (p->done + done) / p->all : 0;
+    if (!p->host || !p->host->progress) return 0;
+    if (fraction > p->told) p->told = fraction < 1 ? fraction : 1;
+    return p->host->progress(p->host->user, p->job->phase ? p->job->phase : "insert", p->told);
 }
 
 /* The items of a section; those left over are moved to the front of the section. Gives up where the
@@ -5391,6 +5393,7 @@ static int delaunay__run_serial(delaunay__partitions *p, size_t num_items)
         if (answer == DELAUNAY_ITEM_CONFLICT)
             return DELAUNAY_ERROR_INTERNAL; /* there is no one else */
     }
+    p->done += (double)num_items;
     return DELAUNAY_OK;
 }
 
@@ -5436,9 +5439,7 @@ static int delaunay__run_items(delaunay__partitions *p, uint32_t count, size_t n
         if (2 * (size_t)left > num_items) num /= 2;
         num_items = (size_t)left;
     }
-    result = delaunay__run_serial(p, num_items);
-    p->done += (double)num_items;
-    return result;
+    return delaunay__run_serial(p, num_items);
 }
 
 /* Items sorted by keys of the curve that is not bent. All rounds divide it in the same places: near
@@ -5462,7 +5463,6 @@ static int delaunay__run_round(delaunay__partitions *p, uint32_t count, size_t n
         if (2 * left > before) num /= 2;
     }
     if (num > 1 && left > num_items / 16) return delaunay__run_items(p, count, left, 0);
-    p->done += (double)left;
     return delaunay__run_serial(p, left);
 }
 

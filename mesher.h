@@ -360,9 +360,9 @@ typedef struct mesher_domain {
  * ones stay as orphans); then new vertices in canonical order. Each where it is in the mesh now:
  * input vertices only move if something else than this header moves them, such as spr.h with
  * free_vertices, and duplicates go with their survivors; those not in the mesh are where they were
- * given. Of the surface the distinct triangles, which are facets of the mesh, as the first of the
- * caller's with these vertices has them; all by the survivors of equal vertices. Where points were
- * added on the surface there are neither triangles nor edges: it is in pieces. */
+ * given. Of the surface the distinct triangles, turned as the first of the caller's with these
+ * vertices, by the survivors of equal vertices. Where points were added on the surface there are
+ * neither triangles nor edges: it is in pieces. */
 typedef struct mesher_output {
     double   *xyz;       uint64_t num_vertices;
     uint32_t *tets;      uint64_t num_tets;      /* 4*num_tets; positive as in delaunay.h */
@@ -371,7 +371,7 @@ typedef struct mesher_output {
     uint32_t *triangle_source;                   /* num_triangles: that triangle of the caller's */
     int32_t  *triangle_tags;                     /* num_triangles: its tag */
     /* 2*num_triangles: the regions behind it and in front, from where its corners are
-     * counter-clockwise; 0: the outside, or one that is not kept */
+     * counter-clockwise; 0: the outside, or one that is not kept; both 0: no tetrahedron has it */
     uint32_t *triangle_regions;
     uint32_t *edges;     uint64_t num_edges;     /* 2*num_edges: the caller's lines, in order */
     int32_t  *edge_tags;                         /* num_edges */
@@ -11372,7 +11372,7 @@ static void mesher__gather_some(const mesher__refiner *r, mesher__harvest *h, de
     h->num_points = 0;
     mesher__grid_reset(&h->grid, r->memory, MESHER__SLOTS);
     for (t = begin; t < end; t++) {
-        if (end - t > AHEAD) {
+        if (end - t >= AHEAD + 4) {
             if (mesher__are_seen(mesh->flags + t) && mesher__are_seen(mesh->flags + t + AHEAD)) {
                 t += 3;
                 continue;

@@ -215,17 +215,6 @@ static int make_room(meshio_mesh *m, size_t cap_vertices, size_t cap_tets)
     return xyz && tags && tets && colors;
 }
 
-/* A number that no region has. */
-static int32_t spare_region(const meshio_mesh *m)
-{
-    int32_t spare = INT32_MAX;
-    size_t i = 0;
-    while (i < m->num_tets)
-        if (m->tet_tags[i] == spare) spare--, i = 0;
-        else i++;
-    return spare;
-}
-
 /* Regions have any 32 bits, and spr.h wants all but those of -1: two numbers change places. */
 static void swap_regions(meshio_mesh *m, int32_t a, int32_t b)
 {
@@ -264,7 +253,7 @@ static int improve(const arguments *args, meshio_mesh *m)
     options.num_kept_triangles = m->num_triangles;
     options.kept_edges = m->edges;
     options.num_kept_edges = m->num_edges;
-    spare = spare_region(m);
+    spare = tool_unused_tag(m->tet_tags, m->num_tets);
     swap_regions(m, -1, spare);
     result =
         spr_improve_arrays(m->xyz, &m->num_vertices, cap_vertices, m->tets, (uint32_t *)m->tet_tags,

@@ -451,7 +451,8 @@ static tet_side *sort_sides(const meshio_mesh *m, size_t n)
 }
 
 /* Adds what the file's triangles lack of the border of its tetrahedra and, if it lacks any, or
- * always, of what lies between their regions. Regions without a number get 1. */
+ * always, of what lies between their regions. The region without a number gets one, 1 if there is no
+ * other. */
 static int add_border(job *j, int always)
 {
     meshio_mesh *m = &j->in;
@@ -459,9 +460,10 @@ static int add_border(job *j, int always)
     tet_side *all, *s;
     uint32_t *triangles, *v;
     int32_t *tags;
+    int32_t spare = tool_unused_tag(m->tet_tags, m->num_tets);
     int lacks = always;
     for (i = 0; i < m->num_tets; i++)
-        if (m->tet_tags[i] < 1) m->tet_tags[i] = 1;
+        if (m->tet_tags[i] == 0) m->tet_tags[i] = spare;
     all = sort_sides(m, n);
     triangles = all ? (uint32_t *)realloc(m->triangles, 3 * n * sizeof *triangles) : NULL;
     if (triangles) m->triangles = triangles;
@@ -1197,7 +1199,7 @@ static int write_output(job *j)
     m.xyz = j->out.xyz;
     m.num_vertices = (size_t)j->out.num_vertices;
     m.tets = j->out.tets;
-    m.tet_tags = (int32_t *)j->out.regions; /* region numbers are below 2^31 */
+    m.tet_tags = (int32_t *)j->out.regions; /* the same 32 bits */
     m.num_tets = (size_t)j->out.num_tets;
     if (!viewer) {
         m.triangles = j->out.triangles;
@@ -1279,7 +1281,7 @@ static void print_regions(const job *j)
     for (i = 0; i < j->domain.num_regions && shown < 20; i++) {
         const mesher_region *r = &j->domain.regions[i];
         if (!r->kept) continue;
-        printf("%-11s %lu: volume %.9g\n", shown++ ? "" : "regions", (unsigned long)r->number,
+        printf("%-11s %ld: volume %.9g\n", shown++ ? "" : "regions", (long)(int32_t)r->number,
                r->volume);
     }
 }
@@ -1426,8 +1428,8 @@ static void json_regions(FILE *f, const job *j)
     for (i = 0; i < j->domain.num_regions; i++) {
         const mesher_region *r = &j->domain.regions[i];
         if (!r->kept) continue;
-        fprintf(f, "%s{\"number\": %lu, \"volume\": %.9g, \"depth\": %lu, \"winding\": %d}",
-                any++ ? ", " : "", (unsigned long)r->number, r->volume, (unsigned long)r->depth,
+        fprintf(f, "%s{\"number\": %ld, \"volume\": %.9g, \"depth\": %lu, \"winding\": %d}",
+                any++ ? ", " : "", (long)(int32_t)r->number, r->volume, (unsigned long)r->depth,
                 r->winding);
     }
     fprintf(f, "],\n");
@@ -1501,6 +1503,19 @@ static int write_json(const job *j, FILE *f, int code)
 
 /* ---- the whole run ---- */
 
+/* What the surface needs may be more than refinement may come to. */
+static void check_budgets(job *j)
+{
+    const mesher_options *o = &j->set.mesher;
+    const char *what = o->max_tets && j->out.num_tets > o->max_tets ? "more tetrahedra than --max-tets"
+                       : o->max_vertices && j->out.num_vertices > o->max_vertices
+                           ? "more vertices than --max-vertices"
+                           : NULL;
+    if (!what || j->code != TOOL_OK) return;
+    complain(j, what);
+    j->code = TOOL_GOAL_NOT_MET;
+}
+
 static int run(job *j)
 {
     int code = read_input(j);
@@ -1521,6 +1536,7 @@ static int run(job *j)
         complain(j, "out of memory");
         return TOOL_NO_MEMORY;
     }
+    check_budgets(j);
     if (j->set.output) {
         code = write_output(j);
         if (code != TOOL_OK) return code;

@@ -4248,11 +4248,9 @@ static meshio_result meshio__inp_tag(meshio__reader *r, meshio__inp *inp,
     *tag = 0;
     while (at > 0 && n - at < 10 && meshio__is_digit(name[at - 1])) at--;
     for (k = at; k < n; k++) *tag = 10 * *tag + (name[k] - '0');
-    if (*tag > INT32_MAX) *tag = 0;
-    if (at < n) {
-        if (at > 1 && meshio__lower(name[at - 1]) == 'm' && name[at - 2] == '_') *tag = -*tag;
-        return MESHIO_OK;
-    }
+    if (at > 1 && at < n && meshio__lower(name[at - 1]) == 'm' && name[at - 2] == '_') *tag = -*tag;
+    if (*tag > INT32_MAX || *tag < INT32_MIN) *tag = 0;
+    if (at < n) return MESHIO_OK;
     hash = meshio__inp_hash(name, n);
     if (inp->pass == MESHIO__INP_NODES) {
         if (!meshio__push64(&r->entities, hash) ||

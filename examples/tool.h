@@ -114,6 +114,22 @@ DELAUNAY_INLINE int tool_is_apart(const char *tool, const char *option, const ch
     return 0;
 }
 
+/* A number that no tag is: the next one above all tags and 0 if there is one. */
+DELAUNAY_INLINE int32_t tool_unused_tag(const int32_t *tags, size_t count)
+{
+    int32_t tag = 0;
+    size_t i;
+    for (i = 0; i < count; i++)
+        if (tags[i] > tag) tag = tags[i];
+    if (tag < INT32_MAX) return tag + 1;
+    for (i = 0; i < count; i++)
+        if (tags[i] == tag) {
+            tag--;
+            i = (size_t)-1; /* from the first one again */
+        }
+    return tag;
+}
+
 /* Whether a mesh can be written to a name, NULL: none, so that nobody waits for one in vain; if not,
  * says why. As meshio_write, by a file beside it that is renamed. */
 DELAUNAY_INLINE int tool_can_create(const char *tool, const char *path)

@@ -782,6 +782,36 @@ static void cancelled_leaves_nothing(void)
     free(xyz);
 }
 
+/* The last fraction told; 2 after one that was below it or beyond 1. */
+static int note_fraction(void *user, const char *phase, double fraction)
+{
+    double *last = (double *)user;
+    (void)phase;
+    if (fraction < *last || !(fraction <= 1)) fraction = 2;
+    *last = fraction;
+    return 0;
+}
+
+static void progress_comes_to_one(void)
+{
+    static const int kinds[] = {UNIFORM, SPHERE, GRID};
+    size_t n = 100000;
+    int k, threads;
+    for (k = 0; k < 3; k++)
+        for (threads = 1; threads <= 3; threads++) {
+            double *xyz = make_points(kinds[k], n), last = 0;
+            delaunay_mesh mesh = {0};
+            delaunay_options options = {0};
+            options.host.num_threads = threads;
+            options.host.progress = note_fraction;
+            options.host.user = &last;
+            CHECK(delaunay_tetrahedralize(&mesh, xyz, n, &options, NULL) == DELAUNAY_OK);
+            CHECK(last > 0.5 && last <= 1);
+            delaunay_mesh_free(&mesh);
+            free(xyz);
+        }
+}
+
 int main(void)
 {
     CHECK(delaunay_selftest() == DELAUNAY_OK);
@@ -796,6 +826,7 @@ int main(void)
     canonical_order_forgets_the_slots();
     import_and_validate();
     cancelled_leaves_nothing();
+    progress_comes_to_one();
 #if defined(DELAUNAY__AVX2)
     vector_signs_are_exact();
 #  if defined(DELAUNAY__DIG)

@@ -411,6 +411,7 @@ static void volume_formats_keep_every_bit(void)
 /* Regions as element sets, triangles as surfaces, or as elements where no tetrahedron has them. */
 static void inp_keeps_regions_and_surfaces(void)
 {
+    int32_t extremes[6] = {INT32_MAX, INT32_MIN, 1, -1, INT32_MAX, INT32_MIN};
     meshio_mesh m = sample(), back;
     const char *name = file_name("inp");
     char *text;
@@ -443,6 +444,16 @@ static void inp_keeps_regions_and_surfaces(void)
     }
     CHECK(longest <= 20);
     free(text);
+    m.tet_tags = m.triangle_tags = extremes;
+    CHECK(meshio_write(name, &m, NULL, NULL) == MESHIO_OK);
+    CHECK(meshio_read(name, MESHIO_FORMAT_AUTO, &back, NULL) == MESHIO_OK);
+    for (i = 0; i < 2; i++)
+        CHECK(
+            has_element(back.tets, back.tet_tags, back.num_tets, 4, m.tets + 4 * i, m.tet_tags[i]));
+    for (i = 0; i < back.num_triangles; i++)
+        if (back.triangle_tags[i] == INT32_MIN) break;
+    CHECK(i < back.num_triangles);
+    meshio_free(&back);
     remove(name);
 }
 

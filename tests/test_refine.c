@@ -1121,6 +1121,45 @@ static void a_part_is_the_same_for_any_number_of_threads(void)
     meshio_free(&part);
 }
 
+/* Meshes with as many slots as tetrahedra, which is what nobody else has: reads beyond the last one
+ * are for the address sanitizer to see, where the block ends with it. */
+static void meshes_of_any_size_are_refined(void)
+{
+    double xyz[3 * 80];
+    uint32_t n;
+    int k;
+    small_state = 88172645463325252u;
+    for (n = 20; n < 80; n++) {
+        delaunay_mesh m;
+        mesher_domain d;
+        mesher_surface s;
+        mesher_options o;
+        mesher_report r;
+        uint32_t *tets;
+        size_t count;
+        memset(&m, 0, sizeof m);
+        memset(&s, 0, sizeof s);
+        memset(&o, 0, sizeof o);
+        memset(&r, 0, sizeof r);
+        for (k = 0; k < 3 * (int)n; k++) xyz[k] = small_random(1000000) * 1e-6;
+        CHECK(delaunay_tetrahedralize(&m, xyz, n, NULL, NULL) == DELAUNAY_OK);
+        count = (size_t)delaunay_count_tets(&m);
+        tets = (uint32_t *)malloc(4 * count * sizeof *tets);
+        delaunay_export_tets(&m, tets, count);
+        delaunay_mesh_free(&m);
+        s.xyz = xyz;
+        s.num_vertices = n;
+        for (k = 2; k < 6; k++) { /* from many points to next to none */
+            o.size = 0.1 * k;
+            CHECK(mesher_refine_mesh(&d, &s, tets, NULL, count, &o, &r) == MESHER_OK);
+            CHECK(r.num_tets >= count && (k > 2 || r.refined_vertices > 0));
+            CHECK(delaunay_validate(&d.mesh, DELAUNAY_VALIDATE_GEOMETRY, NULL) == DELAUNAY_OK);
+            mesher_domain_free(&d);
+        }
+        free(tets);
+    }
+}
+
 /* A mesh that is there already: kept as it is without a wish, refined with one; its surface must be
  * in it. */
 static void a_finished_mesh_is_refined(void)
@@ -1408,6 +1447,7 @@ int main(void)
 #if defined(MESHER__SIMD)
     quick_answers_are_those_of_the_plain_way();
 #endif
+    meshes_of_any_size_are_refined();
     a_finished_mesh_is_refined();
     parts_that_touch_are_refined();
     regions_of_any_number();

@@ -349,6 +349,25 @@ ok "a target that is not met leaves a mesh" grep -q '^End$' "$T/below.mesh"
 code 4 $mesh "$T/cube.off" -q -o "$T/unwritten.mesh" --json /no/such/folder/x.json
 absent "$T/unwritten.mesh"
 
+# regions of any number; the one without a number gets one
+two_tets() { # TAG TAG
+    printf 'MeshVersionFormatted 2 Dimension 3\nVertices 5\n0 0 0 0\n1 0 0 0\n0 1 0 0\n0 0 1 0\n1 1 1 0\nTetrahedra 2\n'
+    printf '1 2 3 4 %s\n2 5 3 4 %s\nEnd\n' "$1" "$2"
+}
+for tags in '-7 -2147483648' '0 1' '2147483647 0' '-1 1'; do
+    two_tets $tags > "$T/tags.mesh"
+    for how in --refine-mesh --no-refine; do
+        code 0 $mesh "$T/tags.mesh" $how -q -o "$T/tags2.mesh"
+        ok "$tags with $how are two regions" awk '/^[A-Z]/ { section = $1 }
+            section == "Tetrahedra" && NF == 5 && !seen[$5]++ { n++ } END { exit n != 2 }' "$T/tags2.mesh"
+    done
+done
+two_tets -7 5 > "$T/tags.mesh"
+code 0 $mesh "$T/tags.mesh" --refine-mesh -q -o "$T/tags2.mesh"
+ok "a region keeps its number" grep -q '^[0-9 ]* -7$' "$T/tags2.mesh"
+code 1 $mesh "$T/cube.off" --max-tets 1 -q -o "$T/tags2.mesh"
+says 'more tetrahedra than'
+
 # ---- improve ----
 code 0 $improve --help
 code 2 $improve "$T/cube.mesh" --target 7
