@@ -1601,12 +1601,28 @@ static int delaunay__insphere_short(int64_t (*x)[3])
 }
 #  endif
 
+/* Where three of four points are on a plane across an axis: their turn in it, by the side of the
+ * fourth. 2: nowhere. */
+static int delaunay__orient3d_by_plane(const double *const *p)
+{
+    static const uint8_t others[4][3] = {{1, 2, 3}, {0, 2, 3}, {0, 1, 3}, {0, 1, 2}};
+    int k, i;
+    for (k = 0; k < 3; k++)
+        for (i = 0; i < 4; i++) {
+            const double *a = p[others[i][0]], *b = p[others[i][1]], *c = p[others[i][2]];
+            int side = p[i][k] > a[k] ? 1 : -1; /* never equal: then all four would be */
+            if (a[k] != b[k] || a[k] != c[k]) continue;
+            return (i & 1 ? side : -side) * delaunay_orient2d(a, b, c, k);
+        }
+    return 2;
+}
+
 DELAUNAY_API int delaunay_orient3d_exact(const double *a, const double *b, const double *c,
                                          const double *d)
 {
     const double *p[4];
     delaunay__exact x;
-    int k;
+    int k, sign;
     for (k = 0; k < 3; k++) /* on planes across an axis, as machine parts have them */
         if (a[k] == b[k] && a[k] == c[k] && a[k] == d[k]) return 0;
     p[0] = a;
@@ -1619,6 +1635,8 @@ DELAUNAY_API int delaunay_orient3d_exact(const double *a, const double *b, const
         if (delaunay__integers(p, 4, m)) return delaunay__orient3d_short(m);
     }
 #  endif
+    sign = delaunay__orient3d_by_plane(p);
+    if (sign != 2) return sign;
     delaunay__exact_set(&x, p, 4);
     if (x.top == INT_MIN) return 0; /* all zero */
     return delaunay__orient3d_long(&x);

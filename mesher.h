@@ -10312,12 +10312,47 @@ static mesher_result mesher__division_ends(mesher__divider *d, uint64_t round, d
     return MESHER_STOPPED_BY_BUDGET;
 }
 
-/* The edge of a side is too long: halves it, unless that is in vain. */
+/* The longest edge beside that of a side that ends a plane and is so near to the middle of it that
+ * it is seen from there under more than 120 degrees; NO_ID: none that is as long as half of what is
+ * wanted. Edges that begin at it would be halved nearer and nearer to it, over needles. */
+static uint32_t mesher__wall_beside(const mesher__divider *d, uint32_t side)
+{
+    const double *xyz = d->out->xyz, *x[4];
+    double m[3], longest =
+        mesher__middle(d, d->corners[side], d->corners[mesher__side_turn(side, 1)], m) / 2;
+    uint32_t r = side, wall = DELAUNAY_NO_ID, i;
+    do {
+        for (i = 1; i < 3 && !mesher__is_line(d, r); i++) {
+            uint32_t u = mesher__side_turn(r, i);
+            const double *a = xyz + 3 * (size_t)d->corners[u];
+            const double *b = xyz + 3 * (size_t)d->corners[mesher__side_turn(u, 1)];
+            double cosine = mesher__dot_from(m, a, b), length = mesher__side_length(d, u);
+            if (length > longest && cosine < 0 &&
+                4 * cosine * cosine > mesher__dot_from(m, a, a) * mesher__dot_from(m, b, b) &&
+                !mesher__joins_plane(d, u, x)) {
+                longest = length;
+                wall = u;
+            }
+        }
+        r = d->next[r];
+    } while (r != side);
+    return wall;
+}
+
+/* The edge of a side is too long: halves it, unless that is in vain; or a wall beside it, before
+ * its turn comes again. */
 static mesher_result mesher__divide_at(mesher__divider *d, uint32_t side)
 {
     const mesher_options *o = &d->domain->options;
-    size_t count = mesher__ring_to_split(d, side);
+    size_t count = mesher__ring_to_split(d, side), walls;
+    uint32_t wall;
     if (count == 0 || !mesher__is_worth_it(d, side)) return MESHER_OK;
+    wall = mesher__wall_beside(d, side);
+    walls = wall != DELAUNAY_NO_ID ? mesher__ring_to_split(d, wall) : 0;
+    if (walls) {
+        side = wall;
+        count = walls;
+    }
     if (o->max_vertices && d->num_vertices >= o->max_vertices) d->budget = MESHER__BUDGET_VERTICES;
     if (o->max_tets && d->num + count > o->max_tets / 2) d->budget = MESHER__BUDGET_TETS;
     if (d->budget) return MESHER_STOPPED_BY_BUDGET;

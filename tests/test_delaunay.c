@@ -213,6 +213,36 @@ static void threads_do_not_matter(void)
     }
 }
 
+/* Three of four points on a plane across an axis, the fourth beside it; on a line, too: the turn in
+ * the plane says what the long way does. */
+static void three_points_of_a_plane(void)
+{
+    int round, i, k, wrong = 0, zeros = 0, signs = 0;
+    for (round = 0; round < 100000; round++) {
+        double x[4][3], share = (double)(random_u32() % 5) / 4;
+        const double *p[4];
+        delaunay__exact exact;
+        int axis = (int)(random_u32() % 3), apart = (int)(random_u32() % 4), found;
+        int first = (apart + 1) % 4, last = (apart + 3) % 4;
+        for (i = 0; i < 4; i++)
+            for (k = 0; k < 3; k++)
+                x[i][k] = ldexp((double)random_u32() - 2e9, (int)(random_u32() % 80) - 40);
+        for (i = 0; i < 4; i++)
+            if (i != apart) x[i][axis] = x[first][axis];
+        if (round % 2) /* nearly, or just, on a line */
+            for (k = 0; k < 3; k++)
+                x[last][k] = x[first][k] + share * (x[(apart + 2) % 4][k] - x[first][k]);
+        for (i = 0; i < 4; i++) p[i] = x[i];
+        delaunay__exact_set(&exact, p, 4);
+        found = delaunay__orient3d_long(&exact);
+        zeros += found == 0;
+        signs += found;
+        wrong += delaunay__orient3d_by_plane(p) != found;
+        wrong += delaunay_orient3d_exact(x[0], x[1], x[2], x[3]) != found;
+    }
+    CHECK(wrong == 0 && zeros > 1000 && signs > -9000 && signs < 9000);
+}
+
 #if defined(DELAUNAY__AVX2)
 /* Coordinates of all magnitudes on each axis, often zero, often on a sphere, in a plane or in
  * line. */
@@ -827,6 +857,7 @@ int main(void)
     import_and_validate();
     cancelled_leaves_nothing();
     progress_comes_to_one();
+    three_points_of_a_plane();
 #if defined(DELAUNAY__AVX2)
     vector_signs_are_exact();
 #  if defined(DELAUNAY__DIG)

@@ -513,9 +513,47 @@ static void test_spikes(void)
     }
 }
 
+/* Sizes that differ tenfold from one place to the next, as of noise. */
+static void rough_wish(void *user, size_t count, const double *xyz, const uint32_t *region,
+                       double *out)
+{
+    size_t i;
+    (void)region;
+    for (i = 0; i < count; i++) {
+        double x = 1e6 * xyz[3 * i] + 3e6 * xyz[3 * i + 1] + 7e6 * xyz[3 * i + 2];
+        uint64_t hash = ((uint64_t)floor(fabs(x)) + *(const uint32_t *)user) * 0x9e3779b97f4a7c15u;
+        out[i] = hash >> 63 ? 0.3 : 0.03;
+    }
+}
+
+/* Points do not come nearer and nearer to the edges of a box, over needles. */
+static void test_rough_sizes(void)
+{
+    uint32_t seed;
+    for (seed = 0; seed < 10; seed++) {
+        shape s = {0};
+        mesher_fine_surface fine;
+        mesher_options o;
+        mesher_surface given;
+        measures m;
+        memset(&o, 0, sizeof o);
+        o.size_function = rough_wish;
+        o.size_user = &seed;
+        random_box(&s, 1, 1, 1, 1);
+        given = surface_of(&s);
+        CHECK(mesher_refine_surface(&fine, &given, &o, NULL) == MESHER_OK);
+        m = measure(&fine.surface);
+        CHECK(m.shortest > 0.002 && m.least_angle > 1 && is_closed(&fine.surface));
+        CHECK(fabs(m.area - 6) < 1e-12 && fabs(m.volume - 1) < 1e-12);
+        mesher_fine_surface_free(&fine);
+        shape_free(&s);
+    }
+}
+
 int main(void)
 {
     test_box();
+    test_rough_sizes();
     test_copies();
     test_needles();
     test_constraints();
