@@ -15,7 +15,7 @@
 #include "demo_part.h"
 #include "tool.h"
 #ifdef __GLIBC__
-#  include <malloc.h> /* malloc_trim */
+#  include <malloc.h> /* malloc_trim, mallopt */
 #endif
 
 static const char help_usage[] =
@@ -981,6 +981,15 @@ static int prove(job *j)
 
 /* ---- meshing ---- */
 
+/* Blocks of some megabytes and more go back to the system when they are freed; what was freed before
+ * would raise the limit else. */
+static void return_large_blocks(void)
+{
+#ifdef __GLIBC__
+    mallopt(M_MMAP_THRESHOLD, 4 << 20);
+#endif
+}
+
 /* What the phases so far freed in between goes back to the system. */
 static void trim_memory(void)
 {
@@ -1556,6 +1565,7 @@ int main(int argc, char **argv)
         fprintf(stderr, "mesh: cannot create '%s': %s\n", j->set.json, strerror(errno));
         return TOOL_CANNOT_WRITE;
     }
+    return_large_blocks();
     signal(SIGINT, tool_on_interrupt);
     j->name = "";
     j->start = tool_seconds();
