@@ -9459,15 +9459,21 @@ MESHER_API double mesher_size_grid_at(const mesher_size_grid *g, const double *x
     return weight > 0.5 ? sum / weight : 0;
 }
 
+/* The caller's wish for a region. */
+static double mesher__region_wish(const mesher_options *o, uint32_t region, double h)
+{
+    double factor = o->size_factor > 0 ? o->size_factor : 1, wish;
+    if (region < 1 || region > o->num_region_sizes) return h;
+    wish = factor * o->region_sizes[region - 1];
+    return wish > 0 && wish < h ? wish : h;
+}
+
 /* Takes the caller's wishes at one place, but for the function, into account. */
 static double mesher__wish_at(const mesher_options *o, const double *x, uint32_t region, double h)
 {
     double factor = o->size_factor > 0 ? o->size_factor : 1, wish;
     size_t i;
-    if (region >= 1 && region <= o->num_region_sizes) {
-        wish = factor * o->region_sizes[region - 1];
-        if (wish > 0 && wish < h) h = wish;
-    }
+    h = mesher__region_wish(o, region, h);
     for (i = 0; i < o->num_sources; i++) {
         wish = factor * mesher_source_size(o->sources + i, o->gradation, x);
         if (wish < h) h = wish;
@@ -9498,24 +9504,17 @@ static uint64_t mesher__wishes(const mesher_options *o, size_t count, const doub
     return ignored;
 }
 
-/* Asks for the vertices inside, in batches of vertices in their order. */
-static mesher_result mesher__wish_at_vertices(mesher_domain *domain, uint64_t *ignored)
+/* Asks for the vertices inside, in batches of vertices in their order, each as one of its region
+ * of[v]. */
+static uint64_t mesher__wish_as(mesher_domain *domain, const uint32_t *of)
 {
-    delaunay_mesh *mesh = &domain->mesh;
+    const delaunay_mesh *mesh = &domain->mesh;
     double xyz[3 * MESHER__BATCH], h[MESHER__BATCH];
-    uint32_t batch[MESHER__BATCH], region[MESHER__BATCH], v, n = 0, i, *of;
-    delaunay_handle t;
-    of = (uint32_t *)delaunay_alloc(&mesh->memory, mesh->num_vertices, sizeof *of);
-    if (!of) return MESHER_ERROR_OUT_OF_MEMORY;
-    memset(of, 0, mesh->num_vertices * sizeof *of);
-    for (t = 1; t < mesh->num_tets; t++)
-        for (i = 0; i < 4 && mesher__is_inside(mesh, t); i++) {
-            uint32_t *color = of + mesh->tets[t].v[i];
-            if (*color == 0 || mesh->color[t] < *color) *color = mesh->color[t];
-        }
+    uint32_t batch[MESHER__BATCH], region[MESHER__BATCH], v, n = 0, i;
+    uint64_t ignored = 0;
     for (v = 1; v <= mesh->num_vertices; v++) {
         if (n == MESHER__BATCH || (v == mesh->num_vertices && n)) {
-            *ignored += mesher__wishes(&domain->options, n, xyz, region, h);
+            ignored += mesher__wishes(&domain->options, n, xyz, region, h);
             for (i = 0; i < n; i++) domain->size[batch[i]] = h[i];
             n = 0;
         }
@@ -9525,8 +9524,39 @@ static mesher_result mesher__wish_at_vertices(mesher_domain *domain, uint64_t *i
         h[n] = domain->size[v];
         batch[n++] = v;
     }
-    delaunay_release(&mesh->memory, of);
-    return MESHER_OK;
+    return ignored;
+}
+
+/* All wishes at the vertices. What is between regions belongs to all of them: it is asked for as
+ * one of its least, then of its greatest region; sizes of regions count for all. */
+static mesher_result mesher__wish_at_vertices(mesher_domain *domain, uint64_t *ignored)
+{
+    delaunay_mesh *mesh = &domain->mesh;
+    const mesher_options *o = &domain->options;
+    uint32_t *least = (uint32_t *)delaunay_alloc_zeroed(&mesh->memory, mesh->num_vertices,
+                                                        sizeof *least);
+    uint32_t *greatest = (uint32_t *)delaunay_alloc_zeroed(&mesh->memory, mesh->num_vertices,
+                                                           sizeof *greatest), v;
+    delaunay_handle t;
+    int i;
+    for (t = 1; least && greatest && t < mesh->num_tets; t++)
+        for (i = 0; i < 4 && mesher__is_inside(mesh, t); i++) {
+            uint32_t color = mesh->color[t];
+            v = mesh->tets[t].v[i];
+            if (least[v] == 0 || color < least[v]) least[v] = color;
+            if (color > greatest[v]) greatest[v] = color;
+            if (color <= o->num_region_sizes && domain->size[v] > 0)
+                domain->size[v] = mesher__region_wish(o, color, domain->size[v]);
+        }
+    if (least && greatest) {
+        *ignored += mesher__wish_as(domain, least);
+        for (v = 1; v < mesh->num_vertices; v++)
+            if (greatest[v] == least[v]) greatest[v] = 0;
+        *ignored += mesher__wish_as(domain, greatest);
+    }
+    delaunay_release(&mesh->memory, least);
+    delaunay_release(&mesh->memory, greatest);
+    return least && greatest ? MESHER_OK : MESHER_ERROR_OUT_OF_MEMORY;
 }
 
 /* The unit normal of facet i of tetrahedron t, inwards, and its middle; 0 if it has none. */
@@ -9590,8 +9620,19 @@ static void mesher__at_most(double *size, double h)
     if (h > 0 && h < *size) *size = h;
 }
 
+/* Do facets i of t and j of u share a vertex? */
+static int mesher__facets_touch(const delaunay_mesh *mesh, delaunay_handle t, int i,
+                                delaunay_handle u, int j)
+{
+    int k, l, touch = 0;
+    for (k = 0; k < 4; k++)
+        for (l = 0; l < 4; l++)
+            touch |= k != i && l != j && mesh->tets[t].v[k] == mesh->tets[u].v[l];
+    return touch;
+}
+
 /* The distance to what is opposite of each facet, by a ray from its middle, divided by the number
- * of layers. */
+ * of layers. What touches it, at a sharp edge, is not opposite: there is no room for layers. */
 static void mesher__gap_sizes(mesher_domain *domain)
 {
     const delaunay_mesh *mesh = &domain->mesh;
@@ -9605,6 +9646,7 @@ static void mesher__gap_sizes(mesher_domain *domain)
             met = t;
             j = i;
             h = mesher__cast(mesh, x, n, &met, &j) / domain->options.layers;
+            if (mesher__facets_touch(mesh, t, i, met, j)) continue;
             for (k = 0; k < 4; k++) {
                 if (k != i) mesher__at_most(domain->size + mesh->tets[t].v[k], h);
                 if (k != j) mesher__at_most(domain->size + mesh->tets[met].v[k], h);
@@ -9612,48 +9654,116 @@ static void mesher__gap_sizes(mesher_domain *domain)
         }
 }
 
-/* Sizes by the angle between the normals at both ends of an edge of the surface. */
+/* The facets of the surface as they are seen from the regions: those that two have are there twice;
+ * and by their vertices. */
+typedef struct mesher__fans {
+    uint32_t num;
+    double   *normal; /* 3 each, of length 1, inwards */
+    uint32_t *corner; /* 3 each */
+    uint32_t *first;  /* of each vertex, where its facets begin in the list; one more */
+    uint32_t *list;
+} mesher__fans;
+
+/* Is facet i of tetrahedron t, which is inside, one of the surface? With its normal. */
+static int mesher__is_seen(const delaunay_mesh *mesh, delaunay_handle t, int i, double *n)
+{
+    double middle[3];
+    return (!mesh->tets[t].n[i] || (mesh->flags[t] & DELAUNAY_FACET_BIT(i))) &&
+           mesher__inward(mesh, t, i, n, middle);
+}
+
+static void mesher__fans_free(mesher__fans *fans, delaunay_memory *memory)
+{
+    delaunay_release(memory, fans->normal);
+    delaunay_release(memory, fans->corner);
+    delaunay_release(memory, fans->first);
+    delaunay_release(memory, fans->list);
+}
+
+static mesher_result mesher__fans_init(mesher__fans *fans, const delaunay_mesh *mesh,
+                                       delaunay_memory *memory)
+{
+    size_t num = 0, f = 0, k;
+    double n[3];
+    delaunay_handle t;
+    int i, j;
+    memset(fans, 0, sizeof *fans);
+    for (t = 1; t < mesh->num_tets; t++)
+        for (i = 0; i < 4 && mesher__is_inside(mesh, t); i++) num += mesher__is_seen(mesh, t, i, n);
+    if (num >= UINT32_MAX / 3) return MESHER_ERROR_TOO_LARGE;
+    fans->num = (uint32_t)num;
+    fans->normal = (double *)delaunay_alloc(memory, num, 3 * sizeof *fans->normal);
+    fans->corner = (uint32_t *)delaunay_alloc(memory, num, 3 * sizeof *fans->corner);
+    fans->list = (uint32_t *)delaunay_alloc(memory, num, 3 * sizeof *fans->list);
+    fans->first = (uint32_t *)delaunay_alloc_zeroed(memory, (size_t)mesh->num_vertices + 2,
+                                                    sizeof *fans->first);
+    if (!fans->normal || !fans->corner || !fans->list || !fans->first)
+        return MESHER_ERROR_OUT_OF_MEMORY;
+    for (t = 1; t < mesh->num_tets; t++)
+        for (i = 0; i < 4 && mesher__is_inside(mesh, t); i++) {
+            if (!mesher__is_seen(mesh, t, i, n)) continue;
+            memcpy(fans->normal + 3 * f, n, sizeof n);
+            for (j = 0; j < 3; j++) {
+                uint32_t v = mesh->tets[t].v[delaunay_facet_order(i)[j]];
+                fans->corner[3 * f + (size_t)j] = v;
+                fans->first[v + 2]++;
+            }
+            f++;
+        }
+    for (k = 2; k < (size_t)mesh->num_vertices + 2; k++) fans->first[k] += fans->first[k - 1];
+    for (k = 0; k < 3 * num; k++) /* each is where the next begins, in the end */
+        fans->list[fans->first[fans->corner[k] + 1]++] = (uint32_t)(k / 3);
+    return MESHER_OK;
+}
+
+enum { MESHER__FAN = 1000 }; /* facets of a vertex that are not too many to look at for each */
+
+/* The sum of the normals around vertex v of facet f, but of those beyond a crease: of the other
+ * side, too. Of a hub, its own. */
+static void mesher__fan_normal(const mesher__fans *fans, uint32_t f, uint32_t v, double crease,
+                               double *sum)
+{
+    const double *own = fans->normal + 3 * (size_t)f;
+    uint32_t k, first = fans->first[v], end = fans->first[v + 1];
+    memcpy(sum, own, 3 * sizeof *sum);
+    if (end - first > MESHER__FAN) return;
+    memset(sum, 0, 3 * sizeof *sum);
+    for (k = first; k < end; k++) {
+        const double *n = fans->normal + 3 * (size_t)fans->list[k];
+        if (n[0] * own[0] + n[1] * own[1] + n[2] * own[2] < crease) continue;
+        sum[0] += n[0], sum[1] += n[1], sum[2] += n[2];
+    }
+}
+
+/* Sizes by the angle between the normals at both ends of an edge, on each of its facets by itself:
+ * what is beyond a crease does not count. */
 static mesher_result mesher__curvature_sizes(mesher_domain *domain)
 {
     const double crease = cos(45 * 3.14159265358979323846 / 180);
+    const double most = domain->options.curvature_degrees * 3.14159265358979323846 / 180;
     const delaunay_mesh *mesh = &domain->mesh;
-    double n[3], x[3],
-        *normals =
-            (double *)delaunay_alloc(&domain->memory, mesh->num_vertices, 3 * sizeof *normals);
-    double most = domain->options.curvature_degrees * 3.14159265358979323846 / 180;
-    delaunay_handle t;
-    uint32_t e;
-    int i, j, k;
-    if (!normals) return MESHER_ERROR_OUT_OF_MEMORY;
-    memset(normals, 0, mesh->num_vertices * 3 * sizeof *normals);
-    for (t = 1; t < mesh->num_tets; t++)
-        for (i = 0; i < 4 && mesher__is_inside(mesh, t); i++) {
-            if (mesh->tets[t].n[i] && !(mesh->flags[t] & DELAUNAY_FACET_BIT(i))) continue;
-            if (!mesher__inward(mesh, t, i, n, x)) continue;
-            for (j = 0; j < 4; j++)
-                for (k = 0; k < 3 && j != i; k++)
-                    normals[3 * (size_t)mesh->tets[t].v[j] + (size_t)k] += n[k];
+    mesher__fans fans;
+    mesher_result result = mesher__fans_init(&fans, mesh, &domain->memory);
+    uint32_t f;
+    int i;
+    for (f = 0; result == MESHER_OK && f < fans.num; f++) {
+        const uint32_t *v = fans.corner + 3 * (size_t)f;
+        double n[3][3];
+        for (i = 0; i < 3; i++) mesher__fan_normal(&fans, f, v[i], crease, n[i]);
+        for (i = 0; i < 3; i++) {
+            const double *p = n[i], *q = n[(i + 1) % 3];
+            uint32_t a = v[i], b = v[(i + 1) % 3];
+            double pp = p[0] * p[0] + p[1] * p[1] + p[2] * p[2], h,
+                   qq = q[0] * q[0] + q[1] * q[1] + q[2] * q[2],
+                   cosine = (p[0] * q[0] + p[1] * q[1] + p[2] * q[2]) / sqrt(pp * qq);
+            if (!(cosine >= crease) || cosine > 1 - 1e-12) continue;
+            h = most / acos(cosine) * mesher__distance(mesh->vertices[a].x, mesh->vertices[b].x);
+            mesher__at_most(domain->size + a, h);
+            mesher__at_most(domain->size + b, h);
         }
-    for (e = 0; e < domain->num_edges; e++) {
-        uint32_t a = mesh->vertex_of[domain->edges[2 * (size_t)e]],
-                 b = mesh->vertex_of[domain->edges[2 * (size_t)e + 1]];
-        const double *p = normals + 3 * (size_t)a, *q = normals + 3 * (size_t)b;
-        double pp = 0, qq = 0, pq = 0, angle, h;
-        for (k = 0; k < 3; k++) {
-            pp += p[k] * p[k];
-            qq += q[k] * q[k];
-            pq += p[k] * q[k];
-        }
-        if (!a || !b || !(pp > 0) || !(qq > 0)) continue;
-        pq /= sqrt(pp) * sqrt(qq);
-        if (pq < crease || pq > 1 - 1e-12) continue;
-        angle = acos(pq);
-        h = most / angle * mesher__distance(mesh->vertices[a].x, mesh->vertices[b].x);
-        mesher__at_most(domain->size + a, h);
-        mesher__at_most(domain->size + b, h);
     }
-    delaunay_release(&domain->memory, normals);
-    return MESHER_OK;
+    mesher__fans_free(&fans, &domain->memory);
+    return result;
 }
 
 /* Bounds the size of a vertex by that of another, if it is much larger. */
@@ -11065,13 +11175,14 @@ static delaunay_handle mesher__see(const delaunay_mesh *mesh, const double *x, d
     return 0;
 }
 
-/* No corner of tetrahedron t is too near. */
-static int mesher__is_clear(const mesher__refiner *r, const mesher__proposal *p, delaunay_handle t)
+/* No corner of tetrahedron t is too near, with such a size at the point. */
+static int mesher__is_clear(const mesher__refiner *r, const mesher__proposal *p, double h,
+                            delaunay_handle t)
 {
     int i;
     for (i = 0; i < 4; i++) {
         uint32_t v = r->mesh->tets[t].v[i];
-        if (mesher__too_near(p->x, r->mesh->vertices[v].x, p->h + r->domain->size[v])) return 0;
+        if (mesher__too_near(p->x, r->mesh->vertices[v].x, h + r->domain->size[v])) return 0;
     }
     return 1;
 }
@@ -11134,6 +11245,8 @@ static int mesher__settle(const mesher__refiner *r, mesher__proposal *p, delauna
     *met = 0;
     if (!mesher__in_box(r, p->x)) return 0; /* so far away that rounding decides what is seen */
     p->h = mesher__field_at(&r->field, p->x, &p->home, &found);
+    if (mesher__has_wishes(r->options)) /* but for the function, which is asked in batches */
+        p->h = mesher__clamp_size(r->options, mesher__wish_at(r->options, p->x, p->region, p->h));
     return 1;
 }
 
@@ -11170,9 +11283,11 @@ enum { MESHER__SMALL = 1, MESHER__CROWDED, MESHER__POINT };
 static int mesher__suits(const mesher__refiner *r, mesher__proposal *p, delaunay_handle t,
                          delaunay_handle from, int corner, delaunay_handle *met)
 {
+    double h;
     p->home = r->home[r->mesh->tets[t].v[corner]];
     if (!mesher__settle(r, p, from, met)) return -1;
-    return mesher__is_clear(r, p, t) && mesher__is_clear(r, p, p->tet);
+    h = r->options->size_function ? 0 : p->h; /* by what that wishes it may be much less */
+    return mesher__is_clear(r, p, h, t) && mesher__is_clear(r, p, h, p->tet);
 }
 
 /* The point that tetrahedron t asks for, if it is too large; MESHER__CROWDED: one of those
@@ -11869,11 +11984,13 @@ static int mesher__grid_follow(mesher__refiner *r)
 /* All points of the lattice that grows from point p on. */
 static mesher_result mesher__grow_lattice(mesher__refiner *r, size_t p)
 {
+    const double seconds = r->options->max_seconds / 4; /* points take thrice as long to insert */
     size_t end, k, count;
     int d, is_new;
     for (; p < r->num_points; p = end) {
         if (mesher__progress(r->options, "refine", -1)) return MESHER_CANCELLED;
         if (mesher__over_budget(r, 1) != MESHER_OK) break;
+        if (seconds > 0 && delaunay_seconds(&r->options->host) - r->start > seconds) break;
         if (r->options->max_vertices && p > r->mesh->num_vertices + r->options->max_vertices) break;
         if (r->options->max_tets && p > r->mesh->num_vertices + r->options->max_tets / 5) break;
         end = r->num_points - p > MESHER__FRONT ? p + MESHER__FRONT : r->num_points;
@@ -11980,6 +12097,51 @@ static int mesher__keep_starts(mesher__refiner *r, delaunay_handle t, double h)
     return mesher__keep_start(r, t, x, h, ratio, 1);
 }
 
+enum { MESHER__SOURCES = 10000 }; /* more are not looked for one by one */
+
+/* A place in the middle of a source, or, of a segment, at an end of it. */
+static void mesher__source_place(const mesher_source *source, int place, double *x)
+{
+    const double *a = source->xyz;
+    int k;
+    for (k = 0; k < 3; k++)
+        switch (source->shape) {
+        case MESHER_SHAPE_BALL: x[k] = a[k]; break;
+        case MESHER_SHAPE_TRIANGLE: x[k] = (a[k] + a[3 + k] + a[6 + k]) / 3; break;
+        default: x[k] = place == 0 ? (a[k] + a[3 + k]) / 2 : a[3 * (place - 1) + k];
+        }
+}
+
+/* Keeps places in the sources, after all others that are not late: between tetrahedra none of whose
+ * corners is near, and with a steep gradation, nobody else would see them. Returns 0 without
+ * memory. */
+static int mesher__start_at_sources(mesher__refiner *r)
+{
+    const mesher_options *o = r->options;
+    const size_t most = o->num_sources < MESHER__SOURCES ? o->num_sources : MESHER__SOURCES;
+    delaunay_worker *worker = most ? delaunay_worker_new(r->memory) : NULL;
+    delaunay_handle t = 0;
+    size_t i;
+    int place, kept = !most || worker;
+    for (i = 0; i < most && kept; i++)
+        for (place = 0; place < (o->sources[i].shape == MESHER_SHAPE_SEGMENT ? 3 : 1); place++) {
+            double x[3], h;
+            delaunay_handle home;
+            int found;
+            mesher__source_place(o->sources + i, place, x);
+            if (!mesher__in_box(r, x)) continue;
+            t = delaunay_locate(r->mesh, worker, x, t);
+            if (!t || !mesher__is_inside(r->mesh, t)) continue;
+            home = t;
+            h = mesher__field_at(&r->field, x, &home, &found);
+            r->ignored += mesher__wishes(o, 1, x, r->mesh->color + t, &h);
+            if (!mesher__keep_start(r, t, x, h > r->field.least ? h : r->field.least, 1.5, 0))
+                kept = 0;
+        }
+    if (worker) delaunay_worker_free(worker);
+    return kept;
+}
+
 /* All places where lattices may start, and their order: the widest sphere, relative to the size,
  * first. *points: how many a lattice all over the inside would have. Returns 0 without memory. */
 static int mesher__find_starts(mesher__refiner *r, double *points)
@@ -12013,7 +12175,8 @@ static int mesher__find_starts(mesher__refiner *r, double *points)
         if (!mesher__keep_starts(r, t, h[t])) break;
     }
     delaunay_release(r->memory, h);
-    return t == mesh->num_tets && mesher__sort(r->domain, r->order, r->num_starts) == MESHER_OK;
+    return t == mesh->num_tets && mesher__start_at_sources(r) &&
+           mesher__sort(r->domain, r->order, r->num_starts) == MESHER_OK;
 }
 
 /* What only lattices need. */
@@ -12143,7 +12306,7 @@ enum { MESHER__FREE, MESHER__NEAR_CORNER, MESHER__NEAR_POINT };
 
 static int mesher__in_the_way(const mesher__refiner *r, const mesher__proposal *p)
 {
-    if (mesher__has_wishes(r->options) && !mesher__is_clear(r, p, p->tet))
+    if (mesher__has_wishes(r->options) && !mesher__is_clear(r, p, p->h, p->tet))
         return MESHER__NEAR_CORNER;
     return mesher__is_alone(&r->grid, p->x, p->h) ? MESHER__FREE : MESHER__NEAR_POINT;
 }
@@ -13090,7 +13253,8 @@ static int mesher__insert(mesher__refiner *r, mesher__cavity *c, const mesher__p
     int state, later;
     delaunay_handle t = mesher__find(r, c, p, &later);
     if (later) return MESHER__LATER;
-    if (!t || mesh->color[t] != p->region || !mesher__is_clear(r, p, t)) return MESHER__GIVEN_UP;
+    if (!t || mesh->color[t] != p->region || !mesher__is_clear(r, p, p->h, t))
+        return MESHER__GIVEN_UP;
     state = mesher__carve(c, mesh, p->x, t);
     if (state == MESHER__DONE && !mesher__keeps_distance(r, c, p)) state = MESHER__GIVEN_UP;
     if (state == MESHER__DONE && !mesher__ball_room(r, c)) state = MESHER__NO_MEMORY;

@@ -26,7 +26,8 @@
  *   The surface, the interfaces between regions, constrained edges and facets stay as they are, so
  *   a sharp angle or a needle of the surface bounds what can be reached; the report says where it
  *   does. Sizes are kept, not made: about one new vertex in 60 tetrahedra at most, none that makes
- *   an edge much shorter than those around it; one in 12 may go, none that makes one much longer.
+ *   an edge much shorter than those around it; one for 12 of
+ *   them may go, none that makes one much longer.
  *   Limits: those of delaunay.h; the measures are right for edges of 1e-75 to 1e75, and beyond that
  *   tetrahedra count as bad.
  *
@@ -139,7 +140,8 @@ typedef enum spr_reason {
     SPR_BOUNDED, /* the surface itself holds it below the target: facets, and angles between them */
     SPR_FIXED,   /* all its vertices are fixed */
     SPR_STUCK,   /* every operator was tried around it as it is now */
-    SPR_BUDGET   /* not everything was tried, or not again since something changed beside it */
+    SPR_BUDGET   /* not everything was tried, as when no more vertices may go, or not again since
+                  * something changed beside it */
 } spr_reason;
 
 /* One bad tetrahedron that is left, its middle, and its slot in the mesh (spr_improve) after the
@@ -4951,12 +4953,21 @@ static spr_result spr__flip_for_mean(spr__state *s)
     return result;
 }
 
+/* Has t a vertex that may be taken away? */
+static int spr__may_go(const spr__state *s, delaunay_handle t)
+{
+    const uint32_t *v = s->mesh->tets[t].v;
+    return s->movable[v[0]] > 1 || s->movable[v[1]] > 1 || s->movable[v[2]] > 1 ||
+           s->movable[v[3]] > 1;
+}
+
 /* Why t, of the list, is left, if it is. */
 static spr_reason spr__reason(const spr__state *s, delaunay_handle t)
 {
     if (delaunay_is_deleted(s->mesh, t) || s->value[t] >= s->target) return SPR_STUCK;
     if (spr__is_held(s, t)) return SPR_BOUNDED;
     if (spr__is_fixed(s, t)) return SPR_FIXED;
+    if (spr__may_go(s, t) && s->report->vertices_removed >= s->max_gone) return SPR_BUDGET;
     return s->at[t].level != SPR__HOPELESS ||
                    spr__has_changed(s, s->mesh->tets[t].v, spr__case_of(s, t)->tried + 1)
                ? SPR_BUDGET

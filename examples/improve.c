@@ -14,9 +14,10 @@ static const char help[] =
     "\n"
     "Improves a tetrahedral mesh (.mesh .meshb .msh .vtk .vtu .inp .ele) by smoothing, edge\n"
     "removal and reconnection of small polyhedra. Facets on the boundary or between regions stay\n"
-    "as they are, and so do the triangles and lines of the file; the worst quality never falls,\n"
-    "bad ones do not become more (but for a few where the worst becomes much better), none is\n"
-    "ever inverted. Without -o only the statistics are printed.\n"
+    "as they are, and so do the lines of the file and its triangles, unless it lists the facets of\n"
+    "all tetrahedra; the worst quality never falls, bad ones do not become more (but for a few\n"
+    "where the worst becomes much better), none is ever inverted. Without -o only the statistics\n"
+    "are printed.\n"
     "\n"
     "  -o, --output FILE    .mesh .meshb .msh .msh4 .vtu .vtk .inp .ele\n"
     "  --measure M          gamma (default), sicn, dihedral\n"
@@ -215,6 +216,58 @@ static int make_room(meshio_mesh *m, size_t cap_vertices, size_t cap_tets)
     return xyz && tags && tets && colors;
 }
 
+/* Does the file list the facets of all tetrahedra, as TetGen's -g does? Then they are no wishes. */
+static int lists_all_facets(const meshio_mesh *m)
+{
+    return m->num_triangles / 2 >= m->num_tets;
+}
+
+typedef struct facet {
+    uint32_t v[3]; /* ascending */
+} facet;
+
+static facet facet_of(uint32_t a, uint32_t b, uint32_t c)
+{
+    facet f;
+    f.v[0] = a < b ? (a < c ? a : c) : (b < c ? b : c);
+    f.v[2] = a > b ? (a > c ? a : c) : (b > c ? b : c);
+    f.v[1] = a ^ b ^ c ^ f.v[0] ^ f.v[2];
+    return f;
+}
+
+static int compare_facets(const void *p, const void *q)
+{
+    const facet *a = (const facet *)p, *b = (const facet *)q;
+    int i;
+    for (i = 0; i < 2 && a->v[i] == b->v[i]; i++) {}
+    return a->v[i] < b->v[i] ? -1 : a->v[i] > b->v[i];
+}
+
+/* Drops triangles that are no facets of tetrahedra any more. Returns 0 without memory. */
+static int drop_triangles(meshio_mesh *m)
+{
+    facet *all = (facet *)malloc((4 * m->num_tets + 1) * sizeof *all);
+    size_t i, n = 0;
+    int k;
+    if (!all) return 0;
+    for (i = 0; i < 4 * m->num_tets; i++) {
+        const uint32_t *v = m->tets + i / 4 * 4;
+        const uint8_t *o = delaunay_facet_order((int)(i % 4));
+        all[i] = facet_of(v[o[0]], v[o[1]], v[o[2]]);
+    }
+    qsort(all, 4 * m->num_tets, sizeof *all, compare_facets);
+    for (i = 0; i < m->num_triangles; i++) {
+        const uint32_t *v = m->triangles + 3 * i;
+        facet f = facet_of(v[0], v[1], v[2]);
+        if (!bsearch(&f, all, 4 * m->num_tets, sizeof *all, compare_facets)) continue;
+        for (k = 0; k < 3; k++) m->triangles[3 * n + (size_t)k] = v[k];
+        m->triangle_tags[n++] = m->triangle_tags[i];
+    }
+    m->num_triangles = n;
+    free(all);
+    return 1;
+}
+
 /* Regions have any 32 bits, and spr.h wants all but those of -1: two numbers change places. */
 static void swap_regions(meshio_mesh *m, int32_t a, int32_t b)
 {
@@ -250,7 +303,7 @@ static int improve(const arguments *args, meshio_mesh *m)
         options.left_user = bad;
     }
     options.kept_triangles = m->triangles;
-    options.num_kept_triangles = m->num_triangles;
+    options.num_kept_triangles = lists_all_facets(m) ? 0 : m->num_triangles;
     options.kept_edges = m->edges;
     options.num_kept_edges = m->num_edges;
     spare = tool_unused_tag(m->tet_tags, m->num_tets);
@@ -273,6 +326,14 @@ static int improve(const arguments *args, meshio_mesh *m)
                 "improve: %s: %llu triangles and lines are no facets and edges of tetrahedra\n",
                 args->input, (unsigned long long)report.absent);
     for (; before < m->num_vertices; before++) m->vertex_tags[before] = 0;
+    if (!options.num_kept_triangles && m->num_triangles) {
+        fprintf(stderr, "improve: %s lists the facets of all tetrahedra; inner ones do not stay\n",
+                args->input);
+        if (!drop_triangles(m)) {
+            fprintf(stderr, "improve: out of memory\n");
+            return TOOL_NO_MEMORY;
+        }
+    }
     if (args->output && meshio_write(args->output, m, NULL, &io) != MESHIO_OK) {
         fprintf(stderr, "improve: %s\n", io.message);
         return TOOL_CANNOT_WRITE;

@@ -1028,7 +1028,7 @@ static int refine_surface(job *j)
 {
     double start = tool_seconds();
     mesher_result result;
-    j->set.mesher.max_seconds = j->set.max_seconds;
+    j->set.mesher.max_seconds = j->set.max_seconds / 4; /* what is within takes longer */
     result = mesher_refine_surface(&j->fine, &j->surface, &j->set.mesher, &j->report);
     if (result < 0) return fail(j, result);
     if (result > 0) {

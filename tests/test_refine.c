@@ -531,6 +531,140 @@ static void a_grid_of_sizes(void)
     CHECK(mesher_options_resolve(&o, &o) == MESHER_ERROR_INVALID_ARGUMENT);
 }
 
+/* The wish of a source, or of the same as a function. */
+static void source_wish(void *user, size_t count, const double *xyz, const uint32_t *region,
+                        double *out)
+{
+    size_t i;
+    (void)region;
+    for (i = 0; i < count; i++)
+        out[i] = mesher_source_size((const mesher_source *)user, 0, xyz + 3 * i);
+}
+
+static int compare_doubles(const void *a, const void *b)
+{
+    double x = *(const double *)a, y = *(const double *)b;
+    return x < y ? -1 : x > y;
+}
+
+/* The median of length over wanted length of edges inside, between least and most times radius from
+ * the middle of a ball; *count: how many there are. */
+static double length_around(const mesher_domain *d, const mesher_source *ball, double least,
+                            double most, size_t *count)
+{
+    const delaunay_mesh *m = &d->mesh;
+    double *ratio = (double *)malloc(6 * (size_t)m->num_tets * sizeof *ratio), median;
+    delaunay_handle t;
+    int e, k;
+    *count = 0;
+    for (t = 1; t < m->num_tets; t++)
+        for (e = 0; e < 6 && !delaunay_is_deleted(m, t) && m->color[t]; e++) {
+            const uint8_t *o = delaunay_edge_order(e);
+            uint32_t a = m->tets[t].v[o[0]], b = m->tets[t].v[o[1]];
+            const double *x = m->vertices[a].x, *y = m->vertices[b].x;
+            double middle = 0, length = 0;
+            if (m->vertex_id[a] != DELAUNAY_NO_ID || m->vertex_id[b] != DELAUNAY_NO_ID) continue;
+            for (k = 0; k < 3; k++) {
+                double z = (x[k] + y[k]) / 2 - ball->xyz[k];
+                middle += z * z;
+                length += (x[k] - y[k]) * (x[k] - y[k]);
+            }
+            if (sqrt(middle) < least * ball->radius || sqrt(middle) >= most * ball->radius) continue;
+            ratio[(*count)++] = 2 * sqrt(length) /
+                                (mesher_source_size(ball, 0, x) + mesher_source_size(ball, 0, y));
+        }
+    qsort(ratio, *count, sizeof *ratio, compare_doubles);
+    median = *count ? ratio[*count / 2] : 0;
+    free(ratio);
+    return median;
+}
+
+/* A ball that is small beside the sizes around it, and far from all vertices, is seen, and so is
+ * how sizes grow from there: of a source, and of a function. */
+static void small_sources_are_seen(void)
+{
+    int kind;
+    for (kind = 0; kind < 3; kind++) {
+        mesher_domain d;
+        mesher_report r;
+        mesher_options o;
+        mesher_source ball;
+        size_t count;
+        double ratio;
+        memset(&o, 0, sizeof o);
+        memset(&r, 0, sizeof r);
+        memset(&ball, 0, sizeof ball);
+        ball.xyz[0] = 3.53, ball.xyz[1] = 3.57, ball.xyz[2] = 3.51;
+        ball.radius = 0.1;
+        ball.size = 0.02;
+        o.sources = &ball;
+        o.num_sources = kind < 2;
+        if (kind == 1) ball.slope = 1.5; /* steep: nobody comes near by chance */
+        if (kind == 2) {
+            o.size_function = source_wish;
+            o.size_user = &ball;
+        }
+        CHECK(box(&d, 7, 7, 7, 1, 100, &o));
+        CHECK(mesher_size(&d, &r) == MESHER_OK && mesher_refine(&d, &r) == MESHER_OK);
+        ratio = length_around(&d, &ball, 0, 1, &count);
+        CHECK(count > 1000 && ratio > 0.85 && ratio < 1.25);
+        ratio = length_around(&d, &ball, 1, 4, &count);
+        CHECK(count > 1000 && ratio > 0.85 && ratio < 1.35);
+        CHECK(delaunay_validate(&d.mesh, DELAUNAY_VALIDATE_GEOMETRY, NULL) == DELAUNAY_OK);
+        mesher_domain_free(&d);
+    }
+}
+
+/* What is between two regions has the sizes of either, whatever their numbers. */
+static void regions_share_their_border(void)
+{
+    int fine;
+    for (fine = 0; fine < 2; fine++) {
+        mesher_domain d;
+        mesher_report r;
+        mesher_options o;
+        double sizes[2] = {0, 0};
+        uint32_t v, on = 0;
+        memset(&o, 0, sizeof o);
+        memset(&r, 0, sizeof r);
+        sizes[fine] = 0.25;
+        o.region_sizes = sizes;
+        o.num_region_sizes = 2;
+        CHECK(box(&d, 4, 2, 2, 1, 2, &o));
+        CHECK(mesher_size(&d, &r) == MESHER_OK);
+        for (v = 1; v <= d.mesh.num_points; v++) {
+            const double x = d.mesh.vertices[v].x[0] - 2;
+            if (x == 0) on++;
+            if (x == 0 || (fine ? x > 0 : x < 0)) CHECK(d.size[v] <= 0.25);
+            else CHECK(d.size[v] > 0.25);
+        }
+        CHECK(on > 0);
+        mesher_domain_free(&d);
+    }
+}
+
+/* Flat sides are not curved, at a crease and between regions either. */
+static void flat_is_not_curved(void)
+{
+    double size[2][500];
+    uint32_t v, n = 0;
+    int curved;
+    for (curved = 0; curved < 2; curved++) {
+        mesher_domain d;
+        mesher_report r;
+        mesher_options o;
+        memset(&o, 0, sizeof o);
+        memset(&r, 0, sizeof r);
+        o.curvature_degrees = 5 * curved;
+        CHECK(box(&d, 4, 3, 3, 1, 2, &o));
+        CHECK(mesher_size(&d, &r) == MESHER_OK);
+        n = d.mesh.num_vertices < 500 ? d.mesh.num_vertices : 500;
+        for (v = 1; v < n; v++) size[curved][v] = d.size[v];
+        mesher_domain_free(&d);
+    }
+    for (v = 1; v < n; v++) CHECK(size[0][v] == size[1][v]);
+}
+
 static void layers_between_facets(void)
 {
     uint64_t before = 0;
@@ -1471,6 +1605,9 @@ int main(void)
     regions_and_vertices_have_their_sizes();
     a_grid_of_sizes();
     layers_between_facets();
+    small_sources_are_seen();
+    regions_share_their_border();
+    flat_is_not_curved();
     a_factor_scales_all_sizes();
     nonsense_is_refused();
     bounds_and_gradation();

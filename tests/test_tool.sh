@@ -421,6 +421,19 @@ ok "triangles and lines are of tetrahedra" awk '
         }
     }
     END { for (k in wanted) exit 1; exit tets == 0 }' "$T/sheet2.mesh"
+# TetGen's -g lists the facets of all tetrahedra: these are no wishes
+awk '/^[A-Z]/ { section = $1 }
+    section == "Tetrahedra" && NF == 5 { t[n++] = $1 " " $2 " " $3; t[n++] = $1 " " $2 " " $4
+                                         t[n++] = $1 " " $3 " " $4; t[n++] = $2 " " $3 " " $4 }
+    /^End$/ { print "Triangles", n; for (i = 0; i < n; i++) print t[i], 0 }
+    section != "Triangles" { print }' "$T/t1.mesh" > "$T/facets.mesh"
+code 1 $improve "$T/facets.mesh" --target 0.99 -o "$T/facets2.mesh"
+says 'inner ones do not stay'
+for f in best facets2; do
+    awk '/^[A-Z]/ { section = $1 } section == "Tetrahedra" && NF == 5' "$T/$f.mesh" > "$T/$f.tets"
+done
+ok "what is improved does not depend on them" cmp "$T/best.tets" "$T/facets2.tets"
+ok "there is something" test -s "$T/best.tets"
 code 2 $improve "$T/t1.mesh" -o "$T/x.stl"
 says 'no tetrahedra can be written'
 code 2 $delaunay "$T/t1.mesh" -o "$T/x.off"
