@@ -197,17 +197,19 @@ typedef struct mesher_options {
     /* wanted edge length, at most; 0: from the surface alone, where edges inside are 1.3 times
      * as long as those around them */
     double size;
-    double size_factor;           /* all sizes but the bounds times this; 0: 1 */
+    /* all sizes but the bounds, and those of layers and curvature, times this; 0: 1 */
+    double size_factor;
     double min_size, max_size;    /* bounds of the size field; 0: none */
     /* largest ratio of sizes one edge apart; 0: 2 off the surface, whose edges may change
      * abruptly, and 1.4 around sources */
     double gradation;
     /* > 1: sizes grow inwards by this ratio, instead of interpolating the surface's */
     double growth;
-    /* > 0: about so many tetrahedra between facets that face each other, or more */
+    /* > 0: about so many tetrahedra between facets that face each other, or more; not between those
+     * that share a vertex */
     double layers;
-    /* > 0: an edge beside a curved surface spans at most this angle of it; creases of more than
-     * 45 degrees do not count */
+    /* > 0: an edge beside a curved surface spans at most this angle of it; what is beyond a crease
+     * of more than 45 degrees does not count */
     double curvature_degrees;
     /* Sizes that the caller wants. Vertices: instead of the mean of the surface's edges there, one
      * a vertex of the surface, <= 0 or NaN: that mean; NULL: none. All others are combined by the

@@ -38,7 +38,7 @@ static const char help_usage[] =
     "sizes (default: 1.3 times those of the surface, interpolated inwards; the smallest wish\n"
     "counts)\n"
     "  --size H             edges inside of about H, where the surface is not finer\n"
-    "  --size-factor F      all sizes but the bounds times F\n"
+    "  --size-factor F      all sizes but the bounds, layers and curvature times F\n"
     "  --min-size H, --max-size H\n"
     "  --gradation R        largest ratio of sizes one edge apart; default 2, 1.4 around balls, boxes, segments\n"
     "  --growth R           > 1: sizes grow inwards by this ratio\n"
@@ -47,7 +47,8 @@ static const char help_usage[] =
     "  --ball X,Y,Z,R,H     H within R of a point; --box X,Y,Z,X,Y,Z,H: in a box; --segment X,Y,Z,X,Y,Z,R,H:\n"
     "                       within R of a segment; from there growing by the gradation\n"
     "  --size-grid FILE     sizes on a regular grid: text, the numbers of nodes NX NY NZ, the first node's X Y Z,\n"
-    "                       the spacings DX DY DZ, then NX*NY*NZ sizes, X fastest; 0: no wish\n"
+    "                       the spacings DX DY DZ, then NX*NY*NZ sizes, X fastest; 0: no wish; outside as\n"
+    "                       at its border\n"
     "  --layers N           about N tetrahedra or more between facets that face each other\n"
     "  --curvature DEG      edges beside a curved surface span at most DEG degrees of it\n"
     "\n";
