@@ -9691,7 +9691,8 @@ static mesher_result mesher__fans_init(mesher__fans *fans, const delaunay_mesh *
     int i, j;
     memset(fans, 0, sizeof *fans);
     for (t = 1; t < mesh->num_tets; t++)
-        for (i = 0; i < 4 && mesher__is_inside(mesh, t); i++) num += mesher__is_seen(mesh, t, i, n);
+        for (i = 0; i < 4 && mesher__is_inside(mesh, t); i++)
+            num += mesher__is_seen(mesh, t, i, n) ? 1 : 0;
     if (num >= UINT32_MAX / 3) return MESHER_ERROR_TOO_LARGE;
     fans->num = (uint32_t)num;
     fans->normal = (double *)delaunay_alloc(memory, num, 3 * sizeof *fans->normal);
@@ -12120,7 +12121,8 @@ static void mesher__source_place(const mesher_source *source, int place, double 
 static int mesher__start_at_sources(mesher__refiner *r)
 {
     const mesher_options *o = r->options;
-    const size_t most = o->num_sources < MESHER__SOURCES ? o->num_sources : MESHER__SOURCES;
+    const size_t most =
+        o->num_sources < MESHER__SOURCES ? o->num_sources : (size_t)MESHER__SOURCES;
     delaunay_worker *worker = most ? delaunay_worker_new(r->memory) : NULL;
     delaunay_handle t = 0;
     size_t i;
