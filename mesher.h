@@ -467,8 +467,8 @@ MESHER_API mesher_result mesher_refine_mesh(mesher_domain *domain, const mesher_
  * good. Edges more than 1.4 times too long are halved, the longest first, but before them what ends
  * a plane close to their middle, if it is as long as half of what is wanted there; between triangles
  * of one tag in a plane (bent by no more than 1e-4, or by no more than 0.1 and low, a ten millionth
- * of the surface's extent) diagonals are flipped. Needles that no plane joins to others stay as long as
- * they are. Lines are divided too, equal vertices become one.
+ * of the surface's extent) diagonals are flipped. Needles that no plane joins to others stay as
+ * long as they are. Lines are divided too, equal vertices become one.
  *
  *   fine      out   fine->surface is what to mesh next; on failure zeroed
  *   surface   in    may have any tags, sheets and lines
