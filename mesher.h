@@ -9622,6 +9622,15 @@ static void mesher__at_most(double *size, double h)
     if (h > 0 && h < *size) *size = h;
 }
 
+/* Is facet i of tetrahedron t, which is inside, one of the surface? With its normal, inwards, and
+ * its middle. */
+static int mesher__on_surface(const delaunay_mesh *mesh, delaunay_handle t, int i, double *n,
+                              double *middle)
+{
+    return (!mesh->tets[t].n[i] || (mesh->flags[t] & DELAUNAY_FACET_BIT(i))) &&
+           mesher__inward(mesh, t, i, n, middle);
+}
+
 /* Do facets i of t and j of u share a vertex? */
 static int mesher__facets_touch(const delaunay_mesh *mesh, delaunay_handle t, int i,
                                 delaunay_handle u, int j)
@@ -9643,8 +9652,7 @@ static void mesher__gap_sizes(mesher_domain *domain)
     int i, j, k;
     for (t = 1; t < mesh->num_tets; t++)
         for (i = 0; i < 4 && mesher__is_inside(mesh, t); i++) {
-            if (mesh->tets[t].n[i] && !(mesh->flags[t] & DELAUNAY_FACET_BIT(i))) continue;
-            if (!mesher__inward(mesh, t, i, n, x)) continue;
+            if (!mesher__on_surface(mesh, t, i, n, x)) continue;
             met = t;
             j = i;
             h = mesher__cast(mesh, x, n, &met, &j) / domain->options.layers;
@@ -9666,14 +9674,6 @@ typedef struct mesher__fans {
     uint32_t *list;
 } mesher__fans;
 
-/* Is facet i of tetrahedron t, which is inside, one of the surface? With its normal. */
-static int mesher__is_seen(const delaunay_mesh *mesh, delaunay_handle t, int i, double *n)
-{
-    double middle[3];
-    return (!mesh->tets[t].n[i] || (mesh->flags[t] & DELAUNAY_FACET_BIT(i))) &&
-           mesher__inward(mesh, t, i, n, middle);
-}
-
 static void mesher__fans_free(mesher__fans *fans, delaunay_memory *memory)
 {
     delaunay_release(memory, fans->normal);
@@ -9686,13 +9686,13 @@ static mesher_result mesher__fans_init(mesher__fans *fans, const delaunay_mesh *
                                        delaunay_memory *memory)
 {
     size_t num = 0, f = 0, k;
-    double n[3];
+    double n[3], middle[3];
     delaunay_handle t;
     int i, j;
     memset(fans, 0, sizeof *fans);
     for (t = 1; t < mesh->num_tets; t++)
         for (i = 0; i < 4 && mesher__is_inside(mesh, t); i++)
-            num += mesher__is_seen(mesh, t, i, n) ? 1 : 0;
+            num += mesher__on_surface(mesh, t, i, n, middle) ? 1 : 0;
     if (num >= UINT32_MAX / 3) return MESHER_ERROR_TOO_LARGE;
     fans->num = (uint32_t)num;
     fans->normal = (double *)delaunay_alloc(memory, num, 3 * sizeof *fans->normal);
@@ -9704,7 +9704,7 @@ static mesher_result mesher__fans_init(mesher__fans *fans, const delaunay_mesh *
         return MESHER_ERROR_OUT_OF_MEMORY;
     for (t = 1; t < mesh->num_tets; t++)
         for (i = 0; i < 4 && mesher__is_inside(mesh, t); i++) {
-            if (!mesher__is_seen(mesh, t, i, n)) continue;
+            if (!mesher__on_surface(mesh, t, i, n, middle)) continue;
             memcpy(fans->normal + 3 * f, n, sizeof n);
             for (j = 0; j < 3; j++) {
                 uint32_t v = mesh->tets[t].v[delaunay_facet_order(i)[j]];
@@ -9728,8 +9728,10 @@ static void mesher__fan_normal(const mesher__fans *fans, uint32_t f, uint32_t v,
 {
     const double *own = fans->normal + 3 * (size_t)f;
     uint32_t k, first = fans->first[v], end = fans->first[v + 1];
-    memcpy(sum, own, 3 * sizeof *sum);
-    if (end - first > MESHER__FAN) return;
+    if (end - first > MESHER__FAN) {
+        memcpy(sum, own, 3 * sizeof *sum);
+        return;
+    }
     memset(sum, 0, 3 * sizeof *sum);
     for (k = first; k < end; k++) {
         const double *n = fans->normal + 3 * (size_t)fans->list[k];
@@ -11634,9 +11636,9 @@ static int mesher__gather(mesher__refiner *r)
             r->num_points += h->num_points;
         }
     }
-    if (mesher__has_wishes(r->options))
+    if (r->options->size_function)
         mesher__wish_at_points(r, r->points, sizeof *r->points, r->num_points);
-    else mesher__bound_points(r);
+    else mesher__bound_points(r); /* other wishes are in their sizes */
     return 1;
 }
 

@@ -26,8 +26,8 @@
  *   The surface, the interfaces between regions, constrained edges and facets stay as they are, so
  *   a sharp angle or a needle of the surface bounds what can be reached; the report says where it
  *   does. Sizes are kept, not made: about one new vertex in 60 tetrahedra at most, none that makes
- *   an edge much shorter than those around it; one for 12 of
- *   them may go, none that makes one much longer.
+ *   an edge much shorter than those around it; one for 12 of them may go, none that makes one much
+ *   longer.
  *   Limits: those of delaunay.h; the measures are right for edges of 1e-75 to 1e75, and beyond that
  *   tetrahedra count as bad.
  *
