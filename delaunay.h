@@ -303,10 +303,12 @@ DELAUNAY_API delaunay_result delaunay_tetrahedralize_points(delaunay_mesh *mesh,
 /* Inserts points into a triangulation that has been made: then it is that of all points.
  *
  *   mesh     in/out  of delaunay_tetrahedralize, or zeroed; without marks (delaunay_enable_marks).
- *                    On failure still a triangulation, of the old points and perhaps some new ones
+ *                    On failure still a triangulation, of the old points and perhaps some new ones;
+ *                    to go on, call again with the same points: those that are not in come in then
  *   xyz      in      3*count doubles, finite; not kept. Their ids go on from mesh->num_points
  *
- * New vertices follow the old ones; a point that is there already maps to the vertex it equals.
+ * New vertices follow the old ones; a point that is there already maps to the vertex it equals, and
+ * brings that vertex back if it was in no tetrahedron (delaunay_editor_remove).
  * Returns  as delaunay_tetrahedralize; _ERROR_INVALID_ARGUMENT: no hull, weights, or marks
  * Cost     O(count log count), and one pass over the mesh: for a few points a delaunay_editor
  * Threads  options->host.num_threads; distinct meshes may run at once. The allocator is the mesh's
@@ -599,8 +601,8 @@ DELAUNAY_API delaunay_plainness delaunay_plain_cavity(delaunay_plain *plain, del
 /* -- points into and out of a Delaunay triangulation, one by one. After each call the triangulation
  * is that of its vertices, the one that delaunay_tetrahedralize would make, ties included; only the
  * order of the slots differs (delaunay_canonicalize). One editor at a time for a mesh; it keeps
- * vertex_tet, and until it is freed some deleted slots. Other edits of the mesh may come between
- * its calls. Constraint marks do not survive an insertion. */
+ * vertex_tet. Other edits of the mesh may come between its calls, and delaunay_canonicalize.
+ * Constraint marks do not survive an insertion. */
 typedef struct delaunay_editor delaunay_editor;
 /* The mesh must have its hull (ghosts) and no weights. NULL: otherwise, or out of memory. */
 DELAUNAY_API delaunay_editor *delaunay_editor_new(delaunay_mesh *mesh);
@@ -6287,8 +6289,6 @@ DELAUNAY_API void delaunay_editor_free(delaunay_editor *editor)
     delaunay_memory *m;
     if (!editor) return;
     m = &editor->mesh->memory;
-    if (editor->kernel.memory) /* without memory the slots stay deleted, and unused */
-        (void)delaunay__kernel_finish(&editor->kernel);
     delaunay__kernel_free(&editor->kernel);
     delaunay_worker_free(editor->worker);
     delaunay_list_free(&editor->star);
@@ -6351,6 +6351,7 @@ static uint32_t delaunay__corner_at(const delaunay_mesh *mesh, delaunay_handle t
 static delaunay_result delaunay__editor_put(delaunay_editor *e, uint32_t v, delaunay_handle hint,
                                             uint32_t *same)
 {
+    enum { EDITOR_SLOTS = 2048 };
     delaunay__kernel *k = &e->kernel;
     int result;
     *same = 0;
@@ -6358,7 +6359,12 @@ static delaunay_result delaunay__editor_put(delaunay_editor *e, uint32_t v, dela
     if (hint && hint < e->mesh->num_tets && !delaunay_is_deleted(e->mesh, hint)) k->hint = hint;
     k->hint = delaunay__any_tet(e->mesh, k->hint);
     if (k->hint == DELAUNAY_NONE) return DELAUNAY_ERROR_INVALID_ARGUMENT;
+    if (delaunay__reserve_free(e->mesh, (size_t)e->mesh->num_free + EDITOR_SLOTS) != DELAUNAY_OK)
+        return DELAUNAY_ERROR_OUT_OF_MEMORY;
     result = delaunay__insert(k, v);
+    /* Other edits may come before the next: the mesh has all slots. Of a cavity of thousands, with
+     * no memory left, they stay deleted and unused. */
+    if (delaunay__kernel_finish(k) != DELAUNAY_OK) k->num_freed = 0;
     if (result == DELAUNAY__NOT_HERE) {
         *same = delaunay__corner_at(e->mesh, k->hint, e->mesh->vertices[v].x);
         return *same ? DELAUNAY_OK : DELAUNAY_ERROR_INTERNAL;
@@ -9511,14 +9517,24 @@ static delaunay_result delaunay__take_points(delaunay_mesh *mesh, const delaunay
     return DELAUNAY_OK;
 }
 
-/* Points whose vertices are in no tetrahedron map to none. */
-static void delaunay__hide(delaunay_mesh *mesh, delaunay_report *report)
+/* Sets local of the vertices that are in a tetrahedron, and of no others. */
+static void delaunay__mark_used(delaunay_mesh *mesh)
 {
     delaunay_handle t;
     uint32_t v;
-    size_t i;
+    int i;
+    for (v = 0; v < mesh->num_vertices; v++) mesh->vertices[v].local = 0;
     for (t = 1; t < mesh->num_tets; t++)
-        for (i = 0; i < 4; i++) mesh->vertices[mesh->tets[t].v[i]].local = 1;
+        for (i = 0; i < 4 && !delaunay_is_deleted(mesh, t); i++)
+            mesh->vertices[mesh->tets[t].v[i]].local = 1;
+}
+
+/* Points whose vertices are in no tetrahedron map to none. */
+static void delaunay__hide(delaunay_mesh *mesh, delaunay_report *report)
+{
+    uint32_t v;
+    size_t i;
+    delaunay__mark_used(mesh);
     for (v = 1; v < mesh->num_vertices; v++) report->num_hidden += !mesh->vertices[v].local;
     for (i = 0; i < mesh->num_points; i++)
         if (!mesh->vertices[mesh->vertex_of[i]].local) mesh->vertex_of[i] = 0;
@@ -9604,6 +9620,7 @@ static uint32_t *delaunay__place(const delaunay__places *p, const delaunay_mesh 
     return &p->table[i];
 }
 
+/* Of two vertices at one place the one that is in a tetrahedron counts: local is set. */
 static delaunay_result delaunay__places_init(delaunay__places *p, delaunay_mesh *mesh, size_t more)
 {
     uint32_t v;
@@ -9613,59 +9630,79 @@ static delaunay_result delaunay__places_init(delaunay__places *p, delaunay_mesh 
     if (!p->table) return DELAUNAY_ERROR_OUT_OF_MEMORY;
     for (v = 1; v < mesh->num_vertices; v++) {
         uint32_t *entry = delaunay__place(p, mesh, mesh->vertices[v].x);
-        if (!*entry) *entry = v;
+        if (!*entry || mesh->vertices[v].local) *entry = v;
     }
     return DELAUNAY_OK;
 }
 
-/* New vertices in order of insertion, one for each place that had none; the map from points. */
-static delaunay_result delaunay__append_vertices(delaunay_mesh *mesh, const double *xyz,
-                                                 const hxtsort_pair *items, size_t count,
-                                                 const size_t *round_begin, uint32_t *rounds)
+/* Vertices to be inserted, round by round: round r begins at begin[r]. */
+typedef struct delaunay__insertion {
+    uint32_t *vertices, begin[DELAUNAY__MAX_ROUNDS + 1];
+} delaunay__insertion;
+
+/* A vertex for each place: the one there, or a new one; what is in no tetrahedron (local is 0) is
+ * to be inserted. The map from points goes on. */
+static void delaunay__assign_vertices(delaunay_mesh *mesh, const delaunay__places *places,
+                                      const double *xyz, const hxtsort_pair *items, size_t count,
+                                      const size_t *round_begin, delaunay__insertion *insertion)
 {
-    delaunay__places places;
-    uint32_t *vertex_of, n = mesh->num_points;
+    uint32_t listed = 0, first = mesh->num_points;
     size_t i;
     int r = 0;
+    for (i = 0; i < count; i++) {
+        const double *x = xyz + 3 * items[i].value;
+        uint32_t *entry = delaunay__place(places, mesh, x);
+        while (r < DELAUNAY__MAX_ROUNDS && round_begin[r] <= i) insertion->begin[r++] = listed;
+        if (!*entry) *entry = delaunay_add_vertex(mesh, x, first + (uint32_t)items[i].value);
+        if (!mesh->vertices[*entry].local) insertion->vertices[listed++] = *entry;
+        mesh->vertices[*entry].local = 1;
+        mesh->vertex_of[first + items[i].value] = *entry;
+    }
+    while (r <= DELAUNAY__MAX_ROUNDS) insertion->begin[r++] = listed;
+    mesh->num_points = first + (uint32_t)count;
+}
+
+/* Takes the points, sorted; on failure the mesh has the vertices that it had. */
+static delaunay_result delaunay__append_vertices(delaunay_mesh *mesh, const double *xyz,
+                                                 const hxtsort_pair *items, size_t count,
+                                                 const size_t *round_begin,
+                                                 delaunay__insertion *insertion)
+{
+    delaunay__places places;
+    uint32_t *vertex_of, n = mesh->num_points, v;
     delaunay_result result = delaunay_reserve(mesh, mesh->num_vertices + count, 1);
     if (result != DELAUNAY_OK) return result;
     vertex_of = (uint32_t *)delaunay_grow(&mesh->memory, mesh->vertex_of, n, n + count,
                                           sizeof *vertex_of);
     if (!vertex_of) return DELAUNAY_ERROR_OUT_OF_MEMORY;
     mesh->vertex_of = vertex_of;
+    insertion->vertices =
+        (uint32_t *)delaunay_alloc(&mesh->memory, count, sizeof *insertion->vertices);
+    if (!insertion->vertices) return DELAUNAY_ERROR_OUT_OF_MEMORY;
+    delaunay__mark_used(mesh);
     result = delaunay__places_init(&places, mesh, count);
-    if (result != DELAUNAY_OK) return result;
-    for (i = 0; i < count; i++) {
-        const double *x = xyz + 3 * items[i].value;
-        uint32_t *entry = delaunay__place(&places, mesh, x);
-        while (r < DELAUNAY__MAX_ROUNDS && round_begin[r] <= i) rounds[r++] = mesh->num_vertices;
-        if (!*entry) *entry = delaunay_add_vertex(mesh, x, n + (uint32_t)items[i].value);
-        mesh->vertex_of[n + items[i].value] = *entry;
+    if (result == DELAUNAY_OK) {
+        delaunay__assign_vertices(mesh, &places, xyz, items, count, round_begin, insertion);
+        delaunay_release(&mesh->memory, places.table);
     }
-    while (r <= DELAUNAY__MAX_ROUNDS) rounds[r++] = mesh->num_vertices;
-    mesh->num_points = n + (uint32_t)count;
-    delaunay_release(&mesh->memory, places.table);
-    return DELAUNAY_OK;
+    for (v = 0; v < mesh->num_vertices; v++) mesh->vertices[v].local = 0;
+    return result;
 }
 
 /* The rounds, each as a job of engine (a). */
-static delaunay_result delaunay__insert_more(delaunay_mesh *mesh, const uint32_t *rounds,
+static delaunay_result delaunay__insert_more(delaunay_mesh *mesh,
+                                             const delaunay__insertion *insertion,
                                              const delaunay_host *host)
 {
     delaunay_partition job;
     delaunay_result result = DELAUNAY_OK;
-    uint32_t i, n = mesh->num_vertices - rounds[0];
-    uint32_t *list = (uint32_t *)delaunay_alloc(&mesh->memory, n, sizeof *list);
     int r;
-    if (!list) return DELAUNAY_ERROR_OUT_OF_MEMORY;
-    for (i = 0; i < n; i++) list[i] = rounds[0] + i;
     for (r = 0; r < DELAUNAY__MAX_ROUNDS && result == DELAUNAY_OK; r++) {
         memset(&job, 0, sizeof job);
-        job.vertices = list + (rounds[r] - rounds[0]);
-        job.num_vertices = rounds[r + 1] - rounds[r];
+        job.vertices = insertion->vertices + insertion->begin[r];
+        job.num_vertices = insertion->begin[r + 1] - insertion->begin[r];
         if (job.num_vertices) result = delaunay_partition_run(mesh, &job, host);
     }
-    delaunay_release(&mesh->memory, list);
     return result;
 }
 
@@ -9675,26 +9712,30 @@ static delaunay_result delaunay__insert_points(delaunay_mesh *mesh, const double
                                                delaunay_report *report)
 {
     size_t round_begin[DELAUNAY__MAX_ROUNDS + 1];
-    uint32_t rounds[DELAUNAY__MAX_ROUNDS + 1];
+    delaunay__insertion insertion;
     hilbert_box box;
     double start = delaunay_seconds(&options->host), sorted, inserted;
-    uint32_t before = mesh->num_vertices;
     int distinct;
     hxtsort_pair *items = (hxtsort_pair *)delaunay_alloc(&mesh->memory, count, sizeof *items);
     delaunay_result result = items ? DELAUNAY_OK : DELAUNAY_ERROR_OUT_OF_MEMORY;
+    memset(&insertion, 0, sizeof insertion);
     if (result == DELAUNAY_OK)
         result = delaunay__order_points(&mesh->memory, xyz, count, delaunay_threads(&options->host),
                                         items, &box, round_begin, &distinct);
     if (result == DELAUNAY_OK)
-        result = delaunay__append_vertices(mesh, xyz, items, count, round_begin, rounds);
+        result = delaunay__append_vertices(mesh, xyz, items, count, round_begin, &insertion);
     delaunay_release(&mesh->memory, items);
     sorted = inserted = delaunay_seconds(&options->host);
     if (result == DELAUNAY_OK) {
-        report->num_duplicates = count - (mesh->num_vertices - before);
-        result = delaunay__insert_more(mesh, rounds, &options->host);
+        report->num_duplicates = count - insertion.begin[DELAUNAY__MAX_ROUNDS];
+        result = delaunay__insert_more(mesh, &insertion, &options->host);
         inserted = delaunay_seconds(&options->host);
+        if (mesh->vertex_tet) { /* also of what a failure has left */
+            delaunay_result linked = delaunay_link_vertices(mesh);
+            if (result == DELAUNAY_OK) result = linked;
+        }
     }
-    if (result == DELAUNAY_OK && mesh->vertex_tet) result = delaunay_link_vertices(mesh);
+    delaunay_release(&mesh->memory, insertion.vertices);
     if (result == DELAUNAY_OK && !options->any_order)
         result = delaunay_canonicalize(mesh, &options->host);
     report->seconds_sort = sorted - start;

@@ -317,6 +317,80 @@ static void what_is_refused(void)
     delaunay_mesh_free(&mesh);
 }
 
+static int stop_at_call(void *user, const char *phase, double fraction)
+{
+    (void)phase;
+    (void)fraction;
+    return --*(int *)user == 0;
+}
+
+/* An insertion that was stopped, by the caller or for memory, and is then made once more. */
+static void again_after_failure(int for_memory)
+{
+    enum { OLD = 100, COUNT = 20000 };
+    delaunay_mesh mesh = {0};
+    delaunay_options options = {0};
+    delaunay_report report;
+    delaunay_result result = DELAUNAY_OK;
+    delaunay_worker *worker;
+    double *xyz = (double *)malloc(COUNT * sizeof *xyz * 3);
+    int i, stopped = 0, countdown;
+    for (i = 0; i < COUNT; i++) make_point(UNIFORM, xyz + 3 * i);
+    for (i = 1; i < 9; i++) {
+        CHECK(delaunay_insert(&mesh, xyz, OLD, NULL, NULL) == DELAUNAY_OK);
+        CHECK(delaunay_link_vertices(&mesh) == DELAUNAY_OK);
+        countdown = i;
+        options.host.progress = for_memory ? NULL : stop_at_call;
+        options.host.user = &countdown;
+        mesh.memory.limit_bytes = for_memory ? 1500000 + (size_t)i * 500000 : 0;
+        result = delaunay_insert(&mesh, xyz + 3 * OLD, COUNT - OLD, &options, &report);
+        stopped += result != DELAUNAY_OK;
+        CHECK(delaunay_validate(&mesh, DELAUNAY_VALIDATE_DELAUNAY, NULL) == DELAUNAY_OK);
+        mesh.memory.limit_bytes = 0;
+        if (result != DELAUNAY_OK) { /* vertex_tet is right: what is nearest is found */
+            worker = delaunay_worker_new(&mesh.memory);
+            CHECK(delaunay_nearest(&mesh, worker, xyz, 0) == mesh.vertex_of[0]);
+            delaunay_worker_free(worker);
+        }
+        CHECK(delaunay_insert(&mesh, xyz + 3 * OLD, COUNT - OLD, NULL, &report) == DELAUNAY_OK);
+        CHECK(mesh.num_vertices == COUNT + 1);
+        CHECK(as_made_at_once(&mesh));
+        delaunay_mesh_free(&mesh);
+    }
+    CHECK(stopped > 3);
+    free(xyz);
+}
+
+/* Other edits between the calls of an editor, those that number the slots anew among them. */
+static void between_calls(int kind)
+{
+    delaunay_mesh mesh = {0};
+    delaunay_editor *editor;
+    delaunay_report report;
+    double x[3 * 400];
+    uint32_t i, v, gone;
+    for (i = 0; i < 400; i++) make_point(kind, x + 3 * i);
+    CHECK(delaunay_insert(&mesh, x, 100, NULL, NULL) == DELAUNAY_OK);
+    editor = delaunay_editor_new(&mesh);
+    for (i = 100; i < 300; i++) {
+        CHECK(delaunay_editor_insert(editor, x + 3 * i, i, 0, NULL) == DELAUNAY_OK);
+        if (i % 20 == 0) CHECK(delaunay_canonicalize(&mesh, NULL) == DELAUNAY_OK);
+        if (i % 20 == 10) {
+            gone = mesh.vertex_of[i % 100];
+            if (mesh.vertex_tet[gone]) CHECK(delaunay_editor_remove(editor, gone) == DELAUNAY_OK);
+            CHECK(delaunay_insert(&mesh, x + 3 * (i % 100), 1, NULL, &report) == DELAUNAY_OK);
+            v = mesh.vertex_of[mesh.num_points - 1];
+            CHECK(mesh.vertex_tet[v] != 0);
+            CHECK(v == gone && report.num_duplicates == 0);
+        }
+        CHECK(delaunay_validate(&mesh, DELAUNAY_VALIDATE_DELAUNAY, NULL) == DELAUNAY_OK);
+    }
+    delaunay_editor_free(editor);
+    CHECK(delaunay_validate(&mesh, DELAUNAY_VALIDATE_DELAUNAY, NULL) == DELAUNAY_OK);
+    CHECK(as_made_at_once(&mesh));
+    delaunay_mesh_free(&mesh);
+}
+
 int main(void)
 {
     int kind;
@@ -325,6 +399,10 @@ int main(void)
     many_at_once(UNIFORM);
     many_at_once(GRID);
     any_allocation_may_fail();
+    again_after_failure(0);
+    again_after_failure(1);
+    between_calls(UNIFORM);
+    between_calls(GRID);
     what_is_refused();
     return check_report();
 }
