@@ -1760,6 +1760,9 @@ static int spr__quantile(const spr__state *s, const spr__blocks *blocks, uint64_
     return 1;
 }
 
+/* The tetrahedra of a valid mesh are positive, exactly; a quality below 0 is rounding. */
+static double spr__unrounded(double quality) { return quality < 0 && quality > -1e-9 ? 0 : quality; }
+
 /* What there is to say of all tetrahedra, from what was added up. Returns 0 without memory. */
 static int spr__summarize(const spr__state *s, const spr__blocks *blocks, spr_statistics *out)
 {
@@ -1774,8 +1777,17 @@ static int spr__summarize(const spr__state *s, const spr__blocks *blocks, spr_st
     out->mean = all->sum / (double)out->num_tets;
     out->dihedral_min_degrees = spr__degrees(all->cosine[0]);
     out->dihedral_max_degrees = spr__degrees(all->cosine[1]);
-    return spr__quantile(s, blocks, out->num_tets / 100, &out->p01) &&
-           spr__quantile(s, blocks, out->num_tets / 1000, &out->p001);
+    if (!spr__quantile(s, blocks, out->num_tets / 100, &out->p01) ||
+        !spr__quantile(s, blocks, out->num_tets / 1000, &out->p001))
+        return 0;
+    out->gamma_min = spr__unrounded(out->gamma_min);
+    out->sicn_min = spr__unrounded(out->sicn_min);
+    if (s->options.measure != SPR_USER) {
+        out->min = spr__unrounded(out->min);
+        out->p01 = spr__unrounded(out->p01);
+        out->p001 = spr__unrounded(out->p001);
+    }
+    return 1;
 }
 
 /* Values of all tetrahedra, and what there is to say of them. */
@@ -2703,7 +2715,7 @@ static int spr__reconnect(const spr__state *s, delaunay_worker *worker, const de
                           int n, uint32_t drop, double before, uint32_t max_nodes,
                           delaunay_window *window, delaunay_search *search)
 {
-    double value[DELAUNAY_WINDOW_TETS];
+    double value[DELAUNAY_WINDOW_TETS], worst;
     spr__burden was = spr__burden_of(s, t, (size_t)n), is = {0, 0};
     uint32_t i;
     int proven = 1;
@@ -2728,11 +2740,10 @@ static int spr__reconnect(const spr__state *s, delaunay_worker *worker, const de
     if (delaunay_reconnect(s->mesh, worker, window, search) <= 0)
         return proven && search->proven ? SPR__NEVER : SPR__NOT_SO;
     if (search->value >= s->target) return SPR__FOUND;
-    (void)spr__result_values(s, window, search, value);
+    worst = spr__result_values(s, window, search, value); /* rounded as in the mesh to be */
     for (i = 0; i < search->num_tets; i++) spr__burden_add(s, &is, value[i]);
-    return spr__is_gain(s, before, search->value, was, is)
-               ? SPR__FOUND
-               : SPR__NO_GAIN;
+    return spr__is_gain(s, before, spr__min(worst, search->value), was, is) ? SPR__FOUND
+                                                                            : SPR__NO_GAIN;
 }
 
 /* Sizes at which a growing cavity is searched, and nodes of the search; level by level. */
@@ -3817,6 +3828,10 @@ static spr_result spr__gather(spr__state *s, int level)
         s->items.count = most;
     }
     s->allowance[level] -= s->items.count;
+    if (level < SPR__REMOVE) { /* to look through the list is work too */
+        uint64_t look = s->bad.count / 64;
+        s->allowance[level] -= look < s->allowance[level] ? look : s->allowance[level];
+    }
     return SPR_OK;
 }
 
