@@ -337,7 +337,8 @@ typedef struct mesher_domain {
     uint32_t       *survivor;     /* input vertex -> first input vertex with the same coordinates */
     /* input vertex -> MESHER_VERTEX_..; what is not 0 goes into the triangulation */
     uint8_t        *vertex_used;
-    /* wanted edge length at each mesh vertex; NULL before mesher_size */
+    /* wanted edge length at each mesh vertex; NULL before mesher_size, which is to be called again
+     * before a second mesher_refine when others than that have changed the vertices (spr_improve) */
     double         *size;
     /* the same before the gradation bounded it, and the vertex whose own size did (or the vertex
      * itself), for those that mesher_size met */
@@ -9248,6 +9249,31 @@ static double mesher__clamp_size(const mesher_options *o, double h)
 #  define MESHER__GRADATION            2.0
 #  define MESHER__GRADATION_OF_SOURCES 1.4
 
+/* Ratio of sizes at the ends of an edge of the surface from which on it does not ask for sizes in
+ * between: triangles there are needles, as beside the specks of isosurfaces that pass a node of
+ * their grid by 1e-9 of its spacing. To grade from each speck to its surroundings takes hundreds of
+ * points, and the needles are as bad as before. */
+#  define MESHER__SPECK 16
+
+/* Sizes that the edges of the surface ask for are no less than what the next vertices ask for,
+ * divided by that. */
+static void mesher__level_specks(mesher_domain *domain)
+{
+    const uint32_t *vertex_of = domain->mesh.vertex_of;
+    double *size = domain->size;
+    int changed = 1;
+    size_t e, k;
+    while (changed)
+        for (changed = 0, e = 0; e < domain->num_edges; e++)
+            for (k = 0; k < 2; k++) {
+                uint32_t a = vertex_of[domain->edges[2 * e + k]],
+                         b = vertex_of[domain->edges[2 * e + 1 - k]];
+                if (a == 0 || b == 0 || !(MESHER__SPECK * size[a] < size[b])) continue;
+                size[a] = size[b] / MESHER__SPECK * (1 + 1e-9);
+                changed = 1;
+            }
+}
+
 /* What the edges of the surface at each vertex ask for, or the caller; 0 where there is neither. */
 static mesher_result mesher__edge_sizes(mesher_domain *domain)
 {
@@ -9281,12 +9307,14 @@ static mesher_result mesher__edge_sizes(mesher_domain *domain)
             count[a]++;
             count[b]++;
         }
+    for (v = 1; v < mesh->num_vertices; v++)
+        if (count[v]) size[v] *= (domain->keeps_mesh ? 1 : MESHER__INWARDS) * factor / count[v];
+    if (!domain->keeps_mesh) mesher__level_specks(domain);
     for (v = 1; v < mesh->num_vertices; v++) {
         uint32_t id = mesh->vertex_id[v];
         double own = domain->options.vertex_sizes && id < domain->surface.num_vertices
                          ? domain->options.vertex_sizes[id]
                          : 0;
-        if (count[v]) size[v] *= (domain->keeps_mesh ? 1 : MESHER__INWARDS) * factor / count[v];
         if (own > 0 && own <= DBL_MAX) size[v] = factor * own;
     }
     delaunay_release(&mesh->memory, count);
@@ -9895,30 +9923,68 @@ static void mesher__weights(const delaunay_vertex *vertices, const uint32_t *v, 
     mesher__weights_of(p, x, w);
 }
 
+/* The same with each sign right: of a speck far away rounding is all that is left. */
+static void mesher__signed_weights(const double *const *p, const double *x, double *w)
+{
+    const double *q[4];
+    int i;
+    mesher__weights_of(p, x, w);
+    memcpy(q, p, sizeof q);
+    for (i = 0; i < 4; i++) {
+        int sign;
+        q[i] = x;
+        sign = delaunay_orient3d(q[0], q[1], q[2], q[3]);
+        q[i] = p[i];
+        if ((w[i] > 0) - (w[i] < 0) != sign) w[i] = sign * DBL_MIN;
+    }
+}
+
+/* Is x among the corners, so that their weights are to be believed? */
+static int mesher__is_among(const double *const *p, const double *x)
+{
+    int i, k;
+    for (k = 0; k < 3; k++) {
+        double lo = p[0][k], hi = lo, margin;
+        for (i = 1; i < 4; i++) {
+            lo = p[i][k] < lo ? p[i][k] : lo;
+            hi = p[i][k] > hi ? p[i][k] : hi;
+        }
+        margin = 1e-3 * (hi - lo);
+        if (x[k] < lo - margin || x[k] > hi + margin) return 0;
+    }
+    return 1;
+}
+
 /* The background's tetrahedron that contains x, from a nearby one; weights of its corners, not
  * negative. Rounding may stop it in a neighbour: the field is continuous, and so is the answer. The
- * walk turns away from where it came, and changes its preference at each step, lest it cycle; after
- * many steps it gives up where it is. */
+ * walk turns away from where it came, and changes its preference at each step, lest it cycle. One
+ * that is long, or ends far from x, goes on by exact signs; after many steps it gives up where it
+ * is. */
 static delaunay_handle mesher__find_home(const mesher__field *field, const double *x,
                                          delaunay_handle t, double *w, int *found)
 {
+    enum { SHORT = 30, LONG = 1000 };
     delaunay_handle from = 0;
     const double *p[4];
     double sum = 0, least = 0;
-    int step, i;
-    for (step = 0; step < 300; step++) {
+    int step, i, exact = 0;
+    for (step = 0; step < LONG; step++) {
         const delaunay_tet *tet = field->tets + t;
+        const unsigned first = step < SHORT ? (unsigned)step : (unsigned)step * 0x9E3779B1u >> 30;
         int k = -1;
         for (i = 0; i < 4; i++) p[i] = field->vertices[tet->v[i]].x;
-        mesher__weights_of(p, x, w);
+        exact |= step >= SHORT;
+        if (exact) mesher__signed_weights(p, x, w);
+        else mesher__weights_of(p, x, w);
         for (i = 0; i < 4; i++) {
-            int j = (i + step) & 3;
-            if (w[j] >= 0 || !tet->n[j] || tet->n[j] >> 2 == from) continue;
-            if (k < 0 || (step < 30 && w[j] < w[k])) k = j;
+            int j = (int)((unsigned)i + first) & 3;
+            if (w[j] >= 0 || !tet->n[j] || (!exact && tet->n[j] >> 2 == from)) continue;
+            if (k < 0 || (step < SHORT && w[j] < w[k])) k = j;
         }
-        if (k < 0) break;
+        if (k < 0 && (exact || mesher__is_among(p, x))) break;
         from = t;
-        t = tet->n[k] >> 2;
+        if (k < 0) exact = 1;
+        else t = tet->n[k] >> 2;
     }
     for (i = 0; i < 4; i++) {
         if (w[i] < least) least = w[i];
@@ -13840,7 +13906,7 @@ static void mesher__report_sizes(const mesher_domain *domain, mesher_report *rep
     }
 }
 
-MESHER_API mesher_result mesher_refine(mesher_domain *domain, mesher_report *report)
+static mesher_result mesher__refine(mesher_domain *domain, mesher_report *report)
 {
     mesher__refiner r;
     mesher_result result = MESHER_OK;
@@ -14148,9 +14214,9 @@ MESHER_API mesher_result mesher_domain_init(mesher_domain *domain, const mesher_
     mesher_report local;
     mesher_result result;
     int usable;
+    if (domain) memset(domain, 0, sizeof *domain);
     if (!domain || !surface) return mesher__refuse(report);
     memset(&local, 0, sizeof local);
-    memset(domain, 0, sizeof *domain);
     if (!report) report = &local;
     mesher__report_reset(report, surface);
     result = mesher__domain_init(domain, surface, options, report, &usable);
@@ -14341,7 +14407,7 @@ static mesher_result mesher__mesh_size(mesher_domain *domain, mesher_report *rep
     report->seconds_size = t1 - t0;
     if (result < 0) return result;
     if (mesher__progress(&domain->options, "refine", 0)) return MESHER_CANCELLED;
-    result = mesher_refine(domain, report);
+    result = mesher__refine(domain, report);
     report->seconds_refine = delaunay_seconds(host) - t1;
     return result;
 }
@@ -14440,6 +14506,14 @@ static void mesher__count_output(mesher_domain *domain, mesher_report *report)
     report->num_tets = before[MESHER__OUTPUT_BLOCKS];
 }
 
+MESHER_API mesher_result mesher_refine(mesher_domain *domain, mesher_report *report)
+{
+    mesher_result result = mesher__refine(domain, report);
+    if (result >= 0 && report && domain->survivor) /* there is a surface */
+        mesher__count_output(domain, report);
+    return result;
+}
+
 MESHER_API mesher_result mesher_mesh(mesher_domain *domain, const mesher_surface *surface,
                                      const mesher_options *options, mesher_report *report)
 {
@@ -14447,9 +14521,9 @@ MESHER_API mesher_result mesher_mesh(mesher_domain *domain, const mesher_surface
     mesher_result result;
     double start;
     int usable;
+    if (domain) memset(domain, 0, sizeof *domain);
     if (!domain || !surface) return mesher__refuse(report);
     memset(&local, 0, sizeof local);
-    memset(domain, 0, sizeof *domain);
     if (!report) report = &local;
     start = delaunay_seconds(options ? &options->host : NULL);
     mesher__report_reset(report, surface);
@@ -14536,6 +14610,7 @@ static void mesher__part_order(mesher__part *p, const double *where)
     }
     for (i = 0; i < n; i++) {
         double d = distant > 0 ? mesher__triangle_distance(p->whole, i, where) / distant : 0;
+        if (!(d <= 1)) d = 1; /* without a place */
         p->order[i] = (uint64_t)(d * 4294967295.0) << 32 | i;
     }
     if (n > 1) qsort(p->order, n, sizeof *p->order, mesher__compare_u64);
@@ -14646,7 +14721,7 @@ MESHER_API mesher_result mesher_reproduce(const mesher_surface *surface,
     mesher_report unused;
     mesher_result result;
     size_t i;
-    if (!surface || !where || !xyz || !triangles || !part || !surface->num_triangles)
+    if (!surface || !where || !xyz || !triangles || !part || !surface->num_triangles || failure >= 0)
         return MESHER_ERROR_INVALID_ARGUMENT;
     result = mesher__check_arguments(surface, &unused);
     if (result != MESHER_OK) return result;
@@ -15015,9 +15090,9 @@ MESHER_API mesher_result mesher_export(mesher_domain *domain, mesher_output *out
     mesher_result result;
     uint64_t before[MESHER__OUTPUT_BLOCKS + 1];
     int b, threads;
+    if (out) memset(out, 0, sizeof *out);
     if (!domain || !out || domain->stage < MESHER__STAGE_COLORED)
         return MESHER_ERROR_INVALID_ARGUMENT;
-    memset(out, 0, sizeof *out);
     result = (mesher_result)delaunay_canonicalize(&domain->mesh, &domain->options.host);
     if (result == MESHER_OK)
         result = (mesher_result)delaunay_memory_init(&out->memory, &domain->options.host);

@@ -354,4 +354,91 @@ DELAUNAY_INLINE void tetrahedron(shape *s, double x, double y, double z, double 
     add_triangle(s, b, c, d);
     add_triangle(s, a, d, c);
 }
+/* -- isosurfaces */
+
+/* A gyroid in a cube, by marching tetrahedra on n nodes a side. Its zeros on nodes become speck:
+ * around each are triangles of that size, and needles from them. */
+typedef struct iso {
+    shape *s;
+    uint32_t n, *vertex; /* 7 a node: of the edges to the nodes with larger coordinates */
+    double speck;
+} iso;
+
+DELAUNAY_INLINE double iso_value(const iso *g, const uint32_t *at)
+{
+    double t[3], f = 0;
+    int k;
+    for (k = 0; k < 3; k++) {
+        if (at[k] == 0 || at[k] == g->n - 1) return 0.5;
+        t[k] = 6.283185307179586 * at[k] / (g->n - 1);
+    }
+    for (k = 0; k < 3; k++) f += sin(t[k]) * cos(t[(k + 1) % 3]);
+    return fabs(f) < g->speck ? g->speck : f;
+}
+
+/* Where the edge between two nodes, the second with no smaller coordinates, meets the surface. */
+DELAUNAY_INLINE uint32_t iso_vertex(iso *g, const uint32_t *a, const uint32_t *b)
+{
+    double u = iso_value(g, a), v = iso_value(g, b), t = u / (u - v), x[3];
+    uint32_t *place, way = 0, k;
+    for (k = 0; k < 3; k++) {
+        way |= (b[k] - a[k]) << k;
+        x[k] = (a[k] + t * ((double)b[k] - a[k])) / (g->n - 1);
+    }
+    place = g->vertex + 7 * (a[0] + g->n * (a[1] + g->n * a[2])) + (way - 1);
+    if (*place == 0) *place = 1 + add_vertex(g->s, x[0], x[1], x[2]);
+    return *place - 1;
+}
+
+/* Triangles in a tetrahedron of nodes, each with no smaller coordinates than the one before. */
+DELAUNAY_INLINE void iso_tet(iso *g, uint32_t (*at)[3], int odd)
+{
+    uint32_t in[4], out[4], v[4], num_in = 0, num_out = 0, i, k;
+    for (i = 0; i < 4; i++)
+        if (iso_value(g, at[i]) < 0) in[num_in++] = i;
+        else out[num_out++] = i;
+    if (num_in == 0 || num_out == 0) return;
+    for (i = 0; i < num_in; i++)
+        for (k = i + 1; k < 4; k++) odd ^= k < num_in ? 0 : out[k - num_in] < in[i];
+    if (num_in == 2) {
+        static const int way[4][2] = {{0, 0}, {0, 1}, {1, 1}, {1, 0}};
+        for (i = 0; i < 4; i++) {
+            uint32_t a = in[way[i][0]], b = out[way[i][1]];
+            v[i] = iso_vertex(g, at[a < b ? a : b], at[a < b ? b : a]);
+        }
+    } else {
+        for (i = 0; i < 3; i++) {
+            uint32_t a = num_in == 1 ? in[0] : in[i], b = num_in == 1 ? out[i] : out[0];
+            v[i] = iso_vertex(g, at[a < b ? a : b], at[a < b ? b : a]);
+        }
+    }
+    add_triangle(g->s, v[0], v[odd ? 2 : 1], v[odd ? 1 : 2]);
+    if (num_in == 2) add_triangle(g->s, v[0], v[odd ? 3 : 2], v[odd ? 2 : 3]);
+}
+
+DELAUNAY_INLINE void gyroid(shape *s, uint32_t n, double speck)
+{
+    static const int order[6][3] = {{0, 1, 2}, {1, 2, 0}, {2, 0, 1},
+                                    {0, 2, 1}, {2, 1, 0}, {1, 0, 2}};
+    uint32_t at[4][3], c, cells = (n - 1) * (n - 1) * (n - 1), j, k;
+    iso g;
+    memset(&g, 0, sizeof g);
+    g.s = s;
+    g.n = n;
+    g.speck = speck;
+    g.vertex = (uint32_t *)calloc((size_t)7 * n * n * n, sizeof *g.vertex);
+    for (c = 0; c < cells; c++)
+        for (j = 0; j < 6; j++) {
+            at[0][0] = c % (n - 1);
+            at[0][1] = c / (n - 1) % (n - 1);
+            at[0][2] = c / (n - 1) / (n - 1);
+            for (k = 1; k < 4; k++) {
+                memcpy(at[k], at[k - 1], sizeof *at);
+                at[k][order[j][k - 1]]++;
+            }
+            iso_tet(&g, at, j >= 3);
+        }
+    free(g.vertex);
+}
+
 #endif

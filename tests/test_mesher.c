@@ -970,11 +970,16 @@ static void arguments_are_checked(void)
     add_box(0, 0, 0, 1);
     s = surface_of(&shape);
     CHECK(mesher_mesh(NULL, &s, NULL, NULL) == MESHER_ERROR_INVALID_ARGUMENT);
+    memset(&domain, 0xAB, sizeof domain);
     CHECK(mesher_mesh(&domain, NULL, NULL, NULL) == MESHER_ERROR_INVALID_ARGUMENT);
+    mesher_domain_free(&domain); /* it is zeroed on every failure, and so is an output */
     o.gradation = -1;
     CHECK(mesher_mesh(&domain, &s, &o, NULL) == MESHER_ERROR_INVALID_ARGUMENT);
     memset(&domain, 0, sizeof domain);
+    memset(&out, 0xAB, sizeof out);
     CHECK(mesher_export(&domain, &out) == MESHER_ERROR_INVALID_ARGUMENT);
+    CHECK(out.xyz == NULL && out.num_tets == 0);
+    mesher_output_free(&domain, &out);
     CHECK(mesher_color(&domain, NULL) == MESHER_ERROR_INVALID_ARGUMENT);
     o.gradation = 0;
     stages_come_in_order(&s, &o);

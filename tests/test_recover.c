@@ -608,6 +608,8 @@ static void a_failure_is_reproduced_by_few_triangles(void)
           MESHER_GOAL_NOT_MET);
     CHECK(mesher_reproduce(&surface, NULL, MESHER_ERROR_SURFACE, NULL, xyz, triangles, &part) ==
           MESHER_ERROR_INVALID_ARGUMENT);
+    CHECK(mesher_reproduce(&surface, NULL, MESHER_OK, where, xyz, triangles, &part) ==
+          MESHER_ERROR_INVALID_ARGUMENT);
     free(xyz);
     free(triangles);
     shape_free(&s);
