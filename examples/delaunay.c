@@ -84,11 +84,13 @@ static int parse(int argc, char **argv, arguments *args)
                 args->output);
         return 2;
     }
-    if (args->hull && meshio_format_of(args->hull) == MESHIO_FORMAT_AUTO) {
-        fprintf(stderr, "delaunay: '%s' is of no known format; try .off, .stl or .vtu\n",
+    if (args->hull && (meshio_format_of(args->hull) == MESHIO_FORMAT_AUTO ||
+                       meshio_format_of(args->hull) == MESHIO_FORMAT_NODE)) {
+        fprintf(stderr, "delaunay: '%s' is of no format for triangles; try .off, .stl or .vtu\n",
                 args->hull);
         return 2;
     }
+    if (tool_is_stdout(args->output) || tool_is_stdout(args->hull)) args->quiet = 1;
     return 0;
 }
 

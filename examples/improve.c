@@ -338,7 +338,7 @@ static int improve(const arguments *args, meshio_mesh *m)
         fprintf(stderr, "improve: %s\n", io.message);
         return TOOL_CANNOT_WRITE;
     }
-    if (!args->quiet) {
+    if (!args->quiet && !tool_is_stdout(args->output)) {
         print_statistics(&report);
         print_worst(&report);
         if (args->histogram) print_histograms(&report);

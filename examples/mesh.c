@@ -294,7 +294,8 @@ static int parse(int argc, char **argv, settings *s)
     }
     if (!s->input == !s->demo) {
         fprintf(stderr, "mesh: %s; try --help\n",
-                s->demo ? "a file and --demo" : "no surface to mesh");
+                s->demo ? "a file, or a fineness beyond 1 to 12, and --demo"
+                        : "no surface to mesh");
         return 2;
     }
     if (!tool_is_apart("mesh", "--json", s->json, s->input) ||
@@ -1397,14 +1398,30 @@ static void print_statistics(const job *j)
     print_quality(j);
 }
 
-/* A JSON string's inside. */
+/* Bytes of the UTF-8 character that a text begins with; 0: of none. */
+static int utf8_length(const unsigned char *c)
+{
+    int n = c[0] < 128 ? 1 : c[0] >= 0xC2 && c[0] < 0xE0 ? 2 : c[0] >= 0xE0 && c[0] < 0xF0 ? 3
+                         : c[0] >= 0xF0 && c[0] < 0xF5   ? 4
+                                                         : 0,
+        i;
+    for (i = 1; i < n; i++)
+        if ((c[i] & 0xC0) != 0x80) return 0;
+    if (n == 3 && ((c[0] == 0xE0 && c[1] < 0xA0) || (c[0] == 0xED && c[1] > 0x9F))) return 0;
+    return n == 4 && ((c[0] == 0xF0 && c[1] < 0x90) || (c[0] == 0xF4 && c[1] > 0x8F)) ? 0 : n;
+}
+
+/* A JSON string's inside; names of files may be any bytes. */
 static void json_text(FILE *f, const char *text)
 {
-    for (; *text; text++) {
-        unsigned char c = (unsigned char)*text;
-        if (c == '"' || c == '\\') fprintf(f, "\\%c", c);
-        else if (c < 32) fprintf(f, "\\u%04x", c);
-        else fputc(c, f);
+    const unsigned char *c = (const unsigned char *)text;
+    while (*c) {
+        int n = utf8_length(c);
+        if (*c == '"' || *c == '\\') fprintf(f, "\\%c", *c);
+        else if (*c < 32) fprintf(f, "\\u%04x", *c);
+        else if (n == 0) fputs("\\ufffd", f);
+        else fwrite(c, 1, (size_t)n, f);
+        c += n ? n : 1;
     }
 }
 
@@ -1566,6 +1583,12 @@ int main(int argc, char **argv)
         fprintf(stderr, "mesh: cannot create '%s': %s\n", j->set.json, strerror(errno));
         return TOOL_CANNOT_WRITE;
     }
+    if (!tool_is_apart("mesh", "--json", j->set.json, j->set.output)) { /* now that it is there */
+        fclose(json);
+        remove(j->set.json);
+        return TOOL_USAGE;
+    }
+    if (tool_is_stdout(j->set.output) || tool_is_stdout(j->set.json)) j->set.quiet = 1;
     return_large_blocks();
     signal(SIGINT, tool_on_interrupt);
     j->name = "";

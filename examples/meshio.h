@@ -34,7 +34,7 @@
  *   STL (ASCII, binary; equal corners become one vertex), OFF, OBJ, PLY (ASCII, both byte orders),
  *   Medit .mesh and .meshb (versions 1-4, both byte orders), MSH 1 (ASCII), 2.x, 4.0 and 4.1
  *   (ASCII, binary), legacy VTK (ASCII, binary), VTU (ASCII, binary and appended, raw and base64,
- *   compressed by zlib or not), TetGen .node .ele .face .poly .smesh, Abaqus and CalculiX .inp
+ *   compressed by zlib or not), TetGen .node .ele .poly .smesh, Abaqus and CalculiX .inp
  *   (nodes, elements, surfaces of facets; parts, each in one place), points: .xyz text, .bin raw
  *   little-endian doubles.
  * Writes
@@ -1773,7 +1773,7 @@ static meshio_result meshio__read_stl_binary(meshio__reader *r, int64_t solid)
 static meshio_result meshio__read_stl(meshio__reader *r)
 {
     size_t size = (size_t)(r->end - r->begin), head = size < 1024 ? size : 1024;
-    const unsigned char *p = r->begin;
+    const unsigned char *p = r->begin, *text = r->p; /* after a byte order mark */
     uint64_t count = size >= 84 ? meshio__stl_count(p) : 0;
     int64_t solids = meshio__stl_solids(r), i;
     r->swap = !meshio__little_endian();
@@ -1781,9 +1781,11 @@ static meshio_result meshio__read_stl(meshio__reader *r)
     if (solids == 1) return meshio__read_stl_binary(r, 0);
     for (i = 1; i <= solids; i++) MESHIO__TRY(meshio__read_stl_binary(r, i));
     if (solids) return MESHIO_OK;
-    while (meshio__is_space(*p)) p++;
-    if (r->end - p >= 5 && meshio__same(p, 5, "solid") && !memchr(r->begin, 0, head))
+    while (meshio__is_space(*text)) text++;
+    if (r->end - text >= 5 && meshio__same(text, 5, "solid") && !memchr(r->begin, 0, head)) {
+        r->p = text;
         return meshio__read_stl_text(r);
+    }
     if (size == 0) return meshio__fail(r, MESHIO_ERROR_TRUNCATED, p, "the file is empty");
     if (size < 84)
         return meshio__fail(r, MESHIO_ERROR_FORMAT, r->begin,
@@ -2394,6 +2396,8 @@ typedef struct meshio__msh {
     int binary, narrow; /* narrow: sizes of 32 bits */
     int have_nodes;
     int64_t type, physical, entity; /* of the last element of versions 1 and 2 */
+    int turned; /* version 4: the entity is in its physical group turned around, which then has a
+                 * minus sign */
     uint32_t corners[8];            /* sorted */
 } meshio__msh;
 
@@ -2612,6 +2616,17 @@ static int meshio__msh_repeats(meshio__msh *msh, int64_t type, int64_t physical,
     return 0;
 }
 
+/* The other orientation of an edge, triangle or quadrangle, by its corners. */
+static void meshio__msh_turn(int64_t type, uint32_t *v)
+{
+    int edge = type == 1 || type == 8 || (type >= 26 && type <= 28),
+        quadrangle = type == 3 || type == 10 || type == 16, a = edge ? 0 : 1,
+        b = edge ? 1 : quadrangle ? 3 : 2;
+    uint32_t other = v[a];
+    v[a] = v[b];
+    v[b] = other;
+}
+
 /* The nodes of one element, then its place in the mesh, tagged by its physical group if any. */
 static meshio_result meshio__msh_element(meshio__reader *r, meshio__msh *msh, int wide,
                                          int64_t type, int64_t physical, int64_t entity)
@@ -2628,6 +2643,7 @@ static meshio_result meshio__msh_element(meshio__reader *r, meshio__msh *msh, in
     }
     if (msh->version < 40 && meshio__msh_repeats(msh, type, physical, entity, v, n < 8 ? n : 8))
         return MESHIO_OK;
+    if (msh->turned) meshio__msh_turn(type, v);
     return meshio__msh_store(r, type, v, physical ? physical : entity);
 }
 
@@ -2767,6 +2783,8 @@ static meshio_result meshio__msh_elements4(meshio__reader *r, meshio__msh *msh)
         MESHIO__TRY(meshio__fits(r, num, msh->binary ? 8 : 4, "elements in a block"));
         pair = meshio__pair_find(&r->entities, (uint64_t)(dimension & 3) << 32 | (uint32_t)tag);
         physical = pair < r->entities.num / 2 ? (int64_t)r->entities.data[2 * pair + 1] : 0;
+        msh->turned = physical < 0 && tag > 0 && (dimension == 1 || dimension == 2);
+        if (msh->turned) physical = -physical;
         for (i = 0; i < num; i++) {
             MESHIO__TRY(meshio__msh_int(r, msh, new41, &unused));
             MESHIO__TRY(meshio__msh_element(r, msh, new41, type, physical, tag));
@@ -4085,18 +4103,18 @@ static meshio_result meshio__read_poly(meshio__reader *r, int poly, int64_t firs
     return meshio__tetgen_seeds(r, 1);
 }
 
-/* Tetrahedra (.ele, 4 or 10 corners, attributes) or faces (.face, 3 corners, a marker). */
-static meshio_result meshio__read_elements(meshio__reader *r, int64_t first, int face)
+/* Tetrahedra: 4 or 10 corners, attributes. */
+static meshio_result meshio__read_elements(meshio__reader *r, int64_t first)
 {
-    int64_t count, corners = 3, attributes = 0, i, id, index, tag;
+    int64_t count, corners = 4, attributes = 0, i, id, index, tag;
     uint32_t v[10];
     int k;
     r->text = 1;
     r->comment = '#';
     MESHIO__TRY(meshio__int(r, &count));
-    if (!face && meshio__more_on_line(r)) MESHIO__TRY(meshio__int(r, &corners));
+    if (meshio__more_on_line(r)) MESHIO__TRY(meshio__int(r, &corners));
     if (meshio__more_on_line(r)) MESHIO__TRY(meshio__int(r, &attributes));
-    if (!face && corners != 4 && corners != 10)
+    if (corners != 4 && corners != 10)
         return meshio__fail(r, MESHIO_ERROR_UNSUPPORTED, r->p, "elements of %lld corners",
                             (long long)corners);
     MESHIO__TRY(meshio__fits(r, attributes, 2, "attributes"));
@@ -4115,10 +4133,7 @@ static meshio_result meshio__read_elements(meshio__reader *r, int64_t first, int
             MESHIO__TRY(meshio__int_or_double(r, &index));
             if (k == 0) tag = index;
         }
-        if (face)
-            MESHIO__TRY(meshio__add_triangle(r, v[0], v[1], v[2], tag));
-        else
-            MESHIO__TRY(meshio__add_tet(r, v, tag));
+        MESHIO__TRY(meshio__add_tet(r, v, tag));
     }
     return MESHIO_OK;
 }
@@ -6103,7 +6118,7 @@ static meshio_result meshio__read_any(meshio__reader *r, meshio_format format, i
     case MESHIO_FORMAT_VTU: return meshio__read_vtu(r);
     case MESHIO_FORMAT_INP: return meshio__read_inp(r);
     case MESHIO_FORMAT_NODE: return meshio__read_node(r);
-    case MESHIO_FORMAT_ELE: return meshio__read_elements(r, first, 0);
+    case MESHIO_FORMAT_ELE: return meshio__read_elements(r, first);
     case MESHIO_FORMAT_POLY: return meshio__read_poly(r, 1, first, loops);
     case MESHIO_FORMAT_SMESH: return meshio__read_poly(r, 0, first, loops);
     case MESHIO_FORMAT_XYZ: return meshio__read_xyz(r);
@@ -6149,7 +6164,7 @@ static int64_t meshio__first_node(const unsigned char *bytes, size_t size)
 static int meshio__beside(const char *path, const char *extension, char *name, size_t size)
 {
     const char *dot = strrchr(path, '.');
-    size_t stem = dot ? (size_t)(dot - path) : strlen(path);
+    size_t stem = dot && !strpbrk(dot, "/\\") ? (size_t)(dot - path) : strlen(path);
     if (stem + strlen(extension) + 1 > size) return 0;
     memcpy(name, path, stem);
     strcpy(name + stem, extension);
@@ -6284,8 +6299,8 @@ static meshio_result meshio__write(meshio__writer *w, const char *path, const me
     if (format == MESHIO_FORMAT_NODE) return meshio__write_tetgen(w, path, mesh, ".node", report);
     if (format == MESHIO_FORMAT_ELE && !mesh->second_order) {
         MESHIO__TRY(meshio__write_tetgen(w, path, mesh, ".node", report));
-        if (mesh->num_triangles)
-            MESHIO__TRY(meshio__write_tetgen(w, path, mesh, ".face", report));
+        /* without triangles, too: that of another mesh may be there */
+        MESHIO__TRY(meshio__write_tetgen(w, path, mesh, ".face", report));
         return meshio__write_tetgen(w, path, mesh, ".ele", report);
     }
     if (format == MESHIO_FORMAT_AUTO || format == MESHIO_FORMAT_PLY || format >= MESHIO_FORMAT_POLY)

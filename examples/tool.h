@@ -114,6 +114,19 @@ DELAUNAY_INLINE int tool_is_apart(const char *tool, const char *option, const ch
     return 0;
 }
 
+/* Whether a name stands for where the program prints: then it prints nothing but what goes there. */
+DELAUNAY_INLINE int tool_is_stdout(const char *name)
+{
+#ifdef TOOL_POSIX
+    struct stat of_name, of_stdout;
+    return name && stat(name, &of_name) == 0 && fstat(STDOUT_FILENO, &of_stdout) == 0 &&
+           of_name.st_dev == of_stdout.st_dev && of_name.st_ino == of_stdout.st_ino;
+#else
+    (void)name;
+    return 0;
+#endif
+}
+
 /* A number that no tag is: the next one above all tags and 0 if there is one. */
 DELAUNAY_INLINE int32_t tool_unused_tag(const int32_t *tags, size_t count)
 {

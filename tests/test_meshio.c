@@ -860,6 +860,26 @@ static void msh_ids_may_be_sparse(void)
     meshio_free(&m);
 }
 
+/* A group with a minus sign has the entity turned around, in version 4. */
+static void msh_groups_have_signs(void)
+{
+    meshio_mesh m;
+    CHECK(read_text(MESHIO_FORMAT_MSH,
+                    "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$Entities\n0 1 2 0\n4 0 0 0 1 1 1 1 -9 0\n"
+                    "5 0 0 0 1 1 1 1 -8 0\n-6 0 0 0 1 1 1 1 -6 0\n$EndEntities\n$Nodes\n1 4 1 4\n2 5 0 4\n1\n2\n3\n4\n"
+                    "0 0 0\n1 0 0\n1 1 0\n0 1 0\n$EndNodes\n$Elements\n4 4 1 4\n1 4 1 1\n1 2 3\n2 5 2 1\n2 1 2 3\n"
+                    "2 5 3 1\n3 1 2 3 4\n2 -6 2 1\n4 1 2 3\n$EndElements\n",
+                    &m, NULL) == MESHIO_OK);
+    CHECK(m.num_edges == 1 && m.num_triangles == 4);
+    if (m.num_edges == 1 && m.num_triangles == 4) {
+        CHECK(m.edge_tags[0] == 9 && m.edges[0] == 2 && m.edges[1] == 1);
+        CHECK(m.triangle_tags[0] == 8 && m.triangles[1] == 2 && m.triangles[2] == 1);
+        CHECK(m.triangle_tags[1] == 8 && m.triangles[3] == 0 && m.triangles[4] == 3);
+        CHECK(m.triangle_tags[3] == -6 && m.triangles[10] == 1); /* as it is written here */
+    }
+    meshio_free(&m);
+}
+
 /* Two triangles and a tetrahedron, tags 7, 8 and 9, in the versions that come after another. */
 static void msh_has_several_versions(void)
 {
@@ -1270,7 +1290,7 @@ static void stl_text_may_hold_several_solids(void)
     CHECK(
         read_text(
             MESHIO_FORMAT_STL,
-            "solid a b\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid a b\n"
+            "\357\273\277solid a b\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid a b\n"
             "SOLID\nFACET NORMAL 0 0 1\nOUTER LOOP\nVERTEX -0 0 0\nVERTEX 1 0 0\nVERTEX 0 0 1\nENDLOOP\nENDFACET\nENDSOLID",
             &m, NULL) == MESHIO_OK);
     CHECK(m.num_triangles == 2 && m.num_vertices == 4 && m.triangle_tags[0] == 1 &&
@@ -2006,6 +2026,7 @@ int main(void)
     medit_curved_elements_are_their_corners();
     msh_ids_may_be_sparse();
     msh_has_several_versions();
+    msh_groups_have_signs();
     msh_elements_are_not_repeated();
     msh_sizes_may_have_32_bits();
     vtk_cells_and_strips();

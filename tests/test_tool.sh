@@ -148,6 +148,17 @@ code 2 $delaunay "$T/grid.xyz" -o "$T/one.mesh" --hull "$T/one.mesh"
 code 2 $improve "$T/one.mesh" --bad "$T/one.mesh"
 absent "$T/one.mesh"
 ok "the input is as it was" cmp -s "$T/cube.off" "$T/keep.off"
+code 2 $mesh "$T/cube.off" -q -o "$T/fresh.mesh" --json "$T/./fresh.mesh"
+absent "$T/fresh.mesh"
+mkdir -p "$T/fold.er"
+code 0 $mesh "$T/cube.off" -q -o "$T/fold.er/out" --format ele
+ok "files of a set go into its folder" test -f "$T/fold.er/out.node" -a -f "$T/fold.er/out.face"
+code 0 $mesh "$T/cube.off" -o /dev/stdout --format mesh
+ok "a mesh to the output is all there is on it" sh -c "head -n 1 '$T/out' | grep -q '^MeshVersion'"
+cp "$T/cube.off" "$T/$(printf 'n\303\251\377.off')"
+code 0 $mesh "$T/$(printf 'n\303\251\377.off')" -q --json "$T/name.json"
+ok "JSON is UTF-8" grep -q "$(printf 'n\303\251.ufffd.off')" "$T/name.json"
+code 2 $delaunay "$T/cube.off" --hull "$T/hull.node"
 ok "output and statistics may go to one device" $mesh "$T/cube.off" -q -o /dev/null --format mesh --json /dev/null
 
 # ---- surfaces that bound nothing, or meet themselves ----
