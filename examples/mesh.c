@@ -49,7 +49,8 @@ static const char help_usage[] =
     "  --size-grid FILE     sizes on a regular grid: text, the numbers of nodes NX NY NZ, the first node's X Y Z,\n"
     "                       the spacings DX DY DZ, then NX*NY*NZ sizes, X fastest; 0: no wish; outside as\n"
     "                       at its border\n"
-    "  --layers N           about N tetrahedra or more between facets that face each other\n"
+    "  --layers N           about N tetrahedra or more between facets that face each other; with\n"
+    "                       --growth 1.3 they become larger away from there\n"
     "  --curvature DEG      edges beside a curved surface span at most DEG degrees of it\n"
     "\n";
 static const char help_options[] =
