@@ -9252,8 +9252,9 @@ static double mesher__clamp_size(const mesher_options *o, double h)
 /* Ratio of sizes at the ends of an edge of the surface from which on it does not ask for sizes in
  * between: triangles there are needles, as beside the specks of isosurfaces that pass a node of
  * their grid by 1e-9 of its spacing. To grade from each speck to its surroundings takes hundreds of
- * points, and the needles are as bad as before. */
-#  define MESHER__SPECK 16
+ * points, and the needles are as bad as before. With 16, needles of ordinary parts are concerned,
+ * and their mean gamma falls. */
+#  define MESHER__SPECK 64
 
 /* Sizes that the edges of the surface ask for are no less than what the next vertices ask for,
  * divided by that. */

@@ -1147,7 +1147,7 @@ static void needles_do_not_hold_up(void)
  * are sizes looked for in one of the specks, of which floating point cannot find the way out. */
 static void specks_do_not_hold_up(void)
 {
-    static const uint32_t nodes[2] = {9, 17}, most[2] = {8000, 50000};
+    static const uint32_t nodes[2] = {9, 17}, most[2] = {16000, 50000};
     uint64_t hash = 0;
     int i, threads;
     for (i = 0; i < 2; i++)
