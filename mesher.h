@@ -9269,8 +9269,9 @@ static void mesher__level_specks(mesher_domain *domain)
             for (k = 0; k < 2; k++) {
                 uint32_t a = vertex_of[domain->edges[2 * e + k]],
                          b = vertex_of[domain->edges[2 * e + 1 - k]];
-                if (a == 0 || b == 0 || !(MESHER__SPECK * size[a] < size[b])) continue;
-                size[a] = size[b] / MESHER__SPECK * (1 + 1e-9);
+                double least = size[b] / MESHER__SPECK;
+                if (a == 0 || b == 0 || !(size[a] < least)) continue;
+                size[a] = least * (1 + 1e-9);
                 changed = 1;
             }
 }
@@ -14945,9 +14946,9 @@ MESHER_API mesher_result mesher_refine_mesh(mesher_domain *domain, const mesher_
     mesher_report local;
     mesher_result result;
     int usable;
+    if (domain) memset(domain, 0, sizeof *domain);
     if (!domain || !surface) return mesher__refuse(report);
     memset(&local, 0, sizeof local);
-    memset(domain, 0, sizeof *domain);
     if (!report) report = &local;
     mesher__report_reset(report, surface);
     if (!tets || num_tets == 0) {

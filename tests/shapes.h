@@ -354,10 +354,9 @@ DELAUNAY_INLINE void tetrahedron(shape *s, double x, double y, double z, double 
     add_triangle(s, b, c, d);
     add_triangle(s, a, d, c);
 }
+
 /* -- isosurfaces */
 
-/* A gyroid in a cube, by marching tetrahedra on n nodes a side. Its zeros on nodes become speck:
- * around each are triangles of that size, and needles from them. */
 typedef struct iso {
     shape *s;
     uint32_t n, *vertex; /* 7 a node: of the edges to the nodes with larger coordinates */
@@ -416,6 +415,8 @@ DELAUNAY_INLINE void iso_tet(iso *g, uint32_t (*at)[3], int odd)
     if (num_in == 2) add_triangle(g->s, v[0], v[odd ? 3 : 2], v[odd ? 2 : 3]);
 }
 
+/* A gyroid in a cube, by marching tetrahedra on n nodes a side. Its zeros on nodes become speck:
+ * around each are triangles of that size, and needles from them. */
 DELAUNAY_INLINE void gyroid(shape *s, uint32_t n, double speck)
 {
     static const int order[6][3] = {{0, 1, 2}, {1, 2, 0}, {2, 0, 1},

@@ -973,6 +973,10 @@ static void arguments_are_checked(void)
     memset(&domain, 0xAB, sizeof domain);
     CHECK(mesher_mesh(&domain, NULL, NULL, NULL) == MESHER_ERROR_INVALID_ARGUMENT);
     mesher_domain_free(&domain); /* it is zeroed on every failure, and so is an output */
+    memset(&domain, 0xAB, sizeof domain);
+    CHECK(mesher_refine_mesh(&domain, NULL, NULL, NULL, 0, NULL, NULL) ==
+          MESHER_ERROR_INVALID_ARGUMENT);
+    mesher_domain_free(&domain);
     o.gradation = -1;
     CHECK(mesher_mesh(&domain, &s, &o, NULL) == MESHER_ERROR_INVALID_ARGUMENT);
     memset(&domain, 0, sizeof domain);
