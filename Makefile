@@ -4,7 +4,7 @@
 #   make demo                     mesh a part that the program makes itself, write demo.vtu
 #   make test                     all tests, some five minutes on two cores
 #   make hard                     a thousand surfaces that are hard to recover, each result proved
-#   make sanitize                 the same under the address and undefined-behaviour sanitizers
+#   make sanitize                 all tests under the address and undefined-behaviour sanitizers
 #   make tsan                     the parallel tests under clang's thread sanitizer
 #   make test-models MODELS=DIR   the tools over a folder of models with an INDEX.tsv
 #   make league MODELS=DIR        times and qualities over the same folder, beside rivals if installed

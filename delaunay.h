@@ -162,7 +162,8 @@ enum { DELAUNAY_LOG_ERROR, DELAUNAY_LOG_WARNING, DELAUNAY_LOG_INFO, DELAUNAY_LOG
  * callbacks by the calling thread only. */
 typedef struct delaunay_host {
     delaunay_allocator allocator;
-    size_t             memory_limit_bytes;  /* 0: none; beyond it allocations fail */
+    size_t             memory_limit_bytes;  /* 0: none; beyond it allocations fail: of each object
+                                             * (mesh, domain, what a call works with) by itself */
     int                num_threads;         /* 0: omp_get_max_threads() at each call; 1024 at most,
                                              * more count as so many */
     void (*log)(void *user, int level, const char *text);              /* NULL: silent */
@@ -305,6 +306,7 @@ DELAUNAY_API delaunay_result delaunay_tetrahedralize_points(delaunay_mesh *mesh,
  *   mesh     in/out  of delaunay_tetrahedralize, or zeroed; without marks (delaunay_enable_marks).
  *                    On failure still a triangulation, of the old points and perhaps some new ones;
  *                    to go on, call again with the same points: those that are not in come in then
+ *                    (where num_points has grown already they are counted twice)
  *   xyz      in      3*count doubles, finite; not kept. Their ids go on from mesh->num_points
  *
  * New vertices follow the old ones; a point that is there already maps to the vertex it equals, and
@@ -462,7 +464,7 @@ DELAUNAY_API delaunay_result delaunay_import(delaunay_mesh *mesh, const double *
                                              const uint32_t *colors, size_t num_tets,
                                              const delaunay_host *host, delaunay_report *report);
 /* Removes deleted slots and puts vertices of tetrahedra and the slots in canonical order: a
- * function of the triangulation and the vertex numbers alone (DECISIONS: same bytes for any number
+ * function of the triangulation and the vertex numbers alone (same bytes for any number
  * of threads). */
 DELAUNAY_API delaunay_result delaunay_canonicalize(delaunay_mesh *mesh, const delaunay_host *host);
 
@@ -524,14 +526,14 @@ DELAUNAY_API delaunay_handle delaunay_find_facet(const delaunay_mesh *mesh, dela
                                                  uint32_t a, uint32_t b, uint32_t c);
 /* A tetrahedron that contains the point (closed), a ghost that sees it, or 0 where the mesh has no
  * more neighbour. Exact visibility walk with a step bound, then a scan. hint may be 0. */
-DELAUNAY_API delaunay_handle delaunay_locate(const delaunay_mesh *mesh, delaunay_worker *worker,
-                                             const double *xyz, delaunay_handle hint);
+DELAUNAY_API delaunay_handle delaunay_locate(const delaunay_mesh *mesh, const double *xyz,
+                                             delaunay_handle hint);
 
 /* -- editing. The one primitive of recovery, refinement and improvement. */
 
 /* Replaces connected tetrahedra by others that fill the same polyhedron.
  *
- *   old      num_old distinct tetrahedra, none deleted
+ *   old_tets num_old distinct tetrahedra, none deleted
  *   vertices 4 a new tetrahedron, positive (the ghost, if any, last); not checked beyond closure
  *   slots    out, num_new entries, may be NULL: where they are now (old slots first, in order)
  *
@@ -715,9 +717,8 @@ typedef struct delaunay_window {
 /* Fills a window. keep_facets, keep_edges: list what is constrained inside (else it may vanish).
  * Returns 1; 0 if it has a ghost, more than max_vertices (at most 32) or too much of anything. */
 DELAUNAY_API int delaunay_window_set(delaunay_window *window, const delaunay_mesh *mesh,
-                                     delaunay_worker *worker, const delaunay_handle *tets,
-                                     size_t num_tets, uint32_t max_vertices, int keep_edges,
-                                     int keep_facets);
+                                     const delaunay_handle *tets, size_t num_tets,
+                                     uint32_t max_vertices, int keep_edges, int keep_facets);
 
 typedef enum delaunay_objective {
     DELAUNAY_ANY,             /* any triangulation */
@@ -828,8 +829,8 @@ typedef struct delaunay_partition {
     int (*edit)(void *user, delaunay_section *section, uint32_t vertex);
     void *user;
     int num_sections;  /* at first. 0: one a thread, right where the result is unique. Else from the
-                        * counts  alone (about one for 32768 vertices): then the order of edits, and
-                        * so the  triangulation, is the same for any number of threads */
+                        * counts alone (about one for 32768 vertices): then the order of edits, and
+                        * so the triangulation, is the same for any number of threads */
     const char *phase; /* for the host's progress callback */
     uint64_t attempts, conflicts; /* out */
 } delaunay_partition;
@@ -3212,11 +3213,11 @@ static int delaunay__search_cavity(delaunay__kernel *k, delaunay_handle seed, co
 static int delaunay__cavity(delaunay__kernel *k, delaunay_handle seed, const double *e)
 {
 #  if defined(DELAUNAY__DIG)
-    enum { WORTH = 64, IN_VAIN = 8 };
+    enum { DELAUNAY__WORTH = 64, DELAUNAY__IN_VAIN = 8 };
     if (k->simd && !k->weight) {
-        if (k->doubts < WORTH) {
+        if (k->doubts < DELAUNAY__WORTH) {
             int result = delaunay__dig(k, seed, e);
-            k->doubts += result == DELAUNAY__NOT_SURE ? IN_VAIN : -(k->doubts > 0);
+            k->doubts += result == DELAUNAY__NOT_SURE ? DELAUNAY__IN_VAIN : -(k->doubts > 0);
             k->dug = 1;
             if (result != DELAUNAY__NOT_SURE) return result;
         } else k->doubts--;
@@ -4328,16 +4329,17 @@ static uint32_t delaunay__fill_batch(delaunay__numbering *c, delaunay__batch_of_
                                      uint32_t v, uint32_t end, size_t *from)
 {
     const delaunay_handle *heads = c->heads;
-    enum { AHEAD = 16 };
+    enum { DELAUNAY__AHEAD = 16 };
     size_t n = 0;
     for (b->num = 0; v < end && b->num < DELAUNAY__BATCH && n < DELAUNAY__BATCH; v++) {
         size_t first = n;
         delaunay_handle t = heads[v], ahead;
         if (!t) continue;
-        ahead = heads[v + AHEAD < end ? v + AHEAD : v];
+        ahead = heads[v + DELAUNAY__AHEAD < end ? v + DELAUNAY__AHEAD : v];
         DELAUNAY__PREFETCH(&c->moved[ahead]);
         DELAUNAY__PREFETCH(&c->keys[ahead]);
-        ahead = c->moved[heads[v + AHEAD / 2 < end ? v + AHEAD / 2 : v]] & c->slot_mask;
+        ahead = heads[v + DELAUNAY__AHEAD / 2 < end ? v + DELAUNAY__AHEAD / 2 : v];
+        ahead = c->moved[ahead] & c->slot_mask;
         DELAUNAY__PREFETCH(&c->moved[ahead]);
         DELAUNAY__PREFETCH(&c->keys[ahead]);
         for (; t && n - first < DELAUNAY__MANY_TETS; n++) {
@@ -4463,7 +4465,7 @@ static DELAUNAY__NOINLINE void delaunay__renumber_plain(const delaunay__numberin
 static DELAUNAY__TARGET DELAUNAY__NOINLINE void
 delaunay__renumber_avx2(const delaunay__numbering *c, size_t t, size_t count, delaunay_tet *y)
 {
-    enum { AHEAD = 32 };
+    enum { DELAUNAY__AHEAD = 32 };
     const __m128i three = _mm_set1_epi32(3);
     const delaunay_tet *tets = c->mesh->tets;
     const int *moved = (const int *)(const void *)c->moved;
@@ -4472,7 +4474,7 @@ delaunay__renumber_avx2(const delaunay__numbering *c, size_t t, size_t count, de
     /* what is beyond the end may be another thread's */
     size_t end = t + count, known = c->threads == 1 ? c->mesh->num_tets : end;
     for (; t < end; t++, y++) {
-        const delaunay_handle *n = tets[t + AHEAD < known ? t + AHEAD : t].n;
+        const delaunay_handle *n = tets[t + DELAUNAY__AHEAD < known ? t + DELAUNAY__AHEAD : t].n;
         const uint8_t *bytes = c->rotations.bytes[(unsigned)moved[t] >> DELAUNAY__PACKED_BITS];
         __m128i o = _mm_loadu_si128((const __m128i *)(const void *)bytes);
         __m128i v = _mm_loadu_si128((const __m128i *)(const void *)tets[t].v);
@@ -4566,14 +4568,14 @@ static void delaunay__lift_starts(const delaunay__numbering *c, const delaunay__
 DELAUNAY_INLINE void delaunay__move_share(const delaunay__numbering *c, size_t next, size_t end,
                                           const delaunay__starts *starts, const int shared)
 {
-    enum { CHAINS = 64 };
-    delaunay_tet *tets = c->mesh->tets, carried[CHAINS], x;
-    delaunay_handle target[CHAINS], *moved = c->moved, to;
+    enum { DELAUNAY__CHAINS = 64 };
+    delaunay_tet *tets = c->mesh->tets, carried[DELAUNAY__CHAINS], x;
+    delaunay_handle target[DELAUNAY__CHAINS], *moved = c->moved, to;
     int i, busy = 1;
     memset(target, 0, sizeof target);
     while (busy) {
         busy = 0;
-        for (i = 0; i < CHAINS; i++) {
+        for (i = 0; i < DELAUNAY__CHAINS; i++) {
             delaunay_handle t = target[i];
             if (t) {
                 to = delaunay__take_slot(&moved[t], DELAUNAY_NONE, shared);
@@ -4697,11 +4699,11 @@ static DELAUNAY__NOINLINE void delaunay__sweep_tets(const delaunay__numbering *c
  * 61st. */
 static int delaunay__is_nearly_in_order(const delaunay__numbering *c)
 {
-    enum { STEP = 61 };
+    enum { DELAUNAY__STEP = 61 };
     size_t t, slots = c->mesh->num_tets, up = 0; /* deleted ones go to 0 */
-    for (t = 1; t < slots; t += STEP)
+    for (t = 1; t < slots; t += DELAUNAY__STEP)
         up += (c->moved[t] & c->slot_mask) > (t | (DELAUNAY__SWEEP - 1));
-    return STEP * up <= slots / 4;
+    return DELAUNAY__STEP * up <= slots / 4;
 }
 
 /* Several threads: each renumbers its own slots in place, reading moved and mark. Then chains from
@@ -5161,17 +5163,17 @@ static delaunay_result delaunay__partitions_init(delaunay__partitions *p, delaun
 /* Keys of vertices 1 .. count-1 along the box's curve. */
 static void delaunay__rekey(delaunay__partitions *p, uint32_t count)
 {
-    enum { CHUNK = 1024 };
+    enum { DELAUNAY__KEYS = 1024 };
     delaunay_vertex *v = p->mesh->vertices;
     const hilbert_box *box = &p->box;
-    long chunk, num = (long)((count + CHUNK - 1) / CHUNK);
+    long chunk, num = (long)((count + DELAUNAY__KEYS - 1) / DELAUNAY__KEYS);
 #  ifdef _OPENMP
 #    pragma omp parallel for num_threads(p->num_kernels) schedule(static)
 #  endif
     for (chunk = 0; chunk < num; chunk++) {
-        uint64_t keys[CHUNK];
-        uint32_t i, first = (uint32_t)chunk * CHUNK, n = count - first;
-        if (n > CHUNK) n = CHUNK;
+        uint64_t keys[DELAUNAY__KEYS];
+        uint32_t i, first = (uint32_t)chunk * DELAUNAY__KEYS, n = count - first;
+        if (n > DELAUNAY__KEYS) n = DELAUNAY__KEYS;
         (void)hilbert_keys3(keys, v[first].x, sizeof *v, n, box, 1);
         for (i = 0; i < n; i++) v[first + i].key = (uint32_t)(keys[i] >> (63 - DELAUNAY__KEY_BITS));
     }
@@ -5232,15 +5234,15 @@ static void delaunay__cut_sections(delaunay__partitions *p, size_t num_items, in
  * would need none. */
 static void delaunay__deal_fresh(delaunay__partitions *p, size_t num_items, int num)
 {
-    enum { SLOTS_AN_ITEM = 6 };
+    enum { DELAUNAY__SLOTS_AN_ITEM = 6 };
     delaunay_mesh *mesh = p->mesh;
-    size_t first = mesh->num_tets, end = first + SLOTS_AN_ITEM * num_items;
+    size_t first = mesh->num_tets, end = first + DELAUNAY__SLOTS_AN_ITEM * num_items;
     int i;
     if (mesh->weight || end + 2 * p->kernels[0]->reserve > mesh->cap_tets) return;
     for (i = 0; i < num; i++) {
         delaunay__cut *c = &p->cuts[i];
-        c->fresh = (delaunay_handle)(first + SLOTS_AN_ITEM * c->begin);
-        c->fresh_end = (delaunay_handle)(first + SLOTS_AN_ITEM * c->end);
+        c->fresh = (delaunay_handle)(first + DELAUNAY__SLOTS_AN_ITEM * c->begin);
+        c->fresh_end = (delaunay_handle)(first + DELAUNAY__SLOTS_AN_ITEM * c->end);
     }
     mesh->num_tets = (delaunay_handle)end;
 }
@@ -5879,12 +5881,11 @@ static delaunay_handle delaunay__locate_by_scan(const delaunay_mesh *mesh, const
  * Delaunay it may go round in circles: the facet to begin with is drawn by a hash of the step, and
  * the number of steps bounded. Where it ends at a border without neighbour, the mesh need not be
  * convex: only the scan can tell. */
-DELAUNAY_API delaunay_handle delaunay_locate(const delaunay_mesh *mesh, delaunay_worker *worker,
-                                             const double *xyz, delaunay_handle hint)
+DELAUNAY_API delaunay_handle delaunay_locate(const delaunay_mesh *mesh, const double *xyz,
+                                             delaunay_handle hint)
 {
     delaunay_handle t = hint, from = 0, steps, limit = mesh->num_tets + 1000;
     uint32_t random = 2463534242u;
-    (void)worker;
     if (t == 0 || t >= mesh->num_tets || delaunay_is_deleted(mesh, t))
         for (t = mesh->num_tets ? mesh->num_tets - 1 : 0; t > 0 && delaunay_is_deleted(mesh, t);
              t--) {}
@@ -6351,7 +6352,7 @@ static uint32_t delaunay__corner_at(const delaunay_mesh *mesh, delaunay_handle t
 static delaunay_result delaunay__editor_put(delaunay_editor *e, uint32_t v, delaunay_handle hint,
                                             uint32_t *same)
 {
-    enum { EDITOR_SLOTS = 2048 };
+    enum { DELAUNAY__EDITOR_SLOTS = 2048 };
     delaunay__kernel *k = &e->kernel;
     int result;
     *same = 0;
@@ -6359,7 +6360,8 @@ static delaunay_result delaunay__editor_put(delaunay_editor *e, uint32_t v, dela
     if (hint && hint < e->mesh->num_tets && !delaunay_is_deleted(e->mesh, hint)) k->hint = hint;
     k->hint = delaunay__any_tet(e->mesh, k->hint);
     if (k->hint == DELAUNAY_NONE) return DELAUNAY_ERROR_INVALID_ARGUMENT;
-    if (delaunay__reserve_free(e->mesh, (size_t)e->mesh->num_free + EDITOR_SLOTS) != DELAUNAY_OK)
+    if (delaunay__reserve_free(e->mesh, (size_t)e->mesh->num_free + DELAUNAY__EDITOR_SLOTS) !=
+        DELAUNAY_OK)
         return DELAUNAY_ERROR_OUT_OF_MEMORY;
     result = delaunay__insert(k, v);
     /* Other edits may come before the next: the mesh has all slots. Of a cavity of thousands, with
@@ -7112,7 +7114,7 @@ DELAUNAY_API delaunay_result delaunay_alpha_of(delaunay_alpha *alpha, const dela
 DELAUNAY_API uint32_t delaunay_nearest(const delaunay_mesh *mesh, delaunay_worker *worker,
                                        const double *xyz, delaunay_handle hint)
 {
-    delaunay_handle t = delaunay_locate(mesh, worker, xyz, hint);
+    delaunay_handle t = delaunay_locate(mesh, xyz, hint);
     uint32_t best, before;
     size_t i;
     int k;
@@ -8125,15 +8127,13 @@ static uint32_t delaunay__number(delaunay__numbers *table, delaunay_window *w, u
 }
 
 DELAUNAY_API int delaunay_window_set(delaunay_window *window, const delaunay_mesh *mesh,
-                                     delaunay_worker *worker, const delaunay_handle *tets,
-                                     size_t num_tets, uint32_t max_vertices, int keep_edges,
-                                     int keep_facets)
+                                     const delaunay_handle *tets, size_t num_tets,
+                                     uint32_t max_vertices, int keep_edges, int keep_facets)
 {
     delaunay__handles inside;
     delaunay__numbers numbers;
     uint8_t local[DELAUNAY_WINDOW_TETS][4];
     uint32_t pairs[DELAUNAY_WINDOW_VERTICES], boundary = 0, all, i, k;
-    (void)worker;
     if (max_vertices > DELAUNAY_WINDOW_VERTICES) max_vertices = DELAUNAY_WINDOW_VERTICES;
     if (!mesh->flags) keep_edges = keep_facets = 0;
     window->num_tets = window->num_vertices = window->num_facets = 0;
@@ -9175,20 +9175,21 @@ static const char *delaunay__check_at(const delaunay_mesh *mesh, delaunay_handle
 static delaunay_result delaunay__check_all(const delaunay_mesh *mesh, int level, int threads,
                                            delaunay_report *report)
 {
-    enum { CHUNK = 4096, AHEAD = 12 };
-    const long num = (long)((mesh->num_tets + CHUNK - 1) / CHUNK);
+    enum { DELAUNAY__STRETCH = 4096, DELAUNAY__AHEAD = 12 };
+    const long num = (long)((mesh->num_tets + DELAUNAY__STRETCH - 1) / DELAUNAY__STRETCH);
     delaunay_handle first = mesh->num_tets, other;
     long chunk;
 #  if DELAUNAY__PARALLEL
 #    pragma omp parallel for num_threads(threads) schedule(dynamic, 1) reduction(min : first)
 #  endif
     for (chunk = 0; chunk < num; chunk++) {
-        delaunay_handle t = (delaunay_handle)chunk * CHUNK, end = t + CHUNK, unused;
+        delaunay_handle t = (delaunay_handle)chunk * DELAUNAY__STRETCH,
+                        end = t + DELAUNAY__STRETCH, unused;
         int i;
         if (end > mesh->num_tets) end = mesh->num_tets;
         for (t += t == 0; t < end && t < first; t++) {
-            for (i = 0; t + AHEAD < mesh->num_tets && i < 4; i++) {
-                const delaunay_tet *soon = &mesh->tets[t + AHEAD];
+            for (i = 0; t + DELAUNAY__AHEAD < mesh->num_tets && i < 4; i++) {
+                const delaunay_tet *soon = &mesh->tets[t + DELAUNAY__AHEAD];
                 if (level != DELAUNAY_VALIDATE_GEOMETRY)
                     DELAUNAY__PREFETCH(&mesh->tets[soon->n[i] >> 2]);
                 else if (soon->v[i] < mesh->num_vertices)

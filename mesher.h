@@ -438,7 +438,7 @@ MESHER_API mesher_result mesher_weld(double *xyz, size_t num_vertices, double di
  *           _ERROR_INTERNAL
  * Cost      0.5 to 1.5 us a tetrahedron where it refines
  * Threads   options->host.num_threads; distinct domains may be made at once
- * Repeats   same bytes for any number of threads, unless max_seconds ends it
+ * Repeats   same bytes for any number of threads, unless max_seconds or a memory limit ends it
  * Source    Marot 2020, chapters 5 and 7 */
 MESHER_API mesher_result mesher_mesh(mesher_domain *domain, const mesher_surface *surface,
                                      const mesher_options *options, mesher_report *report);
@@ -482,7 +482,7 @@ MESHER_API mesher_result mesher_refine_mesh(mesher_domain *domain, const mesher_
  *           max_tets: what is there is usable; others as mesher_mesh, with findings
  * Cost      of a mesh without refinement, and a microsecond or two for each triangle made, in one
  *           thread
- * Repeats   same bytes for any thread count, unless max_seconds ends it */
+ * Repeats   same bytes for any thread count, unless max_seconds or a memory limit ends it */
 MESHER_API mesher_result mesher_refine_surface(mesher_fine_surface *fine,
                                                const mesher_surface *surface,
                                                const mesher_options *options,
@@ -514,8 +514,8 @@ MESHER_API mesher_result mesher_domain_init(mesher_domain *domain, const mesher_
 /* The Delaunay triangulation of the vertices and of the corners of a box around them. */
 MESHER_API mesher_result mesher_empty_mesh(mesher_domain *domain, mesher_report *report);
 /* Every edge and facet of the domain becomes one of the mesh, and is marked constrained on all its
- * tetrahedra. Several threads look for what is missing and, where that is a thousand edges and
- * more, bring most of it in; the mesh is that of one thread. */
+ * tetrahedra. Several threads look for what is missing and, where that is some 64 edges and more,
+ * bring most of it in; the mesh is that of one thread. */
 MESHER_API mesher_result mesher_recover(mesher_domain *domain, mesher_report *report);
 /* Colours every cell; DELAUNAY_OUTSIDE is what is not kept. Fills regions. */
 MESHER_API mesher_result mesher_color(mesher_domain *domain, mesher_report *report);
@@ -536,7 +536,7 @@ MESHER_API mesher_result mesher_refine(mesher_domain *domain, mesher_report *rep
  *
  *   failure        in      what mesher_mesh returned: MESHER_ERROR_RECOVERY or _SURFACE
  *   where          in      3 doubles: where it failed, such as findings[0].xyz
- *   xyz, triangles in/out  room for 3*(num_vertices + 8) doubles, 3*(num_triangles + 12) indices
+ *   xyz, triangles out     room for 3*(num_vertices + 8) doubles, 3*(num_triangles + 12) indices
  *   part           out     of these arrays: triangles near the place, and a box around them (the
  *                          last 12)
  *
@@ -1051,23 +1051,25 @@ static mesher_result mesher__weld(mesher_domain *domain)
     return MESHER_OK;
 }
 
+/* Ascending order of three; returns 1 if that is an odd permutation. */
+static int mesher__ascend(uint32_t v[3])
+{
+    uint32_t s;
+    int odd = 0;
+    if (v[0] > v[1]) { s = v[0]; v[0] = v[1]; v[1] = s; odd ^= 1; }
+    if (v[1] > v[2]) { s = v[1]; v[1] = v[2]; v[2] = s; odd ^= 1; }
+    if (v[0] > v[1]) { s = v[0]; v[0] = v[1]; v[1] = s; odd ^= 1; }
+    return odd;
+}
+
 /* Survivors of a triangle's vertices in ascending order; returns 1 if that is an odd
  * permutation. */
 static int mesher__sorted_triangle(const mesher_domain *domain, size_t triangle, uint32_t v[3])
 {
     const uint32_t *t = domain->surface.triangles + 3 * triangle;
-    uint32_t s;
-    int i, j, odd = 0;
+    int i;
     for (i = 0; i < 3; i++) v[i] = domain->survivor[t[i]];
-    for (i = 0; i < 2; i++)
-        for (j = 0; j < 2 - i; j++)
-            if (v[j] > v[j + 1]) {
-                s = v[j];
-                v[j] = v[j + 1];
-                v[j + 1] = s;
-                odd ^= 1;
-            }
-    return odd;
+    return mesher__ascend(v);
 }
 
 static int mesher__collinear(const mesher_surface *surface, const uint32_t *v)
@@ -1367,11 +1369,9 @@ static uint32_t mesher__edge_find(const mesher_domain *domain, uint32_t a, uint3
     return DELAUNAY_NO_ID;
 }
 
-/* A facet with an open edge has one cell on both sides: taking it away changes no cell. What is
- * left when none has such an edge is in *left (num_facets bytes, may be NULL); their number in
- * *count. */
-static mesher_result mesher__peel(mesher_domain *domain, uint8_t *left, uint32_t *count,
-                                  uint32_t *open_edge)
+/* A facet with an open edge has one cell on both sides: taking it away changes no cell. How many
+ * are left when none has such an edge, in *count. */
+static mesher_result mesher__peel(mesher_domain *domain, uint32_t *count, uint32_t *open_edge)
 {
     delaunay_memory *memory = &domain->memory;
     uint32_t nf = domain->num_facets, ne = domain->num_edges, f, e, top = 0;
@@ -1380,7 +1380,6 @@ static mesher_result mesher__peel(mesher_domain *domain, uint8_t *left, uint32_t
     int j;
     *count = nf;
     *open_edge = DELAUNAY_NO_ID;
-    if (left) memset(left, 1, nf);
     facets_of = (uint32_t *)delaunay_alloc(memory, ne, sizeof *facets_of);
     if (!facets_of) goto done;
     sum = (uint32_t *)delaunay_alloc(memory, ne, sizeof *sum);
@@ -1405,7 +1404,6 @@ static mesher_result mesher__peel(mesher_domain *domain, uint8_t *left, uint32_t
         e = stack[--top];
         if (facets_of[e] != 1) continue;
         f = sum[e]; /* the only one left: the others have cancelled themselves */
-        if (left) left[f] = 0;
         --*count;
         for (j = 0; j < 3; j++) {
             e = edges_of[3 * (size_t)f + (size_t)j];
@@ -1465,7 +1463,7 @@ static mesher_result mesher__check_cells(mesher_domain *domain, mesher_report *r
         return MESHER_OK;
     }
     if (report->counts[MESHER_NOTE_OPEN_EDGE] == 0 && domain->num_facets) return MESHER_OK;
-    result = mesher__peel(domain, NULL, &left, &e);
+    result = mesher__peel(domain, &left, &e);
     if (result != MESHER_OK || left) return result;
     if (e != DELAUNAY_NO_ID)
         mesher__add_edge_finding(report, MESHER_DEFECT_NO_CELL, surface, domain->edge_source[e],
@@ -3027,14 +3025,6 @@ static uint64_t mesher__pair(uint32_t a, uint32_t b)
     return a < b ? (uint64_t)a << 32 | b : (uint64_t)b << 32 | a;
 }
 
-static void mesher__sort3(uint32_t *v)
-{
-    uint32_t t;
-    if (v[0] > v[1]) t = v[0], v[0] = v[1], v[1] = t;
-    if (v[1] > v[2]) t = v[1], v[1] = v[2], v[2] = t;
-    if (v[0] > v[1]) t = v[0], v[0] = v[1], v[1] = t;
-}
-
 /* Pieces of split edges and facets, by their vertices; 0 edges or facets: none is known. */
 static uint32_t mesher__edge_piece(const mesher__recovery *r, uint32_t a, uint32_t b)
 {
@@ -3166,7 +3156,7 @@ static uint32_t mesher__facet_index(const mesher__recovery *r, uint32_t a, uint3
     v[0] = a;
     v[1] = b;
     v[2] = c;
-    mesher__sort3(v);
+    (void)mesher__ascend(v);
     if (v[2] >= r->num_rows) return mesher__facet_piece(r, v);
     place = mesher__facet_place(r, v);
     return place == MESHER__ABSENT || r->facet_retired[r->facet_index[place]]
@@ -3245,7 +3235,7 @@ static void mesher__build_facet_rows(mesher__recovery *r)
     for (i = 0; i < d->num_facets; i++) {
         uint32_t *v = r->facets + 3 * (size_t)i;
         for (k = 0; k < 3; k++) v[k] = vertex_of[d->facets[3 * (size_t)i + k]];
-        mesher__sort3(v);
+        (void)mesher__ascend(v);
     }
     mesher__deal_rows(r->facets, 3, d->num_facets, r->facet_row, r->num_rows, r->facet_index);
     mesher__sort_long_rows(r->facets, 3, r->facet_row, r->num_rows, r->facet_index,
@@ -3311,7 +3301,7 @@ static unsigned mesher__detect_facets(mesher__recovery *r, const uint32_t *v, un
         w[0] = v[o[0]];
         w[1] = v[o[1]];
         w[2] = v[o[2]];
-        mesher__sort3(w);
+        (void)mesher__ascend(w);
         place = mesher__facet_place(r, w);
         if (place == MESHER__ABSENT) continue;
         flags |= DELAUNAY_FACET_BIT(i);
@@ -3916,8 +3906,9 @@ static int mesher__window_note(mesher__recovery *r, const delaunay_handle *tets,
  * others: all neighbours that have it. Returns 0 if there is none. */
 static int mesher__patch_grow(const mesher__recovery *r, mesher__patch *p)
 {
-    enum { MAX_APICES = 256 };
-    uint32_t apex[MAX_APICES], votes[MAX_APICES], n = 0, best = 0, i, j, k, count = p->count;
+    enum { MESHER__MAX_APICES = 256 };
+    uint32_t apex[MESHER__MAX_APICES], votes[MESHER__MAX_APICES];
+    uint32_t n = 0, best = 0, i, j, k, count = p->count;
     if (p->full) return 0;
     for (i = 0; i < count; i++)
         for (k = 0; k < 4; k++) {
@@ -3928,7 +3919,7 @@ static int mesher__patch_grow(const mesher__recovery *r, mesher__patch *p)
             if (v == DELAUNAY_GHOST) continue;
             for (j = 0; j < n && apex[j] != v; j++) {}
             if (j == n) {
-                if (n == MAX_APICES) continue;
+                if (n == MESHER__MAX_APICES) continue;
                 apex[n] = v;
                 votes[n++] = mesher__patch_has_point(p, v) ? 1u << 16 : 0;
             }
@@ -4102,6 +4093,16 @@ typedef struct mesher__effort {
     int      level, passes;
 } mesher__effort;
 
+/* The result of the search over window w, after first in r->commit; returns its number. */
+static uint32_t mesher__take_search(mesher__recovery *r, const delaunay_window *w, uint32_t first)
+{
+    const delaunay_search *s = &r->search;
+    uint32_t i, k;
+    for (i = 0; i < s->num_tets; i++)
+        for (k = 0; k < 4; k++) r->commit[4 * (first + i) + k] = w->vertices[s->tets[i][k]];
+    return s->num_tets;
+}
+
 /* Searches one window for fewer crossings of the target, and commits what it finds. */
 static int mesher__try_window(mesher__recovery *r, const mesher__window *w,
                               delaunay_objective objective, const uint32_t *target,
@@ -4113,9 +4114,9 @@ static int mesher__try_window(mesher__recovery *r, const mesher__window *w,
                    mesher__mix(((uint64_t)target[0] << 32 | target[1]) + mesher__mix(kind)) +
                    effort->max_nodes;
     delaunay_search *s = &r->search;
-    uint32_t i, k, crossings;
+    uint32_t i, crossings;
     if (mesher__set_has(&r->failed, key)) return 0;
-    if (!delaunay_window_set(&r->window, r->mesh, r->worker, tets, w->num_tets, effort->max_points,
+    if (!delaunay_window_set(&r->window, r->mesh, tets, w->num_tets, effort->max_points,
                              1, keep_facets))
         return 0;
     crossings = delaunay_window_crossings(r->mesh, &r->window, objective, target);
@@ -4134,8 +4135,7 @@ static int mesher__try_window(mesher__recovery *r, const mesher__window *w,
         mesher__add(r, &r->failed, key);
         return 0;
     }
-    for (i = 0; i < s->num_tets; i++)
-        for (k = 0; k < 4; k++) r->commit[4 * i + k] = r->window.vertices[s->tets[i][k]];
+    mesher__take_search(r, &r->window, 0);
     return mesher__commit(r, r->window.tets, r->window.num_tets, r->commit, s->num_tets);
 }
 
@@ -5571,6 +5571,7 @@ static void mesher__list_edges(mesher__recovery *r, int by_crossings)
         r->order[i] = (uint64_t)r->pipe.num_crossings << 32 | e;
     }
     if (r->status != MESHER_OK) return;
+    for (; i < r->num_wanted; i++) r->order[i] = r->wanted[i]; /* there was no work left for them */
     mesher__tell(r, "edges listed", 0);
     if (r->num_wanted > 1) qsort(r->order, r->num_wanted, sizeof *r->order, mesher__compare_u64);
     for (i = 0; i < r->num_wanted; i++) r->wanted[i] = (uint32_t)r->order[i];
@@ -5825,6 +5826,17 @@ static double mesher__kernel(mesher__recovery *r, double *out)
     double mean[3], l[3][3],
         depth = mesher__whiten(r, mean, l) ? mesher__deepest(r, mean, l, 0, out) : 0;
     return depth > 0 && mesher__in_kernel(r, out) ? depth : 0;
+}
+
+/* Tetrahedra between the shell and a new vertex, after *num_new in r->commit. */
+static void mesher__star_shell(mesher__recovery *r, uint32_t v, uint32_t *num_new)
+{
+    uint32_t i;
+    for (i = 0; i < r->num_shell; i++, ++*num_new) {
+        uint32_t *c = r->commit + 4 * (size_t)*num_new;
+        c[0] = r->shell[i][0], c[1] = r->shell[i][2], c[2] = r->shell[i][1], c[3] = v;
+    }
+    r->added++;
 }
 
 /* Replaces the window by tetrahedra between its boundary and a new vertex. */
@@ -6241,10 +6253,19 @@ static int mesher__compare_hinges(const void *a, const void *b)
     return x->facet < y->facet ? -1 : x->facet > y->facet;
 }
 
-static uint32_t mesher__patch_root(uint32_t *parent, uint32_t f)
+static uint32_t mesher__root(uint32_t *parent, uint32_t v)
 {
-    while (parent[f] != f) f = parent[f] = parent[parent[f]];
-    return f;
+    while (parent[v] != v) v = parent[v] = parent[parent[v]];
+    return v;
+}
+
+/* The smaller root becomes the parent of the larger one. */
+static void mesher__join(uint32_t *parent, uint32_t a, uint32_t b)
+{
+    a = mesher__root(parent, a);
+    b = mesher__root(parent, b);
+    if (a < b) parent[b] = a;
+    else parent[a] = b;
 }
 
 /* Joins facets that are in one plane, but for rounding, with a neighbour. */
@@ -6262,14 +6283,11 @@ static void mesher__join_patches(mesher__recovery *r, mesher__hinge *hinges, uin
         }
     qsort(hinges, count, sizeof *hinges, mesher__compare_hinges);
     for (i = 1; i < count; i++) {
-        uint32_t a = (uint32_t)(hinges[i].edge >> 32), b = (uint32_t)hinges[i].edge, x, y;
+        uint32_t a = (uint32_t)(hinges[i].edge >> 32), b = (uint32_t)hinges[i].edge;
         if (hinges[i].edge != hinges[i - 1].edge ||
             !mesher__is_flat(r, a, b, hinges[i - 1].apex, hinges[i].apex))
             continue;
-        x = mesher__patch_root(parent, hinges[i - 1].facet);
-        y = mesher__patch_root(parent, hinges[i].facet);
-        if (x < y) parent[y] = x;
-        else parent[x] = y;
+        mesher__join(parent, hinges[i - 1].facet, hinges[i].facet);
     }
 }
 
@@ -6285,7 +6303,7 @@ static void mesher__fit_patches(mesher__recovery *r, uint32_t *parent)
         const double *a = mesher__x(r, r->facets[3 * (size_t)f]),
                      *b = mesher__x(r, r->facets[3 * (size_t)f + 1]),
                      *c = mesher__x(r, r->facets[3 * (size_t)f + 2]);
-        plane = r->patch_planes + 4 * (size_t)mesher__patch_root(parent, f);
+        plane = r->patch_planes + 4 * (size_t)mesher__root(parent, f);
         for (side = 0, k = 0; k < 3; k++) {
             i = (k + 1) % 3;
             j = (k + 2) % 3;
@@ -6318,7 +6336,7 @@ static int mesher__find_patches(mesher__recovery *r)
         mesher__join_patches(r, hinges, parent);
         mesher__fit_patches(r, parent);
         for (i = 0; i < 3 * n; i++)
-            pairs[i] = (uint64_t)r->facets[i] << 32 | mesher__patch_root(parent, (uint32_t)(i / 3));
+            pairs[i] = (uint64_t)r->facets[i] << 32 | mesher__root(parent, (uint32_t)(i / 3));
         qsort(pairs, 3 * n, sizeof *pairs, mesher__compare_u64);
         for (i = 0; i < 3 * n; i++) {
             if (i > 0 && pairs[i] == pairs[i - 1]) continue;
@@ -6481,7 +6499,7 @@ static int mesher__star_half(mesher__recovery *r, uint32_t p, uint32_t q, const 
 {
     const double *xp = mesher__x(r, p), *xq = mesher__x(r, q), *x1 = mesher__x(r, h[1]);
     double foot[3], x[3], deep[3], up = 0, length = 0, t;
-    uint32_t v = 0, i;
+    uint32_t v = 0;
     int k, grown;
     mesher__foot(r, p, q, h, m, foot);
     for (k = 0; k < 3; k++) {
@@ -6500,11 +6518,7 @@ static int mesher__star_half(mesher__recovery *r, uint32_t p, uint32_t q, const 
         if (!v) v = mesher__cave_vertex(r, x);
     }
     if (!v || *num_new + r->num_shell > DELAUNAY_WINDOW_FACETS) return 0;
-    for (i = 0; i < r->num_shell; i++, ++*num_new) {
-        uint32_t *c = r->commit + 4 * (size_t)*num_new;
-        c[0] = r->shell[i][0], c[1] = r->shell[i][2], c[2] = r->shell[i][1], c[3] = v;
-    }
-    r->added++;
+    mesher__star_shell(r, v, num_new);
     return 1;
 }
 
@@ -6955,7 +6969,7 @@ static void mesher__try_sites(mesher__recovery *r, const uint32_t *ab, int windo
 static int mesher__clean_window(mesher__recovery *r, const mesher__window *w, int keep_facets)
 {
     const delaunay_window *set = &r->window;
-    if (!delaunay_window_set(&r->window, r->mesh, r->worker, r->pool.items + w->first, w->num_tets,
+    if (!delaunay_window_set(&r->window, r->mesh, r->pool.items + w->first, w->num_tets,
                              DELAUNAY_WINDOW_VERTICES, 1, keep_facets) ||
         set->num_kept_edges || set->interior || set->num_kept_facets)
         return 0;
@@ -7180,10 +7194,10 @@ static int mesher__remove_point(mesher__recovery *r, uint32_t v, uint32_t max_po
 {
     delaunay_window *w = &r->window;
     delaunay_search *s = &r->search;
-    uint32_t i, k, local;
+    uint32_t i, local;
     mesher__note_failure(r, delaunay_vertex_star(r->mesh, r->worker, v, &r->star));
     if (r->status != MESHER_OK || r->star.count == 0) return 0;
-    if (!delaunay_window_set(w, r->mesh, r->worker, r->star.items, r->star.count, max_points, 1, 1))
+    if (!delaunay_window_set(w, r->mesh, r->star.items, r->star.count, max_points, 1, 1))
         return 0;
     for (local = 0; w->vertices[local] != v; local++) {}
     if (!(w->interior >> local & 1)) return 0;
@@ -7198,8 +7212,7 @@ static int mesher__remove_point(mesher__recovery *r, uint32_t v, uint32_t max_po
         return 0;
     }
     r->nodes += s->nodes;
-    for (i = 0; i < s->num_tets; i++)
-        for (k = 0; k < 4; k++) r->commit[4 * i + k] = w->vertices[s->tets[i][k]];
+    mesher__take_search(r, w, 0);
     if (!mesher__commit(r, w->tets, w->num_tets, r->commit, s->num_tets)) return 0;
     r->mesh->vertex_tet[v] = 0;
     r->removed++;
@@ -7385,7 +7398,7 @@ static void mesher__add_facet_piece(mesher__recovery *r, uint32_t a, uint32_t b,
     v[0] = a;
     v[1] = b;
     v[2] = c;
-    mesher__sort3(v);
+    (void)mesher__ascend(v);
     r->facet_origin[f - r->domain->num_facets] = origin;
     for (j = mesher__facet_hash(v) & mask; r->facet_slots[j]; j = (j + 1) & mask) {}
     r->facet_slots[j] = f + 1;
@@ -7784,8 +7797,8 @@ static int mesher__suppress_by_search(mesher__recovery *r, mesher__split *split,
 {
     delaunay_window *w = &r->window;
     delaunay_search *s = &r->search;
-    uint32_t i, k;
-    if (!delaunay_window_set(w, r->mesh, r->worker, r->star.items, r->star.count,
+    uint32_t i;
+    if (!delaunay_window_set(w, r->mesh, r->star.items, r->star.count,
                              DELAUNAY_WINDOW_VERTICES, 1, 1))
         return 0;
     if (!mesher__window_restore(r, w, split)) return 0;
@@ -7796,8 +7809,7 @@ static int mesher__suppress_by_search(mesher__recovery *r, mesher__split *split,
     r->nodes += s->nodes;
     r->work += 3 * (uint64_t)s->nodes;
     if (!i) return 0;
-    for (i = 0; i < s->num_tets; i++)
-        for (k = 0; k < 4; k++) r->commit[4 * i + k] = w->vertices[s->tets[i][k]];
+    mesher__take_search(r, w, 0);
     return mesher__commit_whole(r, split, s->num_tets);
 }
 
@@ -8008,7 +8020,7 @@ static int mesher__fill_sector(mesher__recovery *r, const mesher__split *split, 
 {
     const delaunay_window *w = &r->window;
     delaunay_search *s = &r->search;
-    uint32_t i, k, v;
+    uint32_t v;
     double x[3];
     int found = 0;
     if (mesher__window_of_shell(r)) {
@@ -8021,8 +8033,7 @@ static int mesher__fill_sector(mesher__recovery *r, const mesher__split *split, 
     }
     if (found) {
         if (*num_new + s->num_tets > DELAUNAY_WINDOW_FACETS) return 0;
-        for (i = 0; i < s->num_tets; i++, ++*num_new)
-            for (k = 0; k < 4; k++) r->commit[4 * *num_new + k] = w->vertices[s->tets[i][k]];
+        *num_new += mesher__take_search(r, w, *num_new);
         return 1;
     }
     if (!(mesher__kernel(r, x) > 0) && !mesher__grown_point(r, split, sector, number, x)) return 0;
@@ -8030,13 +8041,7 @@ static int mesher__fill_sector(mesher__recovery *r, const mesher__split *split, 
     v = delaunay_add_vertex(r->mesh, x, DELAUNAY_NO_ID);
     if (!v) r->status = MESHER_ERROR_OUT_OF_MEMORY;
     if (!v) return 0;
-    for (i = 0; i < r->num_shell; i++, ++*num_new) {
-        r->commit[4 * *num_new] = r->shell[i][0];
-        r->commit[4 * *num_new + 1] = r->shell[i][2];
-        r->commit[4 * *num_new + 2] = r->shell[i][1];
-        r->commit[4 * *num_new + 3] = v;
-    }
-    r->added++;
+    mesher__star_shell(r, v, num_new);
     return 1;
 }
 
@@ -8139,10 +8144,11 @@ static int mesher__suppress_across(mesher__recovery *r, mesher__split *split, ui
  * it moves. */
 static int mesher__suppress_by_moves(mesher__recovery *r, mesher__split *split)
 {
-    const uint32_t *ab = r->edges + 2 * (size_t)split->edge;
+    const uint32_t *ab;
     uint32_t i, j;
     int k;
     if (split->edge == MESHER__ABSENT) return 0;
+    ab = r->edges + 2 * (size_t)split->edge;
     for (i = 0; i < split->num_facets; i++)
         for (k = 0; k < 3; k++) {
             uint32_t v = r->facets[3 * (size_t)split->facets[i] + (size_t)k];
@@ -8267,7 +8273,7 @@ static double mesher__rounding(const mesher_domain *domain)
     return most * (1.0 / 70368744177664.0);
 }
 
-/* All arrays, zeroed; NULL when out of memory. */
+/* All arrays; NULL when out of memory. */
 static mesher__recovery *mesher__recovery_new(mesher_domain *domain, mesher_report *report)
 {
     delaunay_memory *memory = &domain->memory;
@@ -8532,17 +8538,6 @@ typedef struct mesher__coloring {
     uint32_t        *number;      /* cell -> place in domain->regions + 1; 0: outside */
 } mesher__coloring;
 
-/* Ascending order of three; returns 1 if that is an odd permutation. */
-static int mesher__ascend(uint32_t v[3])
-{
-    uint32_t s;
-    int odd = 0;
-    if (v[0] > v[1]) { s = v[0]; v[0] = v[1]; v[1] = s; odd ^= 1; }
-    if (v[1] > v[2]) { s = v[1]; v[1] = v[2]; v[2] = s; odd ^= 1; }
-    if (v[0] > v[1]) { s = v[0]; v[0] = v[1]; v[1] = s; odd ^= 1; }
-    return odd;
-}
-
 /* Facets by their vertices in the mesh, so that a sweep over the tetrahedra finds them in cache. */
 static void mesher__index_facets(const mesher_domain *domain, mesher__coloring *work)
 {
@@ -8655,21 +8650,6 @@ static int mesher__flood(const mesher_domain *domain, delaunay_handle *stack, de
         }
     }
     return outside;
-}
-
-static uint32_t mesher__root(uint32_t *parent, uint32_t v)
-{
-    while (parent[v] != v) v = parent[v] = parent[parent[v]];
-    return v;
-}
-
-/* The smaller root becomes the parent of the larger one. */
-static void mesher__join(uint32_t *parent, uint32_t a, uint32_t b)
-{
-    a = mesher__root(parent, a);
-    b = mesher__root(parent, b);
-    if (a < b) parent[b] = a;
-    else parent[a] = b;
 }
 
 /* The slots are cut into intervals, whose number follows from the number of slots alone. */
@@ -8941,7 +8921,7 @@ static mesher_result mesher__apply_seeds(mesher_domain *domain, const mesher__co
     if (!worker) return MESHER_ERROR_OUT_OF_MEMORY;
     for (i = 0; i < surface->num_seeds; i++) {
         int32_t tag = surface->seed_tags ? surface->seed_tags[i] : (int32_t)(i + 1);
-        delaunay_handle t = delaunay_locate(mesh, worker, surface->seeds + 3 * i, 0);
+        delaunay_handle t = delaunay_locate(mesh, surface->seeds + 3 * i, 0);
         uint32_t r = t ? work->number[mesh->color[t]] : 0;
         if (tag > 0) *any = 1;
         if (r == 0)
@@ -9136,8 +9116,8 @@ MESHER_API mesher_result mesher_color(mesher_domain *domain, mesher_report *repo
     mesher__coloring work;
     mesher_report local;
     mesher_result result;
-    if (!domain || domain->stage < MESHER__STAGE_INIT || !domain->mesh.tets ||
-        !domain->mesh.vertex_of)
+    if (!domain || domain->stage < MESHER__STAGE_INIT || domain->stage == MESHER__STAGE_EMPTY ||
+        !domain->mesh.tets || !domain->mesh.vertex_of)
         return MESHER_ERROR_INVALID_ARGUMENT;
     memset(&work, 0, sizeof work);
     memset(&local, 0, sizeof local);
@@ -9212,19 +9192,12 @@ static double mesher__distance(const double *a, const double *b)
 /* Smallest size that coordinates of this magnitude can tell apart with some margin. */
 static double mesher__size_floor(const delaunay_mesh *mesh)
 {
-    double lo[3] = {0, 0, 0}, hi[3] = {0, 0, 0}, most = 0;
+    double most = 0;
     uint32_t v;
     int i;
     for (v = 1; v < mesh->num_vertices; v++)
-        for (i = 0; i < 3; i++) {
-            double x = mesh->vertices[v].x[i];
-            if (v == 1 || x < lo[i]) lo[i] = x;
-            if (v == 1 || x > hi[i]) hi[i] = x;
-        }
-    for (i = 0; i < 3; i++) {
-        most = most > fabs(lo[i]) ? most : fabs(lo[i]);
-        most = most > fabs(hi[i]) ? most : fabs(hi[i]);
-    }
+        for (i = 0; i < 3; i++)
+            if (fabs(mesh->vertices[v].x[i]) > most) most = fabs(mesh->vertices[v].x[i]);
     return most * 1e-10;
 }
 
@@ -9354,13 +9327,13 @@ static mesher_result mesher__spread_sizes(mesher_domain *domain)
                     if (size[a] > 0 || !(size[b] > 0)) continue;
                     d = mesher__distance(mesh->vertices[a].x, mesh->vertices[b].x);
                     w = 1 / (d > 1e-150 ? d : 1e-150); /* squares of less are lost */
-                    sum[2 * a] += w * size[b];
-                    sum[2 * a + 1] += w;
+                    sum[2 * (size_t)a] += w * size[b];
+                    sum[2 * (size_t)a + 1] += w;
                 }
         }
         for (found = 0, v = 1; v < mesh->num_vertices; v++)
-            if (!(size[v] > 0) && sum[2 * v + 1] > 0) {
-                size[v] = sum[2 * v] / sum[2 * v + 1];
+            if (!(size[v] > 0) && sum[2 * (size_t)v + 1] > 0) {
+                size[v] = sum[2 * (size_t)v] / sum[2 * (size_t)v + 1];
                 found += size[v] > 0;
             }
     }
@@ -9965,23 +9938,24 @@ static int mesher__is_among(const double *const *p, const double *x)
 static delaunay_handle mesher__find_home(const mesher__field *field, const double *x,
                                          delaunay_handle t, double *w, int *found)
 {
-    enum { SHORT = 30, LONG = 1000 };
+    enum { MESHER__SHORT = 30, MESHER__LONG = 1000 };
     delaunay_handle from = 0;
     const double *p[4];
     double sum = 0, least = 0;
     int step, i, exact = 0;
-    for (step = 0; step < LONG; step++) {
+    for (step = 0; step < MESHER__LONG; step++) {
         const delaunay_tet *tet = field->tets + t;
-        const unsigned first = step < SHORT ? (unsigned)step : (unsigned)step * 0x9E3779B1u >> 30;
+        const unsigned first =
+            step < MESHER__SHORT ? (unsigned)step : (unsigned)step * 0x9E3779B1u >> 30;
         int k = -1;
         for (i = 0; i < 4; i++) p[i] = field->vertices[tet->v[i]].x;
-        exact |= step >= SHORT;
+        exact |= step >= MESHER__SHORT;
         if (exact) mesher__signed_weights(p, x, w);
         else mesher__weights_of(p, x, w);
         for (i = 0; i < 4; i++) {
             int j = (int)((unsigned)i + first) & 3;
             if (w[j] >= 0 || !tet->n[j] || (!exact && tet->n[j] >> 2 == from)) continue;
-            if (k < 0 || (step < SHORT && w[j] < w[k])) k = j;
+            if (k < 0 || (step < MESHER__SHORT && w[j] < w[k])) k = j;
         }
         if (k < 0 && (exact || mesher__is_among(p, x))) break;
         from = t;
@@ -11589,19 +11563,20 @@ static inline int mesher__are_seen(const uint16_t *flags)
 static void mesher__gather_some(const mesher__refiner *r, mesher__harvest *h, delaunay_handle begin,
                                 delaunay_handle end)
 {
-    enum { AHEAD = 16 };
+    enum { MESHER__AHEAD = 16 };
     delaunay_mesh *mesh = r->mesh;
     delaunay_handle t, list[4];
     int count = 0, k;
     h->num_points = 0;
     mesher__grid_reset(&h->grid, r->memory, MESHER__SLOTS);
     for (t = begin; t < end; t++) {
-        if (end - t >= AHEAD + 4) {
-            if (mesher__are_seen(mesh->flags + t) && mesher__are_seen(mesh->flags + t + AHEAD)) {
+        if (end - t >= MESHER__AHEAD + 4) {
+            if (mesher__are_seen(mesh->flags + t) &&
+                mesher__are_seen(mesh->flags + t + MESHER__AHEAD)) {
                 t += 3;
                 continue;
             }
-            mesher__fetch_corners(r, t + AHEAD);
+            mesher__fetch_corners(r, t + MESHER__AHEAD);
         }
         if (!(mesh->flags[t] & MESHER__SEEN)) {
             if (mesher__is_inside(mesh, t)) list[count++] = t;
@@ -11992,14 +11967,15 @@ static void mesher__judge_one(mesher__refiner *r, mesher__candidate *c, int plac
 static void mesher__fetch_ahead(const mesher__refiner *r, const mesher__candidate *all, int i,
                                 int n)
 {
-    enum { AHEAD = 8 }; /* those of one parent, as a rule */
+    enum { MESHER__AHEAD = 8 }; /* those of one parent, as a rule */
     const mesher__field *field = &r->field;
     int k;
-    if (i + 3 * AHEAD < n) MESHER__PREFETCH(&r->points[all[i + 3 * AHEAD].parent].home);
-    if (i + 2 * AHEAD < n)
-        MESHER__PREFETCH(field->tets + r->points[all[i + 2 * AHEAD].parent].home);
-    if (i + AHEAD < n) {
-        const uint32_t *v = field->tets[r->points[all[i + AHEAD].parent].home].v;
+    if (i + 3 * MESHER__AHEAD < n)
+        MESHER__PREFETCH(&r->points[all[i + 3 * MESHER__AHEAD].parent].home);
+    if (i + 2 * MESHER__AHEAD < n)
+        MESHER__PREFETCH(field->tets + r->points[all[i + 2 * MESHER__AHEAD].parent].home);
+    if (i + MESHER__AHEAD < n) {
+        const uint32_t *v = field->tets[r->points[all[i + MESHER__AHEAD].parent].home].v;
         for (k = 0; k < 4; k++) {
             MESHER__PREFETCH(field->vertices[v[k]].x);
             MESHER__PREFETCH(&field->vertices[v[k]].own);
@@ -12204,7 +12180,7 @@ static int mesher__start_at_sources(mesher__refiner *r)
             int found;
             mesher__source_place(o->sources + i, place, x);
             if (!mesher__in_box(r, x)) continue;
-            t = delaunay_locate(r->mesh, worker, x, t);
+            t = delaunay_locate(r->mesh, x, t);
             if (!t || !mesher__is_inside(r->mesh, t)) continue;
             home = t;
             h = mesher__field_at(&r->field, x, &home, &found);
@@ -13552,9 +13528,10 @@ static void mesher__insert_section(mesher__refiner *r, mesher__cavity *c, uint32
     for (k = s->first; k < s->end; k++) {
         mesher__proposal *p = r->points + r->order[k].value;
         p->state = MESHER__LATER;
-        if (caller && (k & 1023) == 0) {
+        if (caller && (k & 1023) == 0 && !MESHER__FETCH(&r->cancelled)) {
             int stop = mesher__progress(o, "refine", -1) ? 1 : 0;
-            if (o->max_seconds > 0 && delaunay_seconds(&o->host) - r->start > o->max_seconds)
+            if (!stop && o->max_seconds > 0 &&
+                delaunay_seconds(&o->host) - r->start > o->max_seconds)
                 stop = 2;
             if (stop) MESHER__STORE(&r->cancelled, stop);
         }
@@ -13864,13 +13841,13 @@ static void mesher__refiner_free(mesher__refiner *r)
 }
 
 /* Edge length / wanted length, over edges with an end that refinement added: percentiles by a
- * histogram, of two hundred thousand tetrahedra at most. */
+ * histogram, of a hundred thousand tetrahedra at most. */
 static void mesher__report_sizes(const mesher_domain *domain, mesher_report *report,
                                  uint32_t first_new)
 {
-    enum { BINS = 400 };
+    enum { MESHER__BINS = 400 };
     const delaunay_mesh *mesh = &domain->mesh;
-    uint64_t histogram[BINS], total = 0, band = 0, sum = 0;
+    uint64_t histogram[MESHER__BINS], total = 0, band = 0, sum = 0;
     double *out[3];
     const delaunay_handle step = 1 + mesh->num_tets / 100000;
     delaunay_handle t;
@@ -13893,7 +13870,7 @@ static void mesher__report_sizes(const mesher_domain *domain, mesher_report *rep
             double l = mesher__distance(mesh->vertices[a].x, mesh->vertices[b].x);
             double ratio = 2 * l / (domain->size[a] + domain->size[b]);
             if (a < first_new && b < first_new) continue;
-            k = ratio < 4 ? (int)(ratio * 100) : BINS - 1;
+            k = ratio < 4 ? (int)(ratio * 100) : MESHER__BINS - 1;
             histogram[k]++;
             total++;
             band += ratio >= 0.7 && ratio <= 1.4;
@@ -13901,7 +13878,7 @@ static void mesher__report_sizes(const mesher_domain *domain, mesher_report *rep
     }
     *out[0] = *out[1] = *out[2] = 0;
     report->size_in_band = total ? (double)band / (double)total : 1;
-    for (k = 0; k < BINS && q < 3 && total; k++) {
+    for (k = 0; k < MESHER__BINS && q < 3 && total; k++) {
         static const double part[3] = {0.1, 0.5, 0.9};
         sum += histogram[k];
         while (q < 3 && (double)sum >= part[q] * (double)total) *out[q++] = (k + 0.5) / 100;
@@ -14807,7 +14784,7 @@ static void mesher__keep_in(const mesher_domain *domain, delaunay_handle t, uint
     for (i = 0; i < 4; i++) {
         if (mesher__facet_edges(i) & ~flags) continue;
         for (j = 0; j < 3; j++) w[j] = id[delaunay_facet_order(i)[j]];
-        mesher__sort3(w);
+        (void)mesher__ascend(w);
         place = mesher__facet_find(domain, w);
         if (place == DELAUNAY_NO_ID) continue;
         seen[(size_t)domain->num_edges + place] = 1;
@@ -14993,7 +14970,7 @@ static void mesher__export_sides(const mesher_domain *domain, const mesher_outpu
         if (!(mesh->flags[t] & DELAUNAY_FACET_BIT(i))) continue;
         for (j = 0; j < 3; j++) v[j] = mesh->vertices[mesh->tets[t].v[order[j]]].key;
         memcpy(sorted, v, sizeof sorted);
-        mesher__sort3(sorted);
+        (void)mesher__ascend(sorted);
         f = mesher__facet_find(domain, sorted);
         if (f == DELAUNAY_NO_ID) continue;
         corner = out->triangles + 3 * (size_t)f;

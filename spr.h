@@ -157,7 +157,7 @@ typedef struct spr_options {
     delaunay_host host;
     spr_measure   measure;
     double        target;      /* tetrahedra below are bad; 0: 0.35 */
-    double        max_seconds; /* 0: none */
+    double        max_seconds; /* 0: none; looked at between rounds of plans, some 0.1 s */
     int           max_rounds;  /* sweeps over the work list; 0: until nothing changes */
     int           no_smoothing, no_edge_removal, no_reconnection;
     int           keep_vertices;  /* no vertex is added or taken away; they may move */
@@ -225,7 +225,7 @@ SPR_API const char *spr_result_string(spr_result result);
  *          for good; 32 bytes a slot, 17 a vertex and up to 32 a bad one, in the end 24
  *          and 46
  * Threads  options->host.num_threads; distinct meshes may be improved at once
- * Repeats  same bytes for any number of threads, except under max_seconds
+ * Repeats  same bytes for any number of threads, except under max_seconds or a memory limit
  * Source   Marot 2020, chapter 6 */
 SPR_API spr_result spr_improve(delaunay_mesh *mesh, const spr_options *options, spr_report *report);
 /* Statistics of the real tetrahedra that are not outside. */
@@ -989,14 +989,9 @@ SPR__TARGET DELAUNAY_INLINE spr__v3 spr__same4(const double *p)
 SPR__TARGET DELAUNAY_INLINE spr__v3 spr__gather4(const double *p0, const double *p1,
                                                  const double *p2, const double *p3)
 {
-    __m256d r0 = _mm256_loadu_pd(p0), r1 = _mm256_loadu_pd(p1), r2 = _mm256_loadu_pd(p2),
-            r3 = _mm256_loadu_pd(p3), s0 = _mm256_unpacklo_pd(r0, r1),
-            s1 = _mm256_unpackhi_pd(r0, r1), s2 = _mm256_unpacklo_pd(r2, r3),
-            s3 = _mm256_unpackhi_pd(r2, r3);
     spr__v3 v;
-    v.x = _mm256_permute2f128_pd(s0, s2, 0x20);
-    v.y = _mm256_permute2f128_pd(s1, s3, 0x20);
-    v.z = _mm256_permute2f128_pd(s0, s2, 0x31);
+    spr__columns(_mm256_loadu_pd(p0), _mm256_loadu_pd(p1), _mm256_loadu_pd(p2),
+                 _mm256_loadu_pd(p3), &v.x, &v.y, &v.z);
     return v;
 }
 SPR__TARGET DELAUNAY_INLINE __m256d spr__greatest4(__m256d a, __m256d b, __m256d c)
@@ -1155,12 +1150,12 @@ SPR__TARGET DELAUNAY_INLINE void spr__shape4_extremes(const spr__shape4 *s, __m2
         int f = spr__edge_facets[i][0], g = spr__edge_facets[i][1];
         __m256d sine = spr__ratio4(_mm256_mul_pd(s->det, _mm256_sqrt_pd(s->length2[i])),
                                    _mm256_mul_pd(s->area[f], s->area[g])),
-                obtuse = _mm256_cmp_pd(spr__dot4(s->normal[f], s->normal[g]),
+                acute = _mm256_cmp_pd(spr__dot4(s->normal[f], s->normal[g]),
                                        _mm256_setzero_pd(), _CMP_LT_OQ),
                 little = _mm256_min_pd(out[0], _mm256_mul_pd(sine, _mm256_set1_pd(3.5))),
                 large = _mm256_min_pd(out[1], _mm256_mul_pd(sine, _mm256_set1_pd(1.8)));
-        out[0] = _mm256_blendv_pd(out[0], little, obtuse);
-        out[1] = _mm256_blendv_pd(large, out[1], obtuse);
+        out[0] = _mm256_blendv_pd(out[0], little, acute);
+        out[1] = _mm256_blendv_pd(large, out[1], acute);
     }
     out[2] = _mm256_mul_pd(spr__shape4_sicn(s), _mm256_set1_pd(2.4));
 }
@@ -2719,7 +2714,7 @@ static int spr__reconnect(const spr__state *s, delaunay_worker *worker, const de
     spr__burden was = spr__burden_of(s, t, (size_t)n), is = {0, 0};
     uint32_t i;
     int proven = 1;
-    if (!delaunay_window_set(window, s->mesh, worker, t, (size_t)n, DELAUNAY_WINDOW_VERTICES, 1, 1))
+    if (!delaunay_window_set(window, s->mesh, t, (size_t)n, DELAUNAY_WINDOW_VERTICES, 1, 1))
         return SPR__NEVER;
     for (i = 0; drop && i < window->num_vertices; i++)
         if (window->vertices[i] == drop) window->dropped = 1u << i;
@@ -2837,7 +2832,8 @@ static double spr__distance2(const double *a, const double *b)
     return spr__dot(d, d);
 }
 
-/* Neighbours of v, and the longest squared edge of its star. Returns their number. */
+/* Neighbours of v, and the longest squared edge at v, or of two in three of its link. Returns
+ * their number. */
 static int spr__neighbours(const delaunay_mesh *m, uint32_t v, const delaunay_list *star,
                            uint32_t *seen, double *longest)
 {
@@ -2926,7 +2922,7 @@ static int spr__plan_contraction(const spr__state *s, delaunay_plan *plan, const
     uint32_t tets[SPR__MAX_HUB][4];
     int n = 0, i, answer = DELAUNAY_PLAN_COMMIT;
     size_t j;
-    for (j = 0; j < plan->star.count && answer > 0; j++) {
+    for (j = 0; j < plan->star.count; j++) {
         const delaunay_tet *t = &m->tets[plan->star.items[j]];
         const uint8_t *o = delaunay_facet_order(delaunay_local_index(t, offer->vertex));
         if (delaunay_local_index(t, offer->ring) >= 0) continue;
@@ -4018,6 +4014,7 @@ typedef struct spr__patch {
     double          all_least; /* the worst of the mesh */
     /* the best so far */
     int             found;
+    int             no_memory; /* of an attempt */
     size_t          num_out, num_points; /* points: those of v first */
     uint32_t        out[SPR__PATCH_TETS + SPR__PATCH_ROOM][4];
     double          xyz[SPR__PATCH_VERTICES + SPR__PATCH_NEW][3];
@@ -4108,7 +4105,7 @@ static int spr__patch_set(const spr__state *s, delaunay_worker *worker, spr__pat
     spr__burden was;
     size_t i, ring;
     p->num_tets = p->num_inner = p->num_vertices = 0;
-    p->num_bad = p->found = 0;
+    p->num_bad = p->found = p->no_memory = 0;
     p->plans = 0;
     memset(p->tet_at, 0, sizeof p->tet_at);
     memset(p->vertex_at, 0, sizeof p->vertex_at);
@@ -4223,24 +4220,25 @@ static void spr__patch_jolt(const spr__patch *p, delaunay_mesh *m)
 }
 
 /* The patch as a mesh of its own, with the marks of the whole one. */
-static int spr__patch_mesh(const spr__state *s, const spr__patch *p, const delaunay_host *host,
-                           delaunay_mesh *own)
+static delaunay_result spr__patch_mesh(const spr__state *s, const spr__patch *p,
+                                       const delaunay_host *host, delaunay_mesh *own)
 {
     const delaunay_mesh *m = s->mesh;
     double xyz[SPR__PATCH_VERTICES][3];
+    delaunay_result result;
     size_t i;
     for (i = 0; i < p->num_vertices; i++) memcpy(xyz[i], spr__point(m, p->v[i]), sizeof xyz[i]);
-    if (delaunay_import(own, xyz[0], p->num_vertices, p->tets[0], NULL, p->num_tets, host, NULL) !=
-            DELAUNAY_OK ||
-        delaunay_enable_marks(own) != DELAUNAY_OK)
-        return 0;
+    result =
+        delaunay_import(own, xyz[0], p->num_vertices, p->tets[0], NULL, p->num_tets, host, NULL);
+    if (result == DELAUNAY_OK) result = delaunay_enable_marks(own);
+    if (result != DELAUNAY_OK) return result;
     for (i = 0; i < p->num_tets; i++) {
         own->color[i + 1] = 1;
         if (m->flags)
             own->flags[i + 1] =
                 (uint16_t)(m->flags[p->t[i]] & (DELAUNAY_FACET_BITS | DELAUNAY_EDGE_BITS));
     }
-    return 1;
+    return DELAUNAY_OK;
 }
 
 /* Whether so many bad ones are not too many. much: something is much better, for which a few more
@@ -4354,6 +4352,7 @@ static void spr__patch_try(const spr__state *s, spr__patch *p)
     delaunay_memory memory;
     uint8_t fixed[SPR__PATCH_VERTICES + 2]; /* the last is for the new one */
     const int sows = !p->rounding && p->max_new > 0 && p->seed % 2 == 1;
+    delaunay_result result;
     size_t i;
     memset(&own, 0, sizeof own);
     memset(&report, 0, sizeof report);
@@ -4388,15 +4387,19 @@ static void spr__patch_try(const spr__state *s, spr__patch *p)
     own.mesh = &mesh;
     own.report = &report;
     own.memory = &memory;
-    if (delaunay_memory_init(&memory, &own.options.host) != DELAUNAY_OK) return;
-    if (spr__patch_mesh(s, p, &own.options.host, &mesh) &&
-        (!sows || spr__patch_sow(s, p, &mesh))) {
+    result = delaunay_memory_init(&memory, &own.options.host);
+    if (result == DELAUNAY_OK) result = spr__patch_mesh(s, p, &own.options.host, &mesh);
+    if (result == DELAUNAY_OK && sows && !spr__patch_sow(s, p, &mesh))
+        result = DELAUNAY_ERROR_OUT_OF_MEMORY;
+    if (result == DELAUNAY_OK) {
         const uint32_t sown = mesh.num_vertices - 1 - (uint32_t)p->num_vertices;
         if (!p->rounding || p->seed > 1) spr__patch_jolt(p, &mesh);
-        if (spr__improve_patch(&own, p->max_new - sown) == SPR_OK) spr__patch_judge(p, &own);
+        result = (delaunay_result)spr__improve_patch(&own, p->max_new - sown);
+        if (result == DELAUNAY_OK) spr__patch_judge(p, &own);
         p->plans += report.plans;
         spr__close(&own);
     }
+    p->no_memory |= result == DELAUNAY_ERROR_OUT_OF_MEMORY;
     delaunay_mesh_free(&mesh);
 }
 
@@ -4407,7 +4410,7 @@ static void spr__patch_shake(const spr__state *s, spr__patch *p)
     uint64_t plans, last[2] = {UINT64_MAX, UINT64_MAX};
     int i, n = p->rounding && p->few ? 2 * SPR__SHAKES : SPR__SHAKES;
     memset(p->vain, 0, sizeof p->vain);
-    for (i = 0; i < n && (p->rounding ? p->lack > 0 : p->num_bad > 0); i++) {
+    for (i = 0; i < n && !p->no_memory && (p->rounding ? p->lack > 0 : p->num_bad > 0); i++) {
         p->seed = p->seed * SPR__SHAKES + (uint32_t)i;
         p->focused = p->rounding && i % 2 == 1;
         if (p->rounding) memset(p->vain, 0, sizeof p->vain);
@@ -4425,6 +4428,7 @@ static spr_result spr__patch_commit(spr__state *s, spr__patch *p)
     delaunay_mesh *m = s->mesh;
     delaunay_handle slots[SPR__PATCH_TETS + SPR__PATCH_ROOM];
     uint32_t *out = p->out[0], v[SPR__PATCH_VERTICES + SPR__PATCH_NEW];
+    delaunay_result result;
     size_t i;
     memcpy(v, p->v, p->num_vertices * sizeof *v);
     for (i = p->num_vertices; i < p->num_points; i++) {
@@ -4434,9 +4438,9 @@ static spr_result spr__patch_commit(spr__state *s, spr__patch *p)
     }
     for (i = 0; i < 4 * p->num_out; i++) out[i] = v[out[i]];
     if (!spr__fit(s)) return SPR_ERROR_OUT_OF_MEMORY;
-    i = (size_t)delaunay_replace(m, delaunay_engine_worker(s->engine), p->t, p->num_tets, out,
-                                 p->num_out, slots);
-    if (i != DELAUNAY_OK) return (spr_result)(int)i;
+    result = delaunay_replace(m, delaunay_engine_worker(s->engine), p->t, p->num_tets, out,
+                              p->num_out, slots);
+    if (result != DELAUNAY_OK) return (spr_result)result;
     for (i = 0; i < p->num_vertices; i++)
         if (p->inner[i]) memcpy(m->vertices[v[i]].x, p->xyz[i], sizeof p->xyz[i]);
     if (!spr__fit(s)) return SPR_ERROR_OUT_OF_MEMORY;
@@ -4615,6 +4619,8 @@ static int spr__patches_shake(spr__state *s, spr__patch *patch, int num)
     /* each thread writes its patches; the mesh is read */
     SPR__OMP(omp parallel for schedule(dynamic, 1) num_threads(threads))
     for (i = 0; i < num; i++) spr__patch_shake(s, &patch[i]);
+    for (i = 0; i < num; i++)
+        if (patch[i].no_memory) return SPR_ERROR_OUT_OF_MEMORY;
     for (i = 0; i < num; i++) {
         spr_result result;
         for (k = 0; k < patch[i].num_tets; k++) s->at[patch[i].t[k]].shaken &= SPR__CLAIMED - 1;
@@ -4663,11 +4669,18 @@ static int spr__max_patches(const spr__state *s, int tried, uint64_t plans)
     return most < SPR__PATCHES ? (int)most : (int)SPR__PATCHES;
 }
 
+/* Tells how far it is, and returns why it ends, or SPR_OK. */
+static spr_result spr__look_up(const spr__state *s, double part)
+{
+    const delaunay_host *host = &s->options.host;
+    if (host->progress && host->progress(host->user, "improve", part)) return SPR_CANCELLED;
+    return s->deadline > 0 && delaunay_seconds(host) > s->deadline ? SPR_STOPPED_BY_BUDGET : SPR_OK;
+}
+
 /* Shakes what is left and free to be better. Returns SPR_OK; SPR_GOAL_NOT_MET if it is worth no
  * more; or why it ends. */
 static spr_result spr__shake(spr__state *s)
 {
-    const delaunay_host *host = &s->options.host;
     spr__patch *patch = (spr__patch *)delaunay_alloc(s->memory, SPR__PATCHES, sizeof *patch);
     spr__around around = {NULL, 0};
     spr_result result = patch ? SPR_OK : SPR_ERROR_OUT_OF_MEMORY;
@@ -4686,9 +4699,7 @@ static spr_result spr__shake(spr__state *s)
         if (tried == 0) spr__spare_credit(s);
         tried += num;
         found += answer;
-        if (host->progress && host->progress(host->user, "improve", 0.9)) result = SPR_CANCELLED;
-        if (s->deadline > 0 && delaunay_seconds(host) > s->deadline)
-            result = SPR_STOPPED_BY_BUDGET;
+        if (result == SPR_OK) result = spr__look_up(s, 0.9);
     }
     delaunay_list_free(&list);
     delaunay_release(s->memory, around.num);
@@ -4853,25 +4864,29 @@ static spr_result spr__round(spr__state *s)
     spr__patch *patch = (spr__patch *)delaunay_alloc(s->memory, SPR__PATCHES, sizeof *patch);
     spr__extreme x[3];
     delaunay_list list;
-    int turn, i, num, answer = patch && spr__find_extremes(s) ? 1 : SPR_ERROR_OUT_OF_MEMORY;
+    spr_result result = patch && spr__find_extremes(s) ? SPR_OK : SPR_ERROR_OUT_OF_MEMORY;
+    int turn, i, num, found = 1;
     memset(&list, 0, sizeof list);
     list.memory = s->memory;
     s->least = spr__worst_of(s, s->bad.items, s->bad.count);
     s->shake_credit = 2 * spr__most_credit(s);
-    for (turn = 0; turn < SPR__ROUNDS && answer >= 0 && s->shake_credit > 0; turn++) {
-        if (turn > 2 && answer == 0) break;
-        if (s->deadline > 0 && delaunay_seconds(&s->options.host) > s->deadline) break;
+    for (turn = 0; turn < SPR__ROUNDS && result == SPR_OK && s->shake_credit > 0; turn++) {
+        if (turn > 2 && found == 0) break;
         spr__worst_extremes(s, x);
-        answer = num = spr__round_set(s, patch, &list, x, turn % 3, turn == 0 ? 6 : 3);
+        found = num = spr__round_set(s, patch, &list, x, turn % 3, turn == 0 ? 6 : 3);
+        if (num > 0) {
+            spr__drop_claimed(s);
+            found = spr__patches_shake(s, patch, num);
+        }
+        if (found < 0) result = (spr_result)found;
+        for (i = 0; i < num && result == SPR_OK; i++)
+            if (!spr__list_patch(s, &patch[i])) result = SPR_ERROR_OUT_OF_MEMORY;
         if (num <= 0) break;
-        spr__drop_claimed(s);
-        answer = spr__patches_shake(s, patch, num);
-        for (i = 0; i < num && answer >= 0; i++)
-            if (!spr__list_patch(s, &patch[i])) answer = SPR_ERROR_OUT_OF_MEMORY;
+        if (result == SPR_OK) result = spr__look_up(s, 0.95);
     }
     delaunay_list_free(&list);
     delaunay_release(s->memory, patch);
-    return answer < 0 ? (spr_result)answer : SPR_OK;
+    return result;
 }
 
 /* When nothing more can be gained as things are: lifting, tidying, shaking, thinning, one after the
@@ -5609,7 +5624,11 @@ SPR_API spr_result spr_reconnect(const spr_polyhedron *polyhedron, double bound,
     memset(vertices, 0, sizeof vertices);
     result = spr__check_polyhedron(polyhedron, out);
     if (result == SPR_OK) result = spr__check_boundary(polyhedron, out, on);
-    if (result == SPR_OK) result = spr__open(&s, &mesh, options, &unused, &memory);
+    if (result == SPR_OK) {
+        result = spr__open(&s, &mesh, options, &unused, &memory);
+        if (result != SPR_OK)
+            snprintf(out->message, sizeof out->message, "%s", spr_result_string(result));
+    }
     if (result != SPR_OK) return result;
     for (i = 0; i < polyhedron->num_points; i++)
         memcpy(vertices[i + 1].x, polyhedron->xyz + 3 * i, sizeof vertices->x);

@@ -167,7 +167,7 @@ static void run_size(bench *b, uint32_t size, const char *what, int bounded, uin
         times[done] = 1e300;
         for (rep = 0; rep < (size <= 14 ? 5 : 1);
              rep++) { /* tables forgotten: another window comes between */
-            delaunay_window_set(&window, &b->mesh, b->worker, &b->worst[(i + 1) % b->num_worst], 1,
+            delaunay_window_set(&window, &b->mesh, &b->worst[(i + 1) % b->num_worst], 1,
                                 32, 0, 0);
             memset(&search, 0, sizeof search);
             search.objective = DELAUNAY_ANY;
@@ -179,7 +179,7 @@ static void run_size(bench *b, uint32_t size, const char *what, int bounded, uin
             search.flags = flags;
             search.max_nodes = b->max_nodes;
             start = delaunay_seconds(NULL);
-            delaunay_window_set(&window, &b->mesh, b->worker, c.tets, c.num_tets, 32, 0, 0);
+            delaunay_window_set(&window, &b->mesh, c.tets, c.num_tets, 32, 0, 0);
             delaunay_reconnect(&b->mesh, b->worker, &window, &search);
             start = (delaunay_seconds(NULL) - start) * 1e6;
             if (start < times[done]) times[done] = start;
@@ -215,7 +215,7 @@ static void run_growing(bench *b, uint32_t largest, uint32_t flags, uint32_t max
             search.bound = worst_of(&b->mesh, &c);
             search.flags = flags;
             search.max_nodes = max_nodes;
-            delaunay_window_set(&window, &b->mesh, b->worker, c.tets, c.num_tets, 32, 0, 0);
+            delaunay_window_set(&window, &b->mesh, c.tets, c.num_tets, 32, 0, 0);
             searches++;
             if (delaunay_reconnect(&b->mesh, b->worker, &window, &search)) break;
             nodes += search.nodes;

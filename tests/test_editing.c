@@ -86,7 +86,7 @@ static void locate_finds_every_point(void)
         delaunay_handle t;
         for (k = 0; k < 3; k++)
             x[k] = small_random(i < 250 ? 100 : 1600); /* grid points: many on facets */
-        t = delaunay_locate(&m, w, x,
+        t = delaunay_locate(&m, x,
                             i % 3 ? 1 + (delaunay_handle)small_random(m.num_tets - 1) : 0);
         CHECK(x[0] + x[1] + x[2] <= 400 ? t != 0 : 1);
         CHECK(t == 0 || contains(&m, t, x));
@@ -104,7 +104,7 @@ static void locate_finds_every_point(void)
                 x[k] = (small_random(17) - 4.0) / 8;
                 inside = inside && x[k] >= 0 && x[k] <= 1;
             }
-            t = delaunay_locate(&m, w, x, 1 + (delaunay_handle)small_random(m.num_tets - 1));
+            t = delaunay_locate(&m, x, 1 + (delaunay_handle)small_random(m.num_tets - 1));
             if (inside) CHECK(t && !delaunay_is_ghost(&m, t) && contains(&m, t, x));
             else if (pass == 0) CHECK(t && delaunay_is_ghost(&m, t));
             else CHECK(t == 0);

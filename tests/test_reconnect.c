@@ -446,7 +446,7 @@ static void agrees_with_enumeration(void)
             if (small_random(2))
                 delaunay_mark_facet(&m, 4 * h + (delaunay_handle)small_random(4), 1);
         }
-        if (!delaunay_window_set(&window, &m, w, tets, n, 8, 1, 1)) continue;
+        if (!delaunay_window_set(&window, &m, tets, n, 8, 1, 1)) continue;
         if (pass % 3 == 2 && window.interior)
             window.dropped = window.interior & (0u - window.interior);
         e.mesh = &m;
@@ -527,7 +527,7 @@ static void stretching_changes_nothing(void)
     for (pass = 0; pass < 300; pass++) {
         size_t n = grow(&m, tets, 6 + small_random(12), (int)(pass & 1));
         delaunay_objective objective = pass & 2 ? DELAUNAY_FEWER_FACES : DELAUNAY_FEWER_EDGES;
-        if (!delaunay_window_set(&window, &m, w, tets, n, 20, 1, 1)) continue;
+        if (!delaunay_window_set(&window, &m, tets, n, 20, 1, 1)) continue;
         search_init(&plain, objective, 1000);
         plain.max_nodes = 3000;
         for (i = 0; i < 3; i++) plain.target[i] = window.vertices[i];
@@ -562,7 +562,7 @@ static void improved_windows_commit(void)
         size_t n = grow(&m, tets, 6 + small_random(9), pass & 1), i;
         delaunay_objective objective = (delaunay_objective)small_random(4);
         double worst = 1e300;
-        if (!delaunay_window_set(&window, &m, w, tets, n, 16, 1, 1)) continue;
+        if (!delaunay_window_set(&window, &m, tets, n, 16, 1, 1)) continue;
         search_init(&s, objective, 0);
         s.max_nodes = 2000;
         for (i = 0; i < 3; i++) s.target[i] = window.vertices[small_random(window.num_vertices)];
@@ -584,7 +584,7 @@ static void improved_windows_commit(void)
         if (objective == DELAUNAY_BEST_QUALITY) CHECK(s.value > worst);
         else if (objective != DELAUNAY_ANY && s.num_tets <= DELAUNAY_WINDOW_TETS) {
             double before = s.bound;
-            if (delaunay_window_set(&window, &m, w, slots, s.num_tets, 16, 1, 1)) {
+            if (delaunay_window_set(&window, &m, slots, s.num_tets, 16, 1, 1)) {
                 CHECK(delaunay_window_crossings(&m, &window, objective, s.target) ==
                       (uint32_t)s.value);
                 CHECK(s.value < before);
@@ -754,8 +754,8 @@ static void cubes_have_five_or_six(void)
     for (pass = 5; pass <= 6; pass++) {
         CHECK(small_mesh(&m, NULL, xyz, 8, pass == 5 ? five : six, pass, 1));
         worker = delaunay_worker_new(&m.memory);
-        CHECK(!delaunay_window_set(&w, &m, worker, tets, pass, 7, 1, 1));
-        CHECK(delaunay_window_set(&w, &m, worker, tets, pass, 8, 1, 1) && w.num_facets == 12 &&
+        CHECK(!delaunay_window_set(&w, &m, tets, pass, 7, 1, 1));
+        CHECK(delaunay_window_set(&w, &m, tets, pass, 8, 1, 1) && w.num_facets == 12 &&
               w.interior == 0);
         search_init(&s, DELAUNAY_BEST_QUALITY, 0);
         CHECK(delaunay_reconnect(&m, worker, &w, &s) == 1 && s.proven && s.num_tets == pass);
@@ -764,7 +764,7 @@ static void cubes_have_five_or_six(void)
         s.bound = s.value;
         CHECK(delaunay_reconnect(&m, worker, &w, &s) == 0 && s.proven);
         tets[0] = pass + 1;
-        CHECK(!delaunay_window_set(&w, &m, worker, tets, pass, 8, 1, 1)); /* a ghost */
+        CHECK(!delaunay_window_set(&w, &m, tets, pass, 8, 1, 1)); /* a ghost */
         tets[0] = 1;
         delaunay_worker_free(worker);
         delaunay_mesh_free(&m);
@@ -786,7 +786,7 @@ static void tables_are_reused_safely(void)
         size_t n = grow(&m, tets, pass % 5 ? 12 : 32, pass & 1), k;
         for (k = 1; k <= n; k++) {
             size_t count = small_random(4) ? k : 1 + small_random((uint32_t)n);
-            if (!delaunay_window_set(&window, &m, w, tets, count, 32, 0, 0)) continue;
+            if (!delaunay_window_set(&window, &m, tets, count, 32, 0, 0)) continue;
             if (small_random(10) == 0) { /* a vertex moves */
                 double *x = m.vertices[window.vertices[small_random(window.num_vertices)]].x;
                 x[small_random(3)] += 0.25;

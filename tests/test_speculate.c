@@ -82,7 +82,7 @@ static int plan_reconnection(void *user, const delaunay_mesh *m, delaunay_worker
     tets[n++] = t;
     for (i = 0; i < 4; i++)
         if (m->tets[t].n[i]) tets[n++] = m->tets[t].n[i] / 4;
-    if (!delaunay_window_set(&window, m, worker, tets, n, 8, 1, 1)) return DELAUNAY_PLAN_NOTHING;
+    if (!delaunay_window_set(&window, m, tets, n, 8, 1, 1)) return DELAUNAY_PLAN_NOTHING;
     memset(&search, 0, sizeof search);
     search.objective = DELAUNAY_BEST_QUALITY;
     search.quality = compactness;
@@ -131,7 +131,7 @@ static int plan_removal(void *user, const delaunay_mesh *m, delaunay_worker *wor
     delaunay_result result = delaunay_vertex_star(m, worker, v, &p->star);
     (void)user;
     if (result != DELAUNAY_OK) return result;
-    if (!delaunay_window_set(&window, m, worker, p->star.items, p->star.count, 20, 1, 1))
+    if (!delaunay_window_set(&window, m, p->star.items, p->star.count, 20, 1, 1))
         return DELAUNAY_PLAN_NOTHING;
     for (i = 0; window.vertices[i] != v; i++) {}
     window.dropped = 1u << i;

@@ -4,6 +4,7 @@
 #include "spr.h"
 #include "check.h"
 #include "small_mesh.h"
+#include <limits.h>
 #include <math.h>
 #include <stdio.h>
 
@@ -177,8 +178,8 @@ static void test_measures_of_known_shapes(void)
     CHECK(spr_gamma(o, o, o, o) == 0 && spr_sicn(o, o, o, o) == 0 && spr_gamma(o, x, y, x) == 0);
 }
 
-/* Best gamma over all apices, of isosceles triangles by the angle at the tip (ALGORITHMS of the
- * field: numeric). */
+/* Best gamma over all apices, of isosceles triangles by the angle at the tip (by numeric
+ * search). */
 static void test_bound_of_triangles(void)
 {
     static const double needle[][2] = {{60, 1},   {45, .93}, {30, .77}, {20, .60},
@@ -908,7 +909,7 @@ static void test_a_vertex_is_sown_in_a_bad_tetrahedron(void)
         p.was_bad = 1;
         p.seed = (uint32_t)seed;
         memset(&own, 0, sizeof own);
-        CHECK(spr__patch_mesh(&s, &p, &host, &own));
+        CHECK(spr__patch_mesh(&s, &p, &host, &own) == DELAUNAY_OK);
         CHECK(num_marks(&own) == num_marks(m));
         if (seed % 2) { /* flat */
             const uint32_t *v = own.tets[bad + 1].v;
@@ -1783,21 +1784,37 @@ static int cancel_later(void *user, const char *phase, double fraction)
 
 static double ticking(void *user) { return (*(double *)user) += 1; }
 
-static void test_cancel_and_budgets(void)
+/* All time is up as soon as it is cancelled. */
+static double hurried(void *user) { return *(int *)user <= 0 ? 1e9 : 0; }
+
+/* Whenever it is said, and whether or not time is up as well. */
+static void test_cancel(void)
 {
-    int k, left;
-    for (k = 1; k < 40; k += 6) {
+    const uint64_t state = small_state;
+    int k, left = INT_MAX, calls = INT_MAX;
+    for (k = INT_MAX; k > 0; k = k > calls ? calls : k - 1) {
         spr_options o = open_options();
         delaunay_mesh m;
         spr_report r;
         left = k;
         o.host.progress = cancel_later;
+        o.host.clock = hurried;
         o.host.user = &left;
-        CHECK(random_mesh(&m, 150, 0, NULL));
+        o.max_seconds = 1e6;
+        small_state = 777; /* the same mesh each time */
+        CHECK(random_mesh(&m, 24, 0, NULL));
         color_mesh(&m, 1);
-        improve_and_check(&m, &o, &r, SPR_CANCELLED);
+        improve_and_check(&m, &o, &r, k == INT_MAX ? SPR_OK : SPR_CANCELLED);
+        if (k == INT_MAX) calls = INT_MAX - left;
         delaunay_mesh_free(&m);
     }
+    small_state = state;
+    CHECK(calls > 40 && calls < 100000);
+}
+
+static void test_budgets(void)
+{
+    int k;
     for (k = 0; k < 3; k++) {
         spr_options o = open_options();
         delaunay_mesh m;
@@ -1884,7 +1901,8 @@ int main(void)
     test_tells_of_all_that_is_left();
     test_says_what_the_surface_holds();
     test_failing_allocations();
-    test_cancel_and_budgets();
+    test_cancel();
+    test_budgets();
     test_nothing_to_do();
     test_a_vertex_goes_with_more_than_its_star();
     test_results_have_sentences();

@@ -184,7 +184,7 @@ static void many_points(int lattice)
     for (v = 1, i = 0; v < mesh.num_vertices; v++) { /* hidden: not inside its place's sphere */
         delaunay_handle t;
         if (mesh.vertex_tet[v]) continue;
-        t = delaunay_locate(&mesh, NULL, mesh.vertices[v].x, 0);
+        t = delaunay_locate(&mesh, mesh.vertices[v].x, 0);
         CHECK(t && !delaunay_is_ghost(&mesh, t) && delaunay__in_sphere(&mesh, t, v) < 0);
         i++;
     }
