@@ -35,8 +35,8 @@
  *   1. Bad tetrahedra. Each has a level, the next operator to be tried for it, cheapest first: edge
  *      removal; smoothing, a golden section and then the common ascent of the worst of the star;
  *      reconnection of a cavity of 7 to 10 points that grows around it; taking away one of its
- *      vertices, if need be with more than its star; a new vertex in it or on an edge; reconnection
- *      up to 16, then up to 32 points; and for the very worst in the end all that again, further. A
+ *      vertices, if need be with more than its star; a new vertex in it or on an edge, where that
+ *      gains more than reconnection does; reconnection up to 16, then up to 32 points; and for the very worst in the end all that again, further. A
  *      level runs when nothing waits at a cheaper one. What changes sends the bad tetrahedra that it
  *      touches back to the first level, some times; edges and vertices around which nothing has
  *      changed are not tried again. What is as good as its facets on the surface allow is not tried
@@ -2796,9 +2796,9 @@ static int spr__is_vain(const spr__state *s, spr__key key)
 }
 
 /* Cavities that were searched in vain before, around this tetrahedron or another one, are not
- * searched again. */
+ * searched again. What is found must have no worse than least. */
 static int spr__plan_grow(const spr__state *s, delaunay_worker *worker, delaunay_handle t,
-                          delaunay_plan *plan, spr__effort effort)
+                          delaunay_plan *plan, spr__effort effort, double least)
 {
     spr__cavity c;
     delaunay_window window;
@@ -2815,7 +2815,9 @@ static int spr__plan_grow(const spr__state *s, delaunay_worker *worker, delaunay
         if (spr__is_vain(s, key)) continue;
         answer = spr__reconnect(s, worker, c.t, c.num_tets, 0, c.before, effort.nodes, &window,
                                 &search);
-        if (answer == SPR__FOUND) return delaunay_plan_window(plan, &window, &search);
+        if (answer == SPR__FOUND)
+            return search.value < least ? DELAUNAY_PLAN_NOTHING
+                                        : delaunay_plan_window(plan, &window, &search);
         if (answer != SPR__NO_GAIN)
             plan->data[SPR__VAIN + vain++ % SPR__MAX_VAIN] =
                 answer == SPR__NEVER ? key.set : key.way;
@@ -3301,32 +3303,49 @@ static int spr__pit_set(const spr__state *s, spr__pit *c, delaunay_handle t, int
     return 1;
 }
 
-static int spr__plan_insertion(const spr__state *s, delaunay_handle t, delaunay_plan *plan)
+/* The best place for a new vertex in t or beside it. Returns 0 if there is none. */
+static int spr__find_pit(const spr__state *s, delaunay_handle t, spr__pit *best)
 {
-    const delaunay_mesh *m = s->mesh;
-    spr__pit best, pit;
-    int k, answer;
-    best.num_tets = 0;
-    best.after = best.before = 0;
-    if (m->num_vertices - s->first_new >=
+    spr__pit pit;
+    int k;
+    best->num_tets = 0;
+    best->after = best->before = 0;
+    if (s->mesh->num_vertices - s->first_new >=
         (s->sweep == SPR__UTMOST ? s->max_new : s->max_new - s->max_new / 3))
-        return DELAUNAY_PLAN_NOTHING;
+        return 0;
     for (k = 0; k < SPR__PLACES; k++) {
         if (!spr__pit_set(s, &pit, t, k) || !spr__pit_solve(s, &pit)) continue;
-        if (best.num_tets && pit.after - pit.before <= best.after - best.before) continue;
-        best = pit;
-        if (best.after >= s->target) break;
+        if (best->num_tets && pit.after - pit.before <= best->after - best->before) continue;
+        *best = pit;
+        if (best->after >= s->target) break;
     }
-    if (best.num_tets == 0) return DELAUNAY_PLAN_NOTHING;
-    answer = delaunay_plan_vertex(plan, best.xyz);
-    for (k = 0; k < best.num_tets && answer > 0; k++)
-        answer = delaunay_plan_remove(plan, best.t[k]);
-    for (k = 0; k < best.num_facets && answer > 0; k++) {
-        const uint32_t *v = m->tets[best.facet[k] / 4].v;
-        const uint8_t *o = delaunay_facet_order((int)(best.facet[k] % 4));
+    return best->num_tets > 0;
+}
+
+static int spr__plan_pit(const spr__state *s, const spr__pit *pit, delaunay_plan *plan)
+{
+    const delaunay_mesh *m = s->mesh;
+    int k, answer = delaunay_plan_vertex(plan, pit->xyz);
+    for (k = 0; k < pit->num_tets && answer > 0; k++)
+        answer = delaunay_plan_remove(plan, pit->t[k]);
+    for (k = 0; k < pit->num_facets && answer > 0; k++) {
+        const uint32_t *v = m->tets[pit->facet[k] / 4].v;
+        const uint8_t *o = delaunay_facet_order((int)(pit->facet[k] % 4));
         answer = delaunay_plan_add(plan, v[o[0]], v[o[2]], v[o[1]], DELAUNAY_PLAN_VERTEX(0));
     }
     return answer;
+}
+
+/* A new vertex; but reconnection, where that reaches as much without one. */
+static int spr__plan_insertion(const spr__state *s, delaunay_worker *worker, delaunay_handle t,
+                               delaunay_plan *plan, spr__effort without)
+{
+    spr__pit pit;
+    int answer;
+    if (!spr__find_pit(s, t, &pit)) return DELAUNAY_PLAN_NOTHING;
+    answer = s->options.no_reconnection ? DELAUNAY_PLAN_NOTHING
+                                        : spr__plan_grow(s, worker, t, plan, without, pit.after);
+    return answer != DELAUNAY_PLAN_NOTHING ? answer : spr__plan_pit(s, &pit, plan);
 }
 
 /* ---- >>schedule --------------------------------------------------------------------------- */
@@ -3387,18 +3406,19 @@ static int spr__plan(void *user, const delaunay_mesh *m, delaunay_worker *worker
     switch (s->sweep) {
     case SPR__EDGES: return spr__plan_edges(s, t, plan);
     case SPR__SMOOTH: return spr__plan_smooth(s, worker, t, plan);
-    case SPR__SMALL: return spr__plan_grow(s, worker, t, plan, little);
+    case SPR__SMALL: return spr__plan_grow(s, worker, t, plan, little, 0);
     case SPR__REMOVE:
         if (s->report->vertices_removed >= s->max_gone) return DELAUNAY_PLAN_NOTHING;
         answer = spr__plan_removal(s, worker, t, plan, 0);
         return answer != DELAUNAY_PLAN_NOTHING ? answer : spr__plan_removal(s, worker, t, plan, 1);
-    case SPR__INSERT: return spr__plan_insertion(s, t, plan);
-    case SPR__MEDIUM: return spr__plan_grow(s, worker, t, plan, medium);
-    case SPR__LARGE: return spr__plan_grow(s, worker, t, plan, large);
+    case SPR__INSERT: return spr__plan_insertion(s, worker, t, plan, medium);
+    case SPR__MEDIUM: return spr__plan_grow(s, worker, t, plan, medium, 0);
+    case SPR__LARGE: return spr__plan_grow(s, worker, t, plan, large, 0);
     default:
-        answer = s->max_new ? spr__plan_insertion(s, t, plan) : DELAUNAY_PLAN_NOTHING;
+        answer = s->max_new ? spr__plan_insertion(s, worker, t, plan, medium)
+                            : DELAUNAY_PLAN_NOTHING;
         return answer != DELAUNAY_PLAN_NOTHING ? answer
-                                               : spr__plan_grow(s, worker, t, plan, utmost);
+                                               : spr__plan_grow(s, worker, t, plan, utmost, 0);
     }
 }
 

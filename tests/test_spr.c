@@ -930,6 +930,40 @@ static void test_a_vertex_is_sown_in_a_bad_tetrahedron(void)
     delaunay_mesh_free(&m[1]);
 }
 
+/* Walls one tetrahedron thick, of shaken squares: all that is bad can be good without new vertices,
+ * which are few then. */
+static void test_walls_need_few_vertices(void)
+{
+    enum { SIDE = 14, WALLS = 10 };
+    uint64_t added = 0;
+    int k, i, j, layer;
+    for (k = 0; k < WALLS; k++) {
+        double xyz[2 * SIDE * SIDE][3];
+        size_t n = 0;
+        spr_options o = open_options();
+        delaunay_mesh m;
+        spr_report r;
+        for (layer = 0; layer < 2; layer++)
+            for (i = 0; i < SIDE; i++)
+                for (j = 0; j < SIDE; j++, n++) {
+                    int inner = i > 0 && j > 0 && i < SIDE - 1 && j < SIDE - 1;
+                    xyz[n][0] = (i + (inner ? 0.0002 * (small_random(1001) - 500.0) : 0)) / 16;
+                    xyz[n][1] = (j + (inner ? 0.0002 * (small_random(1001) - 500.0) : 0)) / 16;
+                    xyz[n][2] = 1.25 / 16 * layer;
+                }
+        memset(&m, 0, sizeof m);
+        CHECK(delaunay_tetrahedralize(&m, xyz[0], n, NULL, NULL) == DELAUNAY_OK);
+        CHECK(delaunay_enable_marks(&m) == DELAUNAY_OK);
+        CHECK(delaunay_link_vertices(&m) == DELAUNAY_OK);
+        color_mesh(&m, 1);
+        improve_and_check(&m, &o, &r, SPR_OK);
+        CHECK(r.before.num_below > 50 && r.after.num_below == 0);
+        added += r.vertices_inserted;
+        delaunay_mesh_free(&m);
+    }
+    CHECK(added < 3 * WALLS);
+}
+
 static void check_same_and_free(delaunay_mesh *m)
 {
     CHECK(m[1].num_tets == m[0].num_tets && m[1].num_vertices == m[0].num_vertices);
@@ -1904,6 +1938,7 @@ int main(void)
     test_cancel();
     test_budgets();
     test_nothing_to_do();
+    test_walls_need_few_vertices();
     test_a_vertex_goes_with_more_than_its_star();
     test_results_have_sentences();
     return check_report();
