@@ -9645,25 +9645,44 @@ static int mesher__facets_touch(const delaunay_mesh *mesh, delaunay_handle t, in
     return touch;
 }
 
-/* The distance to what is opposite of each facet, by a ray from its middle, divided by the number
- * of layers. What touches it, at a sharp edge, is not opposite: there is no room for layers. */
+/* The distance from facet i of t, which is inside, to what is opposite, by a ray from its middle x
+ * along its normal n; which facet that is. -1: it is none of the surface, or nothing is. What
+ * touches it, at a sharp edge, is not opposite: there is no room for layers. */
+static double mesher__gap(const delaunay_mesh *mesh, delaunay_handle t, int i, double *n,
+                          double *x, delaunay_handle *met, int *j)
+{
+    double gap;
+    if (!mesher__on_surface(mesh, t, i, n, x)) return -1;
+    *met = t;
+    *j = i;
+    gap = mesher__cast(mesh, x, n, met, j);
+    return mesher__facets_touch(mesh, t, i, *met, *j) ? -1 : gap;
+}
+
+/* The corners of facet i of t, and its fourth one if recovery has put it there. */
+static void mesher__facet_at_most(mesher_domain *domain, delaunay_handle t, int i, double h)
+{
+    const delaunay_mesh *mesh = &domain->mesh;
+    int k;
+    for (k = 0; k < 4; k++) {
+        uint32_t v = mesh->tets[t].v[k];
+        if (k != i || mesh->vertex_id[v] == DELAUNAY_NO_ID) mesher__at_most(domain->size + v, h);
+    }
+}
+
+/* The distance to what is opposite of each facet divided by the number of layers. */
 static void mesher__gap_sizes(mesher_domain *domain)
 {
     const delaunay_mesh *mesh = &domain->mesh;
     delaunay_handle t, met;
     double n[3], x[3], h;
-    int i, j, k;
+    int i, j;
     for (t = 1; t < mesh->num_tets; t++)
         for (i = 0; i < 4 && mesher__is_inside(mesh, t); i++) {
-            if (!mesher__on_surface(mesh, t, i, n, x)) continue;
-            met = t;
-            j = i;
-            h = mesher__cast(mesh, x, n, &met, &j) / domain->options.layers;
-            if (mesher__facets_touch(mesh, t, i, met, j)) continue;
-            for (k = 0; k < 4; k++) {
-                if (k != i) mesher__at_most(domain->size + mesh->tets[t].v[k], h);
-                if (k != j) mesher__at_most(domain->size + mesh->tets[met].v[k], h);
-            }
+            h = mesher__gap(mesh, t, i, n, x, &met, &j) / domain->options.layers;
+            if (!(h > 0)) continue;
+            mesher__facet_at_most(domain, t, i, h);
+            mesher__facet_at_most(domain, met, j, h);
         }
 }
 
@@ -12146,19 +12165,42 @@ static int mesher__keep_starts(mesher__refiner *r, delaunay_handle t, double h)
     return mesher__keep_start(r, t, x, h, ratio, 1);
 }
 
-enum { MESHER__SOURCES = 10000 }; /* more are not looked for one by one */
+/* Keeps a place x, with the size that is wanted there, if it is inside; t: a tetrahedron to look
+ * from, then the one that it is in. Returns 0 without memory. */
+static int mesher__start_at(mesher__refiner *r, const double *x, delaunay_handle *t)
+{
+    delaunay_handle home;
+    double h;
+    int found;
+    if (!mesher__in_box(r, x)) return 1;
+    *t = home = delaunay_locate(r->mesh, x, *t);
+    if (!home || !mesher__is_inside(r->mesh, home)) return 1;
+    h = mesher__field_at(&r->field, x, &home, &found);
+    r->ignored += mesher__wishes(r->options, 1, x, r->mesh->color + *t, &h);
+    return mesher__keep_start(r, *t, x, h > r->field.least ? h : r->field.least, 1.5, 0);
+}
 
-/* A place in the middle of a source, or, of a segment, at an end of it. */
+enum {
+    MESHER__SOURCES = 10000,     /* more are not looked for one by one */
+    MESHER__WIDE_SOURCES = 1000, /* .. in the middle alone: what if that is on the surface? */
+    MESHER__PLACES = 11
+};
+
+/* A place in the middle of a source, or, of a segment, at an end of it; from 3 on, about half way
+ * from its middle to its border. */
 static void mesher__source_place(const mesher_source *source, int place, double *x)
 {
     const double *a = source->xyz;
-    int k;
-    for (k = 0; k < 3; k++)
+    int k, is_box = source->shape == MESHER_SHAPE_BOX;
+    for (k = 0; k < 3; k++) {
+        double away = is_box ? (a[3 + k] - a[k]) / 4 : 0.3 * source->radius;
         switch (source->shape) {
         case MESHER_SHAPE_BALL: x[k] = a[k]; break;
         case MESHER_SHAPE_TRIANGLE: x[k] = (a[k] + a[3 + k] + a[6 + k]) / 3; break;
-        default: x[k] = place == 0 ? (a[k] + a[3 + k]) / 2 : a[3 * (place - 1) + k];
+        default: x[k] = place == 1 || place == 2 ? a[3 * (place - 1) + k] : (a[k] + a[3 + k]) / 2;
         }
+        if (place > 2) x[k] += (place - 3) >> k & 1 ? away : -away;
+    }
 }
 
 /* Keeps places in the sources, after all others that are not late: between tetrahedra none of whose
@@ -12169,26 +12211,49 @@ static int mesher__start_at_sources(mesher__refiner *r)
     const mesher_options *o = r->options;
     const size_t most =
         o->num_sources < MESHER__SOURCES ? o->num_sources : (size_t)MESHER__SOURCES;
-    delaunay_worker *worker = most ? delaunay_worker_new(r->memory) : NULL;
     delaunay_handle t = 0;
+    double x[3];
     size_t i;
-    int place, kept = !most || worker;
+    int place, places = most > MESHER__WIDE_SOURCES ? 3 : MESHER__PLACES, kept = 1;
     for (i = 0; i < most && kept; i++)
-        for (place = 0; place < (o->sources[i].shape == MESHER_SHAPE_SEGMENT ? 3 : 1); place++) {
-            double x[3], h;
-            delaunay_handle home;
-            int found;
+        for (place = 0; place < places && kept; place++) {
+            if ((place == 1 || place == 2) && o->sources[i].shape != MESHER_SHAPE_SEGMENT) continue;
             mesher__source_place(o->sources + i, place, x);
-            if (!mesher__in_box(r, x)) continue;
-            t = delaunay_locate(r->mesh, x, t);
-            if (!t || !mesher__is_inside(r->mesh, t)) continue;
-            home = t;
-            h = mesher__field_at(&r->field, x, &home, &found);
-            r->ignored += mesher__wishes(o, 1, x, r->mesh->color + t, &h);
-            if (!mesher__keep_start(r, t, x, h > r->field.least ? h : r->field.least, 1.5, 0))
-                kept = 0;
+            kept = mesher__start_at(r, x, &t);
         }
-    if (worker) delaunay_worker_free(worker);
+    return kept;
+}
+
+/* The longest edge of facet i of t. */
+static double mesher__facet_extent(const delaunay_mesh *mesh, delaunay_handle t, int i)
+{
+    const uint8_t *f = delaunay_facet_order(i);
+    double longest = 0;
+    int k;
+    for (k = 0; k < 3; k++) {
+        double l = mesher__distance(mesh->vertices[mesh->tets[t].v[f[k]]].x,
+                                    mesh->vertices[mesh->tets[t].v[f[(k + 1) % 3]]].x);
+        longest = l > longest ? l : longest;
+    }
+    return longest;
+}
+
+/* Keeps places half way between facets that face each other, where they are larger than what is
+ * wanted between them: no sphere about the corners is there. Returns 0 without memory. */
+static int mesher__start_in_gaps(mesher__refiner *r)
+{
+    const delaunay_mesh *mesh = r->mesh;
+    delaunay_handle t, met, home;
+    double n[3], x[3], gap;
+    int i, j, k, kept = 1;
+    for (t = 1; t < mesh->num_tets && r->options->layers > 0 && kept; t++)
+        for (i = 0; i < 4 && mesher__is_inside(mesh, t) && kept; i++) {
+            gap = mesher__gap(mesh, t, i, n, x, &met, &j);
+            if (!(gap > 0 && gap < r->options->layers * mesher__facet_extent(mesh, t, i))) continue;
+            for (k = 0; k < 3; k++) x[k] += gap / 2 * n[k];
+            home = t;
+            kept = mesher__start_at(r, x, &home);
+        }
     return kept;
 }
 
@@ -12225,7 +12290,7 @@ static int mesher__find_starts(mesher__refiner *r, double *points)
         if (!mesher__keep_starts(r, t, h[t])) break;
     }
     delaunay_release(r->memory, h);
-    return t == mesh->num_tets && mesher__start_at_sources(r) &&
+    return t == mesh->num_tets && mesher__start_at_sources(r) && mesher__start_in_gaps(r) &&
            mesher__sort(r->domain, r->order, r->num_starts) == MESHER_OK;
 }
 
@@ -13062,7 +13127,7 @@ static int mesher__keeps_distance(const mesher__refiner *r, const mesher__cavity
     const delaunay_vertex *vertices = r->mesh->vertices;
     const double *size = r->domain->size;
     uint32_t k;
-    int i;
+    int i, wishes = mesher__has_wishes(r->options);
     for (k = 0; k < c->num_vertices; k++) {
         uint32_t v = c->vertices[k];
         if (mesher__too_near(p->x, vertices[v].x, p->h + size[v])) return 0;
@@ -13081,6 +13146,7 @@ static int mesher__keeps_distance(const mesher__refiner *r, const mesher__cavity
         n[2] = a[0] * b[1] - a[1] * b[0];
         height = n[0] * d[0] + n[1] * d[1] + n[2] * d[2];
         low = MESHER__LOW / 3 * (size[v[0]] + size[v[1]] + size[v[2]]);
+        if (wishes && low > p->h) low = p->h; /* large facets near a small source */
         if (height * height < low * low * (n[0] * n[0] + n[1] * n[1] + n[2] * n[2])) return 0;
     }
     return 1;

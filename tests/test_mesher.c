@@ -894,6 +894,78 @@ static void progress_cancels(int hurry)
     CHECK(cancelled >= 3 && k < 1000000);
 }
 
+/* The vertices of the last mesh within a box. */
+static uint64_t num_within(const mesher_domain *d, const double *lo, const double *hi)
+{
+    uint64_t num = 0;
+    uint32_t v;
+    int k, in;
+    for (v = 1; v < d->mesh.num_vertices; v++) {
+        const double *x = d->mesh.vertices[v].x;
+        for (in = 1, k = 0; k < 3; k++) in = in && x[k] >= lo[k] && x[k] <= hi[k];
+        num += in != 0;
+    }
+    return num;
+}
+
+/* A box of twelve triangles, and something small: in its corner, on its side, on a vertex. Its size
+ * is there whatever is above it. */
+static void small_wishes_beside_large_triangles(void)
+{
+    static const struct {
+        mesher_shape shape;
+        double xyz[6], radius, lo, hi;
+    } wish[] = {{MESHER_SHAPE_BALL, {.1, .1, .1, 0, 0, 0}, .04, .06, .14},
+                {MESHER_SHAPE_BALL, {0, 0, 0, 0, 0, 0}, .1, 0, .1},
+                {MESHER_SHAPE_BALL, {.5, .5, 0, 0, 0, 0}, .1, 0, 1},
+                {MESHER_SHAPE_BOX, {0, 0, 0, .1, .1, .1}, 0, 0, .1},
+                {MESHER_SHAPE_SEGMENT, {0, 0, 0, 1, 0, 0}, .06, 0, 1}};
+    size_t k;
+    clear();
+    add_box(0, 0, 0, 1);
+    for (k = 0; k < sizeof wish / sizeof *wish; k++) {
+        mesher_surface s = surface_of(&shape);
+        mesher_domain domain;
+        mesher_options o;
+        mesher_source source;
+        double lo[3], hi[3];
+        int i;
+        memset(&o, 0, sizeof o);
+        memset(&source, 0, sizeof source);
+        source.shape = wish[k].shape;
+        memcpy(source.xyz, wish[k].xyz, sizeof wish[k].xyz);
+        source.radius = wish[k].radius;
+        source.size = 0.01;
+        o.sources = &source;
+        o.num_sources = 1;
+        for (i = 0; i < 3; i++) lo[i] = wish[k].lo, hi[i] = wish[k].hi;
+        CHECK(mesher_mesh(&domain, &s, &o, NULL) == MESHER_OK);
+        CHECK(num_within(&domain, lo, hi) > 400);
+        CHECK(delaunay_validate(&domain.mesh, DELAUNAY_VALIDATE_GEOMETRY, NULL) == DELAUNAY_OK);
+        mesher_domain_free(&domain);
+    }
+}
+
+/* A plate of twelve triangles: nothing but the middle of it is between its sides. */
+static void plates_have_layers(void)
+{
+    static const double lo[3] = {0.1, 0.1, 0.01}, hi[3] = {0.9, 0.9, 0.09};
+    int layers, k;
+    clear();
+    add_box(0, 0, 0, 1);
+    for (k = 0; k < 8; k++) shape.xyz[3 * k + 2] *= 0.1;
+    for (layers = 2; layers < 5; layers++) {
+        mesher_surface s = surface_of(&shape);
+        mesher_domain domain;
+        mesher_options o;
+        memset(&o, 0, sizeof o);
+        o.layers = layers;
+        CHECK(mesher_mesh(&domain, &s, &o, NULL) == MESHER_OK);
+        CHECK(num_within(&domain, lo, hi) > 50u * (unsigned)(layers * layers));
+        mesher_domain_free(&domain);
+    }
+}
+
 static uint64_t hash_bytes(uint64_t h, const void *bytes, size_t n)
 {
     const unsigned char *p = (const unsigned char *)bytes;
@@ -1144,6 +1216,8 @@ int main(void)
     refined();
     invalid_surfaces();
     every_allocation_may_fail();
+    small_wishes_beside_large_triangles();
+    plates_have_layers();
     progress_cancels(0);
     progress_cancels(1);
     same_bytes_for_any_threads();
