@@ -293,6 +293,11 @@ static int parse(int argc, char **argv, settings *s)
                 s->weld > 0 ? "--weld" : "--refine-surface");
         return 2;
     }
+    if (s->refine_mesh && (s->regions_given || s->mesher.allow_surface_steiner)) {
+        fprintf(stderr, "mesh: %s and --refine-mesh, which keeps the mesh and its regions\n",
+                s->regions_given ? "--regions" : "--allow-surface-steiner");
+        return 2;
+    }
     if (!s->input == !s->demo) {
         fprintf(stderr, "mesh: %s; try --help\n",
                 s->demo ? "a file, or a fineness beyond 1 to 12, and --demo"
@@ -331,6 +336,7 @@ typedef struct job {
     const char *name; /* of the input, for messages */
     meshio_mesh in;
     int32_t *seed_tags;
+    size_t num_renamed; /* regions of the file whose attributes cannot be their numbers */
     double *seeds, *grid_sizes;
     mesher_size_grid grid;
     uint64_t num_welded;    /* vertices that --weld put elsewhere */
@@ -589,10 +595,12 @@ static int read_grid(job *j)
     return TOOL_OK;
 }
 
-/* Holes and regions of a .poly file as the mesher's seeds. */
+/* Holes and regions of a .poly file as the mesher's seeds. Attributes that are no whole numbers from 1
+ * on get the next ones that no other region has. */
 static int take_seeds(job *j)
 {
     size_t n = j->in.num_holes + j->in.num_regions, i;
+    int32_t spare = 0;
     if (n == 0) return 1;
     j->seeds = (double *)malloc(3 * n * sizeof(double));
     j->seed_tags = (int32_t *)malloc(n * sizeof(int32_t));
@@ -602,10 +610,15 @@ static int take_seeds(job *j)
                                                 : j->in.regions + 5 * (i - j->in.num_holes);
         memcpy(j->seeds + 3 * i, xyz, 3 * sizeof(double));
         j->seed_tags[i] = 0;
-        if (i >= j->in.num_holes)
-            j->seed_tags[i] = xyz[3] >= 1 && xyz[3] < 2e9 ? (int32_t)xyz[3]
-                                                          : (int32_t)(i - j->in.num_holes + 1);
+        if (i >= j->in.num_holes && xyz[3] >= 1 && xyz[3] < 2e9 && xyz[3] == floor(xyz[3]))
+            j->seed_tags[i] = (int32_t)xyz[3];
+        if (j->seed_tags[i] > spare) spare = j->seed_tags[i];
     }
+    for (i = j->in.num_holes; i < n; i++)
+        if (j->seed_tags[i] == 0) {
+            j->seed_tags[i] = ++spare;
+            j->num_renamed++;
+        }
     j->surface.seeds = j->seeds;
     j->surface.seed_tags = j->seed_tags;
     j->surface.num_seeds = n;
@@ -1289,6 +1302,9 @@ static void print_bars(const char *title, const uint64_t *counts, int n, double 
 static void print_regions(const job *j)
 {
     uint32_t i, shown = 0;
+    if (j->num_renamed > 0)
+        printf("note        %lu regions got numbers that no other has: their attributes are not whole,\n"
+               "            or below 1\n", (unsigned long)j->num_renamed);
     if (j->report.num_regions < 2 && !j->set.verbose) return;
     for (i = 0; i < j->domain.num_regions && shown < 20; i++) {
         const mesher_region *r = &j->domain.regions[i];

@@ -463,6 +463,8 @@ static meshio_result meshio__add_element(meshio__reader *r, int k, const uint32_
     int i;
     if (n >= MESHIO__MAX_COUNT)
         return meshio__fail(r, MESHIO_ERROR_TOO_LARGE, r->p, "more than 2^32 - 2 elements");
+    if (tag != (int32_t)tag)
+        return meshio__fail(r, MESHIO_ERROR_TOO_LARGE, r->p, "a reference beyond 32 bits");
     if (!meshio__reserve_ids(array, cap, (n + 1) * (size_t)k)) return meshio__no_memory(r);
     if (!meshio__reserve_tags(tags, cap_tags, n + 1)) return meshio__no_memory(r);
     for (i = 0; i < k; i++) (*array)[n * (size_t)k + (size_t)i] = v[i];
@@ -1849,11 +1851,27 @@ static meshio_result meshio__read_polygon_text(meshio__reader *r, int64_t n, int
     return MESHIO_OK;
 }
 
+/* The number of edges, which some files leave out. */
+static meshio_result meshio__off_edges(meshio__reader *r)
+{
+    const unsigned char *start = r->p, *next;
+    int64_t unused;
+    if (meshio__more_on_line(r)) return meshio__int(r, &unused);
+    meshio__skip(r);
+    for (next = r->p; r->p < r->end && !meshio__is_end(*r->p); r->p++) {}
+    if (!meshio__more_on_line(r)) { /* on a line of its own, or nowhere */
+        r->p = next;
+        return meshio__int(r, &unused);
+    }
+    r->p = start;
+    return MESHIO_OK;
+}
+
 static meshio_result meshio__read_off(meshio__reader *r)
 {
     size_t length, i;
     const unsigned char *word, *counts;
-    int64_t nv, nf, ne, n, f;
+    int64_t nv, nf, n, f;
     int extra = 0, one_line, is_off = 0;
     r->text = 1;
     r->comment = '#';
@@ -1865,7 +1883,7 @@ static meshio_result meshio__read_off(meshio__reader *r)
         if (is_off) break;
         if (c == 'c')
             extra += 4;
-        else if (c == 'n')
+        else if (c == 'n' && !(word[i] == 'n' && word[i + 1] == 'O')) /* nOFF: of n coordinates */
             extra += 3;
         else if (!(c == 's' && i == 0) && !(c == 't' && i == 1))
             break;
@@ -1888,7 +1906,7 @@ static meshio_result meshio__read_off(meshio__reader *r)
         return meshio__fail(r, MESHIO_ERROR_UNSUPPORTED, r->p, "binary OFF is not supported");
     MESHIO__TRY(meshio__int(r, &nv));
     MESHIO__TRY(meshio__int(r, &nf));
-    MESHIO__TRY(meshio__int(r, &ne));
+    MESHIO__TRY(meshio__off_edges(r));
     counts = r->p;
     meshio__skip(r);
     one_line = r->p < r->end && !memchr(counts, '\n', (size_t)(r->p - counts));

@@ -724,6 +724,9 @@ static void off_comes_in_many_layouts(void)
         MESHIO_FORMAT_OFF, /* lines that are not one vertex each: four numbers of colour, as claimed */
         "COFF 4 4 0\n0 0 0 1 1 1 1 1 0 0 1 1 1 1\n0 1 0 1 1 1 1 0 0 1 1 1 1 1\n3 0 2 1\n3 0 1 3\n3 1 2 3\n3 0 3 2\n");
     check_tetrahedron(MESHIO_FORMAT_OFF, "OFF\n4 4 0\n0 0 0 1 0 0\n0 1 0 0 0 1\n3 0 2 1\n3 0 1 3\n3 1 2 3\n3 0 3 2\n");
+    /* no number of edges; it on a line of its own */
+    check_tetrahedron(MESHIO_FORMAT_OFF, "OFF\n4 4 # none\n\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 1 2 3\n3 0 3 2\n");
+    check_tetrahedron(MESHIO_FORMAT_OFF, "OFF\n4 4\n6\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 1 2 3\n3 0 3 2\n");
     check_tetrahedron(MESHIO_FORMAT_OFF, "OFF\n4\n4\n0\n0\n0\n0\n1\n0\n0\n0\n1\n0\n0\n0\n1\n3 0 2 1\n3 0 1 3\n3 1 2 3\n3 0 3 2\n");
 }
 
@@ -1548,6 +1551,9 @@ static void damaged_texts_get_a_status_and_a_line(void)
     } bad[] = {
         {MESHIO_FORMAT_OFF, "", MESHIO_ERROR_TRUNCATED, 1},
         {MESHIO_FORMAT_OFF, "PNG", MESHIO_ERROR_FORMAT, 1},
+        {MESHIO_FORMAT_OFF, "nOFF\n3\n1 0 0\n0 0 0\n", MESHIO_ERROR_UNSUPPORTED, 1},
+        {MESHIO_FORMAT_OFF, "4nOFF\n3\n1 0 0\n0 0 0\n", MESHIO_ERROR_UNSUPPORTED, 1},
+        {MESHIO_FORMAT_MEDIT, "MeshVersionFormatted 4\nDimension 3\nVertices 3\n0 0 0 0\n1 0 0 0\n0 1 0 0\nTriangles 1\n1 2 3 5000000000\n", MESHIO_ERROR_TOO_LARGE, 8},
         {MESHIO_FORMAT_OFF, "OFF BINARY\n", MESHIO_ERROR_UNSUPPORTED, 1},
         {MESHIO_FORMAT_OFF, "4OFF\n1 0 0\n0 0 0 1\n", MESHIO_ERROR_UNSUPPORTED, 1},
         {MESHIO_FORMAT_OFF, "COFF\n2 0 0\n0 0 0 1 1 1\n0 0\n", MESHIO_ERROR_TRUNCATED, 5},

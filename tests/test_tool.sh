@@ -348,6 +348,20 @@ tetrahedron_poly() { # X Y Z: a tetrahedron with a region point there
 }
 tetrahedron_poly .1 .2 .3 > "$T/seed.poly"
 code 0 $mesh "$T/seed.poly" --regions seeds -o "$T/seed.mesh"
+# two tetrahedra: attribute 0 is no number of a region, 1 is that of the other one
+{
+    printf '8 3 0 0\n'
+    printf '1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n5 2 0 0\n6 3 0 0\n7 2 1 0\n8 2 0 1\n8 0\n'
+    for k in 0 4; do
+        for f in '1 3 2' '1 2 4' '2 3 4' '1 4 3'; do
+            echo "$f" | awk -v k=$k '{ print "1 0\n3", $1 + k, $2 + k, $3 + k }'
+        done
+    done
+    printf '0\n2\n1 .1 .2 .3 0 -1\n2 2.1 .2 .3 1 -1\n'
+} > "$T/two.poly"
+code 0 $mesh "$T/two.poly" -o "$T/two.mesh"
+prints '2: volume 0.16'
+prints '1 regions got numbers'
 tetrahedron_poly 2 3 4 > "$T/seed.poly"
 code 5 $mesh "$T/seed.poly" --regions seeds -o "$T/beside.mesh"
 says 'none of the surface.s cells is kept'
