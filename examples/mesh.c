@@ -595,8 +595,8 @@ static int read_grid(job *j)
     return TOOL_OK;
 }
 
-/* Holes and regions of a .poly file as the mesher's seeds. Attributes that are no whole numbers from 1
- * on get the next ones that no other region has. */
+/* Holes and regions of a .poly file as the mesher's seeds. Attributes that are no whole numbers
+ * from 1 on become the next ones that no other region has. */
 static int take_seeds(job *j)
 {
     size_t n = j->in.num_holes + j->in.num_regions, i;
@@ -1303,8 +1303,9 @@ static void print_regions(const job *j)
 {
     uint32_t i, shown = 0;
     if (j->num_renamed > 0)
-        printf("note        %lu regions got numbers that no other has: their attributes are not whole,\n"
-               "            or below 1\n", (unsigned long)j->num_renamed);
+        printf("note        %lu of the regions got numbers that no other has: attributes must be\n"
+               "            whole numbers from 1 on\n",
+               (unsigned long)j->num_renamed);
     if (j->report.num_regions < 2 && !j->set.verbose) return;
     for (i = 0; i < j->domain.num_regions && shown < 20; i++) {
         const mesher_region *r = &j->domain.regions[i];

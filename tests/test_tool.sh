@@ -361,7 +361,7 @@ code 0 $mesh "$T/seed.poly" --regions seeds -o "$T/seed.mesh"
 } > "$T/two.poly"
 code 0 $mesh "$T/two.poly" -o "$T/two.mesh"
 prints '2: volume 0.16'
-prints '1 regions got numbers'
+prints '1 of the regions got numbers'
 tetrahedron_poly 2 3 4 > "$T/seed.poly"
 code 5 $mesh "$T/seed.poly" --regions seeds -o "$T/beside.mesh"
 says 'none of the surface.s cells is kept'
