@@ -464,8 +464,8 @@ DELAUNAY_API delaunay_result delaunay_import(delaunay_mesh *mesh, const double *
                                              const uint32_t *colors, size_t num_tets,
                                              const delaunay_host *host, delaunay_report *report);
 /* Removes deleted slots and puts vertices of tetrahedra and the slots in canonical order: a
- * function of the triangulation and the vertex numbers alone (same bytes for any number
- * of threads). */
+ * function of the triangulation and the vertex numbers alone (same bytes for any number of
+ * threads). */
 DELAUNAY_API delaunay_result delaunay_canonicalize(delaunay_mesh *mesh, const delaunay_host *host);
 
 DELAUNAY_INLINE int delaunay_is_deleted(const delaunay_mesh *mesh, delaunay_handle t)

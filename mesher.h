@@ -4116,8 +4116,8 @@ static int mesher__try_window(mesher__recovery *r, const mesher__window *w,
     delaunay_search *s = &r->search;
     uint32_t i, crossings;
     if (mesher__set_has(&r->failed, key)) return 0;
-    if (!delaunay_window_set(&r->window, r->mesh, tets, w->num_tets, effort->max_points,
-                             1, keep_facets))
+    if (!delaunay_window_set(&r->window, r->mesh, tets, w->num_tets, effort->max_points, 1,
+                             keep_facets))
         return 0;
     crossings = delaunay_window_crossings(r->mesh, &r->window, objective, target);
     if (crossings == 0) return 0;
@@ -12182,7 +12182,7 @@ static int mesher__start_at(mesher__refiner *r, const double *x, delaunay_handle
 
 enum {
     MESHER__SOURCES = 10000,     /* more are not looked for one by one */
-    MESHER__WIDE_SOURCES = 1000, /* .. in the middle alone: what if that is on the surface? */
+    MESHER__WIDE_SOURCES = 1000, /* .. but in the middle, which may be on the surface */
     MESHER__PLACES = 11
 };
 

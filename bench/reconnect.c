@@ -167,8 +167,8 @@ static void run_size(bench *b, uint32_t size, const char *what, int bounded, uin
         times[done] = 1e300;
         for (rep = 0; rep < (size <= 14 ? 5 : 1);
              rep++) { /* tables forgotten: another window comes between */
-            delaunay_window_set(&window, &b->mesh, &b->worst[(i + 1) % b->num_worst], 1,
-                                32, 0, 0);
+            delaunay_window_set(&window, &b->mesh, &b->worst[(i + 1) % b->num_worst], 1, 32,
+                                0, 0);
             memset(&search, 0, sizeof search);
             search.objective = DELAUNAY_ANY;
             delaunay_reconnect(&b->mesh, b->worker, &window, &search);
