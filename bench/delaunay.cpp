@@ -10,7 +10,8 @@
  *
  * Columns: bench,case,threads,ours_s,rival,rival_s,ratio; ratio = rival_s/ours_s, medians. Points
  * in memory to triangulation: sorting and numbering in, input, output and freeing out. QUICK=1:
- * fewer and smaller cases. */
+ * fewer and smaller cases. THREADS="1 2 4 8 16": instead, POINTS (10 million) uniform points with
+ * each of these numbers of threads, RUNS (3) runs, beside one thread and CGAL's parallel one. */
 #ifndef BENCH_DELAUNAY_SEPARATE
 #  define DELAUNAY_IMPLEMENTATION
 #endif
@@ -92,7 +93,8 @@ static std::vector<double> make_points(const std::string &kind, size_t n)
     return xyz;
 }
 
-static double run_ours(const std::vector<double> &xyz, int threads, int any_order, size_t *peak)
+static double run_ours(const std::vector<double> &xyz, int threads, int any_order, size_t *peak,
+                       delaunay_report *phases = NULL)
 {
     delaunay_mesh mesh;
     delaunay_options options;
@@ -109,6 +111,7 @@ static double run_ours(const std::vector<double> &xyz, int threads, int any_orde
     }
     double seconds = now(threads) - start;
     *peak = report.peak_bytes;
+    if (phases) *phases = report;
     delaunay_mesh_free(&mesh);
     return seconds;
 }
@@ -181,6 +184,36 @@ static void compare(const char *name, const std::vector<double> &xyz, int thread
     fflush(stdout);
 }
 
+/* How the time falls with the threads. One thread is timed by the clock here, as the others are. */
+static void scale(const char *list, size_t n, int runs)
+{
+    const std::vector<double> xyz = make_points("uniform", n);
+    double one_thread = NAN;
+    char *end;
+    for (long threads; (threads = strtol(list, &end, 10)) > 0; list = end) {
+        std::vector<double> ours;
+        delaunay_report phases;
+        size_t unused;
+        double rival = NAN;
+        for (int r = 0; r < runs; r++) {
+            run_ours(xyz, (int)threads, 0, &unused, &phases);
+            ours.push_back(phases.seconds_sort + phases.seconds_insert + phases.seconds_finish);
+        }
+        if (threads == 1) one_thread = median(ours);
+        printf("delaunay,uniform-%lu,%ld,%.4f,ours_1t,%.4f,%.2f\n", (unsigned long)n, threads,
+               median(ours), one_thread, one_thread / median(ours));
+#ifdef WITH_CGAL
+        if (threads > 1) rival = run_cgal(xyz, (int)threads);
+#endif
+        if (threads > 1)
+            printf("delaunay,uniform-%lu,%ld,%.4f,cgal_par,%.4f,%.2f\n", (unsigned long)n, threads,
+                   median(ours), rival, rival / median(ours));
+        fprintf(stderr, "%ld threads: sort %.3f, insert %.3f, number %.3f s\n", threads,
+                phases.seconds_sort, phases.seconds_insert, phases.seconds_finish);
+        fflush(stdout);
+    }
+}
+
 /* What is freed stays with the process, so that from the second run on everybody gets memory that
  * was touched: else the system's clearing of fresh pages is timed, which varies tenfold on virtual
  * machines. */
@@ -202,6 +235,12 @@ int main()
                     "no rival's times\n");
 #endif
     printf("bench,case,threads,ours_s,rival,rival_s,ratio\n");
+    if (getenv("THREADS")) {
+        keep_memory();
+        scale(getenv("THREADS"), getenv("POINTS") ? (size_t)atof(getenv("POINTS")) : 10000000,
+              getenv("RUNS") ? atoi(getenv("RUNS")) : 3);
+        return 0;
+    }
     std::vector<double> p = make_points("uniform", large);
     size_t unused;
     double before = peak_of_process();
