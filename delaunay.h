@@ -2114,6 +2114,8 @@ static const double *delaunay__corner(const delaunay_mesh *mesh, delaunay_handle
 /* ---- >>insertion  walk, cavity, ball [Marot 2020, 3.3-3.7] --------------------------------- */
 /* What one thread needs to insert points. Slots freed by cavities go to freed, last in first out,
  * and the next ball takes them from there. */
+typedef struct delaunay__claims delaunay__claims;
+
 struct delaunay_section {
     delaunay_mesh *mesh;
     delaunay_memory *memory;
@@ -2128,6 +2130,7 @@ struct delaunay_section {
     int dug;                /* the cavity was dug: no ghosts, only itself is marked */
     int parallel;           /* others are at work: stay in the section, allocate nothing */
     uint32_t start, length; /* the section: keys from start on, around the end if need be */
+    delaunay__claims *claims; /* or cells that it has claimed; NULL: the section */
     int needs_memory;       /* since the last region: something was too small */
     int needs_slots;        /* .. the array of tetrahedra */
     size_t reserve; /* slots that the threads may draw at once between two looks at their counter */
@@ -2159,10 +2162,15 @@ enum {
 #    define DELAUNAY__LOAD(p)         __atomic_load_n((p), __ATOMIC_RELAXED)
 #    define DELAUNAY__STORE(p, x)     __atomic_store_n((p), (x), __ATOMIC_RELAXED)
 #    define DELAUNAY__FETCH_ADD(p, x) __atomic_fetch_add((p), (x), __ATOMIC_RELAXED)
+#    define DELAUNAY__RELEASE(p, x)   __atomic_store_n((p), (x), __ATOMIC_RELEASE)
+#    define DELAUNAY__EXCHANGE(p, old, x)                                                          \
+      __atomic_compare_exchange_n((p), (old), (x), 0, __ATOMIC_ACQUIRE, __ATOMIC_RELAXED)
 #    define DELAUNAY__PARALLEL        1
 #  else
 #    define DELAUNAY__LOAD(p)     (*(p))
 #    define DELAUNAY__STORE(p, x) ((void)(*(p) = (x)))
+#    define DELAUNAY__RELEASE(p, x)       ((void)(*(p) = (x)))
+#    define DELAUNAY__EXCHANGE(p, old, x) (*(p) == *(old) ? (*(p) = (x), 1) : 0)
 #    define DELAUNAY__PARALLEL    0
 #  endif
 
@@ -2174,9 +2182,52 @@ enum {
     DELAUNAY__NEEDS_MEMORY    /* something is too small, and this is a parallel region */
 };
 
+/* Cells of vertices, the keys, that a kernel has claimed: as good as a section, but it grows while
+ * others are at work. */
+enum { DELAUNAY__MOST_CLAIMS = 1000 };
+
+struct delaunay__claims {
+    uint16_t *owner; /* by cell, shared; 0: nobody */
+    uint16_t own;
+    uint32_t num, enough; /* with more than so many, between two insertions, they are let go */
+    uint32_t cell[DELAUNAY__MOST_CLAIMS];
+};
+
+/* Makes a cell the kernel's, if it is not another's. What others wrote there is seen from now on. */
+DELAUNAY_INLINE int delaunay__claim_cell(delaunay__claims *claims, uint32_t cell)
+{
+    uint16_t nobody = 0, owner = DELAUNAY__LOAD(&claims->owner[cell]);
+    if (owner == claims->own) return 1;
+    if (owner || claims->num == DELAUNAY__MOST_CLAIMS ||
+        !DELAUNAY__EXCHANGE(&claims->owner[cell], &nobody, claims->own))
+        return 0;
+    claims->cell[claims->num++] = cell;
+    return 1;
+}
+
+/* Lets others have the cells, but not those of tetrahedron hint, from where the next walk starts
+ * (none: all of them). */
+static void delaunay__let_go(delaunay__kernel *k, delaunay_handle hint)
+{
+    delaunay__claims *claims = k->claims;
+    const uint32_t *v = k->tets[hint].v;
+    uint32_t i, kept = 0;
+    for (i = 0; i < claims->num; i++) {
+        const uint32_t cell = claims->cell[i];
+        int j, keep = 0;
+        for (j = 0; j < 4 && hint; j++)
+            keep |= v[j] != DELAUNAY_GHOST && k->vertices[v[j]].key == cell;
+        if (keep) claims->cell[kept++] = cell;
+        else DELAUNAY__RELEASE(&claims->owner[cell], 0);
+    }
+    claims->num = kept;
+}
+
 static int delaunay__is_foreign(const delaunay__kernel *k, uint32_t v)
 {
-    return v != DELAUNAY_GHOST && (uint32_t)(k->vertices[v].key - k->start) >= k->length;
+    if (v == DELAUNAY_GHOST) return 0;
+    if (k->claims) return !delaunay__claim_cell(k->claims, k->vertices[v].key);
+    return (uint32_t)(k->vertices[v].key - k->start) >= k->length;
 }
 
 static int delaunay__is_foreign_tet(const delaunay__kernel *k, delaunay_handle t)
@@ -2908,6 +2959,8 @@ DELAUNAY__TARGET DELAUNAY_INLINE int delaunay__are_sure(__m256d least, __m256d m
  * there is no branch but the loop's. Only at the end is asked whether all the signs were certain:
  * wrong ones lead to tetrahedra of the section still, and not to many. Leaves marks on the cavity
  * alone; with DELAUNAY__NOT_SURE or DELAUNAY__FOREIGN none. */
+enum { DELAUNAY__BY_CLAIMS = 2 }; /* a value of parallel */
+
 DELAUNAY__TARGET DELAUNAY__ALWAYS_INLINE int
 delaunay__dig_in(delaunay__kernel *k, delaunay_handle seed, const double *e, const int parallel)
 {
@@ -2915,6 +2968,7 @@ delaunay__dig_in(delaunay__kernel *k, delaunay_handle seed, const double *e, con
     const uint32_t *words = k->tets[0].v; /* a tetrahedron is eight: that of handle h is at
                                            * 2 (h - h mod 4), its apex h mod 4 further */
     const uint32_t start = k->start, length = k->length;
+    delaunay__claims *claims = k->claims;
     const __m256d e4 = _mm256_setr_pd(e[0], e[1], e[2], 1);
     const delaunay__four first = delaunay__four_of(x, k->tets[seed].v, e4);
     __m256d least = delaunay__neighbor_dets(&first, &first), most = first.l; /* the seed's own */
@@ -2937,7 +2991,9 @@ delaunay__dig_in(delaunay__kernel *k, delaunay_handle seed, const double *e, con
         for (i = 0; i < 4; i++)
             if (DELAUNAY__UNLIKELY(apex[i] == DELAUNAY_GHOST)) goto undo;
         for (i = 0; i < 4 && parallel; i++)
-            if (DELAUNAY__UNLIKELY((uint32_t)(x[apex[i]].key - start) >= length)) {
+            if (DELAUNAY__UNLIKELY(parallel == DELAUNAY__BY_CLAIMS
+                                       ? !delaunay__claim_cell(claims, x[apex[i]].key)
+                                       : (uint32_t)(x[apex[i]].key - start) >= length)) {
                 result = DELAUNAY__FOREIGN;
                 goto undo;
             }
@@ -2965,7 +3021,9 @@ static DELAUNAY__TARGET int delaunay__dig(delaunay__kernel *k, delaunay_handle s
                                           const double *e)
 {
     if (k->tets[seed].v[3] == DELAUNAY_GHOST) return DELAUNAY__NOT_SURE;
-    return k->parallel ? delaunay__dig_in(k, seed, e, 1) : delaunay__dig_in(k, seed, e, 0);
+    if (!k->parallel) return delaunay__dig_in(k, seed, e, 0);
+    return k->claims ? delaunay__dig_in(k, seed, e, DELAUNAY__BY_CLAIMS)
+                     : delaunay__dig_in(k, seed, e, 1);
 }
 
 /* Whether e is on the near side of all facets for certain: the greatest determinants of facets, and
@@ -5085,7 +5143,13 @@ done:
  * with it, three vertices of which two at least are not the ghost, and these are keys of the
  * section. So it cannot be another section's own, and what a section reads (its own and their
  * neighbours) is written by nobody else (own tetrahedra only). What has vertices in two sections is
- * nobody's until the next attempt, which cuts another curve: bent and turned. */
+ * nobody's until the next attempt, which cuts another curve: bent and turned.
+ *
+ * All of this holds of any sets of vertices that have none in common, also of sets that grow, if a
+ * vertex is taken into one only when it is in no other. So where the result does not depend on who
+ * inserts what (a Delaunay triangulation), what sections leave is divided by claims: short pieces of
+ * the curve, cells, that a thread claims when it meets them and lets go soon. A thousand cells a
+ * thread seldom meet, where of sixteen sections of a million points a quarter is near a border. */
 enum {
     DELAUNAY__KEY_BITS = 32,
     DELAUNAY__ITEMS_A_SECTION = 1500, /* fewer are not worth a section */
@@ -5111,14 +5175,27 @@ typedef struct delaunay__partitions {
     uint64_t attempt;
     hxtsort_pair32 *items; /* key, vertex */
     hxtsort_options sort;
+    delaunay__claims *claims; /* one a kernel, where keys are cells; NULL: there are sections */
+    uint16_t *owner;          /* of the cells */
     double done, all, told; /* for progress: items, of how many, and the last fraction */
     int status;       /* shared in a region: the first error */
 } delaunay__partitions;
+
+static void delaunay__end_claims(delaunay__partitions *p)
+{
+    int i;
+    for (i = 0; p->claims && i < p->num_kernels; i++) p->kernels[i]->claims = NULL;
+    delaunay_release(&p->mesh->memory, p->claims);
+    delaunay_release(&p->mesh->memory, p->owner);
+    p->claims = NULL;
+    p->owner = NULL;
+}
 
 static void delaunay__partitions_free(delaunay__partitions *p)
 {
     delaunay_memory *m = &p->mesh->memory;
     int i;
+    delaunay__end_claims(p);
     for (i = 0; p->kernels && i < p->num_kernels; i++) {
         if (p->kernels[i]) delaunay__kernel_free(p->kernels[i]);
         delaunay_release(m, p->kernels[i]);
@@ -5289,16 +5366,18 @@ static void delaunay__place_hints(delaunay__partitions *p, int num)
     int i, j;
     for (i = 0; i < num; i++) {
         delaunay__cut *c = &p->cuts[i];
+        delaunay__kernel *owner = p->claims ? p->kernels[i] : k;
         size_t count = c->end - c->begin;
         c->hint = DELAUNAY_NONE;
-        k->start = c->start;
-        k->length = c->length;
+        owner->start = c->start;
+        owner->length = c->length;
         for (j = 1; j < 16 && count > 0 && c->hint == DELAUNAY_NONE; j++) {
             const double *e =
                 p->mesh->vertices[p->items[c->begin + count * (size_t)(j * 5 % 16) / 16].value].x;
             if (k->tets[t].v[3] == DELAUNAY_GHOST) t = k->tets[t].n[3] >> 2;
             t = delaunay__walk_fast(k, t, e);
-            if (!delaunay__is_foreign_tet(k, t)) c->hint = t;
+            if (!delaunay__is_foreign_tet(owner, t)) c->hint = t;
+            if (p->claims) delaunay__let_go(owner, c->hint);
         }
     }
 }
@@ -5338,8 +5417,11 @@ static void delaunay__pass(delaunay__partitions *p, delaunay__kernel *k, delauna
             hopeless = 1;
         }
         if (answer == DELAUNAY_ITEM_CONFLICT) p->items[c->begin + left++] = p->items[i];
+        if (k->claims && (answer == DELAUNAY_ITEM_CONFLICT || k->claims->num > k->claims->enough))
+            delaunay__let_go(k, k->hint);
         if (i - c->begin == (c->end - c->begin) / 8) hopeless |= 20 * left > 19 * (i - c->begin);
     }
+    if (k->claims) delaunay__let_go(k, DELAUNAY_NONE);
     c->left = left;
 }
 
@@ -5364,15 +5446,12 @@ static void delaunay__run_sections(delaunay__partitions *p, int num)
 {
     int i, threads = p->num_kernels < num ? p->num_kernels : num;
     (void)threads;
-    for (i = 0; i < p->num_kernels; i++) {
-        delaunay__kernel_view(p->kernels[i]);
-        p->kernels[i]->parallel = 1;
-    }
+    for (i = 0; i < p->num_kernels; i++) p->kernels[i]->parallel = 1;
 #  if DELAUNAY__PARALLEL
 #    pragma omp parallel for num_threads(threads) schedule(dynamic, 1)
     for (i = 0; i < num; i++) {
         int thread = omp_get_thread_num();
-        delaunay__work(p, p->kernels[thread], &p->cuts[i], thread == 0, num);
+        delaunay__work(p, p->kernels[p->claims ? i : thread], &p->cuts[i], thread == 0, num);
     }
 #  else
     for (i = 0; i < num; i++) delaunay__work(p, p->kernels[0], &p->cuts[i], 1, num);
@@ -5426,7 +5505,7 @@ static int64_t delaunay__attempt(delaunay__partitions *p, size_t num_items, int 
     size_t left = 0;
     int i;
     delaunay__feed_kernels(p, num_items);
-    delaunay__kernel_view(p->kernels[0]);
+    for (i = 0; i < p->num_kernels; i++) delaunay__kernel_view(p->kernels[i]);
     delaunay__cut_sections(p, num_items, num);
     delaunay__place_hints(p, num);
     if (deal) delaunay__deal_fresh(p, num_items, num);
@@ -5464,28 +5543,115 @@ static int delaunay__run_items(delaunay__partitions *p, uint32_t count, size_t n
     return delaunay__run_serial(p, num_items);
 }
 
-/* Items sorted by keys of the curve that is not bent. All rounds divide it in the same places: near
- * these the rounds before have put points, too, and cavities are small. What two sections leave is
- * divided once more: two halves of the closed curve meet in a plane, and halves that start a
- * quarter later in another one, so that next to nothing remains, near a line, for one thread. */
-static int delaunay__run_round(delaunay__partitions *p, uint32_t count, size_t num_items)
+/* Vertices 1 .. count-1 get cells for keys: so many vertices from begin on, which are in the order
+ * of their keys, in each, and the others along the same curve. */
+static delaunay_result delaunay__begin_claims(delaunay__partitions *p, uint32_t begin,
+                                              uint32_t count)
 {
-    size_t left = num_items;
+    enum { DELAUNAY__ROUND_A_CELL = 64, DELAUNAY__VERTICES = 1024, DELAUNAY__ENOUGH = 128 };
+    delaunay_memory *m = &p->mesh->memory;
+    delaunay_vertex *v = p->mesh->vertices;
+    const uint32_t num_cells = (count - begin) / DELAUNAY__ROUND_A_CELL + 1;
+    uint32_t *first = (uint32_t *)delaunay_alloc(m, num_cells, sizeof *first), j;
+    long chunk, num = (long)((count + DELAUNAY__VERTICES - 1) / DELAUNAY__VERTICES);
+    int i;
+    p->owner = (uint16_t *)delaunay_alloc(m, num_cells, sizeof *p->owner);
+    p->claims = (delaunay__claims *)delaunay_alloc(m, (size_t)p->num_kernels, sizeof *p->claims);
+    if (!first || !p->owner || !p->claims) {
+        delaunay_release(m, first);
+        return DELAUNAY_ERROR_OUT_OF_MEMORY;
+    }
+    for (j = 0; j < num_cells; j++) {
+        p->owner[j] = 0;
+        first[j] = j ? v[begin + j * DELAUNAY__ROUND_A_CELL - 1].key : 0;
+    }
+    for (i = 0; i < p->num_kernels; i++) {
+        p->kernels[i]->claims = &p->claims[i];
+        p->claims[i].owner = p->owner;
+        p->claims[i].own = (uint16_t)(i + 1);
+        p->claims[i].num = 0;
+        p->claims[i].enough = num_cells / (16 * (uint32_t)p->num_kernels);
+        if (p->claims[i].enough > DELAUNAY__ENOUGH) p->claims[i].enough = DELAUNAY__ENOUGH;
+    }
+#  ifdef _OPENMP
+#    pragma omp parallel for num_threads(p->num_kernels) schedule(static)
+#  endif
+    for (chunk = 0; chunk < num; chunk++) {
+        uint32_t u = (uint32_t)chunk * DELAUNAY__VERTICES, end = u + DELAUNAY__VERTICES, cell = 0;
+        for (; u < end && u < count; u++) { /* most follow the curve */
+            const uint32_t key = v[u].key;
+            if (key < first[cell]) cell = 0;
+            if (cell + 1 < num_cells && first[cell + 1] <= key) {
+                uint32_t lo = cell + 1, step = 1;
+                while (lo + step < num_cells && first[lo + step] <= key) lo += step, step *= 2;
+                for (; step; step /= 2)
+                    if (lo + step < num_cells && first[lo + step] <= key) lo += step;
+                cell = lo;
+            }
+            v[u].key = cell;
+        }
+    }
+    delaunay_release(m, first);
+    return DELAUNAY_OK;
+}
+
+/* What sections left, or items that are too few for sections: each thread goes along a part of the
+ * curve and claims the cells that it needs; what meets another's waits for the next attempt. Keys
+ * of vertices are cells afterwards. Returns how many items are left. */
+static int64_t delaunay__run_claims(delaunay__partitions *p, uint32_t begin, uint32_t count,
+                                    size_t num_items)
+{
+    enum { DELAUNAY__ITEMS_A_CLAIMER = 200, DELAUNAY__ATTEMPTS = 4 };
+    int64_t left = (int64_t)num_items;
     int attempt, num = p->num_kernels;
-    for (attempt = 0; attempt < 2; attempt++) {
-        size_t before = left;
-        int64_t answer;
-        if ((size_t)num > left / DELAUNAY__ITEMS_A_SECTION)
-            num = (int)(left / DELAUNAY__ITEMS_A_SECTION);
-        if (num <= 1 || (num > 2 && attempt)) break;
-        if (attempt) delaunay__turn_items(p->items, left, left / 4);
-        answer = delaunay__attempt(p, left, num, attempt == 0);
-        if (answer < 0) return (int)answer;
-        left = (size_t)answer;
+    if (delaunay__begin_claims(p, begin, count) != DELAUNAY_OK)
+        return DELAUNAY_ERROR_OUT_OF_MEMORY;
+    p->attempt++; /* the next round needs keys */
+    for (attempt = 0; attempt < DELAUNAY__ATTEMPTS && left >= 0; attempt++) {
+        const int64_t before = left;
+        if (num > left / DELAUNAY__ITEMS_A_CLAIMER) num = (int)(left / DELAUNAY__ITEMS_A_CLAIMER);
+        if (num <= 1) break;
+        left = delaunay__attempt(p, (size_t)left, num, 0);
         if (2 * left > before) num /= 2;
     }
-    if (num > 1 && left > num_items / 16) return delaunay__run_items(p, count, left, 0);
-    return delaunay__run_serial(p, left);
+    delaunay__end_claims(p);
+    return left;
+}
+
+/* Two threads: two halves of the closed curve meet in a plane, and what they leave is divided into
+ * halves that start a quarter later and meet in another one, so that next to nothing remains, near
+ * a line, for one thread. Returns how many items are left. */
+static int64_t delaunay__run_halves(delaunay__partitions *p, size_t num_items)
+{
+    int64_t left = (int64_t)num_items;
+    int attempt;
+    for (attempt = 0; attempt < 2 && left >= 2 * DELAUNAY__ITEMS_A_SECTION; attempt++) {
+        const int64_t before = left;
+        if (attempt) delaunay__turn_items(p->items, (size_t)left, (size_t)left / 4);
+        left = delaunay__attempt(p, (size_t)left, 2, attempt == 0);
+        if (left < 0 || 2 * left > before) break;
+    }
+    return left;
+}
+
+/* Items sorted by keys of the curve that is not bent. All rounds divide it in the same places: near
+ * these the rounds before have put points, too, and cavities are small. What many sections leave,
+ * or what is too little for them, is divided by claims. */
+static int delaunay__run_round(delaunay__partitions *p, uint32_t count, size_t num_items)
+{
+    enum { DELAUNAY__ROUND_A_SECTION = 30000 };
+    int64_t left = (int64_t)num_items;
+    if (p->num_kernels == 2) left = delaunay__run_halves(p, num_items);
+    if (p->num_kernels > 2 && p->num_kernels < UINT16_MAX) {
+        if (num_items / (size_t)p->num_kernels >= DELAUNAY__ROUND_A_SECTION)
+            left = delaunay__attempt(p, num_items, p->num_kernels, 1);
+        if (left >= 0)
+            left = delaunay__run_claims(p, count - (uint32_t)num_items, count, (size_t)left);
+    }
+    if (left < 0) return (int)left;
+    if (p->num_kernels > 1 && (size_t)left > num_items / 16)
+        return delaunay__run_items(p, count, (size_t)left, 0);
+    return delaunay__run_serial(p, (size_t)left);
 }
 
 DELAUNAY_API int delaunay_section_insert(delaunay_section *section, uint32_t vertex)

@@ -196,7 +196,7 @@ static void threads_do_not_matter(void)
     static const int threads[] = {1, 2, 3, 5, 8};
     int kind, i;
     for (kind = 0; kind < NUM_KINDS; kind++) {
-        size_t n = kind == LINES ? 400 : kind == UNIFORM ? 60000 : 20000;
+        size_t n = kind == LINES ? 400 : kind == UNIFORM ? 120000 : 20000;
         double *xyz = make_points(kind, n);
         uint64_t hash[5];
         for (i = 0; i < 5; i++) {
