@@ -3,6 +3,7 @@
 #define DELAUNAY_IMPLEMENTATION
 #include "../delaunay.h"
 #include "check.h"
+#include <limits.h>
 
 static uint64_t random_state = 1;
 static uint32_t random_u32(void)
@@ -688,6 +689,40 @@ static void any_allocation_may_fail(void)
     free(xyz);
 }
 
+/* With several threads a failure may also be got over. */
+static void any_allocation_of_threads_may_fail(void)
+{
+    size_t n = 8000;
+    double *xyz = make_points(UNIFORM, n);
+    uint64_t hash = 0;
+    long k, calls = LONG_MAX, failures = 0;
+    for (k = LONG_MAX; k > 0 && k <= calls; k = k == LONG_MAX ? 1 : k + 1) {
+        failing f = {0, 0, 0};
+        delaunay_mesh mesh = {0};
+        delaunay_options options;
+        delaunay_result result;
+        memset(&options, 0, sizeof options);
+        f.fail_at = k;
+        options.host.allocator.alloc = failing_alloc;
+        options.host.allocator.release = failing_release;
+        options.host.allocator.user = &f;
+        options.host.num_threads = 4;
+        result = delaunay_tetrahedralize(&mesh, xyz, n, &options, NULL);
+        if (k == LONG_MAX) {
+            CHECK(result == DELAUNAY_OK);
+            hash = hash_mesh(&mesh);
+            calls = f.calls;
+        }
+        CHECK(result == DELAUNAY_ERROR_OUT_OF_MEMORY ||
+              (result == DELAUNAY_OK && hash_mesh(&mesh) == hash));
+        failures += result != DELAUNAY_OK;
+        delaunay_mesh_free(&mesh);
+        CHECK(f.live == 0);
+    }
+    CHECK(failures > 10);
+    free(xyz);
+}
+
 /* The tetrahedra of mesh, the i-th one of a random order for i, coloured, one facet in three
  * constrained; then in canonical order. */
 static void import_shuffled(delaunay_mesh *copy, const double *xyz, size_t n, const uint32_t *tets,
@@ -812,6 +847,36 @@ static void cancelled_leaves_nothing(void)
     free(xyz);
 }
 
+static int stop_in_time(void *user, const char *phase, double fraction)
+{
+    (void)phase, (void)fraction;
+    return --*(int *)user == 0;
+}
+
+/* At any time, and of more threads than two. */
+static void cancelled_at_any_time(void)
+{
+    size_t n = 50000;
+    double *xyz = make_points(UNIFORM, n);
+    int k, left = -1;
+    for (k = 1; left <= 0; k++) {
+        delaunay_mesh mesh = {0};
+        delaunay_options options;
+        delaunay_result result;
+        memset(&options, 0, sizeof options);
+        options.host.progress = stop_in_time;
+        options.host.user = &left;
+        options.host.num_threads = 4;
+        left = k;
+        result = delaunay_tetrahedralize(&mesh, xyz, n, &options, NULL);
+        CHECK(result == (left > 0 ? DELAUNAY_OK : DELAUNAY_CANCELLED));
+        CHECK((mesh.tets == NULL) == (result != DELAUNAY_OK));
+        delaunay_mesh_free(&mesh);
+    }
+    CHECK(k > 5);
+    free(xyz);
+}
+
 /* The last fraction told; 2 after one that was below it or beyond 1. */
 static int note_fraction(void *user, const char *phase, double fraction)
 {
@@ -853,9 +918,11 @@ int main(void)
     wrong_arguments_leave_the_mesh();
     duplicates_map_to_the_first();
     any_allocation_may_fail();
+    any_allocation_of_threads_may_fail();
     canonical_order_forgets_the_slots();
     import_and_validate();
     cancelled_leaves_nothing();
+    cancelled_at_any_time();
     progress_comes_to_one();
     three_points_of_a_plane();
 #if defined(DELAUNAY__AVX2)
