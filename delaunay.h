@@ -9738,7 +9738,8 @@ DELAUNAY_API delaunay_result delaunay_tetrahedralize_points(delaunay_mesh *mesh,
     start = sorted = inserted = delaunay_seconds(&options->host);
     report->num_points = points->count;
     mesh->memory = memory;
-    if (points->count < 2 * DELAUNAY__ITEMS_A_SECTION) local.host.num_threads = 1;
+    if (points->count < (size_t)delaunay_threads(&local.host) * DELAUNAY__ITEMS_A_SECTION)
+        local.host.num_threads = 1 + (int)(points->count / (2 * DELAUNAY__ITEMS_A_SECTION));
     result = delaunay__take_points(mesh, points, options, &box, rounds, report);
     sorted = inserted = delaunay_seconds(&options->host);
     if (result == DELAUNAY_OK) result = delaunay__insert_all(mesh, rounds, &box, options);
