@@ -5543,17 +5543,41 @@ static int delaunay__run_items(delaunay__partitions *p, uint32_t count, size_t n
     return delaunay__run_serial(p, num_items);
 }
 
+/* The keys of vertices 0 .. count-1 become the numbers of cells; cell c begins with key first[c].
+ * Most vertices follow the curve: the search goes on from the cell of the one before, in growing
+ * steps. */
+static void delaunay__number_cells(delaunay__partitions *p, uint32_t count, const uint32_t *first,
+                                   uint32_t num_cells)
+{
+    enum { DELAUNAY__VERTICES = 1024 };
+    delaunay_vertex *v = p->mesh->vertices;
+    long chunk, num = (long)((count + DELAUNAY__VERTICES - 1) / DELAUNAY__VERTICES);
+#  ifdef _OPENMP
+#    pragma omp parallel for num_threads(p->num_kernels) schedule(static)
+#  endif
+    for (chunk = 0; chunk < num; chunk++) {
+        uint32_t i = (uint32_t)chunk * DELAUNAY__VERTICES, end = i + DELAUNAY__VERTICES, cell = 0;
+        for (; i < end && i < count; i++) {
+            uint32_t step = 1;
+            if (v[i].key < first[cell]) cell = 0;
+            while (cell + step < num_cells && first[cell + step] <= v[i].key)
+                cell += step, step *= 2;
+            for (; step; step /= 2)
+                if (cell + step < num_cells && first[cell + step] <= v[i].key) cell += step;
+            v[i].key = cell;
+        }
+    }
+}
+
 /* Vertices 1 .. count-1 get cells for keys: so many vertices from begin on, which are in the order
  * of their keys, in each, and the others along the same curve. */
 static delaunay_result delaunay__begin_claims(delaunay__partitions *p, uint32_t begin,
                                               uint32_t count)
 {
-    enum { DELAUNAY__ROUND_A_CELL = 64, DELAUNAY__VERTICES = 1024, DELAUNAY__ENOUGH = 128 };
+    enum { DELAUNAY__ROUND_A_CELL = 64, DELAUNAY__ENOUGH = 128 };
     delaunay_memory *m = &p->mesh->memory;
-    delaunay_vertex *v = p->mesh->vertices;
     const uint32_t num_cells = (count - begin) / DELAUNAY__ROUND_A_CELL + 1;
     uint32_t *first = (uint32_t *)delaunay_alloc(m, num_cells, sizeof *first), j;
-    long chunk, num = (long)((count + DELAUNAY__VERTICES - 1) / DELAUNAY__VERTICES);
     int i;
     p->owner = (uint16_t *)delaunay_alloc(m, num_cells, sizeof *p->owner);
     p->claims = (delaunay__claims *)delaunay_alloc(m, (size_t)p->num_kernels, sizeof *p->claims);
@@ -5563,34 +5587,18 @@ static delaunay_result delaunay__begin_claims(delaunay__partitions *p, uint32_t 
     }
     for (j = 0; j < num_cells; j++) {
         p->owner[j] = 0;
-        first[j] = j ? v[begin + j * DELAUNAY__ROUND_A_CELL - 1].key : 0;
+        first[j] = j ? p->mesh->vertices[begin + j * DELAUNAY__ROUND_A_CELL - 1].key : 0;
     }
     for (i = 0; i < p->num_kernels; i++) {
-        p->kernels[i]->claims = &p->claims[i];
-        p->claims[i].owner = p->owner;
-        p->claims[i].own = (uint16_t)(i + 1);
-        p->claims[i].num = 0;
-        p->claims[i].enough = num_cells / (16 * (uint32_t)p->num_kernels);
-        if (p->claims[i].enough > DELAUNAY__ENOUGH) p->claims[i].enough = DELAUNAY__ENOUGH;
+        delaunay__claims *claims = &p->claims[i];
+        p->kernels[i]->claims = claims;
+        claims->owner = p->owner;
+        claims->own = (uint16_t)(i + 1);
+        claims->num = 0;
+        claims->enough = num_cells / (16 * (uint32_t)p->num_kernels);
+        if (claims->enough > DELAUNAY__ENOUGH) claims->enough = DELAUNAY__ENOUGH;
     }
-#  ifdef _OPENMP
-#    pragma omp parallel for num_threads(p->num_kernels) schedule(static)
-#  endif
-    for (chunk = 0; chunk < num; chunk++) {
-        uint32_t u = (uint32_t)chunk * DELAUNAY__VERTICES, end = u + DELAUNAY__VERTICES, cell = 0;
-        for (; u < end && u < count; u++) { /* most follow the curve */
-            const uint32_t key = v[u].key;
-            if (key < first[cell]) cell = 0;
-            if (cell + 1 < num_cells && first[cell + 1] <= key) {
-                uint32_t lo = cell + 1, step = 1;
-                while (lo + step < num_cells && first[lo + step] <= key) lo += step, step *= 2;
-                for (; step; step /= 2)
-                    if (lo + step < num_cells && first[lo + step] <= key) lo += step;
-                cell = lo;
-            }
-            v[u].key = cell;
-        }
-    }
+    delaunay__number_cells(p, count, first, num_cells);
     delaunay_release(m, first);
     return DELAUNAY_OK;
 }
