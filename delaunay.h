@@ -2188,7 +2188,7 @@ enum { DELAUNAY__MOST_CLAIMS = 1000 };
 
 struct delaunay__claims {
     uint16_t *owner; /* by cell, shared; 0: nobody */
-    uint16_t own;
+    uint16_t own; /* there are 1024 threads at most */
     uint32_t num, enough; /* with more than so many, between two insertions, they are let go */
     uint32_t cell[DELAUNAY__MOST_CLAIMS];
 };
@@ -3601,6 +3601,7 @@ static int delaunay__insert(delaunay__kernel *k, uint32_t p)
     const double *e = k->vertices[p].x;
     delaunay_handle t = k->hint, behind;
     int result;
+    if (k->parallel && delaunay__is_foreign(k, p)) return DELAUNAY__FOREIGN; /* its ball would be */
     if (k->tets[t].v[3] == DELAUNAY_GHOST) { /* three of its vertices are the section's */
         behind = k->tets[t].n[3];
         if (k->parallel && delaunay__is_foreign(k, delaunay__apex(k, behind)))
@@ -5650,7 +5651,7 @@ static int delaunay__run_round(delaunay__partitions *p, uint32_t count, size_t n
     enum { DELAUNAY__ROUND_A_SECTION = 30000 };
     int64_t left = (int64_t)num_items;
     if (p->num_kernels == 2) left = delaunay__run_halves(p, num_items);
-    if (p->num_kernels > 2 && p->num_kernels < UINT16_MAX) {
+    if (p->num_kernels > 2) {
         if (num_items / (size_t)p->num_kernels >= DELAUNAY__ROUND_A_SECTION)
             left = delaunay__attempt(p, num_items, p->num_kernels, 1);
         if (left >= 0)

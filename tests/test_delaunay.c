@@ -661,22 +661,29 @@ static void failing_release(void *user, void *block)
     free(block);
 }
 
+static delaunay_options with_failing(failing *f, long fail_at, int num_threads)
+{
+    delaunay_options options;
+    memset(&options, 0, sizeof options);
+    memset(f, 0, sizeof *f);
+    f->fail_at = fail_at;
+    options.host.allocator.alloc = failing_alloc;
+    options.host.allocator.release = failing_release;
+    options.host.allocator.user = f;
+    options.host.num_threads = num_threads;
+    return options;
+}
+
 static void any_allocation_may_fail(void)
 {
     size_t n = 3000;
     double *xyz = make_points(SPHERE, n);
     long k;
     for (k = 1;; k++) {
-        failing f = {0, 0, 0};
+        failing f;
         delaunay_mesh mesh = {0};
-        delaunay_options options;
-        delaunay_result result;
-        memset(&options, 0, sizeof options);
-        f.fail_at = k;
-        options.host.allocator.alloc = failing_alloc;
-        options.host.allocator.release = failing_release;
-        options.host.allocator.user = &f;
-        result = delaunay_tetrahedralize(&mesh, xyz, n, &options, NULL);
+        const delaunay_options options = with_failing(&f, k, 0);
+        const delaunay_result result = delaunay_tetrahedralize(&mesh, xyz, n, &options, NULL);
         CHECK(result == (f.calls >= k ? DELAUNAY_ERROR_OUT_OF_MEMORY : DELAUNAY_OK));
         if (result == DELAUNAY_OK) {
             CHECK(delaunay_validate(&mesh, DELAUNAY_VALIDATE_TOPOLOGY, NULL) == DELAUNAY_OK);
@@ -697,17 +704,10 @@ static void any_allocation_of_threads_may_fail(void)
     uint64_t hash = 0;
     long k, calls = LONG_MAX, failures = 0;
     for (k = LONG_MAX; k > 0 && k <= calls; k = k == LONG_MAX ? 1 : k + 1) {
-        failing f = {0, 0, 0};
+        failing f;
         delaunay_mesh mesh = {0};
-        delaunay_options options;
-        delaunay_result result;
-        memset(&options, 0, sizeof options);
-        f.fail_at = k;
-        options.host.allocator.alloc = failing_alloc;
-        options.host.allocator.release = failing_release;
-        options.host.allocator.user = &f;
-        options.host.num_threads = 4;
-        result = delaunay_tetrahedralize(&mesh, xyz, n, &options, NULL);
+        const delaunay_options options = with_failing(&f, k, 4);
+        const delaunay_result result = delaunay_tetrahedralize(&mesh, xyz, n, &options, NULL);
         if (k == LONG_MAX) {
             CHECK(result == DELAUNAY_OK);
             hash = hash_mesh(&mesh);
