@@ -2952,6 +2952,8 @@ DELAUNAY__TARGET DELAUNAY_INLINE int delaunay__are_sure(__m256d least, __m256d m
     return d * d > delaunay__insphere_bound2(lift);
 }
 
+enum { DELAUNAY__BY_CLAIMS = 2 }; /* a value of parallel */
+
 /* The cavity of e where all is simple: no ghost near, no sign in doubt, not many tetrahedra. All
  * four neighbours of a tetrahedron of the cavity are tested at once, also those that were seen
  * before: that costs less than to find out which were not, and the answers are the same. Those in
@@ -2959,8 +2961,6 @@ DELAUNAY__TARGET DELAUNAY_INLINE int delaunay__are_sure(__m256d least, __m256d m
  * there is no branch but the loop's. Only at the end is asked whether all the signs were certain:
  * wrong ones lead to tetrahedra of the section still, and not to many. Leaves marks on the cavity
  * alone; with DELAUNAY__NOT_SURE or DELAUNAY__FOREIGN none. */
-enum { DELAUNAY__BY_CLAIMS = 2 }; /* a value of parallel */
-
 DELAUNAY__TARGET DELAUNAY__ALWAYS_INLINE int
 delaunay__dig_in(delaunay__kernel *k, delaunay_handle seed, const double *e, const int parallel)
 {
@@ -5149,8 +5149,8 @@ done:
  * All of this holds of any sets of vertices that have none in common, also of sets that grow, if a
  * vertex is taken into one only when it is in no other. So where the result does not depend on who
  * inserts what (a Delaunay triangulation), what sections leave is divided by claims: short pieces of
- * the curve, cells, that a thread claims when it meets them and lets go soon. A thousand cells a
- * thread seldom meet, where of sixteen sections of a million points a quarter is near a border. */
+ * the curve, cells, that a thread claims when it meets them and lets go soon. Threads that hold some
+ * hundred cells seldom meet; of sixteen sections of two million points a quarter is near a border. */
 enum {
     DELAUNAY__KEY_BITS = 32,
     DELAUNAY__ITEMS_A_SECTION = 1500, /* fewer are not worth a section */
@@ -5606,13 +5606,14 @@ static delaunay_result delaunay__begin_claims(delaunay__partitions *p, uint32_t 
 
 /* What sections left, or items that are too few for sections: each thread goes along a part of the
  * curve and claims the cells that it needs; what meets another's waits for the next attempt. Keys
- * of vertices are cells afterwards. Returns how many items are left. */
+ * of vertices may be cells afterwards. Returns how many items are left. */
 static int64_t delaunay__run_claims(delaunay__partitions *p, uint32_t begin, uint32_t count,
                                     size_t num_items)
 {
     enum { DELAUNAY__ITEMS_A_CLAIMER = 200, DELAUNAY__ATTEMPTS = 4 };
     int64_t left = (int64_t)num_items;
     int attempt, num = p->num_kernels;
+    if (left < 2 * DELAUNAY__ITEMS_A_CLAIMER) return left;
     if (delaunay__begin_claims(p, begin, count) != DELAUNAY_OK)
         return DELAUNAY_ERROR_OUT_OF_MEMORY;
     p->attempt++; /* the next round needs keys */
@@ -9513,10 +9514,10 @@ static delaunay_result delaunay__insert_rounds(delaunay__partitions *p, const ui
     for (r = 0; r < DELAUNAY__MAX_ROUNDS && result == DELAUNAY_OK && v < n; r++, v = end) {
         end = rounds[r + 1] > v ? rounds[r + 1] : v;
         if (end > n) end = n;
-        if (attempt != p->attempt && v < end) { /* the round before has bent the curve */
+        if (attempt != p->attempt && v < end) { /* the rounds before have lost their keys */
             p->box = unbent;
             attempt = p->attempt;
-            delaunay__rekey(p, n);
+            delaunay__rekey(p, v);
         }
         for (i = v; i < end; i++) {
             p->items[i - v].key = mesh->vertices[i].key;

@@ -36,11 +36,11 @@
  *      removal; smoothing, a golden section and then the common ascent of the worst of the star;
  *      reconnection of a cavity of 7 to 10 points that grows around it; taking away one of its
  *      vertices, if need be with more than its star; a new vertex in it or on an edge, where that
- *      gains more than reconnection does; reconnection up to 16, then up to 32 points; and for the very worst in the end all that again, further. A
- *      level runs when nothing waits at a cheaper one. What changes sends the bad tetrahedra that it
- *      touches back to the first level, some times; edges and vertices around which nothing has
- *      changed are not tried again. What is as good as its facets on the surface allow is not tried
- *      at all.
+ *      gains more than reconnection does; reconnection up to 16, then up to 32 points; and for the
+ *      very worst in the end all that again, further. A level runs when nothing waits at a cheaper
+ *      one. What changes sends the bad tetrahedra that it touches back to the first level, some
+ *      times; edges and vertices around which nothing has changed are not tried again. What is as
+ *      good as its facets on the surface allow is not tried at all.
  *      Each change raises the worst quality among what it replaces, by a margin, and what is bad
  *      weighs no more than before: one may become two that are much better. There are never more
  *      bad ones than in the beginning, but for a few where the worst of the mesh becomes twice as
