@@ -1012,6 +1012,14 @@ DELAUNAY_API delaunay_worker *delaunay_engine_worker(delaunay_engine *engine);
 #ifdef _OPENMP
 #  include <omp.h>
 #endif
+/* Several threads need OpenMP, and atomic operations that C99 does not have. */
+#if defined(_OPENMP) && defined(__GNUC__)
+#  define DELAUNAY__PARALLEL       1
+#  define DELAUNAY__OMP(directive) _Pragma(#directive)
+#else
+#  define DELAUNAY__PARALLEL 0
+#  define DELAUNAY__OMP(directive)
+#endif
 #if defined(__linux__) && !defined(__STRICT_ANSI__)
 #  include <sys/mman.h> /* madvise */
 #endif
@@ -1184,7 +1192,7 @@ enum { DELAUNAY__MOST_THREADS = 1024 };
 
 DELAUNAY_API int delaunay_threads(const delaunay_host *host)
 {
-#  ifdef _OPENMP
+#  if DELAUNAY__PARALLEL
     int threads = host && host->num_threads > 0 ? host->num_threads : omp_get_max_threads();
     return threads < DELAUNAY__MOST_THREADS ? threads : DELAUNAY__MOST_THREADS;
 #  else
@@ -2158,20 +2166,18 @@ enum {
 
 /* Marks and the slot counter may be touched by several threads at once; no order among them is
  * needed. */
-#  if defined(_OPENMP) && defined(__GNUC__)
+#  if DELAUNAY__PARALLEL
 #    define DELAUNAY__LOAD(p)         __atomic_load_n((p), __ATOMIC_RELAXED)
 #    define DELAUNAY__STORE(p, x)     __atomic_store_n((p), (x), __ATOMIC_RELAXED)
 #    define DELAUNAY__FETCH_ADD(p, x) __atomic_fetch_add((p), (x), __ATOMIC_RELAXED)
 #    define DELAUNAY__RELEASE(p, x)   __atomic_store_n((p), (x), __ATOMIC_RELEASE)
 #    define DELAUNAY__EXCHANGE(p, old, x)                                                          \
       __atomic_compare_exchange_n((p), (old), (x), 0, __ATOMIC_ACQUIRE, __ATOMIC_RELAXED)
-#    define DELAUNAY__PARALLEL        1
 #  else
 #    define DELAUNAY__LOAD(p)     (*(p))
 #    define DELAUNAY__STORE(p, x) ((void)(*(p) = (x)))
 #    define DELAUNAY__RELEASE(p, x)       ((void)(*(p) = (x)))
 #    define DELAUNAY__EXCHANGE(p, old, x) (*(p) == *(old) ? (*(p) = (x), 1) : 0)
-#    define DELAUNAY__PARALLEL    0
 #  endif
 
 /* Answers beside delaunay_result. */
@@ -3798,9 +3804,7 @@ static delaunay_result delaunay__order_points(delaunay_memory *memory, const dou
         memset(keys, 0, count * sizeof *keys);
     for (m = count; m / 8 > DELAUNAY__FIRST_ROUND && rounds < DELAUNAY__MAX_ROUNDS; m /= 8)
         rounds++;
-#  if DELAUNAY__PARALLEL
-#    pragma omp parallel for num_threads(threads) schedule(static)
-#  endif
+    DELAUNAY__OMP(omp parallel for num_threads(threads) schedule(static))
     for (c = 0; c < n; c++) {
         uint64_t h = delaunay__hash_point(xyz + 3 * c), round = rounds - 1;
         for (; round > 0 && (h & 7) == 0; h >>= 3) round--;
@@ -3865,9 +3869,7 @@ static void delaunay__place_distinct(delaunay_mesh *mesh, const double *xyz, con
     long n = (long)count, i;
     int r;
     (void)threads;
-#  if DELAUNAY__PARALLEL
-#    pragma omp parallel for num_threads(threads) schedule(static)
-#  endif
+    DELAUNAY__OMP(omp parallel for num_threads(threads) schedule(static))
     for (i = 0; i < n; i++) {
         uint32_t id = (uint32_t)items[i].value, v = (uint32_t)i + 1;
         if (i + 16 < n) DELAUNAY__PREFETCH(xyz + 3 * items[i + 16].value);
@@ -4170,9 +4172,7 @@ static DELAUNAY__NOINLINE void delaunay__find_rotations(const delaunay__numberin
 {
     delaunay_mesh *mesh = c->mesh;
     int i;
-#  if DELAUNAY__PARALLEL
-#    pragma omp parallel for num_threads(c->threads) schedule(static, 1) if(c->threads > 1)
-#  endif
+    DELAUNAY__OMP(omp parallel for num_threads(c->threads) schedule(static, 1) if(c->threads > 1))
     for (i = 0; i < c->threads; i++) {
         size_t t, end, *counts = c->counts + 2 * c->num_chunks * (size_t)i;
         delaunay__slots_of(c, i, &t, &end);
@@ -4443,9 +4443,7 @@ static DELAUNAY__NOINLINE void delaunay__sort_buckets(delaunay__numbering *c, in
 {
     const uint32_t n = c->mesh->num_vertices;
     long chunk, num = (long)c->num_chunks;
-#  if DELAUNAY__PARALLEL
-#    pragma omp parallel for num_threads(c->threads) schedule(dynamic, 1) if(c->threads > 1)
-#  endif
+    DELAUNAY__OMP(omp parallel for num_threads(c->threads) schedule(dynamic, 1) if(c->threads > 1))
     for (chunk = 0; chunk < num; chunk++) {
         uint32_t v = (uint32_t)chunk * DELAUNAY__CHUNK,
                  end = n - v < DELAUNAY__CHUNK ? n : v + DELAUNAY__CHUNK;
@@ -4482,9 +4480,7 @@ static DELAUNAY__NOINLINE void delaunay__list_ghosts(const delaunay__numbering *
     const uint8_t *mark = c->mesh->mark;
     int i;
     memset(c->heads, 0, c->mesh->num_vertices * sizeof *c->heads);
-#  if DELAUNAY__PARALLEL
-#    pragma omp parallel for num_threads(c->threads) schedule(static, 1) if(c->threads > 1)
-#  endif
+    DELAUNAY__OMP(omp parallel for num_threads(c->threads) schedule(static, 1) if(c->threads > 1))
     for (i = 0; i < c->threads; i++) {
         size_t t, end;
         delaunay__slots_of(c, i, &t, &end);
@@ -4774,9 +4770,7 @@ static DELAUNAY__NOINLINE void delaunay__move_shared(const delaunay__numbering *
     int i, pass;
     delaunay__starts_init(&starts, c);
     for (pass = 0; pass < 4; pass++) {
-#  if DELAUNAY__PARALLEL
-#    pragma omp parallel for num_threads(c->threads) schedule(static, 1)
-#  endif
+        DELAUNAY__OMP(omp parallel for num_threads(c->threads) schedule(static, 1))
         for (i = 0; i < c->threads; i++) {
             size_t from, end, first, last;
             delaunay__slots_of(c, i, &from, &end);
@@ -4813,18 +4807,14 @@ static void delaunay__move_marks(const delaunay__numbering *c, uint16_t *flags, 
     const int64_t num = (int64_t)mesh->num_tets;
     int64_t t;
     if (flags) {
-#  if DELAUNAY__PARALLEL
-#    pragma omp parallel for num_threads(c->threads) schedule(static) if(c->threads > 1)
-#  endif
+        DELAUNAY__OMP(omp parallel for num_threads(c->threads) schedule(static) if(c->threads > 1))
         for (t = 1; t < num; t++)
             if (mesh->mark[t]) flags[c->moved[t] & c->slot_mask] = mesh->flags[t];
         delaunay_release(&mesh->memory, mesh->flags);
         mesh->flags = flags;
     }
     if (color) {
-#  if DELAUNAY__PARALLEL
-#    pragma omp parallel for num_threads(c->threads) schedule(static) if(c->threads > 1)
-#  endif
+        DELAUNAY__OMP(omp parallel for num_threads(c->threads) schedule(static) if(c->threads > 1))
         for (t = 1; t < num; t++)
             if (mesh->mark[t]) color[c->moved[t] & c->slot_mask] = mesh->color[t];
         delaunay_release(&mesh->memory, mesh->color);
@@ -4907,9 +4897,7 @@ static void delaunay__link_lowest(delaunay_mesh *mesh, int threads)
     int i;
     (void)threads;
     memset(mesh->vertex_tet, 0, mesh->cap_vertices * sizeof *mesh->vertex_tet);
-#  if DELAUNAY__PARALLEL
-#    pragma omp parallel for num_threads(threads) schedule(static) private(i) if(threads > 1)
-#  endif
+    DELAUNAY__OMP(omp parallel for num_threads(threads) schedule(static) private(i) if(threads > 1))
     for (t = 1; t < num; t++)
         for (i = 0; i < 4; i++)
             delaunay__lower(&mesh->vertex_tet[mesh->tets[t].v[i]], (delaunay_handle)t);
@@ -5055,6 +5043,34 @@ static delaunay_result delaunay__link_tets(delaunay_mesh *mesh, delaunay_report 
     return result;
 }
 
+/* Four points of the caller's become t, positive. The first decides whether all are to be turned;
+ * the mesh has the points already. */
+static delaunay_result delaunay__import_tet(const delaunay_mesh *mesh, delaunay_tet *t,
+                                            const uint32_t *points, int *turn,
+                                            delaunay_report *report)
+{
+    int j, sign;
+    memset((void *)t, 0, sizeof *t);
+    for (j = 0; j < 4; j++) {
+        if (points[j] >= mesh->num_points)
+            return delaunay__say(report, DELAUNAY_ERROR_INVALID_ARGUMENT,
+                                 "a tetrahedron names a point that is not there");
+        t->v[j] = points[j] + 1;
+    }
+    sign = delaunay_orient3d(mesh->vertices[t->v[0]].x, mesh->vertices[t->v[1]].x,
+                             mesh->vertices[t->v[2]].x, mesh->vertices[t->v[3]].x);
+    if (t == mesh->tets + 1) *turn = sign < 0;
+    if (*turn ? sign >= 0 : sign <= 0)
+        return delaunay__say(report, DELAUNAY_ERROR_INVALID_MESH,
+                             sign ? "tetrahedra of both orientations" : "a flat tetrahedron");
+    if (*turn) {
+        uint32_t v = t->v[2];
+        t->v[2] = t->v[3];
+        t->v[3] = v;
+    }
+    return DELAUNAY_OK;
+}
+
 DELAUNAY_API delaunay_result delaunay_import(delaunay_mesh *mesh, const double *xyz,
                                              size_t num_points, const uint32_t *tets,
                                              const uint32_t *colors, size_t num_tets,
@@ -5063,7 +5079,7 @@ DELAUNAY_API delaunay_result delaunay_import(delaunay_mesh *mesh, const double *
     delaunay_report unused;
     delaunay_result result;
     size_t i;
-    int j, turn = 0;
+    int turn = 0;
     if (!report) report = &unused;
     memset(report, 0, sizeof *report);
     if (!mesh || (num_points && !xyz) || (num_tets && !tets))
@@ -5086,39 +5102,15 @@ DELAUNAY_API delaunay_result delaunay_import(delaunay_mesh *mesh, const double *
     mesh->num_points = (uint32_t)num_points;
     for (i = 0; i < num_points; i++)
         mesh->vertex_of[i] = delaunay_add_vertex(mesh, xyz + 3 * i, (uint32_t)i);
-    for (i = 0; i < num_tets; i++) {
-        delaunay_tet *t = &mesh->tets[i + 1];
-        int sign;
-        memset((void *)t, 0, sizeof *t);
-        for (j = 0; j < 4; j++) {
-            if (tets[4 * i + (size_t)j] >= num_points) {
-                result = delaunay__say(report, DELAUNAY_ERROR_INVALID_ARGUMENT,
-                                       "a tetrahedron names a point that is not there");
-                goto offender;
-            }
-            t->v[j] = tets[4 * i + (size_t)j] + 1;
-        }
-        sign = delaunay_orient3d(mesh->vertices[t->v[0]].x, mesh->vertices[t->v[1]].x,
-                                 mesh->vertices[t->v[2]].x, mesh->vertices[t->v[3]].x);
-        if (i == 0) turn = sign < 0;
-        if (turn ? sign >= 0 : sign <= 0) {
-            result = delaunay__say(report, DELAUNAY_ERROR_INVALID_MESH,
-                                   sign ? "tetrahedra of both orientations" : "a flat tetrahedron");
-            goto offender;
-        }
-        if (turn) {
-            uint32_t v = t->v[2];
-            t->v[2] = t->v[3];
-            t->v[3] = v;
-        }
+    for (i = 0; i < num_tets && result == DELAUNAY_OK; i++) {
+        result = delaunay__import_tet(mesh, &mesh->tets[i + 1], tets + 4 * i, &turn, report);
         if (colors) mesh->color[i + 1] = colors[i];
+        if (result == DELAUNAY_OK) continue;
+        report->ids[0] = (uint32_t)i;
+        report->num_ids = 1;
     }
     mesh->num_tets = (delaunay_handle)num_tets + 1;
-    result = delaunay__link_tets(mesh, report);
-    goto done;
-offender:
-    report->ids[0] = (uint32_t)i;
-    report->num_ids = 1;
+    if (result == DELAUNAY_OK) result = delaunay__link_tets(mesh, report);
 done:
     if (result == DELAUNAY_ERROR_NOT_FINITE)
         snprintf(report->message, sizeof report->message,
@@ -5245,9 +5237,7 @@ static void delaunay__rekey(delaunay__partitions *p, uint32_t count)
     delaunay_vertex *v = p->mesh->vertices;
     const hilbert_box *box = &p->box;
     long chunk, num = (long)((count + DELAUNAY__KEYS - 1) / DELAUNAY__KEYS);
-#  ifdef _OPENMP
-#    pragma omp parallel for num_threads(p->num_kernels) schedule(static)
-#  endif
+    DELAUNAY__OMP(omp parallel for num_threads(p->num_kernels) schedule(static))
     for (chunk = 0; chunk < num; chunk++) {
         uint64_t keys[DELAUNAY__KEYS];
         uint32_t i, first = (uint32_t)chunk * DELAUNAY__KEYS, n = count - first;
@@ -5553,9 +5543,7 @@ static void delaunay__number_cells(delaunay__partitions *p, uint32_t count, cons
     enum { DELAUNAY__VERTICES = 1024 };
     delaunay_vertex *v = p->mesh->vertices;
     long chunk, num = (long)((count + DELAUNAY__VERTICES - 1) / DELAUNAY__VERTICES);
-#  ifdef _OPENMP
-#    pragma omp parallel for num_threads(p->num_kernels) schedule(static)
-#  endif
+    DELAUNAY__OMP(omp parallel for num_threads(p->num_kernels) schedule(static))
     for (chunk = 0; chunk < num; chunk++) {
         uint32_t i = (uint32_t)chunk * DELAUNAY__VERTICES, end = i + DELAUNAY__VERTICES, cell = 0;
         for (; i < end && i < count; i++) {
@@ -8469,21 +8457,14 @@ DELAUNAY_API int delaunay_segment_crosses(const delaunay_mesh *mesh, uint32_t a,
  * claim into the owner of each tetrahedron of W; that of the first item in the list stays. An item
  * wins if it owns all of its W and no tetrahedron of R has an owner before it. So no two winners
  * write the same tetrahedron; and what a winner read is written only by winners after it, whose
- * effects it need not see: the round is as good as its winners one after another, in order. Who wins depends on the plans alone, not on threads; the slots of the winners come from
- * sums in order; hence the same bytes. What two winners can share is a vertex: its entry of
- * vertex_tet is zeroed first and then gets the largest slot. */
-
-#if defined(_OPENMP) && defined(__GNUC__)
-#  define DELAUNAY__OMP(directive) _Pragma(#directive)
-#  define DELAUNAY__HAS_ATOMICS 1
-#else
-#  define DELAUNAY__OMP(directive)
-#  define DELAUNAY__HAS_ATOMICS 0
-#endif
+ * effects it need not see: the round is as good as its winners one after another, in order. Who
+ * wins depends on the plans alone, not on threads; the slots of the winners come from sums in
+ * order; hence the same bytes. What two winners can share is a vertex: its entry of vertex_tet is
+ * zeroed first and then gets the largest slot. */
 
 static int delaunay__thread_number(void)
 {
-#if DELAUNAY__HAS_ATOMICS
+#if DELAUNAY__PARALLEL
     return omp_get_thread_num();
 #else
     return 0;
@@ -8492,7 +8473,7 @@ static int delaunay__thread_number(void)
 
 static void delaunay__atomic_max32(uint32_t *p, uint32_t value)
 {
-#if DELAUNAY__HAS_ATOMICS
+#if DELAUNAY__PARALLEL
     uint32_t old = __atomic_load_n(p, __ATOMIC_RELAXED);
     while (value > old &&
            !__atomic_compare_exchange_n(p, &old, value, 1, __ATOMIC_RELAXED, __ATOMIC_RELAXED)) {}
@@ -8503,7 +8484,7 @@ static void delaunay__atomic_max32(uint32_t *p, uint32_t value)
 
 static void delaunay__atomic_max(delaunay_handle *p, delaunay_handle value)
 {
-#if DELAUNAY__HAS_ATOMICS
+#if DELAUNAY__PARALLEL
     delaunay_handle old = __atomic_load_n(p, __ATOMIC_RELAXED);
     while (value > old &&
            !__atomic_compare_exchange_n(p, &old, value, 1, __ATOMIC_RELAXED, __ATOMIC_RELAXED)) {}
@@ -8514,7 +8495,7 @@ static void delaunay__atomic_max(delaunay_handle *p, delaunay_handle value)
 
 static void delaunay__atomic_set(delaunay_handle *p, delaunay_handle value)
 {
-#if DELAUNAY__HAS_ATOMICS
+#if DELAUNAY__PARALLEL
     __atomic_store_n(p, value, __ATOMIC_RELAXED);
 #else
     *p = value;
@@ -8523,7 +8504,7 @@ static void delaunay__atomic_set(delaunay_handle *p, delaunay_handle value)
 
 static void delaunay__atomic_set32(uint32_t *p, uint32_t value)
 {
-#if DELAUNAY__HAS_ATOMICS
+#if DELAUNAY__PARALLEL
     __atomic_store_n(p, value, __ATOMIC_RELAXED);
 #else
     *p = value;
@@ -8539,7 +8520,7 @@ typedef struct delaunay__gate {
 
 static void delaunay__gate_lock(delaunay__gate *gate)
 {
-#if DELAUNAY__HAS_ATOMICS
+#if DELAUNAY__PARALLEL
     while (__atomic_test_and_set(&gate->locked, __ATOMIC_ACQUIRE)) {}
 #else
     gate->locked = 1;
@@ -8548,7 +8529,7 @@ static void delaunay__gate_lock(delaunay__gate *gate)
 
 static void delaunay__gate_unlock(delaunay__gate *gate)
 {
-#if DELAUNAY__HAS_ATOMICS
+#if DELAUNAY__PARALLEL
     __atomic_clear(&gate->locked, __ATOMIC_RELEASE);
 #else
     gate->locked = 0;
@@ -8719,7 +8700,7 @@ DELAUNAY_API delaunay_engine *delaunay_engine_new(delaunay_mesh *mesh, const del
     e->mesh = mesh;
     if (host) e->host = *host;
     e->gate.memory = &mesh->memory;
-    e->num_threads = DELAUNAY__HAS_ATOMICS ? delaunay_threads(host) : 1;
+    e->num_threads = DELAUNAY__PARALLEL ? delaunay_threads(host) : 1;
     e->host.num_threads = e->num_threads; /* the workers: OpenMP may allow others more later */
     e->crew.host = &e->host;
     e->memories = (delaunay_memory *)delaunay_alloc(&mesh->memory, (size_t)e->num_threads,
@@ -9355,9 +9336,7 @@ static delaunay_result delaunay__check_all(const delaunay_mesh *mesh, int level,
     const long num = (long)((mesh->num_tets + DELAUNAY__STRETCH - 1) / DELAUNAY__STRETCH);
     delaunay_handle first = mesh->num_tets, other;
     long chunk;
-#  if DELAUNAY__PARALLEL
-#    pragma omp parallel for num_threads(threads) schedule(dynamic, 1) reduction(min : first)
-#  endif
+    DELAUNAY__OMP(omp parallel for num_threads(threads) schedule(dynamic, 1) reduction(min : first))
     for (chunk = 0; chunk < num; chunk++) {
         delaunay_handle t = (delaunay_handle)chunk * DELAUNAY__STRETCH,
                         end = t + DELAUNAY__STRETCH, unused;
@@ -9597,18 +9576,15 @@ static void delaunay__count(delaunay_mesh *mesh, delaunay_report *report, int ca
         real = delaunay__count_real(mesh, num_tets);
         ghosts = num_tets - 1 - real;
     } else {
-#  if DELAUNAY__PARALLEL
-#    pragma omp parallel for num_threads(threads) schedule(static) reduction(+ : real, ghosts)
-#  endif
+        DELAUNAY__OMP(omp parallel for num_threads(threads) schedule(static)                       \
+                      reduction(+ : real, ghosts))
         for (t = 1; t < num_tets; t++) {
             const uint32_t *v = mesh->tets[t].v;
             real += v[0] != 0 && v[3] != 0;
             ghosts += v[0] != 0 && v[3] == 0;
         }
     }
-#  if DELAUNAY__PARALLEL
-#    pragma omp parallel for num_threads(threads) schedule(static)
-#  endif
+    DELAUNAY__OMP(omp parallel for num_threads(threads) schedule(static))
     for (t = 0; t < num_vertices; t++) mesh->vertices[t].key = mesh->vertices[t].local = 0;
     report->num_tets = (uint64_t)real;
     report->num_ghosts = (uint64_t)ghosts;

@@ -572,8 +572,18 @@ MESHER_API void mesher_report_add(mesher_report *report, mesher_kind kind, uint3
 #if defined(__GNUC__) && defined(__x86_64__) && !defined(DELAUNAY_NO_SIMD)
 #  include <immintrin.h>
 #endif
-#ifdef _OPENMP
+#if defined(_OPENMP) && defined(__GNUC__)
 #  include <omp.h>
+#  define MESHER__OMP(directive) _Pragma(#directive)
+#  define MESHER__THREAD()       omp_get_thread_num()
+/* Several threads may touch one thing at once, in whatever order. */
+#  define MESHER__FETCH(p)    __atomic_load_n((p), __ATOMIC_RELAXED)
+#  define MESHER__STORE(p, x) __atomic_store_n((p), (x), __ATOMIC_RELAXED)
+#else
+#  define MESHER__OMP(directive)
+#  define MESHER__THREAD()    0
+#  define MESHER__FETCH(p)    (*(p))
+#  define MESHER__STORE(p, x) (*(p) = (x))
 #endif
 
 /* ---- >>surface ---------------------------------------------------------------------------- */
@@ -2256,9 +2266,7 @@ static mesher_result mesher__sweep_again(mesher_domain *domain, const mesher__sp
     if (!more) return MESHER_OK;
     *out = large = (mesher_finding *)delaunay_alloc(&domain->memory, more, sizeof *large);
     if (!large) return MESHER_ERROR_OUT_OF_MEMORY;
-#ifdef _OPENMP
-#pragma omp parallel for schedule(dynamic, 1) num_threads(threads)
-#endif
+    MESHER__OMP(omp parallel for schedule(dynamic, 1) num_threads(threads))
     for (b = 0; b < n; b++)
         if (keep[b] > MESHER__BLOCK_FINDINGS)
             mesher__sweep_block(sweeps + b, space, first + (size_t)b, large + start[b], keep[b]);
@@ -2277,9 +2285,7 @@ static mesher_result mesher__sweep_round(mesher_domain *domain, const mesher__sp
     long b, n = (long)num;
     int threads = num < 2 ? 1 : delaunay_threads(&domain->options.host);
     (void)threads;
-#ifdef _OPENMP
-#pragma omp parallel for schedule(dynamic, 1) num_threads(threads)
-#endif
+    MESHER__OMP(omp parallel for schedule(dynamic, 1) num_threads(threads))
     for (b = 0; b < n; b++)
         mesher__sweep_block(sweeps + b, space, first + (size_t)b,
                             slices + (size_t)b * MESHER__BLOCK_FINDINGS, MESHER__BLOCK_FINDINGS);
@@ -2581,13 +2587,6 @@ enum {
 /* A point on a missing edge is so far from its ends at least, in lengths of the edge: nearer ones
  * are rounded over pieces of the surface that end there. */
 #  define MESHER__SPLIT_MARGIN 1e-5
-#  if defined(__GNUC__) && defined(_OPENMP)
-#    define MESHER__STORE_BYTE(where, value)                                                       \
-      __atomic_store_n((where), (uint8_t)(value), __ATOMIC_RELAXED)
-#  else
-#    define MESHER__STORE_BYTE(where, value) (*(where) = (value))
-#  endif
-
 #  if defined(__GNUC__)
 #    define MESHER__PREFETCH(p) __builtin_prefetch(p)
 #  else
@@ -3254,9 +3253,7 @@ static void mesher__do_both(mesher__recovery *r, void (*edges)(mesher__recovery 
     size_t steps = (size_t)r->domain->num_edges + r->domain->num_facets;
     int threads = delaunay_threads_for(&r->domain->options.host, steps) > 1 ? 2 : 1, i;
     (void)threads;
-#ifdef _OPENMP
-#    pragma omp parallel for num_threads(threads)
-#endif
+    MESHER__OMP(omp parallel for num_threads(threads))
     for (i = 0; i < 2; i++) {
         if (i == 0) edges(r);
         else facets(r);
@@ -3305,7 +3302,7 @@ static unsigned mesher__detect_facets(mesher__recovery *r, const uint32_t *v, un
         place = mesher__facet_place(r, w);
         if (place == MESHER__ABSENT) continue;
         flags |= DELAUNAY_FACET_BIT(i);
-        MESHER__STORE_BYTE(&r->facet_seen[place], 1);
+        MESHER__STORE(&r->facet_seen[place], (uint8_t)1);
     }
     return flags;
 }
@@ -3325,7 +3322,7 @@ static void mesher__detect_in(mesher__recovery *r, delaunay_handle t)
     place[4] = mesher__edge_place_or_end(r, v[1], v[3]);
     place[5] = mesher__edge_place_or_end(r, v[2], v[3]);
     for (i = 0; i < 6; i++) {
-        MESHER__STORE_BYTE(&seen[place[i]], 1);
+        MESHER__STORE(&seen[place[i]], (uint8_t)1);
         edges |= (unsigned)(place[i] != end) << i;
     }
     flags = edges * DELAUNAY_EDGE_BIT(0);
@@ -3365,9 +3362,7 @@ static void mesher__detect(mesher__recovery *r)
     int threads = delaunay_threads_for(&r->domain->options.host, mesh->num_tets);
     int64_t t, n = (int64_t)mesh->num_tets;
     (void)threads;
-#ifdef _OPENMP
-#    pragma omp parallel for schedule(static, 4096) num_threads(threads)
-#endif
+    MESHER__OMP(omp parallel for schedule(static, 4096) num_threads(threads))
     for (t = 1; t < n; t++)
         if (!delaunay_is_deleted(mesh, (delaunay_handle)t) &&
             !delaunay_is_ghost(mesh, (delaunay_handle)t))
@@ -5171,17 +5166,11 @@ static void mesher__try_ahead(mesher__recovery *r, uint32_t first, uint32_t end,
     double work = 0;
     int64_t i;
     (void)threads;
-#  ifdef _OPENMP
-#    pragma omp parallel num_threads(threads) reduction(+ : work)
-#  endif
+    MESHER__OMP(omp parallel num_threads(threads) reduction(+ : work))
     {
         double begin = delaunay_cpu_seconds();
-#  ifdef _OPENMP
-        mesher__flips *f = r->flips + omp_get_thread_num();
-#    pragma omp for schedule(dynamic, 1)
-#  else
-        mesher__flips *f = r->flips;
-#  endif
+        mesher__flips *f = r->flips + MESHER__THREAD();
+        MESHER__OMP(omp for schedule(dynamic, 1))
         for (i = first; i < (int64_t)end; i++) {
             mesher__flipped *p = r->flipped + (i - first);
             p->whole = mesher__try_flips(r, f, r->wanted[i], depth, p) && mesher__list_read(f, p);
@@ -8546,9 +8535,7 @@ static void mesher__index_facets(const mesher_domain *domain, mesher__coloring *
     long n = (long)domain->num_facets, i;
     int threads = delaunay_threads_for(&domain->options.host, domain->num_facets);
     (void)threads;
-#ifdef _OPENMP
-#pragma omp parallel for schedule(static) num_threads(threads)
-#endif
+    MESHER__OMP(omp parallel for schedule(static) num_threads(threads))
     for (i = 0; i < n; i++) { /* each writes its own entry */
         const uint32_t *t = domain->surface.triangles + 3 * (size_t)domain->facet_source[i];
         mesher__wall *facet = work->facets + i;
@@ -8735,9 +8722,7 @@ static mesher_result mesher__find_cells(mesher_domain *domain, mesher__coloring 
     long n = (long)mesher__num_intervals(mesh), k;
     int threads = delaunay_threads_for(&domain->options.host, mesh->num_tets);
     (void)threads;
-#ifdef _OPENMP
-#pragma omp parallel for schedule(dynamic, 1) num_threads(threads)
-#endif
+    MESHER__OMP(omp parallel for schedule(dynamic, 1) num_threads(threads))
     for (k = 0; k < n; k++) start[k + 1] = mesher__flood_interval(domain, work->stack, (size_t)k);
     for (start[0] = 1, k = 0; k < n; k++) start[k + 1] += start[k]; /* piece 0 is the outside */
     work->parent = (uint32_t *)delaunay_alloc(&domain->memory, start[n], sizeof *work->parent);
@@ -8752,9 +8737,7 @@ static mesher_result mesher__find_cells(mesher_domain *domain, mesher__coloring 
         uint32_t root = work->parent[p] == p ? p : mesher__root(work->parent, p);
         work->stack[p] = root == p ? work->num_cells++ : work->stack[root];
     }
-#ifdef _OPENMP
-#pragma omp parallel for schedule(dynamic, 1) num_threads(threads)
-#endif
+    MESHER__OMP(omp parallel for schedule(dynamic, 1) num_threads(threads))
     for (k = 0; k < n; k++) {
         delaunay_handle t = mesher__interval(mesh, (size_t)k),
                         hi = mesher__interval(mesh, (size_t)k + 1);
@@ -8805,9 +8788,7 @@ static void mesher__measure_cells(mesher_domain *domain, mesher__coloring *work)
         work->cells[c].facet = DELAUNAY_NO_ID;
     }
     memset(work->sides, 0xff, domain->num_facets * 2 * sizeof *work->sides); /* NO_ID */
-#ifdef _OPENMP
-#pragma omp parallel for schedule(dynamic, 1) num_threads(threads)
-#endif
+    MESHER__OMP(omp parallel for schedule(dynamic, 1) num_threads(threads))
     for (k = 0; k < n; k++) mesher__find_sides(domain, work, (size_t)k);
     for (f = 0; f < domain->num_facets; f++)
         for (s = 0; s < 2; s++) {
@@ -9376,7 +9357,7 @@ static double mesher__segment_distance(const double *a, const double *b, const d
 }
 
 /* From x to a triangle: over its inside the height, else the nearest of its sides. */
-static double mesher__shape_distance(const double *a, const double *b, const double *c,
+static double mesher__triangle_distance(const double *a, const double *b, const double *c,
                                      const double *x)
 {
     const double *p[4];
@@ -9432,7 +9413,7 @@ MESHER_API double mesher_source_size(const mesher_source *s, double gradation, c
     case MESHER_SHAPE_BOX: d = mesher__box_distance(s->xyz, s->xyz + 3, x); break;
     case MESHER_SHAPE_SEGMENT: d = mesher__segment_distance(s->xyz, s->xyz + 3, x); break;
     case MESHER_SHAPE_TRIANGLE:
-        d = mesher__shape_distance(s->xyz, s->xyz + 3, s->xyz + 6, x);
+        d = mesher__triangle_distance(s->xyz, s->xyz + 3, s->xyz + 6, x);
         break;
     }
     d -= s->radius;
@@ -10804,21 +10785,6 @@ enum {
     MESHER__ROW = 6,
     MESHER__LOCAL = 1 << MESHER__ROW /* vertices of a cavity whose edges fit in a matrix */
 };
-
-#  ifdef _OPENMP
-#    define MESHER__OMP(directive) _Pragma(#    directive)
-#    define MESHER__THREAD()       omp_get_thread_num()
-#  else
-#    define MESHER__OMP(directive)
-#    define MESHER__THREAD() 0
-#  endif
-#  if defined(_OPENMP) && defined(__GNUC__)
-#    define MESHER__FETCH(p)    __atomic_load_n((p), __ATOMIC_RELAXED)
-#    define MESHER__STORE(p, x) __atomic_store_n((p), (x), __ATOMIC_RELAXED)
-#  else
-#    define MESHER__FETCH(p)    (*(p))
-#    define MESHER__STORE(p, x) (*(p) = (x))
-#  endif
 
 /* Nearest distance between two vertices, relative to the mean of their sizes. */
 #define MESHER__SPACING 0.8
@@ -14627,7 +14593,7 @@ static int mesher__part_progress(void *user, const char *phase, double done)
 }
 
 /* Distance of the box around a triangle. */
-static double mesher__triangle_distance(const mesher_surface *s, size_t t, const double *where)
+static double mesher__triangle_box_distance(const mesher_surface *s, size_t t, const double *where)
 {
     double sum = 0;
     int k, j;
@@ -14650,11 +14616,11 @@ static void mesher__part_order(mesher__part *p, const double *where)
     size_t i, n = p->whole->num_triangles;
     double distant = 0;
     for (i = 0; i < n; i++) {
-        double d = mesher__triangle_distance(p->whole, i, where);
+        double d = mesher__triangle_box_distance(p->whole, i, where);
         if (d > distant) distant = d;
     }
     for (i = 0; i < n; i++) {
-        double d = distant > 0 ? mesher__triangle_distance(p->whole, i, where) / distant : 0;
+        double d = distant > 0 ? mesher__triangle_box_distance(p->whole, i, where) / distant : 0;
         if (!(d <= 1)) d = 1; /* without a place */
         p->order[i] = (uint64_t)(d * 4294967295.0) << 32 | i;
     }

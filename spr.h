@@ -628,6 +628,22 @@ typedef struct spr__state {
 
 static const double *spr__point(const delaunay_mesh *m, uint32_t v) { return m->vertices[v].x; }
 
+/* Facet i of t: its vertices, and then corner i of t, or what may take its place, are positive. */
+static void spr__base(const delaunay_mesh *m, delaunay_handle t, int i, uint32_t *v3)
+{
+    const uint32_t *v = m->tets[t].v;
+    const uint8_t *o = delaunay_facet_order(i);
+    v3[0] = v[o[0]];
+    v3[1] = v[o[2]];
+    v3[2] = v[o[1]];
+}
+
+/* The same, of the facet opposite to vertex v. */
+static void spr__base_of(const delaunay_mesh *m, delaunay_handle t, uint32_t v, uint32_t *v3)
+{
+    spr__base(m, t, delaunay_local_index(&m->tets[t], v), v3);
+}
+
 static void spr__middle(const delaunay_mesh *m, delaunay_handle t, double *middle)
 {
     const uint32_t *v = m->tets[t].v;
@@ -718,6 +734,13 @@ static double spr__quality(const spr__state *s, const double *a, const double *b
     }
 #endif
     return s->gamma ? spr_gamma(a, b, c, d) : spr__users(s, a, b, c, d);
+}
+
+/* Quality of the tetrahedron of a triangle and an apex. */
+static double spr__quality_on(const spr__state *s, const uint32_t *v3, const double *apex)
+{
+    const delaunay_mesh *m = s->mesh;
+    return spr__quality(s, spr__point(m, v3[0]), spr__point(m, v3[1]), spr__point(m, v3[2]), apex);
 }
 
 static double spr__quality_of(const spr__state *s, const uint32_t *v)
@@ -1356,10 +1379,9 @@ static int spr__cone_of_star(const spr__state *s, spr__cone *cone, uint32_t v,
     size_t i;
     if (star->count > SPR__MAX_STAR) return 0;
     for (cone->n = i = 0; i < star->count; i++) {
-        const delaunay_tet *t = &m->tets[star->items[i]];
-        const uint8_t *o = delaunay_facet_order(delaunay_local_index(t, v));
-        spr__cone_add(cone, spr__point(m, t->v[o[0]]), spr__point(m, t->v[o[2]]),
-                      spr__point(m, t->v[o[1]]));
+        uint32_t b[3];
+        spr__base_of(m, star->items[i], v, b);
+        spr__cone_add(cone, spr__point(m, b[0]), spr__point(m, b[1]), spr__point(m, b[2]));
     }
     spr__cone_close(s, cone);
     return 1;
@@ -1471,7 +1493,7 @@ static double spr__wall_bound(const spr__state *s, delaunay_handle t, int i, dou
 {
     const delaunay_mesh *m = s->mesh;
     const uint32_t *v = m->tets[t].v;
-    const uint8_t *o = delaunay_facet_order(i), *q;
+    const uint8_t *o = delaunay_facet_order(i);
     spr__facet f, g;
     spr__wedge w;
     int e;
@@ -1480,15 +1502,14 @@ static double spr__wall_bound(const spr__state *s, delaunay_handle t, int i, dou
     for (e = 0; e < 3; e++) {
         uint32_t a = v[o[e]], b = v[o[(e + 1) % 3]];
         delaunay_handle h = spr__next_wall(m, t, i, a, b);
-        const uint32_t *x;
+        uint32_t x[3];
         int k;
         if (h == 0) continue;
-        x = m->tets[h / 4].v;
-        q = delaunay_facet_order((int)(h % 4));
-        spr__facet_set(&g, spr__point(m, x[q[0]]), spr__point(m, x[q[2]]), spr__point(m, x[q[1]]));
+        spr__base(m, h / 4, (int)(h % 4), x);
+        spr__facet_set(&g, spr__point(m, x[0]), spr__point(m, x[1]), spr__point(m, x[2]));
         for (k = 0; k < 3; k++)
-            if (x[q[k]] != a && x[q[k]] != b) break;
-        if (k == 3 || delaunay_orient3d(f.a, f.b, f.c, spr__point(m, x[q[k]])) <= 0) continue;
+            if (x[k] != a && x[k] != b) break;
+        if (k == 3 || delaunay_orient3d(f.a, f.b, f.c, spr__point(m, x[k])) <= 0) continue;
         memcpy(w.point[w.n], g.a, sizeof w.point[0]);
         memcpy(w.normal[w.n++], g.normal, sizeof w.normal[0]);
     }
@@ -2869,14 +2890,12 @@ static double spr__contracted(const spr__state *s, uint32_t v, const delaunay_li
     is->num = 0;
     is->weight = 0;
     for (i = 0; i < star->count && worst > floor_; i++) {
-        const delaunay_tet *t = &m->tets[star->items[i]];
-        const uint8_t *o;
-        if (delaunay_local_index(t, neighbour) >= 0) continue;
-        o = delaunay_facet_order(delaunay_local_index(t, v));
-        q = spr__quality(s, spr__point(m, t->v[o[0]]), spr__point(m, t->v[o[2]]),
-                         spr__point(m, t->v[o[1]]), p);
+        uint32_t b[3];
+        if (delaunay_local_index(&m->tets[star->items[i]], neighbour) >= 0) continue;
+        spr__base_of(m, star->items[i], v, b);
+        q = spr__quality_on(s, b, p);
         for (k = 0; k < 3; k++)
-            if (spr__distance2(spr__point(m, t->v[o[k]]), p) > 1.6 * longest) q = -1;
+            if (spr__distance2(spr__point(m, b[k]), p) > 1.6 * longest) q = -1;
         spr__burden_add(s, is, q);
         worst = spr__min(worst, q);
     }
@@ -2925,12 +2944,9 @@ static int spr__plan_contraction(const spr__state *s, delaunay_plan *plan, const
     int n = 0, i, answer = DELAUNAY_PLAN_COMMIT;
     size_t j;
     for (j = 0; j < plan->star.count; j++) {
-        const delaunay_tet *t = &m->tets[plan->star.items[j]];
-        const uint8_t *o = delaunay_facet_order(delaunay_local_index(t, offer->vertex));
-        if (delaunay_local_index(t, offer->ring) >= 0) continue;
-        tets[n][0] = t->v[o[0]];
-        tets[n][1] = t->v[o[2]];
-        tets[n][2] = t->v[o[1]];
+        delaunay_handle t = plan->star.items[j];
+        if (delaunay_local_index(&m->tets[t], offer->ring) >= 0) continue;
+        spr__base_of(m, t, offer->vertex, tets[n]);
         tets[n++][3] = offer->ring;
     }
     if (!spr__all_positive(m, tets, n)) return DELAUNAY_PLAN_NOTHING;
@@ -3026,11 +3042,9 @@ static int spr__pit_has(const spr__pit *c, delaunay_handle t)
 
 static double spr__pit_facet(const spr__state *s, const spr__pit *c, delaunay_handle f)
 {
-    const delaunay_mesh *m = s->mesh;
-    const uint32_t *v = m->tets[f / 4].v;
-    const uint8_t *o = delaunay_facet_order((int)(f % 4));
-    return spr__quality(s, spr__point(m, v[o[0]]), spr__point(m, v[o[2]]), spr__point(m, v[o[1]]),
-                        c->xyz);
+    uint32_t b[3];
+    spr__base(s->mesh, f / 4, (int)(f % 4), b);
+    return spr__quality_on(s, b, c->xyz);
 }
 
 static int spr__pit_add(const spr__state *s, spr__pit *c, delaunay_handle t)
@@ -3119,10 +3133,9 @@ static void spr__pit_cone(const spr__state *s, const spr__pit *c, spr__cone *con
     int i;
     cone->n = 0;
     for (i = 0; i < c->num_facets; i++) {
-        const uint32_t *v = m->tets[c->facet[i] / 4].v;
-        const uint8_t *o = delaunay_facet_order((int)(c->facet[i] % 4));
-        spr__cone_add(cone, spr__point(m, v[o[0]]), spr__point(m, v[o[2]]),
-                      spr__point(m, v[o[1]]));
+        uint32_t b[3];
+        spr__base(m, c->facet[i] / 4, (int)(c->facet[i] % 4), b);
+        spr__cone_add(cone, spr__point(m, b[0]), spr__point(m, b[1]), spr__point(m, b[2]));
     }
     spr__cone_close(s, cone);
 }
@@ -3324,14 +3337,13 @@ static int spr__find_pit(const spr__state *s, delaunay_handle t, spr__pit *best)
 
 static int spr__plan_pit(const spr__state *s, const spr__pit *pit, delaunay_plan *plan)
 {
-    const delaunay_mesh *m = s->mesh;
     int k, answer = delaunay_plan_vertex(plan, pit->xyz);
     for (k = 0; k < pit->num_tets && answer > 0; k++)
         answer = delaunay_plan_remove(plan, pit->t[k]);
     for (k = 0; k < pit->num_facets && answer > 0; k++) {
-        const uint32_t *v = m->tets[pit->facet[k] / 4].v;
-        const uint8_t *o = delaunay_facet_order((int)(pit->facet[k] % 4));
-        answer = delaunay_plan_add(plan, v[o[0]], v[o[2]], v[o[1]], DELAUNAY_PLAN_VERTEX(0));
+        uint32_t b[3];
+        spr__base(s->mesh, pit->facet[k] / 4, (int)(pit->facet[k] % 4), b);
+        answer = delaunay_plan_add(plan, b[0], b[1], b[2], DELAUNAY_PLAN_VERTEX(0));
     }
     return answer;
 }
@@ -5847,13 +5859,35 @@ static spr_result spr__export(const delaunay_mesh *m, double *xyz, size_t *num_v
     return SPR_OK;
 }
 
+/* A caller's arrays as a mesh with colours, one more than his; with its marks of what is kept. */
+static spr_result spr__import(delaunay_mesh *mesh, const double *xyz, size_t num_vertices,
+                              const uint32_t *tets, const uint32_t *colors, size_t num_tets,
+                              delaunay_memory *memory, const spr_options *options,
+                              spr_report *report)
+{
+    delaunay_report import;
+    size_t i;
+    delaunay_result read = delaunay_import(mesh, xyz, num_vertices, tets, NULL, num_tets,
+                                           &options->host, &import);
+    if (read != DELAUNAY_OK) {
+        snprintf(report->message, sizeof report->message, "%.255s",
+                 import.message[0] ? import.message : delaunay_result_string(read));
+        return read == DELAUNAY_ERROR_INVALID_MESH || read == DELAUNAY_ERROR_NOT_FINITE
+                   ? SPR_ERROR_INVALID_MESH
+               : read < -15 ? SPR_ERROR_INVALID_ARGUMENT
+                            : (spr_result)read;
+    }
+    if (delaunay_enable_marks(mesh) != DELAUNAY_OK) return SPR_ERROR_OUT_OF_MEMORY;
+    for (i = 0; i < num_tets; i++) mesh->color[i + 1] = colors ? colors[i] + 1 : 1;
+    return spr__mark_kept(mesh, memory, options, report);
+}
+
 SPR_API spr_result spr_improve_arrays(double *xyz, size_t *num_vertices, size_t cap_vertices,
                                       uint32_t *tets, uint32_t *colors, size_t *num_tets,
                                       size_t cap_tets, const uint8_t *fixed,
                                       const spr_options *options, spr_report *report)
 {
     delaunay_mesh mesh;
-    delaunay_report import;
     delaunay_memory memory;
     spr_options own;
     spr_report unused;
@@ -5862,7 +5896,6 @@ SPR_API spr_result spr_improve_arrays(double *xyz, size_t *num_vertices, size_t 
     uint64_t absent;
     size_t i, room;
     spr_result result, written;
-    delaunay_result read;
     if (!report) report = &unused;
     memset(report, 0, sizeof *report);
     memset(&mesh, 0, sizeof mesh);
@@ -5882,19 +5915,7 @@ SPR_API spr_result spr_improve_arrays(double *xyz, size_t *num_vertices, size_t 
     room = cap_vertices - *num_vertices;
     result = (spr_result)delaunay_memory_init(&memory, &own.host);
     if (result != SPR_OK) goto done;
-    read = delaunay_import(&mesh, xyz, *num_vertices, tets, NULL, *num_tets, &own.host, &import);
-    if (read != DELAUNAY_OK) {
-        snprintf(report->message, sizeof report->message, "%.255s",
-                 import.message[0] ? import.message : delaunay_result_string(read));
-        result = read == DELAUNAY_ERROR_INVALID_MESH || read == DELAUNAY_ERROR_NOT_FINITE
-                     ? SPR_ERROR_INVALID_MESH
-                 : read < -15 ? SPR_ERROR_INVALID_ARGUMENT
-                              : (spr_result)read;
-        goto done;
-    }
-    result = SPR_ERROR_OUT_OF_MEMORY;
-    if (delaunay_enable_marks(&mesh) != DELAUNAY_OK) goto done;
-    result = spr__mark_kept(&mesh, &memory, &own, report);
+    result = spr__import(&mesh, xyz, *num_vertices, tets, colors, *num_tets, &memory, &own, report);
     if (result != SPR_OK) goto done;
     result = SPR_ERROR_OUT_OF_MEMORY;
     mask = (uint8_t *)delaunay_alloc(&memory, mesh.num_vertices, 1);
@@ -5902,7 +5923,6 @@ SPR_API spr_result spr_improve_arrays(double *xyz, size_t *num_vertices, size_t 
     for (v = 1, mask[0] = 1; v < mesh.num_vertices; v++)
         mask[v] =
             (uint8_t)(fixed && mesh.vertex_id[v] != DELAUNAY_NO_ID && fixed[mesh.vertex_id[v]]);
-    for (i = 0; i < *num_tets; i++) mesh.color[i + 1] = colors ? colors[i] + 1 : 1;
     own.fixed_vertices = mask;
     own.free_vertices = 1;
     if (room > UINT32_MAX) room = UINT32_MAX;
