@@ -136,6 +136,9 @@ typedef enum mesher_result {
 typedef struct mesher_surface {
     const double   *xyz;            /* 3*num_vertices */
     size_t          num_vertices;
+    /* num_vertices, or NULL; nonzero: where no triangle or line has it, the vertex stays out of the
+     * mesh, without a note */
+    const uint8_t  *left_out;
     const uint32_t *triangles;      /* 3*num_triangles indices into the vertices */
     const int32_t  *triangle_tags;  /* num_triangles, or NULL: all 1 */
     size_t          num_triangles;
@@ -393,6 +396,7 @@ typedef struct mesher_fine_surface {
     uint32_t *edges;
     int32_t  *edge_tags;
     uint32_t *edge_source;      /* the caller's line that it is a part of */
+    uint8_t  *left_out;         /* NULL if the caller's surface has none */
     delaunay_memory memory;
 } mesher_fine_surface;
 
@@ -2404,7 +2408,7 @@ static uint32_t mesher__item_under(const mesher__space *space, uint32_t v)
 }
 
 /* Isolated vertices are points of the mesh, if they are wanted, but one exactly on a facet or line
- * would split it: left out. */
+ * would split it: left out, too. */
 static mesher_result mesher__place_isolated(mesher_domain *domain, mesher_report *report)
 {
     const mesher_surface *surface = &domain->surface;
@@ -2420,6 +2424,10 @@ static mesher_result mesher__place_isolated(mesher_domain *domain, mesher_report
     for (; v < n; v++) {
         uint32_t under;
         if (domain->vertex_used[v] != MESHER_VERTEX_ISOLATED) continue;
+        if (surface->left_out && surface->left_out[v]) {
+            domain->vertex_used[v] = MESHER_VERTEX_ABSENT;
+            continue;
+        }
         under = drop ? DELAUNAY_NO_ID : mesher__item_under(&space, v);
         if (drop || under != DELAUNAY_NO_ID) domain->vertex_used[v] = MESHER_VERTEX_ABSENT;
         mesher_report_add(report, MESHER_NOTE_UNUSED_VERTEX, under, DELAUNAY_NO_ID, v,
@@ -9994,6 +10002,7 @@ static int mesher__corner_sizes(const mesher__field *field, const uint32_t *v, c
         d = mesher__distance(source->x, x);
         if (*most > source->size + field->slope * d) *most = source->size + field->slope * d;
         for (j = 0; j < 4; j++) {
+            if (!(size[j] > size[i])) continue;
             d = mesher__distance(vertices[v[i]].x, vertices[v[j]].x);
             if (size[j] > size[i] + field->slope * d) size[j] = size[i] + field->slope * d;
         }
@@ -10701,6 +10710,12 @@ static mesher_result mesher__division_out(mesher__divider *d)
     if (!out->triangles || !out->triangle_tags || !out->triangle_source || !out->edges ||
         !out->edge_tags || !out->edge_source)
         return MESHER_ERROR_OUT_OF_MEMORY;
+    if (given->left_out) {
+        out->left_out = (uint8_t *)delaunay_alloc(d->memory, d->num_vertices, 1);
+        if (!out->left_out) return MESHER_ERROR_OUT_OF_MEMORY;
+        memset(out->left_out, 0, d->num_vertices);
+        memcpy(out->left_out, given->left_out, given->num_vertices);
+    }
     for (i = 0; i < d->num; i++) {
         const uint32_t *c = d->corners + 3 * i;
         if (c[2] == DELAUNAY_NO_ID) {
@@ -10717,6 +10732,7 @@ static mesher_result mesher__division_out(mesher__divider *d)
     out->surface = *given;
     out->surface.xyz = out->xyz;
     out->surface.num_vertices = d->num_vertices;
+    out->surface.left_out = out->left_out;
     out->surface.triangles = out->triangles;
     out->surface.triangle_tags = out->triangle_tags;
     out->surface.num_triangles = n;
@@ -10760,6 +10776,7 @@ MESHER_API void mesher_fine_surface_free(mesher_fine_surface *fine)
         delaunay_release(m, fine->edges);
         delaunay_release(m, fine->edge_tags);
         delaunay_release(m, fine->edge_source);
+        delaunay_release(m, fine->left_out);
     }
     memset(fine, 0, sizeof *fine);
 }

@@ -367,6 +367,12 @@ int main(int argc, char **argv)
     if (mesh.num_tets == 0) {
         fprintf(stderr, "improve: %s: no tetrahedra in this file\n", args.input);
         code = TOOL_BAD_SURFACE;
+    } else if (mesh.num_solids > 0) {
+        fprintf(stderr,
+                "improve: %s: %llu hexahedra, prisms, pyramids or the like are not read, and would "
+                "be lost\n",
+                args.input, (unsigned long long)mesh.num_solids);
+        code = TOOL_CANNOT_READ;
     } else {
         code = improve(&args, &mesh);
     }

@@ -418,13 +418,13 @@ static int compare_edges(const void *a, const void *b)
     return x < y ? -1 : x > y;
 }
 
-/* Whether an edge is in one triangle only; -1: out of memory. */
+/* Whether an edge is in one triangle only, or there is no memory to know it. */
 static int has_open_edges(const meshio_mesh *m)
 {
     size_t n = 3 * m->num_triangles, i, k;
     uint64_t *edges = (uint64_t *)malloc((n + 1) * sizeof *edges);
     int open = 0;
-    if (!edges) return -1;
+    if (!edges) return 1;
     for (i = 0; i < n; i++) {
         uint32_t a = m->triangles[i], b = m->triangles[i % 3 == 2 ? i - 2 : i + 1];
         edges[i] = a < b ? (uint64_t)a << 32 | b : (uint64_t)b << 32 | a;
@@ -502,7 +502,8 @@ static int read_input(job *j)
     meshio_report io;
     meshio_result result;
     double start = tool_seconds();
-    int open;
+    char text[200];
+    int bounded;
     if (j->set.demo) {
         j->name = "demo";
         if (!demo_part_make(&j->in, j->set.demo)) {
@@ -529,10 +530,16 @@ static int read_input(job *j)
         return TOOL_BAD_SURFACE;
     }
     if (j->in.num_tets == 0) return TOOL_OK;
-    open = j->set.refine_mesh || j->in.num_triangles == 0 ? 1 : has_open_edges(&j->in);
-    if (open < 0) complain(j, "out of memory");
-    if (open > 0 && !add_border(j, j->set.refine_mesh)) open = -1;
-    return open < 0 ? TOOL_NO_MEMORY : TOOL_OK;
+    if (j->in.num_solids == 0) return add_border(j, j->set.refine_mesh) ? TOOL_OK : TOOL_NO_MEMORY;
+    bounded = !j->set.refine_mesh && j->in.num_triangles > 0 ? !has_open_edges(&j->in) : 0;
+    if (bounded) return TOOL_OK;
+    snprintf(text, sizeof text,
+             "%llu hexahedra, prisms, pyramids or the like beside the tetrahedra are not read, and "
+             "%s",
+             (unsigned long long)j->in.num_solids,
+             j->set.refine_mesh ? "would be lost" : "no triangles bound them all");
+    complain(j, text);
+    return TOOL_CANNOT_READ;
 }
 
 /* --weld */
@@ -635,6 +642,7 @@ static int set_surface(job *j)
     for (i = 0; i < j->in.num_triangles && !tagged; i++) j->in.triangle_tags[i] = 1;
     j->surface.xyz = j->in.xyz;
     j->surface.num_vertices = j->in.num_vertices;
+    j->surface.left_out = j->in.spare;
     j->surface.triangles = j->in.triangles;
     j->surface.triangle_tags = j->in.triangle_tags;
     j->surface.num_triangles = j->in.num_triangles;
@@ -794,9 +802,26 @@ static int line_is_defective(const job *j)
     return 0;
 }
 
+/* What the file has and the mesh has not. */
+static int print_left_out(const job *j, const char *title)
+{
+    const meshio_mesh *in = &j->in;
+    int any = 0;
+    if (in->num_spare)
+        printf("%-11s %llu x node at no corner, left out: in the middle of an element, or saved as "
+               "a point of no group\n", any++ ? "" : title, (unsigned long long)in->num_spare);
+    if (in->num_regrouped)
+        printf("%-11s %llu x element in one more physical group: the first one counts\n",
+               any++ ? "" : title, (unsigned long long)in->num_regrouped);
+    if (in->num_solids)
+        printf("%-11s %llu x hexahedron, prism, pyramid or the like, not read\n",
+               any++ ? "" : title, (unsigned long long)in->num_solids);
+    return any;
+}
+
 static void print_counts(const job *j, const char *title, int defects)
 {
-    int k, any = 0;
+    int k, any = defects ? 0 : print_left_out(j, title);
     for (k = 0; k < MESHER_NUM_KINDS; k++) {
         if (mesher_is_defect((mesher_kind)k) != defects || j->report.counts[k] == 0) continue;
         printf("%-11s %llu x %s", any++ ? "" : title, (unsigned long long)j->report.counts[k],

@@ -146,7 +146,14 @@ typedef struct meshio_mesh {
     double *holes;          /* 3*num_holes: a point in every cavity to leave empty (TetGen) */
     double *regions;        /* 5*num_regions: x y z, attribute, largest volume or -1 (TetGen) */
     size_t num_vertices, num_edges, num_triangles, num_tets, num_holes, num_regions;
-    size_t num_other;       /* elements of other kinds, not kept */
+    size_t num_other;       /* elements of other kinds, not kept .. */
+    size_t num_solids;      /* .. and of these, hexahedra, prisms, pyramids and the like */
+    size_t num_regrouped;   /* tags that elements of several MSH groups would have beside the first */
+    /* num_vertices, or NULL if there are none: nonzero, a vertex that is no corner of anything kept
+     * but in the middle of an edge, triangle or tetrahedron of higher order, or one that Gmsh saved
+     * as a point, in no physical group: a circle's centre and the like */
+    uint8_t *spare;
+    size_t num_spare;
     /* for writing .msh (2.2), .vtu and .inp: edges, triangles and tets hold 3, 6 and 10 vertices an
      * element, those at the middles of edges last: of triangles 01 12 20, of tets 01 12 02 03 13
      * 23, whatever the format's own order */
@@ -316,7 +323,9 @@ typedef struct meshio__reader {
     int swap;    /* the file's byte order is not this machine's */
     meshio__u32s polygon, table, scratch;
     meshio__u64s ids, entities;
+    meshio__u64s grouped;  /* of MSH: entities in several physical groups, in how many */
     meshio__u64s polygons; /* of more than three corners: the first triangle of the fan, corners */
+    meshio__u32s spare;    /* vertices that may be it, more than once */
     int ids_consecutive;
     int id_bits; /* the file's own number is only so many low bits of an id; 0: all */
     uint64_t first_id;
@@ -499,6 +508,48 @@ static meshio_result meshio__add_tet(meshio__reader *r, const uint32_t v[4], int
                                &m->num_tets);
 }
 
+/* Vertices that an element names, but not as its corners. */
+static meshio_result meshio__add_spare(meshio__reader *r, const uint32_t *v, size_t n)
+{
+    size_t i;
+    for (i = 0; i < n; i++)
+        if (!meshio__push32(&r->spare, v[i])) return meshio__no_memory(r);
+    return MESHIO_OK;
+}
+
+static void meshio__unmark(uint8_t *mark, const uint32_t *v, size_t n)
+{
+    size_t i;
+    for (i = 0; i < n; i++) mark[v[i]] = 0;
+}
+
+/* When all is read: which of these are corners of nothing. */
+static meshio_result meshio__find_spare(meshio__reader *r)
+{
+    meshio_mesh *m = r->mesh;
+    size_t i;
+    if (r->spare.num == 0) return MESHIO_OK;
+    m->spare = (uint8_t *)MESHIO_MALLOC(m->num_vertices);
+    if (!m->spare) return meshio__no_memory(r);
+    memset(m->spare, 0, m->num_vertices);
+    for (i = 0; i < r->spare.num; i++) m->spare[r->spare.data[i]] = 1;
+    meshio__unmark(m->spare, m->edges, 2 * m->num_edges);
+    meshio__unmark(m->spare, m->triangles, 3 * m->num_triangles);
+    meshio__unmark(m->spare, m->tets, 4 * m->num_tets);
+    for (i = 0; i < m->num_vertices; i++) m->num_spare += m->spare[i];
+    if (m->num_spare > 0) return MESHIO_OK;
+    MESHIO_FREE(m->spare);
+    m->spare = NULL;
+    return MESHIO_OK;
+}
+
+static meshio_result meshio__add_solid(meshio__reader *r)
+{
+    r->mesh->num_other++;
+    r->mesh->num_solids++;
+    return MESHIO_OK;
+}
+
 /* A polygon, fanned from its first corner for the time being: its vertices may not be known yet.
  * Fewer than three corners enclose nothing. */
 static meshio_result meshio__add_polygon(meshio__reader *r, const uint32_t *v, size_t n,
@@ -522,11 +573,10 @@ static meshio_result meshio__add_strip(meshio__reader *r, const uint32_t *v, siz
     return MESHIO_OK;
 }
 
-/* Checks an index read from the file and turns it into a vertex number. */
-static meshio_result meshio__vertex(meshio__reader *r, const unsigned char *where, int64_t index,
-                                    int64_t first, uint32_t *v)
+/* Checks an index of n read from the file and turns it into a vertex number. */
+static meshio_result meshio__vertex_of(meshio__reader *r, const unsigned char *where,
+                                       int64_t index, int64_t first, size_t n, uint32_t *v)
 {
-    size_t n = r->mesh->num_vertices;
     if (index < first || (uint64_t)(index - first) >= n) {
         if (n == 0)
             return meshio__fail(r, MESHIO_ERROR_INDEX, where,
@@ -537,6 +587,13 @@ static meshio_result meshio__vertex(meshio__reader *r, const unsigned char *wher
     }
     *v = (uint32_t)(index - first);
     return MESHIO_OK;
+}
+
+/* The same among the vertices read so far. */
+static meshio_result meshio__vertex(meshio__reader *r, const unsigned char *where, int64_t index,
+                                    int64_t first, uint32_t *v)
+{
+    return meshio__vertex_of(r, where, index, first, r->mesh->num_vertices, v);
 }
 
 /* A claimed count is believed only if the rest of the file could hold it. */
@@ -1716,6 +1773,7 @@ static meshio_result meshio__read_stl_text(meshio__reader *r)
             size_t length;
             const unsigned char *word = meshio__word(r, &length);
             if (meshio__same(word, length, "endsolid")) break;
+            if (length == 0 && r->mesh->num_triangles) break; /* some programs do not write it */
             if (!meshio__same(word, length, "facet")) {
                 r->p = word;
                 return meshio__expected(r, "'facet' or 'endsolid'");
@@ -1939,7 +1997,7 @@ static meshio_result meshio__obj_corner(meshio__reader *r, uint32_t *v)
     for (; meshio__is_digit(*p); p++)
         if (index < INT64_C(1) << 40) index = 10 * index + (*p - '0');
     while (*p == '/' || *p == '-' || meshio__is_digit(*p)) p++;
-    if (!meshio__is_end(*p)) return meshio__expected(r, "a vertex number");
+    if (!meshio__is_end(*p) && *p != '\\') return meshio__expected(r, "a vertex number");
     if (negative) index = (int64_t)r->mesh->num_vertices + 1 - index;
     if (index < 1 || index > (int64_t)MESHIO__MAX_COUNT)
         return meshio__fail(r, MESHIO_ERROR_INDEX, start, "vertex %.*s does not exist",
@@ -2033,6 +2091,7 @@ enum { MESHIO__PLY_ELEMENTS = 16, MESHIO__PLY_PROPERTIES = 256 };
 
 typedef struct meshio__ply {
     int binary, num_elements, num_properties;
+    size_t num_vertices; /* claimed: faces may come before them */
     meshio__ply_element elements[MESHIO__PLY_ELEMENTS];
     meshio__ply_property properties[MESHIO__PLY_PROPERTIES];
 } meshio__ply;
@@ -2121,6 +2180,7 @@ static meshio_result meshio__ply_header(meshio__reader *r, meshio__ply *ply)
                       : meshio__same(word, length, "edge")      ? 3
                                                                 : -1;
             MESHIO__TRY(meshio__int(r, &e->count));
+            if (e->kind == 0 && e->count > 0) ply->num_vertices += (size_t)e->count;
         } else if (meshio__same(word, length, "property")) {
             MESHIO__TRY(meshio__ply_property_line(r, ply));
         } else {
@@ -2158,7 +2218,7 @@ static meshio_result meshio__ply_value(meshio__reader *r, const meshio__ply *ply
             r->polygon.num = 0;
             continue;
         }
-        MESHIO__TRY(meshio__vertex(r, where, index, 0, &v));
+        MESHIO__TRY(meshio__vertex_of(r, where, index, 0, ply->num_vertices, &v));
         if (!meshio__push32(&r->polygon, v)) return meshio__no_memory(r);
     }
     return MESHIO_OK;
@@ -2261,7 +2321,7 @@ static meshio_result meshio__medit_store(meshio__reader *r, int kind, const uint
     case MESHIO__MEDIT_TRIANGLES: return meshio__add_triangle(r, v[0], v[1], v[2], tag);
     case MESHIO__MEDIT_QUADS: return meshio__add_polygon(r, v, 4, tag);
     case MESHIO__MEDIT_TETS: return meshio__add_tet(r, v, tag);
-    default: r->mesh->num_other++; return MESHIO_OK;
+    default: return meshio__add_solid(r);
     }
 }
 
@@ -2298,6 +2358,8 @@ static meshio_result meshio__medit_entries(meshio__reader *r, const meshio__medi
             where = r->p;
             MESHIO__TRY(meshio__scalar(r, version, integer, &d, &index));
             MESHIO__TRY(meshio__vertex(r, where, index, 1, k < keyword->integers ? &v[k] : &other));
+            if (k >= keyword->integers && keyword->kind <= MESHIO__MEDIT_TETS)
+                MESHIO__TRY(meshio__add_spare(r, &other, 1));
         }
         if (version)
             MESHIO__TRY(meshio__scalar(r, version, integer, &d, &tag));
@@ -2439,7 +2501,18 @@ static meshio_result meshio__msh_store(meshio__reader *r, int64_t type, const ui
     case 3: case 10: case 16: return meshio__add_polygon(r, v, 4, tag);
     case 4: case 11: case 29: case 30: case 31: return meshio__add_tet(r, v, tag);
     case 15: return MESHIO_OK; /* a point names a vertex that is there already */
-    default: r->mesh->num_other++; return MESHIO_OK;
+    default: return meshio__add_solid(r);
+    }
+}
+
+/* Corners of an element of these types, by which it is kept; of others all nodes count. */
+static int meshio__msh_corners(int64_t type)
+{
+    switch (type) {
+    case 8: case 26: case 27: case 28: return 2;
+    case 9: case 20: case 21: case 22: case 23: case 24: case 25: return 3;
+    case 10: case 16: case 11: case 29: case 30: case 31: return 4;
+    default: return meshio__msh_nodes(type);
     }
 }
 
@@ -2634,6 +2707,16 @@ static int meshio__msh_repeats(meshio__msh *msh, int64_t type, int64_t physical,
     return 0;
 }
 
+static meshio_result meshio__msh_unknown(meshio__reader *r, int64_t type)
+{
+    if (type > 31 && type <= 140)
+        return meshio__fail(r, MESHIO_ERROR_UNSUPPORTED, r->p,
+                            "elements of type %lld: none of a higher order than 5 are read",
+                            (long long)type);
+    return meshio__fail(r, MESHIO_ERROR_SYNTAX, r->p, "unknown type of element: %lld",
+                        (long long)type);
+}
+
 /* The other orientation of an edge, triangle or quadrangle, by its corners. */
 static void meshio__msh_turn(int64_t type, uint32_t *v)
 {
@@ -2651,16 +2734,21 @@ static meshio_result meshio__msh_element(meshio__reader *r, meshio__msh *msh, in
 {
     uint32_t v[8], other;
     int k, n = meshio__msh_nodes(type);
+    int corners = type == 15 && physical == 0 ? 0 : meshio__msh_corners(type);
     int64_t id;
     for (k = 0; k < n; k++) {
         const unsigned char *where;
         if (!msh->binary) meshio__skip(r);
         where = r->p;
         MESHIO__TRY(meshio__msh_int(r, msh, wide, &id));
-        MESHIO__TRY(meshio__id_find(r, where, id, k < 8 ? &v[k] : &other));
+        MESHIO__TRY(meshio__id_find(r, where, id, &other));
+        if (k < 8) v[k] = other;
+        if (k >= corners) MESHIO__TRY(meshio__add_spare(r, &other, 1));
     }
-    if (msh->version < 40 && meshio__msh_repeats(msh, type, physical, entity, v, n < 8 ? n : 8))
+    if (msh->version < 40 && meshio__msh_repeats(msh, type, physical, entity, v, n < 8 ? n : 8)) {
+        r->mesh->num_regrouped++;
         return MESHIO_OK;
+    }
     if (msh->turned) meshio__msh_turn(type, v);
     return meshio__msh_store(r, type, v, physical ? physical : entity);
 }
@@ -2698,8 +2786,7 @@ static meshio_result meshio__msh_elements2(meshio__reader *r, meshio__msh *msh)
         if (msh->binary) MESHIO__TRY(meshio__i32(r, &follow));
         MESHIO__TRY(meshio__msh_int(r, msh, 0, &num_tags));
         if (meshio__msh_nodes(type) == 0)
-            return meshio__fail(r, MESHIO_ERROR_SYNTAX, r->p, "unknown type of element: %lld",
-                                (long long)type);
+            return meshio__msh_unknown(r, type);
         MESHIO__TRY(meshio__fits(r, num_tags, 2, "tags of an element"));
         if (follow < 1 || follow > count - done)
             return meshio__fail(r, MESHIO_ERROR_COUNT, r->p, "a block of %lld elements of %lld",
@@ -2718,14 +2805,15 @@ static meshio_result meshio__msh_elements2(meshio__reader *r, meshio__msh *msh)
     return MESHIO_OK;
 }
 
-/* A number of integers, and the integers: the first of them or 0. */
+/* A number of integers, and the integers: the first of them or 0, and how many. */
 static meshio_result meshio__msh_ints(meshio__reader *r, const meshio__msh *msh, const char *what,
-                                      int64_t *first)
+                                      int64_t *first, int64_t *count)
 {
     int64_t num, value, k;
     *first = 0;
     MESHIO__TRY(meshio__msh_int(r, msh, 1, &num));
     MESHIO__TRY(meshio__fits(r, num, 2, what));
+    *count = num;
     for (k = 0; k < num; k++) {
         MESHIO__TRY(meshio__msh_int(r, msh, 0, &value));
         if (k == 0) *first = value;
@@ -2737,21 +2825,24 @@ static meshio_result meshio__msh_ints(meshio__reader *r, const meshio__msh *msh,
 static meshio_result meshio__msh_entity(meshio__reader *r, const meshio__msh *msh, int d,
                                         int partitioned)
 {
-    int64_t tag, unused, physical;
+    int64_t tag, unused, physical, groups;
     double box;
     int k;
     MESHIO__TRY(meshio__msh_int(r, msh, 0, &tag));
     if (partitioned) {
         MESHIO__TRY(meshio__msh_int(r, msh, 0, &unused));
         MESHIO__TRY(meshio__msh_int(r, msh, 0, &unused));
-        MESHIO__TRY(meshio__msh_ints(r, msh, "partitions", &unused));
+        MESHIO__TRY(meshio__msh_ints(r, msh, "partitions", &unused, &groups));
     }
     for (k = 0; k < (d == 0 && msh->version == 41 ? 3 : 6); k++)
         MESHIO__TRY(meshio__msh_real(r, msh, &box));
-    MESHIO__TRY(meshio__msh_ints(r, msh, "physical tags", &physical));
-    if (d > 0) MESHIO__TRY(meshio__msh_ints(r, msh, "bounding entities", &unused));
+    MESHIO__TRY(meshio__msh_ints(r, msh, "physical tags", &physical, &groups));
+    if (d > 0) MESHIO__TRY(meshio__msh_ints(r, msh, "bounding entities", &unused, &unused));
     if (physical != 0 && (!meshio__push64(&r->entities, (uint64_t)d << 32 | (uint32_t)tag) ||
                           !meshio__push64(&r->entities, (uint64_t)physical)))
+        return meshio__no_memory(r);
+    if (groups > 1 && (!meshio__push64(&r->grouped, (uint64_t)d << 32 | (uint32_t)tag) ||
+                       !meshio__push64(&r->grouped, (uint64_t)groups)))
         return meshio__no_memory(r);
     return MESHIO_OK;
 }
@@ -2776,13 +2867,15 @@ static meshio_result meshio__msh_entities(meshio__reader *r, const meshio__msh *
         for (i = 0; i < counts[d]; i++) MESHIO__TRY(meshio__msh_entity(r, msh, d, partitioned));
     if (r->entities.num)
         qsort(r->entities.data, r->entities.num / 2, 2 * sizeof(uint64_t), meshio__compare_ids);
+    if (r->grouped.num)
+        qsort(r->grouped.data, r->grouped.num / 2, 2 * sizeof(uint64_t), meshio__compare_ids);
     return MESHIO_OK;
 }
 
 static meshio_result meshio__msh_elements4(meshio__reader *r, meshio__msh *msh)
 {
     int64_t blocks, count, unused, dimension, tag, physical, type, num, b, i;
-    uint64_t done = 0;
+    uint64_t done = 0, key;
     size_t pair;
     int k, new41 = msh->version == 41;
     MESHIO__TRY(meshio__msh_int(r, msh, 1, &blocks));
@@ -2796,11 +2889,14 @@ static meshio_result meshio__msh_elements4(meshio__reader *r, meshio__msh *msh)
         MESHIO__TRY(meshio__msh_int(r, msh, 0, &type));
         MESHIO__TRY(meshio__msh_int(r, msh, 1, &num));
         if (meshio__msh_nodes(type) == 0)
-            return meshio__fail(r, MESHIO_ERROR_SYNTAX, r->p, "unknown type of element: %lld",
-                                (long long)type);
+            return meshio__msh_unknown(r, type);
         MESHIO__TRY(meshio__fits(r, num, msh->binary ? 8 : 4, "elements in a block"));
-        pair = meshio__pair_find(&r->entities, (uint64_t)(dimension & 3) << 32 | (uint32_t)tag);
+        key = (uint64_t)(dimension & 3) << 32 | (uint32_t)tag;
+        pair = meshio__pair_find(&r->entities, key);
         physical = pair < r->entities.num / 2 ? (int64_t)r->entities.data[2 * pair + 1] : 0;
+        pair = meshio__pair_find(&r->grouped, key);
+        if (pair < r->grouped.num / 2)
+            r->mesh->num_regrouped += (size_t)num * (size_t)(r->grouped.data[2 * pair + 1] - 1);
         msh->turned = physical < 0 && tag > 0 && (dimension == 1 || dimension == 2);
         if (msh->turned) physical = -physical;
         for (i = 0; i < num; i++) {
@@ -2943,11 +3039,22 @@ static int meshio__cell_has(uint32_t type, size_t n)
     }
 }
 
+/* Corners of a cell of higher order, by which it is kept; 0: all points count. */
+static size_t meshio__cell_corners(uint32_t type)
+{
+    switch (type) {
+    case 21: case 35: case 68: case 75: return 2;
+    case 22: case 34: case 69: case 76: return 3;
+    case 23: case 28: case 30: case 70: case 77: case 24: case 71: case 78: return 4;
+    default: return 0;
+    }
+}
+
 /* Turns the collected cells into edges, triangles and tetrahedra. */
 static meshio_result meshio__cells_store(meshio__reader *r)
 {
     const meshio__cells *cells = &r->cells;
-    size_t c, start = 0, n, i;
+    size_t c, start = 0, n, i, corners;
     if (cells->tags.num && cells->tags.num != cells->ends.num)
         return meshio__fail(r, MESHIO_ERROR_COUNT, r->p, "%llu tags for %llu cells",
                             (unsigned long long)cells->tags.num,
@@ -2962,6 +3069,8 @@ static meshio_result meshio__cells_store(meshio__reader *r)
             return meshio__fail(r, MESHIO_ERROR_COUNT, r->p,
                                 "cell %llu of type %lu has %llu corners", (unsigned long long)c,
                                 (unsigned long)type, (unsigned long long)n);
+        corners = meshio__cell_corners(type);
+        if (corners && n > corners) MESHIO__TRY(meshio__add_spare(r, v + corners, n - corners));
         switch (type) {
         case 3: case 21: case 35: case 68: case 75:
             MESHIO__TRY(meshio__add_edge(r, v, tag));
@@ -2983,7 +3092,7 @@ static meshio_result meshio__cells_store(meshio__reader *r)
             break;
         case 10: case 24: case 71: case 78: MESHIO__TRY(meshio__add_tet(r, v, tag)); break;
         case 1: case 2: break; /* points name vertices that are there already */
-        default: r->mesh->num_other++; break;
+        default: MESHIO__TRY(meshio__add_solid(r)); break;
         }
     }
     return MESHIO_OK;
@@ -4152,6 +4261,7 @@ static meshio_result meshio__read_elements(meshio__reader *r, int64_t first)
             if (k == 0) tag = index;
         }
         MESHIO__TRY(meshio__add_tet(r, v, tag));
+        MESHIO__TRY(meshio__add_spare(r, v + 4, (size_t)corners - 4));
     }
     return MESHIO_OK;
 }
@@ -4314,12 +4424,14 @@ static meshio_result meshio__inp_nodes(meshio__reader *r, const meshio__inp *inp
         int k;
         MESHIO__TRY(meshio__inp_id(r, inp, &id));
         for (k = 0; k < 3 && meshio__inp_more(r) && *r->p != '*'; k++)
-            MESHIO__TRY(meshio__double(r, &xyz[k]));
+            if (*r->p != ',') MESHIO__TRY(meshio__double(r, &xyz[k])); /* else a blank: 0 */
         MESHIO__TRY(meshio__id_add(r, id, r->mesh->num_vertices));
         MESHIO__TRY(meshio__add_vertex(r, xyz, 0));
     }
     return MESHIO_OK;
 }
+
+enum { MESHIO__INP_SOLID = 100 }; /* one that is not kept */
 
 /* Corners (of flat ones negative) and nodes of an element type: its family, their number, whatever
  * letters follow; 0: another kind. */
@@ -4343,7 +4455,7 @@ static int meshio__inp_type(const meshio__inp_card *card, int *nodes)
         if (n == 65) n = 6; /* STRI65 */
         if (types[i].kind == 'b') n = n == 2 ? 3 : n == 1 || n == 3 ? 2 : 0;
         *nodes = n;
-        if (types[i].kind == 's') return n == 4 || n == 10 ? 4 : 0;
+        if (types[i].kind == 's') return n == 4 || n == 10 ? 4 : MESHIO__INP_SOLID;
         if (types[i].kind != 'f') return n == 2 || n == 3 ? 2 : 0;
         return n == 3 || n == 6 ? -3 : n == 4 || n == 8 || n == 9 ? -4 : 0;
     }
@@ -4455,10 +4567,11 @@ static meshio_result meshio__inp_apply_set(meshio__reader *r, meshio__inp *inp, 
 }
 
 /* Elements of a kind that is not kept: counted. */
-static void meshio__inp_skip_elements(meshio__reader *r)
+static void meshio__inp_skip_elements(meshio__reader *r, int solid)
 {
     while (meshio__inp_data(r)) {
         r->mesh->num_other++;
+        r->mesh->num_solids += (size_t)solid;
         while (meshio__inp_more(r) && *r->p != '*')
             while (r->p < r->end && *r->p != ',' && !meshio__is_space(*r->p)) r->p++;
         meshio__inp_next(r);
@@ -4468,12 +4581,12 @@ static void meshio__inp_skip_elements(meshio__reader *r)
 static meshio_result meshio__inp_elements(meshio__reader *r, meshio__inp *inp,
                                           const meshio__inp_card *card)
 {
-    int nodes = 0, type = meshio__inp_type(card, &nodes), k;
+    int nodes = 0, type = meshio__inp_type(card, &nodes), k, corners;
     int64_t tag, id, node;
     uint32_t v[10];
     MESHIO__TRY(meshio__inp_tag(r, inp, card, &tag));
-    if (type == 0) {
-        meshio__inp_skip_elements(r);
+    if (type == 0 || type == MESHIO__INP_SOLID) {
+        meshio__inp_skip_elements(r, type != 0);
         return MESHIO_OK;
     }
     for (; meshio__inp_data(r); meshio__next_line(r)) {
@@ -4487,6 +4600,8 @@ static meshio_result meshio__inp_elements(meshio__reader *r, meshio__inp *inp,
             MESHIO__TRY(meshio__inp_id(r, inp, &node));
             MESHIO__TRY(meshio__id_find(r, where, node, &v[k]));
         }
+        corners = type < 0 ? -type : type;
+        MESHIO__TRY(meshio__add_spare(r, v + corners, (size_t)(nodes - corners)));
         if (type < 0) {
             MESHIO__TRY(meshio__add_polygon(r, v, (size_t)-type, tag));
         } else if (type == 2) {
@@ -6062,6 +6177,7 @@ MESHIO_API void meshio_free(meshio_mesh *mesh)
     MESHIO_FREE(mesh->tet_tags);
     MESHIO_FREE(mesh->holes);
     MESHIO_FREE(mesh->regions);
+    MESHIO_FREE(mesh->spare);
     memset(mesh, 0, sizeof *mesh);
 }
 
@@ -6153,6 +6269,8 @@ static void meshio__reader_release(meshio__reader *r)
     MESHIO_FREE(r->scratch.data);
     MESHIO_FREE(r->ids.data);
     MESHIO_FREE(r->entities.data);
+    MESHIO_FREE(r->grouped.data);
+    MESHIO_FREE(r->spare.data);
     MESHIO_FREE(r->polygons.data);
     MESHIO_FREE(r->cells.corners.data);
     MESHIO_FREE(r->cells.ends.data);
@@ -6212,6 +6330,7 @@ static meshio_result meshio__read(const unsigned char *bytes, size_t size, meshi
         result = meshio__read_any(&r, format, first, &loops);
     }
     if (result == MESHIO_OK) result = meshio__cut_polygons(&r);
+    if (result == MESHIO_OK) result = meshio__find_spare(&r);
     meshio__reader_release(&r);
     MESHIO_FREE(loops.corners.data);
     MESHIO_FREE(loops.ends.data);

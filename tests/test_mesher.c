@@ -526,6 +526,29 @@ static void prisms_need_points(void)
     }
 }
 
+/* Points that the surface itself names: they are vertices of triangles, or in nothing; no note. */
+static void leave_out(uint32_t point)
+{
+    mesher_options o = recover_only();
+    mesher_surface s = surface_of(&shape);
+    mesher_domain domain;
+    mesher_output out;
+    uint8_t left_out[100] = {0};
+    uint64_t i;
+    int used = 0;
+    left_out[point] = left_out[0] = 1; /* vertex 0 is in triangles, and stays */
+    s.left_out = left_out;
+    prepare();
+    CHECK(mesher_mesh(&domain, &s, &o, &report) == MESHER_OK);
+    CHECK(mesher_export(&domain, &out) == MESHER_OK);
+    CHECK(near(judge(&s, &out, 1, 1), 64));
+    for (i = 0; i < 4 * out.num_tets; i++) used |= out.tets[i] == point;
+    CHECK(!used && out.num_vertices == s.num_vertices);
+    CHECK(report.counts[MESHER_NOTE_UNUSED_VERTEX] == 2);
+    mesher_output_free(&domain, &out);
+    mesher_domain_free(&domain);
+}
+
 static void sheets_lines_and_points(void)
 {
     mesher_options o = recover_only();
@@ -571,6 +594,7 @@ static void sheets_lines_and_points(void)
         mesher_output_free(&domain, &out);
         mesher_domain_free(&domain);
     }
+    leave_out(a);
 }
 
 /* What bounds each region: neighbours and tags; a line outside is not meshed, and said. */

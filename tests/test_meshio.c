@@ -484,6 +484,7 @@ static void inp_has_elements_of_ten_nodes(void)
     CHECK(meshio_read(name, MESHIO_FORMAT_AUTO, &back, NULL) == MESHIO_OK);
     CHECK(back.num_tets == 1 && back.tet_tags[0] == tag[0] && memcmp(back.tets, tet, 16) == 0);
     CHECK(back.num_triangles == 1 && back.triangle_tags[0] == tag[0]);
+    CHECK(back.num_spare == 6 && back.spare && !back.spare[3] && back.spare[4] && back.spare[9]);
     meshio_free(&back);
     remove(name);
 }
@@ -501,7 +502,7 @@ static void inp_is_read_as_others_write_it(void)
         "*ELEMENT, TYPE=T3D2\n12,10,20\n"
         "*ELEMENT, TYPE=C3D8, ELSET=A_3\n13,10,20,30,40,50,60,\n70,80\n14,10,20,30,40,50,60,70,80\n"
         "*Nset, nset=ends, generate\n10, 20, 10\n*SURFACE, NAME=Loaded_5\n7, S1\nSTEEL, S2\n8, S4\n11, S1\n"
-        "*Node\n10,0,0,0\n20,1.,0,0\n30,0,1E0,\n 0\n40,0.,0.,1.d0\n50,.5\n60,1,1,1\n70,0\n80,0\n90,0\n100,0\n"
+        "*Node\n10,0,0,0\n20,1.,,0\n30, ,1E0,\n 0\n40,0.,0.,1.d0\n50,.5\n60,1,1,1\n70,0\n80,0\n90,0\n100,0\n"
         "*End Part\n*Assembly, name=A\n*Instance, name=I, part=P\n5., 0., 0.\n*End Instance\n"
         "*Node\n1, 9., 9., 9.\n*Surface, name=S_6\n7, S2\n*End Assembly\n*Material, name=M\n*Elastic\n1, 0.3\n";
     meshio_mesh m;
@@ -509,6 +510,7 @@ static void inp_is_read_as_others_write_it(void)
     CHECK(read_text(MESHIO_FORMAT_INP, text, &m, &report) == MESHIO_OK);
     if (report.message[0]) printf("%s\n", report.message);
     CHECK(m.num_vertices == 10 && m.num_tets == 3 && m.num_edges == 1 && m.num_other == 2);
+    CHECK(m.num_solids == 2 && m.num_spare == 4); /* node 50 and 60 are corners of others */
     if (m.num_vertices == 10 && m.num_tets == 3) {
         static const uint32_t tets[12] = {0, 1, 2, 3, 0, 2, 1, 4, 0, 1, 2, 5};
         CHECK(memcmp(m.tets, tets, sizeof tets) == 0);
@@ -738,7 +740,7 @@ static void obj_indices_come_in_many_forms(void)
     check_tetrahedron(
         MESHIO_FORMAT_OBJ,
         "o part\nv 0 0 0 1\nvn 0 0 1\nvt 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\ng a\nusemtl x\ns off\n"
-        "f 1/1/1 3//1 -3\nf 1/1 2 4\nf 2 \\\n3 4\nf -4//-1 -1 -2 # c");
+        "f 1/1/1 3//1 -3\nf 1/1 2 4\nf 2 \\\n3\\\n 4\nf -4//-1 -1 -2 # c");
     check_tetrahedron(
         MESHIO_FORMAT_OBJ,
         "f 1 3 2\nv 0 0 0\r\nv 1 0 0\r\nv 0 1 0\r\nv 0 0 1\r\nf 1 2 4\nf 2 3 4\nf 1 4 3");
@@ -759,6 +761,16 @@ static void ply_elements_come_in_any_order(void)
         "property float y\nproperty float x\nelement face 4\nproperty list uchar uchar junk\n"
         "property list uchar int vertex_index\nend_header\n9 0 0 0\n9 0 0 1\n9 0 1 0\n9 1 0 0\n"
         "0 3 0 2 1\n1 5 3 0 1 3\n0 3 1 2 3\n2 1 1 3 0 3 2\n");
+    check_tetrahedron(
+        MESHIO_FORMAT_PLY,
+        "ply\nformat ascii 1.0\nelement face 4\nproperty list uchar int vertex_index\n"
+        "element vertex 4\nproperty float x\nproperty float y\nproperty float z\nend_header\n"
+        "3 0 2 1\n3 0 1 3\n3 1 2 3\n3 0 3 2\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n");
+    CHECK(read_text(MESHIO_FORMAT_PLY,
+                    "ply\nformat ascii 1.0\nelement face 1\nproperty list uchar int vertex_index\n"
+                    "element vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+                    "end_header\n3 0 2 3\n0 0 0\n1 0 0\n0 1 0\n",
+                    &m, NULL) == MESHIO_ERROR_INDEX);
     CHECK(
         read_text(
             MESHIO_FORMAT_PLY,
@@ -829,6 +841,7 @@ static void medit_curved_elements_are_their_corners(void)
         if (m.num_edges == 1 && m.num_triangles == 1 && m.num_tets == 1)
             CHECK(m.edge_tags[0] == 7 && m.triangle_tags[0] == 8 && m.tet_tags[0] == 9 &&
                   m.edges[1] == 1 && m.triangles[2] == 2 && m.tets[3] == 3);
+        CHECK(m.num_spare == 6 && m.spare && !m.spare[3] && m.spare[4] && m.spare[9]);
         meshio_free(&m);
     }
     memset(bytes, 0, sizeof bytes);
@@ -928,7 +941,40 @@ static void msh_elements_are_not_repeated(void)
     if (m.num_triangles == 4)
         CHECK(m.triangle_tags[0] == 5 && m.triangle_tags[1] == 5 && m.triangle_tags[2] == 5 &&
               m.triangle_tags[3] == 6);
+    CHECK(m.num_regrouped == 2);
     meshio_free(&m);
+}
+
+/* Nodes in the middle of elements and points of no group are nobody's corners; one of a group is
+ * wanted. Solids are counted. An entity may be in several groups. */
+static void msh_tells_what_is_left_out(void)
+{
+    static const char *const files[] = {
+        "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n9\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n5 0 0 2\n6 0 0 3\n"
+        "7 .5 0 0\n8 .5 .5 0\n9 0 .5 0\n$EndNodes\n$Elements\n7\n1 15 2 0 1 5\n2 15 2 4 2 6\n3 15 2 0 3 1\n"
+        "4 9 2 8 1 1 2 3 7 8 9\n5 9 2 9 1 1 2 3 7 8 9\n6 8 2 0 1 1 2 7\n7 7 2 0 1 1 2 3 4 6\n$EndElements\n",
+        "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$Entities\n3 1 1 1\n1 0 0 2 0\n2 0 0 3 1 4\n3 0 0 0 0\n"
+        "1 0 0 0 1 0 0 0 0\n1 0 0 0 1 1 0 2 8 9 0\n1 0 0 0 1 1 1 0 0\n$EndEntities\n"
+        "$Nodes\n1 9 1 9\n3 1 0 9\n1\n2\n3\n4\n5\n6\n7\n8\n9\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n0 0 2\n0 0 3\n"
+        ".5 0 0\n.5 .5 0\n0 .5 0\n$EndNodes\n$Elements\n6 6 1 6\n0 1 15 1\n1 5\n0 2 15 1\n2 6\n0 3 15 1\n3 1\n"
+        "2 1 9 1\n4 1 2 3 7 8 9\n1 1 8 1\n5 1 2 7\n3 1 7 1\n6 1 2 3 4 6\n$EndElements\n"};
+    meshio_mesh m;
+    meshio_report report;
+    size_t i;
+    for (i = 0; i < 2; i++) {
+        CHECK(read_text(MESHIO_FORMAT_MSH, files[i], &m, &report) == MESHIO_OK);
+        if (report.message[0]) printf("%s\n", report.message);
+        CHECK(m.num_vertices == 9 && m.num_triangles == 1 && m.num_edges == 1);
+        CHECK(m.num_solids == 1 && m.num_other == 1 && m.num_regrouped == 1 && m.num_spare == 4);
+        CHECK(m.num_triangles == 1 && m.triangle_tags[0] == 8);
+        CHECK(m.spare && memcmp(m.spare, "\0\0\0\0\1\0\1\1\1", 9) == 0);
+        meshio_free(&m);
+    }
+    CHECK(read_text(MESHIO_FORMAT_MSH,
+                    "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n1\n1 0 0 0\n$EndNodes\n"
+                    "$Elements\n1\n1 71 2 0 1 1\n$EndElements\n",
+                    &m, &report) == MESHIO_ERROR_UNSUPPORTED);
+    CHECK(strstr(report.message, "higher order") != NULL);
 }
 
 /* MSH 4.1 as a 32-bit machine writes it: sizes and numbers of four bytes. */
@@ -1101,6 +1147,10 @@ static void vtk_curved_cells_are_their_corners(void)
               (int)m.num_tets == cells[i].tets && m.num_other == 0);
         if (m.num_tets) CHECK(m.tets[3] == 3);
         if (m.num_triangles == 2) CHECK(m.triangles[5] == 3);
+        /* nodes beyond the corners are point 3, or 0, a corner */
+        CHECK(m.num_spare == (size_t)(cells[i].points > 3 && !m.num_tets && m.num_triangles != 2) +
+                                 (size_t)(cells[i].type == 21 || cells[i].type == 35 ||
+                                          cells[i].type == 68));
         meshio_free(&m);
     }
 }
@@ -1312,6 +1362,22 @@ static void stl_normals_may_be_anything(void)
                     &m, NULL) == MESHIO_OK);
     CHECK(m.num_triangles == 1 && m.num_vertices == 3);
     meshio_free(&m);
+}
+
+/* .. and not within a facet. */
+static void stl_text_may_end_after_a_facet(void)
+{
+    static const char text[] = "solid\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\n"
+                               "vertex 0 1 0\nendloop\nendfacet\n";
+    char part[sizeof text];
+    meshio_mesh m;
+    CHECK(read_text(MESHIO_FORMAT_STL, text, &m, NULL) == MESHIO_OK);
+    CHECK(m.num_triangles == 1 && m.num_vertices == 3);
+    meshio_free(&m);
+    memcpy(part, text, sizeof text);
+    strcpy(part + sizeof text - 11, "\n");
+    CHECK(read_text(MESHIO_FORMAT_STL, part, &m, NULL) == MESHIO_ERROR_TRUNCATED);
+    CHECK(read_text(MESHIO_FORMAT_STL, "solid\n", &m, NULL) == MESHIO_ERROR_TRUNCATED);
 }
 
 static void stl_binary_is_known_by_its_size(void)
@@ -1911,6 +1977,9 @@ static void every_failing_allocation_is_reported(void)
         {MESHIO_FORMAT_MSH,
          "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$Entities\n0 0 1 0\n5 0 0 0 1 1 1 1 77 0\n$EndEntities\n$Nodes\n1 2 1 9\n0 1 0 2\n9\n3\n0 0 0\n1 1 1\n"
          "$EndNodes\n$Elements\n1 1 1 1\n3 5 4 1\n1 9 9 3 3\n$EndElements\n"},
+        {MESHIO_FORMAT_MSH,
+         "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$Entities\n0 1 0 0\n5 0 0 0 1 1 1 2 77 78 0\n$EndEntities\n$Nodes\n1 3 1 3\n0 1 0 3\n1\n2\n3\n"
+         "0 0 0\n1 1 1\n2 2 2\n$EndNodes\n$Elements\n1 1 1 1\n1 5 8 1\n1 1 2 3\n$EndElements\n"},
         {MESHIO_FORMAT_VTK,
          "# vtk DataFile Version 3.0\nt\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 1 float\n0 0 0\nCELLS 1 3\n2 0 0\nCELL_TYPES 1\n3\nCELL_DATA 1\n"
          "SCALARS region int 1\nLOOKUP_TABLE default\n42\n"},
@@ -2034,6 +2103,7 @@ int main(void)
     msh_has_several_versions();
     msh_groups_have_signs();
     msh_elements_are_not_repeated();
+    msh_tells_what_is_left_out();
     msh_sizes_may_have_32_bits();
     vtk_cells_and_strips();
     vtk_has_fields_and_metadata();
@@ -2043,6 +2113,7 @@ int main(void)
     torn_encoded_data_never_crash();
     stl_text_may_hold_several_solids();
     stl_normals_may_be_anything();
+    stl_text_may_end_after_a_facet();
     stl_binary_is_known_by_its_size();
     stl_binary_may_hold_several_solids();
     facets_may_be_concave_and_have_holes();

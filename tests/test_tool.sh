@@ -326,7 +326,34 @@ code 0 $mesh "$T/some.mesh" --drop-unused -o "$T/s6.mesh"
 prints " 12 triangles"
 ok "triangles that do not close keep their tags beside the rest of the border" \
     test "$(grep -c ' 77$' "$T/s6.mesh")" = 3
+{ printf 'MeshVersionFormatted 2 Dimension 3\nVertices 8\n0 0 0 0\n1 0 0 0\n0 1 0 0\n0 0 1 0\n1 1 1 0\n'
+  printf '5 0 0 0\n6 0 0 0\n5 1 0 0\n'; } > "$T/pair.vertices"
+{ cat "$T/pair.vertices"; printf 'Triangles 2\n2 3 4 7\n2 4 3 7\nTetrahedra 2\n1 2 3 4 1\n5 2 3 4 2\nEnd\n'
+} > "$T/twice.mesh"
+code 0 $mesh "$T/twice.mesh" --drop-unused -o "$T/s7.mesh"
+prints 'tetrahedra  2 in 2 regions'
+{ cat "$T/pair.vertices"; printf 'Triangles 4\n1 3 2 7\n1 2 4 7\n2 3 4 7\n1 4 3 7\nTetrahedra 2\n1 2 3 4 1\n'
+  printf '5 6 8 7 2\nEnd\n'; } | sed 's/^5 6 8 7/6 7 8 5/' > "$T/part.mesh"
+code 0 $mesh "$T/part.mesh" -o "$T/s8.mesh"
+prints 'tetrahedra  2 in 2 regions'
+{ cat "$T/pair.vertices"; printf 'Tetrahedra 1\n1 2 3 4 1\nPyramids 1\n1 2 3 4 5 2\nEnd\n'; } > "$T/mixed.mesh"
+code 3 $mesh "$T/mixed.mesh" -o "$T/s9.mesh"
+says '1 hexahedra, prisms, pyramids or the like beside the tetrahedra are not read'
+absent "$T/s9.mesh"
+code 3 $mesh "$T/mixed.mesh" --refine-mesh -o "$T/s9.mesh"
+code 3 $improve "$T/mixed.mesh" -o "$T/s9.mesh"
+absent "$T/s9.mesh"
+{ cat "$T/pair.vertices"; printf 'Triangles 4\n1 3 2 7\n1 2 4 7\n2 3 4 7\n1 4 3 7\nPyramids 1\n1 2 3 4 5 2\nEnd\n'
+} > "$T/closed.mesh"
+code 0 $mesh "$T/closed.mesh" --drop-unused
+prints '1 x hexahedron, prism, pyramid or the like, not read'
 code 2 $mesh "$T/cube.off" --order 2 -o "$T/s4.mesh"
+code 0 $mesh "$T/cube.off" --size 0.3 --order 2 -q -o "$T/s4.msh"
+code 0 $mesh "$T/s4.msh" --no-refine -o "$T/s10.mesh"
+prints 'node at no corner, left out: in the middle of an element'
+code 0 $mesh "$T/s4.msh" --refine-surface --size 0.3 -o "$T/s11.mesh" --json "$T/s11.json"
+ok "nodes in the middle of edges are not vertices of the next mesh" \
+    awk -F '[:,]' '/"gamma_min"/ { exit !($2 > 0.1) }' "$T/s11.json"
 code 0 $mesh "$T/cube.off" --size 0.3 --order 2 -q -o "$T/s4.inp"
 ok "ten nodes in .inp, too" grep -q 'TYPE=C3D10' "$T/s4.inp"
 code 0 $mesh "$T/cube.off" --size 0.3 --order 2 -q -o "$T/s4.msh"
