@@ -126,6 +126,7 @@
 #  define delaunay_mesh_free             delaunay_mesh_free_index64
 #  define delaunay_editor_new            delaunay_editor_new_index64
 #  define delaunay_engine_new            delaunay_engine_new_index64
+#  define delaunay_engine_new_lent       delaunay_engine_new_lent_index64
 #endif
 
 #ifdef __cplusplus
@@ -990,8 +991,14 @@ DELAUNAY_API uint32_t delaunay_engine_version(const delaunay_engine *engine, del
 DELAUNAY_API uint32_t delaunay_engine_round(const delaunay_engine *engine);
 /* The mesh was edited otherwise: plans that read t are made again. Between calls, or in done(). */
 DELAUNAY_API delaunay_result delaunay_engine_touch(delaunay_engine *engine, delaunay_handle t);
-/* A worker for the calling thread, between calls of delaunay_speculate. */
-DELAUNAY_API delaunay_worker *delaunay_engine_worker(delaunay_engine *engine);
+/* A worker for the calling thread, between calls of delaunay_speculate; thread: 0, or among several
+ * that are at work then a number of its own. NULL: the engine has not so many. */
+DELAUNAY_API delaunay_worker *delaunay_engine_worker(delaunay_engine *engine, int thread);
+/* An engine for one thread, with a worker that is lent to it: for many small meshes one after the
+ * other, of which each would fill a new worker's tables with zeros. */
+DELAUNAY_API delaunay_engine *delaunay_engine_new_lent(delaunay_mesh *mesh,
+                                                       const delaunay_host *host,
+                                                       delaunay_worker *worker);
 
 #ifdef __cplusplus
 }
@@ -8577,6 +8584,7 @@ struct delaunay_engine {
     int               num_threads;
     delaunay_memory  *memories; /* one a thread, all behind the gate */
     delaunay_worker **workers;
+    int               lent;     /* the first worker is not the engine's own */
     delaunay_plan   **plans;    /* those in flight first, in order */
     size_t            cap_plans;
     uint32_t         *owner;    /* one a slot: claim of the first plan that would write it; or 0 */
@@ -8691,7 +8699,8 @@ static void delaunay__plan_free(delaunay_plan *plan, delaunay_memory *memory)
 
 /* -- the engine */
 
-DELAUNAY_API delaunay_engine *delaunay_engine_new(delaunay_mesh *mesh, const delaunay_host *host)
+static delaunay_engine *delaunay__engine_new(delaunay_mesh *mesh, const delaunay_host *host,
+                                             delaunay_worker *lent)
 {
     delaunay_engine *e = (delaunay_engine *)delaunay_alloc(&mesh->memory, 1, sizeof *e);
     int i;
@@ -8700,7 +8709,8 @@ DELAUNAY_API delaunay_engine *delaunay_engine_new(delaunay_mesh *mesh, const del
     e->mesh = mesh;
     if (host) e->host = *host;
     e->gate.memory = &mesh->memory;
-    e->num_threads = DELAUNAY__PARALLEL ? delaunay_threads(host) : 1;
+    e->num_threads = DELAUNAY__PARALLEL && !lent ? delaunay_threads(host) : 1;
+    e->lent = lent != NULL;
     e->host.num_threads = e->num_threads; /* the workers: OpenMP may allow others more later */
     e->crew.host = &e->host;
     e->memories = (delaunay_memory *)delaunay_alloc(&mesh->memory, (size_t)e->num_threads,
@@ -8713,12 +8723,24 @@ DELAUNAY_API delaunay_engine *delaunay_engine_new(delaunay_mesh *mesh, const del
         e->memories[i].allocator.alloc = delaunay__gate_alloc;
         e->memories[i].allocator.release = delaunay__gate_release;
         e->memories[i].allocator.user = &e->gate;
-        e->workers[i] = delaunay_worker_new(&e->memories[i]);
+        e->workers[i] = lent ? lent : delaunay_worker_new(&e->memories[i]);
         if (!e->workers[i]) break;
     }
     if (i == e->num_threads) return e;
     delaunay_engine_free(e);
     return NULL;
+}
+
+DELAUNAY_API delaunay_engine *delaunay_engine_new(delaunay_mesh *mesh, const delaunay_host *host)
+{
+    return delaunay__engine_new(mesh, host, NULL);
+}
+
+DELAUNAY_API delaunay_engine *delaunay_engine_new_lent(delaunay_mesh *mesh,
+                                                       const delaunay_host *host,
+                                                       delaunay_worker *worker)
+{
+    return delaunay__engine_new(mesh, host, worker);
 }
 
 DELAUNAY_API void delaunay_engine_free(delaunay_engine *engine)
@@ -8729,7 +8751,7 @@ DELAUNAY_API void delaunay_engine_free(delaunay_engine *engine)
     m = engine->gate.memory;
     for (i = 0; i < engine->cap_plans; i++)
         delaunay__plan_free(engine->plans[i], &engine->memories[0]);
-    for (i = 0; engine->workers && i < (size_t)engine->num_threads; i++)
+    for (i = 0; engine->workers && !engine->lent && i < (size_t)engine->num_threads; i++)
         delaunay_worker_free(engine->workers[i]);
     delaunay_release(m, engine->plans);
     delaunay_release(m, engine->owner);
@@ -8746,9 +8768,9 @@ DELAUNAY_API uint32_t delaunay_engine_version(const delaunay_engine *engine, del
 
 DELAUNAY_API uint32_t delaunay_engine_round(const delaunay_engine *engine) { return engine->round; }
 
-DELAUNAY_API delaunay_worker *delaunay_engine_worker(delaunay_engine *engine)
+DELAUNAY_API delaunay_worker *delaunay_engine_worker(delaunay_engine *engine, int thread)
 {
-    return engine->workers[0];
+    return thread < engine->num_threads ? engine->workers[thread] : NULL;
 }
 
 /* Owners and versions for so many slots, and some more. */

@@ -327,10 +327,13 @@ SPR_API spr_result spr_reconnect(const spr_polyhedron *polyhedron, double bound,
 #endif
 
 #if defined(_OPENMP) && defined(__GNUC__)
+#  include <omp.h>
 #  define SPR__PRAGMA(x) _Pragma(#x)
 #  define SPR__OMP(x)    SPR__PRAGMA(x)
+#  define SPR__THREAD()  omp_get_thread_num()
 #else
 #  define SPR__OMP(x)
+#  define SPR__THREAD() 0
 #endif
 
 /* ---- >>quality ---------------------------------------------------------------------------- */
@@ -615,6 +618,7 @@ typedef struct spr__state {
     double           relax_floor; /* of a star that relaxes, above the target */
     double           fair, mean;  /* flips for the mean: what is below is tried; the mean before */
     int              is_patch;    /* a part of a mesh that is shaken */
+    delaunay_worker *lent;        /* its worker */
     uint64_t         shakes;      /* plans of patches so far */
     int64_t          shake_credit; /* those that patches may still make in vain */
     double           least;       /* before that, the worst of the mesh */
@@ -4375,7 +4379,8 @@ static void spr__patch_focus(const spr__patch *p, double target, spr__focus *f)
     f->lift = lift;
 }
 
-/* One attempt, by one thread with memory of its own; s and the mesh are read. */
+/* One attempt, by one thread with memory of its own, but for a worker of the mesh's engine; s and
+ * the mesh are read. */
 static void spr__patch_try(const spr__state *s, spr__patch *p)
 {
     spr__state own;
@@ -4413,6 +4418,7 @@ static void spr__patch_try(const spr__state *s, spr__patch *p)
         spr__patch_focus(p, s->target, &own.focus);
     }
     own.is_patch = own.lifts = 1;
+    own.lent = delaunay_engine_worker(s->engine, SPR__THREAD());
     own.vain = p->vain;
     own.vain_bits = SPR__PATCH_VAIN;
     own.tidy_below = p->rounding ? 0 : spr__within_reach(p->num_bad);
@@ -4470,7 +4476,7 @@ static spr_result spr__patch_commit(spr__state *s, spr__patch *p)
     }
     for (i = 0; i < 4 * p->num_out; i++) out[i] = v[out[i]];
     if (!spr__fit(s)) return SPR_ERROR_OUT_OF_MEMORY;
-    result = delaunay_replace(m, delaunay_engine_worker(s->engine), p->t, p->num_tets, out,
+    result = delaunay_replace(m, delaunay_engine_worker(s->engine, 0), p->t, p->num_tets, out,
                               p->num_out, slots);
     if (result != DELAUNAY_OK) return (spr_result)result;
     for (i = 0; i < p->num_vertices; i++)
@@ -4534,7 +4540,7 @@ static int spr__is_loose(const spr__state *s, spr__around *around, uint32_t v, d
     size_t i;
     if (*num & SPR__TIGHT) return 0;
     if (*num & SPR__LOOSE) return 1;
-    result = delaunay_vertex_star(m, delaunay_engine_worker(s->engine), v, star);
+    result = delaunay_vertex_star(m, delaunay_engine_worker(s->engine, 0), v, star);
     if (result != DELAUNAY_OK) return (int)result;
     for (i = 0; i < star->count; i++)
         if (spr__is_inside(m, star->items[i]) && !spr__is_fixed(s, star->items[i])) break;
@@ -4617,7 +4623,7 @@ static int spr__patches_set(spr__state *s, spr__patch *patch, spr__around *aroun
         if (!spr__is_shakable(s, t)) continue; /* or claimed */
         answer = spr__patch_may_do(s, around, t, spr__patch_max_bad(one_in), star);
         if (answer > 0)
-            answer = spr__patch_set(s, delaunay_engine_worker(s->engine), &patch[num], t, one_in,
+            answer = spr__patch_set(s, delaunay_engine_worker(s->engine, 0), &patch[num], t, one_in,
                                     star);
         if (answer < 0) return answer;
         patch[num].seed = s->at[t].shaken++;
@@ -4865,7 +4871,7 @@ static int spr__round_set(spr__state *s, spr__patch *patch, delaunay_list *star,
         const spr__extreme *y = &x[(i + first) % 3];
         spr__patch *p = &patch[num];
         if (i / 3 >= y->num || (s->at[y->t[i / 3]].shaken & SPR__CLAIMED)) continue;
-        answer = spr__patch_set(s, delaunay_engine_worker(s->engine), p, y->t[i / 3],
+        answer = spr__patch_set(s, delaunay_engine_worker(s->engine, 0), p, y->t[i / 3],
                                 i < dense ? 0 : SPR__DENSE, star);
         if (answer < 0) return answer;
         if (answer == 0) continue;
@@ -5510,7 +5516,8 @@ static spr_result spr__improve_patch(spr__state *s, uint32_t max_new)
     delaunay_handle t;
     s->bad.memory = s->items.memory = s->free_cases.memory = s->memory;
     if (delaunay_link_vertices(s->mesh) != DELAUNAY_OK) return SPR_ERROR_OUT_OF_MEMORY;
-    s->engine = delaunay_engine_new(s->mesh, &s->options.host);
+    s->engine = s->lent ? delaunay_engine_new_lent(s->mesh, &s->options.host, s->lent)
+                        : delaunay_engine_new(s->mesh, &s->options.host);
     if (!s->engine || !spr__fit(s)) return SPR_ERROR_OUT_OF_MEMORY;
     for (t = 1, s->value[0] = HUGE_VAL; t < m->num_tets; t++)
         s->value[t] = spr__quality_of(s, m->tets[t].v);

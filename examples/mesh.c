@@ -350,7 +350,7 @@ typedef struct job {
     mesher_output out;
     double seconds[NUM_PHASES], start;
     int code;          /* exit code so far */
-    char message[512]; /* the last complaint */
+    char message[640]; /* the last complaint */
 } job;
 
 static void complain(job *j, const char *text)
@@ -837,8 +837,6 @@ static void print_counts(const job *j, const char *title, int defects)
     if (any && (defects || j->set.verbose || j->set.check ||
                 j->report.counts[MESHER_NOTE_OUTSIDE_SEED])) /* the place tells what went wrong */
         print_findings(j, defects);
-    if (defects && line_is_defective(j))
-        puts("            --no-lines leaves the lines of the input out, if they are not needed");
 }
 
 static int code_of(mesher_result result)
@@ -860,6 +858,7 @@ static int code_of(mesher_result result)
 /* Reports a failure of the mesher. */
 static int fail(job *j, mesher_result result)
 {
+    char text[sizeof j->message];
     int code = code_of(result);
     clear_progress(j);
     if (code == TOOL_BAD_SURFACE || code == TOOL_NOT_RECOVERED) {
@@ -870,7 +869,11 @@ static int fail(job *j, mesher_result result)
         write_defects(j);
     }
     if (code == TOOL_NOT_RECOVERED) write_reproducer(j, result);
-    complain(j, j->report.message[0] ? j->report.message : mesher_result_string(result));
+    snprintf(text, sizeof text, "%s%s",
+             j->report.message[0] ? j->report.message : mesher_result_string(result),
+             code == TOOL_BAD_SURFACE && line_is_defective(j)
+                 ? "; --no-lines leaves the lines of the input out, if they are not needed" : "");
+    complain(j, text);
     return code;
 }
 

@@ -192,8 +192,9 @@ static uint64_t hash_mesh(const delaunay_mesh *m)
 
 /* All kinds of edits in turn; returns a hash of the mesh and of what done() saw; 0: the code of a
  * failure. */
-static uint64_t edit(delaunay_mesh *m, int threads, const delaunay_host *base, uint32_t batch,
-                     delaunay_result *result, uint64_t *conflicts)
+static uint64_t edit(delaunay_mesh *m, int threads, const delaunay_host *base,
+                     delaunay_worker *lent, uint32_t batch, delaunay_result *result,
+                     uint64_t *conflicts)
 {
     delaunay_host host;
     delaunay_engine *engine;
@@ -207,8 +208,11 @@ static uint64_t edit(delaunay_mesh *m, int threads, const delaunay_host *base, u
     host.clock = check_hasty_clock;
     memset(&c, 0, sizeof c);
     *result = DELAUNAY_ERROR_OUT_OF_MEMORY;
-    engine = c.engine = delaunay_engine_new(m, &host);
+    engine = lent ? delaunay_engine_new_lent(m, &host, lent) : delaunay_engine_new(m, &host);
+    c.engine = engine;
     if (!engine) return 0;
+    CHECK(delaunay_engine_worker(engine, 0) != NULL);
+    CHECK(!lent || (delaunay_engine_worker(engine, 0) == lent && !delaunay_engine_worker(engine, 1)));
     for (step = 0; step < 8; step++) {
         memset(&job, 0, sizeof job);
         job.user = &c;
@@ -233,19 +237,19 @@ static uint64_t edit(delaunay_mesh *m, int threads, const delaunay_host *base, u
 
 static void threads_do_not_matter(void)
 {
-    static const int threads[] = {1, 2, 3, 7};
+    static const int threads[] = {1, 2, 3, 7, 7}; /* the last time with a worker that was in use */
     uint32_t batches[] = {0, 1, 50};
     int i, b;
     for (b = 0; b < 3; b++) {
         uint64_t first = 0;
-        for (i = 0; i < (b == 0 ? 4 : 2); i++) {
+        for (i = 0; i < (b == 0 ? 5 : 2); i++) {
             delaunay_mesh m;
             delaunay_worker *w = NULL;
             delaunay_result result;
             uint64_t hash, conflicts = 0;
             small_state = 777;
             CHECK(small_delaunay(&m, &w, NULL, 200));
-            hash = edit(&m, threads[i], NULL, batches[b], &result, &conflicts);
+            hash = edit(&m, threads[i], NULL, i == 4 ? w : NULL, batches[b], &result, &conflicts);
             CHECK(result == DELAUNAY_OK && hash != 0);
             CHECK(b == 1 ? conflicts == 0 : conflicts > 100);
             if (i == 0) first = hash;
@@ -280,7 +284,7 @@ static void an_engine_keeps_its_threads(void)
     small_state = 777;
     CHECK(small_delaunay(&m, &w, NULL, 200));
     omp_set_num_threads(2);
-    CHECK(edit(&m, 0, &host, 0, &result, &conflicts) != 0);
+    CHECK(edit(&m, 0, &host, NULL, 0, &result, &conflicts) != 0);
     CHECK(result == DELAUNAY_OK && small_valid(&m));
     omp_set_num_threads(usual);
     delaunay_worker_free(w);
@@ -407,7 +411,7 @@ static void out_of_memory_is_reported(void)
         small_state = 99;
         CHECK(small_delaunay(&m, &w, &host, 60));
         a.countdown = k;
-        edit(&m, 1, &host, 40, &result, &conflicts);
+        edit(&m, 1, &host, NULL, 40, &result, &conflicts);
         a.countdown = -1;
         CHECK(result == DELAUNAY_OK || result == DELAUNAY_ERROR_OUT_OF_MEMORY);
         CHECK(small_valid(&m) && small_total(&m) == 8e9);

@@ -290,7 +290,7 @@ awk 'BEGIN { print "MeshVersionFormatted 2\nDimension 3\nVertices\n10\n0.3 0.4 -
      END { print "End" }' "$T/cube.off" > "$T/line.mesh"
 code 5 $mesh "$T/line.mesh"
 says 'triangle [0-9]* and line 0 intersect'
-prints 'no-lines leaves the lines'
+says 'no-lines leaves the lines'
 code 0 $mesh "$T/line.mesh" --no-lines -o "$T/n.mesh"
 ok 'no line is written' sh -c "! grep -q Edges '$T/n.mesh'"
 
