@@ -1738,8 +1738,11 @@ static meshio_result meshio__stl_facet(meshio__reader *r, int64_t solid)
     const unsigned char *word;
     int k;
     r->polygon.num = 0;
-    MESHIO__TRY(meshio__expect(r, "normal"));
-    for (k = 0; k < 3; k++) meshio__word(r, &length); /* of no use; -1.#IND and the like occur */
+    word = meshio__word(r, &length);
+    if (meshio__same(word, length, "normal")) /* of no use; -1.#IND and the like occur, or none */
+        for (k = 0; k < 3; k++) meshio__word(r, &length);
+    else r->p = word;
+    if (r->p == word && !meshio__same(word, length, "outer")) return meshio__expected(r, "'normal'");
     MESHIO__TRY(meshio__expect(r, "outer"));
     MESHIO__TRY(meshio__expect(r, "loop"));
     for (;;) {

@@ -1362,9 +1362,15 @@ static void stl_normals_may_be_anything(void)
                     &m, NULL) == MESHIO_OK);
     CHECK(m.num_triangles == 1 && m.num_vertices == 3);
     meshio_free(&m);
+    CHECK(read_text(MESHIO_FORMAT_STL,
+                    "solid\nfacet\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\n"
+                    "endfacet\nendsolid\n",
+                    &m, NULL) == MESHIO_OK);
+    CHECK(m.num_triangles == 1 && m.num_vertices == 3);
+    meshio_free(&m);
 }
 
-/* .. and not within a facet. */
+/* Some programs do not write the last line; but it may not end within a facet. */
 static void stl_text_may_end_after_a_facet(void)
 {
     static const char text[] = "solid\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\n"
