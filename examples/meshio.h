@@ -2714,7 +2714,7 @@ static meshio_result meshio__msh_unknown(meshio__reader *r, int64_t type)
 {
     if (type > 31 && type <= 140)
         return meshio__fail(r, MESHIO_ERROR_UNSUPPORTED, r->p,
-                            "elements of type %lld: none of a higher order than 5 are read",
+                            "elements of type %lld, of a high order, are not read",
                             (long long)type);
     return meshio__fail(r, MESHIO_ERROR_SYNTAX, r->p, "unknown type of element: %lld",
                         (long long)type);
