@@ -1532,7 +1532,8 @@ static void json_body(FILE *f, const job *j, int code)
         json_text(f, mesher_kind_string((mesher_kind)k));
         fprintf(f, "\": %llu", (unsigned long long)j->report.counts[k]);
     }
-    fprintf(f, "},\n  \"welded_vertices\": %llu,", (unsigned long long)j->num_welded);
+    fprintf(f, "},\n  \"welded_vertices\": %llu, \"nodes_left_out\": %llu,",
+            (unsigned long long)j->num_welded, (unsigned long long)j->in.num_spare);
     fprintf(f, "\n  \"surface_vertices\": %llu, \"surface_triangles\": %llu,",
             (unsigned long long)j->surface.num_vertices,
             (unsigned long long)j->surface.num_triangles);

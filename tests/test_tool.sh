@@ -349,8 +349,9 @@ code 0 $mesh "$T/closed.mesh" --drop-unused
 prints '1 x hexahedron, prism, pyramid or the like, not read'
 code 2 $mesh "$T/cube.off" --order 2 -o "$T/s4.mesh"
 code 0 $mesh "$T/cube.off" --size 0.3 --order 2 -q -o "$T/s4.msh"
-code 0 $mesh "$T/s4.msh" --no-refine -o "$T/s10.mesh"
+code 0 $mesh "$T/s4.msh" --no-refine -o "$T/s10.mesh" --json "$T/s10.json"
 prints 'node at no corner, left out: in the middle of an element'
+ok "JSON counts them" grep -q '"nodes_left_out": [1-9]' "$T/s10.json"
 code 0 $mesh "$T/s4.msh" --refine-surface --size 0.3 -o "$T/s11.mesh" --json "$T/s11.json"
 ok "nodes in the middle of edges are not vertices of the next mesh" \
     awk -F '[:,]' '/"gamma_min"/ { exit !($2 > 0.1) }' "$T/s11.json"
