@@ -510,7 +510,7 @@ static void inp_is_read_as_others_write_it(void)
     CHECK(read_text(MESHIO_FORMAT_INP, text, &m, &report) == MESHIO_OK);
     if (report.message[0]) printf("%s\n", report.message);
     CHECK(m.num_vertices == 10 && m.num_tets == 3 && m.num_edges == 1 && m.num_other == 2);
-    CHECK(m.num_solids == 2 && m.num_spare == 4); /* node 50 and 60 are corners of others */
+    CHECK(m.num_solids == 2 && m.num_spare == 4); /* nodes 50 and 60 are corners of others */
     if (m.num_vertices == 10 && m.num_tets == 3) {
         static const uint32_t tets[12] = {0, 1, 2, 3, 0, 2, 1, 4, 0, 1, 2, 5};
         CHECK(memcmp(m.tets, tets, sizeof tets) == 0);
