@@ -573,46 +573,127 @@ static void invalid_surfaces_are_refused(void)
     shape_free(&s);
 }
 
+/* Two triangles that intersect, far from two spheres. */
+static void crossing_among_spheres(shape *s, int fineness)
+{
+    add_vertex(s, 0, 0, 3);
+    add_vertex(s, 1, 0, 3);
+    add_vertex(s, 0, 1, 3);
+    add_vertex(s, 0.2, 0.2, 2);
+    add_vertex(s, 0.2, 0.2, 4);
+    add_vertex(s, 3, 2, 4);
+    add_triangle(s, 0, 1, 2);
+    add_triangle(s, 3, 4, 5);
+    sphere(s, 0, 1, fineness);
+    sphere(s, 2.5, 1, fineness);
+}
+
+static const double crossing_place[3] = {0.3, 0.3, 3};
+
+static mesher_surface all_of(const shape *s)
+{
+    mesher_surface surface;
+    memset(&surface, 0, sizeof surface);
+    surface.xyz = s->xyz;
+    surface.num_vertices = s->num_vertices;
+    surface.triangles = s->triangles;
+    surface.num_triangles = s->num_triangles;
+    return surface;
+}
+
 /* Of a large surface with one pair of triangles that intersect, nothing but them is in the part
  * that fails. */
 static void a_failure_is_reproduced_by_few_triangles(void)
 {
-    static const uint32_t crossing[6] = {0, 1, 2, 3, 4, 5};
-    static const double where[3] = {0.3, 0.3, 3};
     shape s = {0};
     mesher_surface surface, part;
     mesher_domain domain;
     double *xyz;
-    uint32_t *triangles, i;
-    add_vertex(&s, 0, 0, 3);
-    add_vertex(&s, 1, 0, 3);
-    add_vertex(&s, 0, 1, 3);
-    add_vertex(&s, 0.2, 0.2, 2);
-    add_vertex(&s, 0.2, 0.2, 4);
-    add_vertex(&s, 3, 2, 4);
-    for (i = 0; i < 6; i += 3) add_triangle(&s, crossing[i], crossing[i + 1], crossing[i + 2]);
-    sphere(&s, 0, 1, 12);
-    sphere(&s, 2.5, 1, 12);
-    memset(&surface, 0, sizeof surface);
-    surface.xyz = s.xyz;
-    surface.num_vertices = s.num_vertices;
-    surface.triangles = s.triangles;
-    surface.num_triangles = s.num_triangles;
+    uint32_t *triangles;
+    crossing_among_spheres(&s, 12);
+    surface = all_of(&s);
     xyz = (double *)malloc((3 * s.num_vertices + 24) * sizeof *xyz);
     triangles = (uint32_t *)malloc((3 * s.num_triangles + 36) * sizeof *triangles);
-    CHECK(mesher_reproduce(&surface, NULL, MESHER_ERROR_SURFACE, where, xyz, triangles, &part) ==
-          MESHER_OK);
+    CHECK(mesher_reproduce(&surface, NULL, MESHER_ERROR_SURFACE, crossing_place, xyz, triangles,
+                           &part) == MESHER_OK);
     CHECK(part.num_triangles == 2 + 12 && part.num_vertices == 6 + 8);
     CHECK(mesher_mesh(&domain, &part, NULL, NULL) == MESHER_ERROR_SURFACE);
-    CHECK(mesher_reproduce(&surface, NULL, MESHER_ERROR_RECOVERY, where, xyz, triangles, &part) ==
-          MESHER_GOAL_NOT_MET);
+    CHECK(mesher_reproduce(&surface, NULL, MESHER_ERROR_RECOVERY, crossing_place, xyz, triangles,
+                           &part) == MESHER_GOAL_NOT_MET);
     CHECK(mesher_reproduce(&surface, NULL, MESHER_ERROR_SURFACE, NULL, xyz, triangles, &part) ==
           MESHER_ERROR_INVALID_ARGUMENT);
-    CHECK(mesher_reproduce(&surface, NULL, MESHER_OK, where, xyz, triangles, &part) ==
+    CHECK(mesher_reproduce(&surface, NULL, MESHER_OK, crossing_place, xyz, triangles, &part) ==
           MESHER_ERROR_INVALID_ARGUMENT);
     free(xyz);
     free(triangles);
     shape_free(&s);
+}
+
+/* A host that runs out of memory, or cancels, after so many calls; counts the blocks in use. */
+typedef struct host_state { long allocations_left, calls_left, live; } host_state;
+
+static void *scarce_alloc(void *user, size_t size)
+{
+    host_state *h = (host_state *)user;
+    void *p = h->allocations_left == 0 ? NULL : malloc(size ? size : 1);
+    if (h->allocations_left > 0) h->allocations_left--;
+    if (p) h->live++;
+    return p;
+}
+
+static void scarce_release(void *user, void *p)
+{
+    if (p) ((host_state *)user)->live--;
+    free(p);
+}
+
+static int cancel_in_time(void *user, const char *phase, double done)
+{
+    (void)phase;
+    (void)done;
+    return ((host_state *)user)->calls_left-- == 0;
+}
+
+/* Memory may end, and the host cancel, anywhere in it: it says so, and the next run is whole. */
+static void a_reproduction_can_be_interrupted(void)
+{
+    int cancels;
+    for (cancels = 0; cancels < 2; cancels++) {
+        shape s = {0};
+        mesher_surface surface, part;
+        mesher_options o;
+        mesher_result result, expected = cancels ? MESHER_CANCELLED : MESHER_ERROR_OUT_OF_MEMORY;
+        double *xyz;
+        uint32_t *triangles;
+        host_state h;
+        long k, interrupted = 0, step = 1;
+        crossing_among_spheres(&s, 4);
+        surface = all_of(&s);
+        xyz = (double *)malloc((3 * s.num_vertices + 24) * sizeof *xyz);
+        triangles = (uint32_t *)malloc((3 * s.num_triangles + 36) * sizeof *triangles);
+        memset(&o, 0, sizeof o);
+        o.host.allocator.alloc = scarce_alloc;
+        o.host.allocator.release = scarce_release;
+        o.host.allocator.user = &h;
+        o.host.progress = cancel_in_time;
+        o.host.user = &h;
+        for (k = 0, result = expected; result == expected && k < 100000; k += step) {
+            h.allocations_left = cancels ? -1 : k;
+            h.calls_left = cancels ? k : -1;
+            h.live = 0;
+            memset(&part, 0, sizeof part);
+            result = mesher_reproduce(&surface, &o, MESHER_ERROR_SURFACE, crossing_place, xyz,
+                                      triangles, &part);
+            CHECK(h.live == 0);
+            interrupted += result == expected;
+            if (k > 100) step = 7;
+        }
+        CHECK(result == MESHER_OK && part.num_triangles == 2 + 12);
+        CHECK(interrupted > 10);
+        free(xyz);
+        free(triangles);
+        shape_free(&s);
+    }
 }
 
 static void scale_and_shift_change_nothing(void)
@@ -725,6 +806,7 @@ int main(int argc, char **argv)
         duplicates_change_nothing();
         invalid_surfaces_are_refused();
         a_failure_is_reproduced_by_few_triangles();
+        a_reproduction_can_be_interrupted();
         scale_and_shift_change_nothing();
         threads_give_the_same_bytes();
     }
