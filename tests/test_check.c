@@ -983,6 +983,36 @@ static void arguments_are_checked(void)
                  mesher_result_string(MESHER_ERROR_SURFACE)) != 0);
 }
 
+/* Defects come before notes, and take their room; all are counted. */
+static void reports_keep_defects_first(void)
+{
+    static const double here[3] = {1, 2, 3};
+    const uint32_t none = DELAUNAY_NO_ID;
+    mesher_report r;
+    mesher_finding kept[3];
+    memset(&r, 0, sizeof r);
+    r.findings = kept;
+    r.cap_findings = 3;
+    r.input_triangles = 100;
+    mesher_report_add(&r, MESHER_NOTE_SHEET, 1, none, none, none, none, here);
+    mesher_report_add(&r, MESHER_DEFECT_OVERLAP, 2, 3, none, none, none, here);
+    mesher_report_add(&r, MESHER_NOTE_OPEN_EDGE, 4, none, 5, 6, none, NULL);
+    CHECK(r.num_findings == 3 && kept[0].kind == MESHER_DEFECT_OVERLAP);
+    CHECK(kept[0].triangles[0] == 2 && kept[0].triangles[1] == 3 && kept[0].xyz[2] == 3);
+    CHECK(kept[1].kind == MESHER_NOTE_SHEET && kept[2].kind == MESHER_NOTE_OPEN_EDGE);
+    CHECK(kept[2].vertices[1] == 6 && kept[2].xyz[0] == 0);
+    mesher_report_add(&r, MESHER_NOTE_SHEET, 7, none, none, none, none, here); /* no room */
+    mesher_report_add(&r, MESHER_DEFECT_FLAT, 8, none, none, none, none, here);
+    mesher_report_add(&r, MESHER_DEFECT_FLAT, 9, none, none, none, none, here);
+    mesher_report_add(&r, MESHER_DEFECT_FLAT, 10, none, none, none, none, here); /* no room */
+    CHECK(r.num_findings == 3 && kept[0].triangles[0] == 2);
+    CHECK(kept[1].triangles[0] == 8 && kept[2].triangles[0] == 9);
+    CHECK(r.counts[MESHER_NOTE_SHEET] == 2 && r.counts[MESHER_DEFECT_FLAT] == 3);
+    mesher_report_add(&r, MESHER_NUM_KINDS, 1, none, none, none, none, here);
+    mesher_report_add(NULL, MESHER_NOTE_SHEET, 1, none, none, none, none, here);
+    CHECK(r.num_findings == 3 && strstr(r.message, "triangle 3"));
+}
+
 static void turns_in_a_coordinate_plane(void)
 {
     const double a[3] = {0.1, 0.2, 0.3}, e = DBL_EPSILON;
@@ -1081,6 +1111,7 @@ static void bad_options_have_names(void)
 int main(void)
 {
     bad_options_have_names();
+    reports_keep_defects_first();
     turns_in_a_coordinate_plane();
     a_cube_is_clean();
     numbers_are_checked();

@@ -907,9 +907,34 @@ static void progress_comes_to_one(void)
         }
 }
 
+static void results_have_sentences(void)
+{
+    static const int codes[] = {DELAUNAY_OK,
+                                DELAUNAY_STOPPED_BY_BUDGET,
+                                DELAUNAY_GOAL_NOT_MET,
+                                DELAUNAY_ERROR_INVALID_ARGUMENT,
+                                DELAUNAY_ERROR_OUT_OF_MEMORY,
+                                DELAUNAY_CANCELLED,
+                                DELAUNAY_ERROR_TOO_LARGE,
+                                DELAUNAY_ERROR_INTERNAL,
+                                DELAUNAY_ERROR_DIMENSION,
+                                DELAUNAY_ERROR_NOT_FINITE,
+                                DELAUNAY_ERROR_INVALID_MESH,
+                                DELAUNAY_ERROR_BROKEN_ARITHMETIC};
+    const char *unknown = delaunay_result_string((delaunay_result)-1000);
+    size_t i, j;
+    for (i = 0; i < sizeof codes / sizeof *codes; i++) {
+        const char *text = delaunay_result_string((delaunay_result)codes[i]);
+        CHECK(strcmp(text, unknown) != 0);
+        for (j = 0; j < i; j++)
+            CHECK(strcmp(text, delaunay_result_string((delaunay_result)codes[j])) != 0);
+    }
+}
+
 int main(void)
 {
     CHECK(delaunay_selftest() == DELAUNAY_OK);
+    results_have_sentences();
     small_lattices();
     all_kinds_are_delaunay();
     order_of_the_input_does_not_matter();

@@ -321,6 +321,83 @@ static void stale_plans_are_made_again(void)
     delaunay_mesh_free(&m);
 }
 
+/* Vertices far from each other, and a tetrahedron of each. */
+typedef struct chain {
+    uint32_t        v[10], count;
+    delaunay_handle t[10];
+} chain;
+#define CHAIN_STEP (1.0 / (1 << 30))
+
+/* Moves a vertex by one step more than twice what the one before has moved by, which it reads. */
+static int plan_chain(void *user, const delaunay_mesh *m, delaunay_worker *worker, size_t item,
+                      delaunay_plan *p)
+{
+    const chain *c = (const chain *)user;
+    double x[3], before = 0;
+    int answer = delaunay_vertex_star(m, worker, c->v[item], &p->star);
+    if (answer != DELAUNAY_OK) return answer;
+    memcpy(x, m->vertices[c->v[item]].x, sizeof x);
+    if (item > 0) {
+        const double *y = m->vertices[c->v[item - 1]].x;
+        answer = delaunay_plan_read(p, c->t[item - 1]);
+        if (answer != DELAUNAY_PLAN_COMMIT) return answer;
+        before = y[0] - floor(y[0]);
+    }
+    x[0] += 2 * before + CHAIN_STEP;
+    return delaunay_plan_move(p, c->v[item], x, p->star.items, p->star.count);
+}
+
+static int share_a_tetrahedron(const delaunay_mesh *m, uint32_t a, uint32_t b)
+{
+    delaunay_handle t;
+    for (t = 1; t < m->num_tets; t++)
+        if (!delaunay_is_deleted(m, t) && delaunay_local_index(&m->tets[t], a) >= 0 &&
+            delaunay_local_index(&m->tets[t], b) >= 0)
+            return 1;
+    return 0;
+}
+
+/* A plan that reads what an earlier one in the list writes, and nothing else of it, sees it
+ * written. */
+static void what_a_plan_reads_counts(void)
+{
+    int threads;
+    for (threads = 1; threads <= 4; threads++) {
+        delaunay_mesh m;
+        delaunay_worker *w = NULL;
+        delaunay_engine *engine;
+        delaunay_speculation job;
+        delaunay_host host;
+        chain c;
+        uint32_t v, i;
+        memset(&host, 0, sizeof host);
+        host.num_threads = threads;
+        small_state = 99;
+        CHECK(small_delaunay(&m, &w, NULL, 150));
+        memset(&c, 0, sizeof c);
+        for (v = 5; v < m.num_vertices && c.count < 10; v++) {
+            if (c.count > 0 && share_a_tetrahedron(&m, v, c.v[c.count - 1])) continue;
+            c.v[c.count] = v;
+            c.t[c.count++] = m.vertex_tet[v];
+        }
+        CHECK(c.count == 10);
+        engine = delaunay_engine_new(&m, &host);
+        memset(&job, 0, sizeof job);
+        job.num_items = 10;
+        job.plan = plan_chain;
+        job.user = &c;
+        CHECK(delaunay_speculate(engine, &job) == DELAUNAY_OK && job.commits == 10);
+        for (i = 0; i < c.count; i++) {
+            double x = m.vertices[c.v[i]].x[0];
+            CHECK(x - floor(x) == (double)((2u << i) - 1) * CHAIN_STEP);
+        }
+        CHECK(small_valid(&m));
+        delaunay_engine_free(engine);
+        delaunay_worker_free(w);
+        delaunay_mesh_free(&m);
+    }
+}
+
 static int plan_broken(void *user, const delaunay_mesh *m, delaunay_worker *worker, size_t item,
                        delaunay_plan *p)
 {
@@ -508,6 +585,7 @@ int main(void)
     a_crew_stays_away_when_it_does_not_help();
     a_delaunay_mesh_stays_valid();
     stale_plans_are_made_again();
+    what_a_plan_reads_counts();
     failures_leave_a_valid_mesh();
     out_of_memory_is_reported();
     return check_report();
