@@ -15,43 +15,49 @@
  *   cc -O3 -fopenmp program.c           (OpenMP is optional: without it, one thread)
  *
  * Contents (search for the tag)
- *   >>declarations     everyday: box, keys, order, sorted points, partitions; expert: single cells,
+ *   >>declarations     everyday: single cells, box, keys, order, sorted points, partitions; expert:
  *                      deep keys, k-d pseudo-grid
  *   >>implementation   >>tables >>memory >>options >>curves >>grid >>deep >>steps >>vectors
  *                      >>wide vectors >>box >>order >>kd >>public
  *
  * What it does not do
- *   More than three dimensions; more than 21 bits an axis in a 64-bit 3D key (42 in a 128-bit one),
- *   32 in 2D. Points with a NaN or an infinity have no cell: they get the key UINT64_MAX, come
- *   last, and are counted. A box wider than DBL_MAX/2 is legal, but coarse towards its ends.
+ *   More than three dimensions; more than 21 bits an axis in a 64-bit 3D key (42 in a 128-bit one)
+ *   or 32 in 2D. A point with a NaN or an infinity has no cell: it gets the key UINT64_MAX, comes
+ *   last in the order, and is counted. A box wider than DBL_MAX/2 is legal, but its grid is coarse
+ *   towards the ends.
  *
  * How it works  (thesis: C. Marot, Parallel tetrahedral mesh generation, 2020, chapter 2)
- *   A curve is a machine with a dozen states. From the top bit down, the octant of a point (one bit
- *   of each coordinate) and the state give one digit of the key and the next state. The states are
- *   signed permutations of the axes; the tables are generated from Table 2.3 and a test proves
- *   them: neighbours on the curve are neighbours in space, the closed curve closes, every cell has
- *   one key. (Table 2.4 does not close as printed; tests/test_hilbert.c has what does.)
+ *   A curve is a state machine with a dozen states. From the top bit down, the octant of a point
+ *   (one bit of each coordinate) and the state give one digit of the key and the next state. The
+ *   states are signed permutations of the axes. The tables are generated from Table 2.3, and a test
+ *   proves them: neighbours on the curve are neighbours in space, the closed curve closes, every
+ *   cell has one key. (Table 2.4 as printed does not close; tests/test_hilbert.c has closings that
+ *   do.)
  *
- *   Coordinates become cells by floor((v - centre) * factor) on each side of the centre of an axis,
- *   clamped: monotone, exact at the centre, and the same on every machine, as nothing in it can be
- *   fused. With centres away from the middle the grid is finer on one side (2.4).
+ *   A coordinate becomes a cell number by floor((v - centre) * factor), clamped; each side of the
+ *   centre of an axis has its own factor. This is monotone, exact at the centre, and the same on
+ *   every machine, because a compiler cannot fuse any two of the operations. With a centre away
+ *   from the middle of the axis the grid is finer on one side (2.4).
  *
- *   Plain C walks three levels a step through a table of 14 KB that lives on the stack of the call.
- *   With AVX2, 32 points go level by level, a byte each, through two tables of 24 bytes in
- *   registers; with AVX-512 VBMI, 64 points through one instruction. All three give the same keys.
- *   1e7 points in 3D, doubles to 63-bit Moore keys, one core of a server of 2023 (Zen 4, 2.6 GHz),
- *   November 2026: AVX2 2.7 ns a point, plain C 33; their bounding box 0.95; one level a step
- *   through a table of 96 bytes, 60. On Zen 5, AVX-512 took 1.5, the bounding box 0.8.
+ *   Plain C takes three levels per step, by look-ups in a table of 14 KB on the stack of the call.
+ *   With AVX2, 32 points go down level by level, one byte each, by look-ups in a table of 24 bytes
+ *   in two registers; with AVX-512 VBMI, 64 points, whose look-up is one instruction a level. All
+ *   three give the same keys. Times for 1e7 points in 3D, doubles to 63-bit Moore keys, on one core
+ *   of a server of 2023 (Zen 4, 2.6 GHz), November 2026: AVX2 2.7 ns a point, plain C 33, one level
+ *   per step through a table of 96 bytes 60; the bounding box of the points 0.95. On Zen 5, AVX-512
+ *   took 1.5, the bounding box 0.8.
  *
- *   A partition is a section of the sorted keys; since unsigned numbers wrap, one subtraction and one
- *   comparison tell whether a key is in it, even in the one that contains the end (2.9).
+ *   A partition is a section of the sorted keys. Since unsigned numbers wrap, one subtraction and
+ *   one comparison tell whether a key is in it, even if the section contains the end of the curve
+ *   (2.9).
  *
  * Compile-time switches (all for the file with the implementation)
- *   HILBERT_STATIC    off    everything static, a private copy (here: where you include)
+ *   HILBERT_STATIC    off    all functions are static: a private copy (to be defined wherever this
+ *                            header is included)
  *   HILBERT_TABLE     BUTZ   HILBERT_TABLE_BUTZ, _CHI, _CC, _CTI, _SI: which 3D curve of Table 2.3.
  *                            Butz cuts a cube into the most compact parts (2 % fewer faces between
- *                            parts than the next, 12 % fewer than Si)
- *   HILBERT_CLOSING   0      1: the other closed curve; in 3D Butz that of HXT
+ *                            parts than the next best, 12 % fewer than Si)
+ *   HILBERT_CLOSING   0      1: the other closed (Moore) curve; with BUTZ in 3D, that of HXT
  *   HILBERT_NO_SIMD   off    plain C only
  *
  * Licence: MIT or public domain, at the end of the file.
@@ -110,11 +116,11 @@ typedef enum hilbert_curve {
 typedef enum hilbert_scalar {
     HILBERT_DOUBLE = 0,
     HILBERT_FLOAT  = 1,
-    HILBERT_UINT32 = 2 /* grid coordinates; no box is applied, bits above the depth are cut */
+    HILBERT_UINT32 = 2 /* cell numbers: no box is applied, bits above the depth are ignored */
 } hilbert_scalar;
 
-/* Where memory comes from. All zero: malloc and free; else both functions, called by the calling
- * thread only. */
+/* Where memory comes from. All zero: malloc and free. Otherwise both functions must be set; only
+ * the thread that calls the library calls them. */
 typedef struct hilbert_allocator {
     void *(*alloc)(void *user, size_t size);
     void (*release)(void *user, void *memory);
@@ -124,13 +130,13 @@ typedef struct hilbert_allocator {
 /* Zeroed or NULL: all defaults. */
 typedef struct hilbert_options {
     int               num_threads; /* 0 = omp_get_max_threads() at each call; 1 without OpenMP */
-    int               plain;       /* 1: plain C even where vectors are there; 2: at most AVX2; */
-                                   /* the keys are the same                                     */
+    int               plain;       /* 1: plain C even if AVX2 is available; 2: at most AVX2;    */
+                                   /* 0: the fastest. The keys are the same in all cases        */
     hilbert_allocator allocator;   /* zeros = malloc and free */
 } hilbert_options;
 
-/* An array of points that stays where it is. Packed 3D doubles need coordinates and count alone,
- * the rest zeroed. */
+/* An array of points in the caller's memory. For packed 3D doubles, set coordinates and count and
+ * leave the rest zero. */
 typedef struct hilbert_points {
     const void    *coordinates; /* first coordinate of the first point; the others follow it */
     size_t         stride;      /* bytes from one point to the next; 0 = packed */
@@ -142,19 +148,19 @@ typedef struct hilbert_points {
 /* The grid that a curve runs through: 2^depth cells along every axis between lo and hi. */
 typedef struct hilbert_box {
     double        lo[3], hi[3];
-    double        middle[3]; /* where the two halves of an axis meet, as a fraction of it, in   */
-                             /* (0,1); 0 = 0.5. Other values bend the space (thesis 2.4)        */
+    double        middle[3]; /* where the halves of an axis meet, as a fraction of its length   */
+                             /* in (0,1); 0 = 0.5. Both halves have as many cells (thesis 2.4)  */
     hilbert_curve curve;
     int           depth; /* bits an axis: 1..21 in 3D, 1..32 in 2D; 0 = the most */
     uint64_t      shift; /* added to every key, modulo the number of cells */
 } hilbert_box;
 
-/* Two words for 3D grids of more than 21 bits an axis; compare hi, then lo. */
+/* A key of two words, for 3D grids of more than 21 bits an axis; compare hi, then lo. */
 typedef struct hilbert_key128 {
     uint64_t hi, lo;
 } hilbert_key128;
 
-/* A section of a curve: the keys from start on, around the end if need be. */
+/* A section of a curve: `length` keys from start on; it may wrap around the end of the curve. */
 typedef struct hilbert_partition {
     uint64_t start, length;
 } hilbert_partition;
@@ -165,7 +171,8 @@ HILBERT_API const char *hilbert_result_string(hilbert_result result);
  *
  *   depth    in   1..21 in 3D, 1..32 in 2D (others: clamped)
  *
- * Repeats  a key at depth k is the key at depth k+1 of any cell inside, without its last digit
+ * Repeats  the key of a cell at depth k is the key at depth k+1 of any cell inside it, without the
+ *          last digit
  * Source   Marot 2020, Listings 2.8 and 2.10, Table 2.3 (with the closing table corrected)
  */
 HILBERT_API uint64_t hilbert_encode3(hilbert_curve curve, int depth, uint32_t x, uint32_t y,
@@ -174,7 +181,7 @@ HILBERT_API void     hilbert_decode3(hilbert_curve curve, int depth, uint64_t ke
 HILBERT_API uint64_t hilbert_encode2(hilbert_curve curve, int depth, uint32_t x, uint32_t y);
 HILBERT_API void     hilbert_decode2(hilbert_curve curve, int depth, uint64_t key, uint32_t xy[2]);
 
-/* The smallest box around the finite points, every other member zero (defaults).
+/* The smallest box around the finite points; all other members are set to zero (defaults).
  *
  *   box            out
  *   points         in
@@ -204,21 +211,22 @@ HILBERT_API hilbert_result hilbert_keys(uint64_t *keys, const hilbert_points *po
                                         const hilbert_box *box, size_t *num_nonfinite,
                                         const hilbert_options *options);
 
-/* The everyday forms of the two for 3D doubles; stride in bytes, 0 = packed. */
+/* hilbert_box_fit and hilbert_keys for 3D doubles; stride in bytes, 0 = packed. */
 HILBERT_API hilbert_result hilbert_box_fit3(hilbert_box *box, const double *xyz, size_t stride,
                                             size_t count, int num_threads);
 HILBERT_API hilbert_result hilbert_keys3(uint64_t *keys, const double *xyz, size_t stride,
                                          size_t count, const hilbert_box *box, int num_threads);
 
 /* The order of the points along the curve: order[i] is the index of the i-th point. Points of one
- * cell stay in their order, points that are not finite come last.
+ * cell keep their order; points that are not finite come last.
  *
  *   box            in      NULL = box of the points, cubed
  *   sorted_keys    out     keys in that order; may be NULL
  *
- * Returns  as hilbert_keys; _ERROR_OUT_OF_MEMORY; _ERROR_TOO_LARGE: the scratch is beyond a size_t
- * Cost     40 bytes of scratch for each point; the keys by several threads, the sort by one: of
- *          millions of points hilbert_keys and hxtsort_argsort are quicker
+ * Returns  as hilbert_keys; _ERROR_OUT_OF_MEMORY; _ERROR_TOO_LARGE: the size of the scratch exceeds
+ *          a size_t
+ * Cost     40 bytes of scratch for each point. All threads compute keys, but only one sorts: for
+ *          millions of points hilbert_keys and then hxtsort_argsort are faster
  */
 HILBERT_API hilbert_result hilbert_argsort(size_t *order, const hilbert_points *points,
                                            const hilbert_box *box, uint64_t *sorted_keys,
@@ -234,11 +242,11 @@ HILBERT_API hilbert_result hilbert_sort_points(void *memory, const hilbert_point
                                                const hilbert_box *box, size_t *order,
                                                const hilbert_options *options);
 
-/* Cuts the curve into sections that hold equal numbers of points, the first count % num_parts of
- * them one more: part i begins at the key of its first sorted point, and the last one wraps around
- * to the first. Points with equal
- * keys fall in one part; a part may thus be empty (length 0). One part for everything is
- * {0, UINT64_MAX}: it holds every key but UINT64_MAX. */
+/* Cuts the curve into num_parts sections with equal numbers of points; the first count % num_parts
+ * of them have one point more. Part i begins at the key of its first sorted point; the last part
+ * wraps around to the start of the first. Points with equal keys fall into the same part, so a part
+ * may be empty (length 0). A part that has all points is {0, UINT64_MAX}: it holds every key but
+ * UINT64_MAX. */
 HILBERT_API void hilbert_partition_keys(hilbert_partition *parts, size_t num_parts,
                                         const uint64_t *sorted_keys, size_t count);
 
@@ -255,15 +263,16 @@ HILBERT_API void hilbert_decode3_deep(hilbert_curve curve, int depth, hilbert_ke
                                       uint64_t xyz[3]);
 
 /* As hilbert_keys, for 3D points with coordinates in double or float; box->depth 1..42, 0 = 42. A
- * point that is not finite has both words UINT64_MAX. One step a level: about four times the time
- * of plain hilbert_keys. */
+ * point that is not finite has both words UINT64_MAX. One level per step: this takes about four
+ * times as long as hilbert_keys in plain C. */
 HILBERT_API hilbert_result hilbert_keys_deep(hilbert_key128 *keys, const hilbert_points *points,
                                              const hilbert_box *box, size_t *num_nonfinite,
                                              const hilbert_options *options);
 
 /* ---- expert: a k-d pseudo-grid (end of thesis 2.9) */
-/* A box cut in halves of equal counts, axis after axis: 2^levels cells along every axis, with an
- * equal number of the points that it was built from in every cell. Zeroed: no tree. */
+/* A box that is cut in halves with equal numbers of points, axis after axis, until there are
+ * 2^levels cells along every axis. Every cell has an equal number of the points that the tree was
+ * built from. Zeroed: no tree. */
 typedef struct hilbert_kd {
     double *splits;    /* 2^(dimension*levels) - 1, the children of i at 2*i+1 and 2*i+2 */
     int     dimension; /* 2 or 3 */
@@ -272,24 +281,25 @@ typedef struct hilbert_kd {
 
 /* Builds the tree; the same points in another order give the same tree.
  *
- * Cost     n * dimension * levels steps of selection in one thread, 0.3 us a point for 1e6 points in
- *          4 levels of 3D, and 0.07 us for its key, where the grid takes 3 ns. Build it from a
- *          sample if that is too much. Scratch of 16 bytes a point; the tree has 8 bytes for each
- *          of its 2^(dimension*levels) parts: 8 GiB at 10 levels of 3D
- * Gain     64 parts of uniform points are as compact as those of the grid (rms distance to the
- *          centre of the part 3 % less); of points in clusters 10 % less, at 8 parts 30 %
+ * Cost     n * dimension * levels steps of selection in one thread: 0.3 us a point for 1e6 points
+ *          and 4 levels in 3D. A key then takes 0.07 us a point; hilbert_keys takes 3 ns. Build the
+ *          tree from a sample if that is too much. Scratch of 16 bytes a point; the tree has 8
+ *          bytes for each of its 2^(dimension*levels) cells: 8 GiB for 10 levels in 3D
+ * Gain     compared with the grid, the rms distance from a point to the centre of its part is 3 %
+ *          less for 64 parts of uniform points (about as compact), 10 % less for 64 parts of
+ *          clustered points, and 30 % less for 8 parts of them
  */
 HILBERT_API hilbert_result hilbert_kd_build(hilbert_kd *kd, const hilbert_points *points,
                                             int levels, const hilbert_options *options);
 
 /* Keys of dimension*levels bits along the curve through the cells of the tree; UINT64_MAX for
- * points that are not finite. Sorted, they make partitions as any keys do. */
+ * points that are not finite. hilbert_partition_keys works with them, once sorted, as with any. */
 HILBERT_API hilbert_result hilbert_kd_keys(uint64_t *keys, const hilbert_points *points,
                                            const hilbert_kd *kd, hilbert_curve curve,
                                            size_t *num_nonfinite, const hilbert_options *options);
 
-/* Releases what hilbert_kd_build took; the options' allocator must be the same. A zeroed tree is
- * accepted, and is what remains. */
+/* Releases the memory of a tree and zeroes it; the allocator of the options must be that of
+ * hilbert_kd_build. A zeroed tree is accepted. */
 HILBERT_API void hilbert_kd_free(hilbert_kd *kd, const hilbert_options *options);
 
 #ifdef __cplusplus
@@ -327,9 +337,9 @@ HILBERT_API void hilbert_kd_free(hilbert_kd *kd, const hilbert_options *options)
 #endif
 
 /* ---- >>tables -- */
-/* All five curves, so that one test proves them. Row = state, column = octant 4*x+2*y+z (digit when
- * decoding), value = 8*next + digit (octant). States 0..11 are the even signed permutations; 12 and
- * 13 begin a closed curve. */
+/* The tables of all five curves are always compiled, so that one test proves them all. Row = state,
+ * column = octant 4*x+2*y+z (digit when decoding), value = 8*next + digit (octant when decoding).
+ * States 0..11 are the even signed permutations; 12 and 13 begin a closed curve. */
 static const unsigned char hilbert__encode_tables3[5][14][8] = {
     {   /* HILBERT_TABLE_BUTZ */
         {8, 17, 27, 18, 47, 38, 28, 37},
@@ -513,8 +523,8 @@ static const unsigned char hilbert__decode_table2[10][4] = {
 #  include <sys/mman.h>
 #endif
 
-/* malloc, with large blocks in huge pages where the system has them: the first touch of 4 KB costs
- * more than all work on what is in it. */
+/* malloc that asks for huge pages for large blocks, where the system has them: the first access to
+ * a page of 4 KB costs more than all work on its contents. */
 static void *hilbert__malloc(void *user, size_t size)
 {
     void *memory = malloc(size);
@@ -552,7 +562,7 @@ static void hilbert__release(const hilbert_allocator *a, void *memory)
 
 /* ---- >>options  what zero stands for -- */
 enum { HILBERT__MOST_THREADS = 1024 };
-#define HILBERT__POINTS_PER_THREAD 16384 /* starting a thread costs about as much as these keys */
+#define HILBERT__POINTS_PER_THREAD 16384 /* their keys take about as long as starting a thread */
 
 static hilbert_result hilbert__resolve(hilbert_options *out, const hilbert_options *in,
                                        size_t count)
@@ -675,7 +685,8 @@ HILBERT_API void hilbert_decode2(hilbert_curve curve, int depth, uint64_t key, u
 
 /* ---- >>grid  from coordinates to cells  [Marot 2020, 2.3 and 2.4] -- */
 /* An axis is cut at its centre: cell = half + floor((v - centre) * factor of that side), clamped.
- * Monotone, exact at the centre, and nothing in it can be fused to another rounding. */
+ * Monotone, exact at the centre, and without operations that a compiler could fuse, and so round
+ * otherwise. */
 typedef struct hilbert__grid {
     double        centre[3];
     double        factor[3][2]; /* cells per length above the centre, and below */
@@ -691,7 +702,7 @@ static int hilbert__is_finite(double v) { return v - v == 0; }
 /* Cells per length for half an axis; 0 for an axis without length, never infinite. */
 static double hilbert__factor(double half, double from, double to)
 {
-    double quarter = 0.5 * to - 0.5 * from; /* in halves: the length may not be a double */
+    double quarter = 0.5 * to - 0.5 * from; /* halved, as the length itself may overflow */
     double factor = 0.5 * half / quarter;
 
     if (!(quarter > 0)) return 0;
@@ -728,9 +739,9 @@ static hilbert_result hilbert__make_grid(hilbert__grid *g, const hilbert_box *bo
     return HILBERT_OK;
 }
 
-/* (v - centre) * factor, clamped to [-half, half - 1], below the centre to at most -1 even where
- * the product underflows. Chosen from tables: a branch on the side would be mispredicted half the
- * time. */
+/* (v - centre) * factor, clamped to [-half, half - 1]; below the centre it is at most -1, even if
+ * the product underflows. The values of a side come from arrays, since a branch on the side would
+ * be mispredicted half the time. */
 static double hilbert__from_centre(const hilbert__grid *g, int axis, double v)
 {
     double w = v - g->centre[axis], most[2], u;
@@ -767,7 +778,7 @@ static double hilbert__coordinate(const hilbert_points *points, size_t p, int i)
     return (double)f;
 }
 
-/* Cells of point p; 0 if it is not finite. */
+/* The cell of point p on each axis; returns 0 if the point is not finite. */
 static int hilbert__cells_of_point(uint32_t c[3], const hilbert__grid *g,
                                    const hilbert_points *points, size_t p)
 {
@@ -819,7 +830,7 @@ HILBERT_API void hilbert_decode3_deep(hilbert_curve curve, int depth, hilbert_ke
     int l;
 
     for (l = hilbert__clamp_depth(depth, 42) - 1; l >= 0; l--) {
-        int at = 3 * l; /* of the digit's lowest bit */
+        int at = 3 * l; /* place of the digit's lowest bit in the key */
         uint64_t word = at >= 64 ? key.hi >> (at - 64)
                                  : key.lo >> at | (at > 61 ? key.hi << (64 - at) : 0);
         unsigned h = (unsigned)word & 7;
@@ -844,7 +855,7 @@ static uint64_t hilbert__deep_cell(const hilbert__grid *g, int axis, double v)
     return (uint64_t)i + (uint64_t)g->half;
 }
 
-/* Key of point p; both words UINT64_MAX and *bad + 1 if it is not finite. */
+/* Key of point p. If the point is not finite, both words are UINT64_MAX and *bad is incremented. */
 static hilbert_key128 hilbert__deep_key(const hilbert__grid *g, const hilbert_points *points,
                                         size_t p, size_t *bad)
 {
@@ -871,12 +882,13 @@ static hilbert_key128 hilbert__deep_key(const hilbert__grid *g, const hilbert_po
 }
 
 /* ---- >>steps  three levels of a curve at once, for plain C -- */
-/* Built on the stack of a call: 14 KB in 3D (7 steps for 21 levels), 5 KB in 2D (8 steps for 32).
- * A step deeper would need 112 KB of somebody's L2. The vectors need two registers. */
-#define HILBERT__POINTS_FOR_STEPS 2000 /* for as many the table saves what it costs to build */
+/* The table is built on the stack of a call: 14 KB in 3D (3 levels a step, 7 steps for 21 levels),
+ * 5 KB in 2D (4 levels a step, 8 steps for 32). One more level a step in 3D would need 112 KB of
+ * the L2 cache. The vector code below needs two registers instead. */
+#define HILBERT__POINTS_FOR_STEPS 2000 /* from so many on, the table saves more than it costs */
 
 typedef struct hilbert__steps {
-    uint16_t entry[14 * 512]; /* state, then the octants of 3 (quadrants of 4) levels */
+    uint16_t entry[14 * 512]; /* by state, then by the bits of 3 (in 2D 4) levels */
 } hilbert__steps;
 
 static unsigned hilbert__start_state(hilbert_curve curve, int dimension)
@@ -961,7 +973,7 @@ static void hilbert__make_steps(hilbert__steps *steps, const hilbert__grid *g)
     else hilbert__make_steps2(steps, g->curve);
 }
 
-/* Key of a cell of the grid; level by level without steps. */
+/* Key of a cell of the grid, level by level if steps is NULL. */
 static uint64_t hilbert__key_of_cell(const hilbert__grid *g, const hilbert__steps *steps,
                                      const uint32_t c[3])
 {
@@ -997,16 +1009,18 @@ static size_t hilbert__keys_plain(uint64_t *keys, const hilbert__grid *g,
 /* ---- >>vectors  32 points at a time, a byte for each, level by level -- */
 #ifdef HILBERT__AVX2
 /* The state machine of the curve in two registers. A state is a cyclic shift r of the axes and a
- * mirroring f of some: the row of the table for (r, f) is that of (r, 0) with its octants xor f. So
- * a byte is looked up by its octant xor the state: bits 2 to 0 mirror, bit 3 says r = 1, bit 7 r =
- * 2. An entry is what changes in the state, with the digit in bits 6 to 4, that no look-up sees. */
+ * mirroring f of some of them: the row of the table for (r, f) is that of (r, 0) with its octants
+ * xor f. A state is stored as a byte: f in bits 2 to 0, bit 3 set if r = 1, bit 7 set if r = 2. The
+ * octant xor this byte is the index of a look-up. An entry holds the bits of the state that change,
+ * and the digit in bits 6 to 4, which a look-up ignores. */
 typedef struct hilbert__machine {
     __m256i shifted01, shifted2, start;
 } hilbert__machine;
 
 enum { HILBERT__SHIFT1 = 8, HILBERT__SHIFT2 = 128 };
 
-/* The state as a byte: where its curve begins is the mirroring, where it goes first the shift. */
+/* The byte of a state. The octant in which the curve begins is the mirroring; the axis of its first
+ * step gives the shift. */
 static int hilbert__frame(unsigned state)
 {
     static const unsigned char shift_of[8] = {0, 0, 1, 0, 2, 0, 0, 0}; /* by the axis, 1, 2 or 4 */
@@ -1027,7 +1041,7 @@ HILBERT__AVX2 static __m256i hilbert__row_pair(const unsigned char a[8], const u
 
 HILBERT__AVX2 static void hilbert__make_machine(hilbert__machine *m, hilbert_curve curve)
 {
-    unsigned char rows[4][8]; /* no shift, shift by 1, by 2; the first digit */
+    unsigned char rows[4][8]; /* for shifts 0, 1 and 2; for the first level */
     unsigned state, o;
 
     for (state = 0; state < 12; state++) {
@@ -1051,15 +1065,15 @@ HILBERT__AVX2 static void hilbert__make_machine(hilbert__machine *m, hilbert_cur
     m->start = hilbert__row_pair(rows[3], rows[3]);
 }
 
-/* Octants of levels b+4 and b from bits 2*b', with x above y, of `xy` and bit b of z: in bits 6 to
- * 4 and 2 to 0 of each byte, the others 0. */
+/* Octants of levels b+4 and b, in bits 6 to 4 and 2 to 0 of each byte; the other bits are 0. The
+ * bits of x and y are in their places in xy (6, 5, 2 and 1), those of z in z (4 and 0). */
 HILBERT__AVX2 static inline __m256i hilbert__octant_pair(__m256i xy, __m256i z)
 {
     return _mm256_or_si256(_mm256_and_si256(xy, _mm256_set1_epi8(0x66)),
                            _mm256_and_si256(z, _mm256_set1_epi8(0x11)));
 }
 
-/* Octants of eight levels of three bytes: pair b has those of b+4 and b. */
+/* Octants of the eight levels of one byte of x, y and z: pair[b] has those of levels b+4 and b. */
 HILBERT__AVX2 static inline void hilbert__octants(__m256i pair[4], __m256i x, __m256i y, __m256i z)
 {
     const __m256i odd = _mm256_set1_epi8((char)0xaa), even = _mm256_set1_epi8(0x55);
@@ -1074,8 +1088,8 @@ HILBERT__AVX2 static inline void hilbert__octants(__m256i pair[4], __m256i x, __
     pair[0] = hilbert__octant_pair(_mm256_slli_epi16(xy0, 1), z);
 }
 
-/* The three bytes of 32 cells of one axis; within each half of a register 4 of every 8 points, in
- * an order that `by_byte` makes ascending. */
+/* Transposes 32 cells of one axis: plane[j] has byte j of each. A half of a register has 4 of every
+ * 8 points; by_byte brings each 4 into ascending order. */
 HILBERT__AVX2 static inline void hilbert__planes(__m256i plane[3], const __m256i cells[4],
                                                  __m256i by_byte)
 {
@@ -1092,7 +1106,8 @@ HILBERT__AVX2 static inline void hilbert__planes(__m256i plane[3], const __m256i
     plane[2] = _mm256_unpacklo_epi64(high01, high23);
 }
 
-/* The shuffle that sorts four cells by byte, given where the first to the fourth of them stand. */
+/* The shuffle that groups the bytes of four cells by their rank, lowest first. The arguments are
+ * the places of the cells of the first to the fourth point. */
 HILBERT__AVX2 static inline __m256i hilbert__by_byte(int first, int second, int third, int fourth)
 {
     int places = 4 * (first | second << 8 | third << 16 | fourth << 24);
@@ -1106,7 +1121,8 @@ HILBERT__AVX2 static inline __m256i hilbert__bits(__m256i v, int mask)
     return _mm256_and_si256(v, _mm256_set1_epi8((char)mask));
 }
 
-/* Eight digits, in bits 6 to 4, highest last, to three bytes of a key, highest last. */
+/* Packs eight digits, in bits 6 to 4 of each byte, highest level last, into three bytes of a key,
+ * highest last. */
 HILBERT__AVX2 static inline void hilbert__join_digits(__m256i bytes[3], const __m256i d[8])
 {
     __m256i hi, mid, lo;
@@ -1123,7 +1139,8 @@ HILBERT__AVX2 static inline void hilbert__join_digits(__m256i bytes[3], const __
     bytes[0] = _mm256_or_si256(lo, _mm256_srli_epi16(hilbert__bits(d[0], 0x70), 4));
 }
 
-/* Eight bytes of 32 keys to the keys, in the order that hilbert__plane took. */
+/* Stores 32 keys, given as eight registers with one byte of each key: undoes the transposition of
+ * hilbert__planes. */
 HILBERT__AVX2 static inline void hilbert__store_keys(uint64_t *keys, const __m256i b[8],
                                                      const hilbert__grid *g, int up)
 {
@@ -1158,8 +1175,8 @@ HILBERT__AVX2 static inline void hilbert__store_keys(uint64_t *keys, const __m25
     }
 }
 
-/* One level down: the entries, of which the digits are kept, and the states after them. A look-up
- * by a byte with bit 7 gives 0, so one of the two does. */
+/* Goes one level down: returns the entries, for their digits, and updates the states. A look-up
+ * with bit 7 set gives 0, so one of the two look-ups gives the entry and the other gives 0. */
 HILBERT__AVX2 static inline __m256i hilbert__level(const hilbert__machine *m, __m256i *state,
                                                    __m256i octants)
 {
@@ -1171,7 +1188,7 @@ HILBERT__AVX2 static inline __m256i hilbert__level(const hilbert__machine *m, __
     return entry;
 }
 
-/* Keys of 32 cells, given as 21 bits an axis in four registers of 8. */
+/* Keys of 32 cells. Each axis has four registers of 8 cell numbers of 21 bits. */
 HILBERT__AVX2 static inline void hilbert__keys_of_cells(uint64_t *keys,
                                                         const __m256i cells[3][4],
                                                         const __m256i by_byte[3],
@@ -1258,8 +1275,8 @@ HILBERT__AVX2 static inline void hilbert__four_points(__m256d v[3], const hilber
     }
 }
 
-/* Whether the cell of a coordinate inside the box is just floor((v - centre) * factor of its side):
- * no product is so small that it becomes 0 on the lower side. */
+/* Whether every coordinate inside the box has the cell half + floor((v - centre) * factor of its
+ * side): no product below the centre is so small that it underflows to 0. */
 static int hilbert__is_normal(const hilbert__grid *g)
 {
     int i;
@@ -1272,8 +1289,8 @@ static int hilbert__is_normal(const hilbert__grid *g)
     return 1;
 }
 
-/* Four packed points are three registers, x y z x, y z x y and z x y z: each with the centres and
- * factors of its places. */
+/* Four packed points fill three registers: x y z x, y z x y and z x y z. For each of the three, the
+ * centres and factors of the axes at its places. */
 typedef struct hilbert__packed {
     __m256d centre[3], above[3], below[3];
 } hilbert__packed;
@@ -1296,8 +1313,9 @@ HILBERT__AVX2 static void hilbert__make_packed(hilbert__packed *to, const hilber
     }
 }
 
-/* Cells of 32 packed points that lie inside the box of a normal grid; 0 if one does not. Of each
- * four, x stand in the order 0 3 2 1, y 1 0 3 2, z 2 1 0 3. */
+/* Cells of 32 packed points in a normal grid (hilbert__is_normal); returns 0 if a point is outside
+ * the box. Of every four points, the cells of x are in the order 0 3 2 1, those of y 1 0 3 2, those
+ * of z 2 1 0 3. */
 HILBERT__AVX2 static inline int hilbert__inner_cells(__m256i cells[3][4], const hilbert__grid *g,
                                                      const hilbert__packed *to, const double *xyz)
 {
@@ -1350,7 +1368,7 @@ HILBERT__AVX2 static inline int hilbert__any_cells(__m256i cells[3][4], const hi
     return _mm256_testz_si256(_mm256_castpd_si256(strange), _mm256_castpd_si256(strange));
 }
 
-/* Keys of the points [from, to) with coordinates in 3D; returns how many are not finite. */
+/* Keys of the 3D points [from, to), doubles or floats; returns how many are not finite. */
 HILBERT__AVX2 static size_t hilbert__keys_avx2(uint64_t *keys, const hilbert__grid *g,
                                                const hilbert_points *points,
                                                size_t from, size_t to)
@@ -1428,18 +1446,18 @@ HILBERT__AVX2 static int hilbert__fit_avx2(double box[6], const double *xyz, siz
 }
 /* ---- >>wide vectors  64 points at a time; the whole state machine in one instruction -- */
 #  if !defined(__clang__)
-#    pragma GCC diagnostic push /* g++ 12 takes the headers' undefined pass-through for a mistake */
+#    pragma GCC diagnostic push /* g++ 12 warns of undefined operands in its own headers */
 #    pragma GCC diagnostic ignored "-Wmaybe-uninitialized"
 #    pragma GCC diagnostic ignored "-Wuninitialized"
 #  endif
 
-/* Where the bytes of the cells go: after three rounds of unpacking, register v of the result holds
- * the keys of points 8*v to 8*v+7. */
+/* The tables and permutations for 64 points. `take` orders the bytes of the cells so that after the
+ * three rounds of unpacking at the end register v has the keys of points 8*v to 8*v+7. */
 typedef struct hilbert__wide {
     __m512i table[2], start;   /* byte 8*state + octant -> 8*next + digit */
-    __m512i take[2];           /* bytes 0 and 1, and byte 2, of 32 cells */
-    __m512i split[3];          /* which doubles of three registers are x, y and z: first two ... */
-    __m512i rest[3];           /* ... and third register */
+    __m512i take[2];           /* take[0]: bytes 0 and 1 of 32 cells; take[1]: byte 2 */
+    __m512i split[3];          /* picks x, y or z from the first two of three registers of points */
+    __m512i rest[3];           /* adds those of the third register */
 } hilbert__wide;
 
 HILBERT__AVX512 static void hilbert__make_wide(hilbert__wide *m, hilbert_curve curve)
@@ -1481,14 +1499,15 @@ HILBERT__AVX512 static inline __m512i hilbert__choose(__m512i a, __m512i b, int 
     return _mm512_ternarylogic_epi32(a, b, _mm512_set1_epi8((char)mask), 0xe4);
 }
 
-/* v shifted to the left within bytes, or to the right; what crosses a byte is to be masked. */
+/* v shifted to the left, or to the right if left is negative. Words of 16 bits are shifted, so the
+ * caller must mask the bits that cross from one byte to the other. */
 HILBERT__AVX512 static inline __m512i hilbert__shifted(__m512i v, int left)
 {
     return left >= 0 ? _mm512_sll_epi16(v, _mm_cvtsi32_si128(left))
                      : _mm512_srl_epi16(v, _mm_cvtsi32_si128(-left));
 }
 
-/* Bit b of three bytes as bits 2, 1 and 0; the others are anything. */
+/* Octants of level b: bit b of x, y and z as bits 2, 1 and 0; the other bits are undefined. */
 HILBERT__AVX512 static inline __m512i hilbert__wide_octants(const __m512i plane[3], int b)
 {
     __m512i yz = hilbert__choose(hilbert__shifted(plane[1], 1 - b), hilbert__shifted(plane[2], -b),
@@ -1496,7 +1515,7 @@ HILBERT__AVX512 static inline __m512i hilbert__wide_octants(const __m512i plane[
     return hilbert__choose(hilbert__shifted(plane[0], 2 - b), yz, 4);
 }
 
-/* Eight entries, highest level last, to the three bytes of a key that their digits make. */
+/* Packs the digits of eight entries, highest level last, into three bytes of a key. */
 HILBERT__AVX512 static inline void hilbert__wide_join(__m512i bytes[3], const __m512i d[8])
 {
     __m512i t;
@@ -1510,7 +1529,7 @@ HILBERT__AVX512 static inline void hilbert__wide_join(__m512i bytes[3], const __
     bytes[0] = hilbert__choose(t, d[0], 0xf8);
 }
 
-/* Eight bytes of 64 keys to the keys. */
+/* Stores 64 keys, given as eight registers with one byte of each key. */
 HILBERT__AVX512 static inline void hilbert__wide_store(uint64_t *keys, const __m512i b[8],
                                                        const hilbert__grid *g, int up)
 {
@@ -1537,7 +1556,7 @@ HILBERT__AVX512 static inline void hilbert__wide_store(uint64_t *keys, const __m
     }
 }
 
-/* One level: bit b of the planes. */
+/* The entries one level down, at bit b of the planes. */
 HILBERT__AVX512 static inline __m512i hilbert__wide_level(const hilbert__wide *m, __m512i entry,
                                                           const __m512i plane[3], int b)
 {
@@ -1545,7 +1564,7 @@ HILBERT__AVX512 static inline __m512i hilbert__wide_level(const hilbert__wide *m
     return _mm512_permutex2var_epi8(m->table[0], i, m->table[1]);
 }
 
-/* Keys of 64 cells, given as 21 bits an axis in four registers of 16. */
+/* Keys of 64 cells. Each axis has four registers of 16 cell numbers of 21 bits. */
 HILBERT__AVX512 static inline void hilbert__wide_keys(uint64_t *keys, const __m512i cells[3][4],
                                                       const hilbert__wide *m,
                                                       const hilbert__grid *g, int up)
@@ -1669,7 +1688,7 @@ HILBERT__AVX512 static size_t hilbert__keys_avx512(uint64_t *keys, const hilbert
 #  endif
 #endif /* HILBERT__AVX2 */
 
-/* 0: plain C; 2: AVX2; 5: AVX-512 with byte permutations. */
+/* Which code to run. 0: plain C; 2: AVX2; 5: AVX-512 with byte permutations. */
 static int hilbert__vectors(const hilbert_options *opt)
 {
 #ifdef HILBERT__AVX2
@@ -1699,7 +1718,7 @@ static size_t hilbert__keys_range(uint64_t *keys, const hilbert__grid *g,
 }
 
 /* ---- >>box  around many points -- */
-#define HILBERT__MOST_PARTS 64 /* shares of the points, at most */
+#define HILBERT__MOST_PARTS 64 /* the points are dealt out in at most so many shares */
 
 typedef struct hilbert__extent {
     double box[6]; /* lo, then hi */
@@ -1712,7 +1731,7 @@ static int hilbert__num_parts(const hilbert_options *opt)
     return opt->num_threads < HILBERT__MOST_PARTS ? opt->num_threads : HILBERT__MOST_PARTS;
 }
 
-/* First point of part t when n are dealt to num_parts. */
+/* First point of share t when n points are dealt out in num_parts shares. */
 static size_t hilbert__share(size_t n, int t, int num_parts)
 {
     size_t each = n / (size_t)num_parts, rest = n % (size_t)num_parts;
@@ -1767,7 +1786,7 @@ typedef struct hilbert__pair {
     size_t   index;
 } hilbert__pair;
 
-/* LSD passes of 11 bits over the bits [low, high). Returns where the result lies, a or b. */
+/* LSD passes of 11 bits over the bits [low, high). Returns the array with the result, a or b. */
 static hilbert__pair *hilbert__sort_bits(hilbert__pair *a, hilbert__pair *b, size_t count, int low,
                                          int high)
 {
@@ -1790,8 +1809,8 @@ static hilbert__pair *hilbert__sort_bits(hilbert__pair *a, hilbert__pair *b, siz
     return a;
 }
 
-/* Insertion sort that gives up, with a permutation in a as stable as before, when the moves become
- * many. Returns whether a is sorted. */
+/* Insertion sort that gives up after too many moves; equal keys keep their order even then. Returns
+ * whether a is sorted. */
 static int hilbert__sort_nearly(hilbert__pair *a, size_t count)
 {
     size_t budget = 4 * count, i, j;
@@ -1806,8 +1825,8 @@ static int hilbert__sort_nearly(hilbert__pair *a, size_t count)
     return 1;
 }
 
-/* Sorts a; b is scratch. Returns where the result lies. First by the high bits that tell nearly all
- * keys apart, then by insertion; by all bits that differ where that is not enough. */
+/* Sorts a; b is scratch. Returns the array with the result, a or b. Sorts by as many high bits as
+ * tell nearly all keys apart, then by insertion; if that does not do, by all bits that differ. */
 static hilbert__pair *hilbert__sort(hilbert__pair *a, hilbert__pair *b, size_t count)
 {
     uint64_t differ = 0;
@@ -1826,7 +1845,7 @@ static hilbert__pair *hilbert__sort(hilbert__pair *a, hilbert__pair *b, size_t c
 }
 
 /* ---- >>kd  a tree of medians -- */
-/* One coordinate of each point of a node is moved to values[]; order[] is their points. */
+/* The points of a node: values[] has one coordinate of each, order[] the index of each. */
 typedef struct hilbert__selection {
     double *values;
     size_t *order;
@@ -1843,9 +1862,9 @@ static void hilbert__swap(hilbert__selection s, size_t i, size_t j)
     s.order[j] = o;
 }
 
-/* Brings the k-th smallest of [from, to) to place k, none greater before it, none smaller behind:
- * quickselect with three-way parts; the pivot is a median of three, found at random places so that
- * no input is bad for long. */
+/* Quickselect with three-way partitioning: brings to place k of [from, to) the value that sorting
+ * would put there, with none greater before it and none smaller behind. The pivot is a median of
+ * three, two of them from random places, so that no input is bad for long. */
 static void hilbert__select(hilbert__selection s, size_t from, size_t to, size_t k)
 {
     uint64_t random = 1;
@@ -1871,8 +1890,9 @@ static void hilbert__select(hilbert__selection s, size_t from, size_t to, size_t
     }
 }
 
-/* Splits the points order[from..to) at node and below. A split is the smallest coordinate of the
- * upper half; what is smaller goes down. Recursion is dimension*levels deep, 30 at most. */
+/* Finds the splits of a node and of the nodes below it, for the points order[from..to). A split is
+ * the smallest coordinate of the upper half; smaller ones go to the lower half. The recursion is
+ * dimension*levels deep, 30 at most. */
 static void hilbert__kd_split(hilbert_kd *kd, hilbert__selection s, const hilbert_points *points,
                               size_t node, int depth, size_t from, size_t to)
 {
@@ -1887,7 +1907,7 @@ static void hilbert__kd_split(hilbert_kd *kd, hilbert__selection s, const hilber
         hilbert__select(s, from, to, middle);
         split = s.values[middle];
         kd->splits[node] = split;
-        for (i = middle; i > from; i--) /* what equals the split goes up, wherever it lies */
+        for (i = middle; i > from; i--) /* all that equal the split go to the upper half */
             if (s.values[i - 1] == split) hilbert__swap(s, i - 1, --middle);
     }
     hilbert__kd_split(kd, s, points, 2 * node + 1, depth + 1, from, middle);
@@ -1984,7 +2004,7 @@ HILBERT_API void hilbert_box_cube(hilbert_box *box)
     }
 }
 
-/* The box that NULL stands for: around the points, with cubic cells. */
+/* The box that a NULL stands for: around the points, with cubic cells. */
 static hilbert_result hilbert__default_box(hilbert_box *box, const hilbert_points *points,
                                            const hilbert_options *options)
 {
@@ -2280,7 +2300,7 @@ HILBERT_API void hilbert_partition_keys(hilbert_partition *parts, size_t num_par
     }
     for (i = 0; i + 1 < num_parts; i++) parts[i].length = parts[i + 1].start - parts[i].start;
     parts[i].length = parts[0].start - parts[i].start;
-    if (parts[i].start == parts[0].start) { /* all in one place: the last part has it all */
+    if (parts[i].start == parts[0].start) { /* all parts begin at one key: the last has it all */
         parts[i].start = 0;
         parts[i].length = UINT64_MAX;
     }

@@ -14,7 +14,7 @@
  *
  *   cc -O3 -fopenmp program.c           (OpenMP is optional: without it, one thread)
  *
- * Your own records, by a field or anything computed from one:
+ * Your own records, sorted by a field or by anything computed from a record:
  *
  *   typedef struct city { const char *name; float height; } city;
  *   #define HXTSORT_NAME   sort_by_height
@@ -30,31 +30,34 @@
  *                      >>columns >>orders >>public
  *
  * What it does not do
- *   Sort in place: scratch as large as the data is needed (from the caller or the allocator), twice
- *   that for keys and values in arrays of their own, and up to 1.1 MB for each thread. Other
- *   keys than numbers of 32 and 64 bits. More than 2^32 - 1 indices of 4-byte keys in an argsort.
+ *   Sort in place: it needs scratch as large as the data (from the caller or the allocator), twice
+ *   that for keys and values in separate arrays, and up to 1.1 MB more for each thread. Sort by
+ *   other keys than numbers of 32 and 64 bits. Order more than 2^32 - 1 keys of 4 bytes by argsort.
  *
  * Order
  *   Stable, ascending or descending: equal keys keep their order, so the result does not depend on
- *   the number of threads. Floats in the total order of IEEE 754: -NaN, -inf, ..., -0, +0, ..., inf,
- *   NaN; NaNs by their bits.
+ *   the number of threads. Floats are in the total order of IEEE 754: -NaN, -inf, ..., -0, +0, ...,
+ *   inf, NaN; NaNs are ordered by their bits.
  *
  * How it works  (thesis: C. Marot, Parallel tetrahedral mesh generation, 2020, 3.4)
- *   Memory traffic is the cost, so passes are counted. One sweep finds the bits in which keys differ
- *   and counts the digit above them all (guessed from a sample, counted again if wrong); one pass
- *   splits the records by it into 256 or 512 buckets of a size for the L2 cache. There a bucket is
- *   sorted by two passes over as many high bits as tell its keys apart, log2(n) + 4 of them, and
- *   written where it belongs, while an insertion sort mends what those bits did not tell. Four trips
- *   through memory, whatever the key: bits that are constant, or too low to matter, cost nothing.
- *   Sorted and reversed data is seen in the first sweep; a bucket that one key dominates is parted
- *   in three; a bucket too large for the cache is split again by all threads; equal prefixes too
- *   many to insert are sorted by what follows. No input takes more than O(n * key bits).
+ *   Memory traffic dominates the cost, so the sort saves passes. One sweep finds the bits in which
+ *   the keys differ and counts the highest digit of these bits (its place is guessed from a sample;
+ *   if the guess is wrong, a second sweep counts). One pass splits the records by this digit into
+ *   256 or 512 buckets that fit the L2 cache. There a bucket is sorted by two passes over as many
+ *   high bits as tell its keys apart, log2(n) + 4 of them, and written to its final place, while an
+ *   insertion sort orders the keys that those bits did not tell apart. These are four trips through
+ *   memory, whatever the key: bits that are constant, or too low to matter, cost nothing. The first
+ *   sweep detects sorted and reversed data. Records most of which have the same key are partitioned
+ *   in three: smaller, equal, greater. A bucket too large for the cache is split again by all
+ *   threads. Where too many keys agree in their high bits for insertion, they are sorted by the
+ *   lower bits. No input takes more than O(n * key bits).
  *
  *   1e7 pairs of 16 bytes on a Zen 5 server, November 2026, milliseconds: 85 with 63-bit keys, 79
  *   with 30-bit keys, 50 with two threads; memcpy 16, eight passes of 8 bits 221, std::sort 714.
  *
  * Compile-time switches
- *   HXTSORT_STATIC    off    everything static, a private copy (here: where you include)
+ *   HXTSORT_STATIC    off    all functions are static: a private copy (to be defined wherever this
+ *                            header is included)
  *
  * Licence: MIT or public domain, at the end of the file.
  * SPDX-License-Identifier: MIT OR Unlicense
@@ -93,7 +96,8 @@ typedef enum hxtsort_result {
     HXTSORT_ERROR_SCRATCH_TOO_SMALL = -32 /* -32..-47 belong to this header */
 } hxtsort_result;
 
-/* The family's allocator. Zeroed: malloc and free; else both, called by the calling thread only. */
+/* Where memory comes from, as in the other headers. All zero: malloc and free. Otherwise both
+ * functions must be set; only the thread that calls the library calls them. */
 typedef struct hxtsort_allocator {
     void *(*alloc)(void *user, size_t size);
     void (*release)(void *user, void *memory);
@@ -104,11 +108,11 @@ typedef struct hxtsort_allocator {
 typedef struct hxtsort_options {
     int               num_threads; /* 0 = omp_get_max_threads() at each call; 1 without OpenMP */
     int               descending;  /* nonzero: greatest first; equal keys keep their order     */
-    int significant_bits;          /* a hint: unsigned keys are below 2^bits; wrong: one more  */
-                                   /* sweep; 0 = find out                                      */
+    int significant_bits;          /* a hint that unsigned keys are below 2^bits; if it is     */
+                                   /* wrong, the sort takes one more sweep; 0 = no hint        */
     hxtsort_allocator allocator;        /* zeros = malloc and free                             */
-    void             *scratch;          /* memory to use instead of the allocator, or NULL;    */
-    size_t            scratch_bytes;    /* see hxtsort_scratch_bytes                           */
+    void             *scratch;          /* memory to use instead of the allocator's, or NULL   */
+    size_t            scratch_bytes;    /* its size: see hxtsort_scratch_bytes                 */
 } hxtsort_options;
 
 typedef enum hxtsort_type {
@@ -130,11 +134,12 @@ typedef struct hxtsort_pair32 {
 
 HXTSORT_API const char *hxtsort_result_string(hxtsort_result result);
 
-/* Scratch that is enough for any sort of count elements of element_bytes (key and value together;
- * for hxtsort_argsort 16) with that many threads; 0 when the size does not fit a size_t. */
+/* The bytes of scratch that are enough for any sort of count elements with num_threads threads; 0
+ * if they do not fit a size_t. element_bytes is the size of a key and its value together; it is 16
+ * for hxtsort_argsort. */
 HXTSORT_API size_t hxtsort_scratch_bytes(size_t element_bytes, size_t count, int num_threads);
 
-/* Keys alone. On failure they are as before the call. */
+/* Sorts keys alone. On failure they are as before the call. */
 HXTSORT_API hxtsort_result hxtsort_u32(uint32_t *keys, size_t count,
                                        const hxtsort_options *options);
 HXTSORT_API hxtsort_result hxtsort_u64(uint64_t *keys, size_t count,
@@ -144,13 +149,13 @@ HXTSORT_API hxtsort_result hxtsort_i64(int64_t *keys, size_t count, const hxtsor
 HXTSORT_API hxtsort_result hxtsort_f32(float *keys, size_t count, const hxtsort_options *options);
 HXTSORT_API hxtsort_result hxtsort_f64(double *keys, size_t count, const hxtsort_options *options);
 
-/* Pairs that lie together: the fastest form. */
+/* Sorts pairs whose key and value lie together: the fastest form. */
 HXTSORT_API hxtsort_result hxtsort_pairs(hxtsort_pair *pairs, size_t count,
                                          const hxtsort_options *options);
 HXTSORT_API hxtsort_result hxtsort_pairs32(hxtsort_pair32 *pairs, size_t count,
                                            const hxtsort_options *options);
 
-/* Keys in one array and their values in another; both are put into the order of the keys. */
+/* Sorts keys in one array with their values in another; both get the order of the keys. */
 HXTSORT_API hxtsort_result hxtsort_u32_u32(uint32_t *keys, uint32_t *values, size_t count,
                                            const hxtsort_options *options);
 HXTSORT_API hxtsort_result hxtsort_u64_u32(uint64_t *keys, uint32_t *values, size_t count,
@@ -158,7 +163,7 @@ HXTSORT_API hxtsort_result hxtsort_u64_u32(uint64_t *keys, uint32_t *values, siz
 HXTSORT_API hxtsort_result hxtsort_u64_u64(uint64_t *keys, uint64_t *values, size_t count,
                                            const hxtsort_options *options);
 
-/* Any type of key with values of any size (0: none). */
+/* Sorts keys of any type with values of any size (0: no values). */
 HXTSORT_API hxtsort_result hxtsort_by_type(hxtsort_type type, void *keys, void *values,
                                            size_t value_bytes, size_t count,
                                            const hxtsort_options *options);
@@ -171,12 +176,12 @@ HXTSORT_API hxtsort_result hxtsort_argsort(size_t *order, hxtsort_type type, con
                                            size_t key_stride, size_t count,
                                            const hxtsort_options *options);
 
-/* Puts records into an order: record order[i] comes to place i. order holds 0..count-1, each once,
- * which is not checked. record_bytes 0: nothing is done. */
+/* Puts records into an order: record order[i] comes to place i. order must hold each of 0..count-1
+ * once, which is not checked. If record_bytes is 0, nothing is done. */
 HXTSORT_API hxtsort_result hxtsort_reorder(void *records, size_t record_bytes, const size_t *order,
                                            size_t count, const hxtsort_options *options);
 
-/* A key as an unsigned number that sorts alike. */
+/* A key as an unsigned number with the same order. */
 static inline uint64_t hxtsort_bits_u32(uint32_t key) { return key; }
 static inline uint64_t hxtsort_bits_u64(uint64_t key) { return key; }
 static inline uint64_t hxtsort_bits_i32(int32_t key) { return (uint32_t)key ^ 0x80000000u; }
@@ -194,11 +199,12 @@ static inline uint64_t hxtsort_bits_f64(double key)
     return k >> 63 ? ~k : k | (uint64_t)1 << 63;
 }
 
-/* Writes the bits (above) of the keys of count records. May be called by several threads at
- * once. */
+/* Writes the keys of count records as unsigned numbers (hxtsort_bits_*). Several threads may call
+ * it at once. */
 typedef void hxtsort_fill(uint64_t *bits, const void *records, size_t count);
 
-/* Records of any size by keys that fill() finds in them or computes; what the template calls. */
+/* Sorts records of any size by the keys that fill() reads from them or computes. The functions of
+ * the template call this. */
 HXTSORT_API hxtsort_result hxtsort_records(void *records, size_t record_bytes, size_t count,
                                            hxtsort_fill *fill, const hxtsort_options *options);
 
@@ -264,8 +270,8 @@ static hxtsort_result HXTSORT_NAME(HXTSORT_TYPE *records, size_t count,
 #  include <sys/mman.h>
 #endif
 
-/* malloc, with large blocks in huge pages where the system has them: the first touch of 4 KB costs
- * more than sorting what is in it. */
+/* malloc that asks for huge pages for large blocks, where the system has them: the first access to
+ * a page of 4 KB costs more than sorting its contents. */
 static void *hxtsort__malloc(void *user, size_t size)
 {
     void *memory = malloc(size);
@@ -327,8 +333,8 @@ static void hxtsort__drop_scratch(void *scratch, const hxtsort_options *opt)
     if (scratch && !opt->scratch) opt->allocator.release(opt->allocator.user, scratch);
 }
 
-/* ---- >>keys  every type as an unsigned number that sorts alike -- */
-/* Unsigned = bits ^ always ^ (sign bit set ? when_negative : 0). */
+/* ---- >>keys  every type as an unsigned number with the same order -- */
+/* The map from the bits of a key to that number: bits ^ always ^ (sign bit ? when_negative : 0). */
 typedef struct hxtsort__map {
     uint64_t when_negative, always;
 } hxtsort__map;
@@ -350,9 +356,9 @@ static hxtsort__map hxtsort__make_map(hxtsort_type type, int descending)
     return map;
 }
 
-/* What the loops below are compiled for: always constants where these functions inline. */
+/* The sizes that the loops below are compiled for: constants where these functions are inlined. */
 typedef struct hxtsort__kind {
-    size_t bytes, key_bytes; /* of a record, and of the key that it begins with */
+    size_t bytes, key_bytes; /* of a record, and of the key at its start */
     int    mapped;           /* 0: the keys are unsigned and ascending, the map does nothing */
 } hxtsort__kind;
 
@@ -371,7 +377,7 @@ HXTSORT__INLINE uint64_t hxtsort__key(hxtsort__kind kind, const unsigned char *r
     }
 }
 
-/* Number of the highest and of the lowest set bit; v is not 0. */
+/* Numbers of the highest and the lowest set bit; v must not be 0. */
 static int hxtsort__highest(uint64_t v)
 {
     int bit = 0, step;
@@ -392,36 +398,36 @@ static uint64_t hxtsort__low_bits(int bits)
 }
 
 /* ---- >>sizes  measured on a Zen 5 server core, November 2026 -- */
-/* Digit of the pass that splits a large array. 9 bits write 512 streams, all with a line in L1;
- * with 10 bits the pass itself is a fifth slower, with 11 twice. Lines that are collected in a
- * buffer and written past the caches (Wassenberg and Sanders 2010) took twice the time of plain
- * stores here, for any number of bits. */
+/* Bits of the digit by which a pass splits a large array. 9 bits write 512 streams, whose current
+ * lines all fit L1; with 10 bits the pass itself is a fifth slower, with 11 twice as slow.
+ * Collecting lines in a buffer and writing them past the caches (Wassenberg and Sanders 2010) took
+ * twice the time of plain stores here, for any number of bits. */
 #define HXTSORT__SPLIT_BITS       9
-#define HXTSORT__SPLIT_BITS_LEAST 8             /* few streams pause for each other's counters */
-#define HXTSORT__BUCKET_BYTES     (256 * 1024)  /* what the pass aims at */
-#define HXTSORT__LEAF_BYTES       (512 * 1024)  /* sorted in cache: it and two buffers as large */
-#define HXTSORT__DIGIT_BITS       10            /* of a pass in cache */
-#define HXTSORT__DIGIT_BITS_MOST  11            /* where that completes the key */
-#define HXTSORT__SPARE_BITS       4             /* digits take log2(n) + 4 bits: one key in 16   */
-                                                /* meets another with that prefix, rest by hand */
-#define HXTSORT__FEW              24            /* insertion sorts as many faster than counting */
+#define HXTSORT__SPLIT_BITS_LEAST 8             /* with fewer, updates of equal counters stall */
+#define HXTSORT__BUCKET_BYTES     (256 * 1024)  /* size of a bucket that the split aims at */
+#define HXTSORT__LEAF_BYTES       (512 * 1024)  /* sorted in cache, with two buffers as large */
+#define HXTSORT__DIGIT_BITS       10            /* digit of a pass in cache */
+#define HXTSORT__DIGIT_BITS_MOST  11            /* the same, if it completes the key */
+#define HXTSORT__SPARE_BITS       4             /* a leaf sorts by log2(n) + 4 bits: one key in  */
+                                                /* 16 shares these; insertion sorts the rest    */
+#define HXTSORT__FEW              24            /* so many are sorted fastest by insertion */
 #define HXTSORT__SHARE            32768         /* records that are worth a thread */
-#define HXTSORT__STREAM_BYTES     (64 << 20)    /* larger than the caches: written past them */
-#define HXTSORT__SAMPLE           64            /* keys; enough to see one that dominates */
-#define HXTSORT__UNKNOWN          UINT64_MAX
-#define HXTSORT__MAX_PASSES       3             /* in cache: log2(131072) + 4 bits by 10 */
+#define HXTSORT__STREAM_BYTES     (64 << 20)    /* data from this size on bypasses the caches */
+#define HXTSORT__SAMPLE           64            /* keys sampled, to find one that dominates */
+#define HXTSORT__UNKNOWN          UINT64_MAX    /* for `differ`: not known yet */
+#define HXTSORT__MAX_PASSES       3             /* in cache: log2(131072) + 4 bits, 10 a pass */
 
-/* The memory of one thread; two buffers of hxtsort__job.cap records follow. */
+/* The memory of one thread; two buffers for hxtsort__job.cap records each follow it. */
 typedef struct hxtsort__space {
     uint32_t digits[HXTSORT__MAX_PASSES][1 << HXTSORT__DIGIT_BITS_MOST];
     size_t   split[1 << HXTSORT__SPLIT_BITS];
-    uint64_t differ;           /* bits in which any of its keys differs from the first key */
-    int      sorted, reversed; /* no key smaller than the one before; every key smaller */
-    int      streams;          /* the job is larger than the caches */
+    uint64_t differ;           /* bits in which any key of the thread differs from the first key */
+    int      sorted, reversed; /* no key is smaller than the one before it; every key is */
+    int      streams;          /* the data is larger than the caches */
 } hxtsort__space;
 
 /* ---- >>kernels  the loops of one thread -- */
-/* Insertion sort of n records from src to dst, which is src or apart from it. */
+/* Insertion sort of n records from src to dst, which is either src or does not overlap it. */
 HXTSORT__INLINE void hxtsort__insert(hxtsort__kind kind, hxtsort__map map,
                                      const unsigned char *src, unsigned char *dst, size_t n)
 {
@@ -439,7 +445,7 @@ HXTSORT__INLINE void hxtsort__insert(hxtsort__kind kind, hxtsort__map map,
     }
 }
 
-/* The bits in which n keys differ; 0 also when they are sorted. */
+/* The bits in which n keys differ; 0 also if the keys are sorted. */
 HXTSORT__INLINE uint64_t hxtsort__survey(hxtsort__kind kind, hxtsort__map map,
                                          const unsigned char *src, size_t n)
 {
@@ -453,7 +459,8 @@ HXTSORT__INLINE uint64_t hxtsort__survey(hxtsort__kind kind, hxtsort__map map,
     return differ;
 }
 
-/* Counts the split digit of the records [from, to) and looks whether they are in order. */
+/* Counts the split digit of the records [from, to), finds the bits in which their keys differ, and
+ * detects whether they are in order. */
 HXTSORT__INLINE void hxtsort__count(hxtsort__kind kind, hxtsort__map map, const unsigned char *src,
                                     size_t from, size_t to, int shift, uint32_t mask,
                                     hxtsort__space *space)
@@ -505,8 +512,8 @@ HXTSORT__INLINE void hxtsort__split(hxtsort__kind kind, hxtsort__map map, const 
     }
 }
 
-/* What a sample of the keys says about all: returns the bits in which they differ; *dominates tells
- * whether more than half of them are the same, *frequent. */
+/* Draws a sample of the keys. Returns the bits in which its keys differ; *dominates tells whether
+ * more than half of them are the same key, *frequent. */
 HXTSORT__INLINE uint64_t hxtsort__guess(hxtsort__kind kind, hxtsort__map map,
                                         const unsigned char *src, size_t n, uint64_t *frequent,
                                         int *dominates)
@@ -528,8 +535,8 @@ HXTSORT__INLINE uint64_t hxtsort__guess(hxtsort__kind kind, hxtsort__map map,
     return differ;
 }
 
-/* Parts the records of a bucket that one key dominates: smaller, equal, greater, each in its order.
- * Returns in end where the first two parts end. */
+/* Partitions records by a key: the smaller, the equal, then the greater ones, each in their order.
+ * end returns where the first two parts end. */
 HXTSORT__INLINE void hxtsort__part(hxtsort__kind kind, hxtsort__map map, const unsigned char *src,
                                    unsigned char *dst, size_t n, uint64_t key, size_t end[2])
 {
@@ -557,7 +564,7 @@ HXTSORT__INLINE void hxtsort__part(hxtsort__kind kind, hxtsort__map map, const u
     }
 }
 
-/* One pass in cache: moves n records to the places that start gives their digits. */
+/* One pass in cache: moves n records to the places that start[] gives their digits. */
 HXTSORT__INLINE void hxtsort__pass(hxtsort__kind kind, hxtsort__map map, const unsigned char *src,
                                    unsigned char *dst, size_t n, int shift, uint32_t mask,
                                    uint32_t *start)
@@ -571,8 +578,8 @@ HXTSORT__INLINE void hxtsort__pass(hxtsort__kind kind, hxtsort__map map, const u
     }
 }
 
-/* Counts the digits of all passes in one sweep and makes places of the counts. Returns 0 if the
- * highest digit is the same in all keys. */
+/* Counts the digits of all passes in one sweep and turns the counts into the places where the
+ * digits start. Returns 0 if the highest digit is the same in all keys. */
 HXTSORT__INLINE int hxtsort__count_digits(hxtsort__kind kind, hxtsort__map map,
                                           const unsigned char *src, size_t n, int low, int bits,
                                           int passes, hxtsort__space *space)
@@ -611,8 +618,8 @@ typedef void hxtsort__leaf_function(hxtsort__map map, const unsigned char *src, 
                                     unsigned char *s2, unsigned char *dst, size_t n,
                                     uint64_t differ, hxtsort__space *space);
 
-/* Moves n records, sorted by the bits from low on, from src to dst and sorts them by the other
- * bits too: by insertion, or by leaf() where a run of equal prefixes is long. */
+/* Moves n records, which are sorted by the bits from low upwards, from src to dst and sorts them by
+ * the bits below, too: by insertion, or by leaf() where many keys agree in the bits from low on. */
 HXTSORT__INLINE void hxtsort__finish(hxtsort__kind kind, hxtsort__map map, unsigned char *src,
                                      unsigned char *spare, unsigned char *dst, size_t n, int low,
                                      hxtsort__space *space, hxtsort__leaf_function *leaf)
@@ -648,8 +655,8 @@ HXTSORT__INLINE void hxtsort__finish(hxtsort__kind kind, hxtsort__map map, unsig
     }
 }
 
-/* memcpy of bytes that nobody reads soon: past the caches, so that what they overwrite is not read
- * first. */
+/* memcpy past the caches, for data that is not read again soon: the lines that it overwrites need
+ * not be read first. */
 static void hxtsort__stream(unsigned char *dst, const unsigned char *src, size_t bytes)
 {
     size_t i = 0;
@@ -666,13 +673,14 @@ static void hxtsort__stream(unsigned char *dst, const unsigned char *src, size_t
     memcpy(dst + i, src + i, bytes - i);
 }
 
-/* Sorts n records from src to dst in cache: LSD over as many high bits as tell nearly all keys
- * apart, then insertion.
+/* Sorts n records from src to dst in cache: LSD passes over as many high bits as tell nearly all
+ * keys apart, then insertion.
  *
- *   s1, s2   room for n records each; src may be s2; dst is none of them, but may be src if s2 is not
- *   differ   no two keys differ in other bits; HXTSORT__UNKNOWN: find out
+ *   s1, s2   room for n records each; src may be s2; dst is neither of them, but may be src unless
+ *            src is s2
+ *   differ   no two keys differ in other bits; HXTSORT__UNKNOWN: this function finds out
  *
- * Ends: a call from hxtsort__finish has fewer bits that differ. */
+ * The recursion ends, as the keys of a call from hxtsort__finish differ in fewer bits. */
 HXTSORT__INLINE void hxtsort__leaf(hxtsort__kind kind, hxtsort__map map, const unsigned char *src,
                                    unsigned char *s1, unsigned char *s2, unsigned char *dst,
                                    size_t n, uint64_t differ, hxtsort__space *space,
@@ -702,7 +710,7 @@ HXTSORT__INLINE void hxtsort__leaf(hxtsort__kind kind, hxtsort__map map, const u
         bits = (wanted + passes - 1) / passes;
         low = high > bits * passes ? high - bits * passes : 0;
         if (hxtsort__count_digits(kind, map, src, n, low, bits, passes, space)) break;
-        if (surveyed++) return; /* not reached: a survey finds the highest bit that differs */
+        if (surveyed++) return; /* not reached: after a survey the highest digit differs */
         differ = hxtsort__survey(kind, map, src, n);
     }
     for (p = 0; p < passes; p++) {
@@ -773,20 +781,21 @@ typedef struct hxtsort__kernels {
       k->leaf = hxtsort__leaf_##name;                                                              \
     }
 
-HXTSORT__INSTANCE(u4, 4, 4, 0)   /* unsigned keys: alone, ... */
+HXTSORT__INSTANCE(u4, 4, 4, 0)   /* unsigned keys alone */
 HXTSORT__INSTANCE(u8, 8, 8, 0)
-HXTSORT__INSTANCE(u4_4, 8, 4, 0) /* ... and with values */
+HXTSORT__INSTANCE(u4_4, 8, 4, 0) /* unsigned keys with values */
 HXTSORT__INSTANCE(u8_4, 12, 8, 0)
 HXTSORT__INSTANCE(u8_8, 16, 8, 0)
-HXTSORT__INSTANCE(m4, 4, 4, 1)   /* the same for keys that go through a map */
+HXTSORT__INSTANCE(m4, 4, 4, 1)   /* the same for keys that need the map */
 HXTSORT__INSTANCE(m8, 8, 8, 1)
 HXTSORT__INSTANCE(m4_4, 8, 4, 1)
 HXTSORT__INSTANCE(m8_4, 12, 8, 1)
 HXTSORT__INSTANCE(m8_8, 16, 8, 1)
 #undef HXTSORT__INSTANCE
 
-/* The kernels for records of these sizes: values have 0 or 4 bytes after keys of 4, 0, 4 or 8 after
- * keys of 8. Filled in at every call, as tables of functions are writable data in some programs. */
+/* The kernels for records of these sizes: keys of 4 bytes with values of 0 or 4, keys of 8 bytes
+ * with values of 0, 4 or 8. They are filled in at every call, since a static table of functions is
+ * writable data in some programs. */
 static hxtsort__kernels hxtsort__choose(size_t key_bytes, size_t value_bytes, hxtsort__map map)
 {
     int mapped = map.always != 0 || map.when_negative != 0;
@@ -800,12 +809,12 @@ static hxtsort__kernels hxtsort__choose(size_t key_bytes, size_t value_bytes, hx
     return k;
 }
 
-/* ---- >>driver  splits, hands out buckets -- */
+/* ---- >>driver  splits the data, hands out the buckets -- */
 typedef struct hxtsort__job {
     hxtsort__kernels k;
     hxtsort__map     map;
     int              num_threads;
-    size_t           cap;         /* records that a thread's buffers have room for */
+    size_t           cap;         /* records that each of a thread's two buffers has room for */
     unsigned char   *spaces;      /* num_threads times space_bytes */
     size_t           space_bytes; /* a hxtsort__space and its buffers */
 } hxtsort__job;
@@ -815,15 +824,15 @@ static hxtsort__space *hxtsort__space_of(const hxtsort__job *job, int thread)
     return (hxtsort__space *)(void *)(job->spaces + (size_t)thread * job->space_bytes);
 }
 
-/* First record of thread t when n records are dealt to num_threads. */
+/* First record of thread t when n records are dealt out to num_threads. */
 static size_t hxtsort__share(size_t n, int t, int num_threads)
 {
     size_t each = n / (size_t)num_threads, rest = n % (size_t)num_threads;
     return each * (size_t)t + ((size_t)t < rest ? (size_t)t : rest);
 }
 
-/* thread: of the job's own team. Outside of its regions that is 0, whatever team the caller is
- * in. */
+/* Sorts n records with the buffers of a thread. thread is the number in the job's own team: 0
+ * outside of its parallel regions, whatever team the caller belongs to. */
 static void hxtsort__sort_leaf(const hxtsort__job *job, const unsigned char *src,
                                unsigned char *dst, size_t n, uint64_t differ, int thread)
 {
@@ -851,16 +860,16 @@ static void hxtsort__reverse(const hxtsort__job *job, const unsigned char *src, 
     }
 }
 
-/* Where to cut keys that differ in these bits. */
+/* The shift that makes a digit of the highest `bits` bits from the highest bit of differ down. */
 static int hxtsort__split_shift(uint64_t differ, int bits)
 {
     int high = differ ? hxtsort__highest(differ) + 1 : 0;
     return high > bits ? high - bits : 0;
 }
 
-/* Counts the digits at *shift in every thread's share. The cut is guessed, so that one sweep is
- * enough to find all bits that differ and to count; a wrong guess costs a second one. Returns the
- * bits that differ. In a share: private are the counts of its thread; src is read only. */
+/* Counts the digits at *shift in every thread's share; returns the bits in which keys differ. The
+ * shift follows from a guess of these bits, so that one sweep can both find them and count; a wrong
+ * guess costs a second sweep. Each thread writes only its own space; src is only read. */
 static uint64_t hxtsort__count_all(const hxtsort__job *job, const unsigned char *src, size_t n,
                                    uint64_t guess, int bits, int *shift, int *sorted, int *reversed)
 {
@@ -893,7 +902,8 @@ static uint64_t hxtsort__count_all(const hxtsort__job *job, const unsigned char 
 static void hxtsort__sort(const hxtsort__job *job, unsigned char *src, unsigned char *other,
                           unsigned char *dst, size_t n, uint64_t promised);
 
-/* Sorts records most of which have the same key: those are done when they are set apart. */
+/* Sorts records most of which have the same key: partitioning puts these in their final order, and
+ * only the smaller and the greater ones remain to be sorted. */
 static void hxtsort__sort_dominated(const hxtsort__job *job, unsigned char *src,
                                     unsigned char *other, unsigned char *dst, size_t n,
                                     uint64_t key)
@@ -910,8 +920,8 @@ static void hxtsort__sort_dominated(const hxtsort__job *job, unsigned char *src,
         memcpy(dst + end[0] * bytes, to + end[0] * bytes, (end[1] - end[0]) * bytes);
 }
 
-/* Makes of each thread's counts its places in every bucket, and of their sums the starts of the
- * buckets: bucket by bucket, in each thread by thread, so that the result is stable. */
+/* Turns the counts of each thread into its first place in every bucket, and finds the starts of the
+ * buckets. Within a bucket the places are in the order of the threads: so the sort is stable. */
 static void hxtsort__place(const hxtsort__job *job, size_t *start, int num_buckets)
 {
     size_t sum = 0;
@@ -930,9 +940,9 @@ static void hxtsort__place(const hxtsort__job *job, size_t *start, int num_bucke
 }
 
 /* Sorts n records from src to dst, which is src or other; other has room for n records. One pass
- * splits them by their highest significant bits; every bucket is then sorted in cache by a thread,
- * or split again by all if it is too large for that. Stable, so the number of threads is not seen
- * in the result. promised: if not 0, the bits in which keys may differ. */
+ * splits them by the highest bits in which they differ. Then one thread sorts each bucket in cache,
+ * or all threads split it again if it is too large for that. The sort is stable, so the result does
+ * not depend on the number of threads. promised: if not 0, the bits in which keys may differ. */
 static void hxtsort__sort(const hxtsort__job *job, unsigned char *src, unsigned char *other,
                           unsigned char *dst, size_t n, uint64_t promised)
 {
@@ -967,7 +977,7 @@ static void hxtsort__sort(const hxtsort__job *job, unsigned char *src, unsigned 
                       hxtsort__share(n, t + 1, threads), shift, (uint32_t)num_buckets - 1,
                       hxtsort__space_of(job, t));
     differ &= hxtsort__low_bits(shift);
-    /* a bucket belongs to one thread, with its place in dst and that thread's buffers */
+    /* one thread sorts a bucket: it alone writes the bucket's part of dst, and its own buffers */
     HXTSORT__PARALLEL_FOR(threads, dynamic)
     for (b = 0; b < num_buckets; b++) {
         size_t m = start[b + 1] - start[b];
@@ -981,10 +991,10 @@ static void hxtsort__sort(const hxtsort__job *job, unsigned char *src, unsigned 
     }
 }
 
-/* ---- >>run  scratch for a job, and the job -- */
+/* ---- >>run  gets the scratch for a job and runs the job -- */
 static size_t hxtsort__align(size_t bytes) { return (bytes + 63) & ~(size_t)63; }
 
-/* What a sort of n records needs; 0 in total if that is more than a size_t holds. */
+/* What a sort of n records needs; total is 0 if the bytes do not fit a size_t. */
 typedef struct hxtsort__plan {
     size_t cap, space_bytes, other_bytes, total;
     int    num_threads;
@@ -1011,7 +1021,7 @@ static hxtsort__plan hxtsort__make_plan(size_t bytes, size_t n, int num_threads)
     return plan;
 }
 
-/* Sorts n records where they are. opt is resolved. */
+/* Sorts n records where they are. opt comes from hxtsort__resolve. */
 static hxtsort_result hxtsort__run(hxtsort__kernels k, hxtsort__map map, void *records,
                                    size_t n, const hxtsort_options *opt)
 {
@@ -1045,7 +1055,7 @@ static hxtsort_result hxtsort__run(hxtsort__kernels k, hxtsort__map map, void *r
     return HXTSORT_OK;
 }
 
-/* Options for a part of the work: the scratch that remains after the first used bytes. */
+/* The options for a part of the work, without the first `used` bytes of the scratch. */
 static hxtsort_options hxtsort__rest(const hxtsort_options *opt, size_t used)
 {
     hxtsort_options rest = *opt;
@@ -1057,8 +1067,9 @@ static hxtsort_options hxtsort__rest(const hxtsort_options *opt, size_t used)
     return rest;
 }
 
-/* ---- >>columns  keys and values in arrays of their own -- */
-/* Between two columns and the records that the kernels sort; each size is a multiple of 4. */
+/* ---- >>columns  keys and values in separate arrays -- */
+/* Copies n elements of 4 or 8 bytes between a column (an array of keys or of values) and the
+ * records that the kernels sort, in either direction. */
 static void hxtsort__copy_column(unsigned char *to, size_t to_stride, const unsigned char *from,
                                  size_t from_stride, size_t bytes, size_t n, int threads)
 {
@@ -1108,15 +1119,15 @@ static hxtsort_result hxtsort__sort_columns(hxtsort_type type, void *keys, void 
     return result;
 }
 
-/* ---- >>orders  argsort, and records moved by an order -- */
-/* Where the keys of an order come from: an array, or a function. */
+/* ---- >>orders  argsort, and records moved into an order -- */
+/* Where the keys come from: an array of keys, or records and a function. */
 typedef struct hxtsort__source {
-    const unsigned char *keys;
+    const unsigned char *keys; /* the keys, or with fill the records */
     size_t               stride;
-    hxtsort_fill        *fill; /* if not NULL: keys are records of stride bytes, its bits count */
+    hxtsort_fill        *fill; /* if not NULL, it gives the keys of the records */
 } hxtsort__source;
 
-/* Writes the keys of the records [i, end) with their indices. */
+/* Writes (key, index) records for the elements [i, end). */
 static void hxtsort__number(unsigned char *records, size_t key_bytes, size_t index_bytes,
                             const hxtsort__source *source, size_t i, size_t end)
 {
@@ -1146,7 +1157,7 @@ static void hxtsort__number(unsigned char *records, size_t key_bytes, size_t ind
     }
 }
 
-/* Sorts (key, index) records, with 4 bytes for an index where they are enough, and writes the
+/* Sorts (key, index) records, where an index has 4 bytes if that is enough, and writes the sorted
  * indices to order. */
 static hxtsort_result hxtsort__argsort(size_t *order, hxtsort_type type,
                                        const hxtsort__source *source, size_t n,
@@ -1192,8 +1203,8 @@ static hxtsort_result hxtsort__argsort(size_t *order, hxtsort_type type,
     return result;
 }
 
-/* Gathers into a copy and brings that back: the gather's misses overlap, those of a walk along the
- * cycles of the permutation would not. */
+/* Gathers the records into a copy and copies that back: the cache misses of the gather overlap;
+ * those of a walk along the cycles of the permutation would not. */
 static hxtsort_result hxtsort__reorder(unsigned char *records, size_t bytes, const size_t *order,
                                        size_t n, const hxtsort_options *opt)
 {
@@ -1221,8 +1232,8 @@ static hxtsort_result hxtsort__reorder(unsigned char *records, size_t bytes, con
     return HXTSORT_OK;
 }
 
-/* Finds the order of n keys and brings one or two arrays into it: first, which may be the keys
- * themselves, and second, if it is not NULL. All memory is taken before anything is written. */
+/* Finds the order of n keys and puts one or two arrays into it: first, which may be the keys
+ * themselves, and second, unless it is NULL. All memory is allocated before anything is moved. */
 static hxtsort_result hxtsort__sort_by_order(hxtsort_type type, const hxtsort__source *source,
                                              void *first, size_t first_bytes, void *second,
                                              size_t second_bytes, size_t n,
@@ -1283,7 +1294,7 @@ HXTSORT_API size_t hxtsort_scratch_bytes(size_t element_bytes, size_t count, int
     plan = hxtsort__make_plan(16, count, opt.num_threads);
     each = element_bytes > 16 ? element_bytes : 16;
     if (plan.total == 0 || each > SIZE_MAX / 8 || count > SIZE_MAX / 8 / each) return 0;
-    /* the dearest way: an order, and beside it records of key and index or one column's copy */
+    /* the largest need: an order, and beside it (key, index) records or the copy of one array */
     used = hxtsort__align(count * sizeof(size_t)) + 64 + hxtsort__align(count * each) + 64;
     return plan.total > SIZE_MAX - used ? 0 : plan.total + used;
 }
@@ -1325,7 +1336,7 @@ HXTSORT_API hxtsort_result hxtsort_f64(double *keys, size_t count, const hxtsort
     return hxtsort__keys(HXTSORT_F64, keys, count, options);
 }
 
-/* Pairs where they lie: records of an 8- or 16-byte kind. */
+/* Sorts pairs where they are, as records of 8 or 16 bytes. */
 static hxtsort_result hxtsort__sort_pairs(hxtsort_type type, void *pairs, size_t count,
                                           const hxtsort_options *options)
 {

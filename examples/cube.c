@@ -1,4 +1,4 @@
-/* cube.c - the library in one page: a surface in arrays, a good mesh of it in arrays
+/* cube.c - the library in one page: from a surface in arrays to a good mesh in arrays
  *
  *   cc -O3 -fopenmp examples/cube.c -o cube -lm
  *   cube
@@ -8,7 +8,7 @@
 #define SPR_IMPLEMENTATION
 #include "../spr.h"
 
-/* A cube: eight corners, and two triangles a side. They may be turned either way. */
+/* A cube: eight corners, and two triangles a side. Each triangle may have either orientation. */
 static const double xyz[] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0, 0, 0, 1, 1, 0, 1, 0, 1, 1, 1, 1, 1};
 static const uint32_t triangles[] = {0, 2, 3, 0, 3, 1, 4, 5, 7, 4, 7, 6, 0, 1, 5, 0, 5, 4,
                                      2, 6, 7, 2, 7, 3, 0, 4, 6, 0, 6, 2, 1, 3, 7, 1, 7, 5};
@@ -29,12 +29,12 @@ int main(void)
     surface.num_vertices = sizeof xyz / sizeof *xyz / 3;
     surface.triangles = triangles;
     surface.num_triangles = sizeof triangles / sizeof *triangles / 3;
-    options.size = 0.5; /* edges inside */
+    options.size = 0.5; /* the length of edges inside */
     if (mesher_mesh(&domain, &surface, &options, &report) < 0) {
-        fprintf(stderr, "%s\n", report.message); /* what is wrong, and where */
+        fprintf(stderr, "%s\n", report.message); /* says what is wrong, and where */
         return 1;
     }
-    if (spr_improve(&domain.mesh, NULL, &quality) < 0) /* the mesh is still valid */
+    if (spr_improve(&domain.mesh, NULL, &quality) < 0) /* even then the mesh is still valid */
         fprintf(stderr, "%s\n", quality.message);
     if (mesher_export(&domain, &out) != MESHER_OK) {
         mesher_domain_free(&domain);

@@ -36,7 +36,7 @@ typedef struct arguments {
     int threads, any_order, validate, quiet;
 } arguments;
 
-/* 0: go on; 1: done (help); 2: wrong usage. */
+/* Returns 0: go on; 1: done (--help, --version); 2: wrong usage. */
 static int parse(int argc, char **argv, arguments *args)
 {
     int i;
@@ -114,7 +114,7 @@ static int exit_code(delaunay_result result)
     }
 }
 
-/* Why there is no triangulation. */
+/* A sentence that says why there is no triangulation. */
 static const char *reason(delaunay_result result, const delaunay_report *report)
 {
     static const char *const spanned[] = {"all points are equal", "all points lie on one line",
@@ -142,7 +142,8 @@ static void print_statistics(const delaunay_report *report, uint64_t num_tets, d
     if (tool_peak_bytes() > 0) printf("peak memory %9.1f MB\n", 1e-6 * tool_peak_bytes());
 }
 
-/* The tetrahedra into the mesh that holds the points; frees nothing. */
+/* Copies the tetrahedra into the mesh that holds the points, without freeing what that had before.
+ * Returns 0 if memory runs out. */
 static int export_tets(const delaunay_mesh *mesh, meshio_mesh *points)
 {
     uint64_t num = delaunay_export_tets(mesh, NULL, 0), i;
@@ -168,7 +169,7 @@ static void drop_elements(meshio_mesh *m)
     m->num_edges = m->num_triangles = m->num_tets = 0;
 }
 
-/* As many numbers as there are points, or NULL; *code says why. */
+/* Reads count numbers, one for each point. Returns NULL on failure; *code then says why. */
 static double *read_weights(const char *name, size_t count, int *code)
 {
     FILE *file = fopen(name, "r");
@@ -186,7 +187,8 @@ static double *read_weights(const char *name, size_t count, int *code)
     return NULL;
 }
 
-/* The hull instead of the elements of the mesh that holds the points, to a file. */
+/* Replaces the elements of the mesh that holds the points by the triangles of the hull, and writes
+ * it to the file of --hull. */
 static int write_hull(const arguments *args, const delaunay_mesh *mesh, meshio_mesh *points)
 {
     delaunay_hull hull;

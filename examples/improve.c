@@ -1,4 +1,4 @@
-/* improve.c - improve the worst tetrahedra of anybody's mesh; its surface and interfaces stay
+/* improve.c - improves the worst tetrahedra of any tetrahedral mesh; surface and interfaces stay
  *
  *   cc -O3 -fopenmp examples/improve.c -o improve -lm
  *   improve in.msh -o out.vtu
@@ -59,7 +59,7 @@ static int parse_measure(const char *name, spr_measure *measure)
     return 1;
 }
 
-/* 0: go on; 1: done (help); 2: wrong usage. */
+/* Returns 0: go on; 1: done (--help, --version); 2: wrong usage. */
 static int parse(int argc, char **argv, arguments *args)
 {
     int i;
@@ -161,14 +161,14 @@ static void print_statistics(const spr_report *report)
 static const char *const reason[] = {"held by the surface", "all vertices fixed", "nothing helps",
                                      "not everything was tried"};
 
-/* One that is left, to the list of --bad. */
+/* Writes a bad tetrahedron that is left to the file of --bad. */
 static void list_bad(void *user, const spr_worst *w)
 {
     fprintf((FILE *)user, "%.17g,%.17g,%.17g,%.6g,%.6g,%s\n", w->xyz[0], w->xyz[1], w->xyz[2],
             w->quality, w->bound, reason[w->reason]);
 }
 
-/* What is left, and why. */
+/* Prints how many bad tetrahedra are left for which reason, and the worst of them. */
 static void print_worst(const spr_report *r)
 {
     int i;
@@ -202,7 +202,7 @@ static void print_histograms(const spr_report *r)
     print_counts("degrees", 0, 10, r->before.dihedral_histogram, r->after.dihedral_histogram, 18);
 }
 
-/* Room in the arrays for what the improvement may add. */
+/* Enlarges the arrays for what the improvement may add. Returns 0 if memory runs out. */
 static int make_room(meshio_mesh *m, size_t cap_vertices, size_t cap_tets)
 {
     void *xyz = realloc(m->xyz, cap_vertices * 3 * sizeof(double));
@@ -217,7 +217,8 @@ static int make_room(meshio_mesh *m, size_t cap_vertices, size_t cap_tets)
     return xyz && tags && tets && colors;
 }
 
-/* Does the file list the facets of all tetrahedra, as TetGen's -g does? Then they are no wishes. */
+/* Whether the file lists the facets of all tetrahedra, as TetGen's -g does. If so, the triangles do
+ * not ask for facets to be kept. */
 static int lists_all_facets(const meshio_mesh *m)
 {
     return m->num_triangles / 2 >= m->num_tets;
@@ -244,7 +245,7 @@ static int compare_facets(const void *p, const void *q)
     return a->v[i] < b->v[i] ? -1 : a->v[i] > b->v[i];
 }
 
-/* Drops triangles that are no facets of tetrahedra any more. Returns 0 without memory. */
+/* Drops the triangles that are no facets of tetrahedra any more. Returns 0 if memory runs out. */
 static int drop_triangles(meshio_mesh *m)
 {
     facet *all = (facet *)malloc((4 * m->num_tets + 1) * sizeof *all);
@@ -269,7 +270,8 @@ static int drop_triangles(meshio_mesh *m)
     return 1;
 }
 
-/* Regions have any 32 bits, and spr.h wants all but those of -1: two numbers change places. */
+/* Swaps two region numbers. The regions of a file may be any 32-bit numbers, but spr.h does not
+ * accept -1 (UINT32_MAX): a spare number takes its place. */
 static void swap_regions(meshio_mesh *m, int32_t a, int32_t b)
 {
     size_t i;

@@ -1,10 +1,10 @@
-/* mesh.c - from a surface file to a tetrahedral mesh, with a sentence when that cannot be
+/* mesh.c - makes a tetrahedral mesh from a surface file, or says in a sentence why it cannot
  *
  *   cc -O3 -fopenmp examples/mesh.c -o mesh -lm
  *   mesh part.stl -o part.vtu
  *
- * The only program in which all five headers meet: read (meshio.h), mesh (mesher.h), improve
- * (spr.h), prove (delaunay.h, and the surface here), write.
+ * The only program that uses all five headers. It reads a surface (meshio.h), meshes it (mesher.h),
+ * improves the mesh (spr.h), proves it valid (delaunay.h; the surface here), and writes it.
  */
 #define MESHER_IMPLEMENTATION
 #include "../mesher.h"
@@ -126,7 +126,7 @@ static int parse_regions(const char *name, mesher_regions *regions)
     return 1;
 }
 
-/* n numbers with commas between them; 0 if they are not. */
+/* Reads n numbers with commas between them. Returns 0 if the text is anything else. */
 static int parse_list(const char *text, int n, double *v)
 {
     char *end;
@@ -141,7 +141,8 @@ static int parse_list(const char *text, int n, double *v)
     return 1;
 }
 
-/* --ball, --box, --segment. */
+/* Takes --ball, --box or --segment. This and the next functions take one option; they return 0 if
+ * it is none of theirs or has no valid value. */
 static int parse_source(const char *a, const char *text, settings *s)
 {
     mesher_source *source = s->sources + s->mesher.num_sources;
@@ -168,7 +169,7 @@ static int parse_source(const char *a, const char *text, settings *s)
     return 1;
 }
 
-/* --region-size N=H */
+/* Takes --region-size N=H. */
 static int parse_region_size(const char *a, const char *text, settings *s)
 {
     double h;
@@ -185,7 +186,7 @@ static int parse_region_size(const char *a, const char *text, settings *s)
     return 1;
 }
 
-/* An option without a value; 0 if there is none of that name. */
+/* Takes an option without a value. */
 static int parse_flag(const char *a, settings *s)
 {
     if (strcmp(a, "--check") == 0) s->check = 1;
@@ -205,7 +206,7 @@ static int parse_flag(const char *a, settings *s)
     return 1;
 }
 
-/* An option with a number; 0 if there is none of that name, or no such number. */
+/* Takes an option with a number. */
 static int parse_number(const char *a, const char *text, settings *s)
 {
     double v;
@@ -242,7 +243,7 @@ static int parse_number(const char *a, const char *text, settings *s)
     return 1;
 }
 
-/* An option with a word. */
+/* Takes an option with a word. */
 static int parse_word(const char *a, const char *text, settings *s)
 {
     if (!text) return 0;
@@ -264,7 +265,7 @@ static meshio_format output_format(const settings *s)
     return meshio_format_of(name);
 }
 
-/* 0: go on; 1: done (help); 2: wrong usage. */
+/* Returns 0: go on; 1: done (--help, --version); 2: wrong usage. */
 static int parse(int argc, char **argv, settings *s)
 {
     int i;
@@ -334,7 +335,7 @@ static int parse(int argc, char **argv, settings *s)
     return 0;
 }
 
-/* ---- what the run knows ---- */
+/* ---- the state of a run ---- */
 
 enum { PHASE_READ, PHASE_SURFACE, PHASE_CHECK, PHASE_EMPTY, PHASE_RECOVER, PHASE_REGIONS,
        PHASE_SIZE, PHASE_REFINE, PHASE_IMPROVE, PHASE_PROVE, PHASE_WRITE, NUM_PHASES };
@@ -348,11 +349,11 @@ typedef struct job {
     const char *name; /* of the input, for messages */
     meshio_mesh in;
     int32_t *seed_tags;
-    size_t num_renamed; /* regions of the file whose attributes cannot be their numbers */
+    size_t num_renamed; /* regions of the file whose attribute cannot be their number */
     double *seeds, *grid_sizes;
     mesher_size_grid grid;
-    uint64_t num_welded;    /* vertices that --weld put elsewhere */
-    mesher_surface surface; /* that is meshed: the input's, or fine's */
+    uint64_t num_welded;    /* vertices that --weld put onto others */
+    mesher_surface surface; /* the one to mesh: the input's, or fine.surface */
     mesher_fine_surface fine;
     mesher_domain domain;
     mesher_report report;
@@ -361,7 +362,7 @@ typedef struct job {
     mesher_output out;
     double seconds[NUM_PHASES], start;
     int code;          /* exit code so far */
-    char message[640]; /* the last complaint */
+    char message[640]; /* the last one of complain() */
 } job;
 
 static void complain(job *j, const char *text)
@@ -374,7 +375,7 @@ static int on_progress(void *user, const char *phase, double fraction)
 {
     const job *j = (const job *)user;
     if (j->set.progress && fraction < 0)
-        fprintf(stderr, "\r%-30.30s", phase); /* nobody knows how far */
+        fprintf(stderr, "\r%-30.30s", phase); /* the fraction is not known */
     else if (j->set.progress) fprintf(stderr, "\r%-24.24s %3.0f %%", phase, 100 * fraction);
     return tool_interrupted;
 }
@@ -392,12 +393,12 @@ static void clear_progress(const job *j)
 
 /* ---- reading ---- */
 
-/* A facet of a tetrahedron, or a triangle of the file: its corners, ascending. */
+/* A facet of a tetrahedron, or a triangle of the file. */
 typedef struct tet_side {
-    uint32_t v[3];
-    int32_t tag; /* of a facet: the tetrahedron's region */
-    uint8_t odd; /* sorting has turned it around */
-    uint8_t of_file;
+    uint32_t v[3];   /* its corners, ascending */
+    int32_t tag;     /* of a facet: the tetrahedron's region */
+    uint8_t odd;     /* sorting the corners has reversed the orientation */
+    uint8_t of_file; /* a triangle of the file */
 } tet_side;
 
 static void set_side(tet_side *s, uint32_t a, uint32_t b, uint32_t c, int32_t tag)
@@ -429,7 +430,7 @@ static int compare_edges(const void *a, const void *b)
     return x < y ? -1 : x > y;
 }
 
-/* Whether an edge is in one triangle only; -1: out of memory. */
+/* Whether some edge is in only one triangle; -1: out of memory. */
 static int has_open_edges(const meshio_mesh *m)
 {
     size_t n = 3 * m->num_triangles, i, k;
@@ -457,9 +458,10 @@ static uint64_t hash_side(const tet_side *s)
     return h ^ h >> 31;
 }
 
-/* Whether a facet is in one tetrahedron alone and no triangle of the file; -1: out of memory. Facets
- * within are there twice: of their hashes' exclusive or nothing is left. Far less work than to sort
- * them, when nothing lacks. */
+/* Whether some facet is in only one tetrahedron and is no triangle of the file; -1: out of memory.
+ * Takes the exclusive or of the hashes of all facets that are no triangles of the file: a facet
+ * inside occurs twice and cancels out. If nothing is missing, this is far less work than sorting
+ * all facets. */
 static int lacks_border(const meshio_mesh *m)
 {
     size_t n = m->num_triangles, i;
@@ -490,7 +492,8 @@ done:
     return result;
 }
 
-/* All facets of the tetrahedra and all triangles of the file, equal ones together; n of them. */
+/* All facets of the tetrahedra and all triangles of the file, n in total, sorted so that equal ones
+ * are together. NULL: out of memory. */
 static tet_side *sort_sides(const meshio_mesh *m, size_t n)
 {
     tet_side *all = (tet_side *)malloc(n * sizeof *all), *s = all;
@@ -512,9 +515,9 @@ static tet_side *sort_sides(const meshio_mesh *m, size_t n)
     return all;
 }
 
-/* Adds what the file's triangles lack of the border of its tetrahedra and, if it lacks any, or
- * always, of what lies between their regions. The region without a number gets one, 1 if there is no
- * other. */
+/* Adds to the file's triangles the missing facets on the border of its tetrahedra and between their
+ * regions; none at all if the border lacks none, unless `always` is set. Region 0 gets a number
+ * that no other region has: 1 if there is no other. Returns 0 if memory runs out. */
 static int add_border(job *j, int always)
 {
     meshio_mesh *m = &j->in;
@@ -549,7 +552,7 @@ static int add_border(job *j, int always)
     return tags != NULL;
 }
 
-/* Sees to it that triangles bound the file's tetrahedra. */
+/* Makes sure that triangles bound the tetrahedra of the file, by adding those that are missing. */
 static int bound_tets(job *j)
 {
     const meshio_mesh *m = &j->in;
@@ -606,7 +609,7 @@ static int read_input(job *j)
     return j->in.num_tets > 0 ? bound_tets(j) : TOOL_OK;
 }
 
-/* --weld */
+/* Welds the vertices, if --weld asks for it. */
 static int weld(job *j)
 {
     double start = tool_seconds();
@@ -620,7 +623,7 @@ static int weld(job *j)
     return TOOL_NO_MEMORY;
 }
 
-/* The file of --size-grid. */
+/* Reads the file of --size-grid, if there is one. */
 static int read_grid(job *j)
 {
     mesher_size_grid *g = &j->grid;
@@ -667,8 +670,9 @@ static int read_grid(job *j)
     return TOOL_OK;
 }
 
-/* Holes and regions of a .poly file as the mesher's seeds. Attributes that are no whole numbers
- * from 1 on become the next ones that no other region has. */
+/* Turns the holes and regions of a .poly file into seeds of the mesher. A region whose attribute is
+ * no whole number from 1 on gets the next number that no other region has. Returns 0 if memory runs
+ * out. */
 static int take_seeds(job *j)
 {
     size_t n = j->in.num_holes + j->in.num_regions, i;
@@ -720,7 +724,7 @@ static int set_surface(job *j)
 
 /* ---- findings ---- */
 
-/* OUTPUT's name, else the input's without its folder, with another ending. */
+/* The name of OUTPUT, or without -o that of the input without its folder, with another ending. */
 static void side_name(const job *j, const char *ending, char *name, size_t size)
 {
     const char *base = j->set.output ? j->set.output : j->name, *dot, *slash;
@@ -733,8 +737,8 @@ static void side_name(const job *j, const char *ending, char *name, size_t size)
     snprintf(name, size, "%.*s%s", (int)(stem < 900 ? stem : 900), base, ending);
 }
 
-/* The triangles of all findings, one cell for each, with the finding's kind and the triangle's
- * number. */
+/* Writes a file with the triangles of all findings: one cell for each, with the kind of the finding
+ * and the number of the triangle as fields. */
 static void write_defects(const job *j)
 {
     meshio_mesh m;
@@ -786,7 +790,8 @@ static void write_defects(const job *j)
     free(numbers);
 }
 
-/* A small part of the surface that fails as it did. */
+/* Writes a file with a small part of the surface that fails in the same way or, if there is none,
+ * with the triangles nearest to the failure. */
 static void write_reproducer(const job *j, mesher_result failure)
 {
     double *xyz = (double *)malloc((3 * j->surface.num_vertices + 24) * sizeof *xyz);
@@ -835,7 +840,8 @@ static void print_findings(const job *j, int defects)
     }
 }
 
-/* The distance from which on --weld joins what the note calls nearly equal. */
+/* The smallest distance with which --weld joins all that MESHER_NOTE_NEAR_VERTEX calls nearly
+ * equal. */
 static double nearly(const job *j)
 {
     double extent = 0;
@@ -852,7 +858,7 @@ static double nearly(const job *j)
     return MESHER_NEARLY * extent;
 }
 
-/* Has a defect to do with a line? */
+/* Whether some defect involves a line: the numbers of lines follow those of the triangles. */
 static int line_is_defective(const job *j)
 {
     size_t i, n = j->surface.num_triangles;
@@ -866,7 +872,7 @@ static int line_is_defective(const job *j)
     return 0;
 }
 
-/* What the file has and the mesh has not. */
+/* Prints what of the file is left out. Returns whether anything is. */
 static int print_left_out(const job *j, const char *title)
 {
     const meshio_mesh *in = &j->in;
@@ -899,7 +905,7 @@ static void print_counts(const job *j, const char *title, int defects)
         putchar('\n');
     }
     if (any && (defects || j->set.verbose || j->set.check ||
-                j->report.counts[MESHER_NOTE_OUTSIDE_SEED])) /* the place tells what went wrong */
+                j->report.counts[MESHER_NOTE_OUTSIDE_SEED])) /* its place shows what is wrong */
         print_findings(j, defects);
 }
 
@@ -960,12 +966,12 @@ static int check_surface(job *j)
 
 /* ---- proof that the surface came back ---- */
 
-/* Distinct facets of the surface, found by their three vertices. */
+/* The distinct facets of the surface: a hash table by their three vertices. */
 typedef struct facet_set {
     const mesher_domain *domain;
     uint32_t *table; /* open addressing, DELAUNAY_NO_ID: empty */
     size_t mask;
-    unsigned char *seen;
+    unsigned char *seen; /* by facet: whether the mesh has it */
 } facet_set;
 
 static size_t facet_slot(const facet_set *set, const uint32_t v[3])
@@ -999,7 +1005,7 @@ static int facet_set_init(facet_set *set, const mesher_domain *domain)
     return 1;
 }
 
-/* Input ids of the corners of facet i, ascending. */
+/* The input ids of the corners of facet i of tetrahedron t, ascending. */
 static void facet_ids(const delaunay_mesh *mesh, delaunay_handle t, int i, uint32_t id[3])
 {
     int k, n = 0;
@@ -1014,8 +1020,8 @@ static void facet_ids(const delaunay_mesh *mesh, delaunay_handle t, int i, uint3
             }
 }
 
-/* The facets of tetrahedron t that are in the mesh of the surface, marked as seen, by one of many
- * threads. Returns 0 if a region ends where no facet of the surface is. */
+/* Marks as seen the facets of tetrahedron t that are facets of the surface; runs in many threads at
+ * once. Returns 0 if a region ends at a facet that is none of the surface. */
 static int see_facets(const mesher_domain *domain, facet_set *set, delaunay_handle t)
 {
     const delaunay_mesh *mesh = &domain->mesh;
@@ -1041,8 +1047,8 @@ static int see_facets(const mesher_domain *domain, facet_set *set, delaunay_hand
     return 1;
 }
 
-/* Every facet of the surface is a facet of the mesh, and regions end at facets of the surface only.
- * 1: so it is; 0: not; -1: out of memory. */
+/* Whether every facet of the surface is a facet of the mesh, and regions end only at facets of the
+ * surface. Returns 1: yes; 0: no; -1: out of memory. */
 static int surface_came_back(const mesher_domain *domain, const delaunay_host *host)
 {
     long t, num_tets = (long)domain->mesh.num_tets;
@@ -1090,8 +1096,8 @@ static int prove(job *j)
 
 /* ---- meshing ---- */
 
-/* Blocks of some megabytes and more go back to the system when they are freed; what was freed before
- * would raise the limit else. */
+/* Makes malloc give blocks of 4 MiB and more back to the system when they are freed. Without this,
+ * glibc raises the limit each time a larger block is freed. */
 static void return_large_blocks(void)
 {
 #ifdef __GLIBC__
@@ -1099,7 +1105,7 @@ static void return_large_blocks(void)
 #endif
 }
 
-/* What the phases so far freed in between goes back to the system. */
+/* Gives the memory that the phases so far have freed between blocks in use back to the system. */
 static void trim_memory(void)
 {
 #ifdef __GLIBC__
@@ -1132,12 +1138,12 @@ static void improve(job *j)
     if (result < 0) spr_measure_mesh(&j->domain.mesh, &j->set.spr, &j->quality);
 }
 
-/* Puts a finer surface in the place of the input's. */
+/* Replaces the surface by a finer one, for --refine-surface. */
 static int refine_surface(job *j)
 {
     double start = tool_seconds();
     mesher_result result;
-    j->set.mesher.max_seconds = j->set.max_seconds / 4; /* what is within takes longer */
+    j->set.mesher.max_seconds = j->set.max_seconds / 4; /* meshing the inside takes longer */
     result = mesher_refine_surface(&j->fine, &j->surface, &j->set.mesher, &j->report);
     if (result < 0) return fail(j, result);
     if (result > 0) {
@@ -1150,7 +1156,7 @@ static int refine_surface(job *j)
     return TOOL_OK;
 }
 
-/* Sizes that were asked for regions that there are not. */
+/* Reports the sizes of --region-size for regions that do not exist. */
 static void note_region_sizes(const job *j)
 {
     size_t n;
@@ -1210,17 +1216,17 @@ static double *output_quality(const job *j)
     return gamma;
 }
 
-/* The vertex in the middle of edge a-b, new if there is none, by a hash of edges: keys are
- * (smaller, larger) + 1. */
+/* The vertices in the middles of edges: a hash table by edge. */
 typedef struct middles {
-    uint64_t *keys;
+    uint64_t *keys; /* (smaller << 32 | larger vertex) + 1; 0: empty */
     uint32_t *vertices;
     size_t mask;
     double *xyz;
-    uint32_t num_vertices, most; /* most: there is room for no more */
-    int full;
+    uint32_t num_vertices, most; /* of all vertices; xyz has room for `most` */
+    int full;                    /* more were needed */
 } middles;
 
+/* The vertex in the middle of edge a-b; makes it if there is none. */
 static uint32_t middle_of(middles *m, uint32_t a, uint32_t b)
 {
     uint64_t key = a < b ? ((uint64_t)a << 32 | b) + 1 : ((uint64_t)b << 32 | a) + 1;
@@ -1240,7 +1246,8 @@ static uint32_t middle_of(middles *m, uint32_t a, uint32_t b)
     return m->num_vertices++;
 }
 
-/* n elements of corners vertices, with the middles of the edges after them; NULL: no memory. */
+/* n elements of `corners` vertices, each followed by the middles of its edges. NULL: out of
+ * memory. */
 static uint32_t *with_middles(middles *m, const uint32_t *v, size_t n, int corners)
 {
     static const int edges[6][2] = {{0, 1}, {1, 2}, {0, 2}, {0, 3}, {1, 3}, {2, 3}};
@@ -1257,14 +1264,15 @@ static uint32_t *with_middles(middles *m, const uint32_t *v, size_t n, int corne
     return all;
 }
 
-/* Elements of second order and all vertices, the caller's to free, also where there is no memory
- * for all. */
+/* Elements of second order and all vertices. The caller frees them, even if raise_order fails after
+ * allocating some. */
 typedef struct raised {
     double *xyz;
     uint32_t *tets, *triangles, *edges;
 } raised;
 
-/* Replaces the elements of m by those of second order. */
+/* Replaces the elements of m by those of second order. Returns 0 if there is no memory, or if the
+ * vertices would be too many. */
 static int raise_order(meshio_mesh *m, raised *to)
 {
     middles work;
@@ -1299,7 +1307,8 @@ static int raise_order(meshio_mesh *m, raised *to)
     return 1;
 }
 
-/* Viewers get the tetrahedra and their quality; the other formats the surface too. */
+/* Writes OUTPUT. The formats of viewers get the tetrahedra and their quality, the other formats the
+ * tetrahedra and the surface. */
 static int write_output(job *j)
 {
     meshio_format format = output_format(&j->set);
@@ -1437,7 +1446,7 @@ static void print_quality(const job *j)
     print_bars("dihedral angles", q->dihedral_histogram, 18, 10);
 }
 
-/* How well refinement honours the wanted sizes. */
+/* Prints how well refinement honours the wanted sizes. */
 static void print_sizes(const job *j)
 {
     const mesher_report *r = &j->report;
@@ -1449,7 +1458,7 @@ static void print_sizes(const job *j)
                (unsigned long long)r->size_ignored);
 }
 
-/* Triangles with an edge more than so many times as long as --size asks for. */
+/* The number of triangles with an edge more than `times` as long as --size asks for. */
 static size_t num_large(const job *j, double times)
 {
     double most = times * j->set.mesher.size;
@@ -1469,7 +1478,7 @@ static size_t num_large(const job *j, double times)
     return count;
 }
 
-/* What --refine-surface made of the triangles, or could. */
+/* Prints what --refine-surface made of the triangles, or a note if the mesh would gain by it. */
 static void print_division(const job *j)
 {
     size_t large;
@@ -1509,7 +1518,7 @@ static void print_statistics(const job *j)
     print_quality(j);
 }
 
-/* Bytes of the UTF-8 character that a text begins with; 0: of none. */
+/* The number of bytes of the UTF-8 character at the start of a text; 0 if there is no valid one. */
 static int utf8_length(const unsigned char *c)
 {
     int n = c[0] < 128 ? 1 : c[0] >= 0xC2 && c[0] < 0xE0 ? 2 : c[0] >= 0xE0 && c[0] < 0xF0 ? 3
@@ -1522,7 +1531,8 @@ static int utf8_length(const unsigned char *c)
     return n == 4 && ((c[0] == 0xF0 && c[1] < 0x90) || (c[0] == 0xF4 && c[1] > 0x8F)) ? 0 : n;
 }
 
-/* A JSON string's inside; names of files may be any bytes. */
+/* Writes the inside of a JSON string. File names may have any bytes: what is not UTF-8 becomes
+ * U+FFFD. */
 static void json_text(FILE *f, const char *text)
 {
     const unsigned char *c = (const unsigned char *)text;
@@ -1557,7 +1567,7 @@ static void json_quality(FILE *f, const spr_statistics *q)
     fprintf(f, "],\n");
 }
 
-/* The kept regions. */
+/* Writes the kept regions. */
 static void json_regions(FILE *f, const job *j)
 {
     uint32_t i;
@@ -1573,7 +1583,7 @@ static void json_regions(FILE *f, const job *j)
     fprintf(f, "],\n");
 }
 
-/* Of the tetrahedra left below the target, how many for which reason. */
+/* Writes how many tetrahedra are left below the target, by reason. */
 static void json_left(FILE *f, const spr_report *r)
 {
     fprintf(f, "  \"left\": {\"surface\": %llu, \"fixed\": %llu, \"stuck\": %llu, \"untried\": %llu},\n",
@@ -1628,7 +1638,8 @@ static void json_body(FILE *f, const job *j, int code)
     fprintf(f, "\"total\": %.6f}\n}\n", total_seconds(j, 1));
 }
 
-/* Written even after a failure: then it says which. */
+/* Writes the file of --json and closes it, also after a failure, which the file then describes.
+ * Returns the exit code. */
 static int write_json(const job *j, FILE *f, int code)
 {
     int failed;
@@ -1642,7 +1653,8 @@ static int write_json(const job *j, FILE *f, int code)
 
 /* ---- the whole run ---- */
 
-/* What the surface needs may be more than refinement may come to. */
+/* Checks the result against --max-tets and --max-vertices: the budgets end refinement, but the
+ * surface alone may need more. */
 static void check_budgets(job *j)
 {
     const mesher_options *o = &j->set.mesher;
@@ -1695,7 +1707,7 @@ int main(int argc, char **argv)
         fprintf(stderr, "mesh: cannot create '%s': %s\n", j->set.json, strerror(errno));
         return TOOL_CANNOT_WRITE;
     }
-    if (!tool_is_apart("mesh", "--json", j->set.json, j->set.output)) { /* now that it is there */
+    if (!tool_is_apart("mesh", "--json", j->set.json, j->set.output)) { /* now the file exists */
         fclose(json);
         remove(j->set.json);
         return TOOL_USAGE;

@@ -1,4 +1,4 @@
-/* sort_pairs.c - sort (key, value) pairs, and records by one of their fields.
+/* sort_pairs.c - sorts (key, value) pairs, and records by one of their fields.
  *
  *   cc -O3 -fopenmp examples/sort_pairs.c -o sort_pairs -lm && ./sort_pairs [COUNT]
  *
@@ -27,7 +27,7 @@ static double seconds(void)
 #ifdef _OPENMP
     return omp_get_wtime();
 #else
-    return (double)clock() / CLOCKS_PER_SEC; /* one thread: it is the same */
+    return (double)clock() / CLOCKS_PER_SEC; /* CPU time: with one thread, about the same */
 #endif
 }
 

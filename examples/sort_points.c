@@ -1,4 +1,5 @@
-/* sort_points.c - order points along a closed curve, cut the order into parts, say how compact they are.
+/* sort_points.c - sorts points along a closed curve, cuts the curve into parts, and prints how
+ * compact the parts are.
  *
  *   cc -O3 -fopenmp examples/sort_points.c -o sort_points -lm && ./sort_points [COUNT [PARTS]]
  *
@@ -9,7 +10,7 @@
 #include <math.h>
 #include <stdio.h>
 
-/* Length of the way from point to point. */
+/* Length of the polygonal path through the points in their order. */
 static double way(const double (*xyz)[3], size_t count)
 {
     double sum = 0;
