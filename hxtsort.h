@@ -900,10 +900,12 @@ static uint64_t hxtsort__count_all(const hxtsort__job *job, const unsigned char 
 }
 
 static void hxtsort__sort(const hxtsort__job *job, unsigned char *src, unsigned char *other,
-                          unsigned char *dst, size_t n, uint64_t promised);
+                          unsigned char *dst, size_t n, uint64_t promised, int by_digits);
 
-/* Sorts records most of which have the same key: partitioning puts these in their final order, and
- * only the smaller and the greater ones remain to be sorted. */
+/* Sorts records of which a sample says that most have the same key: partitioning puts these in their
+ * final order, and only the smaller and the greater ones remain to be sorted. Where the equal ones
+ * turn out to be few, as in an input made to fool the sample, the others are split by digits next:
+ * so each level takes off a quarter of the records, or some bits. */
 static void hxtsort__sort_dominated(const hxtsort__job *job, unsigned char *src,
                                     unsigned char *other, unsigned char *dst, size_t n,
                                     uint64_t key)
@@ -911,11 +913,13 @@ static void hxtsort__sort_dominated(const hxtsort__job *job, unsigned char *src,
     const size_t bytes = job->k.bytes;
     unsigned char *to = dst == src ? other : dst, *rest = to == src ? other : src;
     size_t end[2], at;
+    int fooled;
 
     job->k.part(job->map, src, to, n, key, end);
     at = end[1] * bytes;
-    if (end[0] != 0) hxtsort__sort(job, to, rest, dst, end[0], 0);
-    if (end[1] != n) hxtsort__sort(job, to + at, rest + at, dst + at, n - end[1], 0);
+    fooled = end[1] - end[0] < n / 4;
+    if (end[0] != 0) hxtsort__sort(job, to, rest, dst, end[0], 0, fooled);
+    if (end[1] != n) hxtsort__sort(job, to + at, rest + at, dst + at, n - end[1], 0, fooled);
     if (to != dst)
         memcpy(dst + end[0] * bytes, to + end[0] * bytes, (end[1] - end[0]) * bytes);
 }
@@ -942,9 +946,10 @@ static void hxtsort__place(const hxtsort__job *job, size_t *start, int num_bucke
 /* Sorts n records from src to dst, which is src or other; other has room for n records. One pass
  * splits them by the highest bits in which they differ. Then one thread sorts each bucket in cache,
  * or all threads split it again if it is too large for that. The sort is stable, so the result does
- * not depend on the number of threads. promised: if not 0, the bits in which keys may differ. */
+ * not depend on the number of threads. promised: if not 0, the bits in which keys may differ.
+ * by_digits: do not ask a sample for a key that most records have. */
 static void hxtsort__sort(const hxtsort__job *job, unsigned char *src, unsigned char *other,
-                          unsigned char *dst, size_t n, uint64_t promised)
+                          unsigned char *dst, size_t n, uint64_t promised, int by_digits)
 {
     const size_t bytes = job->k.bytes;
     const int threads = job->num_threads;
@@ -957,7 +962,7 @@ static void hxtsort__sort(const hxtsort__job *job, unsigned char *src, unsigned 
         return;
     }
     differ = job->k.guess(job->map, src, n, &frequent, &dominates);
-    if (dominates && differ != 0) {
+    if (dominates && differ != 0 && !by_digits) {
         hxtsort__sort_dominated(job, src, other, dst, n, frequent);
         return;
     }
@@ -987,7 +992,7 @@ static void hxtsort__sort(const hxtsort__job *job, unsigned char *src, unsigned 
     }
     for (b = 0; b < num_buckets; b++) {
         size_t m = start[b + 1] - start[b], at = start[b] * bytes;
-        if (m > job->cap) hxtsort__sort(job, other + at, src + at, dst + at, m, 0);
+        if (m > job->cap) hxtsort__sort(job, other + at, src + at, dst + at, m, 0, 0);
     }
 }
 
@@ -1050,7 +1055,7 @@ static hxtsort_result hxtsort__run(hxtsort__kernels k, hxtsort__map map, void *r
     for (t = 0; t < plan.num_threads; t++)
         hxtsort__space_of(&job, t)->streams = n >= HXTSORT__STREAM_BYTES / k.bytes;
     hxtsort__sort(&job, a, at, a, n,
-                  opt->significant_bits ? hxtsort__low_bits(opt->significant_bits) : 0);
+                  opt->significant_bits ? hxtsort__low_bits(opt->significant_bits) : 0, 0);
     hxtsort__drop_scratch(scratch, opt);
     return HXTSORT_OK;
 }

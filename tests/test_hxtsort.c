@@ -491,6 +491,43 @@ static void larger_than_the_caches(void)
     free(memory);
 }
 
+/* Made from the inside out: at each level 33 of the 64 places that a sample looks at hold one key
+ * above all others, and nowhere else is it. */
+static void samples_can_be_fooled(void)
+{
+    const size_t core = HXTSORT__LEAF_BYTES / sizeof(hxtsort_pair) + 1, levels = 3000;
+    const size_t n = core + 33 * levels;
+    hxtsort_pair *a = (hxtsort_pair *)malloc(n * sizeof *a);
+    hxtsort_pair *b = (hxtsort_pair *)malloc(n * sizeof *b), *swap;
+    size_t i, level;
+    int good = 1;
+    for (i = 0; i < core; i++) a[i].key = random_u64() >> 34;
+    for (level = 1; level <= levels; level++) {
+        size_t m = core + 33 * level, step = m / HXTSORT__SAMPLE, from = 0, put = 0;
+        for (i = 0; i < m; i++)
+            if (put < 33 && i == put * step) {
+                b[i].key = ((uint64_t)1 << 32) + level;
+                put++;
+            } else {
+                b[i] = a[from++];
+            }
+        swap = a;
+        a = b;
+        b = swap;
+    }
+    for (i = 0; i < n; i++) a[i].value = i;
+    memcpy(b, a, n * sizeof *a);
+    CHECK(hxtsort_pairs(a, n, NULL) == HXTSORT_OK);
+    for (i = 0; i < n; i++) {
+        good &= a[i].key == b[a[i].value].key;
+        if (i > 0) good &= a[i - 1].key < a[i].key || (a[i - 1].key == a[i].key &&
+                                                       a[i - 1].value < a[i].value);
+    }
+    CHECK(good);
+    free(a);
+    free(b);
+}
+
 static void hints_and_bad_arguments(void)
 {
     static hxtsort_pair a[MOST];
@@ -557,6 +594,7 @@ int main(void)
     scratch_of_the_caller();
     scratch_is_enough_for_many_threads();
     larger_than_the_caches();
+    samples_can_be_fooled();
     hints_and_bad_arguments();
     return check_report();
 }
