@@ -201,7 +201,8 @@ HILBERT_API void hilbert_box_cube(hilbert_box *box);
  *   keys           out     points->count keys
  *   points         in
  *   box            in      points outside it get the nearest cell; NULL = box of the points, cubed
- *   num_nonfinite  out     points with a NaN or an infinity: their key is UINT64_MAX; may be NULL
+ *   num_nonfinite  out     points with a NaN or an infinity: their key is UINT64_MAX, as is that of
+ *                          the curve's last cell in 2D at depth 32; may be NULL
  *
  * Returns  HILBERT_OK; _ERROR_INVALID_ARGUMENT: a box with lo > hi or not finite, a middle outside
  *          [0,1), a depth too large
@@ -246,7 +247,7 @@ HILBERT_API hilbert_result hilbert_sort_points(void *memory, const hilbert_point
  * of them have one point more. Part i begins at the key of its first sorted point; the last part
  * wraps around to the start of the first. Points with equal keys fall into the same part, so a part
  * may be empty (length 0). A part that has all points is {0, UINT64_MAX}: it holds every key but
- * UINT64_MAX. */
+ * UINT64_MAX, which a cell has in 2D at depth 32 only. */
 HILBERT_API void hilbert_partition_keys(hilbert_partition *parts, size_t num_parts,
                                         const uint64_t *sorted_keys, size_t count);
 
@@ -776,6 +777,16 @@ static double hilbert__coordinate(const hilbert_points *points, size_t p, int i)
     }
     memcpy(&f, at + sizeof f * (size_t)i, sizeof f);
     return (double)f;
+}
+
+static int hilbert__point_is_finite(const hilbert_points *points, size_t p)
+{
+    int i, finite = 1;
+
+    if (points->scalar == HILBERT_UINT32) return 1;
+    for (i = 0; i < points->dimension; i++)
+        finite &= hilbert__is_finite(hilbert__coordinate(points, p, i));
+    return finite;
 }
 
 /* The cell of point p on each axis; returns 0 if the point is not finite. */
@@ -2120,14 +2131,29 @@ HILBERT_API hilbert_result hilbert_keys3(uint64_t *keys, const double *xyz, size
     return hilbert_keys(keys, &points, box, NULL, &options);
 }
 
+/* Pairs of keys and indices, those of points that are not finite after all others: in 2D at full
+ * depth the last cell of the curve has their key, too. */
+static void hilbert__fill_pairs(hilbert__pair *pairs, const uint64_t *keys,
+                                const hilbert_points *pts, size_t num_nonfinite)
+{
+    size_t i, first = 0, last = pts->count - num_nonfinite;
+    for (i = 0; i < pts->count; i++) {
+        int finite = keys[i] != UINT64_MAX || hilbert__point_is_finite(pts, i);
+        hilbert__pair *pair = &pairs[finite ? first++ : last++];
+        pair->key = keys[i];
+        pair->index = i;
+    }
+}
+
 HILBERT_API hilbert_result hilbert_argsort(size_t *order, const hilbert_points *points,
                                            const hilbert_box *box, uint64_t *sorted_keys,
                                            const hilbert_options *options)
 {
     hilbert_options opt;
+    hilbert_points pts;
     uint64_t *keys = NULL;
     hilbert__pair *pairs = NULL, *sorted;
-    size_t count, i;
+    size_t count, num_nonfinite, i;
     hilbert_result result;
 
     if (!points || (points->count != 0 && !order)) return HILBERT_ERROR_INVALID_ARGUMENT;
@@ -2141,12 +2167,10 @@ HILBERT_API hilbert_result hilbert_argsort(size_t *order, const hilbert_points *
     if (!keys) goto done;
     pairs = (hilbert__pair *)hilbert__alloc_array(&opt.allocator, count, 2 * sizeof *pairs);
     if (!pairs) goto done;
-    result = hilbert_keys(keys, points, box, NULL, options);
+    result = hilbert_keys(keys, points, box, &num_nonfinite, options);
+    if (result == HILBERT_OK) result = hilbert__resolve_points(&pts, points);
     if (result != HILBERT_OK) goto done;
-    for (i = 0; i < count; i++) {
-        pairs[i].key = keys[i];
-        pairs[i].index = i;
-    }
+    hilbert__fill_pairs(pairs, keys, &pts, num_nonfinite);
     sorted = hilbert__sort(pairs, pairs + count, count);
     for (i = 0; i < count; i++) order[i] = sorted[i].index;
     if (sorted_keys)
@@ -2202,7 +2226,6 @@ HILBERT_API hilbert_result hilbert_kd_build(hilbert_kd *kd, const hilbert_points
     hilbert__selection s = {NULL, NULL};
     double *splits = NULL;
     size_t num_finite = 0, p;
-    int i;
     hilbert_result result = hilbert__resolve_points(&pts, points);
 
     if (result == HILBERT_OK) result = hilbert__resolve(&opt, options, pts.count);
@@ -2219,12 +2242,8 @@ HILBERT_API hilbert_result hilbert_kd_build(hilbert_kd *kd, const hilbert_points
     if (!s.values) goto done;
     s.order = (size_t *)hilbert__alloc_array(&opt.allocator, pts.count, sizeof *s.order);
     if (!s.order) goto done;
-    for (p = 0; p < pts.count; p++) {
-        int finite = 1;
-        for (i = 0; i < pts.dimension; i++)
-            finite &= hilbert__is_finite(hilbert__coordinate(&pts, p, i));
-        if (finite) s.order[num_finite++] = p;
-    }
+    for (p = 0; p < pts.count; p++)
+        if (hilbert__point_is_finite(&pts, p)) s.order[num_finite++] = p;
     kd->splits = splits;
     kd->dimension = pts.dimension;
     kd->levels = levels;

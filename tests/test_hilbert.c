@@ -616,6 +616,28 @@ static void points_are_sorted(void)
     }
 }
 
+/* In 2D at full depth the last cell of the curve has the key of points without a cell. */
+static void points_that_are_not_finite_come_last(void)
+{
+    static const double xy[6][2] = {{NAN, 0}, {1, 1}, {0, 0}, {1, 0}, {HUGE_VAL, 1}, {0.5, 0.5}};
+    int curve;
+    for (curve = 0; curve < 3; curve++) {
+        hilbert_points points;
+        hilbert_box box;
+        size_t order[6];
+        uint64_t sorted[6];
+        memset(&points, 0, sizeof points);
+        points.coordinates = xy;
+        points.count = 6;
+        points.dimension = 2;
+        CHECK(hilbert_box_fit(&box, &points, NULL, NULL) == HILBERT_OK);
+        box.curve = (hilbert_curve)curve;
+        CHECK(hilbert_argsort(order, &points, &box, sorted, NULL) == HILBERT_OK);
+        CHECK(order[4] == 0 && order[5] == 4 && sorted[4] == UINT64_MAX);
+        if (curve == HILBERT_CURVE_Z) CHECK(order[3] == 1 && sorted[3] == UINT64_MAX);
+    }
+}
+
 static void partitions_hold_equal_counts(void)
 {
     static const size_t counts[] = {1, 2, 7, 100, MANY};
@@ -855,6 +877,7 @@ int main(void)
     integer_points();
     boxes_fit();
     points_are_sorted();
+    points_that_are_not_finite_come_last();
     partitions_hold_equal_counts();
     kd_cells_hold_equal_counts();
     deep_keys_refine_the_others();
