@@ -173,14 +173,17 @@ static void drop_elements(meshio_mesh *m)
 static double *read_weights(const char *name, size_t count, int *code)
 {
     FILE *file = fopen(name, "r");
-    double *weights = (double *)malloc(count * sizeof *weights + 1), more;
+    double *weights = (double *)malloc(count * sizeof *weights + 1);
     size_t n = 0;
+    char more;
     *code = weights ? TOOL_CANNOT_READ : TOOL_NO_MEMORY;
     while (file && weights && n < count && fscanf(file, "%lf", &weights[n]) == 1) n++;
-    if (file && n == count && fscanf(file, "%lf", &more) != 1) *code = TOOL_OK;
+    if (file && weights && n == count && fscanf(file, " %c", &more) == EOF && !ferror(file))
+        *code = TOOL_OK;
     if (file) fclose(file);
     if (*code == TOOL_OK) return weights;
-    if (!file) fprintf(stderr, "delaunay: %s: cannot open\n", name);
+    if (!weights) fprintf(stderr, "delaunay: out of memory\n");
+    else if (!file) fprintf(stderr, "delaunay: %s: cannot open\n", name);
     else fprintf(stderr, "delaunay: %s: not one number for each of %lu points\n", name,
                  (unsigned long)count);
     free(weights);

@@ -289,7 +289,7 @@ static int improve(const arguments *args, meshio_mesh *m)
     size_t cap_vertices = m->num_vertices + m->num_vertices / 4 + 1000, before = m->num_vertices;
     size_t cap_tets = 2 * m->num_tets + 10000;
     int32_t spare;
-    int code;
+    int code, lost;
     memset(&report, 0, sizeof report);
     if (!tool_can_create("improve", args->output)) return TOOL_CANNOT_WRITE;
     if (!make_room(m, cap_vertices, cap_tets)) {
@@ -316,7 +316,9 @@ static int improve(const arguments *args, meshio_mesh *m)
                            &m->num_tets, cap_tets, NULL, &options, &report);
     swap_regions(m, -1, spare);
     code = exit_code(result);
-    if (bad && (ferror(bad) | fclose(bad)) != 0) {
+    lost = bad && ferror(bad);
+    if (bad && fclose(bad) != 0) lost = 1;
+    if (lost) {
         fprintf(stderr, "improve: cannot write '%s'\n", args->bad);
         return TOOL_CANNOT_WRITE;
     }

@@ -727,10 +727,12 @@ static int set_surface(job *j)
 /* The name of OUTPUT, or without -o that of the input without its folder, with another ending. */
 static void side_name(const job *j, const char *ending, char *name, size_t size)
 {
-    const char *base = j->set.output ? j->set.output : j->name, *dot, *slash;
+    const char *output = j->set.output, *base, *dot, *slash;
     size_t stem;
+    if (output && strncmp(output, "/dev/", 5) == 0) output = NULL;
+    base = output ? output : j->name;
     slash = strrchr(base, '/');
-    if (!j->set.output && slash) base = slash + 1;
+    if (!output && slash) base = slash + 1;
     slash = strrchr(base, '/');
     dot = strrchr(base, '.');
     stem = dot && (!slash || dot > slash) ? (size_t)(dot - base) : strlen(base);
@@ -858,6 +860,16 @@ static double nearly(const job *j)
     return MESHER_NEARLY * extent;
 }
 
+/* A number of two digits that is no smaller. */
+static double rounded_up(double x)
+{
+    char text[32];
+    double y;
+    snprintf(text, sizeof text, "%.1e", x);
+    y = strtod(text, NULL);
+    return y < x ? y + pow(10, atoi(strchr(text, 'e') + 1) - 1) : y;
+}
+
 /* Whether some defect involves a line: the numbers of lines follow those of the triangles. */
 static int line_is_defective(const job *j)
 {
@@ -901,7 +913,8 @@ static void print_counts(const job *j, const char *title, int defects)
                       ? ", left out"
                       : ": nodes of the mesh where they are in it; --drop-unused leaves them out",
                   stdout);
-        if (k == MESHER_NOTE_NEAR_VERTEX) printf(": --weld %.2g makes them equal", nearly(j));
+        if (k == MESHER_NOTE_NEAR_VERTEX) 
+            printf(": --weld %.2g makes them equal", rounded_up(nearly(j)));
         putchar('\n');
     }
     if (any && (defects || j->set.verbose || j->set.check ||

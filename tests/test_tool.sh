@@ -247,6 +247,9 @@ code 0 $delaunay "$T/grid.xyz" --weights "$T/weights.txt" --validate -o "$T/g4.m
 ok "equal weights change nothing" cmp "$T/g1.mesh" "$T/g4.mesh"
 code 3 $delaunay "$T/flat.xyz" --weights "$T/weights.txt"
 code 3 $delaunay "$T/flat.xyz" --weights "$T/none.txt"
+n=$(wc -l < "$T/grid.xyz")
+{ head -n $((n - 1)) "$T/weights.txt"; echo 0,25; } > "$T/comma.txt"
+code 3 $delaunay "$T/grid.xyz" --weights "$T/comma.txt"
 code 0 $delaunay "$T/grid.xyz" -q -o "$T/g3.mesh" --threads 3
 ok "same bytes for any number of threads" cmp "$T/g1.mesh" "$T/g3.mesh"
 
@@ -303,11 +306,11 @@ awk 'NR == FNR { if (FNR > 2 && FNR < 11) split($0, a, " "); for (k = 1; k <= 3;
                 print "endloop\nendfacet" }
      END { print "endsolid cube" }' "$T/cube.off" "$T/cube.off" > "$T/parted.stl"
 code 5 $mesh "$T/parted.stl"
-prints 'nearly equal vertices: --weld 1e-06 makes them equal'
-code 0 $mesh "$T/parted.stl" --weld 1e-06 --json "$T/w.json"
+prints 'nearly equal vertices: --weld 1.1e-06 makes them equal'
+code 0 $mesh "$T/parted.stl" --weld 1.1e-06 --json "$T/w.json"
 prints 'weld *28 vertices put onto others'
 ok 'JSON counts them' grep -q '"welded_vertices": 28' "$T/w.json"
-code 0 $mesh "$T/parted.stl" --weld 1e-06 --check
+code 0 $mesh "$T/parted.stl" --weld 1.1e-06 --check
 code 2 $mesh "$T/f1.mesh" --weld 1 --refine-mesh
 code 2 $mesh "$T/cube.off" --weld -1
 code 5 $mesh "$T/overlap.off" --size 0.1 --refine-surface -o "$T/f3.mesh"
