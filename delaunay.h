@@ -5138,30 +5138,34 @@ done:
 }
 
 /* ---- >>partitions  engine (a): sections of the Moore curve [Marot 2020, 4.2-4.6] ------------- */
-/* A tetrahedron is a section's if the keys of all its vertices are in it; the ghost is in every
- * section. Then no two sections can meet: a neighbour of a section's own tetrahedron shares a facet
- * with it, three vertices of which two at least are not the ghost, and these are keys of the
- * section. So it cannot be another section's own, and what a section reads (its own and their
- * neighbours) is written by nobody else (own tetrahedra only). What has vertices in two sections is
- * nobody's until the next attempt, which cuts another curve: bent and turned.
+/* A section is an interval of keys on the curve. It owns the tetrahedra all of whose vertices have
+ * keys in the interval; the ghost belongs to every section. Sections cannot interfere with each
+ * other: a neighbour of a tetrahedron that a section owns shares a facet with it. Of the three
+ * vertices of that facet at least two are not the ghost, and their keys are in the section, so no
+ * other section can own the neighbour. What a section reads (the tetrahedra that it owns and their
+ * neighbours) is therefore written by no other section (each writes only those that it owns). A
+ * tetrahedron with vertices in two sections has no owner until the next attempt, which cuts another
+ * curve into sections: a bent one that starts elsewhere.
  *
- * All of this holds of any sets of vertices that have none in common, also of sets that grow, if a
- * vertex is taken into one only when it is in no other. So where the result does not depend on who
- * inserts what (a Delaunay triangulation), what sections leave is divided by claims: short pieces of
- * the curve, cells, that a thread claims when it meets them and lets go soon. Threads that hold some
- * hundred cells seldom meet; of sixteen sections of two million points a quarter is near a border. */
+ * All of this holds for any disjoint sets of vertices, also for sets that grow, as long as a vertex
+ * joins a set only while it is in no other. So where the result does not depend on which thread
+ * inserts which point (a Delaunay triangulation), the items that sections leave over are divided by
+ * claims: the curve is cut into many short pieces, cells; a thread claims a cell when it first
+ * needs it and soon releases it again. Threads that hold some hundred cells each seldom collide,
+ * whereas with sixteen sections of two million points a quarter of the points is near a border. */
 enum {
     DELAUNAY__KEY_BITS = 32,
-    DELAUNAY__ITEMS_A_SECTION = 1500, /* fewer are not worth a section */
-    DELAUNAY__MAX_ATTEMPTS = 8,       /* then the rest one by one */
+    DELAUNAY__ITEMS_A_SECTION = 1500, /* a section with fewer items does not pay */
+    DELAUNAY__MAX_ATTEMPTS = 8,       /* after these the rest is inserted one by one */
     DELAUNAY__BETWEEN_PROGRESS = 4096
 };
 
+/* A section in the current attempt, or the share of one thread where cells are claimed. */
 typedef struct delaunay__cut {
-    size_t begin, end, left; /* items; those left over are moved to the front */
-    uint32_t start, length;
-    delaunay_handle hint;
-    delaunay_handle fresh, fresh_end; /* slots dealt to it */
+    size_t begin, end, left; /* range of its items; the left ones are moved to the front of it */
+    uint32_t start, length;  /* keys start .. start + length - 1, wrapping around at 2^32 */
+    delaunay_handle hint;    /* a tetrahedron that it owns, to start the first walk from */
+    delaunay_handle fresh, fresh_end; /* unused slots at the end of the array reserved for it */
 } delaunay__cut;
 
 typedef struct delaunay__partitions {
@@ -5175,10 +5179,10 @@ typedef struct delaunay__partitions {
     uint64_t attempt;
     hxtsort_pair32 *items; /* key, vertex */
     hxtsort_options sort;
-    delaunay__claims *claims; /* one a kernel, where keys are cells; NULL: there are sections */
-    uint16_t *owner;          /* of the cells */
-    double done, all, told; /* for progress: items, of how many, and the last fraction */
-    int status;       /* shared in a region: the first error */
+    delaunay__claims *claims; /* one per kernel, if keys are cell numbers; NULL: sections */
+    uint16_t *owner;          /* per cell: which kernel has claimed it, 0: none */
+    double done, all, told; /* progress: items done, items in all, the last fraction reported */
+    int status;       /* shared by the threads of a region: an error or a cancellation */
 } delaunay__partitions;
 
 static void delaunay__end_claims(delaunay__partitions *p)
@@ -5227,7 +5231,7 @@ static delaunay_result delaunay__partitions_init(delaunay__partitions *p, delaun
     if (!p->kernels || !p->cuts) return DELAUNAY_ERROR_OUT_OF_MEMORY;
     for (i = 0; i < p->num_kernels && result == DELAUNAY_OK; i++) {
         p->kernels[i] = (delaunay__kernel *)delaunay_alloc(
-            m, 1, sizeof **p->kernels + 128); /* lines of its own */
+            m, 1, sizeof **p->kernels + 128); /* padding: no cache line is shared by two kernels */
         if (!p->kernels[i]) return DELAUNAY_ERROR_OUT_OF_MEMORY;
         result = delaunay__kernel_init(p->kernels[i], mesh);
         p->kernels[i]->exact_doubles = exact_doubles;
@@ -5237,7 +5241,7 @@ static delaunay_result delaunay__partitions_init(delaunay__partitions *p, delaun
     return result;
 }
 
-/* Keys of vertices 1 .. count-1 along the box's curve. */
+/* Computes the keys of vertices 0 .. count-1 on the box's curve (the ghost's key is not used). */
 static void delaunay__rekey(delaunay__partitions *p, uint32_t count)
 {
     enum { DELAUNAY__KEYS = 1024 };
@@ -5254,8 +5258,8 @@ static void delaunay__rekey(delaunay__partitions *p, uint32_t count)
     }
 }
 
-/* Another curve for another attempt: bent and turned by a fixed sequence of numbers. Sorts the
- * items along it. */
+/* Chooses another curve for another attempt, and sorts the items along it. A fixed sequence of
+ * pseudo-random numbers decides how it is bent and where it starts. */
 static delaunay_result delaunay__next_curve(delaunay__partitions *p, uint32_t count,
                                             size_t num_items)
 {
@@ -5278,7 +5282,7 @@ static void delaunay__reverse_items(hxtsort_pair32 *items, size_t begin, size_t 
     }
 }
 
-/* The items from number by on, then those before it. */
+/* Rotates the array of items to the left by so many places. */
 static void delaunay__turn_items(hxtsort_pair32 *items, size_t num, size_t by)
 {
     delaunay__reverse_items(items, 0, by);
@@ -5286,7 +5290,7 @@ static void delaunay__turn_items(hxtsort_pair32 *items, size_t num, size_t by)
     delaunay__reverse_items(items, 0, num);
 }
 
-/* Sections with equal numbers of items; items of one key in one section. */
+/* Cuts the items into sections of about equal size; items with equal keys share a section. */
 static void delaunay__cut_sections(delaunay__partitions *p, size_t num_items, int num)
 {
     int i;
@@ -5303,10 +5307,10 @@ static void delaunay__cut_sections(delaunay__partitions *p, size_t num_items, in
     }
 }
 
-/* Deals to each section the slots for most of its items (a point ends up with 6.77 tetrahedra, but
- * some are left over), in the order of the curve: no two threads write to one page, which the
- * system would clear while both wait, and the slots are nearly in canonical order. Hidden points
- * would need none. */
+/* Reserves for each section slots at the end of the array, in the order of the curve: six for each
+ * item. (A point ends up with 6.77 tetrahedra, but some items are left over.) So no two threads
+ * write to the same new page, which both would have to wait for while the system clears it, and the
+ * slots are nearly in canonical order. Not for weighted meshes: hidden points need no slots. */
 static void delaunay__deal_fresh(delaunay__partitions *p, size_t num_items, int num)
 {
     enum { DELAUNAY__SLOTS_AN_ITEM = 6 };
@@ -5322,8 +5326,8 @@ static void delaunay__deal_fresh(delaunay__partitions *p, size_t num_items, int 
     mesh->num_tets = (delaunay_handle)end;
 }
 
-/* Slots dealt that nobody has used: back to the end of the array, or to the first kernel, which will
- * do what is left over in the end. */
+/* Takes back the reserved slots that were not used. Those at the end of the array are cut off; the
+ * first kernel, which will insert the items left over, gets the others as free slots. */
 static delaunay_result delaunay__collect_fresh(delaunay__partitions *p, int num)
 {
     delaunay_mesh *mesh = p->mesh;
@@ -5345,7 +5349,7 @@ static delaunay_result delaunay__collect_fresh(delaunay__partitions *p, int num)
     return DELAUNAY_OK;
 }
 
-/* A live tetrahedron to start from. */
+/* A tetrahedron that is not deleted: the hint, if that will do, else the first one, or none. */
 static delaunay_handle delaunay__any_tet(const delaunay_mesh *mesh, delaunay_handle hint)
 {
     delaunay_handle t;
@@ -5355,8 +5359,8 @@ static delaunay_handle delaunay__any_tet(const delaunay_mesh *mesh, delaunay_han
     return DELAUNAY_NONE;
 }
 
-/* For each section one of its tetrahedra, found by walks to some of its items; none: all its items
- * must wait. */
+/* Finds for each section a tetrahedron that it owns, by walks to some of its items. Without one,
+ * all items of the section are left over. */
 static void delaunay__place_hints(delaunay__partitions *p, int num)
 {
     delaunay__kernel *k = p->kernels[0];
@@ -5386,7 +5390,8 @@ static int delaunay__edit(const delaunay__partitions *p, delaunay__kernel *k, ui
     return delaunay_section_insert(k, v);
 }
 
-/* Tells the host about how many more items are done, by the calling thread, and asks it. */
+/* Reports progress to the host, done being an estimate of the items finished in this attempt, and
+ * returns nonzero if the host cancels. Called by the calling thread only. */
 static int delaunay__cancelled(delaunay__partitions *p, double done)
 {
     double fraction = p->all > 0 ? (p->done + done) / p->all : 0;
@@ -5395,8 +5400,9 @@ static int delaunay__cancelled(delaunay__partitions *p, double done)
     return p->host->progress(p->host->user, p->job->phase ? p->job->phase : "insert", p->told);
 }
 
-/* The items of a section; those left over are moved to the front of the section. Gives up where the
- * sections of this curve cannot serve: all around a sphere, every cavity reaches everywhere. */
+/* Calls the edit for the items of a section, and moves those left over to the front. Gives up if
+ * after an eighth of the items more than 19 of 20 were in conflict: then the sections of this curve
+ * are of no use, as for points on a sphere, where a cavity can reach everywhere. */
 static void delaunay__pass(delaunay__partitions *p, delaunay__kernel *k, delaunay__cut *c,
                            int is_caller, int num)
 {
@@ -5423,7 +5429,7 @@ static void delaunay__pass(delaunay__partitions *p, delaunay__kernel *k, delauna
     c->left = left;
 }
 
-/* One section, by one thread; the calling thread looks after the host. */
+/* Processes one section in one thread; only the calling thread talks to the host. */
 static void delaunay__work(delaunay__partitions *p, delaunay__kernel *k, delaunay__cut *c,
                            int is_caller, int num)
 {
@@ -5438,8 +5444,9 @@ static void delaunay__work(delaunay__partitions *p, delaunay__kernel *k, delauna
     k->fresh = k->fresh_end = 0;
 }
 
-/* Shared: the mesh (each section its own tetrahedra, see above; keys and coordinates are only read;
- * the slot counter is atomic) and status; items and cuts are divided. Private: the kernels. */
+/* Shared by the threads: the mesh (each section writes only tetrahedra that it owns, see above;
+ * keys and coordinates are only read; the slot counter is atomic) and status. Divided among them:
+ * items and cuts. Private: the kernels. */
 static void delaunay__run_sections(delaunay__partitions *p, int num)
 {
     int i, threads = p->num_kernels < num ? p->num_kernels : num;
@@ -5457,7 +5464,8 @@ static void delaunay__run_sections(delaunay__partitions *p, int num)
     for (i = 0; i < p->num_kernels; i++) { p->kernels[i]->parallel = 0; }
 }
 
-/* What was too small in the last region; a failure is found again, and told, by the serial end. */
+/* Before a region: enlarges the buffers that were too small in the last one, and reserves slots. A
+ * failure is ignored here: it occurs again in the serial run at the end, which reports it. */
 static void delaunay__feed_kernels(delaunay__partitions *p, size_t num_items)
 {
     size_t slots = p->mesh->num_tets + 7 * num_items + p->kernels[0]->reserve;
@@ -5490,14 +5498,14 @@ static int delaunay__run_serial(delaunay__partitions *p, size_t num_items)
         answer = delaunay__edit(p, k, p->items[i].value);
         if (answer < 0) return answer;
         if (answer == DELAUNAY_ITEM_CONFLICT)
-            return DELAUNAY_ERROR_INTERNAL; /* there is no one else */
+            return DELAUNAY_ERROR_INTERNAL; /* no other thread is there to conflict with */
     }
     p->done += (double)num_items;
     return DELAUNAY_OK;
 }
 
-/* One attempt in num sections, with slots dealt to them or not. Returns how many items it left, at
- * the front, or an error. */
+/* One attempt in num sections; deal: reserve slots for each of them. Returns the number of items
+ * left over, which are moved to the front, or an error. */
 static int64_t delaunay__attempt(delaunay__partitions *p, size_t num_items, int num, int deal)
 {
     size_t left = 0;
@@ -5520,8 +5528,9 @@ static int64_t delaunay__attempt(delaunay__partitions *p, size_t num_items, int 
     return (int64_t)left;
 }
 
-/* Attempts in fewer and fewer sections, then one by one. Vertices 1 .. count-1 have keys or get
- * them; the first attempt takes the keys and the order of the items as they are if fresh. */
+/* Inserts the items in attempts with ever fewer sections, then the rest one by one. fresh: vertices
+ * 1 .. count-1 have keys and the items are sorted by them, so the first attempt uses this curve;
+ * otherwise, and for the other attempts, a new one is computed. */
 static int delaunay__run_items(delaunay__partitions *p, uint32_t count, size_t num_items, int fresh)
 {
     int num = p->job->num_sections ? p->job->num_sections : p->num_kernels, attempt,
@@ -5541,9 +5550,9 @@ static int delaunay__run_items(delaunay__partitions *p, uint32_t count, size_t n
     return delaunay__run_serial(p, num_items);
 }
 
-/* The keys of vertices 0 .. count-1 become the numbers of cells; cell c begins with key first[c].
- * Most vertices follow the curve: the search goes on from the cell of the one before, in growing
- * steps. */
+/* Replaces the keys of vertices 0 .. count-1 by the numbers of their cells; cell c begins with key
+ * first[c]. As most vertices follow the curve, the search starts at the cell of the vertex before,
+ * with doubling steps. */
 static void delaunay__number_cells(delaunay__partitions *p, uint32_t count, const uint32_t *first,
                                    uint32_t num_cells)
 {
@@ -5565,8 +5574,9 @@ static void delaunay__number_cells(delaunay__partitions *p, uint32_t count, cons
     }
 }
 
-/* Vertices 1 .. count-1 get cells for keys: so many vertices from begin on, which are in the order
- * of their keys, in each, and the others along the same curve. */
+/* Replaces the keys of vertices 1 .. count-1 by cell numbers. Vertices from begin on, which are in
+ * the order of their keys, define the cells: 64 of them make one. The others get the cell that
+ * their key falls into. */
 static delaunay_result delaunay__begin_claims(delaunay__partitions *p, uint32_t begin,
                                               uint32_t count)
 {
@@ -5599,9 +5609,10 @@ static delaunay_result delaunay__begin_claims(delaunay__partitions *p, uint32_t 
     return DELAUNAY_OK;
 }
 
-/* What sections left, or items that are too few for sections: each thread goes along a part of the
- * curve and claims the cells that it needs; what meets another's waits for the next attempt. Keys
- * of vertices may be cells afterwards. Returns how many items are left. */
+/* Inserts items that sections have left over, or that are too few for sections: each thread goes
+ * along a part of the curve and claims the cells that it needs; an item that needs a cell of
+ * another thread waits for the next attempt. The keys of vertices may be cell numbers afterwards.
+ * Returns the number of items left over, or an error. */
 static int64_t delaunay__run_claims(delaunay__partitions *p, uint32_t begin, uint32_t count,
                                     size_t num_items)
 {
@@ -5611,7 +5622,7 @@ static int64_t delaunay__run_claims(delaunay__partitions *p, uint32_t begin, uin
     if (left < 2 * DELAUNAY__ITEMS_A_CLAIMER) return left;
     if (delaunay__begin_claims(p, begin, count) != DELAUNAY_OK)
         return DELAUNAY_ERROR_OUT_OF_MEMORY;
-    p->attempt++; /* the next round needs keys */
+    p->attempt++; /* tells the caller that keys must be computed again */
     for (attempt = 0; attempt < DELAUNAY__ATTEMPTS && left >= 0; attempt++) {
         const int64_t before = left;
         if (num > left / DELAUNAY__ITEMS_A_CLAIMER) num = (int)(left / DELAUNAY__ITEMS_A_CLAIMER);
@@ -5623,9 +5634,10 @@ static int64_t delaunay__run_claims(delaunay__partitions *p, uint32_t begin, uin
     return left;
 }
 
-/* Two threads: two halves of the closed curve meet in a plane, and what they leave is divided into
- * halves that start a quarter later and meet in another one, so that next to nothing remains, near
- * a line, for one thread. Returns how many items are left. */
+/* For two threads: two halves of the closed curve are separated by a plane. The items that they
+ * leave over are divided into halves that start a quarter of the curve later and are separated by
+ * another plane, so that next to nothing, near the line where the planes meet, remains for one
+ * thread. Returns the number of items left over, or an error. */
 static int64_t delaunay__run_halves(delaunay__partitions *p, size_t num_items)
 {
     int64_t left = (int64_t)num_items;
@@ -5639,9 +5651,10 @@ static int64_t delaunay__run_halves(delaunay__partitions *p, size_t num_items)
     return left;
 }
 
-/* Items sorted by keys of the curve that is not bent. All rounds divide it in the same places: near
- * these the rounds before have put points, too, and cavities are small. What many sections leave,
- * or what is too little for them, is divided by claims. */
+/* Inserts one round of items, the last vertices of the mesh, sorted by their keys on the unbent
+ * curve. All rounds cut this curve at about the same places: earlier rounds have inserted points
+ * near these cuts, too, so cavities there are small. With more than two threads, the items that the
+ * sections leave over, or a round too small for sections, are divided by claims. */
 static int delaunay__run_round(delaunay__partitions *p, uint32_t count, size_t num_items)
 {
     enum { DELAUNAY__ROUND_A_SECTION = 30000 };
@@ -5759,24 +5772,28 @@ done:
 }
 
 /* ---- >>editing  stars, replacement of a cavity, constraint marks, locate -------------------- */
-/* A worker's scratch. Sets and tables forget by a stamp, never by clearing. */
+/* A worker's scratch. Sets and hash tables are emptied by raising their stamp: entries with an
+ * older stamp count as empty. Memory is cleared only when the stamp overflows. */
 
-/* A tetrahedron of a set; present if stamp is that of the set. */
+/* An entry of a set of tetrahedra; present if its stamp is the set's. */
 typedef struct delaunay__member {
     delaunay_handle t;
     uint32_t        stamp;
 } delaunay__member;
 
-/* What delaunay_replace knows about a triple of vertices (or, with v[2] = UINT32_MAX, a pair). */
+/* What delaunay_replace knows about a facet, as a triple of vertices, or about an edge, as a pair
+ * with v[2] = UINT32_MAX. A wall is a facet on the boundary of the cavity. */
 typedef struct delaunay__face {
     uint32_t        v[3]; /* ascending */
     uint32_t        stamp;
-    delaunay_handle at;   /* handle outside, or number 4*i+k of a new facet */
-    uint8_t         state, odd, constrained;
+    delaunay_handle at;   /* WALL: the facet's handle outside; HALF: number 4*i+k, see below */
+    uint8_t         state, odd, constrained; /* odd: an odd permutation sorts the vertices to v */
 } delaunay__face;
 
-/* States of a delaunay__face: not met yet among the new ones; wall of the cavity that waits for a
- * new tetrahedron; new facet that waits for its other side; both sides known. */
+/* States of a delaunay__face.
+ * OLD: no new tetrahedron has been found to have it. WALL: of the cavity, its inner side still
+ * without a new tetrahedron. HALF: facet k of new tetrahedron i, without its other side so far.
+ * DONE: both sides are known. */
 enum { DELAUNAY__FACE_OLD, DELAUNAY__FACE_WALL, DELAUNAY__FACE_HALF, DELAUNAY__FACE_DONE };
 
 typedef struct delaunay__search_tables delaunay__search_tables;
@@ -5791,9 +5808,10 @@ struct delaunay_worker {
     delaunay__face   *faces;       /* 1 << face_bits entries */
     int               face_bits;
     uint32_t          face_stamp;
-    delaunay_handle  *link;        /* 4 a new tetrahedron: its neighbour, outside or new (4*i+k) */
-    uint8_t          *link_inside; /* 4 a new tetrahedron: which of the two */
-    uint16_t         *link_flags;  /* 1 a new tetrahedron: constraint bits that persist */
+    /* as in delaunay_links; per new tetrahedron: */
+    delaunay_handle  *link;        /* 4: the facets beyond, of the mesh or new ones (4*i+k) */
+    uint8_t          *link_inside; /* 4: nonzero if the facet beyond is a new one */
+    uint16_t         *link_flags;  /* 1: the constraint bits that persist */
     size_t            cap_link;
     uint32_t         *commit;      /* vertices of new tetrahedra, for delaunay_window_apply */
     delaunay__search_tables *tables;
@@ -5899,8 +5917,8 @@ DELAUNAY_API void delaunay_worker_free(delaunay_worker *worker)
     delaunay_release(m, worker);
 }
 
-/* Star of a, breadth first, into out; stops at a tetrahedron that contains b and c (0: any vertex),
- * given in *found. */
+/* Collects the star of a, breadth first, in out. If b is not 0, stops at the first tetrahedron that
+ * contains b, and c if c is not 0, and returns it in *found; *found is 0 if there is none. */
 static delaunay_result delaunay__star(const delaunay_mesh *mesh, delaunay_worker *worker,
                                       uint32_t a, uint32_t b, uint32_t c, delaunay_list *out,
                                       delaunay_handle *found)
@@ -5941,8 +5959,8 @@ DELAUNAY_API delaunay_result delaunay_vertex_star(const delaunay_mesh *mesh,
     return delaunay__star(mesh, worker, v, 0, 0, out, &found);
 }
 
-/* Turns around an edge: from tetrahedron *t across the facet opposite *out, the vertex *keep
- * staying. */
+/* One step around an edge: from tetrahedron *t across the facet opposite its vertex *out, where
+ * *out and *keep are the two vertices of *t that are not on the edge. Updates all three. */
 static void delaunay__turn(const delaunay_mesh *mesh, delaunay_handle *t, uint32_t *out,
                            uint32_t *keep)
 {
@@ -5974,7 +5992,8 @@ DELAUNAY_API delaunay_result delaunay_edge_star(const delaunay_mesh *mesh, delau
         delaunay__turn(mesh, &u, &leave, &keep);
     } while (u != t && u != 0);
     if (u == t) return DELAUNAY_OK;
-    /* open: what was found is one arm; reverse it, so that t is last, then the other arm from t */
+    /* The star is open. out holds the part of it in one direction from t: reverse this part, so
+     * that t is last, then append the part in the other direction. */
     for (n = 0, m = out->count; n + 1 < m; n++, m--) {
         delaunay_handle swap = out->items[n];
         out->items[n] = out->items[m - 1];
@@ -6013,8 +6032,8 @@ DELAUNAY_API delaunay_handle delaunay_find_facet(const delaunay_mesh *mesh, dela
     return 4 * found + (delaunay_handle)i;
 }
 
-/* Position of a point against facet i of a real tetrahedron: 1 strictly beyond, 0 in its plane, -1
- * inside. */
+/* Position of a point relative to facet i of a real tetrahedron: 1 strictly beyond the facet's
+ * plane, 0 in it, -1 on the side of the tetrahedron. */
 static int delaunay__beyond(const delaunay_mesh *mesh, const delaunay_tet *tet, int i,
                             const double *xyz)
 {
@@ -6023,8 +6042,8 @@ static int delaunay__beyond(const delaunay_mesh *mesh, const delaunay_tet *tet, 
     return delaunay_orient3d(v[tet->v[f[0]]].x, v[tet->v[f[1]]].x, v[tet->v[f[2]]].x, xyz);
 }
 
-/* A ghost sees the points strictly beyond its facet 3, which is turned the other way than its
- * neighbour's. */
+/* A ghost sees the points strictly outside the hull facet 0, 1, 2. These three vertices are in the
+ * opposite order to that of the same facet of the real neighbour, hence the sign. */
 static int delaunay__sees(const delaunay_mesh *mesh, const delaunay_tet *ghost, const double *xyz)
 {
     const delaunay_vertex *v = mesh->vertices;
@@ -6048,10 +6067,10 @@ static delaunay_handle delaunay__locate_by_scan(const delaunay_mesh *mesh, const
     return ghost;
 }
 
-/* The walk enters a neighbour through a facet that separates strictly. In meshes that are not
- * Delaunay it may go round in circles: the facet to begin with is drawn by a hash of the step, and
- * the number of steps bounded. Where it ends at a border without neighbour, the mesh need not be
- * convex: only the scan can tell. */
+/* Visibility walk: it crosses a facet that strictly separates the tetrahedron from the point. In a
+ * mesh that is not Delaunay it might cycle, so the first facet to be tested is drawn by a
+ * pseudo-random sequence with a fixed seed, and the number of steps is bounded. If the walk ends at
+ * a facet without neighbour, the mesh may be non-convex, and only the scan can give the answer. */
 DELAUNAY_API delaunay_handle delaunay_locate(const delaunay_mesh *mesh, const double *xyz,
                                              delaunay_handle hint)
 {
@@ -6087,8 +6106,8 @@ DELAUNAY_API delaunay_handle delaunay_locate(const delaunay_mesh *mesh, const do
     return delaunay__locate_by_scan(mesh, xyz);
 }
 
-/* -- delaunay_replace: first the links of the new tetrahedra, in the worker, nothing written; then
- * the writing. */
+/* -- delaunay_replace: first finds the links of the new tetrahedra, in the worker's memory, without
+ * a change of the mesh; then writes the mesh. */
 
 static void delaunay__faces_clear(delaunay_worker *w)
 {
@@ -6098,7 +6117,7 @@ static void delaunay__faces_clear(delaunay_worker *w)
     }
 }
 
-/* Scratch for so many new tetrahedra and faces; clears the table. */
+/* Makes room for num_new new tetrahedra and for num_faces entries in the table, and clears that. */
 static delaunay_result delaunay__replace_scratch(delaunay_worker *w, size_t num_new,
                                                  size_t num_faces)
 {
@@ -6129,7 +6148,8 @@ static delaunay_result delaunay__replace_scratch(delaunay_worker *w, size_t num_
     return DELAUNAY_OK;
 }
 
-/* Where a triple, in any order, is in the table or would be. */
+/* The entry of a triple of vertices, given in any order, or the free entry where it would be put;
+ * v: the triple in ascending order. */
 static delaunay__face *delaunay__face_place(const delaunay_worker *w, uint32_t a, uint32_t b,
                                             uint32_t c, uint32_t *v)
 {
@@ -6148,7 +6168,7 @@ static delaunay__face *delaunay__face_place(const delaunay_worker *w, uint32_t a
     return f;
 }
 
-/* The entry of a triple; a new one is in state OLD, unconstrained. */
+/* The entry of a triple, which is added if it is not there: in state OLD, unconstrained. */
 static delaunay__face *delaunay__face_entry(delaunay_worker *w, uint32_t a, uint32_t b, uint32_t c)
 {
     uint32_t v[3];
@@ -6162,7 +6182,7 @@ static delaunay__face *delaunay__face_entry(delaunay_worker *w, uint32_t a, uint
     return f;
 }
 
-/* The same; NULL if there is none. */
+/* The entry of a triple, or NULL if there is none. */
 static const delaunay__face *delaunay__face_find(const delaunay_worker *w, uint32_t a, uint32_t b,
                                                  uint32_t c)
 {
@@ -6171,7 +6191,7 @@ static const delaunay__face *delaunay__face_find(const delaunay_worker *w, uint3
     return f->stamp == w->face_stamp ? f : NULL;
 }
 
-/* Edges share the table of the facets: no vertex has this number. */
+/* Edges are in the same table as facets; UINT32_MAX is not the number of any vertex. */
 static delaunay__face *delaunay__edge_entry(delaunay_worker *w, uint32_t a, uint32_t b)
 {
     return delaunay__face_entry(w, a, b, UINT32_MAX);
@@ -6182,8 +6202,8 @@ static uint8_t delaunay__odd(uint32_t a, uint32_t b, uint32_t c)
     return (uint8_t)((a > b) ^ (a > c) ^ (b > c));
 }
 
-/* Walls and constrained inner facets and edges of the old tetrahedra. Returns the number of walls.
- */
+/* Enters the walls, and the constrained edges and interior facets, of the old tetrahedra into the
+ * table; marked: some of these have constraint bits. Returns the number of walls. */
 static size_t delaunay__replace_enter_old(const delaunay_mesh *mesh, delaunay_worker *w,
                                           const delaunay_handle *old, size_t num_old, int marked)
 {
@@ -6215,9 +6235,9 @@ static size_t delaunay__replace_enter_old(const delaunay_mesh *mesh, delaunay_wo
     return walls;
 }
 
-/* Facet k of new tetrahedron i meets its other side, or waits for it. Returns the change of the
- * number of those that wait, or 2 where a facet would have a third side or the wrong orientation.
- */
+/* Links facet k of new tetrahedron i to its other side if that is known, else enters it as HALF.
+ * Returns the change in the number of facets that wait for their other side, or 2 if the facet
+ * would have a third side or has the wrong orientation. */
 static int delaunay__replace_enter_facet(delaunay_worker *w, const uint32_t *v, size_t i, int k)
 {
     const uint8_t *o = delaunay_facet_order(k);
@@ -6248,8 +6268,8 @@ static int delaunay__replace_enter_facet(delaunay_worker *w, const uint32_t *v, 
     return -1;
 }
 
-/* Fills the worker's links and flags of the new tetrahedra, or says why it cannot be. Reads the old
- * tetrahedra only, writes the worker only. */
+/* Computes the links and flags of the new tetrahedra, in the worker, or returns the error that
+ * delaunay_replace returns. Reads only the old tetrahedra, writes only the worker. */
 static delaunay_result delaunay__replace_links(const delaunay_mesh *mesh, delaunay_worker *w,
                                                const delaunay_handle *old, size_t num_old,
                                                const uint32_t *vertices, size_t num_new)
@@ -6290,8 +6310,8 @@ static delaunay_result delaunay__replace_links(const delaunay_mesh *mesh, delaun
     return waiting ? DELAUNAY_ERROR_INTERNAL : DELAUNAY_OK;
 }
 
-/* Writes the new tetrahedra, by their links, to slots (room is there), and the handles of what
- * surrounds them. Touches nothing else: vertex_tet is the caller's. */
+/* Writes the new tetrahedra with their links to slots, which exist, and updates the handles of the
+ * surrounding tetrahedra. Nothing else is changed; vertex_tet is left to the caller. */
 static void delaunay__replace_write(delaunay_mesh *mesh, const delaunay_links *links,
                                     uint32_t color, const uint32_t *vertices, size_t num_new,
                                     const delaunay_handle *slots)
@@ -6325,7 +6345,7 @@ static void delaunay__delete_tet(delaunay_mesh *mesh, delaunay_handle t)
     if (mesh->color) mesh->color[t] = 0;
 }
 
-/* Room for so many free slots. */
+/* Makes room for so many entries in free_tets. */
 static delaunay_result delaunay__reserve_free(delaunay_mesh *mesh, size_t count)
 {
     size_t cap = count + count / 2 + 256;
@@ -6335,7 +6355,8 @@ static delaunay_result delaunay__reserve_free(delaunay_mesh *mesh, size_t count)
     return DELAUNAY_OK;
 }
 
-/* Room for surplus new slots beyond the free ones, or for the slots that become free. */
+/* Makes room for the slots that delaunay_replace needs beyond the old and the free ones, or for the
+ * entries of those that it frees. */
 static delaunay_result delaunay__replace_reserve(delaunay_mesh *mesh, size_t num_old,
                                                  size_t num_new)
 {
@@ -6436,14 +6457,14 @@ struct delaunay_editor {
     delaunay__kernel  kernel;
     delaunay_worker  *worker;
     delaunay_list     star;   /* of the vertex to be removed */
-    delaunay_list     inside; /* of the corners' triangulation: what is in the hole */
-    uint32_t         *corners; /* of the hole, the ghost apart; scratch for both triangulations: */
-    double           *xyz;
-    uint32_t         *tets; /* 4 a tetrahedron to be */
+    delaunay_list     inside; /* tetrahedra of the corners' own triangulation that fill the hole */
+    uint32_t         *corners; /* vertices of the hole that a removal leaves, without the ghost */
+    double           *xyz;     /* their coordinates */
+    uint32_t         *tets;    /* 4 vertices per tetrahedron that will fill the hole */
     size_t            cap_corners, cap_tets;
 };
 
-/* Every facet has a neighbour, and some are the hull's. */
+/* True if every facet has a neighbour and the mesh has ghosts, that is, a hull. */
 static int delaunay__is_closed(const delaunay_mesh *mesh)
 {
     delaunay_handle t, ghosts = 0;
@@ -6489,7 +6510,8 @@ DELAUNAY_API delaunay_editor *delaunay_editor_new(delaunay_mesh *mesh)
     return e;
 }
 
-/* What the kernel does not keep: links of vertices, marks of new and of deleted tetrahedra. */
+/* After an insertion: updates what the kernel does not, namely vertex_tet, and the flags and
+ * colours of new and deleted tetrahedra. */
 static void delaunay__editor_link(delaunay_editor *e)
 {
     delaunay_mesh *mesh = e->mesh;
@@ -6509,7 +6531,7 @@ static void delaunay__editor_link(delaunay_editor *e)
     }
 }
 
-/* A corner of tetrahedron t at xyz, or 0. */
+/* The vertex of tetrahedron t that is at xyz, or 0. */
 static uint32_t delaunay__corner_at(const delaunay_mesh *mesh, delaunay_handle t, const double *xyz)
 {
     const uint32_t *v = mesh->tets[t].v;
@@ -6519,7 +6541,8 @@ static uint32_t delaunay__corner_at(const delaunay_mesh *mesh, delaunay_handle t
     return 0;
 }
 
-/* Inserts a loose vertex. *same: the vertex that is at its place; then nothing has changed. */
+/* Inserts a vertex that is in no tetrahedron. *same: 0, or another vertex at the same place; then
+ * nothing has changed. */
 static delaunay_result delaunay__editor_put(delaunay_editor *e, uint32_t v, delaunay_handle hint,
                                             uint32_t *same)
 {
@@ -6535,8 +6558,8 @@ static delaunay_result delaunay__editor_put(delaunay_editor *e, uint32_t v, dela
         DELAUNAY_OK)
         return DELAUNAY_ERROR_OUT_OF_MEMORY;
     result = delaunay__insert(k, v);
-    /* Other edits may come before the next: the mesh has all slots. Of a cavity of thousands, with
-     * no memory left, they stay deleted and unused. */
+    /* Gives the freed slots to the mesh, as other edits may come before the next insertion. If
+     * there is no memory for a list of thousands, the slots stay deleted and are not used again. */
     if (delaunay__kernel_finish(k) != DELAUNAY_OK) k->num_freed = 0;
     if (result == DELAUNAY__NOT_HERE) {
         *same = delaunay__corner_at(e->mesh, k->hint, e->mesh->vertices[v].x);
@@ -6580,7 +6603,8 @@ DELAUNAY_API delaunay_result delaunay_editor_insert_vertex(delaunay_editor *edit
     return result == DELAUNAY_OK && same ? DELAUNAY_ERROR_INVALID_ARGUMENT : result;
 }
 
-/* Distinct vertices of the star but v and the ghost: corners, and their coordinates. */
+/* Lists the vertices of the star other than v and the ghost, each once, in corners, and their
+ * coordinates in xyz. */
 static delaunay_result delaunay__editor_corners(delaunay_editor *e, uint32_t v, size_t *num)
 {
     delaunay_mesh *mesh = e->mesh;
@@ -6624,7 +6648,8 @@ static delaunay_result delaunay__editor_reserve_tets(delaunay_editor *e, size_t 
     return DELAUNAY_OK;
 }
 
-/* The walls of the hole into the worker's table: facets opposite v, in the sense of the inside. */
+/* Enters the walls of the hole into the worker's table: the facets opposite v, oriented as those of
+ * a tetrahedron inside the hole. */
 static delaunay_result delaunay__editor_walls(delaunay_editor *e, uint32_t v)
 {
     size_t i;
@@ -6640,7 +6665,7 @@ static delaunay_result delaunay__editor_walls(delaunay_editor *e, uint32_t v)
     return result;
 }
 
-/* Corner j of a tetrahedron of the corners' triangulation, as a vertex of the mesh. */
+/* Vertex j of tetrahedron t of the corners' triangulation (little), as a vertex of the mesh. */
 static uint32_t delaunay__editor_vertex(const delaunay_editor *e, const delaunay_mesh *little,
                                         delaunay_handle t, int j)
 {
@@ -6648,7 +6673,7 @@ static uint32_t delaunay__editor_vertex(const delaunay_editor *e, const delaunay
     return v == DELAUNAY_GHOST ? DELAUNAY_GHOST : e->corners[little->vertex_id[v]];
 }
 
-/* The wall that facet i of t is, or NULL. */
+/* The wall with the vertices of facet i of t, or NULL; *odd: the orientation of the facet. */
 static const delaunay__face *delaunay__editor_wall(const delaunay_editor *e,
                                                    const delaunay_mesh *little, delaunay_handle t,
                                                    int i, uint8_t *odd)
@@ -6662,8 +6687,9 @@ static const delaunay__face *delaunay__editor_wall(const delaunay_editor *e,
     return f;
 }
 
-/* What of the corners' triangulation is in the hole: it has a wall on its side, or is reached from
- * there without crossing one. Into tets. */
+/* Finds the tetrahedra of the corners' triangulation that are in the hole: they have a wall as a
+ * facet, with its orientation, or are reached from such ones without crossing a wall. Copies their
+ * vertices, numbered as in the mesh, to tets. */
 static delaunay_result delaunay__editor_fill(delaunay_editor *e, delaunay_mesh *little, size_t *num)
 {
     delaunay_handle t;
@@ -6698,8 +6724,9 @@ static delaunay_result delaunay__editor_fill(delaunay_editor *e, delaunay_mesh *
     return result;
 }
 
-/* All corners in one plane: what is beyond keeps its tetrahedra, and gets ghosts; nothing beyond:
- * only a plane would be left. */
+/* If all corners lie in one plane: the facets opposite v become hull facets, with a ghost on each
+ * in place of the star. It is an error if there are no tetrahedra beyond them, as then all
+ * remaining vertices lie in the plane. */
 static delaunay_result delaunay__editor_cap(delaunay_editor *e, uint32_t v, size_t *num)
 {
     size_t i, n = 0;
@@ -6754,7 +6781,7 @@ DELAUNAY_API delaunay_result delaunay_editor_remove(delaunay_editor *editor, uin
 
 /* ---- >>queries  hull, Voronoi cells, alpha values, nearest vertex ---------------------------- */
 
-/* The account of a result: with the host's allocator, or the default one. */
+/* Checks the mesh, and initialises a result's memory with the host's allocator or the default. */
 static delaunay_result delaunay__query_begin(const delaunay_mesh *mesh, const delaunay_host *host,
                                              delaunay_memory *memory)
 {
@@ -6774,20 +6801,21 @@ DELAUNAY_API void delaunay_hull_free(delaunay_hull *hull)
     memset(hull, 0, sizeof *hull);
 }
 
-/* Scratch of the hull: its ghosts, and the number of each; a side is 3 * number + i, the edge
- * opposite corner i. */
+/* Scratch for the hull. Hull facet f is the one of ghost ghosts[f]; its edge i is opposite its
+ * vertex i. A side is an edge between facets of two polygons, given as 3*f + i. */
 typedef struct delaunay__shell {
-    delaunay_handle *ghosts, *number; /* number: a slot */
-    size_t *queue;
+    delaunay_handle *ghosts, *number; /* number[slot of a ghost]: its facet */
+    size_t *queue; /* of facets; later the sides that the polygons are traced from */
 } delaunay__shell;
 
-/* The facet beyond edge i of facet f. */
+/* The hull facet on the other side of edge i of facet f. */
 static size_t delaunay__shell_across(const delaunay__shell *s, const delaunay_mesh *mesh, size_t f,
                                      int i)
 {
     return s->number[mesh->tets[s->ghosts[f]].n[i] >> 2];
 }
 
+/* True if facet f and the one beyond its edge i are coplanar. */
 static int delaunay__shell_is_flat(const delaunay__shell *s, const delaunay_mesh *mesh, size_t f,
                                    int i)
 {
@@ -6798,7 +6826,7 @@ static int delaunay__shell_is_flat(const delaunay__shell *s, const delaunay_mesh
                              x[mesh->tets[n >> 2].v[n & 3]].x) == 0;
 }
 
-/* Numbers the polygon of facet f, and all facets of it. */
+/* Assigns the next polygon number to facet f and to all facets that make up a polygon with it. */
 static void delaunay__shell_flood(delaunay__shell *s, const delaunay_mesh *mesh,
                                   delaunay_hull *hull, size_t f)
 {
@@ -6818,14 +6846,15 @@ static void delaunay__shell_flood(delaunay__shell *s, const delaunay_mesh *mesh,
     }
 }
 
-/* The corner of facet f with vertex v. */
+/* The local index of vertex v in facet f, which has it. */
 static int delaunay__shell_corner(const delaunay_hull *hull, size_t f, uint32_t v)
 {
     return hull->facets[3 * f] == v ? 0 : hull->facets[3 * f + 1] == v ? 1 : 2;
 }
 
-/* The sides of the polygon of facet f, from side i of it on: each next one begins where the last
- * ends, and is found by turning around that vertex. Returns where the vertices end. */
+/* Writes the vertices of the polygon of facet f to polygon_vertices from end on, beginning with
+ * side i of f. The next side is found by turning around the vertex where the last one ends. Returns
+ * the new end. */
 static size_t delaunay__shell_trace(const delaunay__shell *s, const delaunay_mesh *mesh,
                                     delaunay_hull *hull, size_t f, int i, size_t end)
 {
@@ -6848,14 +6877,14 @@ static size_t delaunay__shell_trace(const delaunay__shell *s, const delaunay_mes
 static void delaunay__shell_polygons(delaunay__shell *s, const delaunay_mesh *mesh,
                                      delaunay_hull *hull)
 {
-    size_t f, end = 0, p, *side = s->queue; /* at last: of each polygon, a side of it */
+    size_t f, end = 0, p, *side = s->queue; /* of each polygon one side; the queue is free then */
     int i;
     for (f = 0; f < hull->num_facets; f++) {
         if (hull->facet_polygon[f] != UINT32_MAX) continue;
         delaunay__shell_flood(s, mesh, hull, f);
         hull->num_polygons++;
     }
-    for (f = 0; f < hull->num_facets; f++) /* a polygon's first facets may have none */
+    for (f = 0; f < hull->num_facets; f++) /* not every facet of a polygon has a side */
         for (i = 0; i < 3; i++) {
             p = hull->facet_polygon[f];
             if (hull->facet_polygon[delaunay__shell_across(s, mesh, f, i)] != p)
@@ -6924,7 +6953,8 @@ static double delaunay__dot(const double *a, const double *b)
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 
-/* d = (p - q) / 2^e, e such that the largest component is about 1, or both are 0. */
+/* d = (p - q) / 2^e, with e such that the largest component of d is in [0.5, 1), or e = 0 if p = q.
+ * Returns e. */
 static DELAUNAY__NOINLINE int delaunay__extreme_difference(const double *p, const double *q,
                                                            double *d)
 {
@@ -6940,8 +6970,8 @@ static DELAUNAY__NOINLINE int delaunay__extreme_difference(const double *p, cons
     return e + half;
 }
 
-/* d = (p - q) / 2^e, whose length is such that products of six stay far from both ends of the
- * double range. Returns e, which is 0 for all but extreme scales. */
+/* d = (p - q) / 2^e, scaled such that products of six components of such differences stay far from
+ * overflow and underflow. Returns e, which is 0 at all but extreme scales. */
 DELAUNAY_INLINE int delaunay__scaled_difference(const double *p, const double *q, double *d)
 {
     const double x = p[0] - q[0], y = p[1] - q[1], z = p[2] - q[2];
@@ -6953,15 +6983,16 @@ DELAUNAY_INLINE int delaunay__scaled_difference(const double *p, const double *q
     return 0;
 }
 
-/* A sphere of a mesh; squared lengths in units of 4^e, e 0 for all but extreme scales. */
+/* A sphere through vertices of a mesh. radius2, the squared radius, is in units of 4^e, where e is
+ * 0 at all but extreme scales. */
 typedef struct delaunay__sphere {
     double center[3], radius2;
     int    e;
 } delaunay__sphere;
 
-/* The smallest sphere through two, three or four points, or orthogonal to theirs if weighted (w not
- * NULL). Each difference of points has a unit of its own, which is the same factor in all terms of
- * a sum; those of the result have the largest of these units. */
+/* The smallest sphere through two, three or four points or, with weights (w not NULL), orthogonal
+ * to the spheres of the points. Each difference u[i] has a unit of its own, 2^unit[i]; these units
+ * are a common factor of all terms of each sum below. The result is in the largest of them. */
 static void delaunay__smallest_sphere(const double *const *p, const double *w, int count,
                                       delaunay__sphere *sphere)
 {
@@ -6997,7 +7028,7 @@ static void delaunay__smallest_sphere(const double *const *p, const double *w, i
     sphere->e = most;
 }
 
-/* The same for vertices of a mesh; returns the squared radius. */
+/* The same for vertices of a mesh. Returns the squared radius in the units of the mesh. */
 static double delaunay__sphere_of(const delaunay_mesh *mesh, const uint32_t *v, int count,
                                   delaunay__sphere *sphere)
 {
@@ -7064,13 +7095,15 @@ static void delaunay__center(const delaunay_mesh *mesh, delaunay_handle t, doubl
     for (k = 0; k < 3 && length > 0; k++) center[k] /= length;
 }
 
-/* A tetrahedron around an edge, and where to turn from it: across the facet opposite leave. */
+/* The state of a turn around an edge: a tetrahedron, and its two vertices that are not on the edge;
+ * the next step crosses the facet opposite leave (see delaunay__turn). */
 typedef struct delaunay__turning {
     delaunay_handle t;
     uint32_t leave, keep;
 } delaunay__turning;
 
-/* The first turn around edge e of t: counterclockwise seen from its greater vertex. */
+/* The start, at t, of a turn around its edge e, counterclockwise as seen from the greater vertex of
+ * the edge. */
 static delaunay__turning delaunay__turning_at(const delaunay_mesh *mesh, delaunay_handle t, int e)
 {
     static const uint8_t others[6][2] = {{2, 3}, {3, 1}, {1, 2}, {0, 3}, {2, 0}, {0, 1}};
@@ -7083,8 +7116,9 @@ static delaunay__turning delaunay__turning_at(const delaunay_mesh *mesh, delauna
     return r;
 }
 
-/* Whether t is the lowest tetrahedron around its edge e; then *r is where the face begins: at t, or
- * at the second of two ghosts. Returns the number of corners, or 0. */
+/* If t is the lowest slot around its edge e, returns the number of corners of the Voronoi face of
+ * that edge, and in *r where the face begins: at t, or for a hull edge at the second of its two
+ * ghosts. Otherwise returns 0. */
 static size_t delaunay__face_start(const delaunay_mesh *mesh, delaunay_handle t, int e,
                                    delaunay__turning *r)
 {
@@ -7101,7 +7135,7 @@ static size_t delaunay__face_start(const delaunay_mesh *mesh, delaunay_handle t,
     return n;
 }
 
-/* Faces and their corners; NULL arrays: only counted. */
+/* Fills the arrays of faces and their corners, or only counts the faces if the arrays are NULL. */
 static void delaunay__voronoi_faces(delaunay_voronoi *voronoi, const delaunay_mesh *mesh)
 {
     delaunay_handle t;
@@ -7129,7 +7163,7 @@ static void delaunay__voronoi_faces(delaunay_voronoi *voronoi, const delaunay_me
     if (voronoi->face_cells) voronoi->face_begin[faces] = corners;
 }
 
-/* Faces by cell, in order of their numbers. */
+/* Lists the faces of each cell in ascending order, by a counting sort. */
 static void delaunay__voronoi_cells(delaunay_voronoi *voronoi)
 {
     size_t *begin = voronoi->cell_begin, i, sum = 0;
@@ -7142,7 +7176,7 @@ static void delaunay__voronoi_cells(delaunay_voronoi *voronoi)
     }
     for (i = 0; i < 2 * voronoi->num_faces; i++)
         voronoi->cell_faces[begin[voronoi->face_cells[i]]++] = i / 2;
-    for (i = voronoi->num_cells; i > 0; i--) begin[i] = begin[i - 1]; /* what were the ends */
+    for (i = voronoi->num_cells; i > 0; i--) begin[i] = begin[i - 1]; /* ends to beginnings */
     begin[0] = 0;
 }
 
@@ -7196,7 +7230,7 @@ DELAUNAY_API void delaunay_alpha_free(delaunay_alpha *alpha)
     memset(alpha, 0, sizeof *alpha);
 }
 
-/* Of a facet, from the values of the tetrahedra on both sides. */
+/* The alpha value of facet f, from those of the tetrahedra on both sides. */
 static double delaunay__alpha_facet(const delaunay_alpha *alpha, const delaunay_mesh *mesh,
                                     delaunay_handle f)
 {
@@ -7216,7 +7250,7 @@ static double delaunay__alpha_facet(const delaunay_alpha *alpha, const delaunay_
     return empty && own < least ? own : least;
 }
 
-/* Of an edge, from the facets around it: each has the edge and a vertex of its tetrahedron. */
+/* The alpha value of the edge of a Voronoi face, from those of the facets around the edge. */
 static double delaunay__alpha_edge(const delaunay_alpha *alpha, const delaunay_mesh *mesh,
                                    const delaunay_voronoi *voronoi, size_t face)
 {
@@ -7320,20 +7354,20 @@ DELAUNAY_API uint32_t delaunay_nearest(const delaunay_mesh *mesh, delaunay_worke
  * used, or that lies on the boundary, says that the tetrahedra at v fill the neighbourhood of v in
  * P; so v lies in no other tetrahedron. What remains to be checked at the end: that every interior
  * vertex is used (else a tetrahedron may have swallowed it, and all volumes would still match), and
- * every kept edge. A kept facet joins the front at the beginning, once on each side: the two cancel
- * in the sum, so the argument holds, and each side must be met by a tetrahedron. Preconditions:
+ * every kept edge. A kept facet joins the front at the beginning, once in each orientation: the two
+ * cancel in the sum, so the argument holds, and each side must get a tetrahedron. Preconditions:
  * exact signs; the window's tetrahedra are disjoint and not ghosts.
  *
- * Everything else only prunes: fewest candidates first, a triangle without candidates ends a
- * branch, triangles crossed by a kept edge and edges through a kept facet are never made,
- * tetrahedra that contain an interior vertex neither. Candidates of a triangle are one word. Signs are
- * found for all vertices of a triangle at once, by its plane, and are kept while the next windows
- * begin with the same vertices, as those of a growing cavity do; so are qualities that are asked
- * for one by one.
+ * Everything else only prunes the search: the triangle with the fewest candidates is closed first;
+ * a triangle without candidates ends a branch; triangles crossed by a kept edge, edges through a
+ * kept facet and tetrahedra that contain an interior vertex are never made. The candidates of a
+ * triangle are a bit mask in one word. Signs are computed for all vertices against the plane of a
+ * triangle at once. They stay valid for later windows as far as these begin with the same vertices,
+ * as the windows of a growing cavity do; so do qualities that are computed one by one.
  *
- * A triangle i < j < k has the number C(k,3) + C(j,2) + i: those of the first m vertices are the
- * first C(m,3), and small windows touch little memory. An oriented triangle is twice that, plus 1
- * if it turns the other way. */
+ * A triangle of local vertices i < j < k has the number C(k,3) + C(j,2) + i: the triangles of the
+ * first m vertices have the numbers below C(m,3), so small windows touch little memory. The number
+ * of an oriented triangle is twice that, plus 1 if its orientation is that of k, j, i. */
 enum {
     DELAUNAY__MAX_POINTS = DELAUNAY_WINDOW_VERTICES,
     DELAUNAY__NUM_PAIRS = 496,    /* C(32,2) */
@@ -7344,46 +7378,49 @@ enum {
     DELAUNAY__DEFAULT_NODES = 100000
 };
 
-/* Of a triangle: sides of the other vertices, and of which its tetrahedra (as the three lowest)
- * quality is known. */
+/* What is known about the vertices p beside a triangle i < j < k, as bit masks: the sign of
+ * orient3d(i,j,k,p) is known; is 1; is -1. measured: p > k, and the quality of ijkp is known. */
 typedef struct delaunay__sides {
     uint32_t known, positive, negative, measured;
 } delaunay__sides;
 
-/* Of an oriented triangle: candidates, valid for the search and bound with this stamp; the best of
- * them. */
+/* The candidates of an oriented triangle; valid in the search, and under the bound, that this stamp
+ * stands for. */
 typedef struct delaunay__choice {
-    uint32_t stamp, mask;
-    double   top;
+    uint32_t stamp, mask; /* mask: bits of the candidates */
+    double   top;         /* the best quality of their tetrahedra */
 } delaunay__choice;
 
-/* What a pair of vertices, or one, cannot be joined with; valid for the search of this number. */
+/* The vertices that a pair of vertices, or a single one, must not be joined to; valid in the search
+ * with this number. */
 typedef struct delaunay__barred {
-    uint32_t search, known, crossed;
+    uint32_t search, known, crossed; /* known: bits of vertices tested; crossed: the barred ones */
 } delaunay__barred;
 
-/* A front that cannot be completed: what is left of it depends on the front alone, not on how it
- * was reached. */
+/* A front that cannot be completed. Whether it can depends on the front alone, not on how it was
+ * reached. */
 typedef struct delaunay__dead_end {
-    uint64_t front;  /* sum of the numbers of its triangles; and of what else matters */
-    uint32_t budget; /* with so many crossings, or bad ones, left; more were not tried */
-    float    weight; /* and so much weight, or a little more */
+    uint64_t front;  /* its key, see delaunay__front_key, plus that of the search */
+    uint32_t budget; /* it failed with this number of crossings or bad tetrahedra left to spend */
+    float    weight; /* and with this weight left, rounded to a float */
 } delaunay__dead_end;
 
-/* What the tetrahedra on the stack come to. */
+/* Totals over the tetrahedra on the stack. */
 typedef struct delaunay__tally {
-    double   worst, weight; /* quality; of bad ones */
-    uint32_t cost;          /* crossings, or bad ones */
+    double   worst, weight; /* the worst quality; the weight of the bad tetrahedra */
+    uint32_t cost;          /* the number of crossings or of bad tetrahedra */
 } delaunay__tally;
 
+/* A search works on local vertices 0 .. 31 of its window. A pair a < b has the number C(b,2) + a,
+ * a quadruple i < j < k < l the number C(l,4) + C(k,3) + C(j,2) + i. */
 struct delaunay__search_tables {
     /* constant */
-    uint64_t random[2 * DELAUNAY__NUM_TRIPLES]; /* of oriented triangles, to know a front again */
+    uint64_t random[2 * DELAUNAY__NUM_TRIPLES]; /* of oriented triangles; sums are keys of fronts */
     uint8_t  triangle[DELAUNAY__NUM_TRIPLES][4];
     uint32_t choose1[DELAUNAY__MAX_POINTS + 1]; /* binomial coefficients */
     uint32_t choose2[DELAUNAY__MAX_POINTS + 1];
     uint32_t choose3[DELAUNAY__MAX_POINTS + 1], choose4[DELAUNAY__MAX_POINTS + 1];
-    /* kept from search to search while the points are the same */
+    /* kept from search to search as long as the points are the same */
     double         x[DELAUNAY__MAX_POINTS][3];
     double         axis[3][DELAUNAY__MAX_POINTS]; /* the same, by axis */
     uint32_t       num_known;
@@ -7391,24 +7428,24 @@ struct delaunay__search_tables {
     void          *known_user;
     delaunay__sides  rows[DELAUNAY__NUM_TRIPLES];
     double         quality[DELAUNAY__NUM_QUADS];
-    /* of one search; stamped, or empty between searches */
+    /* of one search: entries are valid if they have its stamp or number, or are cleared after it */
     delaunay__choice choice[2 * DELAUNAY__NUM_TRIPLES];
-    uint32_t stamp;                               /* of choices: one a search and bound */
-    uint64_t search_key;                          /* of fronts in this search */
-    uint32_t search;                              /* number of the search, for the stamps below: */
+    uint32_t stamp;                               /* of choices; raised by a search or new bound */
+    uint64_t search_key;                          /* is added to the keys of dead ends */
+    uint32_t search;                              /* number of the search, stamp of the next four */
     delaunay__barred barred_pair[DELAUNAY__NUM_PAIRS]; /* triangles that a kept edge crosses */
     delaunay__barred barred_vertex[DELAUNAY__MAX_POINTS]; /* edges that pierce a kept facet */
-    uint32_t triple_cost[DELAUNAY__NUM_TRIPLES];  /* 2*search + crossed by the target segment */
-    uint32_t pair_cost[DELAUNAY__NUM_PAIRS];      /* 2*search + pierces the target facet */
-    uint32_t pair_used[DELAUNAY__NUM_PAIRS];      /* uses by tetrahedra; cleared as far as needed */
+    uint32_t triple_cost[DELAUNAY__NUM_TRIPLES];  /* 2*search + 1 if the target segment crosses */
+    uint32_t pair_cost[DELAUNAY__NUM_PAIRS];      /* 2*search + 1 if it pierces the target facet */
+    uint32_t pair_used[DELAUNAY__NUM_PAIRS];      /* number of uses; cleared as far as needed */
     uint16_t place[2 * DELAUNAY__NUM_TRIPLES];    /* 1 + position in the front; 0: not there */
-    uint16_t front[DELAUNAY__MAX_FRONT];
-    delaunay__choice waiting[DELAUNAY__MAX_FRONT]; /* of each triangle of the front, if it is valid */
+    uint16_t front[DELAUNAY__MAX_FRONT];          /* oriented triangles that need a tetrahedron */
+    delaunay__choice waiting[DELAUNAY__MAX_FRONT]; /* copies of their choices, maybe outdated */
     uint16_t valence[DELAUNAY__MAX_POINTS];       /* triangles of the front at a vertex */
     uint32_t num_front, on_front;                 /* on_front: vertices with valence > 0 */
     uint64_t front_sum;                           /* of the random numbers of the front */
     delaunay__dead_end dead[1 << DELAUNAY__DEAD_BITS];
-    uint32_t points, interior, used;              /* masks: candidates at all, must be, are used */
+    uint32_t points, interior, used; /* masks: vertices allowed, interior ones, those used so far */
     uint32_t boundary_pairs[DELAUNAY__MAX_POINTS]; /* row a, bit b: edge ab is on the boundary */
     uint32_t depth;
     uint8_t  stack[DELAUNAY_WINDOW_TETS][4];
@@ -7417,13 +7454,13 @@ struct delaunay__search_tables {
     delaunay_search       *out;
     delaunay_objective     objective;
     int      measures; /* the objective is one of quality */
-    int      counts_pairs; /* there are kept edges, or edges are the cost */
-    int      at_once;  /* qualities are those of all candidates of a triangle, when they are chosen */
+    int      counts_pairs; /* there are kept edges, or crossing edges are counted */
+    int      at_once;  /* the qualities of all candidates of a triangle are computed together */
     int      simd;     /* the processor has AVX2 */
-    double   best; /* worst quality to be exceeded */
+    double   best; /* every tetrahedron must be better than this */
     double   max_weight;
-    uint32_t cost_bound, flags;
-    int      counts_bad; /* they are the cost */
+    uint32_t cost_bound, flags; /* the cost of a result must be below cost_bound */
+    int      counts_bad; /* the cost is the number of bad tetrahedra */
     int      found;
 };
 
@@ -7454,7 +7491,7 @@ static delaunay__search_tables *delaunay__tables_new(delaunay_memory *memory)
     return s;
 }
 
-/* Number of an oriented triangle; the sorting is without branches. */
+/* The number of oriented triangle abc; sorts the vertices without branches. */
 static uint32_t delaunay__oriented(const delaunay__search_tables *s, uint32_t a, uint32_t b,
                                    uint32_t c)
 {
@@ -7510,8 +7547,8 @@ static void delaunay__store_sign(delaunay__sides *row, uint32_t p, int sign)
     if (sign < 0) row->negative |= bit;
 }
 
-/* An exact sign, which is dear, serves the four triangles of its tetrahedron: p is swapped into
- * place one, two or three times. */
+/* Computes an exact sign, which is expensive, and stores it for all four triangles of the
+ * tetrahedron; the parity of the permutation decides about the sign of each. */
 static void delaunay__exact_sign(delaunay__search_tables *s, uint32_t triple, uint32_t p)
 {
     const uint8_t *t = s->triangle[triple];
@@ -7527,13 +7564,13 @@ static void delaunay__exact_sign(delaunay__search_tables *s, uint32_t triple, ui
     delaunay__store_sign(&s->rows[s->choose3[v[3]] + s->choose2[v[2]] + v[1]], v[0], -sign);
 }
 
-/* The plane of a triangle: its first corner, a normal, and what the square of the determinant at a
- * point must exceed for each unit of the point's squared distance: the filter of delaunay_orient3d,
- * whose determinant is developed along the point here. */
+/* The plane of a triangle, and the filter of delaunay_orient3d with the determinant expanded along
+ * the fourth point: the sign is certain where the square of the determinant exceeds least times the
+ * squared distance of the point from x, plus PLANE_LEAST. */
 typedef struct delaunay__plane {
-    double x[3], normal[3], least;
+    double x[3], normal[3], least; /* x: the first vertex; least is infinite at extreme scales */
 } delaunay__plane;
-#  define DELAUNAY__PLANE_LEAST 1e-290 /* and this, for underflow */
+#  define DELAUNAY__PLANE_LEAST 1e-290 /* guards against underflow */
 
 static void delaunay__plane_set(delaunay__plane *plane, const double *a, const double *b,
                                 const double *c)
@@ -7554,7 +7591,7 @@ static void delaunay__plane_set(delaunay__plane *plane, const double *a, const d
     plane->least = uu > 1e-90 && vv > 1e-90 && uu < 1e100 && vv < 1e100 ? 2e-30 * uu * vv : HUGE_VAL;
 }
 
-/* Which of the wanted vertices lie on either side of a plane for sure. */
+/* Those of the wanted vertices that lie on the one and the other side of a plane with certainty. */
 static void delaunay__sides_plain(const delaunay__search_tables *s, const delaunay__plane *plane,
                                   uint32_t wanted, uint32_t *positive, uint32_t *negative)
 {
@@ -7598,7 +7635,7 @@ DELAUNAY__TARGET static void delaunay__sides_avx2(const delaunay__search_tables 
 }
 #  endif
 
-/* The signs of these vertices, of which none is known. */
+/* Computes the signs of these vertices, none of which is known. */
 static DELAUNAY__NOINLINE void delaunay__find_sides(delaunay__search_tables *s, uint32_t triple,
                                                     uint32_t missing)
 {
@@ -7619,7 +7656,7 @@ static DELAUNAY__NOINLINE void delaunay__find_sides(delaunay__search_tables *s, 
         delaunay__exact_sign(s, triple, delaunay__lowest(missing));
 }
 
-/* The row of a triangle with the signs of at least these vertices. */
+/* The row of a triangle, with at least the signs of the wanted vertices known. */
 DELAUNAY_INLINE const delaunay__sides *delaunay__sides_with(delaunay__search_tables *s,
                                                             uint32_t triple, uint32_t wanted)
 {
@@ -7638,7 +7675,7 @@ static int delaunay__local_sign(delaunay__search_tables *s, uint32_t a, uint32_t
     return id & 1 ? -sign : sign;
 }
 
-/* delaunay_segment_crosses for vertices of the window, by the table of signs. */
+/* delaunay_segment_crosses for local vertices, by the table of signs. */
 static int delaunay__local_crosses(delaunay__search_tables *s, uint32_t a, uint32_t b, uint32_t p,
                                    uint32_t q, uint32_t r)
 {
@@ -7653,7 +7690,7 @@ static int delaunay__local_crosses(delaunay__search_tables *s, uint32_t a, uint3
     return x * z >= 0 && y * z >= 0;
 }
 
-/* Of these vertices, those of which it is not yet known in this search whether they are barred. */
+/* Those of the wanted vertices that have not been tested in this search. */
 static uint32_t delaunay__barred_unknown(const delaunay__search_tables *s, delaunay__barred *row,
                                          uint32_t wanted)
 {
@@ -7670,8 +7707,8 @@ static void delaunay__barred_note(delaunay__barred *row, uint32_t p, int crossed
     row->crossed |= (uint32_t)crossed << p;
 }
 
-/* Of these vertices, those with which edge ab makes a triangle that a kept edge crosses: it cannot
- * be in a result. */
+/* Those of the wanted vertices p for which a kept edge crosses triangle abp, so that the triangle
+ * cannot be part of a result. */
 static uint32_t delaunay__crossed_with(delaunay__search_tables *s, uint32_t a, uint32_t b,
                                        uint32_t wanted)
 {
@@ -7688,7 +7725,7 @@ static uint32_t delaunay__crossed_with(delaunay__search_tables *s, uint32_t a, u
     return row->crossed & wanted;
 }
 
-/* Of these vertices, those with which a makes an edge that passes through a kept facet. */
+/* Those of the wanted vertices p for which edge ap passes through a kept facet. */
 static uint32_t delaunay__piercing_with(delaunay__search_tables *s, uint32_t a, uint32_t wanted)
 {
     const delaunay_window *w = s->window;
@@ -7705,6 +7742,7 @@ static uint32_t delaunay__piercing_with(delaunay__search_tables *s, uint32_t a, 
     return row->crossed & wanted;
 }
 
+/* 1 if the target segment crosses the triangle. */
 static uint32_t delaunay__triple_crossed(delaunay__search_tables *s, uint32_t triple)
 {
     const uint8_t *t = s->triangle[triple];
@@ -7716,6 +7754,7 @@ static uint32_t delaunay__triple_crossed(delaunay__search_tables *s, uint32_t tr
     return s->triple_cost[triple] & 1;
 }
 
+/* 1 if edge ab pierces the target triangle. */
 static uint32_t delaunay__pair_crossed(delaunay__search_tables *s, uint32_t a, uint32_t b)
 {
     const uint32_t *v = s->window->vertices, *o = s->out->target;
@@ -7726,8 +7765,8 @@ static uint32_t delaunay__pair_crossed(delaunay__search_tables *s, uint32_t a, u
     return s->pair_cost[pair] & 1;
 }
 
-/* Quality of a positive tetrahedron, once for its four triangles. Evaluated in ascending order of
- * the vertices, an even permutation of the positive order. */
+/* The quality of the tetrahedron of a triangle and p, computed once for its four triangles. The
+ * vertices are passed in ascending order, the first two swapped if that order is negative. */
 static double delaunay__local_quality(delaunay__search_tables *s, uint32_t triple, uint32_t p)
 {
     const uint8_t *t = s->triangle[triple];
@@ -7752,7 +7791,8 @@ static double delaunay__local_quality(delaunay__search_tables *s, uint32_t tripl
     return s->quality[quad] = s->out->quality(s->out->user, x[0], x[1], x[2], x[3]);
 }
 
-/* Which of these interior vertices, not on the far side of abc, lie in the closed tetrahedron abcp. */
+/* Those of the vertices left that lie in the closed tetrahedron abcp, where v is abc; the caller
+ * leaves out those beyond abc. */
 static uint32_t delaunay__swallowed(delaunay__search_tables *s, const uint32_t *v, uint32_t p,
                                     uint32_t left)
 {
@@ -7765,11 +7805,12 @@ static uint32_t delaunay__swallowed(delaunay__search_tables *s, const uint32_t *
     return left;
 }
 
-/* Those of the candidates that may close an oriented triangle, but for the quality. */
+/* Those of the candidates that may close an oriented triangle, as far as kept edges, kept facets
+ * and interior vertices are concerned. */
 static uint32_t delaunay__allowed(delaunay__search_tables *s, uint32_t id, const uint32_t *v,
                                   uint32_t candidates)
 {
-    const delaunay__sides *row = &s->rows[id / 2]; /* of which all are known */
+    const delaunay__sides *row = &s->rows[id / 2]; /* all signs are known */
     const uint32_t beside = s->interior & ~(id & 1 ? row->positive : row->negative) &
                             ~(1u << v[0] | 1u << v[1] | 1u << v[2]);
     uint32_t k, left;
@@ -7786,7 +7827,7 @@ static uint32_t delaunay__allowed(delaunay__search_tables *s, uint32_t id, const
     return candidates;
 }
 
-/* Those of the candidates whose tetrahedra are better than the bound; *top: the best. */
+/* Those of the candidates whose tetrahedra are better than the bound; *top: the best quality. */
 static uint32_t delaunay__better_one_by_one(delaunay__search_tables *s, uint32_t id,
                                             uint32_t candidates, double *top)
 {
@@ -7801,8 +7842,8 @@ static uint32_t delaunay__better_one_by_one(delaunay__search_tables *s, uint32_t
     return better;
 }
 
-/* The same, all qualities at once. They are kept by the tetrahedron, so another of its triangles
- * may write them anew, a rounding apart. */
+/* The same, with all qualities computed at once. The table has one entry per tetrahedron, so the
+ * value may be overwritten from another of its triangles, with another rounding. */
 static uint32_t delaunay__better_at_once(delaunay__search_tables *s, uint32_t id, const uint32_t *v,
                                          uint32_t candidates, double *top)
 {
@@ -7817,10 +7858,10 @@ static uint32_t delaunay__better_at_once(delaunay__search_tables *s, uint32_t id
         list[n++] = (uint8_t)p;
     }
     if (n == 0) return 0;
-    for (i = n; i & 3; i++) /* up to a four */
+    for (i = n; i & 3; i++) /* pad to a multiple of four */
         apices[i] = apices[i + DELAUNAY__MAX_POINTS] = apices[i + 2 * DELAUNAY__MAX_POINTS] = 0;
     s->out->qualities(s->out->user, s->x[v[0]], s->x[v[1]], s->x[v[2]], n, apices, q);
-    /* the number of a tetrahedron, by how many of the triangle's vertices are below its fourth */
+    /* The number of a tetrahedron depends on how many of the triangle's vertices are below p. */
     begin[0] = above + s->choose2[t[0]];
     begin[1] = above + t[0];
     begin[2] = s->choose4[t[2]] + s->choose2[t[1]] + t[0];
@@ -7838,8 +7879,8 @@ static uint32_t delaunay__better_at_once(delaunay__search_tables *s, uint32_t id
     return better;
 }
 
-/* All vertices that could close an oriented triangle under the present bound, wherever the front
- * is. */
+/* Finds all vertices that could close an oriented triangle under the present bound, whatever else
+ * is on the front. */
 static DELAUNAY__NOINLINE void delaunay__choose(delaunay__search_tables *s, uint32_t id)
 {
     const delaunay__sides *row = delaunay__sides_with(s, id / 2, s->points);
@@ -7853,7 +7894,8 @@ static DELAUNAY__NOINLINE void delaunay__choose(delaunay__search_tables *s, uint
     choice->mask = delaunay__allowed(s, id, v, left);
 }
 
-/* One more use of an edge; returns 1 if it is new, inside, and pierces the target facet. */
+/* Counts one more use of an edge. Returns 1 if that adds to the cost: edges are counted, this is
+ * the first use, and the edge is not on the boundary and pierces the target triangle. */
 static uint32_t delaunay__use_pair(delaunay__search_tables *s, uint32_t a, uint32_t b)
 {
     return s->pair_used[delaunay__pair(s, a, b)]++ == 0 && s->objective == DELAUNAY_FEWER_EDGES &&
@@ -7886,15 +7928,16 @@ DELAUNAY_INLINE void delaunay__front_remove(delaunay__search_tables *s, uint32_t
         if (--s->valence[t[k]] == 0) s->on_front &= ~(1u << t[k]);
 }
 
-/* What is found out about a front before the next step. */
+/* What a pass over the front finds out before the next step. */
 typedef struct delaunay__survey {
     uint32_t chosen;   /* the triangle with fewest candidates, the newest among equals */
-    uint32_t mask;     /* those; none: a dead end */
+    uint32_t mask;     /* its candidates; 0: the front is a dead end */
     double   minimax;  /* no completion has a better worst quality */
-    uint32_t num_poor; /* triangles that only bad tetrahedra can close, among those looked at */
+    uint32_t num_poor; /* triangles, of those looked at, that only bad tetrahedra can close */
 } delaunay__survey;
 
-/* One body for two processors: with has_popcount the caller's target has the instruction. */
+/* One body, compiled for two kinds of processors. has_popcount: a constant, nonzero if the function
+ * that it is inlined into is compiled for processors with the popcnt instruction. */
 DELAUNAY__ALWAYS_INLINE void delaunay__survey_front(delaunay__search_tables *s, delaunay__survey *y,
                                                     const int has_popcount)
 {
@@ -7936,8 +7979,8 @@ DELAUNAY__TARGET static DELAUNAY__NOINLINE void delaunay__survey_avx2(delaunay__
 }
 #  endif
 
-/* Candidates in the order to be tried: high scores first [Marot 2020, 6.2.4]. Returns their number.
- */
+/* Puts the candidates in the order in which they are tried: high scores first [Marot 2020, 6.2.4].
+ * Returns their number. */
 static uint32_t delaunay__order_candidates(delaunay__search_tables *s, uint32_t id,
                                            const uint32_t *v, uint32_t mask, double worst,
                                            double minimax, uint8_t *order)
@@ -7978,7 +8021,8 @@ static uint32_t delaunay__order_candidates(delaunay__search_tables *s, uint32_t 
     return n;
 }
 
-/* The front is empty: the tetrahedra on the stack fill the window. */
+/* The front is empty: the tetrahedra on the stack fill the window. Records them as a result, unless
+ * they miss an interior vertex or a kept edge. Returns 1 if the search can end, 0 if it goes on. */
 static int delaunay__accept(delaunay__search_tables *s, const delaunay__tally *tally)
 {
     const delaunay_window *w = s->window;
@@ -8002,8 +8046,9 @@ static int delaunay__accept(delaunay__search_tables *s, const delaunay__tally *t
 
 static int delaunay__search_front(delaunay__search_tables *s, const delaunay__tally *tally);
 
-/* One step and all that follows from it; the front is as before on return. 1: done, -1: a limit was
- * met. tally: with this tetrahedron, but for crossings. */
+/* Puts tetrahedron v, p on the stack and searches on from there; on return the front is as before.
+ * tally includes this tetrahedron, except for its crossings, which are added here. Returns 1: the
+ * search is done, -1: a limit was met, 0: it goes on. */
 static int delaunay__try_candidate(delaunay__search_tables *s, uint32_t id, const uint32_t *v,
                                    uint32_t p, delaunay__tally *tally)
 {
@@ -8039,9 +8084,9 @@ static int delaunay__try_candidate(delaunay__search_tables *s, uint32_t id, cons
     return result;
 }
 
-/* What decides whether the front can be completed: the front; interior vertices and
- * kept edges that are used already. Two fronts with the same 64 bits could hide a result, never
- * make a wrong one. */
+/* A key of all that decides whether the front can be completed: the front itself, and the interior
+ * vertices and kept edges that are used already. Two fronts with the same 64 bits could make the
+ * search miss a result, but never give a wrong one. */
 static uint64_t delaunay__front_key(const delaunay__search_tables *s)
 {
     const delaunay_window *w = s->window;
@@ -8055,7 +8100,7 @@ static uint64_t delaunay__front_key(const delaunay__search_tables *s)
     return kept ? key + delaunay__mix(kept) : key;
 }
 
-/* Whether this front, with as much left to spend, or more, was found to be a dead end. */
+/* True if this front is known to be a dead end, found with at least as much left to spend. */
 static int delaunay__is_dead(const delaunay__search_tables *s, const delaunay__dead_end *dead,
                              uint64_t key, const delaunay__tally *tally)
 {
@@ -8083,7 +8128,8 @@ static int delaunay__search_front(delaunay__search_tables *s, const delaunay__ta
     s->out->nodes++;
     if (s->num_front == 0) return delaunay__accept(s, tally);
     key = delaunay__front_key(s);
-    dead = &s->dead[key >> (64 - DELAUNAY__DEAD_BITS)]; /* the same place in whichever search */
+    /* The place does not depend on the search, the stored key does. */
+    dead = &s->dead[key >> (64 - DELAUNAY__DEAD_BITS)];
     key += s->search_key;
     if (delaunay__is_dead(s, dead, key, tally)) return 0;
 #  if defined(DELAUNAY__AVX2)
@@ -8091,7 +8137,7 @@ static int delaunay__search_front(delaunay__search_tables *s, const delaunay__ta
     else
 #  endif
         delaunay__survey_plain(s, &survey);
-    poor = s->counts_bad ? (survey.num_poor + 3) / 4 : 0; /* a tetrahedron closes four at most */
+    poor = s->counts_bad ? (survey.num_poor + 3) / 4 : 0; /* each closes at most four triangles */
     if (!survey.mask || tally->cost + poor >= s->cost_bound ||
         tally->weight + poor > s->max_weight)
         return 0;
@@ -8109,7 +8155,7 @@ static int delaunay__search_front(delaunay__search_tables *s, const delaunay__ta
         result = delaunay__try_candidate(s, id, v, order[i], &next);
         if (result) return result;
         if (!(tally->worst > s->best))
-            return 0; /* as good as the way here allows; the front may allow more: not a dead end */
+            return 0; /* the stack limits the worst quality; the front itself is no dead end */
     }
     dead->front = key;
     dead->budget = s->cost_bound - tally->cost;
@@ -8117,7 +8163,8 @@ static int delaunay__search_front(delaunay__search_tables *s, const delaunay__ta
     return 0;
 }
 
-/* Signs and qualities of the leading vertices that are the same as in the last search stay. */
+/* Takes the points of the window. Signs and qualities of the leading vertices that are the same as
+ * in the last search stay valid; the others are cleared. */
 static void delaunay__tables_points(delaunay__search_tables *s, const delaunay_search *search)
 {
     const delaunay_window *w = s->window;
@@ -8151,10 +8198,11 @@ static void delaunay__tables_points(delaunay__search_tables *s, const delaunay_s
     s->known_user = search->user;
 }
 
+/* Begins a new search: raises the stamps, and clears what they apply to before they overflow. */
 static void delaunay__tables_stamp(delaunay__search_tables *s)
 {
     if (s->stamp >
-        UINT32_MAX - 2 * DELAUNAY__NUM_QUADS) { /* a bound rises at most once a quality */
+        UINT32_MAX - 2 * DELAUNAY__NUM_QUADS) { /* the bound rises at most once per quality */
         memset(s->choice, 0, sizeof s->choice);
         s->stamp = 0;
     }
@@ -8170,8 +8218,9 @@ static void delaunay__tables_stamp(delaunay__search_tables *s)
     s->search_key = delaunay__mix((uint64_t)s->search << 32);
 }
 
-/* The boundary and both sides of kept facets: a triangle of the front sees the inside. Returns what
- * kept facets cost; UINT32_MAX for a boundary that has a triangle twice, which nothing closes. */
+/* Puts the boundary, and both sides of kept facets, on the front. The triangles of the front face
+ * the inside. Returns the cost of the kept facets, or UINT32_MAX if the boundary has a triangle
+ * twice, which no triangulation can close. */
 static uint32_t delaunay__tables_front(delaunay__search_tables *s)
 {
     const delaunay_window *w = s->window;
@@ -8251,7 +8300,8 @@ DELAUNAY_API int delaunay_reconnect(const delaunay_mesh *mesh, delaunay_worker *
     return s->found;
 }
 
-/* A small set of handles on the stack: is a neighbour in the window? */
+/* A small set of tetrahedra, kept on the stack, to test whether a neighbour is in the window. Open
+ * addressing; 0 is free. */
 typedef struct delaunay__handles {
     delaunay_handle slot[1024];
     int             bits;
@@ -8277,14 +8327,14 @@ static int delaunay__handles_has(const delaunay__handles *h, delaunay_handle t)
     return h->slot[j] == t;
 }
 
-/* Local numbers of mesh vertices while a window is set: open addressing, 0 is free (no real vertex
- * is 0). */
+/* Local numbers of mesh vertices while a window is filled: open addressing, 0 is free (it is the
+ * ghost, which no window has). */
 typedef struct delaunay__numbers {
     uint32_t v[128];
     uint8_t  local[128];
 } delaunay__numbers;
 
-/* Local number of v, a new one if need be; the window's number of vertices grows. */
+/* The local number of v, which is added to the window if it is new. */
 static uint32_t delaunay__number(delaunay__numbers *table, delaunay_window *w, uint32_t v)
 {
     size_t j = delaunay__hash(v, 7);
@@ -8315,7 +8365,7 @@ DELAUNAY_API int delaunay_window_set(delaunay_window *window, const delaunay_mes
         const delaunay_tet *t = &mesh->tets[tets[i]];
         if (t->v[3] == DELAUNAY_GHOST) return 0;
         for (k = 0; k < 4; k++) {
-            if (window->num_vertices == max_vertices) { /* the next new one is too many */
+            if (window->num_vertices == max_vertices) { /* another new one would be too many */
                 size_t j = delaunay__hash(t->v[k], 7);
                 while (numbers.v[j] && numbers.v[j] != t->v[k]) j = (j + 1) & 127;
                 if (!numbers.v[j]) return 0;
@@ -8383,8 +8433,8 @@ DELAUNAY_API delaunay_result delaunay_window_apply(delaunay_mesh *mesh, delaunay
                             search->num_tets, slots);
 }
 
-/* Interior edges that pierce a triangle: the edges of all tetrahedra, each once, less those of the
- * boundary. */
+/* The number of interior edges that pierce a triangle. Goes through the edges of all tetrahedra,
+ * each once, and skips those of the boundary. */
 static uint32_t delaunay__window_edges(const delaunay_mesh *mesh, const delaunay_window *window,
                                        const uint32_t *target)
 {
@@ -8459,15 +8509,16 @@ DELAUNAY_API int delaunay_segment_crosses(const delaunay_mesh *mesh, uint32_t a,
 }
 
 /* ---- >>speculate  engine (b): plan on a frozen mesh, reserve, commit ------------------------ */
-/* A plan writes W: the tetrahedra it replaces, their neighbours (whose handles change) and the
- * stars of vertices that it moves; it reads R besides. Every planned item of a round puts its
- * claim into the owner of each tetrahedron of W; that of the first item in the list stays. An item
- * wins if it owns all of its W and no tetrahedron of R has an owner before it. So no two winners
- * write the same tetrahedron; and what a winner read is written only by winners after it, whose
- * effects it need not see: the round is as good as its winners one after another, in order. Who
- * wins depends on the plans alone, not on threads; the slots of the winners come from sums in
- * order; hence the same bytes. What two winners can share is a vertex: its entry of vertex_tet is
- * zeroed first and then gets the largest slot. */
+/* A plan writes a set W of tetrahedra: those that it replaces, their neighbours (whose handles
+ * change) and the stars of vertices that it moves. It also reads a set R. Each item planned in a
+ * round puts its claim into the owner entry of each tetrahedron of W; the claim of the item that
+ * comes first in the list prevails. An item wins if it owns all of its W and no tetrahedron of R is
+ * owned by an item before it. So no two winners write the same tetrahedron, and what a winner read
+ * is written only by winners after it, whose effects it need not see: the round has the same result
+ * as its winners one after the other, in order. Which items win depends on the plans alone, not on
+ * the threads, and the slots of the winners are assigned by sums in order; hence the same bytes for
+ * any number of threads. Two winners can share a vertex: its entry in vertex_tet is zeroed first,
+ * and then gets the largest of the slots. */
 
 static int delaunay__thread_number(void)
 {
@@ -8518,8 +8569,8 @@ static void delaunay__atomic_set32(uint32_t *p, uint32_t value)
 #endif
 }
 
-/* The caller's allocator is called by one thread at a time: the workers of an engine allocate
- * through this gate. */
+/* A spin lock around the mesh's memory, through which the workers of an engine allocate: the
+ * caller's allocator must be called by one thread at a time. */
 typedef struct delaunay__gate {
     delaunay_memory *memory;
     char             locked;
@@ -8563,17 +8614,17 @@ static void delaunay__gate_release(void *user, void *block)
 
 /* States of a plan within a batch. */
 enum {
-    DELAUNAY__PLAN_NEW,
-    DELAUNAY__PLAN_WAITS,
-    DELAUNAY__PLAN_WINS,
-    DELAUNAY__PLAN_IDLE,
-    DELAUNAY__PLAN_FAILED
+    DELAUNAY__PLAN_NEW,   /* the item has no plan yet */
+    DELAUNAY__PLAN_WAITS, /* planned, not committed so far */
+    DELAUNAY__PLAN_WINS,  /* is committed in this round */
+    DELAUNAY__PLAN_IDLE,  /* finished: nothing to do, or dropped for max_vertices */
+    DELAUNAY__PLAN_FAILED /* an error; committed is its code */
 };
 
 enum { DELAUNAY__DEFAULT_BATCH = 1024, DELAUNAY__LEAST_BATCH = 32 };
 
-/* What the calling thread does alone in a round: plans for so long, writes of fewer than so
- * many. */
+/* In a round the calling thread works alone as long as this pays: it makes plans for at least 2e-4
+ * seconds, and it reserves, decides and commits if there are fewer than 256 plans. */
 #  define DELAUNAY__LEAST_ALONE 2e-4
 enum { DELAUNAY__ALONE_PLANS = 256 };
 
@@ -8582,13 +8633,13 @@ struct delaunay_engine {
     delaunay_host     host;
     delaunay__gate    gate;
     int               num_threads;
-    delaunay_memory  *memories; /* one a thread, all behind the gate */
+    delaunay_memory  *memories; /* one per thread, all behind the gate */
     delaunay_worker **workers;
-    int               lent;     /* the first worker is not the engine's own */
-    delaunay_plan   **plans;    /* those in flight first, in order */
+    int               lent;     /* the only worker belongs to the caller */
+    delaunay_plan   **plans;    /* those in flight come first, in order */
     size_t            cap_plans;
-    uint32_t         *owner;    /* one a slot: claim of the first plan that would write it; or 0 */
-    uint32_t         *version;  /* one a slot: round of the last write */
+    uint32_t         *owner;    /* per slot: claim of the first plan that would write it, or 0 */
+    uint32_t         *version;  /* per slot: the round of the last write */
     size_t            cap_slots;
     uint32_t          round;
     delaunay_crew     crew;
@@ -8711,7 +8762,7 @@ static delaunay_engine *delaunay__engine_new(delaunay_mesh *mesh, const delaunay
     e->gate.memory = &mesh->memory;
     e->num_threads = DELAUNAY__PARALLEL && !lent ? delaunay_threads(host) : 1;
     e->lent = lent != NULL;
-    e->host.num_threads = e->num_threads; /* the workers: OpenMP may allow others more later */
+    e->host.num_threads = e->num_threads; /* the number of workers; OpenMP's maximum may change */
     e->crew.host = &e->host;
     e->memories = (delaunay_memory *)delaunay_alloc(&mesh->memory, (size_t)e->num_threads,
                                                     sizeof *e->memories);
@@ -8773,7 +8824,7 @@ DELAUNAY_API delaunay_worker *delaunay_engine_worker(delaunay_engine *engine, in
     return thread < engine->num_threads ? engine->workers[thread] : NULL;
 }
 
-/* Owners and versions for so many slots, and some more. */
+/* Makes room in owner and version for so many slots, and some more. */
 static delaunay_result delaunay__engine_slots(delaunay_engine *e, size_t slots)
 {
     size_t cap = slots + slots / 64 + 1024, old = e->cap_slots;
@@ -8815,7 +8866,7 @@ static delaunay_result delaunay__engine_plans(delaunay_engine *e, size_t batch)
 
 /* -- one round */
 
-/* Nothing that a waiting plan reads was written since it was made. */
+/* True if nothing that a waiting plan has read was written since it was made. */
 static int delaunay__plan_is_fresh(const delaunay_engine *e, const delaunay_plan *plan)
 {
     size_t i;
@@ -8826,8 +8877,8 @@ static int delaunay__plan_is_fresh(const delaunay_engine *e, const delaunay_plan
     return 1;
 }
 
-/* Links of the new tetrahedra, kept in the plan: the commit needs no scratch, and so cannot fail.
- */
+/* Computes the links of the new tetrahedra and stores them in the plan: then the commit needs no
+ * scratch memory, and so cannot fail. */
 static delaunay_result delaunay__plan_link(const delaunay_engine *e, delaunay_worker *w,
                                            delaunay_plan *plan)
 {
@@ -8860,7 +8911,7 @@ static delaunay_result delaunay__plan_link(const delaunay_engine *e, delaunay_wo
     return DELAUNAY_OK;
 }
 
-/* W in full, and room for the slots. */
+/* Completes W, the list of what the plan writes, and makes room for the slots. */
 static int delaunay__plan_finish(const delaunay_engine *e, delaunay_worker *w, delaunay_plan *plan)
 {
     delaunay_result result = delaunay__plan_link(e, w, plan);
@@ -8878,6 +8929,7 @@ static int delaunay__plan_finish(const delaunay_engine *e, delaunay_worker *w, d
     return answer;
 }
 
+/* Calls the plan function for the item, unless a plan from an earlier round is still valid. */
 static void delaunay__plan_make(delaunay_engine *e, const delaunay_speculation *job,
                                 delaunay_plan *plan, int thread)
 {
@@ -8894,7 +8946,7 @@ static void delaunay__plan_make(delaunay_engine *e, const delaunay_speculation *
     plan->committed = answer;
 }
 
-/* By the position in the list: the greater one stays. */
+/* The claim of the plan at a position in the list: the first has the greatest, which prevails. */
 static uint32_t delaunay__claim(size_t position) { return UINT32_MAX - (uint32_t)position; }
 
 static void delaunay__plan_reserve(delaunay_engine *e, const delaunay_plan *plan, uint32_t claim)
@@ -8924,9 +8976,10 @@ static void delaunay__plan_release_owners(delaunay_engine *e, const delaunay_pla
         delaunay__atomic_set32(&e->owner[plan->written.items[i]], 0);
 }
 
-/* Numbers of the winners' new vertices and slots, by sums in order, and room for all of them. A
- * winner keeps its own slots; more come from the free list, last in first out, then from the end.
- * Those whose vertices would be too many are winners no longer. */
+/* Assigns the numbers of the winners' new vertices and slots, by sums in order, and makes room for
+ * all of them. A winner reuses the slots of its old tetrahedra; more come from the free list, last
+ * in first out, then from the end of the array. A plan whose new vertices would exceed max_vertices
+ * is dropped from the winners. */
 static delaunay_result delaunay__round_assign(delaunay_engine *e, const delaunay_speculation *job,
                                               size_t num)
 {
@@ -8976,8 +9029,8 @@ static delaunay_result delaunay__round_assign(delaunay_engine *e, const delaunay
     return DELAUNAY_OK;
 }
 
-/* First the vertices: those of the old tetrahedra lose their star, new ones begin without, moved
- * ones move. */
+/* First half of a commit, the vertices: zeroes vertex_tet of those of the old tetrahedra and of new
+ * ones, writes new ones, moves the moved ones, and puts the numbers of new ones into the plan. */
 static void delaunay__commit_vertices(delaunay_engine *e, delaunay_plan *p)
 {
     delaunay_mesh *m = e->mesh;
@@ -9000,6 +9053,7 @@ static void delaunay__commit_vertices(delaunay_engine *e, delaunay_plan *p)
             p->tets[i] = p->first_vertex + (DELAUNAY_PLAN_VERTEX(0) - p->tets[i]);
 }
 
+/* Second half of a commit, the tetrahedra. */
 static void delaunay__commit_tets(delaunay_engine *e, delaunay_plan *p)
 {
     delaunay_mesh *m = e->mesh;
@@ -9020,7 +9074,7 @@ static void delaunay__commit_tets(delaunay_engine *e, delaunay_plan *p)
         delaunay__atomic_max(&m->vertex_tet[p->tets[i]], p->slots.items[i / 4]);
 }
 
-/* Plans of the calling thread alone, for as long as it does not pay to wake the others. Returns
+/* Makes plans in the calling thread alone, as long as it does not pay to wake the others. Returns
  * their number. */
 static int64_t delaunay__plan_first(delaunay_engine *e, const delaunay_speculation *job, int64_t n)
 {
@@ -9036,7 +9090,7 @@ static int64_t delaunay__plan_first(delaunay_engine *e, const delaunay_speculati
     return i;
 }
 
-/* The plans from first on, by all threads. */
+/* Makes the plans from first on, by all threads. */
 static void delaunay__plan_rest(delaunay_engine *e, const delaunay_speculation *job, int64_t first,
                                 int64_t n)
 {
@@ -9055,7 +9109,7 @@ static void delaunay__plan_rest(delaunay_engine *e, const delaunay_speculation *
     delaunay_crew_end(&e->crew, work);
 }
 
-/* Threads for so many short steps. */
+/* The number of threads for one short step per plan. */
 static int delaunay__threads_to_share(const delaunay_engine *e, int64_t plans)
 {
     int worth =
@@ -9063,9 +9117,9 @@ static int delaunay__threads_to_share(const delaunay_engine *e, int64_t plans)
     return worth ? e->num_threads : 1;
 }
 
-/* Plans, reservations, decisions. Shared: the mesh and the versions, read; owners, by atomic
- * minimum between two barriers, then read. Each plan belongs to the thread that has its iteration.
- */
+/* Makes the plans, reserves what they write, and decides which win. Shared by the threads: the mesh
+ * and the versions, which are only read; the owners, written by atomic maximum, and read after a
+ * barrier. Each plan belongs to the thread that has its iteration. */
 static void delaunay__round_plan(delaunay_engine *e, const delaunay_speculation *job, size_t num)
 {
     int64_t i, n = (int64_t)num, first = delaunay__plan_first(e, job, n);
@@ -9082,8 +9136,8 @@ static void delaunay__round_plan(delaunay_engine *e, const delaunay_speculation 
     }
 }
 
-/* The winners' writes: disjoint, but for vertex_tet (atomic), and after a barrier that separates
- * the reading of old tetrahedra from the writing of new ones. Owners are given back. */
+/* Commits the winners. Their writes are disjoint except for vertex_tet (atomic); a barrier
+ * separates the reading of old tetrahedra from the writing of new ones. Resets the owners to 0. */
 static void delaunay__round_commit(delaunay_engine *e, size_t num)
 {
     int64_t i, n = (int64_t)num;
@@ -9101,8 +9155,8 @@ static void delaunay__round_commit(delaunay_engine *e, size_t num)
     }
 }
 
-/* The k-th item in scattered order: steps of about the golden section, prime to the number of
- * items. */
+/* The step from one item to the next in scattered order: about 0.618 of the number of items (the
+ * golden section), and coprime to it, so that all items are visited. */
 static size_t delaunay__scatter_step(size_t n)
 {
     size_t step = (size_t)((double)n * 0.6180339887498949), a, b, r;
@@ -9112,8 +9166,8 @@ static size_t delaunay__scatter_step(size_t n)
     }
 }
 
-/* Tells the client what is finished, and moves what is not to the front. Returns the number that is
- * left. */
+/* Calls done() for each finished item, and moves the plans of the others to the front. Returns the
+ * number of the others. */
 static size_t delaunay__round_finish(delaunay_engine *e, delaunay_speculation *job, size_t num,
                                      int *stop)
 {
@@ -9168,7 +9222,7 @@ DELAUNAY_API delaunay_result delaunay_speculate(delaunay_engine *engine, delauna
         }
         delaunay__round_commit(e, num);
         left = delaunay__round_finish(e, job, num, &stop);
-        /* fewer in flight while most of them only wait for each other */
+        /* Fewer items are in flight while most of them only wait for each other. */
         if (2 * left > num)
             flight =
                 num / 2 > (size_t)DELAUNAY__LEAST_BATCH ? num / 2 : (size_t)DELAUNAY__LEAST_BATCH;
@@ -9197,7 +9251,8 @@ static delaunay_result delaunay__offender(delaunay_report *report, delaunay_hand
     return delaunay__say(report, DELAUNAY_ERROR_INVALID_MESH, message);
 }
 
-/* Facet f against its other side g: seen from both, in opposite order, with the same marks. */
+/* What is wrong with facet f and its other side g; NULL: nothing. Each must be the other's
+ * neighbour, with the same vertices in opposite order and the same marks. */
 static const char *delaunay__check_facet(const delaunay_mesh *mesh, delaunay_handle f,
                                          delaunay_handle g)
 {
@@ -9207,7 +9262,7 @@ static const char *delaunay__check_facet(const delaunay_mesh *mesh, delaunay_han
         return "a neighbour that does not exist";
     if (g >> 2 == f >> 2) return "a tetrahedron is its own neighbour";
     if (mesh->tets[g >> 2].n[g & 3] != f) return "neighbours that do not know each other";
-    if (f > g) return NULL; /* the rest once for the two */
+    if (f > g) return NULL; /* the rest is checked once, from the lower side */
     delaunay__get_facet(mesh, f, v);
     delaunay__get_facet(mesh, g, w);
     for (i = 0; i < 3 && v[0] != w[i]; i++) {}
@@ -9231,8 +9286,8 @@ static const char *delaunay__check_facet(const delaunay_mesh *mesh, delaunay_han
     return NULL;
 }
 
-/* What is wrong with the handles and marks of tetrahedron t; NULL: nothing. *other: a neighbour
- * that is part of it, or 0. */
+/* What is wrong with the vertices, handles or marks of tetrahedron t; NULL: nothing. *other: the
+ * neighbour concerned, or 0. */
 static const char *delaunay__check_tet(const delaunay_mesh *mesh, delaunay_handle t,
                                        delaunay_handle *other)
 {
@@ -9253,6 +9308,7 @@ static const char *delaunay__check_tet(const delaunay_mesh *mesh, delaunay_handl
     return NULL;
 }
 
+/* Checks free_tets and vertex_tet. */
 static delaunay_result delaunay__check_lists(const delaunay_mesh *mesh, delaunay_report *report)
 {
     delaunay_handle t;
@@ -9271,14 +9327,15 @@ static delaunay_result delaunay__check_lists(const delaunay_mesh *mesh, delaunay
     return DELAUNAY_OK;
 }
 
-/* The vertex across facet i of t. */
+/* The vertex of the neighbour across facet i of t that t does not have. */
 static uint32_t delaunay__across(const delaunay_mesh *mesh, delaunay_handle t, int i)
 {
     delaunay_handle n = mesh->tets[t].n[i];
     return mesh->tets[n >> 2].v[n & 3];
 }
 
-/* What is wrong with the shape of tetrahedron t, or with the hull at a ghost. */
+/* What is wrong with the shape of tetrahedron t, or with the hull at a ghost; NULL: nothing.
+ * *other: the neighbour concerned, or 0. */
 static const char *delaunay__check_shape(const delaunay_mesh *mesh, delaunay_handle t,
                                          delaunay_handle *other)
 {
@@ -9315,8 +9372,8 @@ static int delaunay__in_sphere(const delaunay_mesh *mesh, delaunay_handle t, uin
                                        mesh->vertices[q].x);
 }
 
-/* Whether tetrahedron t is locally Delaunay, the perturbation included: if all are, the whole
- * triangulation is. */
+/* Checks that tetrahedron t is locally Delaunay, under the symbolic perturbation: if all are, the
+ * whole triangulation is Delaunay. NULL: it is. *other: the neighbour concerned, or 0. */
 static const char *delaunay__check_spheres(const delaunay_mesh *mesh, delaunay_handle t,
                                            delaunay_handle *other)
 {
@@ -9328,7 +9385,8 @@ static const char *delaunay__check_spheres(const delaunay_mesh *mesh, delaunay_h
         q = delaunay__across(mesh, t, i);
         r = t;
         if (q == DELAUNAY_GHOST) continue;
-        if (delaunay_is_ghost(mesh, t)) { /* coplanar facets of the hull: as the one behind */
+        if (delaunay_is_ghost(mesh, t)) {
+            /* next to a coplanar hull facet: test the sphere of the real neighbour */
             r = mesh->tets[t].n[3] >> 2;
             if (i == 3 || delaunay_local_index(&mesh->tets[r], q) >= 0 ||
                 delaunay_orient3d(delaunay__corner(mesh, t, 0), delaunay__corner(mesh, t, 1),
@@ -9350,7 +9408,8 @@ static const char *delaunay__check_at(const delaunay_mesh *mesh, delaunay_handle
                                                  : delaunay__check_spheres(mesh, t, other);
 }
 
-/* One level in all tetrahedra, by all threads; the offender is the first one, whoever finds it. */
+/* Checks one level in all tetrahedra, by all threads. The offender that is reported is the lowest
+ * slot, whichever thread finds it. */
 static delaunay_result delaunay__check_all(const delaunay_mesh *mesh, int level, int threads,
                                            delaunay_report *report)
 {
@@ -9447,7 +9506,7 @@ DELAUNAY_API uint64_t delaunay_export_tets(const delaunay_mesh *mesh, uint32_t *
                                            uint64_t cap_tets)
 {
     uint64_t n = 0;
-    uint32_t first = 1, last, v, w, id; /* the first run of vertices that we added */
+    uint32_t first = 1, last, v, w, id; /* first, last: of the first run of NO_ID vertices */
     delaunay_handle t;
     int i;
     while (first < mesh->num_vertices && mesh->vertex_id[first] != DELAUNAY_NO_ID) first++;
@@ -9458,7 +9517,7 @@ DELAUNAY_API uint64_t delaunay_export_tets(const delaunay_mesh *mesh, uint32_t *
         for (i = 0; tets && n < cap_tets && i < 4; i++) {
             v = mesh->tets[t].v[i];
             id = mesh->vertex_id[v];
-            if (id == DELAUNAY_NO_ID) /* its rank among those that we added */
+            if (id == DELAUNAY_NO_ID) /* num_points plus its rank among the NO_ID vertices */
                 for (w = v < last ? v : last, id = mesh->num_points + w - first; w < v; w++)
                     id += mesh->vertex_id[w] == DELAUNAY_NO_ID;
             tets[4 * n + (uint64_t)i] = id;
@@ -9468,7 +9527,8 @@ DELAUNAY_API uint64_t delaunay_export_tets(const delaunay_mesh *mesh, uint32_t *
     return n;
 }
 
-/* Vertices in order of insertion, from the caller's points. */
+/* Makes vertices of the caller's points, in the order of insertion. rounds[r]: the first vertex of
+ * round r. */
 static delaunay_result delaunay__sort(delaunay_mesh *mesh, const double *xyz, const double *weights,
                                       size_t count, int threads, hilbert_box *box, uint32_t *rounds)
 {
@@ -9498,8 +9558,7 @@ static delaunay_result delaunay__sort(delaunay_mesh *mesh, const double *xyz, co
     return result;
 }
 
-/* Rounds one after the other; each in sections if it is large, and not larger than what is there to
- * divide. */
+/* Inserts the rounds one after the other; vertices 1 to 4 are the first tetrahedron. */
 static delaunay_result delaunay__insert_rounds(delaunay__partitions *p, const uint32_t *rounds)
 {
     delaunay_mesh *mesh = p->mesh;
@@ -9515,7 +9574,7 @@ static delaunay_result delaunay__insert_rounds(delaunay__partitions *p, const ui
     for (r = 0; r < DELAUNAY__MAX_ROUNDS && result == DELAUNAY_OK && v < n; r++, v = end) {
         end = rounds[r + 1] > v ? rounds[r + 1] : v;
         if (end > n) end = n;
-        if (attempt != p->attempt && v < end) { /* the rounds before have lost their keys */
+        if (attempt != p->attempt && v < end) { /* an earlier round has replaced the keys */
             p->box = unbent;
             attempt = p->attempt;
             delaunay__rekey(p, v);
@@ -9529,7 +9588,7 @@ static delaunay_result delaunay__insert_rounds(delaunay__partitions *p, const ui
     return (delaunay_result)result;
 }
 
-/* rounds[r]: first vertex of round r. */
+/* Makes the first tetrahedron and inserts the other vertices. Round r begins at rounds[r]. */
 static delaunay_result delaunay__insert_all(delaunay_mesh *mesh, const uint32_t *rounds,
                                             const hilbert_box *box, const delaunay_options *options)
 {
@@ -9561,8 +9620,8 @@ static delaunay_result delaunay__insert_all(delaunay_mesh *mesh, const uint32_t 
     return result;
 }
 
-/* After vertices were swapped the map from points follows. local: the old number of v; key: the
- * new one. */
+/* Updates vertex_of after vertices were swapped. Scratch: vertices[v].local is the old number of v,
+ * vertices[old].key the new number of that vertex. */
 static void delaunay__renew_vertex_of(delaunay_mesh *mesh)
 {
     uint32_t i, v;
@@ -9574,7 +9633,8 @@ static void delaunay__renew_vertex_of(delaunay_mesh *mesh)
     for (v = 1; v < mesh->num_vertices; v++) mesh->vertices[v].local = mesh->vertices[v].key = 0;
 }
 
-/* The real ones among the tetrahedra [1, end) of a mesh in canonical order: they are first. */
+/* The number of real tetrahedra in slots [1, end) of a mesh in canonical order, where they come
+ * before the ghosts. */
 static long delaunay__count_real(const delaunay_mesh *mesh, long end)
 {
     long lo = 1;
@@ -9586,8 +9646,8 @@ static long delaunay__count_real(const delaunay_mesh *mesh, long end)
     return lo - 1;
 }
 
-/* Counts for the report; the scratch fields of the vertices are cleared, so that no trace of the
- * threads is left. */
+/* Counts tetrahedra and ghosts for the report, and clears the scratch fields of the vertices, whose
+ * values may depend on the number of threads. */
 static void delaunay__count(delaunay_mesh *mesh, delaunay_report *report, int canonical,
                             int threads)
 {
@@ -9612,13 +9672,13 @@ static void delaunay__count(delaunay_mesh *mesh, delaunay_report *report, int ca
     report->num_ghosts = (uint64_t)ghosts;
 }
 
-/* Points and weights as packed doubles: the caller's, or a copy that is to be released. */
+/* Points and weights as packed doubles: the caller's arrays, or copies that are to be released. */
 typedef struct delaunay__packed {
     const double *xyz, *weights;
     double *copy_xyz, *copy_weights;
 } delaunay__packed;
 
-/* A copy of count rows of per values, stride bytes apart; NULL: out of memory. */
+/* A packed copy of count rows with per values each, stride bytes apart; NULL: out of memory. */
 static double *delaunay__pack(delaunay_memory *memory, const void *data, size_t count, size_t per,
                               size_t stride, int is_float)
 {
@@ -9663,7 +9723,8 @@ static delaunay_result delaunay__unpack(delaunay__packed *packed, delaunay_memor
     return DELAUNAY_OK;
 }
 
-/* The caller's points become vertices in order of insertion; report: counts and dimension. */
+/* Checks the caller's points and makes vertices of them, in the order of insertion; fills in the
+ * counts and the dimension of the report. */
 static delaunay_result delaunay__take_points(delaunay_mesh *mesh, const delaunay_points *points,
                                              const delaunay_options *options, hilbert_box *box,
                                              uint32_t *rounds, delaunay_report *report)
@@ -9692,7 +9753,7 @@ static delaunay_result delaunay__take_points(delaunay_mesh *mesh, const delaunay
     return DELAUNAY_OK;
 }
 
-/* Sets local of the vertices that are in a tetrahedron, and of no others. */
+/* Sets local of each vertex to 1 if it is in a tetrahedron, else to 0. */
 static void delaunay__mark_used(delaunay_mesh *mesh)
 {
     delaunay_handle t;
@@ -9704,7 +9765,7 @@ static void delaunay__mark_used(delaunay_mesh *mesh)
             mesh->vertices[mesh->tets[t].v[i]].local = 1;
 }
 
-/* Points whose vertices are in no tetrahedron map to none. */
+/* Counts the vertices that are in no tetrahedron, and sets vertex_of to 0 for their points. */
 static void delaunay__hide(delaunay_mesh *mesh, delaunay_report *report)
 {
     uint32_t v;
@@ -9778,15 +9839,15 @@ DELAUNAY_API delaunay_result delaunay_tetrahedralize(delaunay_mesh *mesh, const 
     return delaunay_tetrahedralize_points(mesh, &points, options, report);
 }
 
-/* -- many points into a mesh */
+/* -- delaunay_insert: many points into a mesh */
 
-/* Vertices 1 .. num_vertices-1 by their place; open addressing, 0: free. */
+/* A hash table of vertices by their coordinates; open addressing, 0: free. */
 typedef struct delaunay__places {
     uint32_t *table;
     size_t mask;
 } delaunay__places;
 
-/* The entry of a place: the vertex there, or 0 to be set. */
+/* The entry for these coordinates: the vertex there, or 0, for the caller to set. */
 static uint32_t *delaunay__place(const delaunay__places *p, const delaunay_mesh *mesh,
                                  const double *xyz)
 {
@@ -9796,7 +9857,8 @@ static uint32_t *delaunay__place(const delaunay__places *p, const delaunay_mesh 
     return &p->table[i];
 }
 
-/* Of two vertices at one place the one that is in a tetrahedron counts: local is set. */
+/* Enters all vertices, and leaves room for so many more. Of two vertices at the same place the one
+ * that is in a tetrahedron (local is 1) is entered. */
 static delaunay_result delaunay__places_init(delaunay__places *p, delaunay_mesh *mesh, size_t more)
 {
     uint32_t v;
@@ -9811,13 +9873,13 @@ static delaunay_result delaunay__places_init(delaunay__places *p, delaunay_mesh 
     return DELAUNAY_OK;
 }
 
-/* Vertices to be inserted, round by round: round r begins at begin[r]. */
+/* The vertices to be inserted, round by round; those of round r begin at vertices[begin[r]]. */
 typedef struct delaunay__insertion {
     uint32_t *vertices, begin[DELAUNAY__MAX_ROUNDS + 1];
 } delaunay__insertion;
 
-/* A vertex for each place: the one there, or a new one; what is in no tetrahedron (local is 0) is
- * to be inserted. The map from points goes on. */
+/* Assigns to each point the vertex at its place, or a new one, and appends it to vertex_of. Lists
+ * the vertices that are in no tetrahedron (local is 0) for insertion, and sets their local. */
 static void delaunay__assign_vertices(delaunay_mesh *mesh, const delaunay__places *places,
                                       const double *xyz, const hxtsort_pair *items, size_t count,
                                       const size_t *round_begin, delaunay__insertion *insertion)
@@ -9838,7 +9900,7 @@ static void delaunay__assign_vertices(delaunay_mesh *mesh, const delaunay__place
     mesh->num_points = first + (uint32_t)count;
 }
 
-/* Takes the points, sorted; on failure the mesh has the vertices that it had. */
+/* Takes the points in sorted order; on failure the mesh has no new vertices. */
 static delaunay_result delaunay__append_vertices(delaunay_mesh *mesh, const double *xyz,
                                                  const hxtsort_pair *items, size_t count,
                                                  const size_t *round_begin,
@@ -9865,7 +9927,7 @@ static delaunay_result delaunay__append_vertices(delaunay_mesh *mesh, const doub
     return result;
 }
 
-/* The rounds, each as a job of engine (a). */
+/* Inserts the rounds, each as a job of engine (a). */
 static delaunay_result delaunay__insert_more(delaunay_mesh *mesh,
                                              const delaunay__insertion *insertion,
                                              const delaunay_host *host)
@@ -9882,7 +9944,8 @@ static delaunay_result delaunay__insert_more(delaunay_mesh *mesh,
     return result;
 }
 
-/* Sorts, appends, inserts, links and numbers; seconds into the report. */
+/* Sorts the points, appends vertices, inserts them, updates vertex_tet and canonicalizes; fills in
+ * the seconds of the report. */
 static delaunay_result delaunay__insert_points(delaunay_mesh *mesh, const double *xyz, size_t count,
                                                const delaunay_options *options,
                                                delaunay_report *report)
@@ -9906,7 +9969,7 @@ static delaunay_result delaunay__insert_points(delaunay_mesh *mesh, const double
         report->num_duplicates = count - insertion.begin[DELAUNAY__MAX_ROUNDS];
         result = delaunay__insert_more(mesh, &insertion, &options->host);
         inserted = delaunay_seconds(&options->host);
-        if (mesh->vertex_tet) { /* also of what a failure has left */
+        if (mesh->vertex_tet) { /* also after a failure, for the points that were inserted */
             delaunay_result linked = delaunay_link_vertices(mesh);
             if (result == DELAUNAY_OK) result = linked;
         }
