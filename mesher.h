@@ -2549,51 +2549,65 @@ MESHER_API mesher_result mesher_empty_mesh(mesher_domain *domain, mesher_report 
 
 /* ---- >>recover ----------------------------------------------------------------------------
  * Almost all edges and facets of the surface are in the Delaunay triangulation already; what is
- * missing is mostly edges that cross one or two faces. Each missing edge is brought in by flips in
- * a copy of the tetrahedra on its way, deeper and deeper, many at once by all threads; where flat
- * sides are cut into needles, by flips in their planes before, with points beside these. A few that
- * are left, or all of them in later attempts where some flips first, in other orders, did not get
- * through, go on by closure searches (delaunay_reconnect) over small windows around the faces that
- * it crosses: a search that lowers the number of crossings is committed, and never loses a
- * constrained edge that is there. Steps for one edge are a transaction: they stay if the edge comes
- * in, or if the potential (missing edges, crossings of all missing edges) falls; else they are
- * taken back. So the potential falls strictly, and the loop ends by itself. Facets with three edges
- * in the mesh follow, by the same searches with the edges that pierce them as the objective, and
- * all facets that are there are kept. What is left, such as a Schonhardt polyhedron, gets interior
- * points: in the kernel of a window, where the most crossings vanish. At last, points on what is
- * missing make it come in in pieces, and are taken off it again. Interior points are removed again,
- * where they can move onto a neighbour, or a search of their star finds a way. After the
- * triangulation every decision is an exact orientation of stored coordinates. A missing edge that
- * meets a constrained facet or edge of the mesh proves that the surface intersects itself. */
+ * missing is mostly edges that cross one or two faces of the mesh. "The pipe" of a missing edge or
+ * facet is all that it crosses.
+ *   1. Flips bring in the missing edges one by one, in a copy of the tetrahedra around each, to
+ *      growing depth; all threads try many edges at once. Where flat sides of the surface consist
+ *      of needles, flips within their planes come first, with Steiner points beside the planes.
+ *   2. Closure searches (delaunay_reconnect) follow for the few edges that are left, over windows:
+ *      small sets of tetrahedra around the faces that an edge crosses. (When the attempts that
+ *      start with flips have failed, in several orders, later ones use searches for all edges.) A
+ *      search that lowers the number of crossings is committed; it never loses a constrained edge
+ *      that the mesh has. The steps for one edge are a transaction: they stay if the edge comes in,
+ *      or if the potential (missing edges, crossings of all missing edges) falls; else they are
+ *      taken back. So the potential falls strictly, and the loop terminates.
+ *   3. Missing facets whose three edges are in the mesh come in by the same searches, which now
+ *      minimise the number of edges that pierce the facet, and keep all facets that the mesh has.
+ *   4. What is left, such as a Schonhardt polyhedron, gets interior Steiner points: each in the
+ *      kernel of a window, where it removes the most crossings.
+ *   5. At last, points on the missing edges and facets let these come in as pieces; then the points
+ *      are taken off the surface again.
+ *   6. Interior Steiner points are removed where they can be moved onto a neighbour, or where a
+ *      search finds a filling of their star without them.
+ * After the triangulation every decision is an exact orientation of stored coordinates. A missing
+ * edge that meets a constrained facet or edge of the mesh proves that the surface intersects
+ * itself. */
 enum {
-    MESHER__PIPE = 2048,        /* crossings or tetrahedra around one edge or facet at most */
-    MESHER__LONG_PIPE = 32,     /* an edge's with more crossings: points on it only, at first */
-    MESHER__MAX_WINDOWS = 4000, /* around one edge or facet */
-    MESHER__PIECES = 16384,     /* of split edges, and of facets, at most; a power of two */
-    MESHER__SECTOR_GROWTH = 300, /* tetrahedra that a sector takes in from behind it at most */
-    MESHER__FEW_EDGES = 32, /* worth large searches before a point is added, as one in hundreds
-                               comes in by them, and more rounds of points before the surface is
-                               tested for intersections */
-    MESHER__FEW_FACETS = 64, /* so many get points before the surface is tested for intersections */
-    MESHER__ATTEMPTS = 6,    /* at the whole, with other places of points, ... */
-    MESHER__FLIP_ATTEMPTS = 3, /* ... of them by flips first, each in another order, and ... */
-    MESHER__FEW_SPLITS = 1000, /* ... with points on so many missing edges at the end, ... */
-    MESHER__LAST_EDGES = 8,    /* ... and within for so many that these do not bring, ... */
-    MESHER__FEW_POINTS = 4,    /* ... after so many within for each of them; these points stop
-                                  where edges stay or come for so many rounds: */
+    MESHER__PIPE = 2048,         /* crossings or tetrahedra of one pipe at most */
+    MESHER__LONG_PIPE = 32,      /* attempts by flips: an edge with more crossings than this gets
+                                    only points on it, no searches and no interior points */
+    MESHER__MAX_WINDOWS = 4000,  /* around one edge or facet */
+    MESHER__PIECES = 16384,      /* of split edges, and of split facets, at most; a power of two */
+    MESHER__SECTOR_GROWTH = 300, /* tetrahedra outside a star that its sector takes in at most */
+    MESHER__FEW_EDGES = 32,  /* up to this many missing edges get large searches before any point is
+                                added (of more of them, one in hundreds comes in that way), and more
+                                rounds of points before the surface is tested for intersections */
+    MESHER__FEW_FACETS = 64, /* up to this many missing facets get points before that test */
+    /* Attempts at the whole recovery, with points at other places each time; the first of them are
+     * "by flips": they try flips before anything else, each in another order. */
+    MESHER__ATTEMPTS = 6, MESHER__FLIP_ATTEMPTS = 3,
+    MESHER__FEW_SPLITS = 1000, /* missing edges at the end of an attempt by flips up to which it
+                                  puts points on them */
+    MESHER__LAST_EDGES = 8,    /* edges still missing after that up to which these get interior
+                                  points */
+    MESHER__FEW_POINTS = 4,    /* interior points for one edge in an attempt by flips at most */
+    /* Rounds of points on edges end when the number of missing edges has stayed the same, or has
+     * risen, for this many rounds (see mesher__course_fails). */
     MESHER__SPLIT_STAYS = 6, MESHER__SPLIT_RISES = 3,
-    MESHER__VAIN = 8,        /* points that bring nothing, and one more for so many missing edges,
-                                before an attempt by flips adds no more of them */
-    MESHER__FEW_SITES = 6,   /* windows for a point looked at, even if one is good enough, ... */
-    MESHER__MANY_SITES = 40, /* ... and after the attempts by flips; ... */
-    MESHER__SITES_FIRST = 24, MESHER__SITES = 250, /* ... and at most, at first and then */
-    MESHER__HOPELESS = 4,    /* interior points for one edge that bring nothing */
-    MESHER__GRID_CELLS = 64, /* of one box; beyond, all edges are looked at */
-    MESHER__NEAR = 4096      /* missing edges beside one window */
+    MESHER__VAIN = 8,        /* an attempt by flips adds no interior points any more after this many
+                                that brought nothing, plus one for each 8 missing edges */
+    /* Windows that are looked at for one point: at least, even if one is good enough (in attempts
+     * by flips, and in later ones), and at most (the same). */
+    MESHER__FEW_SITES = 6, MESHER__MANY_SITES = 40,
+    MESHER__SITES_FIRST = 24, MESHER__SITES = 250,
+    MESHER__HOPELESS = 4,    /* interior points that brought nothing before an edge gets no more */
+    MESHER__GRID_CELLS = 64, /* cells that one box may cover; for a larger one all missing edges are
+                                looked at */
+    MESHER__NEAR = 4096      /* missing edges beside one window at most */
 };
-#  define MESHER__ABSENT UINT32_MAX
-/* A point on a missing edge is so far from its ends at least, in lengths of the edge: nearer ones
- * are rounded over pieces of the surface that end there. */
+#  define MESHER__ABSENT UINT32_MAX /* no such edge, facet or place */
+/* The least distance of a point on a missing edge from the edge's ends, in lengths of the edge. The
+ * rounding of a nearer point may carry it across pieces of the surface that end there. */
 #  define MESHER__SPLIT_MARGIN 1e-5
 #  if defined(__GNUC__)
 #    define MESHER__PREFETCH(p) __builtin_prefetch(p)
@@ -2601,7 +2615,7 @@ enum {
 #    define MESHER__PREFETCH(p) ((void)(p))
 #  endif
 
-/* A set of 64-bit keys; emptied by counting up its epoch. */
+/* A hash set of 64-bit keys; incrementing its epoch empties it. */
 typedef struct mesher__set {
     uint64_t        *keys;
     uint32_t        *stamps;
@@ -2610,114 +2624,120 @@ typedef struct mesher__set {
     delaunay_memory *memory;
 } mesher__set;
 
-/* A point of ours on an edge or facet of the surface, to be taken off it again. */
+/* A Steiner point on an edge or facet of the surface, to be taken off it again. */
 typedef struct mesher__split {
-    uint32_t vertex, edge, facet;   /* edge or facet: MESHER__ABSENT */
-    uint32_t num_facets;            /* of an edge, split with it: */
+    uint32_t vertex, edge, facet;   /* one of edge and facet is MESHER__ABSENT */
+    uint32_t num_facets;            /* those at a split edge, which are split with it */
     uint32_t facets[32];
-    uint32_t first_edge, first_facet, end_edge, end_facet; /* the pieces */
-    int      undone;
+    uint32_t first_edge, first_facet, end_edge, end_facet; /* the ranges of the pieces */
+    int      undone;                /* the point is off the surface */
 } mesher__split;
-#define MESHER__IN_FACET 0x80000000u /* origin of a piece of an edge that lies in a facet */
+/* In edge_origin: the edge is within a facet, whose index the other bits are. */
+#define MESHER__IN_FACET 0x80000000u
 
 /* Where a missing edge crosses a face of the mesh. */
 typedef struct mesher__crossing {
     delaunay_handle tets[2];
-    int             facet; /* of tets[0] */
-    double          where; /* along the edge, about */
+    int             facet; /* the face, as a facet of tets[0] */
+    double          where; /* along the edge, about: 0 and 1 at its ends */
 } mesher__crossing;
 
-/* What lies between a missing edge or facet and its place. */
+/* What is in the way of a missing edge or facet. */
 typedef struct mesher__pipe {
-    mesher__crossing crossings[MESHER__PIPE];    /* of an edge, in order along it */
-    uint32_t         edges[MESHER__PIPE][2];     /* of the mesh, that pierce a facet, ... */
-    delaunay_handle  edge_tets[MESHER__PIPE];    /* ... and a tetrahedron of each */
-    delaunay_handle  tets[MESHER__PIPE];
+    mesher__crossing crossings[MESHER__PIPE];    /* for an edge: in order along it */
+    uint32_t         edges[MESHER__PIPE][2];     /* for a facet: edges of the mesh that pierce it */
+    delaunay_handle  edge_tets[MESHER__PIPE];    /* a tetrahedron of each of these edges */
+    delaunay_handle  tets[MESHER__PIPE];         /* tetrahedra with such a face or edge */
     uint32_t num_crossings, num_edges, num_tets;
-    int      too_long;                           /* an edge's: its end is not known */
-    uint32_t vertex;                             /* exactly on the edge or facet; 0: none */
-    int blocked; /* by a constraint of the mesh with so many vertices: */
+    int      too_long;                           /* for an edge: it did not fit */
+    uint32_t vertex;                             /* one exactly on the edge or facet; 0: none */
+    int blocked; /* by a constraint of the mesh: its number of vertices, 2 or 3; 0: by none */
     uint32_t blocker[3];
 } mesher__pipe;
 
-/* Of flips in a plane. */
+/* Limits of flips in a plane. */
 enum {
     MESHER__SPIN = 128,    /* tetrahedra around a rung at most */
-    MESHER__HALF = 24,     /* vertices of a half that is filled without a point at most */
+    MESHER__HALF = 24,     /* vertices of a half at most, to fill it without a Steiner point */
     MESHER__CAVE = 1000,   /* tetrahedra that make room for a point beside a plane at most */
-    MESHER__MANY_RUNGS = 24, /* of a missing edge in the mean, to be flipped in the plane, ... */
-    MESHER__RUNG_SAMPLE = 256 /* ... and of about so many of them at first */
+    MESHER__MANY_RUNGS = 24,  /* of a missing edge on average, for flips in planes to be used */
+    MESHER__RUNG_SAMPLE = 256 /* missing edges, about, from which this is estimated first */
 };
 
-/* An edge of the mesh that crosses a missing edge in its plane. */
+/* A rung: an edge of the mesh that crosses a missing edge within a plane that both lie in. */
 typedef struct mesher__rung {
-    uint32_t        p, q;  /* to the left and right of it */
-    delaunay_handle t;     /* has both, or had */
-    int             stuck; /* cannot be flipped without a point, as things are */
+    uint32_t        p, q;  /* its ends, to the left and right of the missing edge */
+    delaunay_handle t;     /* a tetrahedron that has both, or had */
+    int             stuck; /* cannot be flipped without a Steiner point, as the mesh is now */
 } mesher__rung;
 
-/* What is around an edge pq: tetrahedron i has p, q, v[i], v[i + 1], positive in this order. */
+/* The ring of an edge pq: tetrahedron i has p, q, v[i], v[i + 1], positive in this order. */
 typedef struct mesher__spin {
     uint32_t        n, v[MESHER__SPIN];
     delaunay_handle tets[MESHER__SPIN];
 } mesher__spin;
 
-/* One side of them: tetrahedron i has p, q, v[i], v[i + 1]. */
+/* The part of a spin on one side of the plane: tetrahedron i has p, q, v[i], v[i + 1]. */
 typedef struct mesher__half {
     uint32_t        n, v[MESHER__SPIN];
     delaunay_handle tets[MESHER__SPIN];
 } mesher__half;
 
 typedef struct mesher__plane {
-    mesher__rung rungs[MESHER__PIPE + 1];
+    mesher__rung rungs[MESHER__PIPE + 1];  /* in order along the missing edge */
     uint32_t     count, off;               /* off: a vertex that is not in the plane */
-    double       tolerance;                /* this far from a plane is in it, for rounding's sake */
-    double       at[3], normal[3], wide;   /* the plane; wide: the square of what it rests on */
+    double       tolerance;                /* vertices this near to a plane count as in it */
+    double       at[3], normal[3], wide;   /* the plane; wide: see mesher__plane_through */
     mesher__spin spin;
     uint8_t      apex[MESHER__HALF][MESHER__HALF], cost[MESHER__HALF][MESHER__HALF];
 } mesher__plane;
 
+/* A window: some tetrahedra around what is missing, listed in r->pool from place first on. */
 typedef struct mesher__window {
     uint64_t signature;
     uint32_t first, num_tets, num_points;
 } mesher__window;
 
-/* Of flips in a copy of a few tetrahedra. */
+/* Limits of flips in a copy of a few tetrahedra. */
 enum {
-    MESHER__CELLS = 1024,      /* copies and new ones */
+    MESHER__CELLS = 1024,      /* tetrahedra copied, and made by flips */
     MESHER__CELL_SLOTS = 4096, /* a power of two */
-    MESHER__RING = 20,         /* tetrahedra around an edge at most, ... */
-    MESHER__RING_FILLED = 7,   /* ... that goes: of longer rings one in fifty can, at a high cost */
+    MESHER__RING = 20,         /* tetrahedra around an edge at most */
+    MESHER__RING_FILLED = 7,   /* the same for an edge to be removed: of longer rings one in fifty
+                                  can be filled, at a high cost */
     MESHER__WAY = 64,          /* faces and edges that the missing edge crosses at most */
     MESHER__FLIP_LOG = 8192,
     MESHER__VIEWS = 128,       /* a power of two */
     MESHER__FLIP_DEPTH = 16,
-    MESHER__THIN_STAR = 200,    /* tetrahedra around a point that is to go, at most, ... */
-    MESHER__THIN_BUDGET = 1000, /* ... edges there that may be tried, ... */
-    MESHER__THIN_DEPTH = 3,     /* ... and that wait for each other */
+    /* For a point that is to be removed: tetrahedra around it at most, edges at it that may be
+     * tried, and how deep removals of edges nest. */
+    MESHER__THIN_STAR = 200,
+    MESHER__THIN_BUDGET = 1000,
+    MESHER__THIN_DEPTH = 3,
     MESHER__FLIP_PASSES = 16,
-    /* One in so many missing edges has to come in by a pass for another one to follow; more of them
-     * where refinement adds points anyway. */
+    /* A pass is followed by another one if it brought in at least one in 32 of the missing edges,
+     * or one in 8 where refinement follows, which adds points anyway. */
     MESHER__FLIP_YIELD = 32,
     MESHER__QUICK_YIELD = 8,
-    /* What comes of flips around one edge is, at most, so many tetrahedra gone, and so many made,
-     * so many constrained edges, and, to be found ahead of time, what so many have led to. */
+    /* Room in mesher__flipped: tetrahedra removed, and tetrahedra made; missing edges made; and
+     * tetrahedra that a result depends on, if it is found ahead of time. */
     MESHER__FLIPPED = 256,
     MESHER__FLIPPED_EDGES = 64,
     MESHER__FLIPPED_READ = 512,
-    /* Many edges are tried in strands of so many, but so many strands at least and at most: first
-     * the first of each. Then their neighbours in the list, near them as a rule, are not tried at
-     * once. */
+    /* A long list of missing edges is cut into strands: runs of about 64 edges, but at least 8 and
+     * at most 128 strands. A batch that is tried at once has one edge of each strand, and so no
+     * neighbours in the list, which are mostly near each other in space. */
     MESHER__STRAND = 64,
     MESHER__FEW_STRANDS = 8,
     MESHER__STRANDS = 128
 };
 
-/* A tetrahedron of the copy, positive. */
+/* A cell: a tetrahedron of the copy, positively oriented. */
 typedef struct mesher__copy {
     uint32_t        v[4];
-    delaunay_handle n[4]; /* 4 * cell + facet beyond, where linked; else of the mesh */
-    delaunay_handle from; /* of the mesh; 0: made here */
+    /* what is beyond facet k: 4 * cell + facet, if bit k of linked is set; else as in the mesh */
+    delaunay_handle n[4];
+    delaunay_handle from; /* the original in the mesh; 0: made by a flip */
     uint16_t        flags;
     uint8_t         linked, gone;
 } mesher__copy;
@@ -2726,32 +2746,34 @@ typedef struct mesher__copy {
 typedef struct mesher__obstacle {
     uint32_t cell, v[3];
     int      k;
-    /* of the edges v[i] v[i + 1] of a face: nearest to the missing edge first; the first one is
-     * MESHER__UNORDERED until it is asked for */
+    /* of a face: the i of its edges v[i] v[i + 1], the nearest to the missing edge first; order[0]
+     * is MESHER__UNORDERED before they are sorted */
     uint8_t order[3];
 } mesher__obstacle;
 #  define MESHER__UNORDERED 3
 
+/* All that the missing edge crosses, in order from its first end on. */
 typedef struct mesher__way {
     mesher__obstacle at[MESHER__WAY];
     uint32_t         count;
 } mesher__way;
 
-/* An edge pq and what is around it: cell i has p, q, r[i], r[i + 1], positive in this order. */
+/* The ring of an edge pq: cell i has p, q, r[i], r[i + 1], positive in this order. */
 typedef struct mesher__ring {
     uint32_t p, q, n, r[MESHER__RING], cells[MESHER__RING];
 } mesher__ring;
 
-/* A vertex as it is seen along the missing edge, in units of its length, about. */
+/* The view of a vertex: its projection along the missing edge, approximate, in units of the edge's
+ * length. */
 typedef struct mesher__view {
     uint64_t key; /* epoch and vertex */
-    double   x, y, distant; /* distant: its distance, no less */
+    double   x, y, distant; /* distant: an upper bound of the vertex's distance from point a */
 } mesher__view;
 
 typedef struct mesher__flips {
     const delaunay_mesh *mesh;
     uint32_t     a, b;   /* the missing edge */
-    double       across[2][3], per_length; /* the axes of a view along it, over its length */
+    double       across[2][3], per_length; /* the axes of views, and 1, divided by its length */
     mesher__view views[MESHER__VIEWS]; /* of the vertices last asked for */
     uint32_t     num_cells, num_free, num_log, num_made, epoch;
     uint32_t     start;  /* a cell at a, where the way last began; 0: none */
@@ -2761,26 +2783,28 @@ typedef struct mesher__flips {
     mesher__copy cells[MESHER__CELLS]; /* from 1 on */
     uint32_t     free_cells[MESHER__CELLS];
     uint32_t     slots[MESHER__CELL_SLOTS], stamps[MESHER__CELL_SLOTS];
-    uint32_t     log[MESHER__FLIP_LOG]; /* of each flip: cells gone, cells made, their numbers */
+    uint32_t     log[MESHER__FLIP_LOG]; /* of each flip: cells removed, made, how many of either */
     uint32_t     made[MESHER__FLIP_LOG / 3][2]; /* edges that the flips of the log make, in order */
     uint32_t     edges[MESHER__FLIP_DEPTH + 2][2]; /* those that wait to be removed */
     uint16_t     cost[MESHER__FLIP_DEPTH + 2][MESHER__RING_FILLED][MESHER__RING_FILLED];
     uint8_t      apex[MESHER__FLIP_DEPTH + 2][MESHER__RING_FILLED][MESHER__RING_FILLED];
-    mesher__way  way[2];
-    uint64_t     tried[3 * MESHER__WAY]; /* edges on the way, since anything changed */
+    mesher__way  way[2];                 /* the current one, and that after flips */
+    uint64_t     tried[3 * MESHER__WAY]; /* edges tried since the way last changed */
     uint32_t     num_tried;
 } mesher__flips;
 #  define MESHER__UNUSED UINT32_MAX /* an epoch: the tables are emptied at the first use */
 
-/* What flips around a missing edge come to, apart from the copy that they were tried in. */
+/* The result of flips around a missing edge, independent of the copy that they were tried in. */
 typedef struct mesher__flipped {
-    uint32_t        num_old, num_new; /* tetrahedra gone, and made; none: there are no flips */
+    uint32_t        num_old, num_new; /* tetrahedra removed, and made; 0: no flips */
     uint32_t        num_edges, num_read;
     uint64_t        work;
-    delaunay_handle start;  /* where the star of the edge's end was entered */
-    int             whole;  /* all of it is here, and what it rests on */
+    delaunay_handle start;  /* where the star of the edge's first end was entered */
+    int             whole;  /* nothing had to be left out, neither here nor of read */
+    /* tetrahedra removed, and those that the result depends on */
     delaunay_handle old[MESHER__FLIPPED], read[MESHER__FLIPPED_READ];
-    uint32_t        edges[MESHER__FLIPPED_EDGES]; /* missing ones that may be among those made */
+    uint32_t        edges[MESHER__FLIPPED_EDGES]; /* missing edges that flips made, and may have
+                                                     removed again */
     /* as delaunay_replace_linked takes them */
     uint32_t        vertices[4 * MESHER__FLIPPED];
     delaunay_handle link[4 * MESHER__FLIPPED];
@@ -2788,8 +2812,9 @@ typedef struct mesher__flipped {
     uint16_t        flags[MESHER__FLIPPED];
 } mesher__flipped;
 
-/* Work for the searches before any point is added, and for all that follows: half a minute or so
- * and three times as long. An attempt that needs it all is the last one. */
+/* Bounds of r->work: for all that precedes the first interior point (half a minute or so), and for
+ * all that follows (three times as long). An attempt by flips that uses them up is the last one, as
+ * is a later attempt that uses as much as the first bound. */
 #  define MESHER__WORK_FIRST ((uint64_t)1000000000)
 #  define MESHER__WORK_THEN  ((uint64_t)3000000000)
 
@@ -2800,11 +2825,12 @@ typedef struct mesher__recovery {
     delaunay_memory *memory;
     delaunay_worker *worker;
     mesher_result    status;            /* the first failure; ends everything */
-    /* constraints by mesh vertices, ascending; rows by the first vertex, long ones sorted */
-    uint32_t  num_rows;                 /* mesh vertices before any was added */
+    /* Constraints are given by their mesh vertices, ascending. Row v lists those whose first vertex
+     * is v; long rows are sorted. */
+    uint32_t  num_rows;                 /* mesh vertices before any Steiner point was added */
     uint32_t  num_edges, num_facets;    /* those of the domain first, then pieces of split ones */
     uint32_t  cap_at;                   /* vertices that can have missing constraints */
-    /* split, or a piece that is whole again: no constraint now */
+    /* not a constraint now: it is split, or a piece of one that is whole again */
     uint8_t  *edge_retired, *facet_retired;
     uint32_t *edge_origin, *facet_origin;   /* of pieces: the domain's edge or facet they lie in */
     uint32_t *edge_slots, *facet_slots;     /* open addressing: 1 + index of a piece; 0 is free */
@@ -2813,31 +2839,34 @@ typedef struct mesher__recovery {
     uint32_t *edges, *edge_row, *edge_other, *edge_index;
     uint32_t *facets, *facet_row, *facet_second, *facet_third, *facet_index;
     uint8_t  *edge_present, *facet_present;
-    uint8_t  *edge_seen, *facet_seen;   /* by place in the rows, and one more; while looking */
-    uint32_t *missing_edges_at, *missing_facets_at; /* of each mesh vertex */
+    uint8_t  *edge_seen, *facet_seen;   /* by place in the rows; edges: and one place more */
+    uint32_t *missing_edges_at, *missing_facets_at; /* of each mesh vertex: their number */
     uint32_t  num_missing_edges, num_missing_facets;
     uint32_t *wanted, num_wanted;         /* a list of missing edges or facets */
     uint64_t *order;
-    uint32_t *patch_row, *patches; /* of each vertex: the flat parts of the surface it is in, ... */
-    double   *patch_planes; /* ... and of each of these a normal, and where it is along that */
-    /* work on one of them */
+    /* Patches: maximal flat parts of the surface, each named by a facet of it (mesher__patch is
+     * something else). */
+    uint32_t *patch_row, *patches; /* row v: the patches that vertex v is in */
+    double   *patch_planes;        /* 4 for each patch: a unit normal n, and n.x of its points */
+    /* for the edge or facet that is worked on */
     mesher__set     seen, seen_edges, known, known_near, failed;
     delaunay_list   queue, star, pool;
     uint32_t        num_windows;
-    mesher__flips  *flips;            /* for num_flips threads */
-    mesher__flipped *flipped;         /* num_flipped: those found at once, by all threads */
+    mesher__flips  *flips;            /* num_flips: one for each thread */
+    mesher__flipped *flipped;         /* num_flipped: results of one batch, by all threads */
     uint32_t        num_flips, num_flipped;
     delaunay_crew   crew;             /* for the short loops that find them */
-    delaunay_list   touched;          /* tetrahedra that changed since, their marks are set */
-    int             notes;            /* commits note what they make there */
-    delaunay_list   came;             /* edges that a commit brings */
-    uint32_t shell[DELAUNAY_WINDOW_FACETS][3]; /* a polyhedron's facets, outward, mesh vertices */
+    delaunay_list   touched;          /* tetrahedra changed since then; their marks are set */
+    int             notes;            /* commits add the tetrahedra that they make to touched */
+    delaunay_list   came;             /* constrained edges that a commit makes */
+    uint32_t shell[DELAUNAY_WINDOW_FACETS][3]; /* facets of a polyhedron, outward */
     delaunay_handle
-        shell_beyond[DELAUNAY_WINDOW_FACETS]; /* behind facets of a sector; 0: a constraint */
+        shell_beyond[DELAUNAY_WINDOW_FACETS]; /* what is behind them; 0: a constraint */
     uint32_t        num_shell;
-    delaunay_handle slots[DELAUNAY_WINDOW_FACETS];
-    uint32_t        commit[4 * DELAUNAY_WINDOW_FACETS];
-    uint32_t *journal; /* of the running transaction: old, new vertices, their numbers */
+    delaunay_handle slots[DELAUNAY_WINDOW_FACETS]; /* tetrahedra made by the last commit */
+    uint32_t        commit[4 * DELAUNAY_WINDOW_FACETS]; /* vertices of those to be made */
+    uint32_t *journal; /* of the running transaction; of each commit: the vertices of the old
+                          tetrahedra, those of the new ones, how many of either */
     size_t          num_journal, cap_journal;
     int             in_transaction;
     struct {
@@ -2845,15 +2874,15 @@ typedef struct mesher__recovery {
         uint32_t  num_buckets, *rows, *edges;
     } grid;                             /* over the missing edges of the list */
     uint64_t        random;
-    int             attempt, first;    /* first: one of the attempts by flips first */
+    int             attempt, first;    /* first: this is one of the attempts by flips */
     uint64_t        nodes, searches, ticks;
-    uint64_t        work, max_work;    /* about as many predicates; a bound that no clock decides */
+    uint64_t        work, max_work;    /* predicates, about: a bound that depends on no clock */
     uint8_t        *hopeless;           /* of each edge: points that brought it no nearer */
-    int             stuck;              /* points within bring in few edges more */
-    int             unmoved;            /* they brought in less than a quarter of many */
+    int             stuck;              /* interior points bring in few more edges */
+    int             unmoved;            /* they brought in less than a quarter of many edges */
     uint32_t        vain, max_vain;     /* points that brought nothing */
-    int             checked;            /* the intersection test has run, and found nothing */
-    uint32_t        added, removed;
+    int             checked;            /* the intersection test has been run */
+    uint32_t        added, removed;     /* Steiner points */
     int             absent;             /* isolated vertices found on the surface: start again */
     int             defects;
     /* Work space, not zeroed. */
@@ -2864,7 +2893,7 @@ typedef struct mesher__recovery {
     delaunay_search search;
     mesher__plane   plane;
     uint32_t        near_edges[MESHER__NEAR];
-    double          lp[5][720][5];      /* of the linear program, a level each */
+    double          lp[5][720][5];      /* rows of the linear program, by its dimension */
 } mesher__recovery;
 
 /* -- sets */
@@ -2919,7 +2948,7 @@ static int mesher__set_grow(mesher__set *set)
     return 1;
 }
 
-/* 1: added, 0: was there, -1: out of memory. */
+/* Returns 1: added, 0: was in the set already, -1: out of memory. */
 static int mesher__set_add(mesher__set *set, uint64_t key)
 {
     size_t j;
@@ -2949,7 +2978,7 @@ static void mesher__set_free(mesher__set *set)
     delaunay_release(set->memory, set->stamps);
 }
 
-/* mesher__set_add for a recovery, which notes that memory is out. */
+/* mesher__set_add, which notes in the recovery's status if memory runs out. Returns 1 if added. */
 static int mesher__add(mesher__recovery *r, mesher__set *set, uint64_t key)
 {
     int added = mesher__set_add(set, key);
@@ -2981,7 +3010,7 @@ static void *mesher__zeros(mesher__recovery *r, size_t count, size_t size)
     return block;
 }
 
-/* Numbers that are written before they are read, but for the last few, which are zeros. */
+/* count numbers that are not initialised, followed by some zeros. */
 static uint32_t *mesher__numbers(mesher__recovery *r, size_t count, size_t zeros)
 {
     uint32_t *block = (uint32_t *)mesher__block(r, count + zeros, sizeof *block);
@@ -2989,13 +3018,13 @@ static uint32_t *mesher__numbers(mesher__recovery *r, size_t count, size_t zeros
     return block;
 }
 
-/* Nothing more can come of this attempt. */
+/* Is this attempt over: failed, with defects found, or to be started again? */
 static int mesher__ends(const mesher__recovery *r)
 {
     return r->status != MESHER_OK || r->defects || r->absent;
 }
 
-/* Now and then asks the host whether to go on; says whether the recovery has to end. */
+/* Must the recovery end: an error, no work left, or cancelled? Asks the host once in 64 calls. */
 static int mesher__stopped(mesher__recovery *r)
 {
     const delaunay_host *host = &r->domain->options.host;
@@ -3009,7 +3038,7 @@ static int mesher__stopped(mesher__recovery *r)
     return r->status != MESHER_OK;
 }
 
-/* Tells a host that wants to know how the recovery goes on. */
+/* Logs the state of the recovery, if the host wants that. */
 static void mesher__tell(mesher__recovery *r, const char *stage, int detail)
 {
     const delaunay_host *host = &r->domain->options.host;
@@ -3032,7 +3061,7 @@ static uint64_t mesher__pair(uint32_t a, uint32_t b)
     return a < b ? (uint64_t)a << 32 | b : (uint64_t)b << 32 | a;
 }
 
-/* Pieces of split edges and facets, by their vertices; 0 edges or facets: none is known. */
+/* The piece of a split edge between two vertices, or MESHER__ABSENT. */
 static uint32_t mesher__edge_piece(const mesher__recovery *r, uint32_t a, uint32_t b)
 {
     uint32_t mask = MESHER__PIECES * 2 - 1, j;
@@ -3052,6 +3081,7 @@ static uint32_t mesher__facet_hash(const uint32_t *v)
     return (uint32_t)mesher__mix(mesher__pair(v[0], v[1]) + mesher__mix(v[2]));
 }
 
+/* The same of a facet, given by its vertices in ascending order. */
 static uint32_t mesher__facet_piece(const mesher__recovery *r, const uint32_t *v)
 {
     uint32_t mask = MESHER__PIECES * 2 - 1, j;
@@ -3063,7 +3093,7 @@ static uint32_t mesher__facet_piece(const mesher__recovery *r, const uint32_t *v
     return MESHER__ABSENT;
 }
 
-/* The caller's triangle or line of a constraint. */
+/* The caller's triangle or line that a constraint is from. */
 static uint32_t mesher__edge_source(const mesher__recovery *r, uint32_t e)
 {
     if (e < r->domain->num_edges) return r->domain->edge_source[e];
@@ -3078,12 +3108,12 @@ static uint32_t mesher__facet_source(const mesher__recovery *r, uint32_t f)
         ->facet_source[f < r->domain->num_facets ? f : r->facet_origin[f - r->domain->num_facets]];
 }
 
-/* -- rows: the constraints with a vertex as their first; compared several at a time, by halving
- * where a row is long */
+/* -- rows: row v lists the constraints whose first (smallest) vertex is v; eight entries are
+ * compared at a time, and long rows, which are sorted, are searched by bisection first */
 #  define MESHER__ROW_BLOCK 8u
 #  define MESHER__LONG_ROW 32u
 
-/* Which of the first n of eight numbers are x: bits. */
+/* Bit i is set if row[i] is x, for the first n of eight numbers. */
 static unsigned mesher__matches(const uint32_t *row, uint32_t n, uint32_t x)
 {
     unsigned bits = 0;
@@ -3100,6 +3130,7 @@ static unsigned mesher__matches(const uint32_t *row, uint32_t n, uint32_t x)
     return bits & ((1u << (n < MESHER__ROW_BLOCK ? n : MESHER__ROW_BLOCK)) - 1);
 }
 
+/* The lowest bit that is set. */
 static uint32_t mesher__row_bit(unsigned bits)
 {
 #  if defined(__GNUC__)
@@ -3111,7 +3142,7 @@ static uint32_t mesher__row_bit(unsigned bits)
 #  endif
 }
 
-/* The first of the places low .. high - 1 of a sorted row that may hold x. */
+/* The first of the places low .. high - 1 of a sorted row that may hold x; high: none. */
 static uint32_t mesher__halve_row(const uint32_t *row, uint32_t low, uint32_t high, uint32_t x)
 {
     while (low < high) {
@@ -3134,7 +3165,7 @@ static uint32_t mesher__edge_place(const mesher__recovery *r, uint32_t a, uint32
     return MESHER__ABSENT;
 }
 
-/* The place of a facet, its vertices ascending. */
+/* The place of a facet, given by its vertices in ascending order, in its row, or MESHER__ABSENT. */
 static uint32_t mesher__facet_place(const mesher__recovery *r, const uint32_t *v)
 {
     uint32_t low = r->facet_row[v[0]], high = r->facet_row[v[0] + 1];
@@ -3191,7 +3222,8 @@ static void mesher__set_facet_present(mesher__recovery *r, uint32_t f, int prese
     for (k = 0; k < 3; k++) r->missing_facets_at[v[k]] += present ? ~0u : 1u;
 }
 
-/* Deals items to their first vertices, in order: rows gets the limits of each vertex. */
+/* Sorts items by their first vertices, stably, into index: those of vertex v are at the places
+ * rows[v] .. rows[v + 1] - 1. rows is zeroed before. */
 static void mesher__deal_rows(const uint32_t *vertices, uint32_t columns, uint32_t count,
                               uint32_t *rows, uint32_t num_rows, uint32_t *index)
 {
@@ -3201,7 +3233,7 @@ static void mesher__deal_rows(const uint32_t *vertices, uint32_t columns, uint32
     for (i = count; i-- > 0;) index[--rows[vertices[(size_t)columns * i]]] = i;
 }
 
-/* Long rows in ascending order of their second vertices, equal ones as they were. */
+/* Sorts long rows by second vertices, stably. */
 static void mesher__sort_long_rows(const uint32_t *vertices, uint32_t columns, const uint32_t *rows,
                                    uint32_t num_rows, uint32_t *index, uint64_t *scratch)
 {
@@ -3253,8 +3285,7 @@ static void mesher__build_facet_rows(mesher__recovery *r)
     }
 }
 
-/* What is to be done for all edges, and for all facets, by two threads: they share what they only
- * read. */
+/* Calls both functions, in two threads if that is worthwhile; what they share is only read. */
 static void mesher__do_both(mesher__recovery *r, void (*edges)(mesher__recovery *),
                             void (*facets)(mesher__recovery *))
 {
@@ -3270,8 +3301,8 @@ static void mesher__do_both(mesher__recovery *r, void (*edges)(mesher__recovery 
 
 /* -- what is missing */
 
-/* The place of edge ab in the rows of the domain's; if it is none of them, the one after all. No
- * branch depends on which of the two it is. */
+/* The place of edge ab in the rows, or, if it is no edge of the domain, the place after the last
+ * one. Unless the row is longer than a block, no branch depends on which of the two it is. */
 static inline uint32_t mesher__edge_place_or_end(const mesher__recovery *r, uint32_t a, uint32_t b)
 {
     uint32_t first = a < b ? a : b, other = a < b ? b : a, end = r->domain->num_edges;
@@ -3285,7 +3316,7 @@ static inline uint32_t mesher__edge_place_or_end(const mesher__recovery *r, uint
     return ((low + mesher__row_bit(found | 1u << MESHER__ROW_BLOCK)) & ~none) | (end & none);
 }
 
-/* The marks of the three edges of facet k. */
+/* The flag bits of the three edges of facet k. */
 static unsigned mesher__facet_edges(int k)
 {
     static const uint8_t around[4] = {1 << 3 | 1 << 4 | 1 << 5, 1 << 1 | 1 << 2 | 1 << 5,
@@ -3293,8 +3324,8 @@ static unsigned mesher__facet_edges(int k)
     return around[k] * DELAUNAY_EDGE_BIT(0);
 }
 
-/* Notes that the facets of a tetrahedron that are constraints are there; edges: the marks of those
- * that are. Returns the facets' marks. */
+/* Notes which constrained facets a tetrahedron has, and returns their flag bits. edges: the flag
+ * bits of its constrained edges. */
 static unsigned mesher__detect_facets(mesher__recovery *r, const uint32_t *v, unsigned edges)
 {
     unsigned flags = 0;
@@ -3315,7 +3346,7 @@ static unsigned mesher__detect_facets(mesher__recovery *r, const uint32_t *v, un
     return flags;
 }
 
-/* Marks the constrained edges and facets of one tetrahedron, and notes that they are there. */
+/* Marks the constrained edges and facets of one tetrahedron, and notes that the mesh has them. */
 static void mesher__detect_in(mesher__recovery *r, delaunay_handle t)
 {
     const uint32_t *v = r->mesh->tets[t].v;
@@ -3338,7 +3369,7 @@ static void mesher__detect_in(mesher__recovery *r, delaunay_handle t)
     r->mesh->flags[t] = (uint16_t)flags;
 }
 
-/* What was seen, by edges, and what was not. */
+/* Takes over which edges were seen in the mesh, and counts those that were not. */
 static void mesher__count_missing_edges(mesher__recovery *r)
 {
     uint32_t i, k;
@@ -3362,8 +3393,9 @@ static void mesher__count_missing_facets(mesher__recovery *r)
     }
 }
 
-/* Sweeps over all tetrahedra. Shared: rows (read), what was seen (bytes that are only ever set to
- * 1); flags by owner. */
+/* Finds what is missing by a sweep over all tetrahedra. The threads share the rows, which they only
+ * read, and edge_seen and facet_seen, bytes that are only ever set to 1; each tetrahedron's flags
+ * are written by one thread. */
 static void mesher__detect(mesher__recovery *r)
 {
     const delaunay_mesh *mesh = r->mesh;
@@ -3380,8 +3412,8 @@ static void mesher__detect(mesher__recovery *r)
 
 /* -- commits, and how they are taken back */
 
-/* Constraints of tetrahedra that are about to go: they count as missing until they are met
- * again. */
+/* Counts the constraints of tetrahedra that are about to be removed as missing, until they are met
+ * again in new ones. */
 static void mesher__account_old(mesher__recovery *r, const delaunay_handle *old, size_t count)
 {
     size_t i;
@@ -3407,8 +3439,8 @@ static void mesher__account_old(mesher__recovery *r, const delaunay_handle *old,
     }
 }
 
-/* Edges of new tetrahedra that are constraints: those that come by this commit have all their
- * tetrahedra among the new ones. */
+/* Marks the missing edges that are among those of new tetrahedra, and counts them as present. All
+ * tetrahedra around an edge that this commit makes are new, so all of them are marked. */
 static void mesher__account_new_edges(mesher__recovery *r, const delaunay_handle *slots,
                                       size_t count)
 {
@@ -3432,7 +3464,7 @@ static void mesher__account_new_edges(mesher__recovery *r, const delaunay_handle
         mesher__set_edge_present(r, (uint32_t)r->came.items[i], 1);
 }
 
-/* Facets of new tetrahedra that are constraints: their edges are, and marked already. */
+/* The same for facets; the edges of the new tetrahedra are marked already. */
 static void mesher__account_new_facets(mesher__recovery *r, const delaunay_handle *slots,
                                        size_t count)
 {
@@ -3458,14 +3490,15 @@ static void mesher__account_new_facets(mesher__recovery *r, const delaunay_handl
         }
 }
 
-/* Constraints of new tetrahedra: what is marked is there; what is not, but is a constraint, came by
- * this commit. */
+/* Counts the constraints of new tetrahedra as present, and marks those that this commit made; the
+ * others kept their marks. */
 static void mesher__account_new(mesher__recovery *r, const delaunay_handle *slots, size_t count)
 {
     if (r->num_missing_edges) mesher__account_new_edges(r, slots, count);
     mesher__account_new_facets(r, slots, count);
 }
 
+/* Makes room for more numbers in the journal; 0: no memory. */
 static int mesher__journal_room(mesher__recovery *r, size_t more)
 {
     size_t cap = 2 * (r->num_journal + more);
@@ -3501,8 +3534,8 @@ static void mesher__forget_changes(mesher__recovery *r)
     r->touched.count = 0;
 }
 
-/* delaunay_replace with the account of constraints, and of the running transaction. Returns 1 if
- * done. */
+/* delaunay_replace, which also keeps count of the constraints and enters the step in the journal of
+ * a running transaction. Returns 1 if done. */
 static int mesher__commit(mesher__recovery *r, const delaunay_handle *old, size_t num_old,
                           const uint32_t *vertices, size_t num_new)
 {
@@ -3548,7 +3581,7 @@ static delaunay_handle mesher__find_tet(mesher__recovery *r, const uint32_t *v)
     return f && delaunay_local_index(&r->mesh->tets[f / 4], v[3]) >= 0 ? f / 4 : 0;
 }
 
-/* Takes back what the journal holds, last first. */
+/* Takes back the steps in the journal, the last one first. */
 static void mesher__roll_back(mesher__recovery *r)
 {
     delaunay_handle old[DELAUNAY_WINDOW_FACETS];
@@ -3569,14 +3602,14 @@ static void mesher__roll_back(mesher__recovery *r)
     }
 }
 
-/* -- the way of an edge or facet through the mesh */
+/* -- the pipe: what a missing edge or facet crosses in the mesh */
 
 static const double *mesher__x(const mesher__recovery *r, uint32_t v)
 {
     return r->mesh->vertices[v].x;
 }
 
-/* Enters the tetrahedra around a mesh edge into the queue. */
+/* Adds the tetrahedra around a mesh edge to the queue. */
 static void mesher__queue_star(mesher__recovery *r, delaunay_handle t, uint32_t a, uint32_t b)
 {
     size_t i;
@@ -3605,7 +3638,7 @@ static void mesher__pipe_block(mesher__pipe *p, int vertices, uint32_t a, uint32
     p->blocker[2] = c;
 }
 
-/* Where ab meets the plane of pqr, about: 0 at a, 1 at b. */
+/* Where ab meets the plane of a face, about: 0 at a, 1 at b. */
 static double mesher__where(const mesher__recovery *r, uint32_t a, uint32_t b, const uint32_t *face)
 {
     const double *p = mesher__x(r, face[0]), *q = mesher__x(r, face[1]), *s = mesher__x(r, face[2]);
@@ -3625,7 +3658,8 @@ static double mesher__where(const mesher__recovery *r, uint32_t a, uint32_t b, c
     return da - db != 0 ? da / (da - db) : 0.5;
 }
 
-/* Facet i of t is crossed by ab: notes the crossing; 0 if the way ends here. */
+/* Notes that ab crosses facet i of t. zeros: as delaunay_segment_crosses sets it. Returns 0 if the
+ * walk ends here. */
 static int mesher__cross_face(mesher__recovery *r, uint32_t a, uint32_t b, delaunay_handle t, int i,
                               int zeros)
 {
@@ -3682,8 +3716,8 @@ static int mesher__pipe_tet(mesher__pipe *p, delaunay_handle t)
     return 1;
 }
 
-/* All faces that ab crosses, from the star of a on; ends early at a vertex on ab or a constraint in
- * its way. */
+/* The pipe of ab: all faces that it crosses, from the star of a on. Ends early at a vertex on ab or
+ * at a constraint that ab crosses. */
 static void mesher__walk_edge(mesher__recovery *r, uint32_t a, uint32_t b)
 {
     size_t h;
@@ -3708,7 +3742,7 @@ static void mesher__walk_edge(mesher__recovery *r, uint32_t a, uint32_t b)
     r->work += 4 * h;
 }
 
-/* Does v lie in the open triangle f, exactly? Needs a vertex off its plane. */
+/* Does v lie in the open triangle f, exactly? off: any vertex that is not in its plane. */
 static int mesher__inside_facet(const mesher__recovery *r, const uint32_t *f, uint32_t v,
                                 uint32_t off)
 {
@@ -3723,7 +3757,7 @@ static int mesher__inside_facet(const mesher__recovery *r, const uint32_t *f, ui
     return s[0] && s[0] == s[1] && s[1] == s[2];
 }
 
-/* A box corner is off the plane of every facet, or another one is. */
+/* A vertex off the plane of facet f: one of the box's corners, which are not all in one plane. */
 static uint32_t mesher__off_plane(const mesher__recovery *r, const uint32_t *f)
 {
     uint32_t i, v = 0;
@@ -3736,8 +3770,8 @@ static uint32_t mesher__off_plane(const mesher__recovery *r, const uint32_t *f)
     return v;
 }
 
-/* The mesh edges that pierce a facet whose three edges are there; of many, those that are met first
- * on the way in from its edges. */
+/* The pipe of a facet whose three edges are in the mesh: the mesh edges that pierce it. If they are
+ * too many, it has those that are met first on the way inwards from the facet's edges. */
 static void mesher__walk_facet(mesher__recovery *r, const uint32_t *f)
 {
     mesher__pipe *p = &r->pipe;
@@ -3782,8 +3816,8 @@ static void mesher__walk_facet(mesher__recovery *r, const uint32_t *f)
 
 /* -- windows: small sets of tetrahedra around what is missing */
 
-/* A tetrahedron's share in the signature of a window: a function of its vertices, whatever its
- * slot. */
+/* A tetrahedron's share in the signature of a window: a function of its vertices alone, not of its
+ * slot or their order. */
 static uint64_t mesher__tet_signature(const delaunay_tet *t)
 {
     uint64_t a = mesher__mix(t->v[0]), b = mesher__mix(t->v[1]), c = mesher__mix(t->v[2]),
@@ -3798,7 +3832,7 @@ static void mesher__windows_clear(mesher__recovery *r)
     mesher__set_clear(&r->known);
 }
 
-/* The windows in ascending order of points, then of tetrahedra, then as they came. */
+/* Orders the windows by numbers of vertices, then of tetrahedra, then as they came. */
 static void mesher__windows_sort(mesher__recovery *r)
 {
     uint32_t i;
@@ -3810,14 +3844,14 @@ static void mesher__windows_sort(mesher__recovery *r)
     r->work += 10 * (uint64_t)r->num_windows + r->pool.count;
 }
 
-/* A set of tetrahedra under construction. */
+/* A set of tetrahedra under construction, which may become a window. */
 typedef struct mesher__patch {
     uint32_t        count, num_points;
     int             full;
-    uint64_t        bits; /* of its tetrahedra: one that is not among them is not in it */
+    uint64_t        bits; /* a filter: a tetrahedron whose bit is not set is not in the patch */
     uint64_t        signature;
     uint32_t        points[DELAUNAY_WINDOW_VERTICES];
-    delaunay_handle tets[DELAUNAY_WINDOW_TETS]; /* last: what is not used of it is not copied */
+    delaunay_handle tets[DELAUNAY_WINDOW_TETS]; /* last: mesher__patch_copy copies a part */
 } mesher__patch;
 
 static uint64_t mesher__tet_bit(delaunay_handle t) { return (uint64_t)1 << (t & 63); }
@@ -3876,8 +3910,8 @@ static void mesher__patch_set(const mesher__recovery *r, mesher__patch *p,
     mesher__patch_union(r, p, tets, count);
 }
 
-/* Makes a window of a patch of at most max_points vertices, unless it is known. Returns 0 if it,
- * and all that contain it, are too large. */
+/* Makes a window of a patch of at most max_points vertices, unless that exists. Returns 0 if the
+ * patch, and so all that contain it, are too large, or there is no room. */
 static int mesher__patch_note(mesher__recovery *r, const mesher__patch *p, uint32_t max_points)
 {
     mesher__window *w;
@@ -3896,7 +3930,7 @@ static int mesher__patch_note(mesher__recovery *r, const mesher__patch *p, uint3
     return 1;
 }
 
-/* The same of tetrahedra. */
+/* The same for some tetrahedra. */
 static int mesher__window_note(mesher__recovery *r, const delaunay_handle *tets, size_t count,
                                uint32_t max_points)
 {
@@ -3905,8 +3939,8 @@ static int mesher__window_note(mesher__recovery *r, const delaunay_handle *tets,
     return mesher__patch_note(r, &patch, max_points);
 }
 
-/* Adds the vertex beyond the most facets of the patch, one that the patch has already before
- * others: all neighbours that have it. Returns 0 if there is none. */
+/* Chooses the vertex that is opposite the most facets of the patch, preferably one that the patch
+ * has already, and adds all neighbours that have this vertex. Returns 0 if there is none. */
 static int mesher__patch_grow(const mesher__recovery *r, mesher__patch *p)
 {
     enum { MESHER__MAX_APICES = 256 };
@@ -3940,7 +3974,7 @@ static int mesher__patch_grow(const mesher__recovery *r, mesher__patch *p)
     return p->count > count && !p->full;
 }
 
-/* The star of a mesh edge into r->star; 0 if it is too large for a window. */
+/* Puts the star of a mesh edge into r->star. Returns its size, 0 if that is too large. */
 static size_t mesher__small_star(mesher__recovery *r, delaunay_handle t, uint32_t a, uint32_t b,
                                  uint32_t max_points)
 {
@@ -3948,14 +3982,14 @@ static size_t mesher__small_star(mesher__recovery *r, delaunay_handle t, uint32_
     return r->status == MESHER_OK && r->star.count + 2 <= max_points ? r->star.count : 0;
 }
 
-/* Notes a patch, and as it grows by so many vertices. */
+/* Makes a window of a patch, and others as the patch grows by up to growth vertices. */
 static void mesher__patch_note_grown(mesher__recovery *r, mesher__patch *p, int growth,
                                      uint32_t max_points)
 {
     while (mesher__patch_note(r, p, max_points) && growth-- > 0 && mesher__patch_grow(r, p)) {}
 }
 
-/* The star of each edge of the tetrahedra of a star, united with it. */
+/* Windows that unite a star with the star of each edge of its tetrahedra. */
 static void mesher__double_stars(mesher__recovery *r, const mesher__patch *star,
                                  uint32_t max_points)
 {
@@ -3976,8 +4010,9 @@ static void mesher__double_stars(mesher__recovery *r, const mesher__patch *star,
         }
 }
 
-/* Windows around one edge of the mesh near the pipe: its star, alone (level 1) and with the whole
- * pipe, with single crossings and with the stars of edges beside it. */
+/* Windows around one edge of the mesh near the pipe: its star, alone and with the whole pipe; from
+ * level 2 on also with single crossings, and (not at level 5) with the stars of edges beside it.
+ * crossed: the edge is one of a crossed face; others have no star alone, and no union of stars. */
 static void mesher__windows_at_edge(mesher__recovery *r, delaunay_handle t, uint32_t a, uint32_t b,
                                     int crossed, int pipe_fits, int level, uint32_t max_points)
 {
@@ -4003,7 +4038,7 @@ static void mesher__windows_at_edge(mesher__recovery *r, delaunay_handle t, uint
     if (crossed && level < 5) mesher__double_stars(r, &star, max_points);
 }
 
-/* Runs of consecutive crossings; at level 4 also grown. */
+/* Windows of runs of up to 14 consecutive crossings; at level 4 also grown. */
 static void mesher__windows_of_runs(mesher__recovery *r, int level, uint32_t max_points)
 {
     const mesher__pipe *p = &r->pipe;
@@ -4021,8 +4056,8 @@ static void mesher__windows_of_runs(mesher__recovery *r, int level, uint32_t max
     }
 }
 
-/* Windows around a missing edge, from its pipe; more kinds at higher levels, but 5 has only the
- * plain ones of level 2. */
+/* Windows around a missing edge, from its pipe. Higher levels have more kinds of windows; but level
+ * 5 has only the kinds of level 2, without those that unite two stars. */
 static void mesher__windows_of_edge(mesher__recovery *r, int level, uint32_t max_points)
 {
     const mesher__pipe *p = &r->pipe;
@@ -4062,8 +4097,8 @@ static void mesher__windows_of_edge(mesher__recovery *r, int level, uint32_t max
     mesher__windows_sort(r);
 }
 
-/* Windows around a missing facet, from its pipe; below level 0 the stars of the edges that pierce
- * it alone, which are enough nearly always. */
+/* Windows around a missing facet, from its pipe. Below level 0 only the stars of the edges that
+ * pierce it, which are enough nearly always. */
 static void mesher__windows_of_facet(mesher__recovery *r, int level, uint32_t max_points)
 {
     const mesher__pipe *p = &r->pipe;
@@ -4096,7 +4131,8 @@ typedef struct mesher__effort {
     int      level, passes;
 } mesher__effort;
 
-/* The result of the search over window w, after first in r->commit; returns its number. */
+/* Puts the tetrahedra that the search over window w found into r->commit, from number first on.
+ * Returns how many. */
 static uint32_t mesher__take_search(mesher__recovery *r, const delaunay_window *w, uint32_t first)
 {
     const delaunay_search *s = &r->search;
@@ -4106,7 +4142,7 @@ static uint32_t mesher__take_search(mesher__recovery *r, const delaunay_window *
     return s->num_tets;
 }
 
-/* Searches one window for fewer crossings of the target, and commits what it finds. */
+/* Searches one window for a filling with fewer crossings of the target, and commits it. */
 static int mesher__try_window(mesher__recovery *r, const mesher__window *w,
                               delaunay_objective objective, const uint32_t *target,
                               const mesher__effort *effort, int keep_facets)
@@ -4142,7 +4178,7 @@ static int mesher__try_window(mesher__recovery *r, const mesher__window *w,
     return mesher__commit(r, r->window.tets, r->window.num_tets, r->commit, s->num_tets);
 }
 
-/* Are the window's tetrahedra still those that it was made of? */
+/* Does the mesh still have the tetrahedra that the window was made of? */
 static int mesher__window_stands(const mesher__recovery *r, const mesher__window *w)
 {
     const delaunay_handle *tets = r->pool.items + w->first;
@@ -4155,8 +4191,8 @@ static int mesher__window_stands(const mesher__recovery *r, const mesher__window
     return signature == w->signature;
 }
 
-/* Tries the windows in order, until the target is there; those that others changed are left out.
- * Returns how many were committed. */
+/* Searches the windows in order until the target is in the mesh. Those that a commit changed are
+ * skipped. Returns the number of commits. */
 static uint32_t mesher__try_windows(mesher__recovery *r, delaunay_objective objective,
                                     const uint32_t *target, const mesher__effort *effort,
                                     const uint8_t *present, int keep_facets)
@@ -4174,13 +4210,13 @@ static uint32_t mesher__try_windows(mesher__recovery *r, delaunay_objective obje
 
 static uint32_t mesher__id(const mesher__recovery *r, uint32_t v) { return r->mesh->vertex_id[v]; }
 
-/* An isolated vertex on the surface is left out, and the recovery starts again; others make the
- * surface invalid. */
+/* Reports vertex v, which lies on a missing edge (facet: NULL) that is from source. If v is
+ * isolated, it is to be left out, and the recovery starts again; else the surface is invalid. */
 static void mesher__report_vertex(mesher__recovery *r, uint32_t v, uint32_t source,
                                   const uint32_t *edge)
 {
     uint32_t id = mesher__id(r, v), e;
-    if (id >= r->domain->first_corner) return; /* ours: removed later */
+    if (id >= r->domain->first_corner) return; /* a Steiner point, which is removed later */
     if (r->domain->vertex_used[id] == MESHER_VERTEX_ISOLATED) {
         r->domain->vertex_used[id] = MESHER_VERTEX_ABSENT;
         r->absent = 1;
@@ -4196,7 +4232,7 @@ static void mesher__report_vertex(mesher__recovery *r, uint32_t v, uint32_t sour
                       edge ? mesher__id(r, edge[1]) : DELAUNAY_NO_ID, mesher__x(r, v));
 }
 
-/* Where segment ab meets what blocks it, about. */
+/* The place where segment ab meets the plane of a face, about. */
 static void mesher__blocked_at(const mesher__recovery *r, uint32_t a, uint32_t b,
                                const uint32_t *face, double *xyz)
 {
@@ -4206,8 +4242,8 @@ static void mesher__blocked_at(const mesher__recovery *r, uint32_t a, uint32_t b
         xyz[k] = mesher__x(r, a)[k] + where * (mesher__x(r, b)[k] - mesher__x(r, a)[k]);
 }
 
-/* What the pipe of a missing edge proves about the surface. Returns 1 if the edge cannot come
- * in. */
+/* Reports what the pipe of a missing edge proves about the surface. Returns 1 if a vertex or a
+ * constraint is in the way, so that the edge cannot come in. */
 static int mesher__report_edge(mesher__recovery *r, uint32_t e)
 {
     const mesher__pipe *p = &r->pipe;
@@ -4237,6 +4273,7 @@ static int mesher__report_edge(mesher__recovery *r, uint32_t e)
     return 1;
 }
 
+/* The same for a missing facet. */
 static int mesher__report_facet(mesher__recovery *r, uint32_t f)
 {
     const mesher__pipe *p = &r->pipe;
@@ -4256,10 +4293,10 @@ static int mesher__report_facet(mesher__recovery *r, uint32_t f)
     return 1;
 }
 
-/* -- flips: a few tetrahedra around a missing edge, copied out of the mesh. What is in the way of
- * the edge is flipped there, edges in the way of a flip first, and so on [Si 2015, 4.2]; an edge
- * goes by the triangulation of its link that is crossed least [Shewchuk 2002]. Nothing but the copy
- * is written until the edge is in; then the mesh is, once. */
+/* -- flips, in a copy of a few tetrahedra around a missing edge. What the edge crosses is flipped
+ * away there; edges that prevent a flip are removed before it, and so on, recursively [Si 2015,
+ * 4.2]. An edge is removed by the triangulation of its link that the missing edge crosses least
+ * [Shewchuk 2002]. Only the copy is written meanwhile; the mesh is updated once, at the end. */
 #  define MESHER__NEVER UINT16_MAX
 
 static int mesher__flip_orient(const mesher__flips *f, uint32_t a, uint32_t b, uint32_t c,
@@ -4269,7 +4306,7 @@ static int mesher__flip_orient(const mesher__flips *f, uint32_t a, uint32_t b, u
     return delaunay_orient3d(x[a].x, x[b].x, x[c].x, x[d].x);
 }
 
-/* Two axes across the missing edge ab, right-handed with it, over its length. */
+/* Sets two axes across the missing edge ab, right-handed with it, each divided by its length. */
 static void mesher__views_set(mesher__flips *f)
 {
     const double *a = f->mesh->vertices[f->a].x, *b = f->mesh->vertices[f->b].x;
@@ -4284,7 +4321,7 @@ static void mesher__views_set(mesher__flips *f)
     j = (i + 1) % 3;
     k = (i + 2) % 3;
     scale = 1 / sqrt(length2 * (d[j] * d[j] + d[k] * d[k]));
-    if (!(length2 > 1e-150 && length2 < 1e150)) scale = length2 = 0; /* nothing is told by views */
+    if (!(length2 > 1e-150 && length2 < 1e150)) scale = length2 = 0; /* views decide nothing */
     e[0][i] = 0;
     e[0][j] = d[k] * scale;
     e[0][k] = -d[j] * scale;
@@ -4313,15 +4350,16 @@ static inline const mesher__view *mesher__view_of(mesher__flips *f, uint32_t v)
     return view;
 }
 
-/* Which way pq turns about the missing edge ab: the sign of ab x (ap x aq). With units of two to
- * the -53, in lengths of ab: differences are off by 1 each, the axes by 8, sums of three products
- * by 3, so a view by 12 times its distance; the last difference by 26 distances squared or so. 90
- * are allowed; what underflows, or overflows, is left to the exact predicate, too. */
+/* Which way pq turns about the missing edge ab: the sign of ab . (ap x aq), by the views where they
+ * suffice. Bound of their error, in units of 2^-53 and lengths of ab: differences are off by 1
+ * each, the axes by 8, sums of three products by 3, so a view by 12 times its distance, and the
+ * last difference by about 26 times the product of both distances. The bound is 90 times that
+ * product; what underflows or overflows is left to the exact predicate, too. */
 static int mesher__turn(mesher__flips *f, uint32_t p, uint32_t q)
 {
     const mesher__view *v = mesher__view_of(f, p);
     double x = v->x, y = v->y, distant = v->distant, turn, bound;
-    v = mesher__view_of(f, q); /* may take the other's place */
+    v = mesher__view_of(f, q); /* may take the slot of the other view */
     turn = x * v->y - y * v->x;
     bound = distant * v->distant * 1e-14 + 1e-290;
     if (turn > bound) return 1;
@@ -4329,6 +4367,7 @@ static int mesher__turn(mesher__flips *f, uint32_t p, uint32_t q)
     return mesher__flip_orient(f, f->a, f->b, p, q);
 }
 
+/* Starts with an empty copy, for missing edge ab. */
 static void mesher__flips_clear(mesher__flips *f, const delaunay_mesh *mesh, uint32_t a, uint32_t b)
 {
     f->mesh = mesh;
@@ -4354,7 +4393,7 @@ static void mesher__cells_link(mesher__flips *f, delaunay_handle g, delaunay_han
     d->linked = (uint8_t)(d->linked | 1u << h % 4);
 }
 
-/* Where the copy of a tetrahedron is in the table, or would be. */
+/* The slot in the hash table that has the copy of a tetrahedron, or would have it. */
 static uint32_t mesher__cell_slot(const mesher__flips *f, delaunay_handle t)
 {
     uint32_t j = (uint32_t)(((uint64_t)t * 0x9E3779B97F4A7C15u) >> 40) & (MESHER__CELL_SLOTS - 1);
@@ -4363,7 +4402,7 @@ static uint32_t mesher__cell_slot(const mesher__flips *f, delaunay_handle t)
     return j;
 }
 
-/* The copy of a tetrahedron, made if need be; 0: no room. */
+/* The cell that is the copy of a tetrahedron, which is made if need be; 0: no room. */
 static uint32_t mesher__cell_of(mesher__flips *f, delaunay_handle t)
 {
     uint32_t j = mesher__cell_slot(f, t), number = f->num_cells, k;
@@ -4381,16 +4420,16 @@ static uint32_t mesher__cell_of(mesher__flips *f, delaunay_handle t)
     c->from = t;
     c->flags = f->mesh->flags[t];
     c->linked = c->gone = 0;
-    for (k = 0; k < 4; k++) { /* what is asked for next, as a rule */
+    for (k = 0; k < 4; k++) { /* mostly needed next */
         MESHER__PREFETCH(f->mesh->tets + c->n[k] / 4);
         if (c->v[k] != DELAUNAY_GHOST) MESHER__PREFETCH(f->mesh->vertices + c->v[k]);
     }
     return number;
 }
 
-/* The facet beyond facet k of a cell, 4 * cell + facet; 0: nothing there, or no room. Copies are
- * linked when one is entered from the other: what a flip makes is linked to all around it, so what
- * is not linked has not been flipped. */
+/* The facet beyond facet k of a cell, as 4 * cell + facet; 0: there is none, or no room. Copies are
+ * linked when one is entered from the other. A flip links what it makes to all cells around it, so
+ * beyond a facet without a link nothing has been flipped. */
 static delaunay_handle mesher__beyond(mesher__flips *f, uint32_t cell, uint32_t k)
 {
     mesher__copy *c = &f->cells[cell];
@@ -4415,7 +4454,7 @@ static unsigned mesher__cell_edge(const mesher__copy *c, uint32_t a, uint32_t b)
     return (c->flags & DELAUNAY_EDGE_BIT(e)) != 0;
 }
 
-/* A cell that has both vertices (one: give it twice); 0: there is none. */
+/* A cell that has vertices a and b, which may be equal; 0: there is none. */
 static uint32_t mesher__cell_with(const mesher__flips *f, uint32_t a, uint32_t b)
 {
     uint32_t i;
@@ -4426,7 +4465,7 @@ static uint32_t mesher__cell_with(const mesher__flips *f, uint32_t a, uint32_t b
     return 0;
 }
 
-/* Room for so many new cells and their entry in the log; cells are taken one by one then. */
+/* Is there room for a flip: for its new cells, and in the log? */
 static int mesher__flip_room(mesher__flips *f, uint32_t gone, uint32_t made)
 {
     if (f->num_cells - 1 + made <= MESHER__CELLS - 1 + f->num_free &&
@@ -4452,8 +4491,8 @@ static uint32_t mesher__new_cell(mesher__flips *f, uint32_t a, uint32_t b, uint3
     return i;
 }
 
-/* Notes the edge that a flip makes. Two tetrahedra to three make one, n around an edge n - 3: fewer
- * than a third of the numbers in the log. */
+/* Notes an edge that a flip makes. A flip of two tetrahedra to three makes one, the removal of an
+ * edge with n tetrahedra n - 3: fewer than a third of the numbers that it writes to the log. */
 static void mesher__edge_made(mesher__flips *f, uint32_t a, uint32_t b)
 {
     f->made[f->num_made][0] = a;
@@ -4472,13 +4511,13 @@ static void mesher__flip_done(mesher__flips *f, uint32_t gone, uint32_t made)
     f->log[f->num_log++] = made;
 }
 
-/* Takes flips back, last first, until the log is as long as it was. */
+/* Takes flips back, the last one first, until the log has its former length. */
 static void mesher__flips_undo(mesher__flips *f, uint32_t length)
 {
     while (f->num_log > length) {
         uint32_t made = f->log[f->num_log - 1], gone = f->log[f->num_log - 2], i, k;
         f->num_log -= 2;
-        f->num_made -= made == 3 ? 1 : gone - 3; /* 3: only two tetrahedra become so many */
+        f->num_made -= made == 3 ? 1 : gone - 3; /* 3: made from two */
         for (i = 0; i < made; i++) {
             uint32_t cell = f->log[--f->num_log];
             f->cells[cell].gone = 1;
@@ -4494,7 +4533,8 @@ static void mesher__flips_undo(mesher__flips *f, uint32_t length)
     }
 }
 
-/* Does the missing edge cross a face? Its edges count. As delaunay_segment_crosses, turns first. */
+/* Does the missing edge cross a face, or one of its edges? As delaunay_segment_crosses, but with
+ * the turns first, which are fast. */
 static unsigned mesher__in_way(mesher__flips *f, uint32_t p, uint32_t q, uint32_t r)
 {
     uint32_t a = f->a, b = f->b;
@@ -4510,8 +4550,8 @@ static unsigned mesher__in_way(mesher__flips *f, uint32_t p, uint32_t q, uint32_
     return side != 0 && side * mesher__flip_orient(f, p, q, r, b) < 0;
 }
 
-/* What is around edge pq of a cell; 0: it cannot go, as a constraint, for its size, or at the
- * hull. */
+/* The ring of edge pq of a cell. 0: pq cannot be removed, as it is a constraint, has too many
+ * tetrahedra, or is on the hull. */
 static int mesher__ring_of(mesher__flips *f, uint32_t cell, uint32_t p, uint32_t q,
                            mesher__ring *ring)
 {
@@ -4547,8 +4587,9 @@ static int mesher__ring_between(const mesher__flips *f, const mesher__ring *g, u
            mesher__flip_orient(f, g->q, g->r[i], g->r[k], g->r[j]) < 0;
 }
 
-/* The triangulation of the ring that makes the fewest faces in the way, without an edge at vertex
- * ear (0: any), by dynamic programming over its chords [Klincsek 1980]. 0: there is none. */
+/* The triangulation of the ring whose new faces are crossed least by the missing edge, and which
+ * has no chord at vertex ear (0: any), by dynamic programming over the ring's chords [Klincsek
+ * 1980]: into f->apex[level]. 0: there is none. */
 static int mesher__triangulate_ring(mesher__flips *f, const mesher__ring *g, uint32_t ear,
                                     int level)
 {
@@ -4589,14 +4630,16 @@ static int mesher__triangulate_ring(mesher__flips *f, const mesher__ring *g, uin
     return cost[0][n - 1] != MESHER__NEVER;
 }
 
-/* Marks of what stays of a ring: edges at p and q, of the ring, outer facets below and above. */
+/* What stays of a ring whose edge is removed: the facets beyond the cells, opposite q and p, and
+ * the marks of the edges at p and q, of the ring's own edges, and of the outer facets. */
 typedef struct mesher__ring_marks {
     delaunay_handle beyond_q[MESHER__RING_FILLED], beyond_p[MESHER__RING_FILLED];
     uint8_t at_p[MESHER__RING_FILLED], at_q[MESHER__RING_FILLED], rim[MESHER__RING_FILLED];
     uint8_t facet_q[MESHER__RING_FILLED], facet_p[MESHER__RING_FILLED];
 } mesher__ring_marks;
 
-/* The two cells of chord ij and all within; sides: the facets at p and q that chord ij closes. */
+/* Makes the two cells at chord ij, and all that are between the chord and the ring. sides: facets
+ * p r[i] r[j] and q r[i] r[j], which the caller links. */
 static void mesher__fill_ring(mesher__flips *f, const mesher__ring *g, const mesher__ring_marks *m,
                               int level, uint32_t i, uint32_t j, delaunay_handle *sides)
 {
@@ -4638,7 +4681,7 @@ static void mesher__fill_ring(mesher__flips *f, const mesher__ring *g, const mes
     sides[1] = 4 * d + 3;
 }
 
-/* Puts the triangulation of a ring in place of its edge. 0: no room. */
+/* Removes the edge of a ring, by the triangulation that was found for the ring. 0: no room. */
 static int mesher__flip_ring(mesher__flips *f, const mesher__ring *g, int level)
 {
     mesher__ring_marks m;
@@ -4658,7 +4701,7 @@ static int mesher__flip_ring(mesher__flips *f, const mesher__ring *g, int level)
         m.facet_q[i] = c->flags >> q & 1;
         m.facet_p[i] = c->flags >> p & 1;
     }
-    if (!mesher__flip_room(f, n, 2 * (n - 2))) return 0; /* copies were made */
+    if (!mesher__flip_room(f, n, 2 * (n - 2))) return 0; /* copies may have been made */
     for (i = 0; i < n; i++) mesher__cell_goes(f, g->cells[i]);
     mesher__fill_ring(f, g, &m, level, 0, n - 1, sides);
     mesher__cells_link(f, sides[0], m.beyond_q[n - 1]);
@@ -4667,8 +4710,8 @@ static int mesher__flip_ring(mesher__flips *f, const mesher__ring *g, int level)
     return 1;
 }
 
-/* Two tetrahedra to three: an edge between the apices in place of facet k of a cell. 0: it cannot
- * be. */
+/* Flips two tetrahedra to three: facet k of a cell is replaced by the edge between the two opposite
+ * vertices. 0: impossible. */
 static int mesher__flip_face(mesher__flips *f, uint32_t cell, uint32_t k)
 {
     const uint8_t *o = delaunay_facet_order((int)k);
@@ -4714,7 +4757,7 @@ static int mesher__flip_face(mesher__flips *f, uint32_t cell, uint32_t k)
     return 1;
 }
 
-/* Is an edge waiting to be removed by what called us? */
+/* Is edge pq one of those whose removal is under way at lower levels of the recursion? */
 static int mesher__edge_waits(const mesher__flips *f, int level, uint32_t p, uint32_t q)
 {
     int i;
@@ -4725,7 +4768,8 @@ static int mesher__edge_waits(const mesher__flips *f, int level, uint32_t p, uin
     return 0;
 }
 
-/* What is around pq after flips beside it; 0, with the flips taken back, if pq is out of reach. */
+/* Updates the ring of pq after flips beside it. 0, with the flips taken back, if pq cannot be
+ * removed any more. */
 static int mesher__ring_again(mesher__flips *f, uint32_t mark, mesher__ring *ring)
 {
     mesher__ring now;
@@ -4738,9 +4782,10 @@ static int mesher__ring_again(mesher__flips *f, uint32_t mark, mesher__ring *rin
     return 0;
 }
 
-/* Removes edge pq of a cell. Where its ring has no triangulation, edges that are in the way go
- * first, depth levels deep. ear: a vertex of the ring that may get no new edge (0: none). Flips
- * that did not lead there stay: what was stuck is so no more, perhaps, the next time. */
+/* Removes edge pq of a cell. If its ring has no triangulation, edges that prevent one are removed
+ * first, recursively, to the given depth. ear: a vertex of the ring that may get no new edge (0:
+ * none). Flips that do not lead to the removal stay: they may free what is stuck for a later
+ * try. */
 static int mesher__remove_edge(mesher__flips *f, uint32_t cell, uint32_t p, uint32_t q,
                                uint32_t ear, int level, int depth)
 {
@@ -4766,14 +4811,15 @@ static int mesher__remove_edge(mesher__flips *f, uint32_t cell, uint32_t p, uint
             mesher__remove_edge(f, g.cells[i], s, y, t, level + 1, depth - 1);
             if (f->num_log == mark || !mesher__ring_again(f, mark, &g)) continue;
             if (mesher__triangulate_ring(f, &g, ear, level)) return mesher__flip_ring(f, &g, level);
-            if (g.n < n) i = UINT32_MAX; /* all around again */
+            if (g.n < n) i = UINT32_MAX; /* the ring is smaller: start again */
             break;
         }
     }
     return 0;
 }
 
-/* The next obstacle of a way is a face, or an edge (k < 0). 0: a constraint, or no room. */
+/* Appends an obstacle to a way: facet k of a cell, with vertices x, y, z, or edge xy of it (k < 0).
+ * 0: it is a constraint, or there is no room. */
 static int mesher__way_add(mesher__flips *f, mesher__way *way, uint32_t cell, int k, uint32_t x,
                            uint32_t y, uint32_t z)
 {
@@ -4791,14 +4837,14 @@ static int mesher__way_add(mesher__flips *f, mesher__way *way, uint32_t cell, in
     return 1;
 }
 
-/* From vertex a: the tetrahedron of its star that the missing edge enters. 1: an obstacle was
- * added, 0: b is there, -1: neither. */
+/* Begins the way at vertex a: finds the tetrahedron of its star that the missing edge enters. 1: an
+ * obstacle was added, 0: that tetrahedron has b, -1: neither. */
 static int mesher__way_start(mesher__flips *f, mesher__way *way)
 {
     delaunay_handle t = f->mesh->vertex_tet[f->a];
     uint32_t cell = f->start ? f->start : t ? mesher__cell_of(f, t) : 0, step;
     if (cell && (f->cells[cell].gone || mesher__cell_index(&f->cells[cell], f->a) < 0))
-        cell = mesher__cell_with(f, f->a, f->a); /* its number may be another's by now */
+        cell = mesher__cell_with(f, f->a, f->a); /* the number is reused */
     for (step = 0; cell && step < 300; step++) {
         const mesher__copy *c = &f->cells[cell];
         int i = mesher__cell_index(c, f->a), k, s[3];
@@ -4808,7 +4854,7 @@ static int mesher__way_start(mesher__flips *f, mesher__way *way)
         if (c->v[3] == DELAUNAY_GHOST) return -1;
         for (k = 0; k < 3; k++)
             if ((w[k] = c->v[o[k]]) == f->b) return 0;
-        for (k = 0; k < 3; k++) { /* not always the same one first: no circles */
+        for (k = 0; k < 3; k++) { /* the first one varies, so that the walk does not circle */
             int m = (k + (int)step) % 3;
             s[m] = mesher__turn(f, w[m], w[(m + 1) % 3]);
             if (s[m] < 0) break;
@@ -4829,7 +4875,7 @@ static int mesher__way_start(mesher__flips *f, mesher__way *way)
     return -1;
 }
 
-/* From a face on; the same answers. */
+/* Continues the way from a face; returns the same. */
 static int mesher__way_from_face(mesher__flips *f, mesher__way *way)
 {
     const mesher__obstacle *o = &way->at[way->count - 1];
@@ -4855,13 +4901,14 @@ static int mesher__way_from_face(mesher__flips *f, mesher__way *way)
     return zeros && mesher__way_add(f, way, (uint32_t)(h / 4), -1, w[zero], e, 0) ? 1 : -1;
 }
 
-/* The way enters cell c at its edge xy; u, v are the others, positive in this order. */
+/* Continues the way from edge xy through a cell, whose other vertices are u and v; x, y, u, v are
+ * positive in this order. side_u, side_v: the signs of xyub and xyvb. */
 static int mesher__way_through(mesher__flips *f, mesher__way *way, uint32_t cell, uint32_t x,
                                uint32_t y, uint32_t u, uint32_t v, int side_u, int side_v)
 {
     const mesher__copy *c = &f->cells[cell];
     int i, s = mesher__turn(f, u, v);
-    if (side_u == 0 || side_v == 0) { /* in the face xyu, or xyv */
+    if (side_u == 0 || side_v == 0) { /* the way goes on in face xyu, or xyv */
         uint32_t in = side_u == 0 ? u : v, off = side_u == 0 ? v : u;
         int of_in = mesher__turn(f, in, off), of_x = mesher__turn(f, x, off);
         if (of_in == 0) return -1;
@@ -4879,7 +4926,7 @@ static int mesher__way_through(mesher__flips *f, mesher__way *way, uint32_t cell
     return -1;
 }
 
-/* From an edge on. */
+/* Continues the way from an edge; returns the same. */
 static int mesher__way_from_edge(mesher__flips *f, mesher__way *way)
 {
     const mesher__obstacle *o = &way->at[way->count - 1];
@@ -4900,8 +4947,8 @@ static int mesher__way_from_edge(mesher__flips *f, mesher__way *way)
     return -1;
 }
 
-/* All that the missing edge crosses, from a on. Their number; 0: it is there; MESHER__ABSENT: there
- * is a constraint or a vertex in the way, or no room. */
+/* The way of the missing edge: all that it crosses, from a on. Returns the number of obstacles; 0:
+ * the edge is in the copy; MESHER__ABSENT: a constraint or a vertex is in the way, or no room. */
 static uint32_t mesher__find_way(mesher__flips *f, mesher__way *way)
 {
     int more;
@@ -4913,7 +4960,7 @@ static uint32_t mesher__find_way(mesher__flips *f, mesher__way *way)
     return more < 0 ? MESHER__ABSENT : way->count;
 }
 
-/* Notes that an edge is about to be tried; 0: it was, since anything changed. */
+/* Notes that an edge is about to be tried. 0: it has been tried since the last change. */
 static int mesher__first_try(mesher__flips *f, uint32_t p, uint32_t q)
 {
     uint64_t edge = mesher__pair(p, q);
@@ -4924,8 +4971,8 @@ static int mesher__first_try(mesher__flips *f, uint32_t p, uint32_t q)
     return 1;
 }
 
-/* The edges of a face in the way by their distances from the missing edge, as it is seen from
- * there: the nearest one is in the way most often. */
+/* Sorts the edges of a crossed face by their distances from the missing edge, in the view along it:
+ * the nearest one is most often the one to remove. */
 static void mesher__nearest_first(mesher__flips *f, mesher__obstacle *o)
 {
     double distance[3];
@@ -4944,7 +4991,8 @@ static void mesher__nearest_first(mesher__flips *f, mesher__obstacle *o)
     }
 }
 
-/* The i-th thing that may be done about an obstacle. */
+/* Tries the i-th way to remove an obstacle: of a face its flip, then the removal of each of its
+ * edges; of an edge its removal. */
 static int mesher__flip_obstacle(mesher__flips *f, mesher__obstacle *o, int i, int depth)
 {
     uint32_t e = 0;
@@ -4958,7 +5006,7 @@ static int mesher__flip_obstacle(mesher__flips *f, mesher__obstacle *o, int i, i
            mesher__remove_edge(f, o->cell, o->v[e], o->v[(e + 1) % 3], 0, 0, depth);
 }
 
-/* Have flips made the missing edge itself, after the first few edges that they made? */
+/* Is the missing edge among those that flips made, from number first on, and still there? */
 static int mesher__edge_is_made(const mesher__flips *f, uint32_t first)
 {
     uint32_t i;
@@ -4968,7 +5016,8 @@ static int mesher__edge_is_made(const mesher__flips *f, uint32_t first)
     return 0;
 }
 
-/* Flips that leave fewer obstacles, or as many; obstacles from both ends inwards. 1: fewer. */
+/* Flips obstacles, from both ends of the way inwards, and keeps flips that leave no more obstacles
+ * than before. Returns 1 as soon as there are fewer, else 0. */
 static int mesher__flip_once(mesher__flips *f, int depth)
 {
     uint32_t n = f->way[0].count, j, mark, made, left;
@@ -4996,7 +5045,7 @@ static int mesher__flip_once(mesher__flips *f, int depth)
     return 0;
 }
 
-/* Flips on the way of ab, in the copy. */
+/* Flips until missing edge ab is in the copy, or nothing helps any more. */
 static void mesher__flip_edge(mesher__flips *f, const delaunay_mesh *mesh, uint32_t a, uint32_t b,
                               int depth)
 {
@@ -5005,7 +5054,7 @@ static void mesher__flip_edge(mesher__flips *f, const delaunay_mesh *mesh, uint3
     while (f->way[0].count > 0 && mesher__flip_once(f, depth)) {}
 }
 
-/* Lists the cells that flips removed, and gives those that they made numbers. 0: too many. */
+/* Lists the tetrahedra that flips removed, and numbers the cells that they made. 0: too many. */
 static int mesher__list_flips(const mesher__flips *f, mesher__flipped *p, uint32_t *number)
 {
     uint32_t i;
@@ -5020,7 +5069,7 @@ static int mesher__list_flips(const mesher__flips *f, mesher__flipped *p, uint32
     return 1;
 }
 
-/* The cells that flips made, with their links: the copy knows all of them. */
+/* Lists the cells that flips made, with their links, all of which the copy has. */
 static void mesher__list_made(const mesher__flips *f, mesher__flipped *p, const uint32_t *number)
 {
     uint32_t i, j = 0, k;
@@ -5039,7 +5088,7 @@ static void mesher__list_made(const mesher__flips *f, mesher__flipped *p, const 
     }
 }
 
-/* The missing edges among those that flips made, and may have removed again. 0: too many. */
+/* Lists the missing edges among those that flips made (and may have removed again). 0: too many. */
 static int mesher__list_edges_made(const mesher__recovery *r, const mesher__flips *f,
                                    mesher__flipped *p)
 {
@@ -5057,7 +5106,7 @@ static int mesher__list_edges_made(const mesher__recovery *r, const mesher__flip
     return 1;
 }
 
-/* What flips came to. 0: nothing, as it is too much. */
+/* Takes the result of flips out of the copy. 0: too large, it counts as no flips. */
 static int mesher__flips_take(const mesher__recovery *r, const mesher__flips *f, mesher__flipped *p)
 {
     uint32_t number[MESHER__CELLS];
@@ -5067,8 +5116,8 @@ static int mesher__flips_take(const mesher__recovery *r, const mesher__flips *f,
     return fits;
 }
 
-/* What flips around missing edge e come to; 0 if that is too much. Thread-safe while the mesh is at
- * rest. */
+/* The result of flips around missing edge e; 0: it is too large. Several threads may do this at
+ * once, while nobody writes to the mesh. */
 static int mesher__try_flips(const mesher__recovery *r, mesher__flips *f, uint32_t e, int depth,
                              mesher__flipped *p)
 {
@@ -5081,7 +5130,7 @@ static int mesher__try_flips(const mesher__recovery *r, mesher__flips *f, uint32
     return mesher__flips_take(r, f, p);
 }
 
-/* The tetrahedra that flips rest on: all that were copied. 0: too many. */
+/* Lists the tetrahedra that the result depends on: all that were copied. 0: too many. */
 static int mesher__list_read(const mesher__flips *f, mesher__flipped *p)
 {
     uint32_t i;
@@ -5094,8 +5143,8 @@ static int mesher__list_read(const mesher__flips *f, mesher__flipped *p)
     return 1;
 }
 
-/* Marks the missing edges that flips made, and that are there at the end, in the flags of the new
- * tetrahedra: all that is around them is new. */
+/* Marks the missing edges and facets that flips have brought in, in the flags of the new
+ * tetrahedra: all tetrahedra around such an edge are new. */
 static void mesher__account_flips(mesher__recovery *r, const mesher__flipped *p)
 {
     uint32_t i, k;
@@ -5116,7 +5165,7 @@ static void mesher__account_flips(mesher__recovery *r, const mesher__flipped *p)
     mesher__account_new_facets(r, r->slots, p->num_new);
 }
 
-/* Puts what flips came to into the mesh, outside transactions: no constraint goes with them. */
+/* Commits the result of flips to the mesh, outside transactions: it removes no constraint. */
 static int mesher__commit_flips(mesher__recovery *r, const mesher__flipped *p)
 {
     delaunay_links links;
@@ -5132,7 +5181,8 @@ static int mesher__commit_flips(mesher__recovery *r, const mesher__flipped *p)
     return r->status == MESHER_OK;
 }
 
-/* Missing edge e by flips; 1 if it is there. What did not lead there stays, too. */
+/* Tries to bring in missing edge e by flips; 1 if it is there. Flips that do not lead there stay,
+ * too. */
 static int mesher__recover_by_flips(mesher__recovery *r, uint32_t e, int depth)
 {
     mesher__flipped *p = r->flipped;
@@ -5141,12 +5191,13 @@ static int mesher__recover_by_flips(mesher__recovery *r, uint32_t e, int depth)
     return mesher__commit_flips(r, p) && r->edge_present[e];
 }
 
-/* -- many edges at a time: all threads try flips for the next few, each in its own copies, then
- * one thread puts what came of them into the mesh, in order. What rests on tetrahedra that have
- * changed by then is tried again. So the mesh is that of one thread that does one after the
+/* -- many edges at a time: all threads try flips for the next few edges, each in its own copy; then
+ * one thread commits the results, in order. A result that depends on tetrahedra which have changed
+ * by then is found anew. So the mesh is the same as by one thread that does one edge after the
  * other. */
 
-/* Marks what a commit changed: what it removed, what it made, and the neighbours of that. */
+/* Marks what a commit changed: the tetrahedra that it removed and made, and the neighbours of those
+ * that it made. */
 static void mesher__note_changes(mesher__recovery *r, const mesher__flipped *p)
 {
     uint32_t i;
@@ -5156,7 +5207,7 @@ static void mesher__note_changes(mesher__recovery *r, const mesher__flipped *p)
         if (!p->inside[i]) mesher__note_change(r, p->link[i] / 4);
 }
 
-/* Would edge e be tried with the same result now? */
+/* Would a new try of edge e have the same result? */
 static int mesher__still_holds(const mesher__recovery *r, uint32_t e, const mesher__flipped *p)
 {
     uint32_t i;
@@ -5166,8 +5217,8 @@ static int mesher__still_holds(const mesher__recovery *r, uint32_t e, const mesh
     return !touched;
 }
 
-/* What flips for edges first to end of the list come to, each by itself. Shared: the mesh and the
- * recovery, read only. */
+/* The results of flips for the edges first .. end - 1 of the list, each for itself. The threads
+ * share the mesh and the recovery, which they only read. */
 static void mesher__try_ahead(mesher__recovery *r, uint32_t first, uint32_t end, int depth,
                               int threads)
 {
@@ -5188,7 +5239,7 @@ static void mesher__try_ahead(mesher__recovery *r, uint32_t first, uint32_t end,
     delaunay_crew_end(&r->crew, work);
 }
 
-/* Edges first to end of the list by flips, tried by all threads at once if that is worthwhile. */
+/* Flips for the edges first .. end - 1 of the list, tried by all threads at once if that pays. */
 static void mesher__flip_batch(mesher__recovery *r, uint32_t first, uint32_t end, int depth)
 {
     uint32_t i;
@@ -5207,7 +5258,7 @@ static void mesher__flip_batch(mesher__recovery *r, uint32_t first, uint32_t end
     mesher__forget_changes(r);
 }
 
-/* The missing edges into the list, in an order of this attempt's. */
+/* Lists the missing edges: in their own order at the first attempt, shuffled at the others. */
 static void mesher__shuffle_edges(mesher__recovery *r)
 {
     uint32_t e, i, n = 0;
@@ -5219,7 +5270,8 @@ static void mesher__shuffle_edges(mesher__recovery *r)
     r->num_wanted = n;
 }
 
-/* The list by strands; their number, 1 if there are too few edges. */
+/* Reorders the list: the first edge of each strand, then the second of each, and so on. Returns the
+ * number of strands, 1 if there are too few edges. */
 static uint32_t mesher__twist_edges(mesher__recovery *r)
 {
     uint32_t n = r->num_wanted, strands = n / MESHER__STRAND, length, i, k, m = 0;
@@ -5232,7 +5284,8 @@ static uint32_t mesher__twist_edges(mesher__recovery *r)
     return (n + length - 1) / length; /* of this length, there may be fewer */
 }
 
-/* Room for all threads to try flips for so many edges at once; without it one thread does it. */
+/* Makes room for several threads to try flips for count edges at once; if there is none, one thread
+ * does it. */
 static void mesher__flips_for_threads(mesher__recovery *r, uint32_t count)
 {
     uint32_t threads = (uint32_t)delaunay_threads(&r->domain->options.host);
@@ -5260,15 +5313,16 @@ static void mesher__flip_pass(mesher__recovery *r, int depth)
     mesher__shuffle_edges(r);
     strands = mesher__twist_edges(r);
     if (strands > 1) mesher__flips_for_threads(r, strands);
-    else strands = UINT32_MAX; /* one batch, alone */
+    else strands = UINT32_MAX; /* one batch, by one thread */
     for (i = 0; i < r->num_wanted && !mesher__stopped(r); i = end) {
         end = r->num_wanted - i < strands ? r->num_wanted : i + strands;
         mesher__flip_batch(r, i, end, depth);
     }
 }
 
-/* Missing edges by flips, deeper and deeper while that helps: by half and more, since a pass does
- * all that one less deep does, and flips that it leaves behind are in the way of the next. */
+/* Brings in missing edges by flips, in deeper and deeper passes while these help. The depth grows
+ * by half and more at a time, up to the last step: a pass does all that a less deep one does, and
+ * flips that it leaves behind hinder the next one. */
 static void mesher__flip_levels(mesher__recovery *r)
 {
     static const uint8_t depths[] = {0, 3, 5, 8, 13, MESHER__FLIP_DEPTH};
@@ -5286,8 +5340,8 @@ static void mesher__flip_levels(mesher__recovery *r)
 
 /* -- edges */
 
-/* Lowers the crossings of a missing edge step by step. Returns 1 if it is there; *steps counts
- * commits. */
+/* Lowers the number of crossings of a missing edge step by step. Returns 1 if it is in the mesh
+ * then; *steps counts the commits. */
 static int mesher__reduce_edge(mesher__recovery *r, uint32_t e, const mesher__effort *effort,
                                int *steps)
 {
@@ -5308,7 +5362,7 @@ static int mesher__reduce_edge(mesher__recovery *r, uint32_t e, const mesher__ef
     return r->edge_present[e];
 }
 
-/* Could segment ab meet a box? */
+/* May segment ab meet a box? No, if both ends are beyond one of its sides. */
 static int mesher__meets_box(const mesher__recovery *r, const uint32_t *ab, const double *lo,
                              const double *hi)
 {
@@ -5319,6 +5373,7 @@ static int mesher__meets_box(const mesher__recovery *r, const uint32_t *ab, cons
     return 1;
 }
 
+/* Extends a box to some vertices. */
 static void mesher__grow_box(const mesher__recovery *r, const uint32_t *v, size_t count, double *lo,
                              double *hi)
 {
@@ -5332,8 +5387,8 @@ static void mesher__grow_box(const mesher__recovery *r, const uint32_t *v, size_
         }
 }
 
-/* Cells of the grid that a box meets, as inclusive ranges; their number, or 0 if they are too
- * many. */
+/* The cells of the grid that a box meets, as inclusive ranges. Returns their number, or 0 if they
+ * are too many. */
 static uint32_t mesher__grid_range(const mesher__recovery *r, const double *lo, const double *hi,
                                    int64_t range[3][2])
 {
@@ -5350,7 +5405,7 @@ static uint32_t mesher__grid_range(const mesher__recovery *r, const double *lo, 
     return (uint32_t)cells;
 }
 
-/* The buckets of those cells; duplicates are possible. */
+/* The hash buckets of these cells; some may be there twice. */
 static uint32_t mesher__grid_buckets(const mesher__recovery *r, const double *lo, const double *hi,
                                      uint32_t *buckets)
 {
@@ -5378,8 +5433,8 @@ static void mesher__edge_box(const mesher__recovery *r, uint32_t e, double *lo, 
     }
 }
 
-/* A grid over the missing edges of the list: buckets of edges, and the edges that are too long for
- * it, as bucket num_buckets. Returns 0 when out of memory. */
+/* Builds the grid over the missing edges of the list: buckets of edges; bucket num_buckets has the
+ * edges that meet too many cells. Returns 0 when out of memory. */
 static int mesher__grid_build(mesher__recovery *r)
 {
     uint32_t buckets[MESHER__GRID_CELLS], i, j, n, pass, total = 0;
@@ -5413,7 +5468,8 @@ static int mesher__grid_build(mesher__recovery *r)
     return r->status == MESHER_OK;
 }
 
-/* Missing edges of the list that may meet a box; at most as many as there is room for. */
+/* Puts the missing edges of the list that may meet a box into r->near_edges, at most as many as
+ * there is room for. Returns their number. */
 static uint32_t mesher__near_edges(mesher__recovery *r, const double *lo, const double *hi)
 {
     uint32_t buckets[MESHER__GRID_CELLS + 1], n = mesher__grid_buckets(r, lo, hi, buckets),
@@ -5437,8 +5493,8 @@ static uint32_t mesher__near_edges(mesher__recovery *r, const double *lo, const 
     return count;
 }
 
-/* Two directions across a segment from a, about. What lies beside the segment in one of them, by
- * more than rounding, is not crossed by it: most facets need no predicate. */
+/* The sight of a segment from a: two directions across it, about. A facet that lies beside the
+ * segment in one of them, by more than rounding, is not crossed: most facets need no predicate. */
 typedef struct mesher__sight {
     double a[3], across[2][3], slack[2], size[2], length;
 } mesher__sight;
@@ -5467,8 +5523,8 @@ static void mesher__sight_set(const mesher__recovery *r, const uint32_t *ab, mes
     }
 }
 
-/* Bits for the sides of the segment that a point is certainly on. Rounding is below 8 times 2^-53
- * of the sum of the products; the bound is 90 times that number. */
+/* Bits for the sides of the segment on which a point certainly is. The rounding error is below 8 *
+ * 2^-53 times the sum of the products; the bound is 90 * 2^-53 times a bound of that sum. */
 static unsigned mesher__sight_of(const mesher__sight *s, const double *x)
 {
     double d[3], length = s->length;
@@ -5488,7 +5544,8 @@ static unsigned mesher__sight_of(const mesher__sight *s, const double *x)
     return bits;
 }
 
-/* Crossings of one missing edge by all facets of tetrahedra given by their vertices. */
+/* How many facets a missing edge crosses, of all tetrahedra given by their vertices; a facet of two
+ * of them counts twice. */
 static long mesher__count_crossings(const mesher__recovery *r, const uint32_t *ab,
                                     const mesher__sight *sight, const uint32_t *tets, size_t count)
 {
@@ -5509,8 +5566,8 @@ static long mesher__count_crossings(const mesher__recovery *r, const uint32_t *a
     return crossings;
 }
 
-/* How many crossings of the missing edges the running transaction removed, twice. The boundary of
- * each replaced polyhedron counts on both sides, and cancels. */
+/* Twice the number of crossings of the missing edges that the running transaction has removed. The
+ * boundary of each replaced polyhedron counts before and after, and cancels out. */
 static long mesher__journal_gain(mesher__recovery *r)
 {
     size_t end = r->num_journal;
@@ -5535,8 +5592,8 @@ static long mesher__journal_gain(mesher__recovery *r)
     return gain;
 }
 
-/* reduce_edge as a transaction. Returns 2: it is there, 1: the potential fell, 0: nothing
- * changed. */
+/* mesher__reduce_edge as a transaction. Returns 2: the edge is in the mesh, 1: the potential fell,
+ * 0: nothing changed. */
 static int mesher__recover_edge(mesher__recovery *r, uint32_t e, const mesher__effort *effort)
 {
     uint32_t missing = r->num_missing_edges;
@@ -5553,7 +5610,8 @@ static int mesher__recover_edge(mesher__recovery *r, uint32_t e, const mesher__e
     return there ? 2 : steps > 0;
 }
 
-/* The missing edges into the list; sorted by crossings, few first, if asked for. */
+/* Lists the missing edges and builds their grid; sorts them by numbers of crossings, the fewest
+ * first, if asked for (the number is in the upper half of r->order[i] then). */
 static void mesher__list_edges(mesher__recovery *r, int by_crossings)
 {
     uint32_t e, i;
@@ -5568,13 +5626,13 @@ static void mesher__list_edges(mesher__recovery *r, int by_crossings)
         r->order[i] = (uint64_t)r->pipe.num_crossings << 32 | e;
     }
     if (r->status != MESHER_OK) return;
-    for (; i < r->num_wanted; i++) r->order[i] = r->wanted[i]; /* there was no work left for them */
+    for (; i < r->num_wanted; i++) r->order[i] = r->wanted[i]; /* no work was left for these */
     mesher__tell(r, "edges listed", 0);
     if (r->num_wanted > 1) qsort(r->order, r->num_wanted, sizeof *r->order, mesher__compare_u64);
     for (i = 0; i < r->num_wanted; i++) r->wanted[i] = (uint32_t)r->order[i];
 }
 
-/* Missing edges by windows of growing size, over and over while that helps. */
+/* Brings in missing edges by searches over windows of growing size, repeated while that helps. */
 static void mesher__edge_levels(mesher__recovery *r)
 {
     static const mesher__effort efforts[] = {{7, 200, 1, 4}, {10, 800, 3, 2}, {12, 3000, 2, 2}};
@@ -5601,6 +5659,7 @@ static void mesher__edge_levels(mesher__recovery *r)
 
 /* -- facets */
 
+/* Are all three edges of a facet constraints that the mesh has? */
 static int mesher__edges_present(const mesher__recovery *r, const uint32_t *f)
 {
     int k;
@@ -5611,6 +5670,8 @@ static int mesher__edges_present(const mesher__recovery *r, const uint32_t *f)
     return 1;
 }
 
+/* Brings in a missing facet by searches that lower the number of edges that pierce it. 1: it is
+ * there. */
 static int mesher__recover_facet(mesher__recovery *r, uint32_t f, const mesher__effort *effort)
 {
     const uint32_t *v = r->facets + 3 * (size_t)f;
@@ -5657,6 +5718,7 @@ static void mesher__facet_levels(mesher__recovery *r)
 
 /* -- interior points */
 
+/* Xorshift. */
 static uint32_t mesher__random(mesher__recovery *r)
 {
     r->random ^= r->random << 13;
@@ -5665,8 +5727,9 @@ static uint32_t mesher__random(mesher__recovery *r)
     return (uint32_t)(r->random >> 32);
 }
 
-/* Seidel's linear program: the largest c.x with rows A x <= A[d] and |x| <= 4, in d variables; rows
- * in random order. A is level d of the scratch. Returns 0 if infeasible. [Seidel 1991] */
+/* Seidel's linear program in d variables: maximises c.x subject to |x[k]| <= 4 and, for each row a
+ * of r->lp[d], a[0] x[0] + .. + a[d - 1] x[d - 1] <= a[d]. The rows are to be in random order.
+ * Returns 0 if infeasible. [Seidel 1991] */
 static int mesher__linear_program(mesher__recovery *r, int d, int rows, const double *c, double *x)
 {
     double (*a)[5] = r->lp[d], (*b)[5] = r->lp[d - 1];
@@ -5718,8 +5781,8 @@ static int mesher__linear_program(mesher__recovery *r, int d, int rows, const do
     return 1;
 }
 
-/* Cholesky factor of the covariance of a window's boundary corners, about their mean; 0 if they are
- * flat. */
+/* The mean of the corners of the shell's facets, and the Cholesky factor l of their covariance. 0:
+ * they are in one plane. */
 static int mesher__whiten(const mesher__recovery *r, double *mean, double (*l)[3])
 {
     double m[3][3] = {{0}}, n = 3.0 * r->num_shell, trace, sum;
@@ -5747,7 +5810,7 @@ static int mesher__whiten(const mesher__recovery *r, double *mean, double (*l)[3
     return 1;
 }
 
-/* The window's boundary as the shell. */
+/* Makes the window's boundary the shell. */
 static void mesher__shell_of_window(mesher__recovery *r)
 {
     const delaunay_window *w = &r->window;
@@ -5757,7 +5820,7 @@ static void mesher__shell_of_window(mesher__recovery *r)
     r->num_shell = w->num_facets;
 }
 
-/* Does the point see all facets of the shell from within, exactly? */
+/* Is the point in the kernel of the shell: does it see all facets from within? Exact. */
 static int mesher__in_kernel(const mesher__recovery *r, const double *xyz)
 {
     uint32_t i;
@@ -5769,8 +5832,9 @@ static int mesher__in_kernel(const mesher__recovery *r, const double *xyz)
     return 1;
 }
 
-/* A point as deep as can be below the facets of the shell, or those of them that are constraints,
- * in coordinates mean + l x with |x| <= 4. Returns its depth there, or 0. */
+/* The point that is farthest inside the planes of the shell's facets, or of those of them that are
+ * constraints, in coordinates x with point = mean + l x, |x[k]| <= 4. Returns its depth (its least
+ * distance from a plane) in these coordinates, or 0. */
 static double mesher__deepest(mesher__recovery *r, const double *mean, double (*l)[3],
                               int constraints, double *out)
 {
@@ -5816,8 +5880,8 @@ static double mesher__deepest(mesher__recovery *r, const double *mean, double (*
     return x[3];
 }
 
-/* A point as deep as can be in the kernel of the shell, in coordinates that make the shell round.
- * Returns its depth there, or 0. */
+/* The deepest point of the kernel of the shell, in coordinates in which the shell is about round.
+ * Returns its depth in these coordinates, or 0. */
 static double mesher__kernel(mesher__recovery *r, double *out)
 {
     double mean[3], l[3][3],
@@ -5825,7 +5889,7 @@ static double mesher__kernel(mesher__recovery *r, double *out)
     return depth > 0 && mesher__in_kernel(r, out) ? depth : 0;
 }
 
-/* Tetrahedra between the shell and a new vertex, after *num_new in r->commit. */
+/* Appends the tetrahedra between the shell and a new vertex to the *num_new in r->commit. */
 static void mesher__star_shell(mesher__recovery *r, uint32_t v, uint32_t *num_new)
 {
     uint32_t i;
@@ -5836,7 +5900,7 @@ static void mesher__star_shell(mesher__recovery *r, uint32_t v, uint32_t *num_ne
     r->added++;
 }
 
-/* Replaces the window by tetrahedra between its boundary and a new vertex. */
+/* Replaces the window by the tetrahedra between its boundary and a new vertex. */
 static int mesher__star_window(mesher__recovery *r, const delaunay_window *w, const double *xyz)
 {
     uint32_t v = delaunay_add_vertex(r->mesh, xyz, DELAUNAY_NO_ID), i;
@@ -5855,8 +5919,8 @@ static int mesher__star_window(mesher__recovery *r, const delaunay_window *w, co
     return 1;
 }
 
-/* Commits num_new tetrahedra of r->commit in place of r->pool; vertices of these that it does not
- * have go, too. */
+/* Commits num_new tetrahedra of r->commit in place of those of r->pool. Vertices that only the old
+ * ones have are removed. */
 static int mesher__commit_pool(mesher__recovery *r, uint32_t num_new)
 {
     uint32_t i, v;
@@ -5877,24 +5941,25 @@ static int mesher__commit_pool(mesher__recovery *r, uint32_t num_new)
     return done;
 }
 
-/* -- in a plane: a missing edge that crosses nothing but edges of the mesh which lie in one plane
- * with it, its rungs, as where a flat side of the surface is triangulated in another way than by
- * the mesh. It comes in by flips of the rungs in the plane. Each takes the tetrahedra around a
- * rung, and fills their halves on both sides of the plane again: by tetrahedra between the rung's
- * ends and its link, or, where there is no such filling, around a point of ours. There always is
- * one: a point of the rung sees all of the half from within but what lies in the plane, and so does
- * one near it, on that side. It is put as far from the plane as can be, and takes the place of
- * other points of ours that are in its way: nearer and nearer ones would be in each other's.
+/* -- flips in a plane, for a missing edge that crosses nothing but rungs: edges of the mesh in one
+ * plane with it, as where the surface triangulates a flat side in another way than the mesh does.
+ * The rungs are flipped within the plane. A flip removes the tetrahedra around a rung, and fills
+ * the half of their space on either side of the plane again: by tetrahedra between the rung's ends
+ * and its link, or, where there is no such filling, around a Steiner point. There is always a place
+ * for this: a point of the rung sees all of the half's boundary from within but what lies in the
+ * plane, and a point near it, on that side, sees that, too. The point is put as far from the plane
+ * as possible, and replaces other Steiner points that are in its way; if points were put nearer and
+ * nearer to the plane instead, they would obstruct each other.
  *
- * Rounding bends the planes of a part that was turned: its vertices are off them by some units in
- * the last place that was kept, and the mesh has flat tetrahedra there. These go first, where flips
- * can do without them; what is left in the plane is one layer of triangles. What lies in the plane,
- * and which way a turn in it goes, allows for rounding; no tetrahedron that the flips make is flat,
- * and all are positive, exactly. The layer is kept whole, all over the plane: no point takes the
- * place of an edge between vertices of one plane of the surface, whether or not it is in the
- * surface. */
+ * Rounding bends the planes of a part that was rotated: its vertices are off them by some units in
+ * the last place that was kept, and the mesh has flat tetrahedra there. These are removed first,
+ * where flips can do that; what is left in the plane is one layer of triangles. The tests whether a
+ * vertex lies in the plane, and which way a turn in it goes, allow for rounding. No tetrahedron
+ * that the flips make is flat, and all are positive, exactly. The layer is kept whole, all over the
+ * plane: no point replaces an edge between vertices of one plane of the surface, even if that edge
+ * is not in the surface. */
 
-/* The sign of a turn in the plane of the rungs; 0, too, where rounding may have made it. */
+/* The sign of the turn abc in the plane of the rungs; 0 also where it may be due to rounding. */
 static int mesher__plane_turn(const mesher__recovery *r, uint32_t a, uint32_t b, uint32_t c)
 {
     const double *x[3];
@@ -5927,7 +5992,8 @@ static int mesher__plane_cross(const mesher__recovery *r, uint32_t a, uint32_t b
            mesher__plane_turn(r, c, d, a) * mesher__plane_turn(r, c, d, b) < 0;
 }
 
-/* The plane through missing edge ab, along pq; kept as it is if it rests on more already. */
+/* Sets the plane to that through missing edge ab along pq, if the length of ab x pq, whose square
+ * is plane->wide, is larger than that which the present plane was made from. */
 static void mesher__plane_through(mesher__recovery *r, uint32_t a, uint32_t b, uint32_t p,
                                   uint32_t q)
 {
@@ -5950,7 +6016,7 @@ static void mesher__plane_through(mesher__recovery *r, uint32_t a, uint32_t b, u
     }
 }
 
-/* Is v in the plane, up to a rounding? */
+/* Is v in the plane, up to rounding? */
 static int mesher__in_plane(const mesher__recovery *r, uint32_t v)
 {
     const mesher__plane *plane = &r->plane;
@@ -5962,7 +6028,7 @@ static int mesher__in_plane(const mesher__recovery *r, uint32_t v)
     return fabs(h) <= plane->tolerance;
 }
 
-/* The first rung of missing edge ab, and with it the plane. */
+/* Finds the first rung of missing edge ab, and with it the plane. 0: there is none. */
 static int mesher__first_rung(mesher__recovery *r, uint32_t a, uint32_t b)
 {
     static const uint8_t pairs[3][3] = {{0, 1, 2}, {1, 2, 0}, {2, 0, 1}};
@@ -5995,8 +6061,8 @@ static int mesher__first_rung(mesher__recovery *r, uint32_t a, uint32_t b)
     return 0;
 }
 
-/* What is around edge pq of tetrahedron t, as mesher__ring_of in a copy; 0: a constraint, too much,
- * the hull. */
+/* The spin of edge pq of tetrahedron t, as mesher__ring_of finds it in a copy. 0: pq is a
+ * constraint, has too many tetrahedra, or is on the hull. */
 static int mesher__spin_around(mesher__recovery *r, delaunay_handle t, uint32_t p, uint32_t q)
 {
     const delaunay_mesh *mesh = r->mesh;
@@ -6029,7 +6095,7 @@ static int mesher__spin_around(mesher__recovery *r, delaunay_handle t, uint32_t 
     return 1;
 }
 
-/* A tetrahedron with a rung, and what is around it. */
+/* The spin of a rung. */
 static int mesher__spin_rung(mesher__recovery *r, mesher__rung *g)
 {
     const delaunay_tet *tet = &r->mesh->tets[g->t];
@@ -6039,8 +6105,8 @@ static int mesher__spin_rung(mesher__recovery *r, mesher__rung *g)
     return g->t && mesher__spin_around(r, g->t, g->p, g->q);
 }
 
-/* All rungs of missing edge ab. 0: its plane is not in the mesh, or a vertex or constraint is in
- * the way. */
+/* Finds all rungs of missing edge ab. 0: it crosses something else than rungs, or a vertex or
+ * constraint is in the way. */
 static int mesher__walk_plane(mesher__recovery *r, uint32_t a, uint32_t b)
 {
     const mesher__spin *s = &r->plane.spin;
@@ -6070,7 +6136,7 @@ static int mesher__walk_plane(mesher__recovery *r, uint32_t a, uint32_t b)
     }
 }
 
-/* The vertices before and behind a rung, in the plane. */
+/* The vertices in the plane that are opposite rung i, towards a (before) and towards b (behind). */
 static void mesher__rung_ends(const mesher__recovery *r, uint32_t a, uint32_t b, uint32_t i,
                               uint32_t *before, uint32_t *behind)
 {
@@ -6079,8 +6145,8 @@ static void mesher__rung_ends(const mesher__recovery *r, uint32_t a, uint32_t b,
     *behind = i + 1 == r->plane.count ? b : g[1].p == g->p ? g[1].q : g[1].p;
 }
 
-/* The square of the least height of tetrahedron abcd; HUGE_VAL, at once, where it is far more than
- * most. */
+/* The square of the least height of tetrahedron abcd; HUGE_VAL, without further computation, where
+ * the height is certainly more than most. */
 static double mesher__least_height2(const mesher__recovery *r, uint32_t a, uint32_t b, uint32_t c,
                                     uint32_t d, double most)
 {
@@ -6103,7 +6169,7 @@ static double mesher__least_height2(const mesher__recovery *r, uint32_t a, uint3
         }
     for (k = 0; k < 3; k++) volume += n[0][k] * e[2][k];
     volume *= volume;
-    if (volume > 16 * most * most * longest * longest) return HUGE_VAL; /* no facet is larger */
+    if (volume > 16 * most * most * longest * longest) return HUGE_VAL; /* |n| <= 4 longest */
     for (k = 0; k < 3; k++) n[3][k] = n[0][k] + n[1][k] + n[2][k];
     for (f = 0; f < 4; f++) {
         for (length = 0, k = 0; k < 3; k++) length += n[f][k] * n[f][k];
@@ -6112,7 +6178,7 @@ static double mesher__least_height2(const mesher__recovery *r, uint32_t a, uint3
     return area > 0 ? volume / area : 0;
 }
 
-/* Is tetrahedron abcd flat: one of its vertices in the plane of the others, but for rounding? */
+/* Is tetrahedron abcd flat: is one of its vertices in the plane of the others, up to rounding? */
 static int mesher__is_flat(const mesher__recovery *r, uint32_t a, uint32_t b, uint32_t c,
                            uint32_t d)
 {
@@ -6120,10 +6186,10 @@ static int mesher__is_flat(const mesher__recovery *r, uint32_t a, uint32_t b, ui
     return mesher__least_height2(r, a, b, c, d, tolerance) <= tolerance * tolerance;
 }
 
-enum { MESHER__HINGES = 4096 }; /* edges of the surface that are looked at, about */
+enum { MESHER__HINGES = 4096 }; /* edges of the surface in the sample, about */
 
-/* Corners of facets, across from some edges of the surface, into r->order: a hash of the edge, and
- * the corner. Returns their number. */
+/* Samples edges of the surface by a hash, and enters the corners of facets opposite them into
+ * r->order: the edge's hash, and the corner as 3 * facet + place. Returns their number. */
 static uint32_t mesher__list_hinges(mesher__recovery *r)
 {
     const uint32_t stride = 1 + r->num_facets / MESHER__HINGES;
@@ -6139,10 +6205,10 @@ static uint32_t mesher__list_hinges(mesher__recovery *r)
     return n;
 }
 
-/* How far rounding has taken vertices off the planes of the surface, to be on the safe side: eight
- * times the median of what pairs of neighbouring facets are bent by, if next to nothing. A part
- * that was turned in doubles is bent by their last place; one that was written with fewer digits,
- * or in single precision, by more. */
+/* A safe estimate of how far rounding has taken vertices off the planes of the surface: eight times
+ * the median of the heights by which pairs of neighbouring facets are bent, of those that are
+ * hardly bent. A part that was rotated in doubles is bent by their last place; one that was written
+ * with fewer digits, or in single precision, by more. */
 static double mesher__bend(mesher__recovery *r)
 {
     const double least = r->plane.tolerance, most = least * (1 << 29), greatest = least * (1 << 26);
@@ -6158,14 +6224,14 @@ static double mesher__bend(mesher__recovery *r)
         if (bend <= most * most) memcpy(&r->order[count++], &bend, sizeof bend); /* count <= i */
     }
     if (count == 0) return least;
-    qsort(r->order, count, sizeof *r->order, mesher__compare_u64); /* as the numbers themselves */
+    qsort(r->order, count, sizeof *r->order, mesher__compare_u64); /* as doubles, which are >= 0 */
     memcpy(&bend, &r->order[count / 2], sizeof bend);
     bend = 8 * sqrt(bend);
     return bend < least ? least : bend > greatest ? greatest : bend;
 }
 
-/* Fills a half of the spin around edge pq, with the m vertices of h: tetrahedra into r->commit, as
- * few flat ones as can be, and at most so many. 0: it cannot be. */
+/* Fills the half of the spin of edge pq that has the m vertices of h without pq: appends tetrahedra
+ * to r->commit, with as few flat ones as possible; flat: how many there may be. 0: impossible. */
 static int mesher__fill_half(mesher__recovery *r, uint32_t p, uint32_t q, const uint32_t *h,
                              uint32_t m, uint32_t flat, uint32_t *num_new)
 {
@@ -6176,7 +6242,7 @@ static int mesher__fill_half(mesher__recovery *r, uint32_t p, uint32_t q, const 
     for (width = 2; width < m; width++)
         for (i = 0; i + width < m; i++) {
             j = i + width;
-            cost[i][j] = UINT8_MAX; /* there is none */
+            cost[i][j] = UINT8_MAX; /* no triangulation */
             for (k = i + 1; k < j && cost[i][j]; k++) {
                 uint32_t sum = (uint32_t)cost[i][k] + cost[k][j];
                 if (sum > flat || sum >= cost[i][j]) continue;
@@ -6225,7 +6291,7 @@ static void mesher__foot(const mesher__recovery *r, uint32_t p, uint32_t q, cons
         u[k] = xq[k] - xp[k];
         v[k] = x1[k] - x0[k];
     }
-    for (k = 0; k < 3; k++) { /* by the largest normal */
+    for (k = 0; k < 3; k++) { /* use the largest component of the normal */
         double n;
         i = (k + 1) % 3;
         j = (k + 2) % 3;
@@ -6237,7 +6303,7 @@ static void mesher__foot(const mesher__recovery *r, uint32_t p, uint32_t q, cons
     for (k = 0; k < 3; k++) foot[k] = xp[k] + t * u[k];
 }
 
-/* An edge of a facet. */
+/* A hinge: an edge of a facet, and the vertex opposite it. */
 typedef struct mesher__hinge {
     uint64_t edge;
     uint32_t facet, apex;
@@ -6265,7 +6331,7 @@ static void mesher__join(uint32_t *parent, uint32_t a, uint32_t b)
     else parent[a] = b;
 }
 
-/* Joins facets that are in one plane, but for rounding, with a neighbour. */
+/* Joins neighbouring facets that are in one plane, up to rounding. */
 static void mesher__join_patches(mesher__recovery *r, mesher__hinge *hinges, uint32_t *parent)
 {
     const uint32_t n = r->domain->num_facets;
@@ -6288,7 +6354,7 @@ static void mesher__join_patches(mesher__recovery *r, mesher__hinge *hinges, uin
     }
 }
 
-/* The plane of each flat part of the surface. */
+/* Computes the planes of the patches. */
 static void mesher__fit_patches(mesher__recovery *r, uint32_t *parent)
 {
     const uint32_t n = r->domain->num_facets;
@@ -6296,7 +6362,7 @@ static void mesher__fit_patches(mesher__recovery *r, uint32_t *parent)
     int i, j, k;
     double *plane, length, side, m[3];
     memset(r->patch_planes, 0, 4 * (size_t)n * sizeof *r->patch_planes);
-    for (f = 0; f < n; f++) { /* the sum of normals, all to one side */
+    for (f = 0; f < n; f++) { /* sum the facets' normals, all turned to one side */
         const double *a = mesher__x(r, r->facets[3 * (size_t)f]),
                      *b = mesher__x(r, r->facets[3 * (size_t)f + 1]),
                      *c = mesher__x(r, r->facets[3 * (size_t)f + 2]);
@@ -6318,7 +6384,7 @@ static void mesher__fit_patches(mesher__recovery *r, uint32_t *parent)
     }
 }
 
-/* The flat parts of the surface, by vertices. */
+/* Finds the patches, and lists them by vertices. 0: no memory. */
 static int mesher__find_patches(mesher__recovery *r)
 {
     const size_t n = r->domain->num_facets;
@@ -6348,7 +6414,7 @@ static int mesher__find_patches(mesher__recovery *r)
     return r->status == MESHER_OK;
 }
 
-/* Is v in the plane of a flat part of the surface that u is in? */
+/* Is v in the plane of a patch that has u? */
 static int mesher__in_plane_of(const mesher__recovery *r, uint32_t u, uint32_t v)
 {
     const double *x = mesher__x(r, v);
@@ -6362,7 +6428,7 @@ static int mesher__in_plane_of(const mesher__recovery *r, uint32_t u, uint32_t v
     return 0;
 }
 
-/* Are two vertices in one plane that the surface has there? */
+/* Are two vertices of the input in the plane of a patch that has one of them? */
 static int mesher__same_patch(const mesher__recovery *r, uint32_t u, uint32_t v)
 {
     return u < r->num_rows && v < r->num_rows && mesher__id(r, u) < r->domain->first_corner &&
@@ -6370,15 +6436,16 @@ static int mesher__same_patch(const mesher__recovery *r, uint32_t u, uint32_t v)
            (mesher__in_plane_of(r, u, v) || mesher__in_plane_of(r, v, u));
 }
 
-/* Is a triangle of the mesh in a flat part of the surface? */
+/* Does each pair of a triangle's vertices pass mesher__same_patch? */
 static int mesher__in_patch(const mesher__recovery *r, uint32_t a, uint32_t b, uint32_t c)
 {
     return mesher__same_patch(r, a, b) && mesher__same_patch(r, b, c) &&
            mesher__same_patch(r, c, a);
 }
 
-/* The boundary of the cave, the tetrahedra r->star, as the shell: with the edge pq flipped to chord
- * h[0] h[m-1] below it. Constrained facets are boundary wherever they are. 0: too large. */
+/* The cave is the set of tetrahedra that a new point is to replace, in r->star. Makes its boundary
+ * the shell, in the plane with edge pq flipped to chord h[0] h[m-1]. Constrained facets, and facets
+ * in patches, are boundary even within the cave. 0: too large. */
 static int mesher__cave_shell(mesher__recovery *r, uint32_t p, uint32_t q, const uint32_t *h,
                               uint32_t m)
 {
@@ -6408,8 +6475,8 @@ static int mesher__cave_shell(mesher__recovery *r, uint32_t p, uint32_t q, const
     return 1;
 }
 
-/* Takes the tetrahedra behind facets of the shell that x does not see into the cave. -1: something
- * that has to stay is in the way, 0: x sees all. */
+/* Adds the tetrahedra behind those facets of the shell that x does not see to the cave. Returns 1:
+ * it has grown, 0: x sees all facets, -1: something that has to stay is in the way. */
 static int mesher__cave_grow(mesher__recovery *r, const double *x)
 {
     uint32_t i;
@@ -6431,8 +6498,8 @@ static int mesher__cave_grow(mesher__recovery *r, const double *x)
     return grown;
 }
 
-/* May what is inside the cave vanish? Only points of ours and what is at them, or at the box: other
- * edges may be in a plane, too. */
+/* May what is inside the cave vanish? Vertices only if they are Steiner points; edges only if they
+ * are neither constrained nor in the plane of a patch, except pq. */
 static int mesher__cave_is_free(mesher__recovery *r, uint32_t p, uint32_t q)
 {
     size_t i;
@@ -6462,7 +6529,7 @@ static int mesher__cave_is_free(mesher__recovery *r, uint32_t p, uint32_t q)
     return r->status == MESHER_OK;
 }
 
-/* The cave from a half alone. */
+/* Starts the cave with the tetrahedra of a half. */
 static int mesher__cave_start(mesher__recovery *r, const delaunay_handle *tets, uint32_t count)
 {
     uint32_t i;
@@ -6475,7 +6542,7 @@ static int mesher__cave_start(mesher__recovery *r, const delaunay_handle *tets, 
     return r->status == MESHER_OK;
 }
 
-/* A new vertex at x, if no tetrahedron between it and the shell is flat. */
+/* Adds a vertex at x, if no tetrahedron between it and the shell is flat; else returns 0. */
 static uint32_t mesher__cave_vertex(mesher__recovery *r, const double *x)
 {
     uint32_t v = delaunay_add_vertex(r->mesh, x, DELAUNAY_NO_ID), i;
@@ -6488,9 +6555,9 @@ static uint32_t mesher__cave_vertex(mesher__recovery *r, const double *x)
     return v;
 }
 
-/* Fills a half of the spin, the m - 1 tetrahedra with the vertices of h, around a new point high
- * above the plane, and with it what is in the way between: all that is a cave then, in r->star. The
- * farther, the more room there is for the next one. */
+/* Fills a half of the spin, the m - 1 tetrahedra with the vertices of h, around a new point, and
+ * with it all that is in the way between the half and the point: this is the cave, in r->star. The
+ * point is put as far from the plane as possible, as this leaves more room for the next one. */
 static int mesher__star_half(mesher__recovery *r, uint32_t p, uint32_t q, const uint32_t *h,
                              uint32_t m, const delaunay_handle *tets, uint32_t *num_new)
 {
@@ -6519,9 +6586,8 @@ static int mesher__star_half(mesher__recovery *r, uint32_t p, uint32_t q, const 
     return 1;
 }
 
-/* The vertices around a rung, on both sides of the plane, from before to behind and back, and the
- * tetrahedra they are of. 0: there is nothing to flip, or another vertex of the plane is among
- * them. */
+/* The two halves of a rung's spin: the vertices from before to behind, and back, with their
+ * tetrahedra. 0: there is nothing to flip, or another vertex around the rung is in the plane. */
 static int mesher__halves(mesher__recovery *r, mesher__rung *g, uint32_t before, uint32_t behind,
                           mesher__half *half)
 {
@@ -6543,7 +6609,8 @@ static int mesher__halves(mesher__recovery *r, mesher__rung *g, uint32_t before,
     return half[0].n > 2 || half[1].n > 2;
 }
 
-/* Fills one half, with a new point or without; the tetrahedra that go, into r->pool. */
+/* Fills one half: without a new point or, where this is impossible and points is set, around one.
+ * The tetrahedra to be removed are added to r->pool. */
 static int mesher__refill(mesher__recovery *r, const mesher__rung *g, const mesher__half *half,
                           int points, uint32_t *num_new)
 {
@@ -6563,7 +6630,7 @@ static int mesher__refill(mesher__recovery *r, const mesher__rung *g, const mesh
     return r->status == MESHER_OK;
 }
 
-/* Flips rung i in the plane, with new points or without. */
+/* Flips rung i in the plane; with new points, if points is set. */
 static int mesher__flip_rung(mesher__recovery *r, uint32_t i, uint32_t before, uint32_t behind,
                              int points)
 {
@@ -6588,8 +6655,8 @@ static int mesher__flip_rung(mesher__recovery *r, uint32_t i, uint32_t before, u
     return 0;
 }
 
-/* What the flip of a rung does: 2: it is one less, 1: another vertex than target has it, 0: it
- * cannot be, or does not help. */
+/* The use of flipping rung i. 2: one rung less, 1: as many rungs, but fewer at vertex target, 0: it
+ * cannot be flipped (its surroundings are not convex), or that does not help. */
 static int mesher__rung_use(const mesher__recovery *r, uint32_t a, uint32_t b, uint32_t i,
                             uint32_t before, uint32_t behind, uint32_t target)
 {
@@ -6603,7 +6670,7 @@ static int mesher__rung_use(const mesher__recovery *r, uint32_t a, uint32_t b, u
     return 1 + one;
 }
 
-/* The end of a rung that is farthest from the missing edge, about. */
+/* The end of a rung that is farthest from missing edge ab, about. */
 static uint32_t mesher__farthest(const mesher__recovery *r, uint32_t a, uint32_t b)
 {
     const double *x = mesher__x(r, a), *y = mesher__x(r, b);
@@ -6638,7 +6705,8 @@ static int mesher__at_rung(const mesher__recovery *r, uint32_t v)
     return 0;
 }
 
-/* One flip of a rung, from *cursor on, with new points or without; 0: none can be done. */
+/* Flips the first useful rung from *cursor on; with new points, if points is set. 0: none can be
+ * flipped. */
 static int mesher__plane_step(mesher__recovery *r, uint32_t a, uint32_t b, uint32_t target,
                               int points, uint32_t *cursor)
 {
@@ -6675,8 +6743,8 @@ static int mesher__plane_step(mesher__recovery *r, uint32_t a, uint32_t b, uint3
     return 0;
 }
 
-/* Missing edge e by flips in a plane. Each leaves it fewer rungs, or as many and fewer of them at
- * target, until no rung is there any more: this ends. Constraints do not go. */
+/* Brings in missing edge e by flips in a plane. Each flip leaves fewer rungs, or as many with fewer
+ * of them at vertex target, so the loop terminates. No constraint is removed. */
 static void mesher__plane_edge(mesher__recovery *r, uint32_t e)
 {
     uint32_t a = r->edges[2 * (size_t)e], b = r->edges[2 * (size_t)e + 1], cursor = 0, target = 0;
@@ -6689,8 +6757,9 @@ static void mesher__plane_edge(mesher__recovery *r, uint32_t e)
     }
 }
 
-/* Does a plane of the surface that has edge pq stay in the mesh without it? It does if flat
- * tetrahedra are all that is between the vertices of that plane around pq. */
+/* Does the layer of triangles in a patch's plane stay whole if edge pq is removed? It does if pq is
+ * in none, or if the vertices of that plane follow each other around pq without a gap: then only
+ * flat tetrahedra are between them. */
 static int mesher__plane_stays(const mesher__recovery *r, uint32_t p, uint32_t q)
 {
     const mesher__spin *s = &r->plane.spin;
@@ -6705,7 +6774,7 @@ static int mesher__plane_stays(const mesher__recovery *r, uint32_t p, uint32_t q
     return runs == 1;
 }
 
-/* Removes edge pq of tetrahedron t where that leaves fewer flat tetrahedra. */
+/* Removes edge pq of tetrahedron t if that leaves fewer flat tetrahedra. */
 static int mesher__flatten_edge(mesher__recovery *r, delaunay_handle t, uint32_t p, uint32_t q)
 {
     const mesher__spin *s = &r->plane.spin;
@@ -6718,7 +6787,7 @@ static int mesher__flatten_edge(mesher__recovery *r, delaunay_handle t, uint32_t
            mesher__commit(r, s->tets, s->n, r->commit, num_new);
 }
 
-/* Puts an edge in place of facet k of tetrahedron t where that leaves fewer flat tetrahedra. */
+/* Flips facet k of flat tetrahedron t to an edge if that leaves fewer flat tetrahedra. */
 static int mesher__flatten_facet(mesher__recovery *r, delaunay_handle t, int k)
 {
     const delaunay_tet *tet = &r->mesh->tets[t];
@@ -6749,8 +6818,8 @@ static int mesher__flatten_facet(mesher__recovery *r, delaunay_handle t, int k)
     return flat > 0 && mesher__commit(r, pair, 2, r->commit, 3);
 }
 
-/* Flat tetrahedra go, where flips in place can do without them: a plane of the surface that
- * rounding has bent is one layer of facets then, as one that is not bent. */
+/* Removes flat tetrahedra where flips can do that. A plane of the surface that rounding has bent is
+ * one layer of facets then, as one that is not bent. Returns the number of flips. */
 static uint32_t mesher__flatten(mesher__recovery *r)
 {
     delaunay_mesh *mesh = r->mesh;
@@ -6779,8 +6848,9 @@ static uint32_t mesher__flatten(mesher__recovery *r)
     return done;
 }
 
-/* The missing edges that lie in a plane of the mesh, or every so manieth of them, into r->order, by
- * numbers of rungs. Returns their number; 0, too, if they have few rungs in the mean. */
+/* Enters the missing edges that cross nothing but rungs into r->order, those with the fewest rungs
+ * first; only every stride-th missing edge is looked at. Returns their number, or 0 if they have on
+ * average fewer than few rungs. */
 static uint32_t mesher__list_in_planes(mesher__recovery *r, uint32_t stride, uint32_t few)
 {
     uint64_t rungs = 0;
@@ -6796,8 +6866,8 @@ static uint32_t mesher__list_in_planes(mesher__recovery *r, uint32_t stride, uin
     return rungs < few * (uint64_t)n ? 0 : n;
 }
 
-/* Missing edges that lie in a plane of the mesh, by flips in it, those with the fewest rungs first:
- * if they have many in the mean. Where they have few, other steps take fewer points. */
+/* Brings in missing edges that cross nothing but rungs by flips in planes, those with the fewest
+ * rungs first, if they have many on average. Where they have few, other steps need fewer points. */
 static void mesher__plane_levels(mesher__recovery *r)
 {
     const uint32_t stride = 1 + r->num_missing_edges / MESHER__RUNG_SAMPLE;
@@ -6816,13 +6886,13 @@ static void mesher__plane_levels(mesher__recovery *r)
     } while (n > 0 && r->num_missing_edges < before && !mesher__stopped(r));
 }
 
-/* The best place for a new point so far. */
+/* The best place for a new point so far, with its window. */
 typedef struct mesher__site {
     int      window;
     double   gain, xyz[3];
 } mesher__site;
 
-/* The faces of a window that are not on its boundary, by its own numbers of vertices. */
+/* The interior faces of a window, each once, by the window's numbers of vertices. */
 static uint32_t mesher__interior_faces(const mesher__recovery *r, const delaunay_window *w,
                                        uint8_t (*faces)[3])
 {
@@ -6845,8 +6915,8 @@ static uint32_t mesher__interior_faces(const mesher__recovery *r, const delaunay
     return n;
 }
 
-/* How many of some faces of a window a missing edge crosses, at most so many; at: the sides of it
- * that the window's vertices are on. */
+/* How many of some faces of a window a missing edge crosses; counting stops at most. at: for each
+ * vertex of the window, the sides of the edge that it is on (mesher__sight_of). */
 static long mesher__faces_crossed(const mesher__recovery *r, const delaunay_window *w,
                                   const uint32_t *ab, const unsigned *at,
                                   const uint8_t (*faces)[3], uint32_t count, long most)
@@ -6862,8 +6932,8 @@ static long mesher__faces_crossed(const mesher__recovery *r, const delaunay_wind
     return crossings;
 }
 
-/* Crossings of near missing edges by the interior faces of a window. Near edges that do not enter
- * the window leave the list. */
+/* How often the missing edges in r->near_edges cross interior faces of a window. Edges that do not
+ * enter the window leave the list. */
 static long mesher__window_crossings(mesher__recovery *r, const delaunay_window *w,
                                      uint32_t *num_near)
 {
@@ -6894,8 +6964,8 @@ static long mesher__window_crossings(mesher__recovery *r, const delaunay_window 
     return all;
 }
 
-/* The same after starring from a point, which stands in for vertex 0 while it is tried; not
- * counted on from most crossings on. */
+/* The same for the interior faces that starring the window from a point would make; the point takes
+ * the place of vertex 0 meanwhile. Counting ends after the missing edge that reaches most. */
 static long mesher__star_crossings(mesher__recovery *r, const delaunay_window *w, uint32_t num_near,
                                    const double *xyz, double most)
 {
@@ -6925,8 +6995,8 @@ static long mesher__star_crossings(mesher__recovery *r, const delaunay_window *w
     return count;
 }
 
-/* Candidates: the deepest point, and points between it and its foot on the edge, a little beyond
- * too. */
+/* Tries places for a point in the window: the deepest point, and points between it and its foot on
+ * missing edge ab, or a little beyond the foot. */
 static void mesher__try_sites(mesher__recovery *r, const uint32_t *ab, int window,
                               const double *deep, double depth, uint32_t num_near,
                               mesher__site *best)
@@ -6962,7 +7032,8 @@ static void mesher__try_sites(mesher__recovery *r, const uint32_t *ab, int windo
     }
 }
 
-/* A window without constraints, or vertices, that a star would lose. */
+/* Sets r->window and the shell from a window, if starring this would lose no vertex, no constrained
+ * edge and, with keep_facets, no constrained facet; else returns 0. */
 static int mesher__clean_window(mesher__recovery *r, const mesher__window *w, int keep_facets)
 {
     const delaunay_window *set = &r->window;
@@ -6974,7 +7045,7 @@ static int mesher__clean_window(mesher__recovery *r, const mesher__window *w, in
     return 1;
 }
 
-/* How much of the pipe a window holds: crossed faces, or pierced tetrahedra. */
+/* How much of the pipe a window holds: crossed faces or, of a facet's pipe, tetrahedra. */
 static uint32_t mesher__pipe_share(const mesher__recovery *r, const mesher__window *w, int of_facet)
 {
     const mesher__pipe *p = &r->pipe;
@@ -6993,7 +7064,7 @@ static uint32_t mesher__pipe_share(const mesher__recovery *r, const mesher__wind
     return share;
 }
 
-/* Windows with the largest share of the pipe first. */
+/* Sorts the windows by their shares of the pipe, the largest first, and drops those without any. */
 static void mesher__windows_by_share(mesher__recovery *r, int of_facet)
 {
     uint32_t i, n = 0;
@@ -7007,13 +7078,15 @@ static void mesher__windows_by_share(mesher__recovery *r, int of_facet)
     if (n > 1) qsort(r->window_order, n, sizeof *r->window_order, mesher__compare_u64);
 }
 
+/* Window number i in that order. */
 static uint32_t mesher__window_at(const mesher__recovery *r, uint32_t i)
 {
     return (uint32_t)r->window_order[i] & 0xffffff;
 }
 
-/* One interior point for a missing edge whose pipe is known, where it removes most crossings of all
- * missing edges, at least so many. Returns 1, and the gain, if a point was added. */
+/* Adds one interior point for a missing edge whose pipe is known, where it removes the most
+ * crossings of all missing edges, if these are no fewer than least. Returns 1, and their number in
+ * *gain, if a point was added. */
 static int mesher__point_for_edge(mesher__recovery *r, uint32_t e, int level, int keep_facets,
                                   double least, double *gain)
 {
@@ -7028,7 +7101,7 @@ static int mesher__point_for_edge(mesher__recovery *r, uint32_t e, int level, in
         const mesher__window *w = &r->windows[mesher__window_at(r, i)];
         if (tested >= (r->first ? MESHER__FEW_SITES : MESHER__MANY_SITES) &&
             best.gain + r->first >= r->pipe.num_crossings)
-            break; /* at first a single crossing may be left to flips */
+            break; /* attempts by flips: one crossing may be left */
         double lo[3] = {HUGE_VAL, HUGE_VAL, HUGE_VAL}, hi[3] = {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL},
                deep[3], depth;
         if (!mesher__clean_window(r, w, keep_facets)) continue;
@@ -7047,8 +7120,8 @@ static int mesher__point_for_edge(mesher__recovery *r, uint32_t e, int level, in
            mesher__star_window(r, &r->window, best.xyz);
 }
 
-/* One interior point for a missing facet whose pipe is known: the largest share of it, then the
- * deepest point. */
+/* Adds one interior point for a missing facet whose pipe is known: in a window with the largest
+ * share of the pipe and, of these, where the deepest point is deepest. */
 static int mesher__point_for_facet(mesher__recovery *r)
 {
     mesher__site best;
@@ -7075,7 +7148,8 @@ static int mesher__point_for_facet(mesher__recovery *r)
            mesher__star_window(r, &r->window, best.xyz);
 }
 
-/* Is anything on a missing edge's way, or beside it, newer than the last flips for it? */
+/* Has a tetrahedron in the pipe of a missing edge, or beside it, changed since the last flips for
+ * this edge? */
 static int mesher__way_changed(mesher__recovery *r, const uint32_t *v)
 {
     const delaunay_mesh *mesh = r->mesh;
@@ -7090,8 +7164,8 @@ static int mesher__way_changed(mesher__recovery *r, const uint32_t *v)
     return changed != 0;
 }
 
-/* Interior points for one missing edge, with searches between them, while they gain. Returns 1 if
- * anything changed. */
+/* Adds interior points for one missing edge while they gain anything, with flips and searches
+ * between them. Returns 1 if anything changed. */
 static int mesher__points_for_edge(mesher__recovery *r, uint32_t e)
 {
     static const mesher__effort after = {10, 1000, 1, 1}, last = {12, 2000, 2, 1};
@@ -7123,8 +7197,8 @@ static int mesher__points_for_edge(mesher__recovery *r, uint32_t e)
     return changed;
 }
 
-/* Before hard work, once: does the surface intersect itself? Then nothing can help, and the
- * findings say why. */
+/* Runs the intersection test, once, before hard work: if the surface intersects itself, nothing can
+ * help, and the findings say why. */
 static void mesher__ask_for_defects(mesher__recovery *r)
 {
     mesher_report none;
@@ -7137,7 +7211,7 @@ static void mesher__ask_for_defects(mesher__recovery *r)
     else if (result != MESHER_OK) r->status = result;
 }
 
-/* Rounds of interior points for all missing edges. */
+/* Rounds of interior points for all missing edges. Returns 1 if anything changed. */
 static int mesher__edge_points(mesher__recovery *r)
 {
     int round, any = 0;
@@ -7167,6 +7241,7 @@ static int mesher__edge_points(mesher__recovery *r)
     return any;
 }
 
+/* Interior points for missing facets whose edges are there. Returns 1 if one was added. */
 static int mesher__facet_points(mesher__recovery *r)
 {
     static const mesher__effort after = {14, 3000, 1, 1};
@@ -7185,7 +7260,8 @@ static int mesher__facet_points(mesher__recovery *r)
     return any;
 }
 
-/* Takes one of our vertices out again, if no constraint holds it and its star can do without. */
+/* Removes a Steiner point, if no constraint has it and a search finds a filling of its star without
+ * it. */
 static int mesher__remove_point(mesher__recovery *r, uint32_t v, uint32_t max_points,
                                 uint32_t max_nodes)
 {
@@ -7198,7 +7274,7 @@ static int mesher__remove_point(mesher__recovery *r, uint32_t v, uint32_t max_po
         return 0;
     for (local = 0; w->vertices[local] != v; local++) {}
     if (!(w->interior >> local & 1)) return 0;
-    for (i = 0; i < w->num_kept_edges; i++) /* a search from its facets on would find v again */
+    for (i = 0; i < w->num_kept_edges; i++) /* a search would use v again, for this constraint */
         if (w->kept_edges[i][0] == local || w->kept_edges[i][1] == local) return 0;
     w->dropped = 1u << local;
     memset(s, 0, offsetof(delaunay_search, tets));
@@ -7216,8 +7292,8 @@ static int mesher__remove_point(mesher__recovery *r, uint32_t v, uint32_t max_po
     return 1;
 }
 
-/* The facets of a vertex's star as the shell; 0 if it is too large, or has a constraint at the
- * vertex, unless it may be held by some. */
+/* Makes the boundary of a vertex's star the shell. 0: it is too large, or (unless held is set) a
+ * constrained edge ends at the vertex. */
 static int mesher__shell_of_star(mesher__recovery *r, uint32_t v, int held)
 {
     size_t i;
@@ -7240,8 +7316,8 @@ static int mesher__shell_of_star(mesher__recovery *r, uint32_t v, int held)
     return r->num_shell > 0;
 }
 
-/* Takes one of our vertices out by moving it onto a neighbour that sees all of its star's boundary
- * but the facets it lies on. */
+/* Removes a Steiner point by moving it onto a neighbour that sees all of its star's boundary but
+ * the facets that the neighbour is a vertex of. */
 static int mesher__collapse_point(mesher__recovery *r, uint32_t v)
 {
     const uint32_t (*shell)[3] = (const uint32_t (*)[3])r->shell;
@@ -7272,7 +7348,7 @@ static int mesher__collapse_point(mesher__recovery *r, uint32_t v)
     return 0;
 }
 
-/* Removes edges at a vertex of ours by flips, so that less is around it. 1: some went. */
+/* Removes edges at a Steiner point by flips, which makes its star smaller. 1: some were removed. */
 static int mesher__thin_star(mesher__recovery *r, uint32_t v)
 {
     mesher__flips *f = r->flips;
@@ -7280,7 +7356,7 @@ static int mesher__thin_star(mesher__recovery *r, uint32_t v)
     size_t i;
     mesher__note_failure(r, delaunay_vertex_star(r->mesh, r->worker, v, &r->star));
     if (r->status != MESHER_OK || r->star.count == 0 || r->star.count > MESHER__THIN_STAR) return 0;
-    mesher__flips_clear(f, r->mesh, v, v); /* nothing is in the way of an edge from v to v */
+    mesher__flips_clear(f, r->mesh, v, v); /* edge vv crosses nothing */
     f->budget = MESHER__THIN_BUDGET;
     f->num_tried = 0;
     f->work = 0;
@@ -7298,15 +7374,16 @@ static int mesher__thin_star(mesher__recovery *r, uint32_t v)
     return mesher__commit_flips(r, r->flipped);
 }
 
+/* Removes a Steiner point, if either way succeeds. */
 static int mesher__point_goes(mesher__recovery *r, uint32_t v, uint32_t max_points,
                               uint32_t max_nodes)
 {
     return mesher__collapse_point(r, v) || mesher__remove_point(r, v, max_points, max_nodes);
 }
 
-/* Takes out what points of ours can go; 1 if one could. They are worth more effort where they are
- * in the way of points on the surface, or nothing else will be in the mesh, than where refinement
- * adds points anyway. */
+/* Removes Steiner points; returns 1 if one could be removed. It makes more effort where they are in
+ * the way of points on the surface (in_way), or where there is no refinement, which would add
+ * points anyway. */
 static int mesher__remove_points(mesher__recovery *r, int in_way)
 {
     uint32_t start = r->removed;
@@ -7323,7 +7400,8 @@ static int mesher__remove_points(mesher__recovery *r, int in_way)
     return r->removed > start;
 }
 
-/* Vertices that were taken out leave the arrays; those that stay move up, in order. */
+/* Removes vertices that the mesh does not have any more from the arrays; the others move up, in
+ * order. */
 static void mesher__pack_points(mesher__recovery *r)
 {
     delaunay_mesh *mesh = r->mesh;
@@ -7349,11 +7427,13 @@ static void mesher__pack_points(mesher__recovery *r)
     mesh->num_vertices = n;
 }
 
-/* -- split and suppress: for what is still missing. Points on the edge or facet make it come in in
- * pieces; then each point is taken off the surface again, last first: its star is refilled with the
- * edge or facet whole, by a search, or sector by sector between the facets, around a point of its
- * own within the sector. [George et al. 2003] */
+/* -- split and suppress: for what is still missing. A split puts a point on a missing edge or
+ * facet, which comes in as pieces; then the points are taken off the surface again (suppressed),
+ * the last one first. The star of a point is filled again, with the edge or facet whole, by a
+ * search over all of the star, or sector by sector, by a search or around a new point within the
+ * sector. A sector is a part of the star between constrained facets. [George et al. 2003] */
 
+/* Makes an edge no constraint any more, or a constraint again, which counts as missing then. */
 static void mesher__retire_edge(mesher__recovery *r, uint32_t e, int retired)
 {
     if (retired) mesher__set_edge_present(r, e, 1);
@@ -7368,7 +7448,7 @@ static void mesher__retire_facet(mesher__recovery *r, uint32_t f, int retired)
     if (!retired) mesher__set_facet_present(r, f, 0);
 }
 
-/* A new constraint between two mesh vertices; marked if it is there. */
+/* Adds a constrained edge, and marks it if the mesh has it. */
 static void mesher__add_edge_piece(mesher__recovery *r, uint32_t a, uint32_t b, uint32_t origin)
 {
     uint32_t e = r->num_edges++, mask = MESHER__PIECES * 2 - 1, j;
@@ -7412,7 +7492,7 @@ static uint32_t mesher__facet_root(const mesher__recovery *r, uint32_t f)
     return f < r->domain->num_facets ? f : r->facet_origin[f - r->domain->num_facets];
 }
 
-/* An array of count elements gets so many more, zeroed. */
+/* Appends zeroed elements to an array of count elements. If memory runs out, it stays as it is. */
 static void *mesher__widen(mesher__recovery *r, void *old, size_t count, size_t more, size_t size)
 {
     char *block = (char *)delaunay_grow(r->memory, old, count, count + more, size);
@@ -7421,7 +7501,7 @@ static void *mesher__widen(mesher__recovery *r, void *old, size_t count, size_t 
     return block ? block : old;
 }
 
-/* Arrays for pieces, which few surfaces need. 0: no memory. */
+/* Makes room for pieces in all arrays, which few surfaces need. 0: no memory. */
 static int mesher__pieces_room(mesher__recovery *r)
 {
     const size_t edges = r->num_edges, facets = r->num_facets, more = MESHER__PIECES;
@@ -7459,7 +7539,7 @@ static int mesher__split_room(const mesher__recovery *r)
            r->mesh->num_vertices + 1 < r->cap_at;
 }
 
-/* Facets that have an edge and are constraints now, into the split; 0 if they are too many. */
+/* Lists the facets at an edge that are constraints now in the split; 0: too many. */
 static int mesher__facets_of_edge(const mesher__recovery *r, uint32_t e, mesher__split *split)
 {
     const uint32_t *v = r->edges + 2 * (size_t)e;
@@ -7478,7 +7558,8 @@ static int mesher__facets_of_edge(const mesher__recovery *r, uint32_t e, mesher_
     return 1;
 }
 
-/* A clean window around crossings of the pipe, that sees a point of the segment between them. */
+/* Finds a clean window, and in its kernel a point x for a split: of an edge, on segment ab, between
+ * the crossings that the window holds; of a facet, x as it is given. 0: none. */
 static int mesher__splitting_point(mesher__recovery *r, const double *a, const double *b,
                                    int of_facet, double *x)
 {
@@ -7512,7 +7593,7 @@ static int mesher__splitting_point(mesher__recovery *r, const double *a, const d
     return 0;
 }
 
-/* Leaves of a pipe of an edge the crossings in its middle. */
+/* Reduces a long pipe of an edge to the crossings in its middle. */
 static void mesher__pipe_middle(mesher__pipe *p)
 {
     uint32_t i, j;
@@ -7526,9 +7607,10 @@ static void mesher__pipe_middle(mesher__pipe *p)
     }
 }
 
-/* A window and a place in it for a point on a missing edge whose pipe is known. Of a long pipe in
- * the middle: its halves are shorter, and windows all along it would take longer than both. Few
- * kinds of windows first: flips bring in most pieces, wherever they end. */
+/* Finds a window, and in it a place for a point on a missing edge whose pipe is known. In a long
+ * pipe only in the middle: its halves are shorter, and windows all along it would take longer than
+ * both. Attempts by flips try few kinds of windows first: flips bring in most pieces, wherever they
+ * end. */
 static int mesher__edge_split_point(mesher__recovery *r, uint32_t a, uint32_t b, double *x)
 {
     int longer = r->pipe.num_crossings > MESHER__LONG_PIPE, level, found = 0;
@@ -7615,8 +7697,8 @@ static int mesher__split_facet(mesher__recovery *r, uint32_t f)
     return 1;
 }
 
-/* Moves our points that no constraint holds to where their stars are deepest: room beside the
- * surface. */
+/* Moves Steiner points that no constraint has to the deepest points of their stars' kernels, which
+ * makes room beside the surface. */
 static void mesher__relax_points(mesher__recovery *r)
 {
     int round;
@@ -7626,20 +7708,20 @@ static void mesher__relax_points(mesher__recovery *r)
         for (v = r->num_rows; v < r->mesh->num_vertices && !mesher__stopped(r); v++) {
             if (!r->mesh->vertex_tet[v] || (v < r->cap_at && r->missing_edges_at[v]) ||
                 !mesher__shell_of_star(r, v, 0))
-                continue; /* a point of the surface stays, even if all its edges are missing */
+                continue; /* a point on the surface stays, even if all its edges are missing */
             r->work += 20 * (uint64_t)r->num_shell;
             if (mesher__kernel(r, x) > 0) memcpy(r->mesh->vertices[v].x, x, sizeof x);
         }
 }
 
-/* The missing edges from round to round of splits. */
+/* The number of missing edges in the course of the rounds of splits. */
 typedef struct mesher__course {
     uint32_t last, most;
-    int      fell, rises, stays;
+    int      fell, rises, stays; /* it has fallen by half; rounds in which it rose, stayed */
 } mesher__course;
 
-/* Notes the edges missing after a round; 1: they will hardly come. At first their number may rise
- * for some rounds, but not for several after it has fallen by half. */
+/* Notes the number of edges missing after a round. 1: they will hardly come in. The number may rise
+ * for some rounds at first, but not for several in a row after it has fallen by half. */
 static int mesher__course_fails(mesher__course *c, uint32_t missing)
 {
     c->rises = missing > c->last && c->fell ? c->rises + 1 : 0;
@@ -7651,7 +7733,7 @@ static int mesher__course_fails(mesher__course *c, uint32_t missing)
 }
 
 /* Interior points, with the effort of later attempts, for the last few edges that splits do not
- * bring. 1: anything changed. */
+ * bring in. Returns 1 if anything changed. */
 static int mesher__last_edge_points(mesher__recovery *r)
 {
     int first = r->first, changed;
@@ -7662,13 +7744,13 @@ static int mesher__last_edge_points(mesher__recovery *r)
     return changed;
 }
 
-/* Splits what is missing until everything is there, in pieces. */
+/* Splits what is missing until all of it is in the mesh, in pieces. */
 static void mesher__split_all(mesher__recovery *r)
 {
     mesher__course course = {0, 0, 0, 0, 0};
     int round, relaxed = 0, last = 0;
     uint32_t i;
-    uint64_t most = 4 * (uint64_t)r->num_missing_edges + 64; /* pieces of pieces have no end */
+    uint64_t most = 4 * (uint64_t)r->num_missing_edges + 64; /* or splits might never end */
     if (!mesher__pieces_room(r)) return;
     mesher__list_edges(r, 1);
     for (i = 0; i < r->num_wanted; i++) most += r->order[i] >> 32;
@@ -7694,13 +7776,14 @@ static void mesher__split_all(mesher__recovery *r)
             if (last || !mesher__last_edge_points(r)) return;
             last = 1;
         }
-        relaxed = !changed; /* room for points where ours stand in the way, once */
+        relaxed = !changed; /* make room where Steiner points are in the way, once */
         if (relaxed) mesher__remove_points(r, 1);
         if (relaxed) mesher__relax_points(r);
     }
 }
 
-/* The local number of a vertex in a window under construction. */
+/* The number of a vertex in a window under construction, to which it is added if need be; -1: no
+ * room. */
 static int mesher__window_vertex(delaunay_window *w, uint32_t v)
 {
     uint32_t i;
@@ -7711,8 +7794,8 @@ static int mesher__window_vertex(delaunay_window *w, uint32_t v)
     return (int)w->num_vertices++;
 }
 
-/* Constraints whole again in a window: what holds the point of the split goes, the edge and its
- * facets come. */
+/* Makes the constraints of a window whole again: removes those at the split's point, and adds the
+ * edge and its facets, or the facet. */
 static int mesher__window_restore(const mesher__recovery *r, delaunay_window *w,
                                   const mesher__split *split)
 {
@@ -7752,7 +7835,8 @@ static int mesher__window_restore(const mesher__recovery *r, delaunay_window *w,
     return 1;
 }
 
-/* The pieces stop being constraints and the whole is one again, or back. */
+/* whole = 1: the pieces stop being constraints, and the whole edge or facet is one again; 0: the
+ * reverse. */
 static void mesher__switch_split(mesher__recovery *r, const mesher__split *split, int whole)
 {
     uint32_t i;
@@ -7763,9 +7847,9 @@ static void mesher__switch_split(mesher__recovery *r, const mesher__split *split
     for (i = 0; i < split->num_facets; i++) mesher__retire_facet(r, split->facets[i], !whole);
 }
 
-/* Marks a split's edge, whole again, in all tetrahedra around it. Its point was on it up to a
- * rounding: the edge may have come before, beside the point, and have tetrahedra outside the
- * cavity. */
+/* Marks a split's edge, which is whole again, in all tetrahedra around it. Its point was on it only
+ * up to rounding: the mesh may have had the edge before, beside the point, and have tetrahedra
+ * around it outside the cavity. */
 static void mesher__mark_whole_edge(mesher__recovery *r, const mesher__split *split)
 {
     const uint32_t *ab = r->edges + 2 * (size_t)split->edge;
@@ -7774,7 +7858,7 @@ static void mesher__mark_whole_edge(mesher__recovery *r, const mesher__split *sp
                               : DELAUNAY_ERROR_INTERNAL);
 }
 
-/* Commits num_new tetrahedra of r->commit in place of r->star, without the split. */
+/* Commits num_new tetrahedra of r->commit in place of those of r->star, and ends the split. */
 static int mesher__commit_whole(mesher__recovery *r, mesher__split *split, uint32_t num_new)
 {
     mesher__switch_split(r, split, 1);
@@ -7789,7 +7873,7 @@ static int mesher__commit_whole(mesher__recovery *r, mesher__split *split, uint3
     return 1;
 }
 
-/* A search over the whole star of the point. */
+/* Takes the point off the surface by a search over its whole star. */
 static int mesher__suppress_by_search(mesher__recovery *r, mesher__split *split, uint32_t max_nodes)
 {
     delaunay_window *w = &r->window;
@@ -7810,8 +7894,8 @@ static int mesher__suppress_by_search(mesher__recovery *r, mesher__split *split,
     return mesher__commit_whole(r, split, s->num_tets);
 }
 
-/* The sector of the star that holds tetrahedron number first: numbers into sector; those it meets
- * through constrained facets stay out. */
+/* Enters number into sector for all tetrahedra of the star that are reached from tetrahedron first
+ * without crossing a constrained facet. */
 static void mesher__flood_sector(const mesher__recovery *r, uint32_t vertex, uint32_t first,
                                  uint32_t count, uint32_t number, uint32_t *sector)
 {
@@ -7833,8 +7917,8 @@ static void mesher__flood_sector(const mesher__recovery *r, uint32_t vertex, uin
     }
 }
 
-/* What a vertex of a facet at the split's point stands for once the facet is whole; 0: another
- * facet stands for it. */
+/* w: a piece of a facet, at the split's point. Returns the vertex that takes the point's place when
+ * the facet is whole; 0: none, as another piece becomes the whole facet. */
 static uint32_t mesher__whole_vertex(const mesher__recovery *r, const mesher__split *split,
                                      const uint32_t *w)
 {
@@ -7852,7 +7936,7 @@ static uint32_t mesher__whole_vertex(const mesher__recovery *r, const mesher__sp
     }
 }
 
-/* Is t one of the tetrahedra of a sector? */
+/* Is t a tetrahedron of the sector? */
 static int mesher__in_sector(const mesher__recovery *r, const uint32_t *sector, uint32_t number,
                              delaunay_handle t)
 {
@@ -7862,7 +7946,7 @@ static int mesher__in_sector(const mesher__recovery *r, const uint32_t *sector, 
     return 0;
 }
 
-/* The polyhedron of a sector with the facets whole, as the shell. Returns 0 if it is too large. */
+/* Makes the boundary of a sector the shell, with the split facets whole. 0: it is too large. */
 static int mesher__sector_shell(mesher__recovery *r, const mesher__split *split,
                                 const uint32_t *sector, uint32_t number)
 {
@@ -7891,8 +7975,8 @@ static int mesher__sector_shell(mesher__recovery *r, const mesher__split *split,
     return r->num_shell > 0;
 }
 
-/* Takes the tetrahedra behind facets of a sector that x does not see into it. Returns 0 if nothing
- * is in the way, or a constraint is, or too many would go. */
+/* Adds the tetrahedra behind those facets of a sector that x does not see to it. Returns 0 if there
+ * are none, if a constraint is in the way, or if they are too many. */
 static int mesher__grow_sector(mesher__recovery *r, uint32_t *sector, uint32_t number,
                                const double *x, size_t most)
 {
@@ -7915,7 +7999,7 @@ static int mesher__grow_sector(mesher__recovery *r, uint32_t *sector, uint32_t n
     return r->star.count > before;
 }
 
-/* Has a facet of the shell both vertices? */
+/* Has a facet of the shell both vertices a and b, which may be equal? */
 static int mesher__on_shell(const mesher__recovery *r, uint32_t a, uint32_t b)
 {
     uint32_t i;
@@ -7927,7 +8011,8 @@ static int mesher__on_shell(const mesher__recovery *r, uint32_t a, uint32_t b)
     return 0;
 }
 
-/* May what is inside a grown sector vanish? Only points of ours, and no constraint. */
+/* May what is inside a grown sector vanish? Vertices only if they are Steiner points; constrained
+ * edges only if they are at the split's point. */
 static int mesher__sector_is_free(const mesher__recovery *r, const mesher__split *split,
                                   const uint32_t *sector, uint32_t number)
 {
@@ -7949,8 +8034,8 @@ static int mesher__sector_is_free(const mesher__recovery *r, const mesher__split
     return 1;
 }
 
-/* A point that sees all of a sector, no farther from the split's than about so far. The sector
- * grows where only what may go is in the way. */
+/* A point that sees all of a sector's boundary, about within a distance of the split's point. The
+ * sector grows where something that is no constraint is in the way. 0: none. */
 static int mesher__point_within(mesher__recovery *r, const mesher__split *split, uint32_t *sector,
                                 uint32_t number, double distance, double *x)
 {
@@ -7968,7 +8053,7 @@ static int mesher__point_within(mesher__recovery *r, const mesher__split *split,
     }
 }
 
-/* The same, from far to near. */
+/* The same, with distances from far to near; what the sector takes in may all vanish. */
 static int mesher__grown_point(mesher__recovery *r, const mesher__split *split, uint32_t *sector,
                                uint32_t number, double *x)
 {
@@ -7994,7 +8079,7 @@ static int mesher__grown_point(mesher__recovery *r, const mesher__split *split, 
     return 0;
 }
 
-/* The shell as a window without tetrahedra, for a search; 0 if it has too many vertices. */
+/* Makes a window of the shell, without tetrahedra, for a search; 0: it has too many vertices. */
 static int mesher__window_of_shell(mesher__recovery *r)
 {
     delaunay_window *w = &r->window;
@@ -8010,8 +8095,8 @@ static int mesher__window_of_shell(mesher__recovery *r)
     return 1;
 }
 
-/* Fills the shell of a sector: by a search, or around a new point. Tetrahedra after *num_new in
- * r->commit. */
+/* Fills the shell of a sector: by a search, or around a new point. Appends the tetrahedra to the
+ * *num_new in r->commit. */
 static int mesher__fill_sector(mesher__recovery *r, const mesher__split *split, uint32_t *sector,
                                uint32_t number, uint32_t *num_new)
 {
@@ -8042,7 +8127,7 @@ static int mesher__fill_sector(mesher__recovery *r, const mesher__split *split, 
     return 1;
 }
 
-/* Vertices of r->star, without the split's, that r->commit does not have. */
+/* How many vertices r->star has, besides the split's point, that r->commit does not have. */
 static uint32_t mesher__points_lost(mesher__recovery *r, const mesher__split *split,
                                     uint32_t num_new)
 {
@@ -8057,7 +8142,7 @@ static uint32_t mesher__points_lost(mesher__recovery *r, const mesher__split *sp
     return lost;
 }
 
-/* Sector by sector. */
+/* Takes the point of r->star off the surface by filling its star sector by sector. */
 static int mesher__suppress_by_sectors(mesher__recovery *r, mesher__split *split)
 {
     uint32_t sector[DELAUNAY_WINDOW_TETS], i, number = 0, num_new = 0,
@@ -8083,7 +8168,7 @@ static int mesher__suppress_by_sectors(mesher__recovery *r, mesher__split *split
     return 0;
 }
 
-/* Is a constraint that was made by one split part of another, later one that still stands? */
+/* Has a piece that split i made been split again, by one that still stands? */
 static int mesher__split_again(const mesher__recovery *r, uint32_t i)
 {
     const mesher__split *split = &r->splits[i];
@@ -8104,8 +8189,8 @@ static int mesher__split_again(const mesher__recovery *r, uint32_t i)
     return 0;
 }
 
-/* Takes a point off the surface after another one there has moved to x, which its star must see;
- * if that does not help, it moves back. */
+/* Takes a point off the surface after vertex v, another point on it, has moved to x, which has to
+ * be in the kernel of the star of v. If that does not help, v moves back. */
 static int mesher__suppress_moved(mesher__recovery *r, mesher__split *split, uint32_t v,
                                   const double *x)
 {
@@ -8121,7 +8206,8 @@ static int mesher__suppress_moved(mesher__recovery *r, mesher__split *split, uin
     return 0;
 }
 
-/* A vertex of ours moves to the other side of a facet, if that lets a point go off the surface. */
+/* Takes a point off the surface after Steiner point v has moved to one side of a facet's plane, or
+ * to the other. */
 static int mesher__suppress_across(mesher__recovery *r, mesher__split *split, uint32_t v,
                                    const uint32_t *facet)
 {
@@ -8136,9 +8222,9 @@ static int mesher__suppress_across(mesher__recovery *r, mesher__split *split, ui
     return 0;
 }
 
-/* Between two facets of an edge that lie in one plane but for a rounding, as pieces of one facet
- * do, there may be no room for them when they are whole: where the rounding is of a point of ours,
- * it moves. */
+/* Between two facets of an edge that lie in one plane up to rounding, as pieces of one facet do,
+ * there may be no room when they are whole. Where the rounding is that of a Steiner point, this
+ * point is moved. */
 static int mesher__suppress_by_moves(mesher__recovery *r, mesher__split *split)
 {
     const uint32_t *ab;
@@ -8158,7 +8244,7 @@ static int mesher__suppress_by_moves(mesher__recovery *r, mesher__split *split)
     return 0;
 }
 
-/* Takes one point off the surface, if it can. */
+/* Takes one point off the surface, if that is possible; with more effort after the first pass. */
 static int mesher__suppress(mesher__recovery *r, mesher__split *split, int pass)
 {
     mesher__note_failure(r, delaunay_vertex_star(r->mesh, r->worker, split->vertex, &r->star));
@@ -8168,8 +8254,8 @@ static int mesher__suppress(mesher__recovery *r, mesher__split *split, int pass)
                           mesher__suppress_by_moves(r, split))));
 }
 
-/* Takes the points off the surface, last first, as far as that goes; not on and on where many stay
- * and none went. */
+/* Takes as many points off the surface as possible, the last one first, in passes; ends early if
+ * many points stay and a pass removed none. */
 static void mesher__suppress_all(mesher__recovery *r)
 {
     uint32_t left = r->num_splits, before, i;
@@ -8192,6 +8278,7 @@ static void mesher__suppress_all(mesher__recovery *r)
     }
 }
 
+/* How many points were not taken off the surface. */
 static uint32_t mesher__points_on_surface(const mesher__recovery *r)
 {
     uint32_t i, n = 0;
@@ -8199,7 +8286,7 @@ static uint32_t mesher__points_on_surface(const mesher__recovery *r)
     return n;
 }
 
-/* -- the whole */
+/* -- the whole recovery */
 
 static void mesher__recovery_free(mesher__recovery *r)
 {
@@ -8257,7 +8344,7 @@ static void mesher__recovery_free(mesher__recovery *r)
 }
 
 /* How far rounding to doubles may take a vertex off a plane: some units in the last place of the
- * largest coordinate. What was rounded to less is measured, see mesher__bend. */
+ * largest coordinate. If coordinates have fewer digits, mesher__bend estimates it. */
 static double mesher__rounding(const mesher_domain *domain)
 {
     const delaunay_mesh *mesh = &domain->mesh;
@@ -8270,7 +8357,7 @@ static double mesher__rounding(const mesher_domain *domain)
     return most * (1.0 / 70368744177664.0);
 }
 
-/* All arrays; NULL when out of memory. */
+/* Allocates a recovery with all arrays; NULL when out of memory. */
 static mesher__recovery *mesher__recovery_new(mesher_domain *domain, mesher_report *report)
 {
     delaunay_memory *memory = &domain->memory;
@@ -8328,7 +8415,7 @@ static mesher__recovery *mesher__recovery_new(mesher_domain *domain, mesher_repo
     return r;
 }
 
-/* Edges, then facets, then interior points for what is left, over and over. */
+/* Brings in edges, then facets, and adds interior points for what is left, over and over. */
 static void mesher__recover_all(mesher__recovery *r)
 {
     int round;
@@ -8387,7 +8474,8 @@ static void mesher__report_missing(mesher__recovery *r)
             (unsigned long)r->num_missing_edges, (unsigned long)r->num_missing_facets);
 }
 
-/* Points that did not come off the surface: allowed, or a failure; listed in either case. */
+/* Reports the points that could not be taken off the surface: as notes where they are allowed, else
+ * as a failure. */
 static mesher_result mesher__report_splits(mesher__recovery *r)
 {
     int allowed = r->domain->options.allow_surface_steiner;
@@ -8412,15 +8500,17 @@ static mesher_result mesher__report_splits(mesher__recovery *r)
     return allowed ? MESHER_OK : MESHER_ERROR_RECOVERY;
 }
 
-/* Is so little missing that points on the surface may help? */
+/* Is so little missing that points on the surface may help? In later attempts they are tried
+ * anyway. */
 static int mesher__worth_splits(const mesher__recovery *r)
 {
     return !r->first || r->num_missing_edges <= MESHER__FEW_SPLITS;
 }
 
-/* One attempt on the empty mesh as it is. *again: 1: isolated points have to be left out first;
- * more: it failed, and the attempt one less further on is worth its while (not one by flips again,
- * in another order, where hardly an edge came in by points); nothing is reported then. */
+/* One attempt on the empty mesh. *again is 0: this was the last one; 1: the same attempt is to be
+ * made again, as isolated vertices have to be left out first; n > 1: it failed, nothing is
+ * reported, and attempt + n - 1 should be made next (where hardly an edge came in by points, no
+ * other one by flips, but the first of the later ones). */
 static mesher_result mesher__recover_once(mesher_domain *domain, mesher_report *report, int attempt,
                                           int *again)
 {
@@ -8478,7 +8568,7 @@ static mesher_result mesher__recover_once(mesher_domain *domain, mesher_report *
             result = mesher__report_splits(r);
         }
     }
-    if (r->status == MESHER_OK) mesher__pack_points(r); /* what is reported has the old numbers */
+    if (r->status == MESHER_OK) mesher__pack_points(r); /* findings use the old numbers */
     if (r->status != MESHER_OK) result = r->status;
     if (report) report->interior_steiner = r->added - r->removed;
     mesher__recovery_free(r);
