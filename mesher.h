@@ -20,43 +20,58 @@
  *
  * CONTENTS (search for the tag)
  *   >>dependencies    how this file finds delaunay.h
- *   >>types           status codes, surface, options, findings, report, the domain
+ *   >>types           status codes, surface, options, findings, report, domain, output
  *   >>everyday        check, weld, mesh, divide, export
  *   >>expert          the stages by themselves
  *   >>surface         cheap checks; unique facets and edges
  *   >>check           every defect of a surface, with ids and coordinates
- *   >>empty           Delaunay of the vertices within a box       [Marot 2020, 5]
- *   >>recover         every edge and facet of the input
- *   >>regions         cells coloured by flood fill; policies
- *   >>size            what edge length is wanted where             [Marot 2020, 7]
+ *   >>empty           Delaunay triangulation of the vertices in a box    [Marot 2020, 5]
+ *   >>recover         every edge and facet of the input becomes one of the mesh
+ *   >>regions         cells, found by flood fill; which of them are kept
+ *   >>size            the wanted edge length as a function of the place  [Marot 2020, 7]
  *   >>divide          a surface with shorter edges, before it is meshed  [Rivara 1984]
- *   >>refine          lattices, points placed, filtered, inserted  [Marot 2020, 5]
+ *   >>refine          lattices; points proposed, filtered, inserted      [Marot 2020, 5]
  *   >>public          the everyday functions
  *
  * WHAT IT DOES NOT DO
- *   Repair: a surface that intersects itself is refused, with the pairs; vertices that a rounding
- *   parted are put together by mesher_weld alone. Curved surfaces and elements, anisotropic sizes,
- *   coarsening. The triangles stay, so tetrahedra under large ones among small sizes are flat:
- *   mesher_refine_surface divides them first, within their planes. What refinement leaves is fair;
- *   good tetrahedra are the work of spr.h.
+ *   Repair: a surface that intersects itself is refused, and the intersecting pairs are reported;
+ *   only mesher_weld merges vertices that rounding has separated. Curved surfaces and elements,
+ *   anisotropic sizes, coarsening. The input triangles are kept, so where small sizes are asked for
+ *   beside large triangles, the tetrahedra on these are flat: mesher_refine_surface divides such
+ *   triangles first, within their planes. Refinement leaves tetrahedra of fair quality; spr.h
+ *   improves them.
+ *
+ * WORDS
+ *   line      an edge that the caller asks for (mesher_surface.edges), beside those of triangles
+ *   facet     a distinct triangle of the surface; duplicates, in either orientation, are one facet
+ *   cell      a connected part of space without the facets; the unbounded one is the outside
+ *   region    a bounded cell; if it is kept, its tetrahedra are in the output and have its number
+ *   sheet     a facet, or several joined, with the same cell on both sides
+ *   survivor  of vertices with equal coordinates the first, which stands for all of them
+ *   size      wanted edge length
+ *   extent    of a surface: the largest difference of its vertices in a coordinate
  *
  * HOW IT WORKS
- *   1. The surface: equal vertices become one, equal triangles too; cheap checks.
- *   2. The empty mesh: the Delaunay triangulation of the vertices, in a box.
- *   3. Recovery. Edges and facets that are not there are brought in by flips of the tetrahedra that
- *      they cross, by searching small windows of the mesh for tetrahedra with fewer crossings
- *      (delaunay_reconnect), by points inside, and at last by points on the surface that are taken
- *      off it again. Every sign is exact. The search for what intersects runs where this is slow.
- *   4. Regions: cells between the facets, by flood fill, nested as the facets tell.
- *   5. Sizes at the vertices, bounded by the gradation; between them the empty mesh interpolates.
- *   6. Refinement: body-centred lattices where the sizes allow, grown side by side; then points at
- *      or near circumcentres of what is too large or flat, in sweeps. Points are filtered by a grid,
- *      sorted along a curve, and inserted in star-shaped cavities that respect the facets; the
- *      threads take sections of the curve that depend on the points alone.
+ *   1. The surface: equal vertices and duplicate triangles are merged; cheap checks.
+ *   2. The empty mesh: the Delaunay triangulation of the vertices and the corners of a large box.
+ *   3. Recovery. Edges and facets of the surface that the empty mesh lacks are brought in: by flips
+ *      of the tetrahedra that they cross, by searches of small windows of the mesh for tetrahedra
+ *      with fewer crossings (delaunay_reconnect), by Steiner points inside, and at last by Steiner
+ *      points on the surface, which are removed from it again. Every sign is exact. The test for
+ *      intersections runs only if recovery takes long, or fails.
+ *   4. Regions: the cells, found by flood fill; the depth and the winding number of a cell follow
+ *      from the facets between it and the outside.
+ *   5. Sizes: set at the vertices and bounded by the gradation; elsewhere interpolated in the mesh
+ *      as it was before refinement.
+ *   6. Refinement: body-centred lattices, one beside the other, where the sizes allow; then, in
+ *      sweeps, points at or near the circumcentres of tetrahedra that are too large or flat. Points
+ *      are filtered by a grid, sorted along a space-filling curve, and inserted in star-shaped
+ *      cavities that respect the facets. Each thread takes sections of the curve; the sections
+ *      depend on the points alone.
  *
  * LIMITS
  *   Coordinates up to 1e60, an extent of 1e-60 at least; 2^32 - 25 vertices, 1.4 * 10^9 triangles
- *   and lines together. Of tetrahedra, those of delaunay.h.
+ *   and lines together. The number of tetrahedra is limited as in delaunay.h.
  *
  * COMPILE-TIME SWITCHES
  *   MESHER_IMPLEMENTATION     implementation file  the bodies (and those of the three it needs)
@@ -117,7 +132,7 @@ extern "C" {
 
 /* ---- >>types ------------------------------------------------------------------------------ */
 
-/* As delaunay_result; positive: the mesh is valid. */
+/* The first eight are those of delaunay_result. Positive: the mesh is valid. */
 typedef enum mesher_result {
     MESHER_OK                     = 0,
     MESHER_STOPPED_BY_BUDGET      = 1,
@@ -131,23 +146,23 @@ typedef enum mesher_result {
     MESHER_ERROR_RECOVERY         = -65  /* an edge or facet could not be recovered: findings */
 } mesher_result;
 
-/* The caller's surface: plain arrays, any orientation, any number of shells and sheets. Zero what
- * is absent. */
+/* The caller's surface: plain arrays; triangles in any orientation, any number of shells and
+ * sheets. Members that are not used must be zero. */
 typedef struct mesher_surface {
     const double   *xyz;            /* 3*num_vertices */
     size_t          num_vertices;
-    /* num_vertices, or NULL; nonzero: where no triangle or line has it, the vertex stays out of the
-     * mesh, without a note */
+    /* num_vertices flags, or NULL. A vertex with a nonzero flag is left out of the mesh, without a
+     * note, unless a triangle or line uses it */
     const uint8_t  *left_out;
     const uint32_t *triangles;      /* 3*num_triangles indices into the vertices */
     const int32_t  *triangle_tags;  /* num_triangles, or NULL: all 1 */
     size_t          num_triangles;
     const uint32_t *edges;          /* 2*num_edges: lines that must be edges of the mesh too */
-    const int32_t  *edge_tags;
+    const int32_t  *edge_tags;      /* num_edges, or NULL: all 1 */
     size_t          num_edges;
-    /* 3*num_seeds: for MESHER_REGIONS_SEEDS, points inside cells to keep ... */
+    /* 3*num_seeds: for MESHER_REGIONS_SEEDS, points in cells that are to be kept or removed */
     const double   *seeds;
-    /* ... and their region numbers (> 0; NULL: 1, 2, ..); 0: a hole */
+    /* num_seeds, or NULL: 1, 2, ..; the number of the region around the seed; 0: a hole */
     const int32_t  *seed_tags;
     size_t          num_seeds;
 } mesher_surface;
@@ -155,81 +170,89 @@ typedef struct mesher_surface {
 /* Which bounded cells are kept as regions. */
 typedef enum mesher_regions {
     MESHER_REGIONS_ALL,     /* every bounded cell is a region of its own */
-    /* a cell is kept if an odd number of facets lies between it and the outside */
+    /* a cell is kept if its depth, the least number of facets between it and the outside, is odd */
     MESHER_REGIONS_PARITY,
-    /* a cell is kept if its winding number by the facets' orientation is not 0 */
+    /* a cell is kept if its winding number, by the facets' orientation, is not 0 */
     MESHER_REGIONS_WINDING,
-    /* cells that contain a seed with a tag > 0; if no such seed is given, all but holes. Of seeds
-     * in one cell the first counts; those in none are noted */
+    /* cells that contain a seed with a tag > 0 are kept; if there is no such seed, all cells but
+     * the holes. If a cell contains several seeds, the first one counts; seeds in no bounded cell
+     * are noted */
     MESHER_REGIONS_SEEDS
 } mesher_regions;
 
-/* Where a size is wanted: size within radius of the shape, growing by slope per unit of length from
- * there. */
+/* A source asks for its size within radius of its shape; from there on the size grows by slope per
+ * unit of length. */
 typedef enum mesher_shape {
-    MESHER_SHAPE_BALL,    /* around the point xyz[0..2]; radius 0: the point */
+    MESHER_SHAPE_BALL,    /* the point xyz[0..2]: with the radius, a ball */
     MESHER_SHAPE_BOX,     /* along the axes; xyz[0..2] and xyz[3..5]: any two opposite corners */
     MESHER_SHAPE_SEGMENT, /* between xyz[0..2] and xyz[3..5] */
     MESHER_SHAPE_TRIANGLE /* with corners xyz[0..2], xyz[3..5] and xyz[6..8] */
 } mesher_shape;
 typedef struct mesher_source {
     mesher_shape shape;
-    double xyz[9], radius;
+    double xyz[9], radius; /* radius: 0 or more */
     double size;  /* > 0 */
-    double slope; /* 0: that of the gradation, or 0.4; infinite: the field ends at the border */
+    double slope; /* 0: gradation - 1, or 0.4 without gradation; infinite: nothing beyond */
 } mesher_source;
 
-/* Sizes at the nodes of a regular grid, interpolated trilinearly; outside, those of the nearest
- * place in it. */
+/* Sizes at the nodes of a regular grid, interpolated trilinearly between them; outside the grid,
+ * the size at its nearest place. */
 typedef struct mesher_size_grid {
     double        origin[3], spacing[3];
     uint32_t      count[3]; /* nodes on each axis, 2 at least */
-    /* count[0]*count[1]*count[2], the first axis fastest; <= 0 or NaN: no wish around it */
+    /* count[0]*count[1]*count[2], the first axis fastest; <= 0 or NaN: nothing asked for around
+     * this node */
     const double *size;
 } mesher_size_grid;
 
 typedef struct mesher_options {
     delaunay_host  host;
     mesher_regions regions;
-    int    no_refine;             /* the surface recovered, with few points, and nothing else */
-    /* at the very last, points on edges and facets of the surface; counted, listed */
+    /* end after the regions: only the points that recovery needs are added to the surface's */
+    int    no_refine;
+    /* where nothing else helps, leave points on edges and facets of the surface; they are counted
+     * and listed in the report */
     int    allow_surface_steiner;
-    int    no_intersection_test;  /* only cheap checks: of mesher_check, and where mesher_mesh fails */
-    /* vertices in no triangle or line stay out of the mesh; else they are nodes of it */
+    /* no search for intersecting pairs in mesher_check, nor in mesher_mesh after the cheap checks
+     * have found a defect; where recovery takes long or fails, mesher_mesh makes it anyway */
+    int    no_intersection_test;
+    /* vertices in no triangle or line are left out of the mesh; 0: they are nodes of it */
     int    drop_unused;
-    /* wanted edge length, at most; 0: from the surface alone, where edges inside are 1.3 times
-     * as long as those around them */
+    /* no size is larger; 0: the surface alone decides, and sizes inside are 1.3 times the length of
+     * the surface's edges around them */
     double size;
-    /* all sizes but the bounds, and those of layers and curvature, times this; 0: 1 */
+    /* factor of all sizes but min_size, max_size, and those of layers and curvature; 0: 1 */
     double size_factor;
-    double min_size, max_size;    /* bounds of the size field; 0: none */
-    /* largest ratio of sizes one edge apart; 0: 2 off the surface, whose edges may change
-     * abruptly, and 1.4 around sources */
+    double min_size, max_size;    /* bounds of all sizes; 0: none */
+    /* largest ratio of the sizes at both ends of an edge that has the smaller size as its length
+     * (sizes grow by gradation - 1 per unit of length); 0: 2 in general, as the lengths of a
+     * surface's edges may change abruptly, and 1.4 around sources */
     double gradation;
-    /* > 1: sizes grow inwards by this ratio, instead of interpolating the surface's */
+    /* > 1: away from the surface sizes grow by this ratio, instead of being interpolated between
+     * its sizes */
     double growth;
-    /* > 0: about so many tetrahedra between facets that face each other, or more; not between those
-     * that share a vertex */
+    /* > 0: about so many tetrahedra, or more, between facets that face each other; not between
+     * facets that share a vertex */
     double layers;
-    /* > 0: an edge beside a curved surface spans at most this angle of it; what is beyond a crease
-     * of more than 45 degrees does not count */
+    /* > 0: an edge at a curved surface spans at most this angle of it; facets beyond a crease of
+     * more than 45 degrees do not count */
     double curvature_degrees;
-    /* Sizes that the caller wants. Vertices: instead of the mean of the surface's edges there, one
-     * a vertex of the surface, <= 0 or NaN: that mean; NULL: none. All others are combined by the
-     * minimum: of regions (region_sizes[number - 1], <= 0: none), sources, a grid (NULL: none), and
-     * the function below. */
+    /* Sizes that the caller asks for. vertex_sizes: one for each vertex of the surface, instead of
+     * the mean length of the surface's edges there; <= 0 or NaN: that mean; NULL: all by the mean.
+     * Of these and all the following the minimum counts: region_sizes[number - 1] in each region
+     * (<= 0: nothing asked for), sources, a grid (or NULL), and size_function. */
     const double           *vertex_sizes;
     const double           *region_sizes; size_t num_region_sizes;
     const mesher_source    *sources;      size_t num_sources;
     const mesher_size_grid *size_grid;
-    /* Size field in batches, called by several threads at once: out[i] = wanted length at xyz+3*i,
-     * in the region of that number; <= 0 or NaN: no wish. The same place must get the same answer.
-     * May be NULL. */
+    /* A size field, asked in batches, by several threads at once; or NULL. out[i] = size at
+     * xyz + 3*i, which is in the region of number region[i]; <= 0 or NaN: nothing asked for. The
+     * same place must always get the same answer. */
     void (*size_function)(void *user, size_t count, const double *xyz, const uint32_t *region,
                           double *out);
     void  *size_user;
-    /* Budgets of refinement; 0: none. There is a mesh however small they are; host.progress can
-     * cancel what comes before it. */
+    /* Budgets of refinement; 0: none. There is a valid mesh however small they are. They do not
+     * end the stages before refinement; host.progress can cancel these. */
     uint64_t max_vertices, max_tets; double max_seconds;
 } mesher_options;
 
@@ -237,41 +260,41 @@ typedef struct mesher_options {
 
 /* Defects make a surface invalid; notes do not. */
 typedef enum mesher_kind {
-    MESHER_NOTE_DUPLICATE_VERTEX,
-    MESHER_NOTE_UNUSED_VERTEX,
-    MESHER_NOTE_REPEATED_INDEX,
-    MESHER_NOTE_DUPLICATE_TRIANGLE,
-    MESHER_NOTE_OPPOSITE_TRIANGLE,
-    MESHER_NOTE_FLIPPED_TRIANGLE,
-    MESHER_NOTE_OPEN_EDGE,
-    MESHER_NOTE_NON_MANIFOLD_EDGE,
-    MESHER_NOTE_SHEET,
-    MESHER_NOTE_SHELL_FILLED,
-    MESHER_NOTE_SURFACE_STEINER,
-    /* ends of open edges that differ by a rounding, MESHER_NEARLY of the surface's extent: were
-     * they meant to be one? mesher_weld makes them so */
+    MESHER_NOTE_DUPLICATE_VERTEX,   /* vertices[0] has the coordinates of vertices[1] */
+    MESHER_NOTE_UNUSED_VERTEX,      /* in no triangle or line; left out if on triangles[0] */
+    MESHER_NOTE_REPEATED_INDEX,     /* a triangle or line with equal corners: it is ignored */
+    MESHER_NOTE_DUPLICATE_TRIANGLE, /* the same vertices and orientation as another */
+    MESHER_NOTE_OPPOSITE_TRIANGLE,  /* the same vertices, turned over */
+    MESHER_NOTE_FLIPPED_TRIANGLE,   /* two at an edge that disagree in orientation */
+    MESHER_NOTE_OPEN_EDGE,          /* an edge of one facet only */
+    MESHER_NOTE_NON_MANIFOLD_EDGE,  /* an edge of more than two facets */
+    MESHER_NOTE_SHEET,              /* a facet with the same cell on both sides */
+    MESHER_NOTE_SHELL_FILLED,       /* a region within another one that may be meant as a void */
+    MESHER_NOTE_SURFACE_STEINER,    /* a point that recovery has left on the surface */
+    /* two ends of open edges that differ by MESHER_NEARLY of the surface's extent at most, perhaps
+     * by rounding alone; mesher_weld makes them equal */
     MESHER_NOTE_NEAR_VERTEX,
-    MESHER_NOTE_OUTSIDE_LINE, /* a line in no kept cell: it is not in the output */
+    MESHER_NOTE_OUTSIDE_LINE, /* a line in no kept cell: no tetrahedron of the output has it */
     MESHER_NOTE_OUTSIDE_SEED, /* a seed in no bounded cell: vertices[0] is its number */
     MESHER_DEFECT_FIRST,
-    MESHER_DEFECT_NOT_FINITE = MESHER_DEFECT_FIRST,
-    MESHER_DEFECT_RANGE,
-    MESHER_DEFECT_INDEX,
-    MESHER_DEFECT_COLLINEAR,
-    MESHER_DEFECT_T_JUNCTION,
-    MESHER_DEFECT_OVERLAP,
-    MESHER_DEFECT_INTERSECTION,
-    MESHER_DEFECT_FLAT,
-    MESHER_DEFECT_NO_CELL,
+    MESHER_DEFECT_NOT_FINITE = MESHER_DEFECT_FIRST, /* a coordinate: NaN or infinite */
+    MESHER_DEFECT_RANGE,        /* a coordinate beyond 1e60, or an extent below 1e-60 */
+    MESHER_DEFECT_INDEX,        /* vertices[0] is no vertex */
+    MESHER_DEFECT_COLLINEAR,    /* a triangle with its corners on a straight line */
+    MESHER_DEFECT_T_JUNCTION,   /* a vertex on an edge or facet that does not have it */
+    MESHER_DEFECT_OVERLAP,      /* two facets in one plane whose interiors meet */
+    MESHER_DEFECT_INTERSECTION, /* two facets or lines cross each other */
+    MESHER_DEFECT_FLAT,         /* all facets lie in one plane */
+    MESHER_DEFECT_NO_CELL,      /* the surface encloses no volume */
     MESHER_DEFECT_NONE_KEPT,  /* there are cells, but mesher_options.regions keeps none of them */
-    MESHER_DEFECT_OUTSIDE_FACET,
-    MESHER_DEFECT_RECOVERY,
+    MESHER_DEFECT_OUTSIDE_FACET, /* a facet with the outside on both sides */
+    MESHER_DEFECT_RECOVERY,     /* an edge or facet that could not be recovered */
     MESHER_NUM_KINDS
 } mesher_kind;
 
-/* One finding: what, which of the caller's triangles and vertices, where. Unused ids:
- * DELAUNAY_NO_ID. A line of the caller's counts as triangle num_triangles + line, here and in
- * edge_source. */
+/* One finding: its kind, the caller's triangles and vertices concerned, and the place. Unused ids
+ * are DELAUNAY_NO_ID. The caller's lines are numbered after the triangles: line i has the id
+ * num_triangles + i, here and in mesher_domain.edge_source. */
 typedef struct mesher_finding {
     mesher_kind kind;
     uint32_t    triangles[2];
@@ -280,122 +303,130 @@ typedef struct mesher_finding {
 } mesher_finding;
 
 typedef struct mesher_report {
-    /* in: room for findings, the caller's; the first ones are kept, all are counted */
+    /* in: the caller's room for findings. As many as fit are kept, defects before notes; all are
+     * counted */
     mesher_finding *findings;
     size_t          cap_findings;
     /* out */
     uint64_t input_vertices, input_triangles; /* of the surface */
     size_t   num_findings;                   /* written to findings */
-    uint64_t counts[MESHER_NUM_KINDS];       /* of each kind, all of them */
-    uint64_t num_vertices, num_tets, num_regions; /* of the mesh */
-    uint64_t missing_edges, missing_facets;  /* of the input in the empty mesh */
-    uint64_t interior_steiner, surface_steiner;
-    uint64_t refined_vertices, refinement_sweeps;
-    /* answers of the size function that were no size: NaN, 0, negative */
+    uint64_t counts[MESHER_NUM_KINDS];       /* findings of each kind, kept or not */
+    uint64_t num_vertices, num_tets, num_regions; /* of the output */
+    uint64_t missing_edges, missing_facets;  /* of the surface: those that the empty mesh lacks */
+    uint64_t interior_steiner, surface_steiner; /* points of recovery that stay */
+    uint64_t refined_vertices, refinement_sweeps; /* vertices that refinement added; its sweeps */
+    /* answers of the size function that are no size: NaN, 0, negative */
     uint64_t size_ignored;
     double seconds_check, seconds_empty, seconds_recover, seconds_regions, seconds_size,
         seconds_refine;
-    double   seconds_detect;                 /* of the recovery: what is missing? */
-    /* edge length / wanted; share within [0.7, 1.4] */
+    double   seconds_detect;                 /* part of recovery: the search for what is missing */
+    /* length / wanted length of edges with an end that refinement has added: percentiles, and the
+     * share of these edges within [0.7, 1.4] */
     double   size_p10, size_p50, size_p90, size_in_band;
     size_t   peak_bytes;
-    /* a sentence that says what and where, or which budget ended it; empty on MESHER_OK */
+    /* a sentence: what is wrong and where, or which budget ended the call; empty on MESHER_OK */
     char     message[512];
 } mesher_report;
 
+/* A bounded cell. */
 typedef struct mesher_region {
-    uint32_t number;        /* colour of its tetrahedra, 1 .. */
-    uint32_t first_facet;   /* smallest triangle of the caller's on its boundary */
-    /* facets between it and the outside, at least; 1: it touches the outside */
+    uint32_t number;        /* colour of its tetrahedra, 1 ..; 0: not kept */
+    uint32_t first_facet;   /* smallest of the caller's triangles on its boundary, or NO_ID */
+    /* least number of facets between it and the outside; 1: it touches the outside */
     uint32_t depth;
-    int      winding;
+    int      winding;       /* winding number of the facets around it */
     int      kept;
     uint64_t num_tets;      /* before refinement */
     double   volume;
 } mesher_region;
 
-/* What an input vertex is for. */
+/* The use of an input vertex: mesher_domain.vertex_used. */
 enum {
-    /* a duplicate of another, or isolated, and exactly on a facet or line or not wanted */
+    /* no vertex of the mesh: a duplicate, or isolated and left out (exactly on a facet or line, or
+     * not wanted) */
     MESHER_VERTEX_ABSENT,
     MESHER_VERTEX_SURFACE,  /* in a facet or line */
     MESHER_VERTEX_ISOLATED  /* in neither: an embedded point of the mesh */
 };
 
-/* A domain: the mesh with its constraints, passed from stage to stage. Zero-initialise. Read
- * freely. */
+/* A domain: the mesh with its constraints, passed from stage to stage. Zero-initialise. Its members
+ * may be read freely. Input vertices are the caller's, by their index. */
 typedef struct mesher_domain {
-    mesher_surface  surface;      /* the caller's; must stay alive */
+    mesher_surface  surface;      /* the caller's; its arrays must stay alive */
     mesher_options  options;      /* resolved */
-    /* point i of the surface is mesh.vertex_of[i]; the 8 box corners follow it */
+    /* input vertex i is vertex mesh.vertex_of[i]; the ids after those of the input vertices are the
+     * 8 corners of the box */
     delaunay_mesh   mesh;
-    /* 3*num_facets: distinct facets as input point ids, sorted within */
+    /* 3*num_facets: the facets, sorted, each with ascending survivors as corners */
     uint32_t       *facets;
-    uint32_t       *facet_source; /* smallest triangle of the caller's with these vertices */
+    uint32_t       *facet_source; /* smallest of the caller's triangles with these corners */
     uint32_t        num_facets;
-    /* 2*num_edges: distinct edges of facets and lines, input point ids, sorted */
+    /* 2*num_edges: distinct edges of facets and lines, sorted, each with ascending survivors */
     uint32_t       *edges;
     uint32_t       *edge_source;  /* a triangle that has it, or num_triangles + line */
     uint32_t        num_edges;
     uint32_t       *survivor;     /* input vertex -> first input vertex with the same coordinates */
-    /* input vertex -> MESHER_VERTEX_..; what is not 0 goes into the triangulation */
+    /* input vertex -> MESHER_VERTEX_..; those that are not ABSENT go into the triangulation */
     uint8_t        *vertex_used;
-    /* wanted edge length at each mesh vertex; NULL before mesher_size, which is to be called again
-     * before a second mesher_refine when others than that have changed the vertices (spr_improve) */
+    /* size at each mesh vertex; NULL before mesher_size. If anything but mesher_refine has changed
+     * the vertices since (such as spr_improve), call mesher_size again before mesher_refine */
     double         *size;
-    /* the same before the gradation bounded it, and the vertex whose own size did (or the vertex
-     * itself), for those that mesher_size met */
+    /* for the vertices that mesher_size has seen: the size before the gradation bounded it, and the
+     * vertex whose size bounds it by the gradation (or the vertex itself) */
     double         *own_size;
     uint32_t       *size_source;
     uint32_t        num_own_sizes;
     uint32_t        cap_size;
     mesher_region  *regions;      /* every bounded cell */
     uint32_t        num_regions;
-    /* 2*num_facets: what is behind and in front of the source triangle: a place in regions plus
-     * 1; 0: the outside; NO_ID: unknown. NULL before mesher_color */
+    /* 2*num_facets: the cells behind and in front of the source triangle (its corners are
+     * counter-clockwise as seen from in front), as index in regions plus 1; 0: the outside;
+     * DELAUNAY_NO_ID: unknown. NULL before mesher_color */
     uint32_t       *facet_sides;
-    uint32_t        first_corner; /* input id of box corner 0: the number of input vertices */
-    uint32_t        surface_steiner; /* points on facets and lines, which are in pieces there */
-    /* the mesh is the caller's: sizes are those of all of its edges */
+    uint32_t        first_corner; /* id of box corner 0: the number of input vertices */
+    uint32_t        surface_steiner; /* points left on facets and lines, which they cut in pieces */
+    /* the mesh is the caller's (mesher_refine_mesh): default sizes are those of all its edges */
     int             keeps_mesh;
     int             stage;
     delaunay_memory memory;       /* account of the arrays above; the mesh has its own */
 } mesher_domain;
 
-/* Plain arrays for the caller: all input vertices first, in input order (duplicates and unused
- * ones stay as orphans); then new vertices in canonical order. Each where it is in the mesh now:
- * input vertices only move if something else than this header moves them, such as spr.h with
- * free_vertices, and duplicates go with their survivors; those not in the mesh are where they were
- * given. Of the surface the distinct triangles, turned as the first of the caller's with these
- * vertices, by the survivors of equal vertices. Where points were added on the surface there are
- * neither triangles nor edges: it is in pieces. */
+/* The mesh as plain arrays. Vertices: all input vertices in input order (duplicates and unused ones
+ * too, though no tetrahedron has them), then the new ones in canonical order. A vertex of the mesh
+ * is where the mesh has it: input vertices only move if something other than this header moves
+ * them, such as spr.h with free_vertices; duplicates move with their survivors. Input vertices that
+ * are not in the mesh are where they were given. Triangles: one for each facet, with the
+ * orientation of the first of the caller's triangles with these corners; survivors stand for their
+ * duplicates. If points were left on the surface, it is in pieces, and there are neither triangles
+ * nor edges. */
 typedef struct mesher_output {
     double   *xyz;       uint64_t num_vertices;
     uint32_t *tets;      uint64_t num_tets;      /* 4*num_tets; positive as in delaunay.h */
-    uint32_t *regions;                           /* num_tets */
+    uint32_t *regions;                           /* num_tets: the region's number */
     uint32_t *triangles; uint64_t num_triangles; /* 3*num_triangles */
     uint32_t *triangle_source;                   /* num_triangles: that triangle of the caller's */
     int32_t  *triangle_tags;                     /* num_triangles: its tag */
-    /* 2*num_triangles: the regions behind it and in front, from where its corners are
-     * counter-clockwise; 0: the outside, or one that is not kept; both 0: no tetrahedron has it */
+    /* 2*num_triangles: numbers of the regions behind and in front of it (its corners are
+     * counter-clockwise as seen from in front); 0: the outside, or a cell that is not kept; both 0:
+     * no tetrahedron has it */
     uint32_t *triangle_regions;
     uint32_t *edges;     uint64_t num_edges;     /* 2*num_edges: the caller's lines, in order */
     int32_t  *edge_tags;                         /* num_edges */
     delaunay_memory memory;
 } mesher_output;
 
-/* A surface whose triangles were divided, as new arrays; the vertices given come first. */
+/* A surface whose triangles were divided, as new arrays; the caller's vertices come first. */
 typedef struct mesher_fine_surface {
-    /* to be meshed: the arrays below, and the caller's seeds */
+    /* what to mesh next: it refers to the arrays below and to the caller's seeds */
     mesher_surface surface;
     double   *xyz;
     double   *vertex_sizes;     /* those of the options, interpolated; NULL if they have none */
     uint32_t *triangles;
     int32_t  *triangle_tags;
-    uint32_t *triangle_source;  /* the caller's triangle that it is of, or one of its plane */
+    uint32_t *triangle_source;  /* the caller's triangle that it is part of, or one in its plane */
     uint32_t *edges;
     int32_t  *edge_tags;
-    uint32_t *edge_source;      /* the caller's line that it is a part of */
+    uint32_t *edge_source;      /* number of the caller's line that it is a part of, from 0 on */
     uint8_t  *left_out;         /* NULL if the caller's surface has none */
     delaunay_memory memory;
 } mesher_fine_surface;
@@ -405,150 +436,163 @@ typedef struct mesher_fine_surface {
 DELAUNAY_INLINE int mesher_is_defect(mesher_kind kind) { return kind >= MESHER_DEFECT_FIRST; }
 MESHER_API const char *mesher_result_string(mesher_result result);
 MESHER_API const char *mesher_kind_string(mesher_kind kind);
-/* One finding of a report as a sentence with ids and coordinates, cut to size. */
+/* One finding of a report as a sentence with ids and coordinates, cut off after size - 1 bytes. */
 MESHER_API void mesher_finding_string(char *text, size_t size, const mesher_report *report,
                                       const mesher_finding *finding);
 
-/* All defects of a surface and the notes that need no mesh, with ids and coordinates, exact; of
- * filled shells, sheets and lines outside mesher_mesh tells. The search for pairs that meet ends
- * beyond 10 million of them, and keeps the first million. MESHER_OK if there is no defect. */
+/* Finds the defects of a surface, by exact arithmetic, and makes the notes that need no mesh, with
+ * ids and coordinates. The search for intersecting pairs ends when it has found 10 million, and
+ * keeps the first million. Of a surface without open edges mesher_mesh alone reports what only the
+ * cells tell: sheets, filled shells, lines and seeds outside, MESHER_DEFECT_OUTSIDE_FACET and
+ * _NONE_KEPT. A surface with open edges and no other defect is meshed without refinement to find
+ * these too. Returns MESHER_OK if there is no defect. */
 MESHER_API mesher_result mesher_check(const mesher_surface *surface, const mesher_options *options,
                                       mesher_report *report);
-/* Puts vertices that a rounding has parted onto each other: in their order, each takes the place
- * of the first one that stays and that it differs from by no more than the distance, in all three
- * coordinates. To be called before the surface is checked or meshed, which take equal vertices for
- * one, and note triangles that have become an edge or point.
+/* Moves vertices that rounding has separated onto each other. In their order, each vertex moves to
+ * the first of those that have stayed from which it differs by no more than the distance in all
+ * three coordinates; if there is none, it stays. Call this before mesher_check or mesher_mesh: they
+ * merge equal vertices, and note triangles that have become an edge or a point.
  *
- *   xyz        in/out 3*num_vertices; those not finite or beyond 1e60 stay as they are
- *   distance   in     from 1e-60 on, in the unit of xyz: well below the shortest edge
+ *   xyz        in/out 3*num_vertices; vertices that are not finite or beyond 1e60 stay
+ *   distance   in     1e-60 at least, in the unit of xyz: well below the shortest edge
  *   host       in     NULL: defaults
- *   num_moved  out    vertices that had another place before; may be NULL
+ *   num_moved  out    number of vertices whose coordinates have changed; may be NULL
  *
- * Returns   MESHER_OK; _ERROR_INVALID_ARGUMENT, _ERROR_TOO_LARGE, _ERROR_OUT_OF_MEMORY: as before
- * Cost      12 to 20 bytes and some .2 microseconds a vertex, in one thread */
+ * Returns   MESHER_OK; _ERROR_INVALID_ARGUMENT, _ERROR_TOO_LARGE, _ERROR_OUT_OF_MEMORY: xyz is
+ *           unchanged
+ * Cost      12 to 20 bytes and about 0.2 microseconds a vertex, in one thread */
 MESHER_API mesher_result mesher_weld(double *xyz, size_t num_vertices, double distance,
                                      const delaunay_host *host, uint64_t *num_moved);
-/* All stages: a surface in, a mesh with regions out, refined; spr_improve and mesher_export next.
+/* All stages: a surface in, a refined mesh with regions out. Continue with spr_improve, if wanted,
+ * and mesher_export.
  *
- *   domain    out   written over: one in use must be freed before, as must an output and a fine
- *                   surface; on failure zeroed
+ *   domain    out   overwritten, so free one that is in use first (this holds for the outputs of
+ *                   the functions below, too); on failure zeroed
  *   surface   in    must live as long as the domain
  *   options   in    NULL or zeroed: defaults
- *   report    out   may be NULL; findings and cap_findings are in
+ *   report    out   may be NULL; its members findings and cap_findings are in
  *
- * Returns   MESHER_OK; _STOPPED_BY_BUDGET: a valid mesh all the same, also where memory ends while
- *           points are inserted; _ERROR_SURFACE, _ERROR_RECOVERY: the findings say where;
- *           _ERROR_INVALID_ARGUMENT, _ERROR_OUT_OF_MEMORY, _CANCELLED, _ERROR_TOO_LARGE,
- *           _ERROR_INTERNAL
+ * Returns   MESHER_OK; _STOPPED_BY_BUDGET: the mesh is valid all the same; also where
+ *           host.memory_limit_bytes ends refinement; _ERROR_SURFACE, _ERROR_RECOVERY: the findings
+ *           say where; _ERROR_INVALID_ARGUMENT, _ERROR_OUT_OF_MEMORY, _CANCELLED,
+ *           _ERROR_TOO_LARGE, _ERROR_INTERNAL
  * Cost      0.5 to 1.5 us a tetrahedron where it refines
  * Threads   options->host.num_threads; distinct domains may be made at once
  * Repeats   same bytes for any number of threads, unless max_seconds or a memory limit ends it
  * Source    Marot 2020, chapters 5 and 7 */
 MESHER_API mesher_result mesher_mesh(mesher_domain *domain, const mesher_surface *surface,
                                      const mesher_options *options, mesher_report *report);
-/* A finished tetrahedral mesh instead of a surface: what is there is kept, and points are added
- * where the sizes ask for it; the default size of a vertex is the mean length of its edges, so
- * nothing is added without a wish.
+/* Refines a finished tetrahedral mesh: its vertices stay, as do the facets and edges below, and
+ * points are added where the sizes ask for them. The default size at a vertex is the mean length of
+ * its edges in the mesh, so unless the options ask for smaller sizes almost nothing is added.
  *
  *   domain    out   as mesher_mesh leaves it; on failure zeroed
- *   surface   in    vertices, and the triangles and lines to keep: all on the border and between
- *                   regions, and any others that are facets and edges of the mesh
- *   tets      in    4*num_tets indices of vertices, of one orientation, meeting facet to facet;
- *                   parts may touch each other in an edge or a vertex only
- *   regions   in    num_tets numbers, any but 0, or NULL: all 1; domain->regions lists those that
- *                   there are, ascending
- *   options   in    NULL or zeroed: defaults; regions, and all that is about recovery, is not used
+ *   surface   in    the vertices; the triangles and lines to keep and export, all of which must be
+ *                   facets and edges of the mesh: those of the border and between regions (which
+ *                   are kept in any case), and any others
+ *   tets      in    4*num_tets indices of vertices; all of the same orientation, joined facet to
+ *                   facet; parts of the mesh may touch in no more than an edge or a vertex
+ *   regions   in    num_tets region numbers other than 0, or NULL: all 1; domain->regions lists
+ *                   those that occur, ascending
+ *   options   in    NULL or zeroed: defaults; options.regions and what concerns recovery is ignored
  *   report    out   may be NULL
  *
- * Returns   as mesher_mesh; _ERROR_INVALID_ARGUMENT also for tetrahedra that are flat, mixed or
- *           overlap; _ERROR_SURFACE: a triangle or line is not in the mesh (findings)
+ * Returns   as mesher_mesh; _ERROR_INVALID_ARGUMENT also if tetrahedra are flat, of different
+ *           orientation, or two on the same side of a facet (other overlaps are not looked for);
+ *           _ERROR_SURFACE: a triangle or line is not in the mesh (findings)
  * Threads, Repeats   as mesher_mesh */
 MESHER_API mesher_result mesher_refine_mesh(mesher_domain *domain, const mesher_surface *surface,
                                             const uint32_t *tets, const uint32_t *regions,
                                             size_t num_tets, const mesher_options *options,
                                             mesher_report *report);
-/* A surface of the same shape with edges as short as the sizes ask for, for who does not need his
- * own triangles back: tetrahedra under triangles that are much larger than they are cannot be
- * good. Edges more than 1.4 times too long are halved, the longest first, but before them what ends
- * a plane close to their middle, if it is as long as half of what is wanted there; between triangles
- * of one tag in a plane (bent by no more than 1e-4, or by no more than 0.1 and low, a ten millionth
- * of the surface's extent) diagonals are flipped. Needles that no plane joins to others stay as
- * long as they are. Lines are divided too, equal vertices become one.
+/* Makes a surface of the same shape whose edges are as short as the sizes ask for. It is for those
+ * who do not need their own triangles back: tetrahedra on triangles that are much larger than
+ * themselves cannot be good. Edges more than 1.4 times as long as wanted are halved, the longest in
+ * relation to its size first; but an edge that bounds its plane, passes close to the middle of such
+ * an edge, and is at least half as long as is wanted there, is halved before it. Diagonals are
+ * flipped between triangles of the same tag in one plane: the angle between these is 1e-4 radians
+ * at most, or 0.1 at most if the four corners are within a ten millionth of the surface's extent of
+ * a plane. Needles without neighbours in their plane keep their length. Lines are divided too, and
+ * equal vertices are merged.
  *
  *   fine      out   fine->surface is what to mesh next; on failure zeroed
  *   surface   in    may have any tags, sheets and lines
- *   options   in    all sizes count: the surface is meshed once, without refinement, to know them;
- *                   size_function is asked for region 0, too; fine->vertex_sizes takes the place of
- *                   vertex_sizes with the new surface
+ *   options   in    all sizes count: to know them the surface is meshed once, without refinement;
+ *                   size_function is also asked for region 0. When meshing fine->surface, use
+ *                   fine->vertex_sizes as vertex_sizes
  *   report    out   may be NULL
  *
- * Returns   MESHER_OK; _STOPPED_BY_BUDGET: max_vertices, max_seconds, or half as many triangles as
- *           max_tets: what is there is usable; others as mesher_mesh, with findings
+ * Returns   MESHER_OK; _STOPPED_BY_BUDGET: by max_vertices, by max_seconds, or by half as many
+ *           triangles as max_tets; the surface is valid all the same; others as mesher_mesh, with
+ *           findings
  * Cost      of a mesh without refinement, and a microsecond or two for each triangle made, in one
  *           thread
- * Repeats   same bytes for any thread count, unless max_seconds or a memory limit ends it */
+ * Repeats   same bytes for any number of threads, unless max_seconds or a memory limit ends it */
 MESHER_API mesher_result mesher_refine_surface(mesher_fine_surface *fine,
                                                const mesher_surface *surface,
                                                const mesher_options *options,
                                                mesher_report *report);
 MESHER_API void mesher_fine_surface_free(mesher_fine_surface *fine);
-/* The mesh as plain arrays, which do not need the domain any more, with its tetrahedra in canonical
- * order from now on (delaunay_canonicalize).
+/* Copies the mesh into plain arrays, which do not depend on the domain. The domain's tetrahedra are
+ * put in canonical order (delaunay_canonicalize).
  *
- *   domain  in/out  after mesher_mesh, mesher_refine_mesh, or mesher_color; spr.h may have been at it
+ *   domain  in/out  after mesher_mesh, mesher_refine_mesh or mesher_color, with or without changes
+ *                   by spr.h since
  *   out     out     on failure zeroed
  *
  * Returns   MESHER_OK; _ERROR_INVALID_ARGUMENT: no regions yet; _ERROR_OUT_OF_MEMORY
- * Cost      some .1 microseconds a tetrahedron, and 20 bytes
+ * Cost      about 0.1 microseconds and 20 bytes a tetrahedron
  * Threads   as mesher_mesh */
 MESHER_API mesher_result mesher_export(mesher_domain *domain, mesher_output *out);
-/* The domain may have been freed, and be NULL. */
+/* The domain may be NULL, or freed already. */
 MESHER_API void mesher_output_free(mesher_domain *domain, mesher_output *out);
 MESHER_API void mesher_domain_free(mesher_domain *domain);
-/* Defaults filled in; MESHER_ERROR_INVALID_ARGUMENT for nonsense. in may be NULL. */
+/* Checks options and fills in defaults; MESHER_ERROR_INVALID_ARGUMENT if one is out of range. in
+ * may be NULL: all defaults. */
 MESHER_API mesher_result mesher_options_resolve(mesher_options *out, const mesher_options *in);
 
 /* ---- >>expert: the stages, in order; each takes the domain valid and leaves it so ----------
- * One that is not next returns MESHER_ERROR_INVALID_ARGUMENT and changes nothing; after another
- * error there is only mesher_domain_free. */
+ * A stage called out of order returns MESHER_ERROR_INVALID_ARGUMENT and changes nothing. After any
+ * other error the domain can only be freed, by mesher_domain_free. */
 
 /* Cheap checks, survivors of duplicate vertices, distinct facets and edges. */
 MESHER_API mesher_result mesher_domain_init(mesher_domain *domain, const mesher_surface *surface,
                                             const mesher_options *options, mesher_report *report);
 /* The Delaunay triangulation of the vertices and of the corners of a box around them. */
 MESHER_API mesher_result mesher_empty_mesh(mesher_domain *domain, mesher_report *report);
-/* Every edge and facet of the domain becomes one of the mesh, and is marked constrained on all its
- * tetrahedra. Several threads look for what is missing and, where that is some 64 edges and more,
- * bring most of it in; the mesh is that of one thread. */
+/* Makes every edge and facet of the domain one of the mesh, and marks it as constrained in all of
+ * its tetrahedra. Several threads look for what is missing and, if that is about 64 edges or more,
+ * recover most of it; the mesh is the same as with one thread. */
 MESHER_API mesher_result mesher_recover(mesher_domain *domain, mesher_report *report);
-/* Colours every cell; DELAUNAY_OUTSIDE is what is not kept. Fills regions. */
+/* Finds the cells, fills domain->regions, and gives each tetrahedron the number of its region as
+ * colour; those in no kept cell get DELAUNAY_OUTSIDE. */
 MESHER_API mesher_result mesher_color(mesher_domain *domain, mesher_report *report);
-/* The distinct tags of the triangles around region i (a place in domain->regions), ascending, as
- * many as there is room for; *count: all of them. tags may be NULL. */
+/* The distinct tags of the triangles around region i (an index in domain->regions), ascending, as
+ * many as there is room for; *count: the number of all of them. tags may be NULL. */
 MESHER_API mesher_result mesher_region_tags(mesher_domain *domain, uint32_t i, int32_t *tags,
                                             size_t cap, size_t *count);
-/* Wanted edge lengths at the vertices. */
+/* Computes the sizes at the vertices, domain->size. */
 MESHER_API mesher_result mesher_size(mesher_domain *domain, mesher_report *report);
-/* The size that a source, or a grid (0: no wish), asks for at x. */
+/* The size that a source, or a grid (0: none), asks for at x. */
 MESHER_API double mesher_source_size(const mesher_source *source, double gradation,
                                      const double *x);
 MESHER_API double mesher_size_grid_at(const mesher_size_grid *grid, const double *x);
-/* Points inserted until edges have the wanted length. */
+/* Inserts points until edges have the wanted length. */
 MESHER_API mesher_result mesher_refine(mesher_domain *domain, mesher_report *report);
-/* A small part of a surface on which mesher_mesh fails as it did on all of it, to send to who
- * can mend it.
+/* Extracts a small part of a surface on which mesher_mesh fails in the same way as on the whole, to
+ * be sent with a report of the failure.
  *
  *   failure        in      what mesher_mesh returned: MESHER_ERROR_RECOVERY or _SURFACE
  *   where          in      3 doubles: where it failed, such as findings[0].xyz
  *   xyz, triangles out     room for 3*(num_vertices + 8) doubles, 3*(num_triangles + 12) indices
- *   part           out     of these arrays: triangles near the place, and a box around them (the
- *                          last 12)
+ *   part           out     made of these arrays: triangles near the place, and a box around them
+ *                          (the last 12 triangles)
  *
- * Returns  MESHER_OK; MESHER_GOAL_NOT_MET: no small part fails by itself, the triangles nearest
- *          to the place are in part; _ERROR_OUT_OF_MEMORY, _ERROR_INVALID_ARGUMENT,
+ * Returns  MESHER_OK; MESHER_GOAL_NOT_MET: no small part fails by itself, and part holds the
+ *          triangles nearest to the place; _ERROR_OUT_OF_MEMORY, _ERROR_INVALID_ARGUMENT,
  *          _ERROR_TOO_LARGE, _CANCELLED
- * Cost     up to 100 runs on parts of at most 4096 triangles, until half a minute is over
- * Repeats  same bytes for any thread count, if the time is enough */
+ * Cost     up to 100 runs on parts of at most 4096 triangles; it ends after half a minute
+ * Repeats  same bytes for any number of threads, if the time suffices */
 MESHER_API mesher_result mesher_reproduce(const mesher_surface *surface,
                                           const mesher_options *options, mesher_result failure,
                                           const double *where, double *xyz, uint32_t *triangles,
@@ -580,7 +624,7 @@ MESHER_API void mesher_report_add(mesher_report *report, mesher_kind kind, uint3
 #  include <omp.h>
 #  define MESHER__OMP(directive) _Pragma(#directive)
 #  define MESHER__THREAD()       omp_get_thread_num()
-/* Several threads may touch one thing at once, in whatever order. */
+/* Access to what several threads may read and write at once; the order does not matter. */
 #  define MESHER__FETCH(p)    __atomic_load_n((p), __ATOMIC_RELAXED)
 #  define MESHER__STORE(p, x) __atomic_store_n((p), (x), __ATOMIC_RELAXED)
 #else
@@ -592,8 +636,8 @@ MESHER_API void mesher_report_add(mesher_report *report, mesher_kind kind, uint3
 
 /* ---- >>surface ---------------------------------------------------------------------------- */
 
-/* Differences of coordinates stay exact in the predicates, and their fifth powers finite, below
- * this. */
+/* With coordinates up to this, the predicates are exact, and fifth powers of differences of
+ * coordinates are finite. */
 #  define MESHER__LARGEST_COORDINATE 1e60
 #  define MESHER__SMALLEST_EXTENT    1e-60
 
@@ -611,7 +655,8 @@ static void mesher__sort_release(void *user, void *block)
     delaunay_release((delaunay_memory *)user, block);
 }
 
-/* Moves an array, of which keep elements count, to a place for want. */
+/* Moves the array, to which *array points, to a new block with room for want elements; the first
+ * keep elements are copied. Returns 0 without memory. */
 static int mesher__grow(delaunay_memory *memory, void *array, size_t *cap, size_t keep, size_t want,
                         size_t size)
 {
@@ -624,14 +669,14 @@ static int mesher__grow(delaunay_memory *memory, void *array, size_t *cap, size_
     return 1;
 }
 
-/* Makes room for need elements of such an array, and some more, keeping the first keep. */
+/* Grows such an array if it has no room for need elements, to some more than that. */
 static int mesher__room(delaunay_memory *memory, void *array, size_t *cap, size_t keep, size_t need,
                         size_t size)
 {
     return need <= *cap || mesher__grow(memory, array, cap, keep, need + need / 2 + 64, size);
 }
 
-/* Stable, by key. */
+/* Sorts pairs by key; the sort is stable. */
 static mesher_result mesher__sort(mesher_domain *domain, hxtsort_pair *pairs, size_t count)
 {
     hxtsort_options options;
@@ -643,7 +688,8 @@ static mesher_result mesher__sort(mesher_domain *domain, hxtsort_pair *pairs, si
     return (mesher_result)hxtsort_pairs(pairs, count, &options);
 }
 
-/* What a domain has been through; 0: nothing, or it was filled by hand. */
+/* mesher_domain.stage: the last stage that the domain has been through; 0: none, or its arrays were
+ * filled by hand. */
 enum {
     MESHER__STAGE_FAILED = -1,
     MESHER__STAGE_INIT = 1,
@@ -672,7 +718,7 @@ static uint64_t mesher__count_defects(const mesher_report *report)
     return n;
 }
 
-/* Everything but the caller's room for findings. The surface may be NULL. */
+/* Clears all of a report but the caller's room for findings. The surface may be NULL. */
 static void mesher__report_reset(mesher_report *report, const mesher_surface *surface)
 {
     mesher_finding *findings = report->findings;
@@ -717,7 +763,7 @@ static void mesher__say_budget(mesher_report *report, const char *what, int budg
                  name);
 }
 
-/* Without a surface or a place for the result. */
+/* Reports that a call was made without a surface or without a place for the result. */
 static mesher_result mesher__refuse(mesher_report *report)
 {
     if (report) mesher__report_reset(report, NULL);
@@ -733,7 +779,8 @@ static void mesher__name(char name[32], const mesher_report *report, uint32_t id
     else snprintf(name, 32, "line %lu", (unsigned long)(id - report->input_triangles));
 }
 
-/* A note as a sentence, and a defect: a and b name the triangles, at is the place. */
+/* A note as a sentence; below, a defect. a and b are the names of the triangles, at is the place in
+ * words. */
 static void mesher__note_sentence(char *text, size_t size, const mesher_finding *f,
                                   const char *a, const char *b, const char *at)
 {
@@ -867,7 +914,7 @@ static void mesher__sentence(char *text, size_t size, const mesher_report *repor
     else mesher__note_sentence(text, size, f, a, b, at);
 }
 
-/* A failure that no finding explains still has a sentence. */
+/* Gives a failure that no finding explains the sentence of its result. */
 static void mesher__message_failure(mesher_report *report, mesher_result result)
 {
     if (result < 0 && !report->message[0])
@@ -890,7 +937,7 @@ static void mesher__message_finish(mesher_report *report)
                  "; and %lu defect%s more", (unsigned long)(n - 1), n > 2 ? "s" : "");
 }
 
-/* Kept findings: defects first, as many as there is room for; notes in what room is left. */
+/* The first defects are kept, as many as there is room for, then notes in the room that is left. */
 MESHER_API void mesher_report_add(mesher_report *report, mesher_kind kind, uint32_t triangle0,
                                   uint32_t triangle1, uint32_t vertex0, uint32_t vertex1,
                                   uint32_t vertex2, const double *xyz)
@@ -953,7 +1000,8 @@ static void mesher__add_triangle_finding(mesher_report *report, mesher_kind kind
     mesher_report_add(report, kind, triangle0, triangle1, v[0], v[1], v[2], middle);
 }
 
-/* Vertices of triangle t or, from num_triangles on, of a line; their number. */
+/* The vertices of an element: of triangle id or, from num_triangles on, of a line. Returns their
+ * number. */
 static int mesher__element(const mesher_surface *surface, uint32_t id, const uint32_t **v)
 {
     if (id < surface->num_triangles) {
@@ -985,8 +1033,8 @@ static double mesher__extent(const mesher_surface *surface, double *largest)
     return extent;
 }
 
-/* What makes every further look meaningless: indices, NaN, range. Returns the number of
- * offences. */
+/* Finds the defects that make all further checks meaningless: indices, NaN, range. Returns their
+ * number. */
 static uint64_t mesher__check_numbers(const mesher_surface *surface, mesher_report *report)
 {
     uint64_t before = mesher__count_defects(report);
@@ -1037,7 +1085,7 @@ static uint64_t mesher__hash_point(const double *x)
     return h * UINT64_C(0xBF58476D1CE4E5B9);
 }
 
-/* Exact duplicates get the first vertex with their coordinates as survivor. */
+/* Gives each vertex as survivor the first vertex with the same coordinates. */
 static mesher_result mesher__weld(mesher_domain *domain)
 {
     const mesher_surface *surface = &domain->surface;
@@ -1065,7 +1113,7 @@ static mesher_result mesher__weld(mesher_domain *domain)
     return MESHER_OK;
 }
 
-/* Ascending order of three; returns 1 if that is an odd permutation. */
+/* Sorts three numbers; returns 1 if that is an odd permutation. */
 static int mesher__ascend(uint32_t v[3])
 {
     uint32_t s;
@@ -1092,8 +1140,9 @@ static int mesher__collinear(const mesher_surface *surface, const uint32_t *v)
                               mesher__point(surface, v[2]));
 }
 
-/* Triangles with three distinct vertices that are not on a line, ordered by their ascending
- * vertices and, among the same, by themselves: pairs[].value. Their number in *count. */
+/* Fills pairs[].value with the triangles whose three vertices are distinct and not collinear,
+ * sorted by their ascending survivors, then by their own number; *count: how many. Reports the
+ * others. */
 static mesher_result mesher__order_triangles(mesher_domain *domain, hxtsort_pair *pairs,
                                              size_t *count, mesher_report *report)
 {
@@ -1124,7 +1173,7 @@ static mesher_result mesher__order_triangles(mesher_domain *domain, hxtsort_pair
     return mesher__sort(domain, pairs, n);
 }
 
-/* Distinct facets; the same triangle again is a note. */
+/* Finds the facets; notes each triangle with the same vertices as an earlier one. */
 static mesher_result mesher__find_facets(mesher_domain *domain, mesher_report *report)
 {
     const mesher_surface *surface = &domain->surface;
@@ -1163,7 +1212,8 @@ done:
     return result;
 }
 
-/* Edges of the facets and lines by their vertices: key min<<32|max, value source<<1|direction. */
+/* Lists the edges of the facets, and the lines, sorted by their vertices: key min<<32|max, value
+ * source<<1|direction, where direction 1 means that the source triangle runs from max to min. */
 static mesher_result mesher__order_edges(mesher_domain *domain, hxtsort_pair *pairs, size_t *count,
                                          mesher_report *report)
 {
@@ -1175,7 +1225,7 @@ static mesher_result mesher__order_edges(mesher_domain *domain, hxtsort_pair *pa
         uint32_t v[3];
         uint64_t source = domain->facet_source[i];
         uint64_t odd = (uint64_t)mesher__sorted_triangle(domain, (size_t)source, v);
-        for (j = 0; j < 3; j++) { /* the ascending order goes 0 1, 1 2, 2 0 */
+        for (j = 0; j < 3; j++) { /* an even permutation runs 0 1, 1 2, 2 0 */
             uint32_t a = f[j == 2 ? 0 : j], b = f[j == 2 ? 2 : j + 1];
             pairs[n].key = (uint64_t)a << 32 | b;
             pairs[n++].value = source << 1 | (odd ^ (uint64_t)(j == 2));
@@ -1197,7 +1247,7 @@ static mesher_result mesher__order_edges(mesher_domain *domain, hxtsort_pair *pa
     return mesher__sort(domain, pairs, n);
 }
 
-/* Notes on one edge: its occurrences are pairs[0..n). Returns 1 if it is open. */
+/* Makes the notes on one edge, which is listed as pairs[0..n). Returns 1 if it is open. */
 static int mesher__note_edge(const mesher_domain *domain, const hxtsort_pair *pairs, size_t n,
                               const uint32_t *edge, mesher_report *report)
 {
@@ -1218,12 +1268,12 @@ static int mesher__note_edge(const mesher_domain *domain, const hxtsort_pair *pa
     return facets == 1;
 }
 
-/* Points by the cells of a hashed grid, twice as wide as the distance that counts as near. */
+/* A hashed grid of points. Its cells are twice as wide as the distance that counts as near. */
 typedef struct mesher__near_grid {
     const double *xyz;
     double        distance;
-    uint32_t     *first; /* mask + 1 lists of points ... */
-    uint32_t     *next;  /* ... linked by point */
+    uint32_t     *first; /* of each of the mask + 1 lists the first point, or NO_ID */
+    uint32_t     *next;  /* of each point the next one in its list, or NO_ID */
     size_t        mask;
 } mesher__near_grid;
 
@@ -1255,9 +1305,9 @@ static int mesher__is_near(const double *x, const double *y, double distance)
            fabs(x[2] - y[2]) <= distance;
 }
 
-/* The smallest point of the grid that is near point v; if there is none, v becomes one, and the
- * answer is NO_ID. What is near lies in the cell of v or in one of the seven that its nearest
- * corner touches. */
+/* Returns the point with the smallest number in the grid that is near point v. If there is none,
+ * adds v to the grid and returns NO_ID. Points near v lie in its cell or in the seven others around
+ * the corner of this cell that is nearest to v. */
 static uint32_t mesher__near_or_add(mesher__near_grid *grid, uint32_t v)
 {
     const double *x = grid->xyz + 3 * (size_t)v;
@@ -1270,7 +1320,7 @@ static uint32_t mesher__near_or_add(mesher__near_grid *grid, uint32_t v)
         cell[k] = floor(q);
         other[k] = cell[k] + (q - cell[k] < 0.5 ? -1 : 1);
     }
-    for (d = 7; d >= 0; d--) { /* its own cell last */
+    for (d = 7; d >= 0; d--) { /* its own cell last: v may be added there */
         for (k = 0; k < 3; k++) at[k] = d >> k & 1 ? other[k] : cell[k];
         slot = (size_t)mesher__hash_point(at) & grid->mask;
         for (u = grid->first[slot]; u != DELAUNAY_NO_ID; u = grid->next[u])
@@ -1282,7 +1332,7 @@ static uint32_t mesher__near_or_add(mesher__near_grid *grid, uint32_t v)
     return DELAUNAY_NO_ID;
 }
 
-/* Ends of open edges, each once, ascending; their number. */
+/* Lists the ends of the open edges, each once, in ascending order. Returns their number. */
 static size_t mesher__open_ends(const mesher_domain *domain, const uint32_t *open, size_t num,
                                 uint8_t *seen, uint32_t *ends)
 {
@@ -1294,7 +1344,7 @@ static size_t mesher__open_ends(const mesher_domain *domain, const uint32_t *ope
     return n;
 }
 
-/* A note for each end of an open edge that welding would put onto a smaller one. */
+/* Notes each end of an open edge that is nearly equal to one with a smaller number. */
 static mesher_result mesher__note_near(mesher_domain *domain, const uint32_t *open, size_t num,
                                        mesher_report *report)
 {
@@ -1327,7 +1377,8 @@ done:
     return result;
 }
 
-/* Distinct edges of facets and lines, with notes on open, non-manifold and badly oriented ones. */
+/* Finds the distinct edges of facets and lines; notes those that are open, non-manifold or
+ * inconsistently oriented. */
 static mesher_result mesher__find_edges(mesher_domain *domain, mesher_report *report)
 {
     delaunay_memory *memory = &domain->memory;
@@ -1383,8 +1434,9 @@ static uint32_t mesher__edge_find(const mesher_domain *domain, uint32_t a, uint3
     return DELAUNAY_NO_ID;
 }
 
-/* A facet with an open edge has one cell on both sides: taking it away changes no cell. How many
- * are left when none has such an edge, in *count. */
+/* Takes facets with an open edge away, until none is left: such a facet has the same cell on both
+ * sides, so no cell changes. *count: the facets that remain, *open_edge: the first open edge of the
+ * whole surface, or NO_ID. */
 static mesher_result mesher__peel(mesher_domain *domain, uint32_t *count, uint32_t *open_edge)
 {
     delaunay_memory *memory = &domain->memory;
@@ -1417,7 +1469,7 @@ static mesher_result mesher__peel(mesher_domain *domain, uint32_t *count, uint32
     while (top) {
         e = stack[--top];
         if (facets_of[e] != 1) continue;
-        f = sum[e]; /* the only one left: the others have cancelled themselves */
+        f = sum[e]; /* the only facet left there: in the exclusive or, those taken away cancel */
         --*count;
         for (j = 0; j < 3; j++) {
             e = edges_of[3 * (size_t)f + (size_t)j];
@@ -1434,7 +1486,7 @@ done:
     return result;
 }
 
-/* Marks vertices of facets and lines, and isolated ones; notes duplicates. */
+/* Fills vertex_used: vertices of facets and lines, and isolated ones; notes duplicates. */
 static void mesher__find_uses(mesher_domain *domain, mesher_report *report)
 {
     const mesher_surface *surface = &domain->surface;
@@ -1452,7 +1504,7 @@ static void mesher__find_uses(mesher_domain *domain, mesher_report *report)
     }
 }
 
-/* True if no four vertices of the surface span a volume. */
+/* True if all facets lie in one plane. */
 static int mesher__flat(const mesher_domain *domain)
 {
     const mesher_surface *surface = &domain->surface;
@@ -1465,7 +1517,8 @@ static int mesher__flat(const mesher_domain *domain)
     return 1;
 }
 
-/* Defects that show without any search in space: nothing can be enclosed. */
+/* Finds out, without a search in space, that a surface cannot enclose a volume: because it is flat,
+ * or too open. */
 static mesher_result mesher__check_cells(mesher_domain *domain, mesher_report *report)
 {
     const mesher_surface *surface = &domain->surface;
@@ -1489,21 +1542,23 @@ static mesher_result mesher__check_cells(mesher_domain *domain, mesher_report *r
 }
 
 /* ---- >>check ------------------------------------------------------------------------------ */
-/* Facets and lines in order of the Hilbert curve under a complete binary tree of boxes: leaf l
- * holds items 4*l .. 4*l+3, node k has children 2*k and 2*k+1. Boxes are floats; the map from
- * coordinates to them is monotone, so boxes of things that meet overlap. */
+/* The search for facets and lines (items) that meet where they must not. Items are sorted along the
+ * Hilbert curve; above them is a complete binary tree of bounding boxes: leaf l holds items 4*l ..
+ * 4*l+3, node k has children 2*k and 2*k+1. Boxes have float coordinates; the map from coordinates
+ * to floats is monotone, so the boxes of items that meet overlap. */
 
 enum {
     MESHER__LEAF_ITEMS = 4,
     MESHER__BLOCK_LEAVES = 32,    /* a task of one thread */
-    /* Rounds grow up to so many blocks while they find less than so much; between two of them are
-     * the looks at cancellation and at the limit below. */
+    /* Most blocks of a round. A round has twice as many as the one before, or half as many if that
+     * had more than ROUND_FINDINGS. Between rounds the caller may cancel, and the number of
+     * findings is compared with the limit below. */
     MESHER__ROUND_BLOCKS = 512,
     MESHER__ROUND_FINDINGS = 1 << 16,
-    MESHER__BLOCK_FINDINGS = 32,  /* more are found in a second pass over the block */
+    MESHER__BLOCK_FINDINGS = 32,  /* a block with more is searched a second time */
     MESHER__KEPT_FINDINGS = 1 << 20
 };
-/* Beyond so many findings the test stops, and counts are lower bounds. */
+/* After this many findings the search ends; counts are lower bounds then. */
 #define MESHER__MOST_FINDINGS UINT64_C(10000000)
 
 typedef struct mesher__bounds {
@@ -1599,7 +1654,7 @@ static size_t mesher__count_items(const mesher_domain *domain)
     return n;
 }
 
-/* Puts the items into the order of the curve through their middles. */
+/* Sorts the items by the places of their centroids along the Hilbert curve. */
 static mesher_result mesher__order_items(mesher_domain *domain, const mesher__item *items, size_t n,
                                          mesher__item *sorted)
 {
@@ -1697,11 +1752,11 @@ done:
     return result;
 }
 
-/* -- Two things meet where? All signs below are exact; only reported places are rounded. */
+/* -- Do two items meet, and where? All signs below are exact; only reported places are rounded. */
 
 typedef struct mesher__hit {
     mesher_kind kind;
-    int owner; /* T-junction: the vertex belongs to the first (0) or second (1) of the pair */
+    int owner; /* T-junction: the vertex is one of the first (0) or second (1) of the pair */
     uint32_t    vertices[3];
     double      xyz[3];
 } mesher__hit;
@@ -1721,8 +1776,8 @@ static void mesher__simplex_set(mesher__simplex *shape, const mesher_surface *su
     }
 }
 
-/* orient3d, with a look first at what CAD parts are full of: four points in a plane x, y or z =
- * constant. */
+/* orient3d, after a quick test for what is frequent in CAD parts: four points in a plane x, y or z
+ * = constant. */
 static int mesher__orient(const double *a, const double *b, const double *c, const double *d)
 {
     int i;
@@ -1736,7 +1791,8 @@ static int mesher__side(const mesher__simplex *t, const double *x)
     return mesher__orient(t->p[0], t->p[1], t->p[2], x);
 }
 
-/* A coordinate plane, named by its normal, in which the triangle is not degenerate. */
+/* A coordinate plane, named by the axis of its normal, in which the projection of the triangle is
+ * not degenerate. */
 static int mesher__plane_of(const mesher__simplex *t)
 {
     int axis;
@@ -1745,7 +1801,7 @@ static int mesher__plane_of(const mesher__simplex *t)
     return 2;
 }
 
-/* Collinear, distinct p, q, x: x between the others. */
+/* Is x between p and q? The three points are collinear and distinct. */
 static int mesher__between(const double *p, const double *q, const double *x)
 {
     int i;
@@ -1755,8 +1811,8 @@ static int mesher__between(const double *p, const double *q, const double *x)
     return 0;
 }
 
-/* x is in the plane of t. 0: outside; 1: interior; 2: on the edge from vertex *edge; 3: at a
- * vertex. */
+/* Where in triangle t is x, which lies in its plane? 0: outside; 1: interior; 2: on the edge from
+ * vertex *edge; 3: at a vertex. */
 static int mesher__in_triangle(const mesher__simplex *t, const double *x, int axis, int *edge)
 {
     int turn = delaunay_orient2d(t->p[0], t->p[1], t->p[2], axis), zeros = 0, i, o;
@@ -1771,7 +1827,7 @@ static int mesher__in_triangle(const mesher__simplex *t, const double *x, int ax
     return 1 + zeros;
 }
 
-/* The point of pq at |hp| : |hq|. */
+/* The place of the hit is the point that divides pq in the ratio |hp| : |hq|. */
 static void mesher__hit_at(mesher__hit *hit, const double *p, const double *q, double hp, double hq)
 {
     double sum = fabs(hp) + fabs(hq), t = sum > 0 && sum <= DBL_MAX ? fabs(hp) / sum : 0.5;
@@ -1789,7 +1845,8 @@ static int mesher__hit_cross(mesher__hit *hit, uint32_t v0, uint32_t v1)
     return 1;
 }
 
-/* Vertex v of one lies on the edge v1 v2 of the other, or, if these are NO_ID, within its facet. */
+/* Vertex v of one item lies on the edge v1 v2 of the other one or, if these are NO_ID, elsewhere on
+ * its facet. */
 static int mesher__hit_touch(mesher__hit *hit, int owner, uint32_t v, const double *x, uint32_t v1,
                              uint32_t v2)
 {
@@ -1802,7 +1859,7 @@ static int mesher__hit_touch(mesher__hit *hit, int owner, uint32_t v, const doub
     return 1;
 }
 
-/* A vertex x of the first that is in the plane of t: does it touch t? */
+/* Does vertex v of the first item, at x in the plane of t, lie on t? */
 static int mesher__touch(const mesher__simplex *t, uint32_t v, const double *x, int axis,
                          mesher__hit *hit)
 {
@@ -1812,14 +1869,15 @@ static int mesher__touch(const mesher__simplex *t, uint32_t v, const double *x, 
     return mesher__hit_touch(hit, 0, v, x, DELAUNAY_NO_ID, DELAUNAY_NO_ID);
 }
 
-/* Twice the area of a, b, c in the coordinate plane, rounded: for places only. */
+/* Twice the area of abc projected onto a coordinate plane, rounded: for places only. */
 static double mesher__area(const double *a, const double *b, const double *c, int axis)
 {
     int i = (axis + 1) % 3, j = (axis + 2) % 3;
     return (b[i] - a[i]) * (c[j] - a[j]) - (b[j] - a[j]) * (c[i] - a[i]);
 }
 
-/* Segments pq and rs in one plane, no vertex shared: they cross, or an end of rs lies within pq. */
+/* Do segments pq and rs, in one plane and without a common vertex, cross each other, or does an end
+ * of rs lie within pq? */
 static int mesher__segments_2d(const mesher__simplex *pq, const mesher__simplex *rs, int axis,
                                mesher__hit *hit)
 {
@@ -1844,8 +1902,8 @@ static void mesher__simplex_edge(mesher__simplex *edge, const mesher__simplex *t
     edge->v[1] = t->v[j];
 }
 
-/* Segment in the plane of t, no vertex shared. If neither end is in t, it crosses an edge or meets
- * a vertex. */
+/* Does segment pq, in the plane of t and without a common vertex, meet t? If neither end is in t,
+ * it has to cross an edge or pass through a vertex. */
 static int mesher__segment_in_plane(const mesher__simplex *pq, const mesher__simplex *t,
                                     mesher__hit *hit)
 {
@@ -1860,8 +1918,8 @@ static int mesher__segment_in_plane(const mesher__simplex *pq, const mesher__sim
     return 0;
 }
 
-/* Segment with ends strictly on both sides of t, which is crossed, or met in an edge or a vertex,
- * or missed. */
+/* Does segment pq, whose ends are strictly on different sides of the plane of t, meet t: in its
+ * interior, on an edge, or at a vertex? */
 static int mesher__segment_through(const mesher__simplex *pq, const mesher__simplex *t,
                                    mesher__hit *hit)
 {
@@ -1875,7 +1933,7 @@ static int mesher__segment_through(const mesher__simplex *pq, const mesher__simp
         zeros += o[i] == 0;
     }
     if (plus && minus) return 0;
-    for (i = 0; i < 3; i++) /* two edges met at once: their common vertex */
+    for (i = 0; i < 3; i++) /* it meets two edges at once: at their common vertex */
         if (zeros == 2 && o[i] == 0 && o[(i + 2) % 3] == 0)
             return mesher__hit_touch(hit, 1, t->v[i], t->p[i], pq->v[0], pq->v[1]);
     for (i = 0; i < 3; i++) { /* heights over the plane of t */
@@ -1887,7 +1945,8 @@ static int mesher__segment_through(const mesher__simplex *pq, const mesher__simp
     return mesher__hit_cross(hit, pq->v[0], pq->v[1]);
 }
 
-/* Closed segment against closed triangle, no vertex shared; sp, sq: sides of its ends. */
+/* Does a closed segment meet a closed triangle, without a common vertex? sp, sq: the sides of t on
+ * which the ends are. */
 static int mesher__segment_hits(const mesher__simplex *pq, int sp, int sq, const mesher__simplex *t,
                                 mesher__hit *hit)
 {
@@ -1911,7 +1970,7 @@ static int mesher__separated(const mesher__simplex *a, const mesher__simplex *b,
     return 0;
 }
 
-/* Middle of the corners of a's part within b, rounded. */
+/* The mean of the corners of the polygon that a and b have in common, rounded. */
 static void mesher__overlap_place(const mesher__simplex *a, const mesher__simplex *b, int axis,
                                   double *xyz)
 {
@@ -1932,7 +1991,7 @@ static void mesher__overlap_place(const mesher__simplex *a, const mesher__simple
                 m++;
             }
         }
-        if (m == 0) break; /* rounding: a sliver of an overlap */
+        if (m == 0) break; /* by rounding: the overlap is a sliver */
         n = m;
         memcpy(polygon, next, sizeof polygon);
     }
@@ -1955,9 +2014,9 @@ static int mesher__has_vertex(const mesher__simplex *t, uint32_t v)
     return t->v[0] == v || t->v[1] == v || t->v[2] == v;
 }
 
-/* Triangles in one plane with at most one common vertex. If their interiors are disjoint they
- * touch, if at all, in a segment or point whose ends are vertices: one that is not common lies on
- * an edge of the other. */
+/* Do two triangles in one plane, with at most one common vertex, meet elsewhere? If their interiors
+ * are disjoint, they can only touch in a segment or a point whose ends are vertices; one of these
+ * that is not common lies on an edge of the other triangle. */
 static int mesher__coplanar_hit(const mesher__simplex *a, const mesher__simplex *b,
                                 mesher__hit *hit)
 {
@@ -1975,7 +2034,7 @@ static int mesher__coplanar_hit(const mesher__simplex *a, const mesher__simplex 
     return 0;
 }
 
-/* A common edge: they meet elsewhere only if they are folded onto each other. */
+/* Two triangles with a common edge meet elsewhere only if they are folded onto each other. */
 static int mesher__folded_hit(const mesher__simplex *a, const mesher__simplex *b, mesher__hit *hit)
 {
     int i, j, k, axis;
@@ -1990,7 +2049,7 @@ static int mesher__folded_hit(const mesher__simplex *a, const mesher__simplex *b
     return mesher__hit_overlap(a, b, axis, hit);
 }
 
-/* The boxes of edge pq and of triangle t are apart. */
+/* True if the bounding boxes of edge pq and of triangle t do not meet. */
 static int mesher__edge_far(const double *p, const double *q, const mesher__simplex *t)
 {
     int i;
@@ -2004,10 +2063,10 @@ static int mesher__edge_far(const double *p, const double *q, const mesher__simp
     return 0;
 }
 
-/* One common vertex, A = (v, a1, a2), B = (v, b1, b2), not in one plane. If they share another
- * point, the ray from v through it leaves one of them through its edge opposite v, at a point of
- * the other. So two tests of these edges are enough, and most pairs, in fans too, end with a look
- * at these edges' boxes. */
+/* Two triangles with one common vertex, A = (v, a1, a2) and B = (v, b1, b2). If they are not in one
+ * plane and share another point, the ray from v through it leaves one of them through its edge
+ * opposite v, at a point of the other. So it is enough to test these two edges; for most pairs,
+ * those in the fan of a vertex included, their boxes settle it. */
 static int mesher__corner_hit(const mesher__simplex *a, const mesher__simplex *b, mesher__hit *hit)
 {
     int sa[3], sb[3], i, j;
@@ -2032,7 +2091,8 @@ static int mesher__corner_hit(const mesher__simplex *a, const mesher__simplex *b
     return 1;
 }
 
-/* No common vertex: an edge of one meets the other. Crossings go before touching vertices. */
+/* Two triangles without a common vertex: if they meet, an edge of one meets the other. A crossing
+ * is preferred to a vertex that touches. */
 static int mesher__apart_hit(const mesher__simplex *a, const mesher__simplex *b, mesher__hit *hit)
 {
     int s[2][3], i, k, found = 0;
@@ -2055,7 +2115,7 @@ static int mesher__apart_hit(const mesher__simplex *a, const mesher__simplex *b,
     return found;
 }
 
-/* A line against a triangle. */
+/* Does a line meet a triangle other than in common vertices or a common edge? */
 static int mesher__line_hit(const mesher__simplex *pq, const mesher__simplex *t, mesher__hit *hit)
 {
     mesher__simplex edge, turned;
@@ -2077,7 +2137,7 @@ static int mesher__line_hit(const mesher__simplex *pq, const mesher__simplex *t,
     return mesher__segments_2d(&turned, &edge, axis, hit);
 }
 
-/* Two lines. */
+/* Do two lines meet other than in a common vertex? */
 static int mesher__lines_hit(const mesher__simplex *a, const mesher__simplex *b, mesher__hit *hit)
 {
     mesher__simplex t;
@@ -2116,7 +2176,7 @@ static int mesher__lines_hit(const mesher__simplex *a, const mesher__simplex *b,
     return 1;
 }
 
-/* Any two items. */
+/* Do two items of any kind meet where they must not? */
 static int mesher__items_hit(const mesher__space *space, const mesher__item *a,
                              const mesher__item *b, mesher__hit *hit)
 {
@@ -2141,7 +2201,7 @@ static int mesher__items_hit(const mesher__space *space, const mesher__item *a,
 typedef struct mesher__sweep {
     const mesher__space *space;
     mesher_finding      *out;
-    size_t               cap, count; /* counted beyond cap */
+    size_t               cap, count; /* room in out; findings, kept or not */
     uint64_t             kinds[MESHER_NUM_KINDS];
 } mesher__sweep;
 
@@ -2182,8 +2242,8 @@ static void mesher__test_leaves(mesher__sweep *sweep, size_t l, size_t m)
     }
 }
 
-/* Leaf l against itself and the leaves behind it: those under a right sibling of one of its
- * ancestors. */
+/* Tests leaf l against itself and all leaves after it: those under the right siblings of the leaf
+ * and its ancestors. */
 static void mesher__sweep_leaf(mesher__sweep *sweep, size_t l)
 {
     const mesher__space *space = sweep->space;
@@ -2207,8 +2267,8 @@ static void mesher__sweep_leaf(mesher__sweep *sweep, size_t l)
     }
 }
 
-/* Findings of one block of leaves, in an order that depends on nothing else; the first cap of them
- * are written to out. */
+/* Finds what the leaves of one block meet, in an order that depends on the block alone; the first
+ * cap findings are written to out. */
 static void mesher__sweep_block(mesher__sweep *sweep, const mesher__space *space, size_t block,
                                 mesher_finding *out, size_t cap)
 {
@@ -2228,7 +2288,7 @@ typedef struct mesher__found {
     uint64_t        total;
 } mesher__found;
 
-/* All findings of a block are counted, the first ones kept as far as there is room. */
+/* Counts all findings of a block, and keeps the first ones as far as there is room. */
 static mesher_result mesher__found_add(delaunay_memory *memory, mesher__found *found,
                                        const mesher__sweep *sweep)
 {
@@ -2249,8 +2309,8 @@ static mesher_result mesher__found_add(delaunay_memory *memory, mesher__found *f
     return MESHER_OK;
 }
 
-/* The blocks with more findings than a slice holds are swept again, now that their number is
- * known, for those that can be kept. The findings are the caller's to release. */
+/* Searches the blocks with more than BLOCK_FINDINGS findings again, now that their number is known,
+ * for as many as can still be kept (room, of all blocks). The caller releases *out. */
 static mesher_result mesher__sweep_again(mesher_domain *domain, const mesher__space *space,
                                          size_t first, size_t num, mesher__sweep *sweeps,
                                          size_t room, mesher_finding **out)
@@ -2277,8 +2337,8 @@ static mesher_result mesher__sweep_again(mesher_domain *domain, const mesher__sp
     return MESHER_OK;
 }
 
-/* One round: blocks [first, first+num). Each thread writes only the slice and the sweep of its
- * block. */
+/* One round: blocks [first, first+num). A thread writes only to the sweep of its block and to the
+ * slice of BLOCK_FINDINGS findings that belongs to it. */
 static mesher_result mesher__sweep_round(mesher_domain *domain, const mesher__space *space,
                                          size_t first, size_t num, mesher__sweep *sweeps,
                                          mesher_finding *slices, mesher__found *found)
@@ -2327,7 +2387,7 @@ static mesher_result mesher__sweep_all(mesher_domain *domain, const mesher__spac
     return result;
 }
 
-/* Findings go to the report in the order of their triangles. */
+/* Adds the findings to the report, in the order of their triangles. */
 static mesher_result mesher__report_found(mesher_domain *domain, const mesher__found *found,
                                           mesher_report *report)
 {
@@ -2353,7 +2413,7 @@ static mesher_result mesher__report_found(mesher_domain *domain, const mesher__f
     return result;
 }
 
-/* Every pair of facets and lines that meet where they must not. */
+/* Reports every pair of facets and lines that meet where they must not. */
 static mesher_result mesher__check_space(mesher_domain *domain, mesher_report *report)
 {
     delaunay_memory *memory = &domain->memory;
@@ -2381,7 +2441,7 @@ static int mesher__point_on(const mesher__space *space, const mesher__item *item
     return mesher__side(&t, x) == 0 && mesher__in_triangle(&t, x, mesher__plane_of(&t), &edge) != 0;
 }
 
-/* Smallest id of an item that vertex v lies on, or NO_ID. */
+/* The smallest id of the items that vertex v lies on, or NO_ID. */
 static uint32_t mesher__item_under(const mesher__space *space, uint32_t v)
 {
     const double *x = mesher__point(space->surface, v);
@@ -2407,8 +2467,8 @@ static uint32_t mesher__item_under(const mesher__space *space, uint32_t v)
     return best;
 }
 
-/* Isolated vertices are points of the mesh, if they are wanted, but one exactly on a facet or line
- * would split it: left out, too. */
+/* Decides which isolated vertices become points of the mesh: those that are wanted, but not one
+ * that is exactly on a facet or line, which it would split. */
 static mesher_result mesher__place_isolated(mesher_domain *domain, mesher_report *report)
 {
     const mesher_surface *surface = &domain->surface;
@@ -2439,16 +2499,18 @@ static mesher_result mesher__place_isolated(mesher_domain *domain, mesher_report
 
 /* ---- >>empty ------------------------------------------------------------------------------ */
 
-/* What a failure of the kernel means here; codes of its own are about the surface's coordinates. */
+/* The result for one of delaunay.h. Failures that have no code here are due to the coordinates of
+ * the surface. */
 static mesher_result mesher__from_delaunay(delaunay_result result)
 {
     return result >= DELAUNAY_ERROR_INTERNAL ? (mesher_result)result : MESHER_ERROR_SURFACE;
 }
 
-/* The box around the points: so many times the largest extent beyond them on every axis, rounded
- * outwards to coordinates of few bits. A sphere through a large flat facet on the outside of the
- * surface bulges far out before it has left the points behind the facet: corners nearby would be in
- * it, and the facet missing. */
+/* On every axis the box reaches this many times the points' largest extent beyond the points; then
+ * it is rounded outwards to coordinates of few bits. It has to be this large: at a large flat facet
+ * on the outside of the surface, a sphere through its corners that has none of the points behind
+ * the facet inside bulges far out; were a corner of the box in it, the Delaunay triangulation would
+ * lack the facet. */
 #  define MESHER__BOX_EXTENTS 16
 
 static void mesher__box(const mesher_domain *domain, double *lo, double *hi)
@@ -2482,14 +2544,14 @@ static void mesher__box(const mesher_domain *domain, double *lo, double *hi)
     }
 }
 
-/* Is there no vertex of the mesh where this one of the input is? */
+/* True if the mesh has no vertex at the place of input vertex v. */
 static int mesher__is_absent(const mesher_domain *domain, size_t v)
 {
     return domain->vertex_used[domain->survivor[v]] == MESHER_VERTEX_ABSENT;
 }
 
-/* The points that go into the triangulation: absent ones at the place of another, the corners at
- * the end. */
+/* The points to triangulate: the input vertices, but absent ones at the place of box corner 0, as
+ * its duplicates; then the 8 corners of the box. */
 static void mesher__points(const mesher_domain *domain, double *xyz)
 {
     size_t n = domain->surface.num_vertices, i, k;
@@ -2502,8 +2564,8 @@ static void mesher__points(const mesher_domain *domain, double *xyz)
         if (mesher__is_absent(domain, i)) memcpy(xyz + 3 * i, xyz + 3 * n, 3 * sizeof *xyz);
 }
 
-/* Absent points have no vertex, unless they are duplicates; a vertex has the id of the point that
- * is not absent. */
+/* Fills vertex_id and corrects vertex_of: a vertex has the id of its point that is not absent;
+ * absent points have vertex 0, unless they are duplicates of one that is not. */
 static void mesher__name_vertices(mesher_domain *domain)
 {
     delaunay_mesh *mesh = &domain->mesh;
@@ -14124,7 +14186,7 @@ MESHER_API const char *mesher_kind_string(mesher_kind kind)
 /* A length or ratio that an option may have: finite and not negative. */
 static int mesher__sane(double x) { return x >= 0 && x <= DBL_MAX; }
 
-/* An option that cannot be, as a sentence. */
+/* Reports an option whose value is not allowed. */
 static mesher_result mesher__bad_option(mesher_report *report, const char *name, double value,
                                         const char *wanted)
 {
@@ -14187,7 +14249,7 @@ static mesher_result mesher__check_grid(const mesher_size_grid *g, mesher_report
     return MESHER_OK;
 }
 
-/* Region sizes, sources and the grid are what their comments ask for. */
+/* Checks that region sizes, sources and the grid are as their declarations demand. */
 static mesher_result mesher__check_wishes(const mesher_options *o, mesher_report *report)
 {
     mesher_result result = MESHER_OK;
@@ -14206,7 +14268,7 @@ static mesher_result mesher__check_wishes(const mesher_options *o, mesher_report
     return result == MESHER_OK && o->size_grid ? mesher__check_grid(o->size_grid, report) : result;
 }
 
-/* Every number of the options is finite and 0 or more, or the report says which is not. */
+/* Checks that every number of the options is finite and 0 or more. */
 static mesher_result mesher__check_option_numbers(const mesher_options *o, mesher_report *report)
 {
     const struct {
@@ -14229,7 +14291,7 @@ static mesher_result mesher__check_option_numbers(const mesher_options *o, meshe
     return MESHER_OK;
 }
 
-/* As mesher_options_resolve; what is wrong becomes the report's sentence. */
+/* As mesher_options_resolve; the report's message says what is wrong. */
 static mesher_result mesher__resolve(mesher_options *out, const mesher_options *in,
                                      mesher_report *report)
 {
@@ -14290,8 +14352,8 @@ static mesher_result mesher__check_arguments(const mesher_surface *s, mesher_rep
     return MESHER_OK;
 }
 
-/* As mesher_domain_init; with *usable, a defect leaves a domain that the intersection test can work
- * on. */
+/* As mesher_domain_init, but a failed domain is not freed. *usable: the intersection test can work
+ * on the domain, even if there are defects. */
 static mesher_result mesher__domain_init(mesher_domain *domain, const mesher_surface *surface,
                                          const mesher_options *options, mesher_report *report,
                                          int *usable)
@@ -14366,7 +14428,8 @@ MESHER_API void mesher_domain_free(mesher_domain *domain)
     memset(domain, 0, sizeof *domain);
 }
 
-/* A valid surface with open edges: only its cells say which sheets lie outside all of them. */
+/* Meshes a surface with open edges in which no other defect was found: which sheets lie outside
+ * every cell is known only from the cells. */
 static mesher_result mesher__check_sheets(mesher_domain *domain, mesher_report *report)
 {
     mesher_report scratch;
@@ -14450,8 +14513,8 @@ static void mesher__report_drop_defects(mesher_report *report)
     report->message[0] = 0;
 }
 
-/* The intersection test after a failed recovery. Its defects replace those of the recovery; if
- * there are none, the surface is valid and the failure is ours. */
+/* The intersection test after a failed recovery. Its defects replace those that recovery reported;
+ * if it finds none, the surface is valid, and the result is that of recovery. */
 static mesher_result mesher__explain_failure(mesher_domain *domain, mesher_report *report,
                                              mesher_result failure)
 {
@@ -14476,7 +14539,7 @@ static mesher_result mesher__explain_failure(mesher_domain *domain, mesher_repor
             mesher_report_add(report, f->kind, f->triangles[0], f->triangles[1], f->vertices[0],
                               f->vertices[1], f->vertices[2], f->xyz);
         }
-        for (k = 0; k < MESHER_NUM_KINDS; k++) /* those that there was no room for */
+        for (k = 0; k < MESHER_NUM_KINDS; k++) /* also those that there was no room for */
             if (mesher_is_defect((mesher_kind)k)) report->counts[k] = found.counts[k];
         memcpy(report->message, found.message, sizeof report->message);
         mesher__message_finish(report);
@@ -14488,7 +14551,7 @@ static mesher_result mesher__explain_failure(mesher_domain *domain, mesher_repor
     return failure;
 }
 
-/* The stages that make a mesh valid. */
+/* The stages up to a valid mesh with regions. */
 static mesher_result mesher__mesh_surface(mesher_domain *domain, mesher_report *report)
 {
     const delaunay_host *host = &domain->options.host;
@@ -14513,7 +14576,7 @@ static mesher_result mesher__mesh_surface(mesher_domain *domain, mesher_report *
     return result;
 }
 
-/* The stages that give it the wanted size. */
+/* The stages that bring it to the wanted sizes. */
 static mesher_result mesher__mesh_size(mesher_domain *domain, mesher_report *report)
 {
     const delaunay_host *host = &domain->options.host;
@@ -14567,7 +14630,8 @@ MESHER_API mesher_result mesher_refine_surface(mesher_fine_surface *fine,
     return result;
 }
 
-/* Blocks of slots, which threads share: where one begins. Slot 0 is in none. */
+/* The mesh's tetrahedron slots are divided into blocks, which threads share; slot 0 is in none. The
+ * function returns the first slot of block b; b = MESHER__OUTPUT_BLOCKS: the end of all. */
 enum { MESHER__OUTPUT_BLOCKS = 256 };
 static delaunay_handle mesher__output_block(const delaunay_mesh *mesh, int b)
 {
@@ -14575,8 +14639,8 @@ static delaunay_handle mesher__output_block(const delaunay_mesh *mesh, int b)
     return (delaunay_handle)(1 + slots * (uint64_t)b / MESHER__OUTPUT_BLOCKS);
 }
 
-/* The vertices of the kept tetrahedra of a block get key 0, by any thread that has one. Returns how
- * many tetrahedra are kept. */
+/* Sets the keys of the vertices of a block's kept tetrahedra to 0; threads may set the same key.
+ * Returns how many tetrahedra are kept. */
 static uint64_t mesher__mark_output(const delaunay_mesh *mesh, int b)
 {
     delaunay_handle t = mesher__output_block(mesh, b), end = mesher__output_block(mesh, b + 1);
@@ -14593,10 +14657,10 @@ static uint64_t mesher__mark_output(const delaunay_mesh *mesh, int b)
     return kept;
 }
 
-/* vertices[].key of every vertex in a kept tetrahedron becomes its output number: input vertices
- * keep theirs, new ones follow in the order of the array. NO_ID for the others. Returns the number
- * of output vertices; before: that of the kept tetrahedra before each block, and in the end of all.
- */
+/* Sets vertices[].key of every vertex of a kept tetrahedron to its output number, and NO_ID for the
+ * others. Input vertices keep their number (the survivor's), new ones follow in the order of the
+ * array. Returns the number of output vertices. before[b]: number of kept tetrahedra before block
+ * b; the last entry: of all. */
 static uint32_t mesher__number_output(mesher_domain *domain, uint64_t *before)
 {
     delaunay_mesh *mesh = &domain->mesh;
@@ -14647,7 +14711,7 @@ MESHER_API mesher_result mesher_mesh(mesher_domain *domain, const mesher_surface
     mesher__report_reset(report, surface);
     result = mesher__domain_init(domain, surface, options, report, &usable);
     if (result == MESHER_ERROR_SURFACE && usable && !domain->options.no_intersection_test)
-        result = mesher__check_space(domain, report); /* the whole truth at once */
+        result = mesher__check_space(domain, report); /* report all defects at once */
     report->seconds_check = delaunay_seconds(options ? &options->host : NULL) - start;
     if (result == MESHER_ERROR_SURFACE) mesher__message_finish(report);
     if (result >= 0) result = mesher__mesh_surface(domain, report);
@@ -14663,19 +14727,19 @@ MESHER_API mesher_result mesher_mesh(mesher_domain *domain, const mesher_surface
     return result;
 }
 
-/* -- a small part that fails like the whole */
+/* -- a small part of a surface that fails like the whole: mesher_reproduce */
 
 enum { MESHER__PART_TRIANGLES = 4096, MESHER__PART_RUNS = 100, MESHER__PART_SECONDS = 30 };
 
 typedef struct mesher__part {
     const mesher_surface *whole;
     mesher_options  options;
-    mesher_result   failure;
+    mesher_result   failure;    /* the whole's: the part has to fail in the same way */
     delaunay_memory memory;
     uint64_t *
-        order; /* of the whole's triangles, nearest first: 32 bits of distance, then the triangle */
+        order; /* of the whole's triangles, nearest first: distance<<32|triangle */
     uint32_t *chosen, *trial;   /* triangles of the whole */
-    uint32_t *number;           /* of the whole's vertices in the part; 0: none, else plus 1 */
+    uint32_t *number;           /* whole's vertex -> its index in the part plus 1; 0: none */
     double   *xyz;
     uint32_t *triangles;
     mesher_surface *out;
@@ -14690,7 +14754,7 @@ static double mesher__part_clock(void *user)
     return p->host.clock(p->host.user);
 }
 
-/* Ends a run that the caller cancels, or for which there is no time left. */
+/* The progress callback of the runs: cancels one that the caller cancels, or if the time is up. */
 static int mesher__part_progress(void *user, const char *phase, double done)
 {
     mesher__part *p = (mesher__part *)user;
@@ -14699,7 +14763,7 @@ static int mesher__part_progress(void *user, const char *phase, double done)
     return p->late;
 }
 
-/* Distance of the box around a triangle. */
+/* The distance of a place from the bounding box of triangle t. */
 static double mesher__triangle_box_distance(const mesher_surface *s, size_t t, const double *where)
 {
     double sum = 0;
@@ -14728,13 +14792,13 @@ static void mesher__part_order(mesher__part *p, const double *where)
     }
     for (i = 0; i < n; i++) {
         double d = distant > 0 ? mesher__triangle_box_distance(p->whole, i, where) / distant : 0;
-        if (!(d <= 1)) d = 1; /* without a place */
+        if (!(d <= 1)) d = 1; /* not finite: it comes last */
         p->order[i] = (uint64_t)(d * 4294967295.0) << 32 | i;
     }
     if (n > 1) qsort(p->order, n, sizeof *p->order, mesher__compare_u64);
 }
 
-/* Triangles of the whole, and a box around them, as the part. */
+/* Makes the part of the chosen triangles of the whole and a box around them. */
 static void mesher__part_build(mesher__part *p, const uint32_t *chosen, size_t count)
 {
     static const uint8_t faces[12][3] = {{0, 2, 1}, {1, 2, 3}, {4, 5, 6}, {5, 7, 6},
@@ -14790,7 +14854,8 @@ static int mesher__part_is_done(const mesher__part *p)
     return p->late || p->runs >= MESHER__PART_RUNS;
 }
 
-/* Leaves out pieces of the chosen triangles, large ones first, while what is left fails. */
+/* Removes pieces of the list of chosen triangles, large ones first, wherever the rest still fails.
+ * Returns 1, or a failure. */
 static int mesher__part_shrink(mesher__part *p, size_t *count)
 {
     size_t piece, i, n;
@@ -14881,9 +14946,9 @@ MESHER_API mesher_result mesher_reproduce(const mesher_surface *surface,
     return result;
 }
 
-/* -- a mesh of the caller's */
+/* -- a mesh of the caller's: mesher_refine_mesh */
 
-/* Marks facet f and its edges. */
+/* Marks facet f and its edges as constrained. */
 static mesher_result mesher__keep_facet(delaunay_mesh *mesh, delaunay_worker *worker,
                                         delaunay_handle f)
 {
@@ -14899,9 +14964,10 @@ static mesher_result mesher__keep_facet(delaunay_mesh *mesh, delaunay_worker *wo
     return MESHER_OK;
 }
 
-/* Marks the facets and edges of the surface that are in tetrahedron t, and notes them in seen: the
- * edges, then the facets. By their vertices alone: where parts of the mesh touch in a vertex or an
- * edge only, its star is in several parts. */
+/* Marks the surface's facets and edges of tetrahedron t as constrained and sets their flags in seen
+ * (all edges, then all facets). They are looked up by their vertices, tetrahedron by tetrahedron,
+ * not from star to star: where parts of the mesh touch only in a vertex or an edge, the star of
+ * this is not connected. */
 static void mesher__keep_in(const mesher_domain *domain, delaunay_handle t, uint8_t *seen)
 {
     const delaunay_mesh *mesh = &domain->mesh;
@@ -14932,9 +14998,10 @@ static void mesher__keep_in(const mesher_domain *domain, delaunay_handle t, uint
     mesh->flags[t] = (uint16_t)(mesh->flags[t] | flags);
 }
 
-/* Marks the border, what lies between regions, and all facets and lines of the surface, which must
- * be there. seen: a zero for each edge and facet. Each part of an edge's star has facets of the
- * border. */
+/* Marks as constrained the facets of the border and between regions, with their edges, and all
+ * facets and lines of the surface, which must be in the mesh. seen: a zero for each edge and facet.
+ * Where the star of an edge is not connected, each part of it has facets of the border, by which
+ * the edge is marked in all parts. */
 static mesher_result mesher__keep_surface(mesher_domain *domain, delaunay_worker *worker,
                                           uint8_t *seen, mesher_report *report)
 {
@@ -14968,7 +15035,7 @@ static mesher_result mesher__keep_surface(mesher_domain *domain, delaunay_worker
     return mesher__count_defects(report) ? MESHER_ERROR_SURFACE : MESHER_OK;
 }
 
-/* The regions of a mesh of the caller's: numbers, tetrahedra and volumes. */
+/* Lists the regions of a mesh of the caller's: numbers, tetrahedra and volumes. */
 static mesher_result mesher__list_regions(mesher_domain *domain, mesher_report *report)
 {
     const delaunay_mesh *mesh = &domain->mesh;
@@ -15096,7 +15163,7 @@ MESHER_API mesher_result mesher_refine_mesh(mesher_domain *domain, const mesher_
     return result;
 }
 
-/* The constrained facets of kept tetrahedron t get its region on its side. */
+/* Writes the region of kept tetrahedron t to its side of those facets that it has. */
 static void mesher__export_sides(const mesher_domain *domain, const mesher_output *out,
                                  delaunay_handle t)
 {
@@ -15118,7 +15185,7 @@ static void mesher__export_sides(const mesher_domain *domain, const mesher_outpu
     }
 }
 
-/* The kept tetrahedra of a block, the first of which has number n. */
+/* Writes the kept tetrahedra of a block; n: the output number of the first one. */
 static void mesher__export_block(const mesher_domain *domain, const mesher_output *out, int b,
                                  uint64_t n)
 {
@@ -15134,7 +15201,7 @@ static void mesher__export_block(const mesher_domain *domain, const mesher_outpu
     }
 }
 
-/* Triangles without their sides, and lines. */
+/* Writes triangles (with the outside on both sides, so far) and lines. */
 static void mesher__export_surface(const mesher_domain *domain, const mesher_output *out)
 {
     const mesher_surface *s = &domain->surface;
@@ -15160,8 +15227,8 @@ static int mesher__is_moved(const double *a, const double *b)
     return a[0] != b[0] || a[1] != b[1] || a[2] != b[2];
 }
 
-/* Places by output number. Those of input vertices are the caller's bytes (0 may be -0), but where
- * the mesh has another place since. */
+/* Writes the coordinates, by output number. Input vertices get the caller's bytes (-0 stays -0),
+ * unless the mesh has moved them since. */
 static void mesher__export_points(const mesher_domain *domain, double *xyz)
 {
     const delaunay_mesh *mesh = &domain->mesh;
@@ -15183,7 +15250,7 @@ static void mesher__export_points(const mesher_domain *domain, double *xyz)
     }
 }
 
-/* Arrays for so much as the counts say. Returns 0 without memory. */
+/* Allocates the arrays for the counts of the output. Returns 0 without memory. */
 static int mesher__output_room(mesher_output *out)
 {
     delaunay_memory *m = &out->memory;
@@ -15227,8 +15294,8 @@ MESHER_API mesher_result mesher_export(mesher_domain *domain, mesher_output *out
     mesher__export_surface(domain, out);
     threads = delaunay_threads_for(&domain->options.host, domain->mesh.num_tets);
     (void)threads;
-    /* Shared: the mesh, read only; each block has its part of the arrays, and a side of a facet is
-     * written by the one tetrahedron there. */
+    /* Shared: the mesh, read only; each block has its part of the arrays, and each side of a
+     * triangle is written for the one tetrahedron there. */
     MESHER__OMP(omp parallel for schedule(dynamic, 4) num_threads(threads))
     for (b = 0; b < MESHER__OUTPUT_BLOCKS; b++) mesher__export_block(domain, out, b, before[b]);
     return MESHER_OK;
