@@ -1,21 +1,21 @@
 # Needs a C compiler and make. Everything is built into build/.
 #
 #   make                          the tools: mesh, delaunay, improve; cube, sort_points, sort_pairs
-#   make demo                     mesh a part that the program makes itself, write demo.vtu
-#   make test                     all tests, some five minutes on two cores
+#   make demo                     mesh a part that the tool itself models, write demo.vtu
+#   make test                     all tests, about five minutes on two cores
 #   make hard                     a thousand surfaces that are hard to recover, each result proved
 #   make sanitize                 all tests under the address and undefined-behaviour sanitizers
 #   make tsan                     the parallel tests under clang's thread sanitizer
-#   make test-models MODELS=DIR   the tools over a folder of models with an INDEX.tsv
-#   make league MODELS=DIR        times and qualities over the same folder, beside rivals if installed
-#   make league-table MODELS=DIR  table 7.1 of the thesis for three parts of it, or those in PARTS
-#   make bench-NAME               build and run bench/NAME.c or .cpp, with ARGS; bench-mesh takes
-#                                 MODELS=DIR too
-#   make include-test             every way to include the headers
+#   make test-models MODELS=DIR   run the tools over a folder of models with an INDEX.tsv
+#   make league MODELS=DIR        times and qualities over this folder, with installed rivals
+#   make league-table MODELS=DIR  table 7.1 of [Marot 2020] for three of the models, or for PARTS
+#   make bench-NAME               build and run bench/NAME.c or .cpp with the arguments ARGS;
+#                                 bench-mesh also takes MODELS=DIR
+#   make include-test             test every way to include the headers
 #   make dist                     standalone headers in dist/
 #   make clean
 #
-# CC, CFLAGS, LDLIBS can be set; OpenMP is used when the compiler knows it (OPENMP= turns it off).
+# CC, CFLAGS, LDLIBS can be set. OpenMP is used if the compiler supports it; OPENMP= turns it off.
 
 CFLAGS ?= -O3
 TESTFLAGS ?= -O1 -Wall -Wextra
@@ -45,7 +45,7 @@ $(BUILD):
 $(BUILD)/test_%: tests/test_%.c $(HEADERS) | $(BUILD)
 	$(CC) $(TESTFLAGS) $(OPENMP) -I. -Iexamples -Itests $< $(LINKED) -o $@ $(LDLIBS)
 
-# Tests that know a header from outside share its implementation, compiled once.
+# Tests that use only the interface of a header share its implementation, which is compiled once.
 $(BUILD)/linked_%.o: %.h $(HEADERS) | $(BUILD)
 	$(CC) $(TESTFLAGS) $(OPENMP) -I. -D$(shell echo $* | tr a-z A-Z)_IMPLEMENTATION -include $< \
 	  -x c -c /dev/null -o $@
@@ -60,7 +60,7 @@ $(DELAUNAY_TESTS): LINKED = -DLINKED $(BUILD)/linked_delaunay.o
 $(BUILD)/bench_%: bench/%.c $(HEADERS) | $(BUILD)
 	$(CC) $(CFLAGS) $(OPENMP) -I. -Iexamples $< -o $@ $(LDLIBS)
 
-# Ours with the flags of the README, the rival, where it is installed, with its best.
+# Ours is compiled with the flags of the README, the rival, if installed, with its best ones.
 CGAL ?= $(if $(wildcard /usr/include/CGAL/Delaunay_triangulation_3.h),-DWITH_CGAL)
 $(BUILD)/bench_delaunay: bench/delaunay.cpp $(HEADERS) | $(BUILD)
 	$(CC) $(CFLAGS) $(OPENMP) -I. -DDELAUNAY_IMPLEMENTATION -include delaunay.h -x c -c /dev/null \
@@ -77,7 +77,7 @@ $(BUILD)/%: examples/%.c $(HEADERS) | $(BUILD)
 demo: $(BUILD)/mesh
 	$(BUILD)/mesh --demo -o demo.vtu
 
-# Built by all cores, unless make was told otherwise.
+# Builds on all cores, unless make was given a number of jobs.
 JOBS = $(if $(findstring jobserver,$(MAKEFLAGS)),,-j$(shell getconf _NPROCESSORS_ONLN 2>/dev/null || echo 1))
 test:
 	@$(MAKE) --no-print-directory $(JOBS) $(TOOLS) $(TESTS)
@@ -100,7 +100,7 @@ test-models: all
 league: all
 	@BUILD=$(BUILD) sh bench/league.sh '$(MODELS)'
 
-# Rotor, Piston and Rim of the thesis cannot be had: three parts of the folder instead.
+# Rotor, Piston and Rim of [Marot 2020] are not available; these models of the folder replace them.
 PARTS ?= a_cad/fandisk.off a_cad/piece_explicit_volume.off a_cad/shoulder.off
 league-table: all
 	@NATIVE=1 FILES='$(PARTS)' BUILD=$(BUILD) sh bench/league.sh '$(MODELS)' | awk -F, ' \

@@ -1,17 +1,19 @@
-/* delaunay.cpp - delaunay.h beside CGAL, in turns in one process; CSV on stdout.
+/* delaunay.cpp - delaunay.h compared with CGAL, in turns in one process; CSV on stdout.
  *
  *   cc -O3 -fopenmp -DDELAUNAY_IMPLEMENTATION -include delaunay.h -x c -c /dev/null -o ours.o
  *   c++ -O3 -march=native -frounding-math -fopenmp -DBENCH_DELAUNAY_SEPARATE -DWITH_CGAL -I. \
  *       bench/delaunay.cpp ours.o -o bench_delaunay -ltbb -ltbbmalloc -lgmp -lmpfr -lm
  *   (apt-get install libcgal-dev libtbb-dev)
  *
- * So ours has the flags of the README, the rival its best. Without -DWITH_CGAL and
- * -DBENCH_DELAUNAY_SEPARATE it builds alone, and the rival's times are nan.
+ * In this way ours is compiled with the flags of the README, and the rival with those that are best
+ * for it. Without -DWITH_CGAL and -DBENCH_DELAUNAY_SEPARATE the file builds alone, and the rival's
+ * times are nan.
  *
- * Columns: bench,case,threads,ours_s,rival,rival_s,ratio; ratio = rival_s/ours_s, medians. Points
- * in memory to triangulation: sorting and numbering in, input, output and freeing out. QUICK=1:
- * fewer and smaller cases. THREADS="1 2 4 8 16": instead, POINTS (10 million) uniform points with
- * each of these numbers of threads, RUNS (3) runs, beside one thread and CGAL's parallel one. */
+ * Columns: bench,case,threads,ours_s,rival,rival_s,ratio; ratio = rival_s/ours_s; all are medians.
+ * The times are from points in memory to the triangulation, with sorting and numbering, but without
+ * input, output and freeing. Environment: QUICK=1: fewer and smaller cases. THREADS="1 2 4 8 16":
+ * instead of the cases, POINTS (default 10 million) uniform points with each of these numbers of
+ * threads, RUNS (default 3) runs each, compared with one thread and with CGAL in parallel. */
 #ifndef BENCH_DELAUNAY_SEPARATE
 #  define DELAUNAY_IMPLEMENTATION
 #endif

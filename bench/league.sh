@@ -1,8 +1,9 @@
 #!/bin/sh
-# league.sh FOLDER: each surface of a folder with an INDEX.tsv, meshed by ours, by gmsh's HXT and by TetGen (those that
-# are installed), one thread each; one CSV line a mesh, judged by bench/quality.c alone. CLASS restricts to one class,
-# FILES to some files, LIMIT is seconds a run. Rivals get the surfaces that they can read: OFF. NATIVE=1: gmsh's own
-# mesher, too.
+# league.sh FOLDER: each surface of a folder with an INDEX.tsv is meshed by this project's mesher,
+# by gmsh's HXT and by TetGen (if they are installed), with one thread each. Prints one CSV line for
+# each mesh, with the measures of bench/quality.c. Rivals get only the OFF files, which they can
+# read. Environment: CLASS restricts the surfaces to one class, FILES to some files; LIMIT is the
+# time for one run in seconds (default 120); NATIVE=1 adds gmsh's own mesher.
 BUILD=${BUILD:-build}
 LIMIT=${LIMIT:-120}
 CC=${CC:-cc}
@@ -24,7 +25,7 @@ row() { # MESHER MODEL START MESH IMPROVEMENT-SECONDS
     awk -v m="$1" -v f="$2" -v s="$3" -v e="$end" -v q="${line:-,,,,,,,,,,}" -v i="$5" \
         'BEGIN { printf "%s,%s,%s,%.3f,%s\n", f, m, q, e - s, i }'
 }
-# OFF to MSH 2.2: one surface
+# Converts an OFF file to MSH 2.2, as one surface.
 to_msh() {
     tr -s ' \t\r' ' ' < "$1" | awk '
         /^ *(#|$)/ || /^ *OFF *$/ { next }

@@ -1,17 +1,19 @@
-/* mesh.c - from a surface file to an improved mesh, beside gmsh's HXT and TetGen
+/* mesh.c - from a surface file to an improved mesh, compared with gmsh's HXT and TetGen
  *
- *     make bench-mesh                          three surfaces that the program makes itself
- *     make bench-mesh MODELS=FOLDER            and the surfaces in a folder (.off .stl .mesh ..), below it too
- *     build/bench_mesh [--threads N].. [--runs K] [--case NAME].. [--size-factor F] [--peak] [FILE ..]
+ *     make bench-mesh                  three surfaces that the program makes itself
+ *     make bench-mesh MODELS=FOLDER    also the .off .stl .obj .ply files in and below a folder
+ *     build/bench_mesh [--threads N].. [--runs K] [--case NAME].. [--size-factor F] [--peak]
+ *                      [FILE ..]
  *
- * Cases: fibres100 (a cube with 100 fibres, each a region), cad (the part of examples/demo_part.h, finer), scan (a
- * bumpy sphere with irregular triangles). All meshers get the same file and run in turns; the best of K runs
- * (3) counts. Seconds are each program's own: ours from reading to improvement (what mesh.c does on top, the proof, is
- * not meshing; nor is writing); HXT the sum of its phases, which leaves out its reading; TetGen its total.
- * NAME-refine is seconds of refinement per vertex that it inserted. gmsh: -algo hxt, improved up to gamma
- * 0.35; TetGen: the switches of Marot 2020, 7. A rival that is not installed is named. --peak adds lines with the
- * bytes that refinement needed per tetrahedron, ours only. --size-factor F makes our sizes F times as large; with 1
- * both have about as many tetrahedra.
+ * Cases: fibres100 (a cube with 100 fibres, each a region), cad (the part of examples/demo_part.h,
+ * finer), scan (a bumpy sphere with irregular triangles). All meshers get the same file and run in
+ * turns; the best of K runs (default 3) counts. Each program reports its own seconds: ours from
+ * reading to improvement (without writing, and without the final proof of examples/mesh.c, which is
+ * not meshing); HXT the sum of its phases, without reading; TetGen its total. NAME-refine: seconds
+ * of refinement for each vertex that it inserts. gmsh runs with -algo hxt and improves up to gamma
+ * 0.35; TetGen runs with the switches of [Marot 2020, 7]. A rival that is not installed is named.
+ * --peak adds lines with the bytes that our refinement needs for each tetrahedron. --size-factor F
+ * makes our sizes F times as large; with 1, we and HXT make about as many tetrahedra.
  *
  * CSV: bench,case,threads,ours_s,rival,rival_s,ratio; lines with # give counts and phases.
  */

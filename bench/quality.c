@@ -1,12 +1,12 @@
 /* quality.c - an independent judge of tetrahedral meshes: build/bench_quality MESH ..
  *
- * Reads Medit ASCII and prints one CSV line: the measures as the textbooks define them, computed
- * here and not by the headers. Either orientation is accepted; a mesh with both has inverted
- * tetrahedra and negative measures.
+ * Reads Medit ASCII files and prints one CSV line for each: the measures as textbooks define them,
+ * computed here and not by the headers. Either orientation is accepted; a mesh with both has
+ * inverted tetrahedra and negative measures.
  *
- * free35 counts the tetrahedra with gamma below 0.35 that the surface (and interfaces between
- * references) does not hold there. It holds a tetrahedron if no tetrahedron with gamma 0.35 or more
- *   - stands on one of its surface facets, between the surface facets that meet that facet;
+ * free35 counts the tetrahedra with gamma below 0.35 whose quality is not limited by the surface
+ * (including interfaces between references). It limits one if no tetrahedron of gamma >= 0.35
+ *   - fits on one of its facets on the surface, on the inner side of the adjacent surface facets;
  *   - fits between the two surface facets around one of its edges: the dihedral angle is too small;
  *   - fits into the solid angle that the surface leaves at one of its corners. */
 #include <math.h>

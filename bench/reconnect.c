@@ -1,14 +1,16 @@
 /* reconnect.c - the closure search on cavities of a random Delaunay mesh, grown around its
  * worst tetrahedra
  *
- * In the manner of Marot 2020, table 6.1: time to the proven optimum with and without an initial
- * bound (the worst quality that the cavity has), and what each heuristic is worth (switched off by
- * the search's flags). Quality is gamma = sqrt(24) * inradius / longest edge. Each line: points;
- * cavities; boundary triangles (mean); of how many cavities the worst quality was improved; mean
- * nodes, microseconds and median microseconds; searches that met the node limit. Last: what a
- * growing cavity costs (6.3), a search at each size from 5 points on until one improves.
+ * In the manner of [Marot 2020, table 6.1]: the time to the proven optimum with and without an
+ * initial bound (the worst quality in the cavity as it is), and the gain from each heuristic (each
+ * is switched off by the search's flags). Quality is gamma = sqrt(24) * inradius / longest edge.
+ * Columns: points; kind of search; cavities; boundary triangles (mean); cavities whose worst
+ * quality was improved; nodes (mean); microseconds (mean, median); searches that reached the node
+ * limit; nanoseconds per node. Last: the cost of a growing cavity [Marot 2020, 6.3], with a search
+ * at each size from 5 points on until one improves.
  *
- *     make bench-reconnect ARGS="[points of the mesh] [cavities a size] [largest size] [node limit]"
+ *     make bench-reconnect ARGS="[points of the mesh] [cavities of each size] [largest size]
+ *                                [node limit] [1: points of a jittered grid]"
  */
 #define DELAUNAY_IMPLEMENTATION
 #include "../delaunay.h"

@@ -1,14 +1,14 @@
-/* recovery.c - time of boundary recovery beside TetGen's and HXT's printed phases, on surfaces made
- * here
+/* recovery.c - time of boundary recovery, compared with the times that TetGen and HXT print for it,
+ * on surfaces that the program makes
  *
- *     make bench-recovery [ARGS="SCALE"]      SCALE 1: about 50 000 triangles each (default), 3:
- * about 500 000
+ *     make bench-recovery [ARGS="SCALE"]      SCALE 1: about 50 000 triangles each (default),
+ *                                             3: about 500 000
  *
- * CSV: bench,case,triangles,threads,ours_s,rival,rival_s,ratio. Ours: mesher_recover, the best of
- * three runs, first to last byte; TetGen 'Boundary recovery seconds' with -BNEFIVVYp; HXT
- * tBndRecovery of gmsh -algo hxt, one thread each. A rival that is not installed is named, with no
- * numbers. Lines "detect" have the microseconds per tetrahedron of the search for what is missing.
- * Files go into build/recovery.tmp. */
+ * CSV: bench,case,triangles,threads,ours_s,rival,rival_s,ratio. Ours: all of mesher_recover, the
+ * best of three runs; TetGen: 'Boundary recovery seconds' with -BNEFIVVYp; HXT: tBndRecovery of
+ * gmsh -algo hxt; one thread each. A rival that is not installed is named, without numbers. Lines
+ * "detect" have the microseconds per tetrahedron of the search for missing edges and facets. Files
+ * go into build/recovery.tmp. */
 #define MESHER_IMPLEMENTATION
 #include "mesher.h"
 #define MESHIO_IMPLEMENTATION

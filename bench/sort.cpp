@@ -1,10 +1,11 @@
-/* sort.cpp - hxtsort.h against std::sort, __gnu_parallel::sort, a plain LSD sort and memcpy.
+/* sort.cpp - hxtsort.h compared with std::sort, __gnu_parallel::sort, a plain LSD sort and memcpy
  *
  *   g++ -O3 -fopenmp bench/sort.cpp -o bench_sort && ./bench_sort
  *
- * One CSV row for each comparison: medians of alternating runs in this process, ratio = rival_s /
- * ours_s. Input is copied, scratch allocated and touched outside the timing, for everyone. Both
- * sides get the README's flags; the rivals gain nothing from -march=native (tried).
+ * Prints one CSV row for each comparison: medians of alternating runs in this process, ratio =
+ * rival_s / ours_s. For all of them the input is copied, and scratch memory allocated and touched,
+ * outside the timing. Both sides get the flags of the README; the rivals gain nothing from
+ * -march=native (tried).
  */
 #define HXTSORT_IMPLEMENTATION
 #include "../hxtsort.h"

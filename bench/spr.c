@@ -1,9 +1,11 @@
-/* spr.c - times and qualities of improvement: build/bench_spr [--threads N] [--measure M] [--off
- * OPERATOR].. MESH ..
+/* spr.c - times and qualities of improvement
  *
- * Each MESH is a tetrahedral mesh in any format of meshio.h; its border and interfaces stay. One
- * CSV line before and one after; seconds are of spr_improve alone. OPERATOR: smooth, edge, spr,
- * vertices. */
+ *     build/bench_spr [-v] [--threads N] [--rounds N] [--target Q] [--measure gamma|sicn|dihedral]
+ *                     [--off smooth|edge|spr|vertices].. MESH ..
+ *
+ * Each MESH is a tetrahedral mesh in any format of meshio.h; its border and interfaces stay. Prints
+ * one CSV line before and one after improvement; the seconds are those of spr_improve alone. --off
+ * switches an operator off; -v adds counts and the worst tetrahedra. */
 #define SPR_IMPLEMENTATION
 #include "spr.h"
 #define MESHIO_IMPLEMENTATION

@@ -1,4 +1,4 @@
-/* meshio.h - v0.1.0 - read and write surfaces, points and tetrahedral meshes; never trust the file
+/* meshio.h - v0.1.0 - read and write surfaces, points and tetrahedral meshes; trusts no file
  *
  *   #define MESHIO_IMPLEMENTATION
  *   #include "meshio.h"
@@ -19,49 +19,50 @@
  *   cc -O2 main.c -lm
  *
  * Contents (search for the tag)
- *   >>declarations  the public part: this is all that a user reads
+ *   >>declarations  the public part: all that a user of this header needs to read
  *   >>arrays        growing arrays, the mesh under construction
  *   >>text          tokens, integers, correctly rounded doubles
  *   >>binary        bounded reads, byte order
- *   >>facets        planar facets with holes and several loops, cut into triangles
+ *   >>facets        triangulation of planar facets with holes and several loops
  *   >>inflate       zlib streams, base64
  *   >>stl >>off >>obj >>ply >>medit >>msh >>cells >>vtk >>vtu >>tetgen >>inp >>points: readers
  *   >>output        a buffered file that remembers its first error
- *   >>writers       one function a format
+ *   >>writers       one function for each format
  *   >>public        the functions declared at the top
  *
  * Reads
  *   STL (ASCII, binary; equal corners become one vertex), OFF, OBJ, PLY (ASCII, both byte orders),
  *   Medit .mesh and .meshb (versions 1-4, both byte orders), MSH 1 (ASCII), 2.x, 4.0 and 4.1
  *   (ASCII, binary), legacy VTK (ASCII, binary), VTU (ASCII, binary and appended, raw and base64,
- *   compressed by zlib or not), TetGen .node .ele .poly .smesh, Abaqus and CalculiX .inp
- *   (nodes, elements, surfaces of facets; parts, each in one place), points: .xyz text, .bin raw
- *   little-endian doubles.
+ *   compressed by zlib or not), TetGen .node .ele .poly .smesh, Abaqus and CalculiX .inp (nodes,
+ *   elements, surfaces made of element facets; parts, if each has one instance only), and points:
+ *   .xyz (text), .bin (raw little-endian doubles).
  * Writes
  *   Medit .mesh .meshb, MSH 2.2 and 4.1, VTU, legacy VTK, .inp, .node + .ele + .face, STL, OFF,
- *   OBJ. In .inp files regions are element sets, triangles surfaces and node sets, edges node
- *   sets, and coordinates have at most 20 characters: 13 digits or more.
+ *   OBJ. An .inp file has the regions as element sets, the triangles as surfaces and as node sets,
+ *   and the edges as node sets; its coordinates have at most 20 characters: 13 digits or more.
  *
  * What it does not do
- *   Curved elements are read as their corners; hexahedra, prisms and pyramids are counted, not
- *   kept. No VTU of several pieces or compressed by LZ4 or LZMA, no binary OFF, no MSH 3, no .inp
- *   that includes other files or makes nodes by rules. At most 2^32 - 2 vertices.
- *   Text numbers are read as doubles, correctly rounded; the slow path is strtod() and the writers
- *   use snprintf(), so keep the "C" numeric locale (every program starts in it).
+ *   Of elements of higher order only the corners are kept. Hexahedra, prisms and pyramids are
+ *   counted, but not kept. Not supported: VTU of several pieces or compressed by LZ4 or LZMA,
+ *   binary OFF, MSH 3, .inp that includes other files or generates nodes or elements by rules. At
+ *   most 2^32 - 2 vertices. Numbers in text are read as correctly rounded doubles. The slow path
+ *   of this is strtod(), and the writers use snprintf(), so the program must stay in the "C"
+ *   numeric locale (in which every program starts).
  *
  * How it works
- *   A file is loaded whole and ends in a zero byte; a cursor walks over it. Every count that the
- *   file claims is held against the bytes that are left before anything is allocated, so memory is
- *   at most a small multiple of the file's size. Indices are checked when they are read. The first
- *   error ends the reading: a status, a sentence, a line (text) or an offset (binary), an empty
- *   mesh. Polygons are fanned from their first corner; those that this does not cover, and facets
- *   of .poly files, which may have holes, are triangulated in their plane (sweep, recovery of the
- *   segments by flips, exact signs). A written file appears under its name only when it is
- *   complete.
+ *   A file is loaded as a whole, a zero byte is put after it, and a cursor walks over it. Every
+ *   count that the file claims is compared with the number of bytes left before anything is
+ *   allocated, so memory is at most a small multiple of the file's size. Indices are checked when
+ *   they are read. The first error ends the reading, with a status, a sentence, a line (text) or
+ *   an offset (binary), and an empty mesh. Polygons are cut into a fan from their first corner.
+ *   Polygons that such a fan does not cover exactly, and facets of .poly files, which may have
+ *   holes, are triangulated in their plane (sweep line, recovery of the segments by flips, exact
+ *   orientation tests). A written file appears under its name only when it is complete.
  *
- * Compile-time switches (in the file with the bodies)
- *   MESHIO_STATIC                            everything static
- *   MESHIO_MALLOC, MESHIO_REALLOC, MESHIO_FREE   all three or none; default stdlib
+ * Compile-time switches (define them in the file that has MESHIO_IMPLEMENTATION)
+ *   MESHIO_STATIC                                all functions are static
+ *   MESHIO_MALLOC, MESHIO_REALLOC, MESHIO_FREE   define all three or none; default: the C library
  *
  * Licence: MIT or public domain, text at the end.
  * SPDX-License-Identifier: MIT OR Unlicense
@@ -94,15 +95,15 @@ typedef enum meshio_result {
     MESHIO_OK = 0,
     MESHIO_ERROR_INVALID_ARGUMENT = -1,
     MESHIO_ERROR_OUT_OF_MEMORY = -2,
-    MESHIO_ERROR_TOO_LARGE = -4,   /* more than 2^32 - 2 vertices or elements of a kind */
+    MESHIO_ERROR_TOO_LARGE = -4,   /* e.g. more than 2^32 - 2 vertices or elements of a kind */
     MESHIO_ERROR_OPEN = -96,       /* cannot open the file                             */
     MESHIO_ERROR_READ = -97,       /* the file system failed while reading             */
     MESHIO_ERROR_FORMAT = -98,     /* unknown extension, or not a file of this format  */
-    MESHIO_ERROR_UNSUPPORTED = -99,/* a known variant that this reader does not know   */
-    MESHIO_ERROR_SYNTAX = -100,    /* something else stands where a value is due       */
+    MESHIO_ERROR_UNSUPPORTED = -99,/* a variant of the format that is not read here    */
+    MESHIO_ERROR_SYNTAX = -100,    /* the file has something else than is expected     */
     MESHIO_ERROR_TRUNCATED = -101, /* the file ends early                              */
-    MESHIO_ERROR_COUNT = -102,     /* a count is negative, or cannot fit in the file   */
-    MESHIO_ERROR_INDEX = -103,     /* a vertex that does not exist                     */
+    MESHIO_ERROR_COUNT = -102,     /* a count is impossible, or contradicts the data   */
+    MESHIO_ERROR_INDEX = -103,     /* the file refers to a vertex that does not exist  */
     MESHIO_ERROR_WRITE = -104      /* cannot create, write or rename the output        */
 } meshio_result;
 
@@ -120,20 +121,28 @@ typedef enum meshio_format {
     MESHIO_FORMAT_VTU,
     MESHIO_FORMAT_INP,
     MESHIO_FORMAT_NODE,
-    MESHIO_FORMAT_ELE, /* reads and writes the .node file beside it too */
+    MESHIO_FORMAT_ELE, /* read: with the .node file beside it; write: .node, .face and .ele */
     MESHIO_FORMAT_POLY,
     MESHIO_FORMAT_SMESH,
     MESHIO_FORMAT_XYZ,
     MESHIO_FORMAT_BIN
 } meshio_format;
 
-/* Everything a file can hold that a mesher needs. Plain arrays, owned by the struct; NULL where
- * the number is 0. Zero it before use; indices are 0-based. Tags are the file's own numbers:
- * Medit references, MSH physical (else elementary) tags, TetGen markers, the number of the solid
- * or group in STL and OBJ files that have several (from 1), the cell array `region` of VTK and
- * VTU, the number that the name of a set ends in in .inp files (of a name without one, that of the
- * first card with this name, from 1): the set of the elements' card, else of their section; without
- * one, where there are several parts, that of the part; else 0. */
+/* Everything that a file can hold and a mesher needs, in plain arrays that the struct owns; an
+ * array is NULL where its number is 0. Zero the struct before use. Indices are 0-based. Tags are
+ * the numbers that the file itself gives:
+ *
+ *   Medit      references
+ *   MSH        physical tags, or elementary tags of what is in no physical group
+ *   TetGen     markers of vertices and facets, the first attribute of tetrahedra
+ *   STL, OBJ   the number of the solid or group, from 1, if the file has several; else 0
+ *   VTK, VTU   the cell array `region` (or tag, material, CellEntityIds, cell_scalars, medit:ref,
+ *              gmsh:physical); else 0
+ *   .inp       the number at the end of the surface's name, or of the name of the set (ELSET) that
+ *              the *ELEMENT card gives; without a set, the number of the part, from 1, if several
+ *              parts have nodes; else, for tetrahedra, the number at the end of the name of their
+ *              section's set; else 0. A name that does not end in a number stands for the number of
+ *              the first card with this name, where only cards with such names count, from 1. */
 typedef struct meshio_mesh {
     double *xyz;            /* 3*num_vertices */
     int32_t *vertex_tags;   /* num_vertices */
@@ -146,84 +155,95 @@ typedef struct meshio_mesh {
     double *holes;          /* 3*num_holes: a point in every cavity to leave empty (TetGen) */
     double *regions;        /* 5*num_regions: x y z, attribute, largest volume or -1 (TetGen) */
     size_t num_vertices, num_edges, num_triangles, num_tets, num_holes, num_regions;
-    size_t num_other;       /* elements of other kinds, not kept .. */
-    size_t num_solids;      /* .. and of these, hexahedra, prisms, pyramids and the like */
-    size_t num_regrouped;   /* tags that elements of several MSH groups would have beside the first */
-    /* num_vertices, or NULL if there are none: nonzero, a vertex that is no corner of anything kept
-     * but in the middle of an edge, triangle or tetrahedron of higher order, or one that Gmsh saved
-     * as a point, in no physical group: a circle's centre and the like */
+    size_t num_other;       /* elements that are counted, but not kept, including num_solids */
+    size_t num_solids;      /* hexahedra, prisms, pyramids and the like */
+    size_t num_regrouped;   /* MSH: memberships in physical groups that are lost, as an element in
+                             * several groups gets the tag of the first one only */
+    /* num_vertices entries, or NULL if num_spare is 0. Nonzero marks a vertex that is a corner of
+     * nothing that is kept, but either a node in the middle of an edge, face or tetrahedron of
+     * higher order, or a point that Gmsh saved and that is in no physical group, such as the centre
+     * of a circle. */
     uint8_t *spare;
     size_t num_spare;
-    /* for writing .msh (2.2), .vtu and .inp: edges, triangles and tets hold 3, 6 and 10 vertices an
-     * element, those at the middles of edges last: of triangles 01 12 20, of tets 01 12 02 03 13
-     * 23, whatever the format's own order */
+    /* For the writers of .msh (2.2), .vtu and .inp; readers leave it 0. Nonzero: edges, triangles
+     * and tets have 3, 6 and 10 vertices an element. The corners come first, then the midpoints of
+     * the edges, of triangles in the order 01 12 20, of tets 01 12 02 03 13 23, whatever the order
+     * in the format. */
     int second_order;
     size_t num_corners;     /* STL: corners in the file, before equal ones became one vertex */
-    char name[64];          /* what the file calls itself, or "" */
+    char name[64];          /* the name that the file gives to itself, or "" */
 } meshio_mesh;
 
-/* What went wrong and where. Always filled: message is "" after success. */
+/* What went wrong, and where. Every call fills it. The message is "" after success, and also where
+ * the arguments are invalid or memory runs out before the file is opened. */
 typedef struct meshio_report {
     meshio_result result;
-    uint64_t line;   /* from 1; 0 when the place is not in a text file */
-    uint64_t offset; /* byte, from 0 */
+    uint64_t line;   /* from 1; 0 if the place is not in a text file */
+    uint64_t offset; /* in bytes, from 0 */
     char message[320];
 } meshio_report;
 
-/* One number for each cell, shown by viewers; only VTU and VTK carry it. NULL arrays count as 0. */
+/* One number for each cell, for viewers; only VTU and VTK files hold it. NULL arrays count as 0. */
 typedef struct meshio_field {
     const char *name;
     const double *edges, *triangles, *tets;
 } meshio_field;
 
 typedef struct meshio_write_options {
-    meshio_format format;       /* 0: by extension */
+    meshio_format format;       /* MESHIO_FORMAT_AUTO: by extension */
     int ascii;                  /* VTU and STL are binary unless this is set */
     int binary;                 /* VTK and MSH are text unless this is set */
     const meshio_field *fields; /* may be NULL */
     size_t num_fields;
-    int num_threads;            /* that write text, with OpenMP; 0: 1. The same bytes for any number */
+    int num_threads;            /* with OpenMP, for .mesh, .msh (2.2) and .inp; 0 means 1. The
+                                 * bytes written do not depend on it */
 } meshio_write_options;
 
 /* Read a file.
  *
- *   path    in   the format follows from its extension unless `format` says
- *   mesh    out  overwritten; on failure zeroed
+ *   path    in   its extension decides on the format, unless `format` does
+ *   format  in   MESHIO_FORMAT_AUTO: by extension
+ *   mesh    out  overwritten without being freed; zeroed on failure
  *   report  out  may be NULL
  *
- * Returns  MESHIO_OK, also for a file that holds no vertex at all but says so properly
- * Cost     linear; memory below about 6 times the file's size, whatever the file claims (where it
- *          is compressed, the size of what it holds, at most 1040 times its own)
+ * Returns  MESHIO_OK, also for a file that properly states that it has no vertices
+ * Cost     linear, but for sorting, and for facets of .poly files: quadratic in the size of a facet
+ *          in the worst case. Memory is about 6 times the file's size for common files, whatever
+ *          the file claims, and at most some 30 times (for polygons of a byte or two a corner).
+ *          Where a file is compressed, the size of what it holds counts, which is at most 1040
+ *          times its own.
  * Threads  distinct calls may run at once */
 MESHIO_API meshio_result meshio_read(const char *path, meshio_format format, meshio_mesh *mesh,
                                      meshio_report *report);
 
-/* The same from memory: `size` bytes in a format that must be named. Files beside it (.node of a
- * .poly, of an .ele) are not looked for. */
+/* The same from `size` bytes in memory; the format must be given. No other file is read, so an .ele
+ * file, or a .poly file without nodes of its own, fails for want of its .node file. */
 MESHIO_API meshio_result meshio_read_memory(const void *bytes, size_t size, meshio_format format,
                                             meshio_mesh *mesh, meshio_report *report);
 
-/* Write a file: to a temporary name beside it first, renamed when complete; on failure nothing
- * is left and an older file of that name is untouched. Devices and pipes are written directly.
- * The three TetGen files appear one after the other. Surface formats get the triangles only.
- * `options` may be NULL. */
+/* Write a file: first under a temporary name beside it (path + ".part"), which is renamed when the
+ * file is complete. On failure nothing is left, and an older file of that name is untouched.
+ * Devices and pipes are written directly. The three TetGen files appear one after the other.
+ * Surface formats get the triangles only. `options` and `report` may be NULL. */
 MESHIO_API meshio_result meshio_write(const char *path, const meshio_mesh *mesh,
                                       const meshio_write_options *options, meshio_report *report);
 
-/* Release the arrays and zero the struct; may be called twice. */
+/* Free the arrays and zero the struct; may be called twice. */
 MESHIO_API void meshio_free(meshio_mesh *mesh);
 
-/* The format that an extension stands for (case does not matter), MESHIO_FORMAT_AUTO if none. */
+/* The format that the path's extension stands for, in upper or lower case; MESHIO_FORMAT_AUTO if it
+ * stands for none. */
 MESHIO_API meshio_format meshio_format_of(const char *path);
-/* True if tetrahedra can be written in a format. */
+/* True if tetrahedra can be written in this format. */
 MESHIO_API int meshio_holds_tetrahedra(meshio_format format);
 
-/* A few words for each status. */
+/* A short description of a status. */
 MESHIO_API const char *meshio_result_string(meshio_result result);
 
-/* The double nearest to the decimal number in text[0..length): digits, '.', exponent, inf, nan.
- * Returns the number of characters used, 0 if there is no number. text[length] must be readable
- * and not part of a number (as the zero at the end of a string). */
+/* The double nearest to the decimal number that text[0..length) begins with: sign, digits, '.',
+ * exponent (e, or Fortran's d if the number has less than 64 characters); or inf, or nan. Returns
+ * the number of characters used, 0 if there is no number. text[length] must be readable and not
+ * part of a number (the zero at the end of a string, for example). */
 MESHIO_API size_t meshio_parse_double(const char *text, size_t length, double *value);
 
 #ifdef __cplusplus
@@ -266,7 +286,7 @@ MESHIO_API size_t meshio_parse_double(const char *text, size_t length, double *v
 #  define MESHIO__PRINTF(a, b)
 #endif
 
-/* Leave the function with the status of a failed step; for functions that own nothing. */
+/* Returns the status of a failed step from the calling function, which must own nothing. */
 #define MESHIO__TRY(step)                                                                          \
     do {                                                                                           \
         meshio_result meshio__status = (step);                                                     \
@@ -275,7 +295,7 @@ MESHIO_API size_t meshio_parse_double(const char *text, size_t length, double *v
 
 #define MESHIO__MAX_COUNT ((size_t)0xFFFFFFFEu)
 
-/* Scalars of PLY, VTK and VTU files. */
+/* The types of scalars in PLY, VTK and VTU files. */
 typedef enum meshio__type {
     MESHIO__I8,
     MESHIO__U8,
@@ -290,11 +310,11 @@ typedef enum meshio__type {
     MESHIO__NO_TYPE
 } meshio__type;
 
-/* A growing array of u32, and one of u64. */
+/* A growing array of uint32_t, and one of uint64_t. */
 typedef struct meshio__u32s {
     uint32_t *data;
     size_t num, cap;
-    int failed; /* for want of memory something is not in it */
+    int failed; /* memory ran out: an item could not be added */
 } meshio__u32s;
 
 typedef struct meshio__u64s {
@@ -305,32 +325,36 @@ typedef struct meshio__u64s {
 /* Cells of VTK and VTU files, kept until their types and tags are known. */
 typedef struct meshio__cells {
     meshio__u32s corners; /* of all cells, one after the other */
-    meshio__u64s ends;    /* one past the last corner of each cell */
+    meshio__u64s ends;    /* for each cell the index in `corners` after its last one */
     meshio__u32s types;   /* VTK's numbers */
-    meshio__u32s tags;    /* as int32; empty when the file has none */
+    meshio__u32s tags;    /* bits of an int32_t; empty if the file has no tags */
 } meshio__cells;
 
-/* The state of one reading: the cursor, the mesh under construction, and all scratch memory. */
+/* The state of one reader: the cursor, the mesh under construction, and all scratch memory. */
 typedef struct meshio__reader {
     const unsigned char *begin, *p, *end; /* *end is a readable zero */
     meshio_mesh *mesh;
     size_t cap_xyz, cap_vertex_tags, cap_edges, cap_edge_tags, cap_triangles, cap_triangle_tags,
         cap_tets, cap_tet_tags, cap_holes, cap_regions;
     meshio_report *report;
-    const unsigned char *aside; /* p and end are in decoded bytes, which come from here, not NULL */
-    int text;    /* errors are given by line */
+    const unsigned char *aside; /* if p and end are in decoded bytes: the tag of the array in the
+                                 * file that they come from, for messages; else NULL */
+    int text;    /* errors are located by line */
     int comment; /* the character that starts a comment, 0: none */
     int swap;    /* the file's byte order is not this machine's */
+    /* polygon: the corners of one; table: the hash table of STL vertices; scratch: of facets */
     meshio__u32s polygon, table, scratch;
+    /* ids: pairs (id in the file, vertex), unless the ids are consecutive; entities: of MSH, pairs
+     * (entity, physical tag), of .inp, pairs (hash of a name, number) */
     meshio__u64s ids, entities;
-    meshio__u64s grouped;  /* of MSH: entities in several physical groups, in how many */
-    meshio__u64s polygons; /* of more than three corners: the first triangle of the fan, corners */
-    meshio__u32s spare;    /* vertices that may be it, more than once */
+    meshio__u64s grouped;  /* MSH: pairs (entity in several physical groups, number of groups) */
+    meshio__u64s polygons; /* of more than 3 corners: pairs (first triangle of the fan, corners) */
+    meshio__u32s spare;    /* vertices that may turn out to be spare; with repetitions */
     int ids_consecutive;
-    int id_bits; /* the file's own number is only so many low bits of an id; 0: all */
+    int id_bits; /* the file's own number is in this many low bits of an id; 0: it is the id */
     uint64_t first_id;
     meshio__cells cells;
-    unsigned char *decoded, *packed; /* of VTU files, what base64 and zlib have made of an array */
+    unsigned char *decoded, *packed; /* VTU: an array after zlib, and after base64 */
     size_t cap_decoded, cap_packed;
 } meshio__reader;
 
@@ -350,7 +374,7 @@ static void meshio__locate(const meshio__reader *r, const unsigned char *where)
     }
 }
 
-/* Writes the sentence and the place into the report; returns the status. */
+/* Writes the status, a message and the place into the report; returns the status. */
 static meshio_result meshio__fail(meshio__reader *r, meshio_result result,
                                   const unsigned char *where, const char *format, ...)
     MESHIO__PRINTF(4, 5);
@@ -379,7 +403,7 @@ static meshio_result meshio__no_memory(meshio__reader *r)
     return meshio__fail(r, MESHIO_ERROR_OUT_OF_MEMORY, r->p, "out of memory");
 }
 
-/* Makes room for `need` items, growing by half. The array keeps its old place on failure. */
+/* Makes room for `need` items, growing by half. On failure the array stays as it was. */
 static int meshio__reserve(void **data, size_t *cap, size_t need, size_t item)
 {
     size_t wanted = *cap + *cap / 2 + 16;
@@ -463,7 +487,7 @@ static meshio_result meshio__add_vertex(meshio__reader *r, const double xyz[3], 
     return MESHIO_OK;
 }
 
-/* One element of k corners; the arrays and counts of its kind are passed in. */
+/* Adds one element of k corners to the arrays of its kind, which are passed in. */
 static meshio_result meshio__add_element(meshio__reader *r, int k, const uint32_t *v, int64_t tag,
                                          uint32_t **array, size_t *cap, int32_t **tags,
                                          size_t *cap_tags, size_t *num)
@@ -508,7 +532,7 @@ static meshio_result meshio__add_tet(meshio__reader *r, const uint32_t v[4], int
                                &m->num_tets);
 }
 
-/* Vertices that an element names, but not as its corners. */
+/* Notes vertices that an element lists, but not as its corners. */
 static meshio_result meshio__add_spare(meshio__reader *r, const uint32_t *v, size_t n)
 {
     size_t i;
@@ -523,7 +547,8 @@ static void meshio__unmark(uint8_t *mark, const uint32_t *v, size_t n)
     for (i = 0; i < n; i++) mark[v[i]] = 0;
 }
 
-/* When all is read: which of these are corners of nothing. */
+/* After everything has been read: sets mesh->spare for those of the noted vertices that are corners
+ * of nothing. */
 static meshio_result meshio__find_spare(meshio__reader *r)
 {
     meshio_mesh *m = r->mesh;
@@ -550,8 +575,8 @@ static meshio_result meshio__add_solid(meshio__reader *r)
     return MESHIO_OK;
 }
 
-/* A polygon, fanned from its first corner for the time being: its vertices may not be known yet.
- * Fewer than three corners enclose nothing. */
+/* Adds a polygon as a fan from its first corner, which meshio__cut_polygons may replace later: the
+ * coordinates may not have been read yet. Fewer than three corners are counted as another kind. */
 static meshio_result meshio__add_polygon(meshio__reader *r, const uint32_t *v, size_t n,
                                          int64_t tag)
 {
@@ -564,7 +589,7 @@ static meshio_result meshio__add_polygon(meshio__reader *r, const uint32_t *v, s
     return MESHIO_OK;
 }
 
-/* A strip of triangles: every other one is turned. */
+/* A strip of triangles: the order of the corners alternates, so that all have one orientation. */
 static meshio_result meshio__add_strip(meshio__reader *r, const uint32_t *v, size_t n, int64_t tag)
 {
     size_t i;
@@ -573,7 +598,8 @@ static meshio_result meshio__add_strip(meshio__reader *r, const uint32_t *v, siz
     return MESHIO_OK;
 }
 
-/* Checks an index of n read from the file and turns it into a vertex number. */
+/* Checks that an index from the file is in first .. first + n - 1 and turns it into a vertex
+ * number. */
 static meshio_result meshio__vertex_of(meshio__reader *r, const unsigned char *where,
                                        int64_t index, int64_t first, size_t n, uint32_t *v)
 {
@@ -589,14 +615,15 @@ static meshio_result meshio__vertex_of(meshio__reader *r, const unsigned char *w
     return MESHIO_OK;
 }
 
-/* The same among the vertices read so far. */
+/* The same for the vertices that have been read so far. */
 static meshio_result meshio__vertex(meshio__reader *r, const unsigned char *where, int64_t index,
                                     int64_t first, uint32_t *v)
 {
     return meshio__vertex_of(r, where, index, first, r->mesh->num_vertices, v);
 }
 
-/* A claimed count is believed only if the rest of the file could hold it. */
+/* Accepts a claimed count only if the rest of the file has room for that many items of at least
+ * bytes_each bytes. */
 static meshio_result meshio__fits(meshio__reader *r, int64_t count, size_t bytes_each,
                                   const char *what)
 {
@@ -605,7 +632,7 @@ static meshio_result meshio__fits(meshio__reader *r, int64_t count, size_t bytes
     if (count < 0)
         return meshio__fail(r, MESHIO_ERROR_COUNT, r->p, "negative number of %s: %lld", what,
                             (long long)count);
-    /* one byte more than is left: the last number of a text needs no separator after it */
+    /* One byte more than is left: no separator needs to follow the last number of a text. */
     if ((uint64_t)count > ((uint64_t)left + 1) / bytes_each)
         return meshio__fail(r, MESHIO_ERROR_COUNT, r->p,
                             "the file claims %lld %s, but only %llu bytes are left",
@@ -623,13 +650,13 @@ static int meshio__is_digit(int c) { return c >= '0' && c <= '9'; }
 
 static int meshio__lower(int c) { return c >= 'A' && c <= 'Z' ? c + 32 : c; }
 
-/* A number ends where the file, a blank, a comma, a comment or a tag begins. */
+/* Can this character follow a number? End of the file, blank, comma, comment or XML tag. */
 static int meshio__is_end(int c)
 {
     return c == 0 || meshio__is_space(c) || c == ',' || c == '#' || c == '<';
 }
 
-/* Case-blind comparison of text[0..length) with a lower-case word. */
+/* Does text[0..length) equal a word, given in lower case, if its case is ignored? */
 static int meshio__same(const unsigned char *text, size_t length, const char *word)
 {
     size_t i;
@@ -638,10 +665,11 @@ static int meshio__same(const unsigned char *text, size_t length, const char *wo
     return word[length] == 0;
 }
 
-/* m * 10^e or m / 10^-e, rounded to nearest, when that can be proven; else 0. Up to 19 digits.
- * Exact operands (m < 2^53, 10^22 is the last exact power) need one rounding. Longer m is
- * hi + lo, both exact; the quotient gets one correction step, its relative error is below 2^-100,
- * and if both ends of that interval round alike, the result is right. */
+/* *value becomes m * 10^e, rounded to nearest; returns 0 if that cannot be proven. m has up to 19
+ * digits. Where m and the power of ten are exact doubles (m <= 2^53, |e| <= 22), one multiplication
+ * or division rounds correctly. A larger m is split into hi + lo, both exact; the quotient gets one
+ * correction step, after which its relative error is below 2^-100. If both ends of that interval
+ * round to the same double, the result is right. */
 static int meshio__fast_double(uint64_t m, int e, double *value)
 {
     static const double power[23] = {1e0,  1e1,  1e2,  1e3,  1e4,  1e5,  1e6,  1e7,
@@ -653,7 +681,7 @@ static int meshio__fast_double(uint64_t m, int e, double *value)
     return 0;
 #else
     const double splitter = 134217729.0; /* 2^27 + 1 */
-    volatile double c; /* a product that must be rounded before it is subtracted: no FMA */
+    volatile double c; /* volatile: a product is rounded before it is subtracted (no FMA) */
     double hi, lo, p, q, qh, ql, ph, pl, rest, correction, a, b, slack;
     if (e < -22 || e > 22) return 0;
     if (m <= (uint64_t)1 << 53) {
@@ -725,7 +753,7 @@ MESHIO_API size_t meshio_parse_double(const char *text, size_t length, double *v
         if (q < end && meshio__is_digit(*q)) {
             for (; q < end && meshio__is_digit(*q); q++)
                 if (x < 100000) x = 10 * x + (*q - '0');
-            if (*p == 'd' || *p == 'D') { /* Fortran's exponent: the same number with an 'e' */
+            if (*p == 'd' || *p == 'D') { /* Fortran's exponent: parse a copy with an 'e' */
                 char copy[64];
                 if ((size_t)(q - s) >= sizeof copy) return 0;
                 memcpy(copy, s, (size_t)(q - s));
@@ -774,7 +802,8 @@ static const char *meshio__shown(const meshio__reader *r, char shown[32])
     return shown;
 }
 
-/* The failure for "something else stands here", or for the end of the file. */
+/* Fails as `what` was expected at the cursor: with SYNTAX, or with TRUNCATED at the end of the
+ * file. */
 static meshio_result meshio__expected(meshio__reader *r, const char *what)
 {
     char shown[32];
@@ -814,7 +843,7 @@ static meshio_result meshio__int(meshio__reader *r, int64_t *value)
     return MESHIO_OK;
 }
 
-/* An integer that some programs write as 3.0. */
+/* An integer that some programs write like 3.0; 0 if it is beyond 9e15. */
 static meshio_result meshio__int_or_double(meshio__reader *r, int64_t *value)
 {
     double d;
@@ -831,7 +860,7 @@ static meshio_result meshio__xyz(meshio__reader *r, double xyz[3])
     return meshio__double(r, &xyz[2]);
 }
 
-/* The next word: start and length; length 0 at the end of the file. */
+/* Steps over the next word; returns its start. The length is 0 at the end of the file. */
 static const unsigned char *meshio__word(meshio__reader *r, size_t *length)
 {
     const unsigned char *start;
@@ -842,7 +871,7 @@ static const unsigned char *meshio__word(meshio__reader *r, size_t *length)
     return start;
 }
 
-/* Steps over a word that must stand here (lower case; any case in the file). */
+/* Steps over a word that must come next; it is given in lower case and may have any in the file. */
 static meshio_result meshio__expect(meshio__reader *r, const char *word)
 {
     size_t length;
@@ -854,8 +883,8 @@ static meshio_result meshio__expect(meshio__reader *r, const char *word)
     return meshio__expected(r, what);
 }
 
-/* Blanks within a line; a backslash before the end of the line continues it. Is more on the
- * line? */
+/* Steps over blanks within a line, and over a backslash that continues it on the next line. Returns
+ * whether anything but a comment follows on the line. */
 static int meshio__more_on_line(meshio__reader *r)
 {
     const unsigned char *p = r->p;
@@ -879,7 +908,7 @@ static void meshio__next_line(meshio__reader *r)
     if (r->p < r->end) r->p += *r->p == '\r' && r->p[1] == '\n' ? 2 : 1;
 }
 
-/* Copies what is left of the line into the mesh's name. */
+/* Copies the rest of the line into the mesh's name. */
 static void meshio__take_name(meshio__reader *r)
 {
     size_t n = 0;
@@ -964,7 +993,7 @@ static meshio__type meshio__type_named(const unsigned char *name, size_t length)
     return MESHIO__NO_TYPE;
 }
 
-/* One scalar of the given type, in text or binary, as a double and as an integer. */
+/* Reads one scalar of the given type, in text or binary, as a double and as an integer. */
 static meshio_result meshio__scalar(meshio__reader *r, int binary, meshio__type type, double *d,
                                     int64_t *i)
 {
@@ -1015,14 +1044,15 @@ static meshio_result meshio__scalar(meshio__reader *r, int binary, meshio__type 
 
 /* ---- >>facets  planar facets with holes and several loops, cut into triangles -------------- */
 
-/* A facet in its plane. Points are in lexicographic order; next is the hull's circle while the
- * sweep runs. Triangle t: corners v[3t..], neighbour n[3t+i] opposite corner i, NONE outside; bit
- * i of fixed[t]: the side opposite corner i lies on a segment of the facet. */
+/* The triangulation of a facet in its plane. Points are in lexicographic order. Triangle t has the
+ * corners v[3t..]; n[3t+i] is its neighbour opposite corner i, NONE if there is none. Bit i of
+ * fixed[t] is set if its side opposite corner i lies on a segment of the facet; gone[t], if it is
+ * not part of the facet. The hull is a circular list while the sweep runs. */
 typedef struct meshio__facet {
     size_t num_points, num_segments, num_triangles;
     double *uv;             /* 2 * num_points */
-    uint32_t *id;           /* vertex of the mesh */
-    uint32_t *segments;     /* 2 * num_segments, points */
+    uint32_t *id;           /* of each point, the vertex of the mesh */
+    uint32_t *segments;     /* 2 * num_segments: their end points */
     uint32_t *v, *n;        /* 3 * 2 * num_points */
     uint32_t *of;           /* a triangle of each point */
     uint32_t *next, *prev;  /* the hull, counter-clockwise */
@@ -1032,7 +1062,7 @@ typedef struct meshio__facet {
 
 #define MESHIO__NONE 0xFFFFFFFFu
 
-/* s + error == a + b and p + error == a * b, exactly. */
+/* Sum and product with their rounding errors: s + error == a + b, p + error == a * b, exactly. */
 static double meshio__two_sum(double a, double b, double *error)
 {
     double s = a + b, bb = s - a;
@@ -1052,7 +1082,8 @@ static double meshio__two_product(double a, double b, double *error)
     return p;
 }
 
-/* Exact sign of the area of (a, b, c): six products added as an expansion of twelve terms. */
+/* Exact sign of the area of triangle (a, b, c): the sum of six products, as an expansion of twelve
+ * terms. */
 static int meshio__orient2d_exact(const double *a, const double *b, const double *c)
 {
     double x[6], y[6], e[16], product[2], q, h;
@@ -1121,7 +1152,8 @@ static void meshio__facet_link(meshio__facet *f, uint32_t t, int i, uint32_t u, 
     if (u != MESHIO__NONE) f->n[3 * u + (uint32_t)j] = t;
 }
 
-/* Adds point p beyond the hull's sides that it sees; `from` is a hull point next to one of them. */
+/* Adds point p, outside the hull, with a triangle on each side of the hull that is visible from p;
+ * `from` is a point of the hull at one of these sides. */
 static void meshio__facet_sweep(meshio__facet *f, uint32_t from, uint32_t p)
 {
     uint32_t a = from, b, t, last = MESHIO__NONE, first = MESHIO__NONE;
@@ -1143,7 +1175,7 @@ static void meshio__facet_sweep(meshio__facet *f, uint32_t from, uint32_t p)
     f->out[p] = last;
 }
 
-/* Triangulates the points' convex hull. 0 if they are collinear or two are equal. */
+/* Triangulates the convex hull of the points. 0 if all are collinear or two are equal. */
 static int meshio__facet_hull(meshio__facet *f)
 {
     uint32_t n = (uint32_t)f->num_points, k, i, t, before = MESHIO__NONE;
@@ -1152,7 +1184,7 @@ static int meshio__facet_hull(meshio__facet *f)
         if (f->uv[2 * i] == f->uv[2 * i - 2] && f->uv[2 * i + 1] == f->uv[2 * i - 1]) return 0;
     for (k = 2; k < n && (sign = meshio__turn(f, 0, 1, k)) == 0; k++) {}
     if (k >= n) return 0;
-    for (i = 0; i + 1 < k; i++) { /* points 0 .. k-1 are on a line, k is beside it */
+    for (i = 0; i + 1 < k; i++) { /* points 0 .. k-1 are collinear, k is not on their line */
         t = sign > 0 ? meshio__facet_add(f, i, i + 1, k) : meshio__facet_add(f, i + 1, i, k);
         if (before != MESHIO__NONE)
             meshio__facet_link(f, t, sign > 0 ? 1 : 0, before, sign > 0 ? 0 : 1);
@@ -1183,15 +1215,16 @@ static int meshio__facet_hull(meshio__facet *f)
     return 1;
 }
 
-/* Turns about point a: the next triangle counter-clockwise (or clockwise) from t. */
+/* The next triangle around point a after t, counter-clockwise or clockwise. */
 static uint32_t meshio__facet_turn(const meshio__facet *f, uint32_t t, uint32_t a, int clockwise)
 {
     int i = meshio__corner_of(f, t, a);
     return f->n[3 * t + (uint32_t)((i + (clockwise ? 2 : 1)) % 3)];
 }
 
-/* The triangle left of the directed side (a, b), NONE if there is none; *i is the corner opposite.
- * With b == NONE: the triangle whose angle at a holds the ray to `goal` strictly inside. */
+/* The triangle to the left of the directed side (a, b), NONE if there is none; *i is the corner
+ * opposite the side. If b is NONE: the triangle at a that the ray from a to `goal` enters through
+ * its interior; *i is then the corner at a. */
 static uint32_t meshio__facet_find(const meshio__facet *f, uint32_t a, uint32_t b, uint32_t goal,
                                    int *i)
 {
@@ -1215,7 +1248,7 @@ static uint32_t meshio__facet_find(const meshio__facet *f, uint32_t a, uint32_t 
     return MESHIO__NONE;
 }
 
-/* Exchanges the diagonal opposite corner i of t. */
+/* Flips the side opposite corner i of t: it becomes the other diagonal of the quadrilateral. */
 static void meshio__facet_flip(meshio__facet *f, uint32_t t, int i)
 {
     uint32_t k = (uint32_t)i, u = f->n[3 * t + k], j = (uint32_t)meshio__side_to(f, u, t);
@@ -1250,7 +1283,7 @@ static void meshio__facet_fix(meshio__facet *f, uint32_t t, int i)
         f->fixed[u] = (unsigned char)(f->fixed[u] | 1 << meshio__side_to(f, u, t));
 }
 
-/* A point other than a on the ray from a to b that shares a side with a; NONE if there is none. */
+/* A neighbour of point a that lies on the ray from a to b; NONE if there is none. */
 static uint32_t meshio__facet_ahead(const meshio__facet *f, uint32_t a, uint32_t b)
 {
     double du = f->uv[2 * b] - f->uv[2 * a], dv = f->uv[2 * b + 1] - f->uv[2 * a + 1];
@@ -1270,8 +1303,9 @@ static uint32_t meshio__facet_ahead(const meshio__facet *f, uint32_t a, uint32_t
     return MESHIO__NONE;
 }
 
-/* Lists the sides that the open segment (a, b) crosses, as pairs of points. Returns the first point
- * that it meets (b, or one before it), NONE if a fixed side is in the way or memory is out. */
+/* Lists the sides that the open segment (a, b) crosses, as pairs of points, up to the first point
+ * that is on it (b or a point before b), which is returned. NONE if it crosses a fixed side or
+ * memory runs out. */
 static uint32_t meshio__facet_crossed(const meshio__facet *f, uint32_t a, uint32_t b,
                                       meshio__u32s *queue)
 {
@@ -1287,15 +1321,16 @@ static uint32_t meshio__facet_crossed(const meshio__facet *f, uint32_t a, uint32
         d = f->v[3 * u + (uint32_t)meshio__side_to(f, u, t)];
         side = meshio__turn(f, a, b, d);
         if (side == 0) return d;
-        /* p is right of the segment and q left of it; go on between d and the other side */
+        /* p is right of the segment and q left of it; it leaves u through (p, d) or (d, q) */
         i = meshio__corner_of(f, u, side > 0 ? q : p);
         t = u;
     }
     return MESHIO__NONE;
 }
 
-/* Flips crossing sides until none is left: one whose quadrilateral is not convex, or whose
- * new diagonal still crosses, goes back to the end of the queue (Sloan 1993). 0 if that stalls. */
+/* Flips the listed sides until none crosses the segment (a, b). A side whose quadrilateral is not
+ * convex, and a new diagonal that still crosses, go to the end of the queue [Sloan 1993]. 0 if this
+ * takes too many steps or memory runs out. */
 static int meshio__facet_uncross(meshio__facet *f, uint32_t a, uint32_t b, meshio__u32s *queue)
 {
     size_t head = 0, sides = queue->num / 2, budget = 64 + 16 * sides * sides;
@@ -1320,7 +1355,8 @@ static int meshio__facet_uncross(meshio__facet *f, uint32_t a, uint32_t b, meshi
     return 1;
 }
 
-/* Makes the segment (a, b) a chain of sides and marks them. 0 if another segment crosses it. */
+/* Makes the segment (a, b) a chain of sides and marks them as fixed. 0 if another segment crosses
+ * it, or memory runs out. */
 static int meshio__facet_recover(meshio__facet *f, uint32_t a, uint32_t b, meshio__u32s *queue)
 {
     while (a != b) {
@@ -1339,7 +1375,8 @@ static int meshio__facet_recover(meshio__facet *f, uint32_t a, uint32_t b, meshi
     return 1;
 }
 
-/* Takes away the triangles that can be reached from t without crossing a segment. */
+/* Marks t, and all triangles that can be reached from it without crossing a segment, as gone. 0 if
+ * memory runs out. */
 static int meshio__facet_eat(meshio__facet *f, uint32_t t, meshio__u32s *stack)
 {
     int i;
@@ -1359,7 +1396,8 @@ static int meshio__facet_eat(meshio__facet *f, uint32_t t, meshio__u32s *stack)
     return 1;
 }
 
-/* Outside the outermost segments, and what each hole point (2 doubles) lies in. */
+/* Removes what is outside the outermost segments, and the region around each hole point (2
+ * doubles). 0 if memory runs out. */
 static int meshio__facet_carve(meshio__facet *f, const double *holes, size_t num_holes,
                                meshio__u32s *stack)
 {
@@ -1384,11 +1422,11 @@ static int meshio__facet_carve(meshio__facet *f, const double *holes, size_t num
     return 1;
 }
 
-/* What a facet is made of, as read: loops of vertices one after the other, hole points. */
+/* A facet as it is read: loops of vertices, one after the other, and hole points. */
 typedef struct meshio__loops {
     meshio__u32s corners;
-    meshio__u64s ends;
-    double *holes; /* 3 each */
+    meshio__u64s ends; /* for each loop the index in `corners` after its last one */
+    double *holes;     /* 3 each */
     size_t num_holes, cap_holes;
 } meshio__loops;
 
@@ -1405,7 +1443,7 @@ static int meshio__compare_points(const void *pa, const void *pb)
     return a->id < b->id ? -1 : a->id > b->id;
 }
 
-/* Normal of the facet's plane by Newell's sums over all loops' first, the outer one. */
+/* The normal of a facet's plane by Newell's method, from its first loop, taken as the outer one. */
 static void meshio__facet_normal(const double *xyz, const uint32_t *v, size_t n, double normal[3])
 {
     size_t i;
@@ -1421,7 +1459,8 @@ static void meshio__facet_normal(const double *xyz, const uint32_t *v, size_t n,
     }
 }
 
-/* One loop that is convex, or star-shaped from its first corner: a fan covers it. */
+/* Does a fan from its first corner cover the loop without overlaps? True if the loop is convex, or
+ * star-shaped as seen from this corner. `sign`: the loop's orientation in the axes ku, kv. */
 static int meshio__facet_is_fan(const double *xyz, const uint32_t *v, size_t n, int ku, int kv,
                                 int sign)
 {
@@ -1434,10 +1473,10 @@ static int meshio__facet_is_fan(const double *xyz, const uint32_t *v, size_t n, 
         b[1] = xyz[3 * (size_t)v[i + 1] + (size_t)kv];
         if (meshio__orient2d(o, a, b) != sign) return 0;
         a[0] -= o[0], a[1] -= o[1], b[0] -= o[0], b[1] -= o[1];
-        if (n > 4) /* two triangles cannot go around */
+        if (n > 4) /* two triangles cannot go around the corner and overlap */
             angle += atan2(sign * (a[0] * b[1] - a[1] * b[0]), a[0] * b[0] + a[1] * b[1]);
     }
-    return angle < 6.28; /* not more than once around */
+    return angle < 6.28; /* the fan does not go around more than once */
 }
 
 static void meshio__facet_release(meshio__facet *f)
@@ -1473,7 +1512,8 @@ static int meshio__facet_reserve(meshio__facet *f, size_t points, size_t segment
            f->fixed && f->gone;
 }
 
-/* Fills points (sorted, each vertex once) and segments from the loops. */
+/* Fills in the points (sorted, each vertex once) and the segments from the loops. 0 if memory runs
+ * out. */
 static int meshio__facet_fill(meshio__facet *f, const double *xyz, const meshio__loops *loops,
                               int ku, int kv)
 {
@@ -1498,8 +1538,8 @@ static int meshio__facet_fill(meshio__facet *f, const double *xyz, const meshio_
     }
     for (k = 0; ok && k < loops->ends.num; k++) {
         size_t end = (size_t)loops->ends.data[k], sides = end - start;
-        if (sides == 1) sides = 0; /* a point in the facet */
-        if (sides == 2) sides = 1; /* a segment in the facet */
+        if (sides == 1) sides = 0; /* an isolated point */
+        if (sides == 2) sides = 1; /* a single segment */
         for (i = 0; i < sides; i++) {
             f->segments[2 * f->num_segments] = local[start + i];
             f->segments[2 * f->num_segments++ + 1] =
@@ -1512,7 +1552,8 @@ static int meshio__facet_fill(meshio__facet *f, const double *xyz, const meshio_
     return ok;
 }
 
-/* The plane to work in: the axes ku, kv, and which way the first loop turns there. 0: none. */
+/* Chooses the coordinate plane to project a facet into: the axes ku, kv, and the orientation of the
+ * first loop there. 0 if the loop has no area or a coordinate is too large. */
 static int meshio__facet_plane(const double *xyz, const meshio__loops *loops, int *ku, int *kv,
                                int *sign)
 {
@@ -1532,9 +1573,11 @@ static int meshio__facet_plane(const double *xyz, const meshio__loops *loops, in
     return 1;
 }
 
-enum { MESHIO__CORNERS = 1000 }; /* of a polygon that is cut: the work may be the square of them */
+/* Polygons with more corners keep their fan: the work of cutting one may be quadratic. */
+enum { MESHIO__CORNERS = 1000 };
 
-/* A loop may go to a hole, around it, and back the same way: such a bridge is no border. */
+/* A loop may run to a hole, around it, and back on the same way. The two segments of such a bridge
+ * are no border of the facet and are removed. */
 static void meshio__facet_drop_bridges(meshio__facet *f)
 {
     uint32_t *s = f->segments;
@@ -1550,7 +1593,8 @@ static void meshio__facet_drop_bridges(meshio__facet *f)
         }
 }
 
-/* Takes away what is beyond the segments of a loop that turns by this sign: holes, too. */
+/* Removes what is on the outer side of the segments of a loop with this orientation; this includes
+ * holes that bridges connect to it. 0 if memory runs out. */
 static int meshio__facet_eat_beyond(meshio__facet *f, int sign, meshio__u32s *stack)
 {
     size_t i;
@@ -1564,8 +1608,8 @@ static int meshio__facet_eat_beyond(meshio__facet *f, int sign, meshio__u32s *st
     return 1;
 }
 
-/* A facet cut into triangles, counter-clockwise in its plane. *ok: its segments do not cross. 0: no
- * memory. */
+/* Cuts a facet into triangles, counter-clockwise in the axes ku, kv. *ok becomes 0 if that is not
+ * possible: segments cross, or points coincide. Returns 0 if memory runs out. */
 static int meshio__facet_cut(meshio__facet *f, const double *xyz, const meshio__loops *loops,
                              const double *holes, int ku, int kv, int sign,
                              meshio__u32s *scratch, int *ok)
@@ -1584,7 +1628,7 @@ static int meshio__facet_cut(meshio__facet *f, const double *xyz, const meshio__
            (!plain || meshio__facet_eat_beyond(f, sign, scratch));
 }
 
-/* Triangle t of a facet by its vertices, turned as the first loop. */
+/* The vertices of triangle t of a facet, oriented as its first loop. */
 static void meshio__facet_corners(const meshio__facet *f, size_t t, int sign, uint32_t *out)
 {
     out[0] = f->id[f->v[3 * t]];
@@ -1592,7 +1636,7 @@ static void meshio__facet_corners(const meshio__facet *f, size_t t, int sign, ui
     out[2] = f->id[f->v[3 * t + (sign > 0 ? 2 : 1)]];
 }
 
-/* Adds the triangles of a facet to the mesh, turned as its first loop. */
+/* Adds the triangles of a facet to the mesh, oriented as its first loop. */
 static meshio_result meshio__add_facet(meshio__reader *r, const unsigned char *where,
                                        meshio__loops *loops, int64_t tag)
 {
@@ -1626,8 +1670,9 @@ static meshio_result meshio__add_facet(meshio__reader *r, const unsigned char *w
     return result;
 }
 
-/* Cuts a polygon in its plane, in place of its fan, where that does not cover it: the triangles are
- * as many. A polygon that has no such triangulation, as its sides cross, keeps its fan. */
+/* Replaces the fan of a polygon, if it does not cover the polygon, by a triangulation in the
+ * polygon's plane, which has as many triangles. A polygon without such a triangulation, whose sides
+ * cross, for example, keeps its fan. */
 static meshio_result meshio__cut_polygon(meshio__reader *r, uint32_t *fan, meshio__loops *loop)
 {
     const double *xyz = r->mesh->xyz;
@@ -1653,7 +1698,7 @@ static meshio_result meshio__cut_polygon(meshio__reader *r, uint32_t *fan, meshi
     return MESHIO_OK;
 }
 
-/* All polygons, when everything has been read. */
+/* After everything has been read: replaces the fans of all polygons where necessary. */
 static meshio_result meshio__cut_polygons(meshio__reader *r)
 {
     meshio__loops loop;
@@ -1699,7 +1744,7 @@ static size_t meshio__weld_slot(const meshio__reader *r, const double xyz[3])
     }
 }
 
-/* Doubles the table of the weld (open addressing, at most half full) and fills it again. */
+/* Doubles the hash table of vertices (open addressing, at most half full) and refills it. */
 static int meshio__weld_grow(meshio__reader *r)
 {
     size_t cap = r->table.cap ? 2 * r->table.cap : 1024, v;
@@ -1715,7 +1760,8 @@ static int meshio__weld_grow(meshio__reader *r)
     return 1;
 }
 
-/* The vertex with exactly these coordinates; NaN equals nothing and makes a vertex of its own. */
+/* Finds or adds the vertex with exactly these coordinates. NaN equals nothing, so a corner with NaN
+ * becomes a vertex of its own. */
 static meshio_result meshio__weld(meshio__reader *r, const double xyz[3], uint32_t *vertex)
 {
     size_t slot;
@@ -1739,7 +1785,7 @@ static meshio_result meshio__stl_facet(meshio__reader *r, int64_t solid)
     int k;
     r->polygon.num = 0;
     word = meshio__word(r, &length);
-    if (meshio__same(word, length, "normal")) /* of no use; -1.#IND and the like occur, or none */
+    if (meshio__same(word, length, "normal")) /* ignored: may be -1.#IND, or missing altogether */
         for (k = 0; k < 3; k++) meshio__word(r, &length);
     else r->p = word;
     if (r->p == word && !meshio__same(word, length, "outer")) return meshio__expected(r, "'normal'");
@@ -1776,7 +1822,7 @@ static meshio_result meshio__read_stl_text(meshio__reader *r)
             size_t length;
             const unsigned char *word = meshio__word(r, &length);
             if (meshio__same(word, length, "endsolid")) break;
-            if (length == 0 && r->mesh->num_triangles) break; /* some programs do not write it */
+            if (length == 0 && r->mesh->num_triangles) break; /* some files have no endsolid */
             if (!meshio__same(word, length, "facet")) {
                 r->p = word;
                 return meshio__expected(r, "'facet' or 'endsolid'");
@@ -1798,7 +1844,8 @@ static uint64_t meshio__stl_count(const unsigned char *header)
     return count;
 }
 
-/* The number of binary solids, one behind the other, that make up the file; 0: it is otherwise. */
+/* The number of binary solids, one after the other, that make up the whole file; 0 if the file is
+ * not of this form. */
 static int64_t meshio__stl_solids(const meshio__reader *r)
 {
     const unsigned char *p = r->begin;
@@ -1831,16 +1878,17 @@ static meshio_result meshio__read_stl_binary(meshio__reader *r, int64_t solid)
     return MESHIO_OK;
 }
 
-/* Binary if the size fits the counts; else text if it begins with "solid" and has no zero bytes;
- * else binary with bytes to spare. Many binary files begin with "solid", too. */
+/* The file is binary if its size agrees with the counts in it; else text if it begins with "solid"
+ * and has no zero byte in its first 1024 bytes; else binary with extra bytes at the end. (Many
+ * binary files begin with "solid", too.) */
 static meshio_result meshio__read_stl(meshio__reader *r)
 {
     size_t size = (size_t)(r->end - r->begin), head = size < 1024 ? size : 1024;
-    const unsigned char *p = r->begin, *text = r->p; /* after a byte order mark */
+    const unsigned char *p = r->begin, *text = r->p; /* text: after a byte order mark */
     uint64_t count = size >= 84 ? meshio__stl_count(p) : 0;
     int64_t solids = meshio__stl_solids(r), i;
     r->swap = !meshio__little_endian();
-    r->p = r->begin; /* the header may be any bytes */
+    r->p = r->begin; /* a binary header may be any bytes */
     if (solids == 1) return meshio__read_stl_binary(r, 0);
     for (i = 1; i <= solids; i++) MESHIO__TRY(meshio__read_stl_binary(r, i));
     if (solids) return MESHIO_OK;
@@ -1862,8 +1910,9 @@ static meshio_result meshio__read_stl(meshio__reader *r)
 
 /* ---- >>off ---------------------------------------------------------------------------------- */
 
-/* From the next line on: has each of the vertices a line of three numbers or more, and the faces no
- * fewer lines than faces? Then what else is on a vertex's line need not be known. */
+/* Does each vertex have a line of its own, from the next line on, with at least three values, and
+ * are there at least as many lines again as there are faces? Then the rest of a vertex's line
+ * can be skipped, whatever it means. */
 static int meshio__off_has_lines(meshio__reader *r, int64_t vertices, int64_t faces)
 {
     const unsigned char *start = r->p;
@@ -1879,7 +1928,7 @@ static int meshio__off_has_lines(meshio__reader *r, int64_t vertices, int64_t fa
     return k == 3 && lines == vertices + faces;
 }
 
-/* `extra`: numbers after the coordinates; -1: up to the end of the line. */
+/* `extra`: how many numbers follow the coordinates of a vertex; -1: the rest of the line. */
 static meshio_result meshio__off_vertices(meshio__reader *r, int64_t count, int extra)
 {
     double xyz[3], unused;
@@ -1894,7 +1943,7 @@ static meshio_result meshio__off_vertices(meshio__reader *r, int64_t count, int 
     return MESHIO_OK;
 }
 
-/* n indices, counted from `first`, into r->polygon. */
+/* Reads n vertex indices, which count from `first`, into r->polygon. */
 static meshio_result meshio__read_polygon_text(meshio__reader *r, int64_t n, int64_t first)
 {
     int64_t i, index;
@@ -1912,7 +1961,7 @@ static meshio_result meshio__read_polygon_text(meshio__reader *r, int64_t n, int
     return MESHIO_OK;
 }
 
-/* The number of edges, which some files leave out. */
+/* Steps over the number of edges, which some files leave out. */
 static meshio_result meshio__off_edges(meshio__reader *r)
 {
     const unsigned char *start = r->p, *next;
@@ -1920,7 +1969,7 @@ static meshio_result meshio__off_edges(meshio__reader *r)
     if (meshio__more_on_line(r)) return meshio__int(r, &unused);
     meshio__skip(r);
     for (next = r->p; r->p < r->end && !meshio__is_end(*r->p); r->p++) {}
-    if (!meshio__more_on_line(r)) { /* on a line of its own, or nowhere */
+    if (!meshio__more_on_line(r)) { /* one number on the next line: the number of edges */
         r->p = next;
         return meshio__int(r, &unused);
     }
@@ -1937,14 +1986,14 @@ static meshio_result meshio__read_off(meshio__reader *r)
     r->text = 1;
     r->comment = '#';
     word = meshio__word(r, &length);
-    for (i = 0; i < length; i++) { /* [ST][C][N]OFF: so many numbers more with each vertex */
+    for (i = 0; i < length; i++) { /* [ST][C][N]OFF: each letter adds numbers to each vertex */
         int c = meshio__lower(word[i]);
         is_off = length - i >= 3 && meshio__same(word + i, 3, "off") &&
                  (length - i == 3 || meshio__is_digit(word[i + 3]));
         if (is_off) break;
         if (c == 'c')
             extra += 4;
-        else if (c == 'n' && !(word[i] == 'n' && word[i + 1] == 'O')) /* nOFF: of n coordinates */
+        else if (c == 'n' && !(word[i] == 'n' && word[i + 1] == 'O')) /* nOFF: n-dimensional */
             extra += 3;
         else if (!(c == 's' && i == 0) && !(c == 't' && i == 1))
             break;
@@ -1981,15 +2030,15 @@ static meshio_result meshio__read_off(meshio__reader *r)
         MESHIO__TRY(meshio__int(r, &n));
         MESHIO__TRY(meshio__read_polygon_text(r, n, 0));
         MESHIO__TRY(meshio__add_polygon(r, r->polygon.data, r->polygon.num, 0));
-        if (!one_line) meshio__next_line(r); /* colours */
+        if (!one_line) meshio__next_line(r); /* colours may follow */
     }
     return MESHIO_OK;
 }
 
 /* ---- >>obj ---------------------------------------------------------------------------------- */
 
-/* One corner: v, v/t, v//n or v/t/n; only v counts. Later vertices may be meant: checked at the
- * end. */
+/* One corner of a face: v, v/t, v//n or v/t/n; only v is kept. It may refer to a vertex that comes
+ * later in the file, so the caller compares it with the number of vertices at the end. */
 static meshio_result meshio__obj_corner(meshio__reader *r, uint32_t *v)
 {
     const unsigned char *start = r->p, *p = start;
@@ -2079,7 +2128,7 @@ static meshio_result meshio__read_obj(meshio__reader *r)
 
 typedef struct meshio__ply_property {
     meshio__type type, count_type; /* count_type: NO_TYPE for a scalar */
-    int role; /* 0 1 2: coordinate; 3: the corners of a face; 4: of strips; -1: skipped */
+    int role; /* 0 1 2: x y z; 3: the corners of a face; 4: those of strips; -1: skipped */
 } meshio__ply_property;
 
 typedef struct meshio__ply_element {
@@ -2094,7 +2143,7 @@ enum { MESHIO__PLY_ELEMENTS = 16, MESHIO__PLY_PROPERTIES = 256 };
 
 typedef struct meshio__ply {
     int binary, num_elements, num_properties;
-    size_t num_vertices; /* claimed: faces may come before them */
+    size_t num_vertices; /* as the header claims: faces may come before the vertices */
     meshio__ply_element elements[MESHIO__PLY_ELEMENTS];
     meshio__ply_property properties[MESHIO__PLY_PROPERTIES];
 } meshio__ply;
@@ -2195,7 +2244,7 @@ static meshio_result meshio__ply_header(meshio__reader *r, meshio__ply *ply)
     return MESHIO_OK;
 }
 
-/* One property of one record: a coordinate, a list of corners, or something to step over. */
+/* Reads one property of one record: a coordinate, a list of corners, or something to skip. */
 static meshio_result meshio__ply_value(meshio__reader *r, const meshio__ply *ply,
                                        const meshio__ply_property *property, double xyz[3])
 {
@@ -2269,11 +2318,11 @@ static meshio_result meshio__read_ply(meshio__reader *r)
 
 /* ---- >>medit -------------------------------------------------------------------------------- */
 
-/* The keywords with entries: name, codes of the binary format and of its elements' kind, of an
- * entry the corners, the other nodes and the real numbers, before a tag. Those not listed are
- * stepped over. */
+/* A keyword with entries. Keywords that are not in the table below are skipped. */
 typedef struct meshio__medit_keyword {
     const char *name;
+    /* code: in binary files; kind: the code of the same elements of first order; integers, nodes,
+     * reals: the corners, other nodes and real numbers of an entry, which come before its tag */
     int code, kind, integers, nodes, reals;
 } meshio__medit_keyword;
 
@@ -2328,11 +2377,11 @@ static meshio_result meshio__medit_store(meshio__reader *r, int kind, const uint
     }
 }
 
-/* Gmsh writes elements of second order under the names of the others: then the next line of a text
- * has just so many numbers more. */
+/* The nodes of an entry beside its corners. In text, Gmsh writes elements of second order under the
+ * keywords of first order: then the first entry's line has that many numbers more. */
 static int meshio__medit_nodes(meshio__reader *r, const meshio__medit_keyword *keyword)
 {
-    static const unsigned char more[9] = {0, 0, 0, 0, 0, 1, 3, 5, 6}; /* by code, to tetrahedra */
+    static const unsigned char more[9] = {0, 0, 0, 0, 0, 1, 3, 5, 6}; /* by code */
     const unsigned char *start = r->p;
     int nodes = keyword->code < 9 ? more[keyword->code] : 0, numbers = 0;
     if (nodes == 0 || !meshio__skip(r)) return keyword->nodes;
@@ -2406,7 +2455,7 @@ static meshio_result meshio__read_medit(meshio__reader *r)
             if (dimension != 3)
                 return meshio__fail(r, MESHIO_ERROR_UNSUPPORTED, word, "only Dimension 3 is read");
         } else if ((word[0] >= 'A' && word[0] <= 'Z') || (word[0] >= 'a' && word[0] <= 'z')) {
-            double unused; /* a keyword that does not matter here: step over its numbers */
+            double unused; /* another keyword: skip the numbers that follow it */
             while (meshio__skip(r) &&
                    (meshio__is_digit(*r->p) || *r->p == '-' || *r->p == '+' || *r->p == '.'))
                 MESHIO__TRY(meshio__double(r, &unused));
@@ -2475,16 +2524,16 @@ static meshio_result meshio__read_medit_binary(meshio__reader *r)
 /* ---- >>msh ---------------------------------------------------------------------------------- */
 
 typedef struct meshio__msh {
-    int version;        /* 10, 20 for any 2.x, 40, 41 */
-    int binary, narrow; /* narrow: sizes of 32 bits */
+    int version;        /* 10: version 1; 20: any 2.x; 40; 41 */
+    int binary, narrow; /* narrow: sizes have 32 bits, not 64 */
     int have_nodes;
     int64_t type, physical, entity; /* of the last element of versions 1 and 2 */
-    int turned; /* version 4: the entity is in its physical group turned around, which then has a
-                 * minus sign */
-    uint32_t corners[8];            /* sorted */
+    int turned; /* version 4: the physical tag of the current entity is negative: its elements have
+                 * the opposite orientation in the physical group */
+    uint32_t corners[8];            /* of the last element, sorted */
 } meshio__msh;
 
-/* Corners of Gmsh's element types 1 .. 31, 92 and 93; 0: unknown. */
+/* Number of nodes of Gmsh's element types 1 .. 31, 92 and 93; 0: unknown. */
 static int meshio__msh_nodes(int64_t type)
 {
     static const unsigned char nodes[] = {0,  2,  3,  4,  4,  8,  6,  5,  3,  6,  9,
@@ -2503,12 +2552,13 @@ static meshio_result meshio__msh_store(meshio__reader *r, int64_t type, const ui
         return meshio__add_triangle(r, v[0], v[1], v[2], tag);
     case 3: case 10: case 16: return meshio__add_polygon(r, v, 4, tag);
     case 4: case 11: case 29: case 30: case 31: return meshio__add_tet(r, v, tag);
-    case 15: return MESHIO_OK; /* a point names a vertex that is there already */
+    case 15: return MESHIO_OK; /* a point: its vertex is there already */
     default: return meshio__add_solid(r);
     }
 }
 
-/* Corners of an element of these types, by which it is kept; of others all nodes count. */
+/* The number of corners of the types of higher order that are kept by their corners; of other types
+ * the number of nodes. */
 static int meshio__msh_corners(int64_t type)
 {
     switch (type) {
@@ -2519,8 +2569,8 @@ static int meshio__msh_corners(int64_t type)
     }
 }
 
-/* Numbers of a section: 32-bit or, where wide and not written on a 32-bit machine, 64-bit in
- * binary, decimal in text. */
+/* An integer: decimal in text; in binary 64 bits if `wide`, unless the file has sizes of 32 bits;
+ * else 32 bits. */
 static meshio_result meshio__msh_int(meshio__reader *r, const meshio__msh *msh, int wide,
                                      int64_t *value)
 {
@@ -2540,8 +2590,8 @@ static int meshio__compare_ids(const void *pa, const void *pb)
     return a[1] < b[1] ? -1 : a[1] > b[1];
 }
 
-/* Remembers the file's id of the vertex that is about to be added. Pairs are kept only when the
- * ids are not consecutive. */
+/* Records the file's id of the vertex that is about to be added. Pairs are stored only from the
+ * first id on that does not continue the sequence. */
 static meshio_result meshio__id_add(meshio__reader *r, int64_t id, size_t vertex)
 {
     size_t i;
@@ -2559,13 +2609,13 @@ static meshio_result meshio__id_add(meshio__reader *r, int64_t id, size_t vertex
     return MESHIO_OK;
 }
 
-/* The number that the file gave to a node. */
+/* The number of a node in the file, for messages. */
 static unsigned long long meshio__shown_id(const meshio__reader *r, uint64_t id)
 {
     return r->id_bits ? id & ((UINT64_C(1) << r->id_bits) - 1) : id;
 }
 
-/* After the last id: sorts the pairs and looks for ids that occur twice. */
+/* After the last id: sorts the pairs; fails if an id occurs twice. */
 static meshio_result meshio__ids_close(meshio__reader *r)
 {
     size_t i;
@@ -2620,8 +2670,8 @@ static meshio_result meshio__id_find(meshio__reader *r, const unsigned char *whe
                         meshio__shown_id(r, id < 0 ? 0 - (uint64_t)id : (uint64_t)id));
 }
 
-/* Nodes of versions 1 and 2. Parametric ones tell their entity and where on it they are, as they
- * may in version 1, too. */
+/* Nodes of versions 1 and 2. `parametric`: each node also has its entity and its parameters on it.
+ * In version 1 what else is on the line is skipped. */
 static meshio_result meshio__msh_nodes2(meshio__reader *r, const meshio__msh *msh, int parametric)
 {
     int64_t count, id, dimension, unused, i;
@@ -2646,8 +2696,8 @@ static meshio_result meshio__msh_nodes2(meshio__reader *r, const meshio__msh *ms
     return meshio__ids_close(r);
 }
 
-/* Nodes of versions 4.0, where each number is before its coordinates, and 4.1, where all numbers of
- * a block are. */
+/* Nodes of versions 4.0, where each id comes before its node's coordinates, and 4.1, where all ids
+ * of a block come before all its coordinates. */
 static meshio_result meshio__msh_nodes4(meshio__reader *r, const meshio__msh *msh)
 {
     int64_t blocks, count, unused, dimension, parametric, num, b, i, id;
@@ -2692,7 +2742,8 @@ static meshio_result meshio__msh_nodes4(meshio__reader *r, const meshio__msh *ms
     return meshio__ids_close(r);
 }
 
-/* Versions 1 and 2 repeat an element at once for each further physical group that it is in. */
+/* Versions 1 and 2 repeat an element immediately for each further physical group that it is in.
+ * Returns whether this is such a repetition; if not, the element is remembered. */
 static int meshio__msh_repeats(meshio__msh *msh, int64_t type, int64_t physical, int64_t entity,
                                const uint32_t *v, int n)
 {
@@ -2720,7 +2771,7 @@ static meshio_result meshio__msh_unknown(meshio__reader *r, int64_t type)
                         (long long)type);
 }
 
-/* The other orientation of an edge, triangle or quadrangle, by its corners. */
+/* Reverses the orientation of an edge, triangle or quadrangle, given by its corners. */
 static void meshio__msh_turn(int64_t type, uint32_t *v)
 {
     int edge = type == 1 || type == 8 || (type >= 26 && type <= 28),
@@ -2731,7 +2782,8 @@ static void meshio__msh_turn(int64_t type, uint32_t *v)
     v[b] = other;
 }
 
-/* The nodes of one element, then its place in the mesh, tagged by its physical group if any. */
+/* Reads the nodes of one element and adds it to the mesh; its tag is its physical group, or its
+ * entity if it is in no group. */
 static meshio_result meshio__msh_element(meshio__reader *r, meshio__msh *msh, int wide,
                                          int64_t type, int64_t physical, int64_t entity)
 {
@@ -2808,7 +2860,7 @@ static meshio_result meshio__msh_elements2(meshio__reader *r, meshio__msh *msh)
     return MESHIO_OK;
 }
 
-/* A number of integers, and the integers: the first of them or 0, and how many. */
+/* Reads a count and that many integers; returns the first of them, or 0, and the count. */
 static meshio_result meshio__msh_ints(meshio__reader *r, const meshio__msh *msh, const char *what,
                                       int64_t *first, int64_t *count)
 {
@@ -2824,7 +2876,7 @@ static meshio_result meshio__msh_ints(meshio__reader *r, const meshio__msh *msh,
     return MESHIO_OK;
 }
 
-/* One entity of dimension d. Those of a partitioned mesh tell their parents and partitions. */
+/* Reads one entity of dimension d. In a partitioned mesh it also has its parent and partitions. */
 static meshio_result meshio__msh_entity(meshio__reader *r, const meshio__msh *msh, int d,
                                         int partitioned)
 {
@@ -2850,7 +2902,8 @@ static meshio_result meshio__msh_entity(meshio__reader *r, const meshio__msh *ms
     return MESHIO_OK;
 }
 
-/* Physical groups: pairs (dimension and tag of the entity, first physical tag), sorted. */
+/* Reads the entities, for their physical groups: r->entities gets pairs (dimension and tag of the
+ * entity, first physical tag), r->grouped pairs (the same, number of groups); both are sorted. */
 static meshio_result meshio__msh_entities(meshio__reader *r, const meshio__msh *msh,
                                           int partitioned)
 {
@@ -2947,7 +3000,7 @@ static meshio_result meshio__msh_header(meshio__reader *r, meshio__msh *msh)
     return MESHIO_OK;
 }
 
-/* Steps over a section that does not matter here: to the "$End..." that closes it. */
+/* Skips a section, up to the "$End..." that closes it. */
 static meshio_result meshio__msh_skip(meshio__reader *r, const unsigned char *name, size_t length)
 {
     const unsigned char *p = r->p;
@@ -2963,7 +3016,7 @@ static meshio_result meshio__msh_skip(meshio__reader *r, const unsigned char *na
     return meshio__fail(r, MESHIO_ERROR_TRUNCATED, name, "this section does not end");
 }
 
-/* A section of which the name has been read. */
+/* Reads a section whose name has been read. */
 static meshio_result meshio__msh_section(meshio__reader *r, meshio__msh *msh,
                                          const unsigned char *name, size_t length)
 {
@@ -3028,7 +3081,8 @@ static meshio_result meshio__read_msh(meshio__reader *r)
 
 /* ---- >>cells  what VTK and VTU files share -------------------------------------------------- */
 
-/* Can a cell of VTK's type have n points? Those of any order have their corners first. */
+/* Can a cell of this VTK type have n points? A Lagrange or Bezier cell, of any order, has at least
+ * its corners, which come first. */
 static int meshio__cell_has(uint32_t type, size_t n)
 {
     static const unsigned char points[36] = {0, 0, 0, 2, 0, 3, 0, 0, 4, 4, 4, 0, 0, 0, 0, 0, 0, 0,
@@ -3042,7 +3096,8 @@ static int meshio__cell_has(uint32_t type, size_t n)
     }
 }
 
-/* Corners of a cell of higher order, by which it is kept; 0: all points count. */
+/* The number of corners of the types of higher order that are kept by their corners; 0: another
+ * type. */
 static size_t meshio__cell_corners(uint32_t type)
 {
     switch (type) {
@@ -3094,7 +3149,7 @@ static meshio_result meshio__cells_store(meshio__reader *r)
             MESHIO__TRY(meshio__add_triangle(r, v[0], v[3], v[2], tag));
             break;
         case 10: case 24: case 71: case 78: MESHIO__TRY(meshio__add_tet(r, v, tag)); break;
-        case 1: case 2: break; /* points name vertices that are there already */
+        case 1: case 2: break; /* points: their vertices are there already */
         default: MESHIO__TRY(meshio__add_solid(r)); break;
         }
     }
@@ -3144,7 +3199,7 @@ static meshio_result meshio__cell_end(meshio__reader *r, uint64_t end)
 
 /* ---- >>vtk  the legacy format ---------------------------------------------------------------- */
 
-/* Lists of cells before version 5: for each the number of corners, then the corners. */
+/* Cells before version 5: for each the number of its corners, then the corners. */
 static meshio_result meshio__vtk_lists(meshio__reader *r, int binary, int64_t count, int64_t size)
 {
     int64_t i, k, n, used = 0;
@@ -3168,7 +3223,7 @@ static meshio_result meshio__vtk_lists(meshio__reader *r, int binary, int64_t co
     return MESHIO_OK;
 }
 
-/* Version 5: OFFSETS (one more than the cells, from 0), then CONNECTIVITY. */
+/* Cells of version 5: OFFSETS (one more than there are cells; the first is 0), CONNECTIVITY. */
 static meshio_result meshio__vtk_offsets(meshio__reader *r, int binary, int64_t count, int64_t size)
 {
     size_t length, first = r->cells.corners.num;
@@ -3244,7 +3299,7 @@ static meshio_result meshio__vtk_cell_types(meshio__reader *r, int binary)
     return MESHIO_OK;
 }
 
-/* Steps over the lines that VTK 8 and later write after an array, up to an empty one. */
+/* Skips the METADATA lines that VTK 8 and later write after an array, up to an empty line. */
 static void meshio__vtk_metadata(meshio__reader *r)
 {
     do meshio__next_line(r);
@@ -3256,8 +3311,8 @@ static int meshio__vtk_is_string(const unsigned char *type, size_t length)
     return meshio__same(type, length, "string") || meshio__same(type, length, "utf8_string");
 }
 
-/* Steps over strings, one a line; in binary each has its length before it, in 8, 4, 2 or 1 bytes as
- * the first two bits say: 0 .. 3. */
+/* Skips strings: in text one on each line; in binary each comes after its length, which has 8, 4, 2
+ * or 1 bytes if the first two bits are 0, 1, 2 or 3. */
 static meshio_result meshio__vtk_strings(meshio__reader *r, int binary, int64_t count)
 {
     int64_t i;
@@ -3278,8 +3333,8 @@ static meshio_result meshio__vtk_strings(meshio__reader *r, int binary, int64_t 
     return MESHIO_OK;
 }
 
-/* From its first value on an array of so many tuples, of a type that the file names; kept if it
- * holds the cells' tags, else stepped over. */
+/* Reads the values of an array, given its type as the file names it and the number of tuples and
+ * components. The values are kept if they are the cells' tags, else skipped. */
 static meshio_result meshio__vtk_array(meshio__reader *r, int binary, const unsigned char *type,
                                        size_t type_length, int64_t components, int64_t tuples,
                                        int tags)
@@ -3310,14 +3365,14 @@ static meshio_result meshio__vtk_array(meshio__reader *r, int binary, const unsi
     return MESHIO_OK;
 }
 
-/* What is known while the sections follow one another. */
+/* The state from one section to the next. */
 typedef struct meshio__vtk {
     int binary, have_points;
-    int data;      /* what the attributes belong to: 'p' points, 'c' cells */
-    int64_t count; /* of these */
+    int data;      /* what the attributes belong to: points, 'p', or cells, 'c'; 0 before either */
+    int64_t count; /* the number of these points or cells */
 } meshio__vtk;
 
-/* May an array of this name, one value each, hold the tags? */
+/* Does an array of this name hold the tags, if it has one value for each cell? */
 static int meshio__vtk_is_tags(const meshio__reader *r, const meshio__vtk *vtk,
                                const unsigned char *name, size_t length)
 {
@@ -3365,14 +3420,14 @@ static meshio_result meshio__vtk_scalars(meshio__reader *r, const meshio__vtk *v
                              components == 1 && meshio__vtk_is_tags(r, vtk, name, length));
 }
 
-/* The other attributes of points or cells: stepped over. */
+/* Skips any other attribute of points or cells. */
 static meshio_result meshio__vtk_attribute(meshio__reader *r, const meshio__vtk *vtk,
                                            const unsigned char *word, size_t length)
 {
     static const struct {
         const char *name;
-        int components; /* 0: a number in the file */
-        int bytes;      /* no type: bytes in binary, else any numbers */
+        int components; /* 0: the file gives their number */
+        int bytes;      /* nonzero: values without a type, bytes in binary; 4: always 4 tuples */
     } kinds[] = {{"vectors", 3, 0},      {"normals", 3, 0},  {"tensors", 9, 0},
                  {"tensors6", 6, 0},     {"global_ids", 1, 0}, {"pedigree_ids", 1, 0},
                  {"edge_flags", 1, 0},   {"texture_coordinates", 0, 0},
@@ -3387,7 +3442,7 @@ static meshio_result meshio__vtk_attribute(meshio__reader *r, const meshio__vtk 
         r->p = word;
         return meshio__expected(r, "a keyword of a legacy VTK file");
     }
-    meshio__word(r, &unused); /* its own name */
+    meshio__word(r, &unused); /* the attribute's own name */
     components = kinds[k].components;
     if (components == 0) MESHIO__TRY(meshio__int(r, &components));
     if (kinds[k].bytes == 0) type = meshio__word(r, &type_length);
@@ -3412,7 +3467,7 @@ static meshio_result meshio__vtk_points(meshio__reader *r, meshio__vtk *vtk,
     return meshio__points_scalars(r, vtk->binary, type, count);
 }
 
-/* CELL_DATA or POINT_DATA, and of how many. */
+/* CELL_DATA or POINT_DATA, with the number of cells or points. */
 static meshio_result meshio__vtk_data(meshio__reader *r, meshio__vtk *vtk, int data)
 {
     const unsigned char *where = r->p;
@@ -3426,7 +3481,7 @@ static meshio_result meshio__vtk_data(meshio__reader *r, meshio__vtk *vtk, int d
     return MESHIO_OK;
 }
 
-/* The section that a word opens. */
+/* Reads the section that begins with this word. */
 static meshio_result meshio__vtk_section(meshio__reader *r, meshio__vtk *vtk,
                                          const unsigned char *word, size_t length)
 {
@@ -3486,21 +3541,23 @@ static meshio_result meshio__read_vtk(meshio__reader *r)
 
 /* ---- >>inflate  zlib streams, base64 --------------------------------------------------------- */
 
-/* A canonical prefix code: of each length the number of codes, the symbols in the order of their
- * codes; fast: what 9 bits begin with, 16 * symbol + length, 0: a longer code or none. */
+/* A canonical prefix code: count[k] codes have k bits; the symbols are in the order of their codes.
+ * fast[b]: 16 * symbol + length of the code that the next 9 bits b begin with; 0 if it is longer or
+ * there is none. */
 enum { MESHIO__FAST_BITS = 9 };
 typedef struct meshio__code {
     uint16_t fast[1 << MESHIO__FAST_BITS], count[16], symbols[288];
 } meshio__code;
 
-/* The bits that are left, lowest first. */
+/* A stream of bits: the next ones are in `bits`, the lowest first, the rest at p. */
 typedef struct meshio__bits {
     const unsigned char *p, *end;
     uint64_t bits;
     int num;
 } meshio__bits;
 
-/* 0: more codes than there can be. */
+/* Builds the code whose symbol i has lengths[i] bits, 0 if it does not occur. Returns 0 if there
+ * are more codes than such lengths allow. */
 static int meshio__code_build(meshio__code *code, const unsigned char *lengths, int n)
 {
     int i, k, left = 1, offset[17] = {0}, next[17] = {0};
@@ -3531,7 +3588,7 @@ static void meshio__bits_fill(meshio__bits *b)
     for (; b->num <= 56 && b->p < b->end; b->num += 8) b->bits |= (uint64_t)*b->p++ << b->num;
 }
 
-/* The next n bits, at most 16; -1: there are fewer. */
+/* The next n bits, at most 16; -1 if fewer are left. */
 static int meshio__bits_take(meshio__bits *b, int n)
 {
     int value;
@@ -3543,7 +3600,7 @@ static int meshio__bits_take(meshio__bits *b, int n)
     return value;
 }
 
-/* The next symbol; -1: none. */
+/* The next symbol; -1 if the bits end or are no code. */
 static int meshio__code_take(meshio__bits *b, const meshio__code *code)
 {
     int k, bits = 0, first = 0, index = 0, entry;
@@ -3562,7 +3619,8 @@ static int meshio__code_take(meshio__bits *b, const meshio__code *code)
     return -1;
 }
 
-/* The codes of a block: `kind` 1 has fixed ones, 2 brings its own. 0: they are wrong. */
+/* The codes of a block: of kind 1 the fixed ones, of kind 2 those that come with it. Returns 0 if
+ * these are invalid. */
 static int meshio__block_codes(meshio__bits *b, int kind, meshio__code *literals,
                                meshio__code *distances)
 {
@@ -3579,7 +3637,7 @@ static int meshio__block_codes(meshio__bits *b, int kind, meshio__code *literals
         num_literals = meshio__bits_take(b, 5) + 257;
         num_distances = meshio__bits_take(b, 5) + 1;
         num = meshio__bits_take(b, 4) + 4;
-        if (num < 4 || num_literals > 286) return 0; /* num is 3 if the bits end here */
+        if (num < 4 || num_literals > 286) return 0; /* num is 3 if the bits have ended */
         for (i = 0; i < num; i++) {
             int length = meshio__bits_take(b, 3);
             if (length < 0) return 0;
@@ -3603,7 +3661,8 @@ static int meshio__block_codes(meshio__bits *b, int kind, meshio__code *literals
            meshio__code_build(distances, lengths + num_literals, num_distances);
 }
 
-/* The symbols of a block, up to its end; *n bytes are in `out`. 0: wrong, or more than `size`. */
+/* Decodes the symbols of a block up to its end; *n is the number of bytes in `out`. Returns 0 if
+ * they are invalid, or make more than `size` bytes. */
 static int meshio__block_symbols(meshio__bits *b, const meshio__code *literals,
                                  const meshio__code *distances, unsigned char *out, size_t size,
                                  size_t *n)
@@ -3636,7 +3695,8 @@ static int meshio__block_symbols(meshio__bits *b, const meshio__code *literals,
     }
 }
 
-/* A zlib stream that must hold just `size` bytes [RFC 1950, 1951]. 0: it does not. */
+/* Decompresses a zlib stream [RFC 1950, 1951]. Returns 0 if it is invalid or does not hold exactly
+ * `size` bytes. */
 static int meshio__inflate(const unsigned char *p, const unsigned char *end, unsigned char *out,
                            size_t size)
 {
@@ -3654,7 +3714,7 @@ static int meshio__inflate(const unsigned char *p, const unsigned char *end, uns
         last = meshio__bits_take(&b, 1);
         kind = meshio__bits_take(&b, 2);
         if (kind < 0 || kind > 2) return 0;
-        if (kind == 0) { /* bytes as they are, from a whole byte on */
+        if (kind == 0) { /* bytes that are not compressed, from a byte boundary on */
             int length, check;
             meshio__bits_take(&b, b.num & 7);
             length = meshio__bits_take(&b, 16);
@@ -3679,7 +3739,7 @@ static int meshio__inflate(const unsigned char *p, const unsigned char *end, uns
     for (i = 0; i < n; i++) {
         low += out[i];
         high += low;
-        if (i % 5000 == 4999) low %= 65521, high %= 65521; /* before they can overflow */
+        if (i % 5000 == 4999) low %= 65521, high %= 65521; /* before the sums can overflow */
     }
     low %= 65521;
     high %= 65521;
@@ -3694,8 +3754,8 @@ static int meshio__base64_digit(int c)
     return c == '+' ? 62 : c == '/' ? 63 : -1;
 }
 
-/* `size` bytes from base64 text, which may be padded in between: what comes after them; NULL: there
- * are fewer. */
+/* Decodes `size` bytes of base64 text, which may have padding in between. Returns the position
+ * after it, NULL if the text ends early or has another character. */
 static const unsigned char *meshio__base64(const unsigned char *p, const unsigned char *end,
                                            unsigned char *out, size_t size)
 {
@@ -3721,15 +3781,15 @@ static const unsigned char *meshio__base64(const unsigned char *p, const unsigne
 /* ---- >>vtu  one piece, ASCII or binary ------------------------------------------------------- */
 
 typedef struct meshio__vtu {
-    const unsigned char *appended; /* after the '_', NULL if there is none */
+    const unsigned char *appended; /* the appended data, after the '_'; NULL if there are none */
     const unsigned char *end;      /* of the file */
-    int raw;                       /* what is appended is not base64 */
-    int wide;                      /* header_type UInt64 */
+    int raw;                       /* the appended data are not in base64 */
+    int wide;                      /* header_type is UInt64 */
     int zlib;
     int64_t points, cells;
 } meshio__vtu;
 
-/* The value of an attribute within a tag [tag, end); NULL if it is not there. */
+/* The value of an attribute of the XML tag in [tag, end); NULL if the tag does not have it. */
 static const unsigned char *meshio__attribute(const unsigned char *tag, const unsigned char *end,
                                               const char *name, size_t *length)
 {
@@ -3763,7 +3823,7 @@ static meshio_result meshio__attribute_int(meshio__reader *r, const unsigned cha
     return MESHIO_OK;
 }
 
-/* Word k of the header before an array's data. */
+/* Integer k of the header that precedes an array's data. */
 static uint64_t meshio__vtu_word(const meshio__reader *r, const meshio__vtu *vtu,
                                  const unsigned char *header, size_t k)
 {
@@ -3783,7 +3843,8 @@ static int meshio__reserve_bytes(unsigned char **bytes, size_t *cap, size_t need
     return 1;
 }
 
-/* Bytes from text at *p, which goes on behind them, into r->packed, from `at` on. */
+/* Decodes `size` bytes of base64 text at *p into r->packed, from byte `at` on; *p moves to the end
+ * of the text. */
 static meshio_result meshio__vtu_decode(meshio__reader *r, const unsigned char **p, size_t at,
                                         uint64_t size)
 {
@@ -3797,7 +3858,7 @@ static meshio_result meshio__vtu_decode(meshio__reader *r, const unsigned char *
     return MESHIO_OK;
 }
 
-/* Puts the cursor on decoded bytes. */
+/* Puts the cursor on decoded bytes of the array with this tag. */
 static void meshio__vtu_aside(meshio__reader *r, const unsigned char *tag,
                               const unsigned char *bytes, size_t size)
 {
@@ -3806,8 +3867,9 @@ static void meshio__vtu_aside(meshio__reader *r, const unsigned char *tag,
     r->end = bytes + size;
 }
 
-/* Blocks that zlib has compressed: their number, size, the last one's size if that is another,
- * their sizes when compressed; then the blocks. `text` is base64. */
+/* Decompresses an array of this many bytes and puts the cursor on it. The data are: the number of
+ * blocks, the size of a block, the size of the last one (0: the same), and the compressed size of
+ * each block; then the blocks. `text`: they are in base64. */
 static meshio_result meshio__vtu_inflate(meshio__reader *r, const meshio__vtu *vtu, int text,
                                          const unsigned char *tag, uint64_t bytes)
 {
@@ -3843,7 +3905,7 @@ static meshio_result meshio__vtu_inflate(meshio__reader *r, const meshio__vtu *v
         return meshio__fail(r, MESHIO_ERROR_COUNT, r->p,
                             "%llu blocks of %llu bytes where there should be %llu bytes",
                             (unsigned long long)blocks, (unsigned long long)size,
-                            (unsigned long long)bytes); /* 1032: the most that zlib can do */
+                            (unsigned long long)bytes); /* zlib's ratio is at most 1032 */
     if (text) MESHIO__TRY(meshio__vtu_decode(r, &p, head, packed));
     header = text ? r->packed : p;
     from = header + head;
@@ -3920,7 +3982,8 @@ static meshio_result meshio__vtu_open(meshio__reader *r, const meshio__vtu *vtu,
     return MESHIO_OK;
 }
 
-/* Behind the last value of an array: back to the file; as text it must end there. */
+/* After the last value of an array: puts the cursor back on the file. An array in text must end
+ * here. */
 static meshio_result meshio__vtu_close(meshio__reader *r, const meshio__vtu *vtu, int binary)
 {
     if (r->aside) {
@@ -3983,7 +4046,7 @@ static meshio_result meshio__vtu_array(meshio__reader *r, const meshio__vtu *vtu
     return MESHIO_OK;
 }
 
-/* The corners, once the offsets have told how many there are. */
+/* Reads the corners of the cells, after the offsets, which give their number. */
 static meshio_result meshio__vtu_corners(meshio__reader *r, const meshio__vtu *vtu,
                                          const unsigned char *tag)
 {
@@ -4054,7 +4117,7 @@ static meshio_result meshio__read_vtu(meshio__reader *r)
                 return meshio__fail(r, MESHIO_ERROR_UNSUPPORTED, p, "more than one piece");
             MESHIO__TRY(meshio__attribute_int(r, p, end, "numberofpoints", &vtu.points));
             MESHIO__TRY(meshio__attribute_int(r, p, end, "numberofcells", &vtu.cells));
-            if (vtu.zlib) continue; /* each array tells its sizes */
+            if (vtu.zlib) continue; /* the header of each array is checked instead */
             MESHIO__TRY(meshio__fits(r, vtu.points, 6, "points"));
             MESHIO__TRY(meshio__fits(r, vtu.cells, 3, "cells"));
         } else if (meshio__same(p, length, "<points")) {
@@ -4082,7 +4145,7 @@ static meshio_result meshio__read_vtu(meshio__reader *r)
 
 /* ---- >>tetgen -------------------------------------------------------------------------------- */
 
-/* The list of nodes; *first becomes the number of the first one (0 or 1). */
+/* Reads the list of nodes; *first becomes the number of the first one (0 or 1). */
 static meshio_result meshio__tetgen_nodes(meshio__reader *r, int64_t *first)
 {
     int64_t count, dimension = 3, attributes = 0, markers = 0, i, id, tag;
@@ -4124,7 +4187,7 @@ static meshio_result meshio__read_node(meshio__reader *r)
     return meshio__tetgen_nodes(r, &first);
 }
 
-/* n corners of a polygon into r->polygon, and on to the end of the facet's loops. */
+/* Reads a polygon of n corners into r->polygon and appends it to the facet's loops. */
 static meshio_result meshio__tetgen_polygon(meshio__reader *r, int64_t n, int64_t first,
                                             meshio__loops *loops)
 {
@@ -4151,8 +4214,8 @@ static meshio_result meshio__tetgen_facet_hole(meshio__reader *r, meshio__loops 
     return MESHIO_OK;
 }
 
-/* One facet: .poly gives the number of polygons, of holes and the marker on a line; .smesh has
- * one polygon, its marker after the corners. */
+/* Reads one facet. In .poly files its first line has the number of polygons, the number of holes
+ * and the marker; in .smesh files a facet is one polygon, with the marker after its corners. */
 static meshio_result meshio__tetgen_facet(meshio__reader *r, int poly, int markers, int64_t first,
                                           meshio__loops *loops)
 {
@@ -4179,7 +4242,8 @@ static meshio_result meshio__tetgen_facet(meshio__reader *r, int poly, int marke
     return meshio__add_facet(r, where, loops, tag);
 }
 
-/* Parts 3 and 4: points in cavities, points in regions with an attribute and a largest volume. */
+/* Parts 3 and 4 of the file: points in cavities; points in regions, each with an attribute and a
+ * largest volume. */
 static meshio_result meshio__tetgen_seeds(meshio__reader *r, int regions)
 {
     meshio_mesh *m = r->mesh;
@@ -4207,7 +4271,8 @@ static meshio_result meshio__tetgen_seeds(meshio__reader *r, int regions)
     return MESHIO_OK;
 }
 
-/* Nodes are in the file, or (count 0) have been read from the .node file beside it. */
+/* The nodes are in the file itself, or if it lists 0 nodes, they have been read from the .node file
+ * beside it. */
 static meshio_result meshio__read_poly(meshio__reader *r, int poly, int64_t first,
                                        meshio__loops *loops)
 {
@@ -4233,7 +4298,7 @@ static meshio_result meshio__read_poly(meshio__reader *r, int poly, int64_t firs
     return meshio__tetgen_seeds(r, 1);
 }
 
-/* Tetrahedra: 4 or 10 corners, attributes. */
+/* Tetrahedra of 4 or 10 nodes, with attributes; the first one is the tag. */
 static meshio_result meshio__read_elements(meshio__reader *r, int64_t first)
 {
     int64_t count, corners = 4, attributes = 0, i, id, index, tag;
@@ -4269,39 +4334,43 @@ static meshio_result meshio__read_elements(meshio__reader *r, int64_t first)
     return MESHIO_OK;
 }
 
-/* ---- >>inp  Abaqus and CalculiX ---------------------------------------------------------------- */
+/* ---- >>inp  Abaqus and CalculiX -------------------------------------------------------------- */
 
-/* A line that starts with a star: its word, and those of its parameters that matter here. */
+/* A card is a line that starts with a star: its keyword, and those of its parameters that are of
+ * use here. Data lines follow it. */
 typedef struct meshio__inp_card {
-    /* name: of the set, surface or part; part: the part or instance that is meant */
+    /* word: the keyword; name: that of the set, surface, part or instance (ELSET, NAME); part: the
+     * part or instance that the card refers to (PART, INSTANCE) */
     const unsigned char *word, *type, *name, *part;
     size_t word_length, type_length, name_length, part_length;
     int generate;
-    int elsewhere; /* its data are in another file, or in coordinates that are not Cartesian */
+    int elsewhere; /* the data are in another file, or in coordinates that are not Cartesian */
 } meshio__inp_card;
 
-/* The passes over a file, and what they have in common. */
+/* The file is read in three passes; this is the state that they share. */
 enum { MESHIO__INP_NODES, MESHIO__INP_ELEMENTS, MESHIO__INP_SURFACES };
 typedef struct meshio__inp {
     int pass;
-    int64_t cards;    /* with a name that has no number, counted in the first pass */
-    int skip;         /* an assembly that only names what its parts have defined */
-    int has_surfaces; /* or sections; else nobody asks for elements by their ids */
-    int64_t part, parts;  /* the part or instance, from 1, 0 outside; those up to here */
+    int64_t cards;    /* cards whose name ends in no number, counted in the first pass */
+    int skip;         /* the assembly only refers to what its parts define: ignore most cards */
+    int has_surfaces; /* or sections; else elements need not be found by their ids */
+    int64_t part, parts;  /* the current part or instance, from 1, 0 outside; those begun so far */
     int64_t with_nodes;   /* parts and instances that have nodes */
-    /* of each part: its name's hash, first vertex, end, whether it has a place; after the first
-     * pass its number among those with nodes; of an instance without nodes the part that it places
-     */
+    /* Of each part or instance: the hash of its name, its first vertex, its last vertex + 1, and a
+     * fourth number. For one with nodes the latter counts its instances in the first pass, and is
+     * its number among those with nodes, from 1, afterwards; for an instance without nodes it is
+     * the part that it places, from 1; else 0. */
     meshio__u64s ranges;
-    meshio__u64s tets; /* pairs: ids of the file, tetrahedra */
-    meshio__u64s sets; /* of elements: hash, first id, last, step; later sorted */
-    uint64_t named;    /* tetrahedra that sets have named so far */
+    meshio__u64s tets; /* pairs (id in the file, tetrahedron) */
+    meshio__u64s sets; /* of elements: hash of the name, first id, last id, step; sorted later */
+    uint64_t named;    /* how many tetrahedra sets have been applied to so far */
 } meshio__inp;
 
-/* Each part numbers its own nodes and elements: an id is its part's and that number. */
+/* Each part numbers its nodes and elements on its own: an id here has the file's number in the
+ * lowest INP_BITS bits, and the part above them. */
 enum { MESHIO__INP_BITS = 42, MESHIO__INP_PARTS = 10000 };
 
-/* Steps over empty lines and comments. Is the next line one of data? */
+/* Skips empty lines and comments. Returns whether the next line is a data line. */
 static int meshio__inp_data(meshio__reader *r)
 {
     while (r->p < r->end) {
@@ -4311,8 +4380,8 @@ static int meshio__inp_data(meshio__reader *r)
     return 0;
 }
 
-/* Steps over what separates two values: blanks, a comma, and with that the end of the line. Is
- * there another value? */
+/* Skips what separates two values: blanks and a comma, and the end of the line if it comes after
+ * the comma. Returns whether there is another value. */
 static int meshio__inp_more(meshio__reader *r)
 {
     int comma = meshio__more_on_line(r) && *r->p == ',';
@@ -4321,13 +4390,14 @@ static int meshio__inp_more(meshio__reader *r)
     return meshio__more_on_line(r);
 }
 
-/* To the next line, unless a comma at the end of a line has led to the card after it. */
+/* Moves to the next line, unless the cursor is at a card already (after a comma at the end of the
+ * last data line). */
 static void meshio__inp_next(meshio__reader *r)
 {
     if (*r->p != '*') meshio__next_line(r);
 }
 
-/* Text up to a comma, an equals sign or the end of the line, without the blanks around it. */
+/* The text up to a comma, an equals sign or the end of the line, without blanks around it. */
 static const unsigned char *meshio__inp_field(meshio__reader *r, size_t *length)
 {
     const unsigned char *start, *stop;
@@ -4379,8 +4449,10 @@ static uint64_t meshio__inp_hash(const unsigned char *name, size_t length)
     return h;
 }
 
-/* The tag that a name stands for: the number that it ends in, negative behind _M, 0 if that is too
- * large; without one that of the first card with this name, counted in the first pass. */
+/* The tag that a card's name stands for: the number that it ends in (at most ten digits of it),
+ * which is negative after _M; 0 if it does not fit. A name without a number has the number of the
+ * first card with this name, counted in the first pass. Without a name: the number of the part, if
+ * several have nodes, else 0. */
 static meshio_result meshio__inp_tag(meshio__reader *r, meshio__inp *inp,
                                      const meshio__inp_card *card, int64_t *tag)
 {
@@ -4427,22 +4499,23 @@ static meshio_result meshio__inp_nodes(meshio__reader *r, const meshio__inp *inp
         int k;
         MESHIO__TRY(meshio__inp_id(r, inp, &id));
         for (k = 0; k < 3 && meshio__inp_more(r) && *r->p != '*'; k++)
-            if (*r->p != ',') MESHIO__TRY(meshio__double(r, &xyz[k])); /* else a blank: 0 */
+            if (*r->p != ',') MESHIO__TRY(meshio__double(r, &xyz[k])); /* an empty field is 0 */
         MESHIO__TRY(meshio__id_add(r, id, r->mesh->num_vertices));
         MESHIO__TRY(meshio__add_vertex(r, xyz, 0));
     }
     return MESHIO_OK;
 }
 
-enum { MESHIO__INP_SOLID = 100 }; /* one that is not kept */
+enum { MESHIO__INP_SOLID = 100 }; /* the type of a solid that is not kept */
 
-/* Corners (of flat ones negative) and nodes of an element type: its family, their number, whatever
- * letters follow; 0: another kind. */
+/* Returns the number of corners of an element type, negative for triangles and quadrangles, or
+ * INP_SOLID, or 0 for another kind; *nodes becomes the number of its nodes. The name of a type is
+ * that of its family, a number of nodes, and letters that do not matter here. */
 static int meshio__inp_type(const meshio__inp_card *card, int *nodes)
 {
     static const struct {
         const char *family;
-        char kind; /* flat, solid, line, beam */
+        char kind; /* f: flat, s: solid, l: line, b: beam */
     } types[] = {{"c3d", 's'},   {"dc3d", 's'}, {"ac3d", 's'}, {"stri", 'f'}, {"sfm3d", 'f'},
                  {"s", 'f'},     {"cps", 'f'},  {"cpe", 'f'},  {"cax", 'f'},  {"m3d", 'f'},
                  {"r3d", 'f'},   {"ds", 'f'},   {"t3d", 'l'},  {"t2d", 'l'},  {"b3", 'b'},
@@ -4465,13 +4538,13 @@ static int meshio__inp_type(const meshio__inp_card *card, int *nodes)
     return 0;
 }
 
-/* The name of a set stands for another one in each part. */
+/* The key of a set: its name's hash and its part, as each part has its own sets. */
 static uint64_t meshio__inp_set(const meshio__inp *inp, const unsigned char *name, size_t length)
 {
     return meshio__inp_hash(name, length) + (uint64_t)inp->part * UINT64_C(0x9E3779B97F4A7C15);
 }
 
-/* Puts elements first, first + step .. last into a set. */
+/* Adds the elements first, first + step .. last to a set. 0 if memory runs out. */
 static int meshio__inp_set_add(meshio__inp *inp, uint64_t set, int64_t first, int64_t last,
                                int64_t step)
 {
@@ -4485,7 +4558,7 @@ static int meshio__inp_set_add(meshio__inp *inp, uint64_t set, int64_t first, in
            meshio__push64(&inp->sets, (uint64_t)last) && meshio__push64(&inp->sets, (uint64_t)step);
 }
 
-/* The part that an instance, named in the assembly, has its elements from; 0: none. */
+/* The part or instance with the elements of the instance that the card refers to; 0: none. */
 static int64_t meshio__inp_part_of(const meshio__inp *inp, const meshio__inp_card *card)
 {
     uint64_t hash = meshio__inp_hash(card->part, card->part_length);
@@ -4499,7 +4572,7 @@ static int64_t meshio__inp_part_of(const meshio__inp *inp, const meshio__inp_car
     return 0;
 }
 
-/* *ELSET: numbers of elements, or with GENERATE first, last, step. Sets in it are passed over. */
+/* *ELSET: ids of elements, or with GENERATE first, last, step. Names of other sets are skipped. */
 static meshio_result meshio__inp_elset(meshio__reader *r, meshio__inp *inp,
                                        const meshio__inp_card *card)
 {
@@ -4535,8 +4608,8 @@ static meshio_result meshio__inp_elset(meshio__reader *r, meshio__inp *inp,
     return MESHIO_OK;
 }
 
-/* The tetrahedra first, first + step .. last: their facet `side`, 0 .. 3, becomes a triangle; -1:
- * they get the tag, if they have none. */
+/* For the tetrahedra first, first + step .. last: adds their facet `side`, 0 .. 3, as a triangle
+ * with this tag; if side is -1, those whose tag is 0 get this one. */
 static meshio_result meshio__inp_apply(meshio__reader *r, meshio__inp *inp, uint64_t first,
                                        uint64_t last, uint64_t step, int side, int64_t tag)
 {
@@ -4545,7 +4618,7 @@ static meshio_result meshio__inp_apply(meshio__reader *r, meshio__inp *inp, uint
     for (; k < n && inp->tets.data[2 * k] <= last; k++) {
         size_t t = (size_t)inp->tets.data[2 * k + 1];
         const uint32_t *v = r->mesh->tets + 4 * t;
-        if (++inp->named > 1000 + 64 * (uint64_t)n) /* no file has, and the work has an end */
+        if (++inp->named > 1000 + 64 * (uint64_t)n) /* bounds the work; far beyond real files */
             return meshio__fail(r, MESHIO_ERROR_TOO_LARGE, r->p,
                                 "surfaces and sections name each element more than 64 times");
         if ((inp->tets.data[2 * k] - first) % step) continue;
@@ -4558,7 +4631,7 @@ static meshio_result meshio__inp_apply(meshio__reader *r, meshio__inp *inp, uint
     return MESHIO_OK;
 }
 
-/* The same for all of a set. */
+/* The same for all elements of a set. */
 static meshio_result meshio__inp_apply_set(meshio__reader *r, meshio__inp *inp, uint64_t set,
                                            int side, int64_t tag)
 {
@@ -4569,7 +4642,7 @@ static meshio_result meshio__inp_apply_set(meshio__reader *r, meshio__inp *inp, 
     return MESHIO_OK;
 }
 
-/* Elements of a kind that is not kept: counted. */
+/* Counts elements of a kind that is not kept. */
 static void meshio__inp_skip_elements(meshio__reader *r, int solid)
 {
     while (meshio__inp_data(r)) {
@@ -4623,7 +4696,7 @@ static meshio_result meshio__inp_elements(meshio__reader *r, meshio__inp *inp,
     return MESHIO_OK;
 }
 
-/* Cards that say what is not read here, and cannot be left out. */
+/* Fails for cards that are not supported, but without which the mesh would be wrong. */
 static meshio_result meshio__inp_check(meshio__reader *r, const meshio__inp_card *card,
                                        const unsigned char *where)
 {
@@ -4646,8 +4719,8 @@ static meshio_result meshio__inp_check(meshio__reader *r, const meshio__inp_card
     return MESHIO_OK;
 }
 
-/* Puts vertices where an instance is: moved by numbers 0 .. 2, then turned by number 9, degrees,
- * about the line from 3 .. 5 to 6 .. 8. */
+/* Moves vertices to the place of an instance: translation by place[0 .. 2], then rotation by
+ * place[9] degrees about the line from point place[3 .. 5] to point place[6 .. 8]. */
 static void meshio__inp_move(meshio_mesh *m, size_t first, size_t end, const double place[10])
 {
     double axis[3], length = 0, angle = place[9] * 0.017453292519943295;
@@ -4668,7 +4741,7 @@ static void meshio__inp_move(meshio_mesh *m, size_t first, size_t end, const dou
     }
 }
 
-/* An instance: its place; its part's vertices go there. */
+/* Reads the data of an instance: its place, where it moves the vertices of its part. */
 static meshio_result meshio__inp_instance(meshio__reader *r, meshio__inp *inp,
                                           const meshio__inp_card *card, const unsigned char *where)
 {
@@ -4701,7 +4774,7 @@ static void meshio__inp_end_part(const meshio__reader *r, meshio__inp *inp)
     inp->part = 0;
 }
 
-/* A part, or an instance that may have nodes of its own, begins: its own numbers. */
+/* Begins a part, or an instance (which may have nodes of its own). It has its own ids. */
 static meshio_result meshio__inp_part(meshio__reader *r, meshio__inp *inp,
                                       const meshio__inp_card *card, const unsigned char *where)
 {
@@ -4719,8 +4792,8 @@ static meshio_result meshio__inp_part(meshio__reader *r, meshio__inp *inp,
     return MESHIO_OK;
 }
 
-/* Facets of tetrahedra, those of an element (not in an assembly) or a set a line: S1 .. S4. Other
- * lines, and elements of other kinds, are passed over. */
+/* A surface of facets of tetrahedra: each line names an element (not in an assembly) or a set, and
+ * a facet, S1 .. S4. Other lines, and elements of other kinds, are skipped. */
 static meshio_result meshio__inp_surface(meshio__reader *r, meshio__inp *inp,
                                          const meshio__inp_card *card, int assembly)
 {
@@ -4753,7 +4826,7 @@ static meshio_result meshio__inp_surface(meshio__reader *r, meshio__inp *inp,
     return MESHIO_OK;
 }
 
-/* *SOLID SECTION: its set's elements are of one material. */
+/* *SOLID SECTION: the elements of its set are of one material; those without a tag get one. */
 static meshio_result meshio__inp_section(meshio__reader *r, meshio__inp *inp,
                                          const meshio__inp_card *card)
 {
@@ -4856,7 +4929,8 @@ static meshio_result meshio__read_inp(meshio__reader *r)
 
 /* ---- >>points -------------------------------------------------------------------------------- */
 
-/* One point a line, further columns ignored; a first line of one integer is the count. */
+/* One point on each line, of which further columns are ignored. If the first line has one number
+ * only, it is the number of points. */
 static meshio_result meshio__read_xyz(meshio__reader *r)
 {
     int64_t claimed = -1;
@@ -4907,13 +4981,13 @@ static meshio_result meshio__read_bin(meshio__reader *r)
     return MESHIO_OK;
 }
 
-/* ---- >>output  a buffered file that remembers its first error --------------------------------- */
+/* ---- >>output  a buffered file that remembers its first error -------------------------------- */
 
 typedef struct meshio__writer {
     FILE *file;
-    char path[1024], part[1040]; /* the final name; the one it has until it is complete */
-    int direct;                  /* a device or pipe: no renaming */
-    int failed, error;           /* errno of the first failure */
+    char path[1024], part[1040]; /* the final name, and the name until the file is complete */
+    int direct;                  /* a device or pipe: written under its own name */
+    int failed, error;           /* error: errno of the first failure */
     int threads;
     uint64_t offset;
     size_t used;
@@ -4960,7 +5034,8 @@ static void meshio__printf(meshio__writer *w, const char *format, ...)
     meshio__puts(w, text);
 }
 
-/* A place for so many bytes at once, few enough; *used is raised by what was written there. */
+/* Room in the buffer for this many bytes, which must fit in it. The caller writes there and raises
+ * w->used. */
 static char *meshio__room(meshio__writer *w, size_t bytes)
 {
     if (sizeof w->buffer - w->used < bytes) meshio__flush(w);
@@ -4993,7 +5068,7 @@ static void meshio__put_int(meshio__writer *w, int64_t value, char after)
     w->used = (size_t)(to - w->buffer);
 }
 
-/* a * b: the upper 64 bits, and *low. */
+/* The product a * b of 128 bits: returns the upper 64 bits; *low becomes the lower ones. */
 static uint64_t meshio__multiply(uint64_t a, uint64_t b, uint64_t *low)
 {
     const uint64_t half = UINT64_C(0xffffffff);
@@ -5006,9 +5081,10 @@ static uint64_t meshio__multiply(uint64_t a, uint64_t b, uint64_t *low)
 static const double meshio__power[] = {1e0, 1e1, 1e2,  1e3,  1e4,  1e5,  1e6,  1e7,
                                        1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15};
 
-/* The first 17 decimal digits of a, rounded to nearest and even as an integer, and the exponent of
- * the first, *place; 0 where the arithmetic here, which is exact, does not reach. With a = m 2^-s
- * the digits are m 10^k / 2^s, where the numerator has at most 120 bits. */
+/* The first 17 decimal digits of a, as an integer, rounded to nearest, ties to even; *place becomes
+ * the decimal exponent of the first digit. With a = m 2^-s the integer is m 10^k / 2^s, whose
+ * numerator has at most 120 bits and is computed exactly. Returns 0 if a is outside the range for
+ * which this works, 1e-4 .. 1e15, or the integer does not have 17 digits. */
 static uint64_t meshio__digits(double a, int *place)
 {
     uint64_t bits, low, high, digits, rest, below = 0, half;
@@ -5038,7 +5114,7 @@ static uint64_t meshio__digits(double a, int *place)
                                                                                           : digits;
 }
 
-/* What printf("%.17g") writes, several times as fast for the numbers that coordinates are. Returns
+/* Writes what printf("%.17g") does, several times as fast for numbers of the usual size. Returns
  * the length. */
 static int meshio__format_double(char text[40], double value)
 {
@@ -5059,7 +5135,7 @@ static int meshio__format_double(char text[40], double value)
     if (place < 0) {
         memcpy(text + n, "0.000", 5);
         n += 1 - place;
-        memcpy(text + n, digit, sizeof digit); /* more than there are: of one size */
+        memcpy(text + n, digit, sizeof digit); /* all 17: a constant size is faster */
         return n + last;
     }
     memcpy(text + n, digit, sizeof digit);
@@ -5070,7 +5146,7 @@ static int meshio__format_double(char text[40], double value)
     return n + last + 1;
 }
 
-/* A double that reads back as the same bits, and the character after it. */
+/* A double, such that it reads back as the same bits, and the character after it. */
 static void meshio__put_double(meshio__writer *w, double value, char after)
 {
     char *text;
@@ -5095,12 +5171,12 @@ static void meshio__put_xyz(meshio__writer *w, const double *xyz)
     meshio__put_double(w, xyz[2], ' ');
 }
 
-/* Integers of 1, 4 or 8 bytes in this machine's order, or (VTK) the highest byte first. */
+/* An integer of 1, 4 or 8 bytes, in this machine's byte order, or in big-endian order (VTK). */
 static void meshio__put_raw(meshio__writer *w, int64_t value, int bytes, int big_endian)
 {
     char *raw = meshio__room(w, 8);
     int i;
-    if (meshio__little_endian() && !big_endian) memcpy(raw, &value, 8); /* the lowest are first */
+    if (meshio__little_endian() && !big_endian) memcpy(raw, &value, 8); /* the lowest bytes first */
     else
         for (i = 0; i < bytes; i++) raw[bytes - 1 - i] = (char)((uint64_t)value >> (8 * i));
     w->used += (size_t)bytes;
@@ -5149,14 +5225,14 @@ static meshio_result meshio__create(meshio__writer *w, const char *path, meshio_
     return MESHIO_OK;
 }
 
-/* Closes the file; complete: it gets its name, else it is removed. */
+/* Closes the file. If everything has been written, it gets its final name, else it is removed. */
 static meshio_result meshio__complete(meshio__writer *w, meshio_report *report)
 {
     meshio__flush(w);
     if (fflush(w->file) != 0 && !w->failed) w->failed = 1, w->error = errno;
     if (fclose(w->file) != 0 && !w->failed) w->failed = 1, w->error = errno;
     if (!w->failed && !w->direct && rename(w->part, w->path) != 0) {
-        remove(w->path); /* where rename() does not replace */
+        remove(w->path); /* for systems whose rename() does not replace a file */
         if (rename(w->part, w->path) != 0) w->failed = 1, w->error = errno;
     }
     if (!w->failed) return MESHIO_OK;
@@ -5164,15 +5240,15 @@ static meshio_result meshio__complete(meshio__writer *w, meshio_report *report)
     return meshio__report_plain(report, MESHIO_ERROR_WRITE, "cannot write", w->path, w->error);
 }
 
-/* ---- >>writers --------------------------------------------------------------------------------- */
+/* ---- >>writers ------------------------------------------------------------------------------- */
 
-/* Items first .. last - 1 of a list, each of at most MESHIO__ITEM bytes as text. */
+/* Writes items first .. last - 1 of a list; each has at most MESHIO__ITEM bytes. */
 typedef void (*meshio__put_items)(meshio__writer *w, const void *list, size_t first, size_t last);
-enum { MESHIO__ITEM = 256, MESHIO__PARTS = 16 /* a thread */ };
+enum { MESHIO__ITEM = 256, MESHIO__PARTS = 16 /* for each thread */ };
 
 #ifdef _OPENMP
-/* Items first .. last - 1, at most as many as fit into all parts: each part is filled by one of the
- * threads, then they are written in order. */
+/* Writes items first .. last - 1, at most as many as fit into the buffers of all parts. The threads
+ * fill the parts, each part by one thread; then these are written in order. */
 static void meshio__put_shared(meshio__writer *w, const void *list, size_t first, size_t last,
                                meshio__put_items put, meshio__writer *parts)
 {
@@ -5188,9 +5264,10 @@ static void meshio__put_shared(meshio__writer *w, const void *list, size_t first
 }
 #endif
 
-/* All n items of a list. Where other programs use the processors, threads wait for each other
- * longer than they help: if a round that they share takes longer than one of this thread alone, the
- * next ones are alone, for ten times the time lost. */
+/* Writes all n items of a list, in rounds. Where other programs use the processors, threads may
+ * cost more time by waiting for each other than they save. So if a round shared by all threads
+ * takes longer than one by this thread alone, this thread does the next rounds alone, for ten times
+ * the time lost. */
 static void meshio__put_list(meshio__writer *w, const void *list, size_t n, meshio__put_items put)
 {
     size_t first = 0;
@@ -5198,7 +5275,7 @@ static void meshio__put_list(meshio__writer *w, const void *list, size_t n, mesh
     size_t count = w->threads > 1 ? (size_t)w->threads * MESHIO__PARTS : 0;
     size_t round = count * (sizeof w->buffer / MESHIO__ITEM), last;
     meshio__writer *parts = NULL;
-    double alone = -1, until = 0, start, end; /* alone: the least for a round */
+    double alone = -1, until = 0, start, end; /* alone: the least time of a round by one thread */
     if (round && n > 4 * round) parts = (meshio__writer *)MESHIO_MALLOC(count * sizeof *parts);
     for (; parts && first < n; first = last) {
         last = n - first < round ? n : first + round;
@@ -5214,12 +5291,12 @@ static void meshio__put_list(meshio__writer *w, const void *list, size_t n, mesh
     put(w, list, first, n);
 }
 
-/* The three kinds of elements in the order of the writers: corners, tags, number, Gmsh's type. */
+/* A kind of elements; the writers take edges, triangles, tetrahedra in this order. */
 typedef struct meshio__kind {
     const uint32_t *v;
     const int32_t *tags;
     size_t num;
-    int corners, gmsh, vtk;
+    int corners, gmsh, vtk; /* vertices of each; the types of Gmsh and VTK */
 } meshio__kind;
 
 static void meshio__kinds(const meshio_mesh *m, meshio__kind kinds[3])
@@ -5283,7 +5360,7 @@ static void meshio__write_medit(meshio__writer *w, const meshio_mesh *m)
     meshio__puts(w, "End\n");
 }
 
-/* The head of a section of `bytes` bytes after the count; wide: positions have 64 bits. */
+/* The beginning of a section with `bytes` bytes after the count; wide: positions have 64 bits. */
 static void meshio__medit_section(meshio__writer *w, int code, size_t count, uint64_t bytes,
                                   int wide)
 {
@@ -5307,7 +5384,7 @@ static void meshio__write_medit_binary_cells(meshio__writer *w, int code, const 
     }
 }
 
-/* Version 2, or 3 when positions need more than 31 bits. */
+/* Writes version 2, or 3 if positions need more than 31 bits. */
 static void meshio__write_medit_binary(meshio__writer *w, const meshio_mesh *m)
 {
     uint64_t bytes = 28 * (uint64_t)m->num_vertices + 12 * (uint64_t)m->num_edges +
@@ -5357,7 +5434,7 @@ static void meshio__write_msh_header(meshio__writer *w, const char *version, int
     meshio__puts(w, "$EndMeshFormat\n");
 }
 
-/* What a list of an MSH 2.2 file is made of. */
+/* A list of nodes or elements in an MSH 2.2 file. */
 typedef struct meshio__msh2_list {
     const meshio_mesh *mesh;
     const meshio__kind *kind;
@@ -5381,7 +5458,7 @@ static void meshio__put_msh2_nodes(meshio__writer *w, const void *list, size_t f
     }
 }
 
-/* Type and tags are the same in most elements, one after another. */
+/* The text of type and tags is reused, as it is mostly the same for one element after another. */
 static void meshio__put_msh2_elements(meshio__writer *w, const void *list, size_t first,
                                       size_t last)
 {
@@ -5404,7 +5481,7 @@ static void meshio__put_msh2_elements(meshio__writer *w, const void *list, size_
             before = tag;
             meshio__put(w, tags, (size_t)length);
         }
-        for (c = 0; c < corners; c++) { /* the last two middles of a tetrahedron: 23, 13 */
+        for (c = 0; c < corners; c++) { /* Gmsh has the last two midpoints of tets as 23, 13 */
             size_t at = corners == 10 && c >= 8 ? 17 - c : c;
             meshio__put_any(w, l->binary, 4, (int64_t)kind->v[i * corners + at] + 1);
         }
@@ -5427,7 +5504,7 @@ static void meshio__write_msh2(meshio__writer *w, const meshio_mesh *m, int bina
     meshio__printf(w, "%s$EndNodes\n$Elements\n%llu\n", binary ? "\n" : "",
                    (unsigned long long)(m->num_edges + m->num_triangles + m->num_tets));
     for (k = 0; k < 3; k++) {
-        if (binary && kinds[k].num) { /* one block a kind */
+        if (binary && kinds[k].num) { /* one block for each kind */
             meshio__put_raw(w, kinds[k].gmsh, 4, 0);
             meshio__put_raw(w, (int64_t)kinds[k].num, 4, 0);
             meshio__put_raw(w, 2, 4, 0);
@@ -5446,7 +5523,8 @@ static int meshio__compare_tags(const void *pa, const void *pb)
     return a[1] < b[1] ? -1 : a[1] > b[1];
 }
 
-/* MSH 4.1 groups elements by entity: (tag, element) sorted, and the number of distinct tags. */
+/* The elements of a kind by tags, for MSH 4.1 and .inp: pairs (tag, element), sorted, and the
+ * number of distinct tags. */
 typedef struct meshio__groups {
     int64_t *pairs;
     size_t num, distinct;
@@ -5485,7 +5563,7 @@ static void meshio__bounding_box(const meshio_mesh *m, double box[6])
         }
 }
 
-/* One entity for each tag of each kind, and a physical group of the same number. */
+/* Writes one entity for each tag of each kind, in a physical group of the same number. */
 static void meshio__write_msh4_entities(meshio__writer *w, const meshio__groups *groups,
                                         const double box[6], int binary)
 {
@@ -5593,7 +5671,7 @@ static meshio_result meshio__write_msh4(meshio__writer *w, const meshio_mesh *m,
     return ok ? MESHIO_OK : MESHIO_ERROR_OUT_OF_MEMORY;
 }
 
-/* ---- VTU: the same arrays are written twice or once; a cursor says what stands where. */
+/* ---- VTU: each array has a tag; its data are in it (ASCII) or follow at the end, at an offset. */
 
 typedef struct meshio__vtu_writer {
     meshio__writer *w;
@@ -5603,7 +5681,7 @@ typedef struct meshio__vtu_writer {
 
 enum { MESHIO__VTU_CORNERS, MESHIO__VTU_OFFSETS, MESHIO__VTU_TYPES, MESHIO__VTU_TAGS };
 
-/* One of the integer arrays of the cells. */
+/* Writes one of the integer arrays of the cells. */
 static void meshio__vtu_integers(meshio__vtu_writer *u, const meshio__kind kinds[3], int what)
 {
     int bytes = what == MESHIO__VTU_TYPES ? 1 : what == MESHIO__VTU_TAGS ? 4 : u->wide ? 8 : 4;
@@ -5643,7 +5721,8 @@ static void meshio__vtu_values(meshio__vtu_writer *u, const meshio__kind kinds[3
     }
 }
 
-/* The tag of an array; its data follow at once (ASCII) or are announced. Returns ascii. */
+/* Writes the XML tag of an array. Returns whether the data must follow at once (ASCII); else the
+ * tag has their offset in the appended data. */
 static int meshio__vtu_tag(meshio__vtu_writer *u, const char *type, const char *name,
                            int components, uint64_t bytes)
 {
@@ -5791,9 +5870,9 @@ static void meshio__write_vtk(meshio__writer *w, const meshio_mesh *m,
     meshio__puts(w, "\n");
 }
 
-/* ---- INP: triangles that are facets of tetrahedra become surfaces, which solvers put loads on. */
+/* ---- INP: triangles that are facets of tetrahedra become surfaces, to which loads are applied. */
 
-/* A double in at most 20 characters, which is what CalculiX reads of a number: 13 digits or more. */
+/* A double in at most 20 characters, as CalculiX reads no more of a number: 13 digits or more. */
 static void meshio__put_short_double(meshio__writer *w, double value, const char *after)
 {
     char text[40];
@@ -5815,7 +5894,7 @@ static void meshio__put_inp_nodes(meshio__writer *w, const void *list, size_t fi
     }
 }
 
-/* Elements in the order of their tags. */
+/* Elements of one kind, in the order of their tags. */
 typedef struct meshio__inp_list {
     const meshio__kind *kind;
     const int64_t *pairs;
@@ -5835,13 +5914,13 @@ static void meshio__put_inp_elements(meshio__writer *w, const void *list, size_t
     }
 }
 
-/* The line that begins a set: all but its number, and that. */
+/* Writes the line that begins a set: `card` is all of it but the number at the end. */
 static void meshio__put_inp_card(meshio__writer *w, const char *card, int64_t tag)
 {
     meshio__printf(w, "%s%s%lld\n", card, tag < 0 ? "M" : "", (long long)(tag < 0 ? -tag : tag));
 }
 
-/* A triangle by its corners in order. */
+/* A triangle with its corners in ascending order. */
 typedef struct meshio__corners {
     uint32_t v[3], triangle;
 } meshio__corners;
@@ -5866,8 +5945,9 @@ static meshio__corners meshio__sorted_corners(uint32_t a, uint32_t b, uint32_t c
     return s;
 }
 
-/* For each triangle 4 * t + k + 1 of the first tetrahedron t that has it as its facet S(k+1); 0:
- * none has. sorted: memory for all triangles; marks: zeros, one for each vertex. */
+/* Sets the owner of each triangle: 4 * t + k + 1 if t is the first tetrahedron that has it as a
+ * facet, S(k+1); 0 if none has. sorted: memory for all triangles; marks: zeros, one for each
+ * vertex. */
 static void meshio__find_owners(const meshio__kind kinds[3], uint64_t *owner,
                                 meshio__corners *sorted, unsigned char *marks)
 {
@@ -5897,14 +5977,15 @@ static void meshio__find_owners(const meshio__kind kinds[3], uint64_t *owner,
             }
             for (i = low; i < n && meshio__compare_corners(&sorted[i], &key) == 0; i++) {
                 uint64_t *o = &owner[sorted[i].triangle];
-                if (*o) break; /* by the facet's other side, all of them */
+                if (*o) break; /* the tetrahedron on the other side owns all equal ones */
                 *o = 4 * (uint64_t)t + (uint64_t)k + 1;
             }
         }
     }
 }
 
-/* The elements of one kind, by tags; of triangles those that no tetrahedron owns. */
+/* Writes the elements of one kind, by tags; of triangles (`owner` given) only those that no
+ * tetrahedron owns. */
 static void meshio__write_inp_elements(meshio__writer *w, const meshio__kind *kind,
                                        const meshio__groups *groups, const uint64_t *owner,
                                        const char *card, size_t id)
@@ -5931,7 +6012,7 @@ static void meshio__write_inp_elements(meshio__writer *w, const meshio__kind *ki
     }
 }
 
-/* The triangles that tetrahedra own, by tags. */
+/* Writes the triangles that tetrahedra own as surfaces, one for each tag. */
 static void meshio__write_inp_surfaces(meshio__writer *w, const meshio__groups *groups,
                                        const uint64_t *owner)
 {
@@ -5947,7 +6028,8 @@ static void meshio__write_inp_surfaces(meshio__writer *w, const meshio__groups *
     }
 }
 
-/* The vertices of the elements of each tag, each once; stamps: zeros, one for each vertex. */
+/* Writes for each tag the set of the vertices of its elements, each once; stamps: zeros, one for
+ * each vertex. */
 static void meshio__write_inp_node_sets(meshio__writer *w, const meshio__kind *kind,
                                         const meshio__groups *groups, const char *card,
                                         uint32_t *stamps)
@@ -6034,7 +6116,7 @@ static void meshio__write_tetgen_cells(meshio__writer *w, const meshio__kind *ki
     }
 }
 
-/* The unit normal of triangle t, 0 if it has none. */
+/* The unit normal of triangle t, or the zero vector if it has none. */
 static void meshio__normal(const meshio_mesh *m, size_t t, double normal[3])
 {
     const double *a = m->xyz + 3 * (size_t)m->triangles[3 * t];
@@ -6114,7 +6196,7 @@ static void meshio__write_off(meshio__writer *w, const meshio_mesh *m, int obj)
     }
 }
 
-/* ---- >>public ----------------------------------------------------------------------------------- */
+/* ---- >>public -------------------------------------------------------------------------------- */
 
 MESHIO_API const char *meshio_result_string(meshio_result result)
 {
@@ -6184,7 +6266,7 @@ MESHIO_API void meshio_free(meshio_mesh *mesh)
     memset(mesh, 0, sizeof *mesh);
 }
 
-/* The whole file and a zero after it, in *bytes. */
+/* Loads the whole file into *bytes, with a zero after it. */
 static meshio_result meshio__load(const char *path, unsigned char **bytes, size_t *size,
                                   meshio_report *report)
 {
@@ -6229,7 +6311,7 @@ static meshio_result meshio__load(const char *path, unsigned char **bytes, size_
     return MESHIO_OK;
 }
 
-/* Points the cursor at a text or binary file; a byte order mark is stepped over. */
+/* Puts the cursor on the beginning of a file, after a UTF-8 byte order mark. */
 static void meshio__aim(meshio__reader *r, const unsigned char *bytes, size_t size)
 {
     r->begin = r->p = bytes;
@@ -6283,7 +6365,7 @@ static void meshio__reader_release(meshio__reader *r)
     MESHIO_FREE(r->packed);
 }
 
-/* The number of the first node in a .node file that has been read: 0 or 1. */
+/* The number of the first node in a .node file in memory: 0 or 1. */
 static int64_t meshio__first_node(const unsigned char *bytes, size_t size)
 {
     meshio__reader r;
@@ -6299,7 +6381,7 @@ static int64_t meshio__first_node(const unsigned char *bytes, size_t size)
     return first == 0 ? 0 : 1;
 }
 
-/* Replaces the extension; 0 if the name is too long. */
+/* Copies a path with another extension into `name`; 0 if it is too long. */
 static int meshio__beside(const char *path, const char *extension, char *name, size_t size)
 {
     const char *dot = strrchr(path, '.');
@@ -6310,7 +6392,7 @@ static int meshio__beside(const char *path, const char *extension, char *name, s
     return 1;
 }
 
-/* Reads a file from memory after the nodes beside it (NULL: none). */
+/* Reads a file from memory; before it the .node file beside it, if `nodes` is not NULL. */
 static meshio_result meshio__read(const unsigned char *bytes, size_t size, meshio_format format,
                                   const unsigned char *nodes, size_t nodes_size, meshio_mesh *mesh,
                                   meshio_report *report)
@@ -6389,7 +6471,7 @@ MESHIO_API meshio_result meshio_read(const char *path, meshio_format format, mes
     if (result == MESHIO_OK && (format == MESHIO_FORMAT_ELE || format == MESHIO_FORMAT_POLY ||
                                 format == MESHIO_FORMAT_SMESH)) {
         int needed = format == MESHIO_FORMAT_ELE;
-        if (!needed) { /* a list of 0 nodes: they are beside */
+        if (!needed) { /* the .node file is needed if the file lists 0 nodes */
             meshio__reader r;
             meshio_report first;
             int64_t count = 1;
@@ -6413,7 +6495,7 @@ MESHIO_API meshio_result meshio_read(const char *path, meshio_format format, mes
     return result;
 }
 
-/* One of the TetGen files. */
+/* Writes one of the TetGen files. */
 static meshio_result meshio__write_tetgen(meshio__writer *w, const char *path,
                                           const meshio_mesh *mesh, const char *extension,
                                           meshio_report *report)
@@ -6439,7 +6521,7 @@ static meshio_result meshio__write(meshio__writer *w, const char *path, const me
     if (format == MESHIO_FORMAT_NODE) return meshio__write_tetgen(w, path, mesh, ".node", report);
     if (format == MESHIO_FORMAT_ELE && !mesh->second_order) {
         MESHIO__TRY(meshio__write_tetgen(w, path, mesh, ".node", report));
-        /* without triangles, too: that of another mesh may be there */
+        /* also if there are no triangles: the .face file of another mesh may exist */
         MESHIO__TRY(meshio__write_tetgen(w, path, mesh, ".face", report));
         return meshio__write_tetgen(w, path, mesh, ".ele", report);
     }

@@ -1,9 +1,10 @@
 #!/bin/sh
-# amalgamate.sh [HEADER...]  ->  dist/HEADER: each header with its family inlined.
+# amalgamate.sh [HEADER...]: makes dist/HEADER, in which the project's headers that HEADER needs are
+# inlined, so that it can be used alone.
 #
-# A line  #include "name.h"  whose file lies here is replaced by that file between two banners,
-# once; a later include of the same file becomes a comment. Nothing else changes: the guards stay,
-# so standalone and plain headers can be mixed in one program.
+# A line  #include "name.h"  is replaced by that file, between two banners, if it exists here. A
+# later include of the same file becomes a comment. Nothing else changes; the include guards stay,
+# so that standalone and plain headers can be mixed in one program.
 set -eu
 cd "$(dirname "$0")/.."
 mkdir -p dist

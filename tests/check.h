@@ -1,5 +1,5 @@
-/* check.h - what every test program shares: CHECK counts, check_report() prints and gives the exit
- * code. */
+/* check.h - shared by all test programs: CHECK counts, check_report() prints the counts and returns
+ * the exit code. */
 #ifndef CHECK_H
 #define CHECK_H
 #include <stdio.h>
@@ -7,7 +7,8 @@
 
 static long check_passed, check_failed;
 
-/* Counts one check; a failed one says where, and the program goes on. */
+/* Counts one check. A failed one is printed with its place (the first 20 only); the program goes
+ * on. */
 #define CHECK(condition)                                                                           \
     do {                                                                                           \
         if (condition) {                                                                           \
@@ -19,8 +20,8 @@ static long check_passed, check_failed;
         }                                                                                          \
     } while (0)
 
-/* A million seconds in each, for hosts of small tests: all that is done in parallel only when it
- * takes long is done in parallel. */
+/* A clock for the host of small tests that runs a million times too fast: whatever is done in
+ * parallel only if it takes long enough is then done in parallel. */
 #if defined(__GNUC__)
 __attribute__((unused))
 #endif

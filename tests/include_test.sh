@@ -1,6 +1,6 @@
 #!/bin/sh
-# Every way a user may include and instantiate the headers must build, and a few must run.
-# Prints one line for each failure and "N passed, N failed". FAST=1: fewer orders and compilers.
+# Builds every way in which a user may include and instantiate the headers, and runs a few of the
+# programs. Prints the failures and "N passed, N failed". FAST=1: fewer orders and compilers.
 set -u
 cd "$(dirname "$0")/.."
 sh tests/amalgamate.sh > /dev/null

@@ -1,9 +1,10 @@
 #!/bin/sh
-# models.sh FOLDER: the tools over a folder of models whose INDEX.tsv names, tab-separated, file,
-# class and, in the column "expect", ok or error. Surfaces go to mesh, points to delaunay. Right is:
-# ok: exit 0 or 1 and an output; error: exit 3, 5 or 6 and no output; both named: either.
-# VERIFY names a program that judges MESH against SURFACE (verify --surface SURFACE MESH), CLASS
-# restricts to one class, LIMIT is seconds a model.
+# models.sh FOLDER: runs the tools over a folder of models. Its INDEX.tsv has, separated by tabs,
+# the columns "file", "class" and "expect". Surfaces go to mesh, points to delaunay. If "expect" has
+# "ok", exit status 0 or 1 with an output passes; if it has "error", exit status 3, 5 or 6 with a
+# message and no output; "either" stands for both. Environment: VERIFY names a program that checks
+# the results (VERIFY --surface SURFACE MESH, VERIFY --delaunay MESH), CLASS restricts the models to
+# one class, LIMIT is the time for a model in seconds (default 60).
 BUILD=${BUILD:-build}
 LIMIT=${LIMIT:-60}
 folder=$1

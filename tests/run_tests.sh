@@ -1,7 +1,7 @@
 #!/bin/sh
-# run_tests.sh PROGRAM...  runs test programs and scripts, as many at a time as there are cores
-# (JOBS); every one ends with the line "N passed, N failed". Prints one line for each as it ends, the
-# last lines of those that failed, and the total; exit 1 if anything failed.
+# run_tests.sh PROGRAM...: runs test programs and scripts, as many at a time as there are cores, or
+# JOBS. The last line of each must be "N passed, N failed". Prints one line for each when it ends,
+# the last lines of those that failed, and the total; exit status 1 if anything failed.
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 jobs=${JOBS:-$(getconf _NPROCESSORS_ONLN 2> /dev/null || echo 1)}

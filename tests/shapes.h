@@ -1,5 +1,5 @@
-/* shapes.h - surfaces for tests, built triangle by triangle; random ones from one seed. After
- * mesher.h. */
+/* shapes.h - surfaces for tests, built triangle by triangle; the random ones depend on one seed,
+ * `state`. After mesher.h. */
 #ifndef SHAPES_H
 #define SHAPES_H
 #include <math.h>
@@ -73,7 +73,8 @@ DELAUNAY_INLINE uint32_t random_below(uint32_t n)
 }
 DELAUNAY_INLINE double random_unit(void) { return random_below(1u << 30) / (double)(1u << 30); }
 
-/* x -> scale * R x + shift, R a rotation by some angles. */
+/* x -> scale * R x + (shift, shift, -shift), where R rotates by `angle` about z, then by
+ * 0.7 * angle about x. */
 DELAUNAY_INLINE void transform(shape *s, double angle, double scale, double shift)
 {
     size_t i;
@@ -90,7 +91,7 @@ DELAUNAY_INLINE void transform(shape *s, double angle, double scale, double shif
     }
 }
 
-/* A closed strip between two rings of n vertices, the diagonal of each quad chosen by a bit. */
+/* A closed strip between two rings of n vertices; a bit chooses the diagonal of each quadrangle. */
 DELAUNAY_INLINE void add_band(shape *s, uint32_t low, uint32_t high, uint32_t n, uint64_t bits)
 {
     uint32_t i;
@@ -115,8 +116,8 @@ DELAUNAY_INLINE void add_fan(shape *s, uint32_t ring, uint32_t n, int up)
     }
 }
 
-/* A prism over an n-gon, twisted; its diagonals are reflex. n = 3: Schonhardt's polyhedron.
- * Stacked: levels of it. */
+/* A stack of `levels` twisted prisms over an n-gon. The diagonals of their sides are reflex edges.
+ * With n = 3 each one is Schonhardt's polyhedron. */
 DELAUNAY_INLINE void twisted_prism(shape *s, uint32_t n, double twist, int levels)
 {
     uint32_t first = (uint32_t)s->num_vertices, i;
@@ -132,13 +133,12 @@ DELAUNAY_INLINE void twisted_prism(shape *s, uint32_t n, double twist, int level
     add_fan(s, first + n * (uint32_t)levels, n, 1);
 }
 
-/* Chazelle's polyhedron: a box with notches from below up to z = xy + gap, and from above down to z
- * = xy - gap. */
+/* The saddle z = xy / n, which chazelle() is built around. */
 DELAUNAY_INLINE double saddle(double x, double y, int n) { return x * y / n; }
 DELAUNAY_INLINE void chazelle(shape *s, int n, double gap)
 {
-    /* a coarse relative of it: wedges along x from above and along y from below, one vertex line
-     * each */
+    /* A coarse relative of Chazelle's polyhedron, of 2 (n - 1) wedges. The sharp edges of those
+     * from above run along y, at saddle + gap; of those from below, along x, at saddle - gap. */
     int i, side;
     double top = n + 2.0, w = 0.25;
     for (side = 0; side < 2; side++)
@@ -146,7 +146,7 @@ DELAUNAY_INLINE void chazelle(shape *s, int n, double gap)
             double p = i, q = side ? -1.0 : 1.0;
             uint32_t v[6];
             double z0 = saddle(p, 0, n) + q * gap, z1 = saddle(p, n, n) + q * gap;
-            /* a thin wedge, closed, as a body of its own: its sharp line lies near the saddle */
+            /* a thin wedge, a closed body of its own; its sharp edge is from v[0] to v[1] */
             if (side == 0) {
                 v[0] = add_vertex(s, p, 0, z0);
                 v[1] = add_vertex(s, p, n, z1);
@@ -173,8 +173,8 @@ DELAUNAY_INLINE void chazelle(shape *s, int n, double gap)
         }
 }
 
-/* A box of nx * ny * nz cells whose facets' diagonals are random: coplanar and cospherical
- * everywhere. */
+/* The surface of a box of nx * ny * nz cells, each of its squares cut along a random diagonal: with
+ * coplanar and cospherical vertices everywhere. */
 DELAUNAY_INLINE void random_box(shape *s, int nx, int ny, int nz, double thickness)
 {
     int n[3], axis, side, i, j, k;
@@ -220,8 +220,8 @@ DELAUNAY_INLINE void random_box(shape *s, int nx, int ny, int nz, double thickne
     free(id);
 }
 
-/* A box whose triangles are split in three at random points in them, over and over: needles that
- * lie in one plane until they are turned. */
+/* A box whose triangles are split in three at random points inside them, again and again: needles
+ * that lie in one plane until the box is rotated. */
 DELAUNAY_INLINE void split_box(shape *s, int n, int splits)
 {
     int i, k;
@@ -241,7 +241,7 @@ DELAUNAY_INLINE void split_box(shape *s, int n, int splits)
     }
 }
 
-/* Twice the area of a triangle of vertices, seen from above. */
+/* Twice the signed area of a triangle, seen from above. */
 DELAUNAY_INLINE double area_above(const shape *s, uint32_t a, uint32_t b, uint32_t c)
 {
     const double *x = s->xyz + 3 * a, *y = s->xyz + 3 * b, *z = s->xyz + 3 * c;
@@ -263,8 +263,8 @@ DELAUNAY_INLINE int is_ear(const shape *s, const uint32_t *polygon, uint32_t n, 
     return 1;
 }
 
-/* A plate with n corners around lobes, its two sides cut into needles: ear after ear where the last
- * one was. */
+/* A plate with lobes and n corners. Its two sides are cut into needles: ears are clipped one after
+ * the other, each next to the last one. */
 DELAUNAY_INLINE void lobed_plate(shape *s, uint32_t n, int lobes, double thickness)
 {
     uint32_t *left = (uint32_t *)malloc(n * sizeof *left), m = n, i, vain = 0;
@@ -293,7 +293,7 @@ DELAUNAY_INLINE void lobed_plate(shape *s, uint32_t n, int lobes, double thickne
     free(left);
 }
 
-/* A torus in the xy plane, or stood up; its centre at x. */
+/* A torus with its centre at (x, 0, 0) in the xy plane, or upright, in the xz plane. */
 DELAUNAY_INLINE void torus(shape *s, double x, int upright, uint32_t n, uint32_t m, double thick)
 {
     uint32_t base = (uint32_t)s->num_vertices, i, j;
@@ -313,7 +313,7 @@ DELAUNAY_INLINE void torus(shape *s, double x, int upright, uint32_t n, uint32_t
         }
 }
 
-/* An octahedron, each facet cut in four a few times, on a sphere. */
+/* A sphere of n - 1 rings of 2n vertices, each rotated against the one before, and two poles. */
 DELAUNAY_INLINE void sphere(shape *s, double x, double radius, uint32_t n)
 {
     uint32_t base = (uint32_t)s->num_vertices, i, j, top, bottom;
@@ -333,7 +333,7 @@ DELAUNAY_INLINE void sphere(shape *s, double x, double radius, uint32_t n)
     }
 }
 
-/* A star-shaped polyhedron over a sphere's triangulation: radii at random. */
+/* A star-shaped polyhedron: the triangulation of sphere(), with random radii. */
 DELAUNAY_INLINE void random_ball(shape *s, uint32_t n, double roughness)
 {
     size_t i, first = s->num_vertices;
@@ -359,7 +359,7 @@ DELAUNAY_INLINE void tetrahedron(shape *s, double x, double y, double z, double 
 
 typedef struct iso {
     shape *s;
-    uint32_t n, *vertex; /* 7 a node: of the edges to the nodes with larger coordinates */
+    uint32_t n, *vertex; /* 1 + vertex on each of the 7 edges of a node, 0: none */
     double speck;
 } iso;
 
@@ -375,7 +375,7 @@ DELAUNAY_INLINE double iso_value(const iso *g, const uint32_t *at)
     return fabs(f) < g->speck ? g->speck : f;
 }
 
-/* Where the edge between two nodes, the second with no smaller coordinates, meets the surface. */
+/* The vertex on the edge between two nodes; no coordinate of the second one is smaller. */
 DELAUNAY_INLINE uint32_t iso_vertex(iso *g, const uint32_t *a, const uint32_t *b)
 {
     double u = iso_value(g, a), v = iso_value(g, b), t = u / (u - v), x[3];
@@ -389,7 +389,8 @@ DELAUNAY_INLINE uint32_t iso_vertex(iso *g, const uint32_t *a, const uint32_t *b
     return *place - 1;
 }
 
-/* Triangles in a tetrahedron of nodes, each with no smaller coordinates than the one before. */
+/* Adds the triangles of the isosurface in a tetrahedron of nodes, of which none has a smaller
+ * coordinate than the one before. `odd`: the parity of the tetrahedron. */
 DELAUNAY_INLINE void iso_tet(iso *g, uint32_t (*at)[3], int odd)
 {
     uint32_t in[4], out[4], v[4], num_in = 0, num_out = 0, i, k;
@@ -415,8 +416,9 @@ DELAUNAY_INLINE void iso_tet(iso *g, uint32_t (*at)[3], int odd)
     if (num_in == 2) add_triangle(g->s, v[0], v[odd ? 3 : 2], v[odd ? 2 : 3]);
 }
 
-/* A gyroid in a cube, by marching tetrahedra on n nodes a side. Its zeros on nodes become speck:
- * around each are triangles of that size, and needles from them. */
+/* A gyroid in a cube, by marching tetrahedra on n nodes a side. Where the function is below `speck`
+ * at a node, it is taken as `speck`: around this node are triangles of that size, and needles at
+ * them. */
 DELAUNAY_INLINE void gyroid(shape *s, uint32_t n, double speck)
 {
     static const int order[6][3] = {{0, 1, 2}, {1, 2, 0}, {2, 0, 1},

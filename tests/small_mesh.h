@@ -1,5 +1,5 @@
-/* small_mesh.h - small meshes for tests: built from arrays by brute force, and checked by brute
- * force */
+/* small_mesh.h - small meshes for tests: built from arrays and checked, both by brute force. After
+ * delaunay.h. */
 #ifndef SMALL_MESH_H
 #define SMALL_MESH_H
 #include <stdint.h>
@@ -7,7 +7,7 @@
 #include <string.h>
 
 static uint64_t small_state = 88172645463325252u;
-/* 0 .. n-1 */
+/* A random number in 0 .. n-1. */
 DELAUNAY_INLINE uint32_t small_random(uint64_t n)
 {
     small_state ^= small_state << 13;
@@ -16,8 +16,8 @@ DELAUNAY_INLINE uint32_t small_random(uint64_t n)
     return (uint32_t)((small_state >> 33) % n);
 }
 
-/* An allocator whose k-th allocation fails (k counts down; negative: never), and that counts what
- * is out. */
+/* An allocator that counts the blocks in use, and of which all allocations fail after the first
+ * `countdown` ones (negative: none fails). */
 typedef struct small_allocator {
     long countdown, outstanding;
 } small_allocator;
@@ -56,7 +56,8 @@ static void small_facet(const delaunay_mesh *m, delaunay_handle f, uint32_t *v)
     for (k = 0; k < 3; k++) v[k] = m->tets[f / 4].v[delaunay_facet_order((int)(f % 4))[k]];
 }
 
-/* Facet handles by what they are made of: quadratic, for meshes of some hundred tetrahedra. */
+/* Sets the facet handles by comparing the vertices of all pairs of facets: quadratic, for meshes of
+ * some hundred tetrahedra. */
 static void small_link(delaunay_mesh *m)
 {
     delaunay_handle f, g;
@@ -72,8 +73,8 @@ static void small_link(delaunay_mesh *m)
         }
 }
 
-/* Points are vertices 1..; tets index points from 0; turned to be positive. ghosts: close the hull
- * with them. */
+/* Makes a mesh from arrays. The points become the vertices from 1 on; `tets` has indices of points,
+ * from 0; tetrahedra are oriented positively. `ghosts`: ghosts close the hull. 0 on failure. */
 DELAUNAY_INLINE int small_mesh(delaunay_mesh *m, const delaunay_host *host, const double *xyz,
                                uint32_t num_points, const uint32_t *tets, uint32_t num_tets,
                                int ghosts)
@@ -136,7 +137,8 @@ DELAUNAY_INLINE double small_total(const delaunay_mesh *m)
     return sum;
 }
 
-/* Handles mutual and opposite, tetrahedra positive, marks of facets agreed on, vertex_tet right. */
+/* Is the mesh valid? Tetrahedra are positive; facet handles are mutual, and join facets of the same
+ * vertices and opposite orientation, whose marks agree; vertex_tet has the vertex. */
 DELAUNAY_INLINE int small_valid(const delaunay_mesh *m)
 {
     delaunay_handle t;
@@ -165,9 +167,9 @@ DELAUNAY_INLINE int small_valid(const delaunay_mesh *m)
     return 1;
 }
 
-/* Inserts vertex v (already added) by brute force: all tetrahedra whose sphere contains it,
- * starred. Needs a mesh without ghosts that contains the point. Returns the result of
- * delaunay_replace. */
+/* Inserts vertex v, which has been added to the mesh, by brute force: its star replaces all
+ * tetrahedra whose circumspheres contain it. Needs a mesh without ghosts that contains the point.
+ * Returns the result of delaunay_replace. */
 DELAUNAY_INLINE delaunay_result small_insert(delaunay_mesh *m, delaunay_worker *w, uint32_t v)
 {
     delaunay_handle *old = (delaunay_handle *)malloc(m->num_tets * sizeof *old), t, n = 0;

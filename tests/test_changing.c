@@ -1,5 +1,5 @@
-/* Points into and out of a finished triangulation: against the triangulation of the same points
- * made at once. */
+/* Insertion into and removal from a finished triangulation, compared with the triangulation of the
+ * same points made at once. */
 #ifndef LINKED
 #  define DELAUNAY_IMPLEMENTATION
 #endif

@@ -1,5 +1,6 @@
-/* test_check.c - mesher_check: every defect and note with its ids; the intersection test against an
- * oracle in integer arithmetic on small lattices, where degenerate positions are the rule. */
+/* test_check.c - mesher_check: every defect and note, with its ids; the intersection test compared
+ * with an oracle in integer arithmetic on small lattices, where degenerate positions are the
+ * rule. */
 #ifndef LINKED
 #  define MESHER_IMPLEMENTATION
 #endif

@@ -1,5 +1,5 @@
-/* test_delaunay.c - delaunay.h: whole triangulations against brute force, invariants and
- * themselves. */
+/* test_delaunay.c - delaunay.h: whole triangulations, compared with brute force and with each other
+ * (for any number of threads and order of the points), and checked for invariants. */
 #define DELAUNAY_IMPLEMENTATION
 #include "../delaunay.h"
 #include "check.h"

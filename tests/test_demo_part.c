@@ -1,5 +1,5 @@
-/* The demo's surface: closed, manifold, oriented, of genus 7, with the volume that its drawing
- * says. */
+/* The demo's surface: closed, manifold, oriented, of genus 7, with the volume of the part that it
+ * models. */
 #define MESHIO_IMPLEMENTATION
 #include "examples/meshio.h"
 #include "examples/demo_part.h"

@@ -1,5 +1,6 @@
-/* test_divide.c - surfaces divided before they are meshed: lengths of edges, shape, tags, lines,
- * rings of many triangles, needles, budgets, allocations that fail; and the meshes of them. */
+/* test_divide.c - the division of surfaces before they are meshed: lengths of edges, shape, tags,
+ * lines, rings of many triangles, needles, budgets, failing allocations; and the meshes of divided
+ * surfaces. */
 #ifndef LINKED
 #  define MESHER_IMPLEMENTATION
 #endif

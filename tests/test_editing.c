@@ -1,4 +1,5 @@
-/* Stars, searches, locate, replacement of a cavity, marks: against brute force on small meshes. */
+/* Stars, searches, point location, replacement of a cavity, marks: compared with brute force on
+ * small meshes. */
 #ifndef LINKED
 #  define DELAUNAY_IMPLEMENTATION
 #endif

@@ -1,4 +1,5 @@
-/* Coordinates over the whole range of doubles, and calls from many threads of the host at once. */
+/* Coordinates over the whole range of doubles, and simultaneous calls from many threads of the
+ * calling program. */
 #ifndef LINKED
 #  define DELAUNAY_IMPLEMENTATION
 #endif

@@ -1,6 +1,7 @@
 #!/bin/sh
-# delaunay.h under flags that change arithmetic: right with contraction to fused multiply-adds and
-# without vectors, refused with fast-math; and without OpenMP. CC and TMPDIR can be set.
+# delaunay.h with compiler flags that change arithmetic: it must be right with contraction to fused
+# multiply-adds, without vector instructions and without OpenMP, and must refuse to compile with
+# fast-math. CC and TMPDIR can be set.
 cd "$(dirname "$0")/.." || exit 1
 CC=${CC:-cc}
 work=$(mktemp -d)
@@ -21,7 +22,7 @@ for flags in '-march=native -ffp-contract=fast' '-DDELAUNAY_NO_SIMD -frounding-m
     $CC -O1 $flags -I. -Itests tests/test_weighted.c -o "$work/test" -lm && "$work/test" >"$work/out"
     check $? "$flags: $(tail -n 1 "$work/out")"
 done
-# Without OpenMP sections are one after the other.
+# Without OpenMP the sections run one after the other.
 $CC -O1 -I. -Itests tests/test_partition.c -o "$work/test" -lm && "$work/test" >"$work/out"
 check $? "without OpenMP: $(tail -n 1 "$work/out")"
 # FLT_EVAL_METHOD is 16 where the processor has half precision, and 2 with x87 arithmetic

@@ -1,12 +1,13 @@
 /* test_hard.c - random surfaces that are hard to recover, each result proved
  *
- *     test_hard [FIRST LAST]      those seeds; without: HARD_CASES of them (environment), else 100
+ *     test_hard [FIRST LAST]      seeds FIRST .. LAST; by default 1 .. HARD_CASES (environment
+ *                                 variable), or 1 .. 100 without this
  *
  * Families: prisms twisted near their limit (Schonhardt), Chazelle's polyhedron, needles, fans,
  * plates as thin as 1e-6, spheres that nearly touch, polyhedra of coplanar and cospherical
  * vertices, fibres through a box, lattices of cells, interlocked tori, boxes of needles, rough
- * balls drawn out; some scaled by 1e-6 or 1e6, some shifted by 1e6. And one of them with each
- * allocation failing in turn. */
+ * balls that are stretched; some scaled by 1e-6 or 1e6, some shifted by 1e6. One surface is also
+ * run with each allocation failing in turn. */
 #ifndef LINKED
 #  define MESHER_IMPLEMENTATION
 #endif

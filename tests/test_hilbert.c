@@ -1,4 +1,5 @@
-/* test_hilbert.c - hilbert.h against the definitions of the curves, and batch against single. */
+/* test_hilbert.c - hilbert.h compared with the definitions of the curves, and its batch functions
+ * with those for single points. */
 #define HILBERT_IMPLEMENTATION
 #include "../hilbert.h"
 #include "check.h"

@@ -1,4 +1,5 @@
-/* test_hxtsort.c - hxtsort.h against a merge sort, over key types, sizes, patterns and threads. */
+/* test_hxtsort.c - hxtsort.h compared with a merge sort, for many key types, sizes, patterns and
+ * numbers of threads. */
 #define HXTSORT_IMPLEMENTATION
 #include "../hxtsort.h"
 #include "check.h"

@@ -1,7 +1,7 @@
-/* test_mesher.c - from surface to mesh, end to end, on surfaces made here. Each mesh is judged from
- * its arrays alone: positive tetrahedra, facets shared by two at most, every input triangle a
- * facet, every facet between two regions or at the border an input triangle, input vertices bit for
- * bit, volumes. */
+/* test_mesher.c - from surface to mesh, end to end, on surfaces made by the program. Each mesh is
+ * judged from its arrays alone: tetrahedra are positive, at most two share a facet, every input
+ * triangle is a facet, every facet between two regions or at the border is an input triangle, input
+ * vertices are the same bit for bit, volumes are right. */
 #ifndef LINKED
 #  define MESHER_IMPLEMENTATION
 #endif

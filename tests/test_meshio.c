@@ -1,5 +1,5 @@
-/* Tests of examples/meshio.h: round trips through every writer, the odd files that readers meet,
- * every kind of damaged file (made here, small), failing allocations, failing writes. */
+/* Tests of examples/meshio.h: round trips through every writer, unusual files of all formats, every
+ * kind of damaged file (small, made by the program), failing allocations, failing writes. */
 #include <stdlib.h>
 static void *test_malloc(size_t size);
 static void *test_realloc(void *old, size_t size);

@@ -1,5 +1,6 @@
-/* Engine (a): insertion and other edits in sections of a curve; the same triangulation for any
- * number of sections where it is unique, for any number of threads in every case. */
+/* Engine (a) of delaunay.h: insertion and other edits in parallel, in sections of a space-filling
+ * curve. For any number of threads the triangulation is the same; where it is unique, also for any
+ * number of sections. */
 #ifndef LINKED
 #  define DELAUNAY_IMPLEMENTATION
 #endif

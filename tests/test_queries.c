@@ -1,4 +1,4 @@
-/* Hull, Voronoi diagram, alpha values, nearest vertex: against brute force. */
+/* Hull, Voronoi diagram, alpha values, nearest vertex: compared with brute force. */
 #ifndef LINKED
 #  define DELAUNAY_IMPLEMENTATION
 #endif

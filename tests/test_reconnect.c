@@ -1,5 +1,5 @@
-/* The closure search against exhaustive enumeration, and on polyhedra whose triangulations are
- * known. */
+/* The closure search (the best triangulation of a cavity): compared with exhaustive enumeration,
+ * and on polyhedra whose triangulations are known. */
 #ifndef LINKED
 #  define DELAUNAY_IMPLEMENTATION
 #endif

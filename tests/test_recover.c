@@ -1,4 +1,5 @@
-/* test_recover.c - every edge and facet of a surface comes back, exactly, or the reason is said */
+/* test_recover.c - every edge and facet of a surface is recovered, exactly, or the reason is
+ * reported */
 #define MESHER_IMPLEMENTATION
 #include "mesher.h"
 #include <stdlib.h>

@@ -1,5 +1,6 @@
-/* Sizes and refinement: conformity to the wanted size, distances kept, surface and lines intact,
- * budgets, size functions of every kind, the same bytes for any number of threads. */
+/* Sizes and refinement: the mesh conforms to the wanted size, no vertices are too close, surface
+ * and lines stay intact; budgets, size functions of every kind, the same bytes for any number of
+ * threads. */
 #ifndef LINKED
 #  define MESHER_IMPLEMENTATION
 #endif

@@ -1,6 +1,6 @@
-/* test_regions.c - mesher_color on meshes made by hand: blocks of voxels, six tetrahedra each, with
- * labels at random. What the cells are, how they nest, their winding numbers and volumes is counted
- * on the voxels. */
+/* test_regions.c - mesher_color on meshes made by the program: blocks of voxels, each of six
+ * tetrahedra, with random labels. The cells, their nesting, winding numbers and volumes are
+ * compared with those found by counting voxels. */
 #define MESHER_IMPLEMENTATION
 #define MESHER__INTERVAL 37 /* many pieces of each cell */
 #include "mesher.h"

@@ -1,5 +1,5 @@
-/* Engine (b): moves, reconnections, new and removed vertices; the same bytes for any number of
- * threads. */
+/* Engine (b) of delaunay.h: moves, reconnections, new and removed vertices; the same bytes for any
+ * number of threads. */
 #ifndef LINKED
 #  define DELAUNAY_IMPLEMENTATION
 #endif

@@ -1,5 +1,5 @@
-/* test_spr.c - spr.h: measures against known shapes, and what every improvement must leave as it
- * was */
+/* test_spr.c - spr.h: quality measures of known shapes, and what every improvement must leave as it
+ * was. */
 #define SPR_IMPLEMENTATION
 #include "spr.h"
 #include "check.h"

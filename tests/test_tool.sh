@@ -1,6 +1,6 @@
 #!/bin/sh
-# Behaviour of the command line tools: exit codes, what is written and what is not, same bytes for
-# any number of threads. BUILD names the folder with the programs.
+# Behaviour of the command line tools: exit codes, which files are written and which are not, the
+# same bytes for any number of threads. BUILD names the folder with the programs.
 cd "$(dirname "$0")/.." || exit 1
 BUILD=${BUILD:-build}
 T=$BUILD/test_tool.tmp

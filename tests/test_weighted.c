@@ -1,4 +1,4 @@
-/* Regular triangulations against brute force, and points in any layout. */
+/* Regular triangulations, compared with brute force, and points in any memory layout. */
 #define DELAUNAY_IMPLEMENTATION
 #include "../delaunay.h"
 #include "check.h"

@@ -1,8 +1,8 @@
 #!/bin/sh
-# tsan.sh [TEST...]  the parallel tests under the thread sanitizer. Needs clang with libomp, whose
-# Archer tool tells the sanitizer of OpenMP's barriers (apt-get install clang libomp-dev); gcc's
-# libgomp is not instrumented, and its barriers would be reported as races. tsan.sh --usable only
-# says by its exit status whether they are there.
+# tsan.sh [TEST...]: runs the parallel tests under the thread sanitizer. Needs clang with libomp,
+# whose Archer tool tells the sanitizer about OpenMP's barriers (apt-get install clang libomp-dev);
+# gcc's libgomp is not instrumented, so that false races would be reported. tsan.sh --usable only
+# tells by its exit status whether these are installed.
 cd "$(dirname "$0")/.." || exit 1
 CLANG=${CLANG:-clang}
 work=$(mktemp -d)
