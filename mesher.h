@@ -3171,7 +3171,7 @@ static uint32_t mesher__facet_source(const mesher__recovery *r, uint32_t f)
 }
 
 /* -- rows: row v lists the constraints whose first (smallest) vertex is v; eight entries are
- * compared at a time, and long rows, which are sorted, are searched by bisection first */
+ * compared at a time, and in long rows, which are sorted, what can match is found by bisection */
 #  define MESHER__ROW_BLOCK 8u
 #  define MESHER__LONG_ROW 32u
 
@@ -3219,7 +3219,10 @@ static uint32_t mesher__halve_row(const uint32_t *row, uint32_t low, uint32_t hi
 static uint32_t mesher__edge_place(const mesher__recovery *r, uint32_t a, uint32_t b)
 {
     uint32_t low = r->edge_row[a], high = r->edge_row[a + 1];
-    if (high - low > MESHER__LONG_ROW) low = mesher__halve_row(r->edge_other, low, high, b);
+    if (high - low > MESHER__LONG_ROW) {
+        low = mesher__halve_row(r->edge_other, low, high, b);
+        return low < high && r->edge_other[low] == b ? low : MESHER__ABSENT;
+    }
     for (; low < high; low += MESHER__ROW_BLOCK) {
         unsigned found = mesher__matches(r->edge_other + low, high - low, b);
         if (found) return low + mesher__row_bit(found);
@@ -3231,7 +3234,10 @@ static uint32_t mesher__edge_place(const mesher__recovery *r, uint32_t a, uint32
 static uint32_t mesher__facet_place(const mesher__recovery *r, const uint32_t *v)
 {
     uint32_t low = r->facet_row[v[0]], high = r->facet_row[v[0] + 1];
-    if (high - low > MESHER__LONG_ROW) low = mesher__halve_row(r->facet_second, low, high, v[1]);
+    if (high - low > MESHER__LONG_ROW) {
+        low = mesher__halve_row(r->facet_second, low, high, v[1]);
+        high = mesher__halve_row(r->facet_second, low, high, v[1] + 1);
+    }
     for (; low < high; low += MESHER__ROW_BLOCK) {
         unsigned found = mesher__matches(r->facet_second + low, high - low, v[1]) &
                          mesher__matches(r->facet_third + low, high - low, v[2]);
@@ -5355,7 +5361,7 @@ static void mesher__flips_for_threads(mesher__recovery *r, uint32_t count)
     if (threads > count / 2) threads = count / 2;
     if (threads < 2) return;
     if (threads > r->num_flips) {
-        grown = delaunay_grow(r->memory, r->flips, 1, threads, sizeof *r->flips);
+        grown = delaunay_grow(r->memory, r->flips, r->num_flips, threads, sizeof *r->flips);
         if (!grown) return;
         r->flips = (mesher__flips *)grown;
         while (r->num_flips < threads) r->flips[r->num_flips++].epoch = MESHER__UNUSED;

@@ -687,6 +687,49 @@ static void run_without_memory(uint64_t seed)
     shape_free(&s);
 }
 
+/* Blocks full of small numbers, as after other uses. */
+static void *used_alloc(void *user, size_t size)
+{
+    static const uint32_t remains[3] = {7, 8, 0x40000000};
+    uint32_t *block = (uint32_t *)malloc(size + sizeof *block);
+    size_t i;
+    (void)user;
+    for (i = 0; block && i < size / sizeof *block; i++)
+        block[i] = remains[((uint64_t)(i + 1) * i * 6364136223846793005u >> 40) % 3];
+    return block;
+}
+
+static void used_release(void *user, void *block)
+{
+    (void)user;
+    free(block);
+}
+
+/* A polyhedron with more and more missing edges, as points split them: the room for threads grows
+ * more than once. */
+static void room_for_threads_grows_again(void)
+{
+    shape s = {0};
+    mesher_surface surface;
+    mesher_options options;
+    mesher_domain domain;
+    mesher_output out;
+    uint64_t cells;
+    state = 12345;
+    cells = true_chazelle(&s, 12, 1e-4, 0.1);
+    surface = surface_of(&s);
+    memset(&options, 0, sizeof options);
+    options.no_refine = 1;
+    options.host.num_threads = 6;
+    options.host.allocator.alloc = used_alloc;
+    options.host.allocator.release = used_release;
+    CHECK(mesher_mesh(&domain, &surface, &options, NULL) == MESHER_OK);
+    CHECK(mesher_export(&domain, &out) == MESHER_OK && !offence(&s, &out, cells));
+    mesher_output_free(&domain, &out);
+    mesher_domain_free(&domain);
+    shape_free(&s);
+}
+
 /* The checker knows what is wrong. */
 static void the_checker_sees_offences(void)
 {
@@ -734,6 +777,7 @@ int main(int argc, char **argv)
     uint64_t last = argc > 2 ? (uint64_t)atol(argv[2]) : cases ? (uint64_t)atol(cases) : 100;
     the_checker_sees_offences();
     run_without_memory(37); /* a Chazelle polyhedron, for which many windows are looked at */
+    room_for_threads_grows_again();
     for (seed = first; seed <= last; seed++) run(seed);
     printf("seeds %lu to %lu: %ld recovered, %ld intersect themselves, %ld failed; the longest, "
            "seed %lu, %.1f s\n",
