@@ -28,34 +28,37 @@
  *   >>build           order of insertion, duplicates, canonical numbering
  *   >>partitions      engine (a): sections of the Moore curve    [Marot 2020, 4.2-4.6]
  *   >>editing         stars, replacement of a cavity, constraint marks, locate
- *   >>changing        points into and out of a finished triangulation
+ *   >>changing        insertion and removal of points in a finished triangulation
  *   >>queries         hull, Voronoi cells, alpha values, nearest vertex
  *   >>reconnect       closure search over small polyhedra        [Marot 2020, 6.2]
  *   >>speculate       engine (b): plan on a frozen mesh, reserve, commit
- *   >>validate        a validator that trusts nothing
+ *   >>validate        a validator that takes nothing for granted
  *   >>public          the everyday functions
  *
- * WHAT IT DOES NOT DO: no constraints (mesher.h), no quality (spr.h), no 2D meshes.
+ * WHAT IT DOES NOT DO: constraints (see mesher.h), quality improvement (see spr.h), 2D meshes.
  *
  * HOW IT WORKS
  *   A mesh is two arrays. vertices[0] is the ghost, the vertex at infinity that closes the hull
- *   (thesis 3.7); the caller's points are vertices 1 .. num_vertices-1, in the order of the curve.
- *   tets[0] is a dummy, so that handle 0 means "none". A tetrahedron is a record of four vertices
- *   and four handles; the handle 4*t+i names facet i of tetrahedron t, the one opposite its vertex
- *   i, and tets[t].n[i] is the same facet seen from the other side. Facets in outward order:
- *   {1,2,3} {0,3,2} {0,1,3} {0,2,1}.
+ *   [Marot 2020, 3.7]; the caller's points become vertices 1 .. num_vertices-1, in their order of
+ *   insertion: in rounds, each along a Moore curve (a closed Hilbert curve). tets[0] is a dummy, so
+ *   that handle 0 means "none". The index of a tetrahedron in tets is its slot. A tetrahedron is a
+ *   record of four vertices and four handles: the handle 4*t+i names facet i of tetrahedron t, the
+ *   one opposite its vertex i, and tets[t].n[i] is the handle of the same facet in the neighbouring
+ *   tetrahedron. In outward order (counterclockwise seen from outside) the local vertices of the
+ *   facets are {1,2,3} {0,3,2} {0,1,3} {0,2,1}.
  *   The determinant det(b-a, c-a, d-a) of a tetrahedron (a,b,c,d) is positive. A ghost tetrahedron
- *   has the ghost as its last vertex, and its first three see the outside: (a,b,c,q) is positive
- *   for a point q beyond the hull facet. A deleted tetrahedron has v[0] == 0.
- *   Cospherical points are decided by a perturbation of the lifting in lexicographic order of the
- *   coordinates: the triangulation is a function of the set of points, whatever their order or the
- *   number of threads.
+ *   has the ghost as its last vertex; its other vertices (a,b,c) are a hull facet, in the order in
+ *   which (a,b,c,q) is positive for every point q beyond it. A deleted tetrahedron has v[0] == 0.
+ *   Ties between cospherical points are broken by a symbolic perturbation of the lifting, in
+ *   lexicographic order of the coordinates. So the triangulation depends on the set of points
+ *   alone, not on their order or on the number of threads.
+ *   [Marot 2020] is C. Marot, Parallel tetrahedral mesh generation, thesis, 2020.
  *
  * COMPILE-TIME SWITCHES
- *   DELAUNAY_IMPLEMENTATION   implementation file  the bodies (and those of the two it needs)
- *   DELAUNAY_NO_DEPENDENCIES  implementation file  another file has the bodies of those two
- *   DELAUNAY_STATIC           implementation file  everything static
- *   DELAUNAY_NO_SIMD          implementation file  plain C only; same results
+ *   DELAUNAY_IMPLEMENTATION   implementation file  compile the bodies, also of hilbert.h, hxtsort.h
+ *   DELAUNAY_NO_DEPENDENCIES  implementation file  not those two: another file compiles them
+ *   DELAUNAY_STATIC           implementation file  make everything static
+ *   DELAUNAY_NO_SIMD          implementation file  use plain C only; same results
  *   DELAUNAY_INDEX64          whole program        64-bit handles: more than 2^30 tetrahedra
  *
  * LICENCE: MIT or public domain, at the end of the file.
@@ -94,7 +97,8 @@
 #if defined(__FAST_MATH__) || defined(__ASSOCIATIVE_MATH__) || defined(_M_FP_FAST)
 #  error "delaunay.h: exact predicates need IEEE arithmetic; no -ffast-math, no -Ofast"
 #endif
-/* 0, 1 and 16 (C23: half precision apart, on processors that have it) round each double to double */
+/* Values 0, 1 and 16 round the result of every operation on doubles to double. (16 is C23's, on
+ * processors with half precision, and differs from 0 for that type only.) */
 #if defined(FLT_EVAL_METHOD) && FLT_EVAL_METHOD != 0 && FLT_EVAL_METHOD != 1 &&                    \
     FLT_EVAL_METHOD != 16
 #  error "delaunay.h: exact predicates need doubles, no excess precision (x87: -mfpmath=sse)"
@@ -115,8 +119,8 @@
 #  define DELAUNAY_INLINE static inline
 #endif
 
-/* Files compiled with different layouts must not link silently: whatever makes or frees a mesh, or
- * keeps one, has another name. */
+/* Files compiled with and without DELAUNAY_INDEX64 have different layouts and must not link
+ * silently: the functions that create, free or keep a mesh have different names. */
 #ifdef DELAUNAY_INDEX64
 #  define delaunay_tetrahedralize        delaunay_tetrahedralize_index64
 #  define delaunay_tetrahedralize_points delaunay_tetrahedralize_points_index64
@@ -135,21 +139,21 @@ extern "C" {
 
 /* ---- >>types ------------------------------------------------------------------------------ */
 
-/* 0: success. Positive: the mesh is valid, but a goal or a budget of the caller was not met.
- * Negative: failure; -1..-15 mean the same in the whole family, so a code of another header passes
- * by a cast. */
+/* 0: success. Positive: the mesh is valid, but a goal was not met or the caller's budget ran out.
+ * Negative: failure. -1..-15 mean the same in every header of this family, so that a result of one
+ * header can be cast to the result type of another. */
 typedef enum delaunay_result {
     DELAUNAY_OK                       = 0,
-    DELAUNAY_STOPPED_BY_BUDGET        = 1,  /* valid; the caller's done() ended it */
-    DELAUNAY_GOAL_NOT_MET             = 2,  /* valid; of other headers: which goal, they say */
+    DELAUNAY_STOPPED_BY_BUDGET        = 1,  /* valid; the caller's done() stopped the call */
+    DELAUNAY_GOAL_NOT_MET             = 2,  /* valid; for other headers, which say which goal */
     DELAUNAY_ERROR_INVALID_ARGUMENT   = -1,
     DELAUNAY_ERROR_OUT_OF_MEMORY      = -2,
     DELAUNAY_CANCELLED                = -3,
-    DELAUNAY_ERROR_TOO_LARGE          = -4, /* a count beyond what indices can hold */
-    DELAUNAY_ERROR_INTERNAL           = -5, /* a belief of ours did not hold: please report */
-    DELAUNAY_ERROR_DIMENSION          = -48, /* fewer than 3 dimensions: report->dimension */
+    DELAUNAY_ERROR_TOO_LARGE          = -4, /* a count beyond what the indices can hold */
+    DELAUNAY_ERROR_INTERNAL           = -5, /* an internal check failed: please report it */
+    DELAUNAY_ERROR_DIMENSION          = -48, /* the points do not span 3D: report->dimension */
     DELAUNAY_ERROR_NOT_FINITE         = -49, /* NaN or infinity: report->ids */
-    DELAUNAY_ERROR_INVALID_MESH       = -51, /* the validator found an offender: report */
+    DELAUNAY_ERROR_INVALID_MESH       = -51, /* a defect of the mesh: see the report */
     DELAUNAY_ERROR_BROKEN_ARITHMETIC  = -52  /* the self-test failed: compiler flags or FPU mode */
 } delaunay_result;
 
@@ -158,26 +162,27 @@ typedef hxtsort_allocator delaunay_allocator;
 
 enum { DELAUNAY_LOG_ERROR, DELAUNAY_LOG_WARNING, DELAUNAY_LOG_INFO, DELAUNAY_LOG_DEBUG };
 
-/* What the host program lends to a call; zeros are the recommended setting.
- * The allocator is called by one thread at a time, be it the calling one or one of ours; the other
- * callbacks by the calling thread only. */
+/* What the host program provides for a call; all zeros is the recommended setting.
+ * The allocator is called by one thread at a time: the calling thread or a worker thread. The other
+ * callbacks are called by the calling thread only. */
 typedef struct delaunay_host {
     delaunay_allocator allocator;
-    size_t             memory_limit_bytes;  /* 0: none; beyond it allocations fail: of each object
-                                             * (mesh, domain, what a call works with) by itself */
-    int                num_threads;         /* 0: omp_get_max_threads() at each call; 1024 at most,
-                                             * more count as so many */
+    size_t             memory_limit_bytes;  /* 0: none. Beyond it allocations fail. It applies to
+                                             * each object (a mesh, a domain, the working memory of
+                                             * a call) by itself */
+    int                num_threads;         /* 0: omp_get_max_threads() at each call; more than 1024
+                                             * count as 1024 */
     void (*log)(void *user, int level, const char *text);              /* NULL: silent */
-    /* fraction of the phase done, negative: unknown; a nonzero return cancels */
+    /* fraction: how much of the phase is done, negative if unknown; a nonzero result cancels */
     int  (*progress)(void *user, const char *phase, double fraction);
     double (*clock)(void *user);            /* seconds; NULL: omp_get_wtime(), else clock() */
     void              *user;
 } delaunay_host;
 
-/* Account of one object's allocations; zeroed: malloc and free, no limit. Expert: delaunay_alloc and
- * its companions. */
+/* The account of one object's allocations; zeroed: malloc and free, no limit. Used directly only by
+ * callers of delaunay_alloc and its companions. */
 typedef struct delaunay_memory {
-    delaunay_allocator allocator; /* resolved */
+    delaunay_allocator allocator; /* the host's, or the default one */
     size_t             limit_bytes, bytes, peak_bytes;
 } delaunay_memory;
 
@@ -189,48 +194,51 @@ typedef uint32_t delaunay_handle;
 
 #define DELAUNAY_GHOST      0u          /* the vertex at infinity */
 #define DELAUNAY_NONE       0u          /* no tetrahedron, no facet */
-#define DELAUNAY_NO_ID      UINT32_MAX  /* id of a vertex that the caller did not give */
-#define DELAUNAY_OUTSIDE    0u          /* colour of what is outside every region */
+#define DELAUNAY_NO_ID      UINT32_MAX  /* id of a vertex that is none of the caller's points */
+#define DELAUNAY_OUTSIDE    0u          /* colour of tetrahedra outside every region */
 
 typedef struct delaunay_vertex {
     double   x[3];
-    uint32_t key;   /* of the running stage: top bits of the Moore key in engine (a) */
-    uint32_t local; /* of the running stage: number within a cavity */
+    uint32_t key;   /* scratch of the running stage: in engine (a) the top bits of the Moore key */
+    uint32_t local; /* scratch of the running stage: a number within a cavity */
 } delaunay_vertex;
 
 typedef struct delaunay_tet {
     uint32_t        v[4]; /* vertices; v[3] == 0: ghost tetrahedron; v[0] == 0: deleted */
-    delaunay_handle n[4]; /* n[i]: the facet of the neighbour that is facet i; 0: none */
+    delaunay_handle n[4]; /* n[i]: the handle of facet i in the neighbour; 0: no neighbour */
 } delaunay_tet;
 
-/* Bits of delaunay_mesh.flags[t]. Both sides of a facet agree, and all tetrahedra of an edge. */
+/* Bits of delaunay_mesh.flags[t]. The two tetrahedra at a facet have the same bit for it, and so
+ * have all tetrahedra around an edge. */
 #define DELAUNAY_FACET_BIT(i)  (1u << (i))         /* facet i is constrained */
 #define DELAUNAY_FACET_BITS    0xfu
-#define DELAUNAY_EDGE_BIT(e)   (1u << (4 + (e)))   /* edge e is: (01)(02)(03)(12)(13)(23) */
+#define DELAUNAY_EDGE_BIT(e)   (1u << (4 + (e)))   /* edge e, of (01)(02)(03)(12)(13)(23) */
 #define DELAUNAY_EDGE_BITS     0x3f0u
-#define DELAUNAY_STAGE_BITS    0xfc00u             /* the running stage's; 0 in a new tetrahedron */
+#define DELAUNAY_STAGE_BITS    0xfc00u             /* for the running stage; 0 in new tetrahedra */
 
-/* The mesh object: open arrays, read them directly. Zero-initialise before first use.
+/* The mesh object. Its arrays are public: read them directly. Zero-initialise before first use.
  * Any call that may add vertices or tetrahedra may move the arrays. */
 typedef struct delaunay_mesh {
     delaunay_vertex *vertices;     /* [0] is the ghost */
-    uint32_t        *vertex_id;    /* the caller's index; DELAUNAY_NO_ID: added by us */
+    uint32_t        *vertex_id;    /* index of the caller's point; DELAUNAY_NO_ID: a vertex that was
+                                      added later */
     double          *weight;       /* of each vertex; NULL: not a weighted triangulation */
-    delaunay_handle *vertex_tet;   /* a tetrahedron of its star; delaunay_link_vertices */
-    uint32_t         num_vertices; /* the ghost counted */
+    delaunay_handle *vertex_tet;   /* a tetrahedron at each vertex, 0: in none; NULL until
+                                      delaunay_link_vertices */
+    uint32_t         num_vertices; /* including the ghost */
     uint32_t         cap_vertices;
 
     delaunay_tet    *tets;         /* [0] is a dummy */
     uint16_t        *flags;        /* constraint and stage bits; NULL until delaunay_enable_marks */
     uint32_t        *color;        /* region; NULL until delaunay_enable_marks */
-    uint8_t         *mark;         /* scratch of the kernel; 0 between calls */
-    delaunay_handle  num_tets;     /* slots in use, the dummy and deleted ones counted */
+    uint8_t         *mark;         /* scratch of the insertion; 0 between calls */
+    delaunay_handle  num_tets;     /* slots in use, including the dummy and deleted ones */
     delaunay_handle  cap_tets;
     delaunay_handle *free_tets;    /* deleted slots, last in first out */
     delaunay_handle  num_free;
     delaunay_handle  cap_free;
 
-    uint32_t        *vertex_of;    /* caller's point -> vertex; a duplicate has its survivor's;
+    uint32_t        *vertex_of;    /* caller's point -> vertex; equal points have the same vertex;
                                       0: hidden by weights, in no tetrahedron */
     uint32_t         num_points;   /* length of vertex_of */
 
@@ -239,17 +247,19 @@ typedef struct delaunay_mesh {
 
 typedef struct delaunay_options {
     delaunay_host host;
-    int any_order; /* nonzero: tetrahedra as they were made, not in canonical order (faster) */
+    int any_order; /* nonzero: tetrahedra stay in the slots where they were made, in no canonical
+                    * order (faster) */
 } delaunay_options;
 
-/* What happened and where. Every function that takes a report overwrites it whole. */
+/* What happened and where. Every function that takes a report overwrites all of it. */
 typedef struct delaunay_report {
     uint64_t num_points, num_vertices;
-    uint64_t num_duplicates;                /* equal in all three coordinates */
+    uint64_t num_duplicates;                /* points beyond the first one at each place */
     uint64_t num_tets, num_ghosts;
-    uint64_t num_hidden;                    /* vertices that weights keep out */
-    int      dimension;                     /* affine dimension of the points, -1: none, .. 3 */
-    uint32_t ids[4]; int num_ids;           /* offenders: point ids; of the validator: slots */
+    uint64_t num_hidden;                    /* vertices that weights keep out of all tetrahedra */
+    int      dimension;                     /* affine dimension of the points; -1: no points */
+    uint32_t ids[4]; int num_ids;           /* what is wrong: point ids; in the validator slots; in
+                                             * delaunay_import also indices of tetrahedra */
     double   xyz[3];                        /* where */
     double   seconds_sort, seconds_insert, seconds_finish;
     size_t   peak_bytes;
@@ -263,59 +273,66 @@ DELAUNAY_API const char *delaunay_result_string(delaunay_result result);
 
 /* Delaunay triangulation of a set of points.
  *
- *   mesh     in/out  zeroed, or a mesh to be replaced; on failure freed and zeroed, but for
- *                    _ERROR_INVALID_ARGUMENT, which leaves it
- *   xyz      in      3*count doubles, finite, from the least to the largest; not kept
- *   count    in      at most 2^32 - 18, and with handles of 32 bits some 150 millions
+ *   mesh     in/out  zeroed, or a mesh to be replaced. On failure it is freed and zeroed, except
+ *                    that _ERROR_INVALID_ARGUMENT leaves it as it was
+ *   xyz      in      3*count doubles, finite, of any magnitude; not kept
+ *   count    in      at most 2^32 - 18; with 32-bit handles about 150 million
  *   options  in      NULL or zeroed: defaults
  *   report   out     may be NULL
  *
  * Returns  DELAUNAY_OK; _ERROR_DIMENSION: fewer than 4 affinely independent points
- *          (report->dimension); _ERROR_NOT_FINITE with ids; _ERROR_TOO_LARGE: see count, or
+ *          (report->dimension); _ERROR_NOT_FINITE with ids; _ERROR_TOO_LARGE: see count, and
  *          DELAUNAY_INDEX64; _ERROR_OUT_OF_MEMORY; _ERROR_INVALID_ARGUMENT; _CANCELLED
- * Threads  options->host.num_threads; distinct meshes may run at once
- * Repeats  same bytes for the same set of points in the same order, any number of threads
+ * Threads  options->host.num_threads; calls on distinct meshes may run at the same time
+ * Repeats  same bytes for the same points in the same order, with any number of threads. With
+ *          options->any_order only the triangulation is the same, not the order of the slots
  * Source   Marot 2020, chapters 3 and 4
  */
 DELAUNAY_API delaunay_result delaunay_tetrahedralize(delaunay_mesh *mesh, const double *xyz,
                                                      size_t count, const delaunay_options *options,
                                                      delaunay_report *report);
 
-/* Points as they lie in the caller's memory. Zero what is not needed. */
+/* Points in the layout of the caller's memory. Zero the members that are not needed. */
 typedef struct delaunay_points {
-    const void *xyz;     /* three coordinates in a row, of the first point */
+    const void *xyz;     /* the first point: three adjacent coordinates */
     size_t      count;
-    size_t      stride;  /* bytes from point to point; 0: packed */
+    size_t      stride;  /* bytes from one point to the next; 0: packed */
     int         is_float; /* nonzero: coordinates and weights are float, not double */
-    const void *weights; /* NULL: none. The square of a sphere's radius, negative ones too */
+    const void *weights; /* NULL: none. Squared radii of spheres; may be negative */
     size_t      weight_stride; /* bytes; 0: packed */
 } delaunay_points;
 
-/* The same, from points in any layout, and with weights: the regular triangulation, dual to the
- * power diagram. A tetrahedron's sphere, orthogonal to those of its vertices, has no other point
- * deeper in it than its weight; points in no tetrahedron are hidden (mesh->vertex_of: 0). Of points
- * at one place the heaviest counts. Equal weights give the Delaunay triangulation; exact, ties
- * decided as there. A weighted mesh cannot be edited by delaunay_insert or a delaunay_editor.
- * What is not packed doubles is copied for the time of sorting. */
+/* The same as delaunay_tetrahedralize, for points in any layout, and with weights: the regular
+ * triangulation, dual to the power diagram. A tetrahedron's sphere is the one that is orthogonal to
+ * the spheres of its vertices; no other point has a power with respect to it below that point's
+ * weight. Points that are in no tetrahedron are hidden (mesh->vertex_of is 0). Of several points at
+ * one place the one with the greatest weight counts. Equal weights give the Delaunay triangulation.
+ * The result is exact, and ties are broken as in delaunay_tetrahedralize. A weighted mesh cannot be
+ * edited by delaunay_insert or a delaunay_editor. Points and weights that are not packed doubles
+ * are copied while they are sorted. */
 DELAUNAY_API delaunay_result delaunay_tetrahedralize_points(delaunay_mesh *mesh,
                                                             const delaunay_points *points,
                                                             const delaunay_options *options,
                                                             delaunay_report *report);
 
-/* Inserts points into a triangulation that has been made: then it is that of all points.
+/* Inserts points into a finished triangulation, which becomes the triangulation of all points.
  *
- *   mesh     in/out  of delaunay_tetrahedralize, or zeroed; without marks (delaunay_enable_marks).
- *                    On failure still a triangulation, of the old points and perhaps some new ones;
- *                    to go on, call again with the same points: those that are not in come in then
- *                    (where num_points has grown already they are counted twice)
- *   xyz      in      3*count doubles, finite; not kept. Their ids go on from mesh->num_points
+ *   mesh     in/out  a result of delaunay_tetrahedralize, or zeroed; without marks
+ *                    (delaunay_enable_marks). On failure it is still a triangulation, of the old
+ *                    points and perhaps some of the new ones. To go on, call again with the same
+ *                    points: those that are missing are inserted then (if num_points has grown
+ *                    already, all of them are counted a second time)
+ *   xyz      in      3*count doubles, finite; not kept. Their ids continue from mesh->num_points
  *
- * New vertices follow the old ones; a point that is there already maps to the vertex it equals, and
- * brings that vertex back if it was in no tetrahedron (delaunay_editor_remove).
- * Returns  as delaunay_tetrahedralize; _ERROR_INVALID_ARGUMENT: no hull, weights, or marks
- * Cost     O(count log count), and one pass over the mesh: for a few points a delaunay_editor
- * Threads  options->host.num_threads; distinct meshes may run at once. The allocator is the mesh's
- * Repeats  same bytes for the same mesh and points, any number of threads
+ * New vertices follow the old ones. A point equal to a vertex maps to that vertex, and puts it back
+ * into the triangulation if it was in no tetrahedron (delaunay_editor_remove).
+ * Returns  as delaunay_tetrahedralize; _ERROR_INVALID_ARGUMENT also for a mesh that has no hull, or
+ *          has weights or marks
+ * Cost     O(count log count), and one pass over the mesh; for a few points use a delaunay_editor
+ * Threads  options->host.num_threads; calls on distinct meshes may run at the same time. The
+ *          allocator is the mesh's, not the host's
+ * Repeats  same bytes for the same mesh and points, with any number of threads; with
+ *          options->any_order as in delaunay_tetrahedralize
  */
 DELAUNAY_API delaunay_result delaunay_insert(delaunay_mesh *mesh, const double *xyz, size_t count,
                                              const delaunay_options *options,
@@ -327,23 +344,26 @@ DELAUNAY_API void delaunay_mesh_free(delaunay_mesh *mesh);
 /* Number of real tetrahedra: neither ghost nor deleted. O(slots). */
 DELAUNAY_API uint64_t delaunay_count_tets(const delaunay_mesh *mesh);
 
-/* The real tetrahedra as caller's point ids, in canonical order of the slots; returns their number,
- * of which the first cap_tets are written. tets may be NULL to count; vertices added by us get ids
- * from num_points on, in order. */
+/* Writes the real tetrahedra, in the order of their slots, each as four ids of the caller's points.
+ * Returns their number; only the first cap_tets of them are written. tets may be NULL, to count.
+ * Vertices with DELAUNAY_NO_ID get ids from num_points on, in order. */
 DELAUNAY_API uint64_t delaunay_export_tets(const delaunay_mesh *mesh, uint32_t *tets,
                                            uint64_t cap_tets);
 
-/* Levels of delaunay_validate; each includes those before. A greater one is the last, one below 0
- * looks at nothing. */
+/* Levels of delaunay_validate; each includes those before it. A greater number counts as the last
+ * level; a negative one checks nothing. */
 enum {
-    DELAUNAY_VALIDATE_TOPOLOGY,   /* handles mutual, facets match, none deleted, marks agree */
-    DELAUNAY_VALIDATE_GEOMETRY,   /* corners finite; every real tetrahedron positive, the hull
-                                   * convex, exactly */
-    DELAUNAY_VALIDATE_DELAUNAY    /* every facet locally Delaunay, perturbed: the whole mesh is */
+    DELAUNAY_VALIDATE_TOPOLOGY,   /* neighbours have each other's handles, their facets match, none
+                                   * is deleted, and their marks agree */
+    DELAUNAY_VALIDATE_GEOMETRY,   /* corners are finite, every real tetrahedron is positive, and the
+                                   * hull is convex; exact tests */
+    DELAUNAY_VALIDATE_DELAUNAY    /* every facet is locally Delaunay, ties broken by the
+                                   * perturbation, and so the whole mesh is Delaunay */
 };
-/* Proves what the level lists, or returns DELAUNAY_ERROR_INVALID_MESH and the first offender, which
- * does not depend on the number of threads: one, or with _on those of the host (NULL: all). Only
- * reads the mesh. Some 0.1 microseconds a tetrahedron and level. */
+/* Proves what the level lists, or returns DELAUNAY_ERROR_INVALID_MESH and reports the first defect,
+ * which does not depend on the number of threads. delaunay_validate uses one thread,
+ * delaunay_validate_on those of the host (NULL: all). Only reads the mesh. Cost: about 0.1
+ * microseconds for each tetrahedron and level. */
 DELAUNAY_API delaunay_result delaunay_validate(const delaunay_mesh *mesh, int level,
                                                delaunay_report *report);
 DELAUNAY_API delaunay_result delaunay_validate_on(const delaunay_mesh *mesh, int level,
@@ -351,56 +371,59 @@ DELAUNAY_API delaunay_result delaunay_validate_on(const delaunay_mesh *mesh, int
                                                   delaunay_report *report);
 
 /* ---- >>expert ------------------------------------------------------------------------------
- * What mesher.h and spr.h are built on; stable names, sharper edges. */
+ * What mesher.h and spr.h are built on. The names are stable, but few arguments are checked. */
 
 /* -- memory: overflow-checked, counted, 64-byte aligned; NULL on failure. release accepts NULL. */
 DELAUNAY_API delaunay_result delaunay_memory_init(delaunay_memory *memory,
                                                   const delaunay_host *host);
 DELAUNAY_API void *delaunay_alloc(delaunay_memory *memory, size_t count, size_t size);
-/* All bits zero. With the default allocator what is never touched costs nothing. */
+/* All bits zero. With the default allocator memory that is never touched costs nothing. */
 DELAUNAY_API void *delaunay_alloc_zeroed(delaunay_memory *memory, size_t count, size_t size);
-/* The first keep elements of old, in room for count; old is released, on failure untouched. */
+/* A block of count elements, of which the first keep are those of old. old is released; on failure
+ * it is untouched. */
 DELAUNAY_API void *delaunay_grow(delaunay_memory *memory, void *old, size_t keep, size_t count,
                                  size_t size);
-/* The same, and all others zero. */
+/* The same, with all other elements zero. */
 DELAUNAY_API void *delaunay_grow_zeroed(delaunay_memory *memory, void *old, size_t keep,
                                         size_t count, size_t size);
 DELAUNAY_API void  delaunay_release(delaunay_memory *memory, void *block);
-/* Seconds by the host's clock; differences count. */
+/* Seconds by the host's clock, from any origin: only differences have a meaning. */
 DELAUNAY_API double delaunay_seconds(const delaunay_host *host);
-/* Threads that a call with this host uses at most. */
+/* The greatest number of threads that a call with this host uses. */
 DELAUNAY_API int delaunay_threads(const delaunay_host *host); /* 1024 at most */
-/* Those of them that so many short steps are worth; on a busy machine others wake late. */
+/* Threads for a loop of so many short steps: one if they are few, for on a busy machine the others
+ * wake late; else delaunay_threads. */
 DELAUNAY_API int delaunay_threads_for(const delaunay_host *host, size_t steps);
 /* CPU seconds of the calling thread; 0 where there is no such clock. */
 DELAUNAY_API double delaunay_cpu_seconds(void);
 
-/* -- how many threads a loop is worth. Threads that share a loop wait for the last of them at its
- * end, and where other programs use the processors that one may be away for milliseconds. A stage
- * with many short loops asks a crew before each of them, and tells it the work that was done, in
- * CPU seconds of all threads: a loop that took longer than that is followed by ones alone, for ten
- * times the time lost. (Not where the host has a clock of its own.) Results must not depend on it.
- * Zeroed but for the host before the first loop. */
+/* -- a crew: how many threads a loop is to use. Threads that share a loop all wait at its end for
+ * the last of them, and where other programs use the processors, that one may be away for
+ * milliseconds. A stage with many short loops asks a crew before each loop how many threads to use,
+ * and tells it afterwards the work done, in CPU seconds of all threads together. If a loop took
+ * longer than its work would have taken one thread, the loops that follow get one thread, for ten
+ * times the time lost (not if the host has a clock of its own). Results must not depend on it.
+ * Before the first loop it must be zeroed, except for the host. */
 typedef struct delaunay_crew {
     const delaunay_host *host;
     double               begin, alone_until; /* by the host's clock */
     int                  threads;
 } delaunay_crew;
-/* The threads for a loop that is worth sharing (nonzero) or not. */
+/* The number of threads for the next loop; worthwhile: 0 if it is too short to be shared. */
 DELAUNAY_API int  delaunay_crew_begin(delaunay_crew *crew, int worthwhile);
 DELAUNAY_API void delaunay_crew_end(delaunay_crew *crew, double work);
 
 /* -- predicates. Points are three doubles. Signs are exact: -1, 0, 1. */
 
-/* The test behind the filters: always exact, slower; any finite doubles. */
+/* The exact tests without the fast floating-point filters: slower; for any finite doubles. */
 DELAUNAY_API int delaunay_orient3d_exact(const double *a, const double *b, const double *c,
                                          const double *d);
 DELAUNAY_API int delaunay_insphere_exact(const double *a, const double *b, const double *c,
                                          const double *d, const double *e);
 /* Sign of det(b-a, c-a, d-a): positive for a valid tetrahedron (a,b,c,d).
- * Filter: |det| beyond 7 eps times the permanent is certain [Shewchuk 1997]; permanent <= 1.16
- * |b||c||d|. The limits keep every product away from overflow and underflow. FMAs make it only more
- * accurate. */
+ * Filter: the sign is certain if |det| is greater than 7 eps times the permanent [Shewchuk 1997],
+ * which is at most 1.16 |b-a||c-a||d-a|. The limits on the lengths keep every product away from
+ * overflow and underflow. Fused multiply-adds only make the result more accurate. */
 DELAUNAY_INLINE int delaunay_orient3d(const double *a, const double *b, const double *c,
                                       const double *d)
 {
@@ -419,54 +442,58 @@ DELAUNAY_INLINE int delaunay_orient3d(const double *a, const double *b, const do
 /* Positive: e inside the sphere through the positive tetrahedron (a,b,c,d). */
 DELAUNAY_API int delaunay_insphere(const double *a, const double *b, const double *c,
                                    const double *d, const double *e);
-/* The same, ties decided by the symbolic perturbation: never 0 for five distinct points. */
+/* The same, with ties broken by the symbolic perturbation: never 0 for five distinct points. */
 DELAUNAY_API int delaunay_insphere_perturbed(const double *a, const double *b, const double *c,
                                              const double *d, const double *e);
-/* With weights of a, b, c, d, e: positive where e is deeper inside than its weight, lifting
- * |x|^2 - w instead of |x|^2. Equal weights: delaunay_insphere. */
+/* The same with weights of a, b, c, d, e, where the lifting is |x|^2 - w instead of |x|^2: positive
+ * if the power of e with respect to the sphere orthogonal to those of a, b, c, d is less than the
+ * weight of e. With equal weights this is delaunay_insphere. */
 DELAUNAY_API int delaunay_insphere_weighted(const double *a, const double *b, const double *c,
                                             const double *d, const double *e,
                                             const double *weights);
-/* The same, never 0 for five distinct places. */
+/* The same, with ties broken by the symbolic perturbation: never 0 for five distinct points. */
 DELAUNAY_API int delaunay_insphere_weighted_perturbed(const double *a, const double *b,
                                                       const double *c, const double *d,
                                                       const double *e, const double *weights);
-/* Sign of component axis of the cross product (b-a) x (c-a): the turn of a, b, c in the coordinate
- * plane with that normal. */
+/* Sign of one component (axis: 0, 1, 2) of the cross product (b-a) x (c-a): the orientation of a,
+ * b, c projected to the coordinate plane with that normal. */
 DELAUNAY_API int delaunay_orient2d(const double *a, const double *b, const double *c, int axis);
 /* True if a, b, c lie on one line, exactly. */
 DELAUNAY_API int delaunay_collinear(const double *a, const double *b, const double *c);
-/* DELAUNAY_OK, or DELAUNAY_ERROR_BROKEN_ARITHMETIC under flags or FPU modes that break exactness
- * (rounding, flushing to zero, excess precision, reordered sums); _OUT_OF_MEMORY. Below a
- * millisecond; call it in the thread that will triangulate, for the modes are a thread's. */
+/* Returns DELAUNAY_OK; DELAUNAY_ERROR_BROKEN_ARITHMETIC under compiler flags or FPU modes that
+ * break exactness (rounding, flushing to zero, excess precision, reordered sums); _OUT_OF_MEMORY.
+ * Takes less than a millisecond. Call it in the thread that will triangulate: each thread has FPU
+ * modes of its own. */
 DELAUNAY_API delaunay_result delaunay_selftest(void);
 
 /* -- mesh object */
 
-/* Room for so many vertices and tetrahedra (totals, ghost and dummy counted); may move the arrays.
- */
+/* Makes room for so many vertices and tetrahedra (totals, including the ghost and the dummy); may
+ * move the arrays. */
 DELAUNAY_API delaunay_result delaunay_reserve(delaunay_mesh *mesh, size_t vertices, size_t tets);
-/* Allocates flags and color: zeros, so all tetrahedra are DELAUNAY_OUTSIDE until they get colours. */
+/* Allocates flags and color, all zero: tetrahedra are DELAUNAY_OUTSIDE until they are coloured. */
 DELAUNAY_API delaunay_result delaunay_enable_marks(delaunay_mesh *mesh);
-/* Allocates vertex_tet and fills it. Kept up to date by delaunay_replace from then on. */
+/* Allocates vertex_tet and fills it. From then on delaunay_replace keeps it up to date. */
 DELAUNAY_API delaunay_result delaunay_link_vertices(delaunay_mesh *mesh);
 /* Appends a vertex with the given id; returns its index, 0 when out of memory. Not yet in any
  * tetrahedron. */
 DELAUNAY_API uint32_t delaunay_add_vertex(delaunay_mesh *mesh, const double *xyz, uint32_t id);
-/* A mesh from arrays of anybody's: tets are 4 indices into xyz each, positive by our convention or
- * all negative (then turned); facets with one tetrahedron get handle 0. colors may be NULL.
+/* Makes a mesh from arrays, which may come from another program. tets holds 4 indices into xyz for
+ * each tetrahedron; these are all positive as defined above, or all negative (then they are
+ * reversed). A facet that has just one tetrahedron gets no neighbour, handle 0. colors may be NULL.
  * Returns  DELAUNAY_OK; _ERROR_INVALID_ARGUMENT: NULL, or an index out of range; _NOT_FINITE: NaN
- *          or infinity, report->ids are up to four such points, whether in a tetrahedron or not;
- *          _TOO_LARGE; _OUT_OF_MEMORY; _INVALID_MESH: flat, of both orientations, more than two on
- *          one facet, or two on one side of it: report->ids[0] is the tetrahedron. Others that
- *          overlap are not looked for. On failure the mesh is zeroed */
+ *          or infinity, report->ids are up to four such points, in a tetrahedron or not;
+ *          _TOO_LARGE; _OUT_OF_MEMORY; _INVALID_MESH: a flat tetrahedron, both orientations, more
+ *          than two tetrahedra at a facet, or two on the same side of it: report->ids[0] is the
+ *          tetrahedron. Other overlaps are not detected. On failure the mesh is zeroed, except that
+ *          it stays as it was if an argument is NULL or a count is too large */
 DELAUNAY_API delaunay_result delaunay_import(delaunay_mesh *mesh, const double *xyz,
                                              size_t num_points, const uint32_t *tets,
                                              const uint32_t *colors, size_t num_tets,
                                              const delaunay_host *host, delaunay_report *report);
-/* Removes deleted slots and puts vertices of tetrahedra and the slots in canonical order: a
- * function of the triangulation and the vertex numbers alone (same bytes for any number of
- * threads). */
+/* Removes deleted slots, and puts the vertices of each tetrahedron and the slots into canonical
+ * order, which depends on the triangulation and the vertex numbers alone: the same bytes for any
+ * number of threads. Real tetrahedra come first, then the ghosts. */
 DELAUNAY_API delaunay_result delaunay_canonicalize(delaunay_mesh *mesh, const delaunay_host *host);
 
 DELAUNAY_INLINE int delaunay_is_deleted(const delaunay_mesh *mesh, delaunay_handle t)
@@ -499,8 +526,8 @@ typedef struct delaunay_worker delaunay_worker;
 DELAUNAY_API delaunay_worker *delaunay_worker_new(delaunay_memory *memory);
 DELAUNAY_API void delaunay_worker_free(delaunay_worker *worker);
 
-/* A list of tetrahedra that grows in a worker's or a caller's hands. Zero to start, but for
- * the memory. */
+/* A list of tetrahedra that grows as needed; a worker or a caller owns it. Initialise it to zero,
+ * except for the memory. */
 typedef struct delaunay_list {
     delaunay_handle *items;
     size_t           count, cap;
@@ -509,13 +536,14 @@ typedef struct delaunay_list {
 DELAUNAY_API delaunay_result delaunay_list_push(delaunay_list *list, delaunay_handle item);
 DELAUNAY_API void delaunay_list_free(delaunay_list *list);
 
-/* -- stars and searches; need vertex_tet. out is emptied first. Only tetrahedra connected through
- * facets that contain the vertex or edge are found: all, in a valid mesh whose star is not cut by
- * NONE handles. */
+/* -- stars and searches; they need vertex_tet. out is emptied first. They find those tetrahedra
+ * that are connected through facets that contain the vertex or edge: the whole star, in a valid
+ * mesh, unless facets without neighbours (DELAUNAY_NONE) divide it. */
 DELAUNAY_API delaunay_result delaunay_vertex_star(const delaunay_mesh *mesh,
                                                   delaunay_worker *worker, uint32_t v,
                                                   delaunay_list *out);
-/* t contains a and b. In the order of turning around the edge where it closes. */
+/* The tetrahedra around edge ab, which t must contain. If they surround it, they are listed in the
+ * order of rotation around it, from t on. */
 DELAUNAY_API delaunay_result delaunay_edge_star(const delaunay_mesh *mesh, delaunay_worker *worker,
                                                 delaunay_handle t, uint32_t a, uint32_t b,
                                                 delaunay_list *out);
@@ -525,142 +553,156 @@ DELAUNAY_API delaunay_handle delaunay_find_edge(const delaunay_mesh *mesh, delau
 /* The facet handle 4*t+i with these vertices, one of its two sides, or 0. */
 DELAUNAY_API delaunay_handle delaunay_find_facet(const delaunay_mesh *mesh, delaunay_worker *worker,
                                                  uint32_t a, uint32_t b, uint32_t c);
-/* A tetrahedron that contains the point (closed), a ghost that sees it, or 0 where the mesh has no
- * more neighbour. Exact visibility walk with a step bound, then a scan. hint may be 0. */
+/* A tetrahedron that contains the point, in its interior or on its boundary; else a ghost whose
+ * hull facet the point is beyond; else 0: the point is outside of a mesh without ghosts there.
+ * Exact: a visibility walk with a bound on its steps, then a scan. hint may be 0. */
 DELAUNAY_API delaunay_handle delaunay_locate(const delaunay_mesh *mesh, const double *xyz,
                                              delaunay_handle hint);
 
-/* -- editing. The one primitive of recovery, refinement and improvement. */
+/* -- editing: the primitive on which recovery, refinement and improvement are built. */
 
 /* Replaces connected tetrahedra by others that fill the same polyhedron.
  *
  *   old_tets num_old distinct tetrahedra, none deleted
- *   vertices 4 a new tetrahedron, positive (the ghost, if any, last); not checked beyond closure
- *   slots    out, num_new entries, may be NULL: where they are now (old slots first, in order)
+ *   vertices 4 for each new tetrahedron, which is positive (the ghost, if any, is last); nothing is
+ *            checked but that the new tetrahedra close the polyhedron
+ *   slots    out, num_new entries, may be NULL: slots of the new ones (old slots first, in order)
  *
- * Links the new ones to each other and to what surrounds them; constrained facets and edges of the
- * old tetrahedra stay marked on the new ones wherever the same triple or pair of vertices is still
- * there; colours: that of old[0]. Sets vertex_tet of every vertex of a new tetrahedron.
- * Returns DELAUNAY_ERROR_INTERNAL, with the mesh untouched, if the new facets do not close the
- * polyhedron; _OUT_OF_MEMORY, untouched.
+ * Links the new tetrahedra to each other and to those around the polyhedron. Constrained facets and
+ * edges of the old tetrahedra stay marked on the new ones wherever the same triple or pair of
+ * vertices still exists. All new tetrahedra get the colour of old_tets[0]. Sets vertex_tet of every
+ * vertex of a new tetrahedron.
+ * Returns DELAUNAY_OK; DELAUNAY_ERROR_INTERNAL: the new facets do not close the polyhedron;
+ * _OUT_OF_MEMORY. On failure the mesh is untouched.
  */
 DELAUNAY_API delaunay_result delaunay_replace(delaunay_mesh *mesh, delaunay_worker *worker,
                                               const delaunay_handle *old_tets, size_t num_old,
                                               const uint32_t *vertices, size_t num_new,
                                               delaunay_handle *slots);
-/* What a caller that keeps track of everything knows about new tetrahedra: the facet beyond facet
- * k of number i, link[4*i+k], is 4*j+l where new tetrahedron j is (inside[4*i+k] nonzero), else a
- * facet of the mesh that stays, or DELAUNAY_NONE; flags[i]: its marks, if the mesh has any. */
+/* The neighbours and marks of new tetrahedra, from a caller that knows them. link[4*i+k] is the
+ * facet on the other side of facet k of new tetrahedron i: if inside[4*i+k] is nonzero, it is
+ * 4*j+l, facet l of new tetrahedron j; else it is the handle of a facet of the mesh that stays, or
+ * DELAUNAY_NONE. flags[i] are the marks of tetrahedron i, if the mesh has marks. */
 typedef struct delaunay_links {
     const delaunay_handle *link;   /* 4*num_new */
     const uint8_t         *inside; /* 4*num_new */
     const uint16_t        *flags;  /* num_new */
 } delaunay_links;
-/* The same as delaunay_replace, without a search for what is beyond the new facets and for marks:
- * a third of its time. Nothing is checked: delaunay_validate does. Returns _OUT_OF_MEMORY, with
- * the mesh untouched, or DELAUNAY_OK. */
+/* The same as delaunay_replace, without its search for neighbours and marks: takes a third of its
+ * time. Nothing is checked (delaunay_validate would find errors). Returns DELAUNAY_OK, or
+ * _OUT_OF_MEMORY with the mesh untouched. */
 DELAUNAY_API delaunay_result delaunay_replace_linked(delaunay_mesh *mesh, delaunay_worker *worker,
                                                      const delaunay_handle *old_tets,
                                                      size_t num_old, const uint32_t *vertices,
                                                      const delaunay_links *links, size_t num_new,
                                                      delaunay_handle *slots);
-/* Marks (or unmarks) facet f and its other side. */
+/* Marks (or unmarks) facet f on both sides. */
 DELAUNAY_API void delaunay_mark_facet(delaunay_mesh *mesh, delaunay_handle f, int constrained);
-/* Marks (or unmarks) an edge in t, which contains it, and all tetrahedra around it that are
- * connected with t (see stars): where NONE handles part its star, one call for each part. */
+/* Marks (or unmarks) edge ab in t, which contains it, and in all tetrahedra around it that are
+ * connected with t as delaunay_edge_star finds them. Where facets without neighbours divide the
+ * star, each part needs a call. */
 DELAUNAY_API delaunay_result delaunay_mark_edge(delaunay_mesh *mesh, delaunay_worker *worker,
                                                 delaunay_handle t, uint32_t a, uint32_t b,
                                                 int constrained);
 
-/* -- the cavity of a point, where all is plain: what a caller that inserts many points into a mesh
- * with constraints and other tetrahedra than Delaunay ones tries before its own search, in a
- * fraction of that one's time. */
+/* -- plain cavities: a quick search for the cavity of a point, which succeeds in simple ("plain")
+ * cases only. A caller that inserts many points into a mesh with constraints, where not every
+ * tetrahedron is Delaunay, tries it before its own search: it takes a fraction of the time. */
 enum { DELAUNAY_PLAIN_MOST = 60, DELAUNAY_PLAIN_FACETS = 256 };
 typedef struct delaunay_plain {
-    delaunay_handle tets[DELAUNAY_PLAIN_MOST + 4]; /* 4*t+i, breadth first; facet i: by which t was
-                                                    * reached; of the first, no facet: i is 0 */
-    delaunay_handle border[DELAUNAY_PLAIN_FACETS]; /* the boundary's facets, of the tetrahedra in
-                                                    * the cavity, in the order of these */
+    delaunay_handle tets[DELAUNAY_PLAIN_MOST + 4]; /* the cavity, breadth first: 4*t+i, where t was
+                                                    * reached through its facet i; i of the first
+                                                    * one is 0, without a meaning */
+    delaunay_handle border[DELAUNAY_PLAIN_FACETS]; /* facets of the boundary, as handles of the
+                                                    * tetrahedra inside, in the order of tets */
     uint32_t num_tets, num_border;
-    unsigned flags; /* of all its tetrahedra together: what may be constrained in it or on it */
+    unsigned flags; /* those of all its tetrahedra, combined by OR: tells whether anything in it or
+                     * on its boundary is constrained */
 } delaunay_plain;
 typedef enum delaunay_plainness {
-    DELAUNAY_PLAIN,
-    DELAUNAY_NOT_PLAIN, /* something else than below; also where a sign is in doubt */
-    DELAUNAY_PLAIN_ELSEWHERE /* plain so far, and it leads out of the section */
+    DELAUNAY_PLAIN,          /* the cavity was found */
+    DELAUNAY_NOT_PLAIN,      /* a condition below does not hold, or a sign is in doubt */
+    DELAUNAY_PLAIN_ELSEWHERE /* plain so far, but the cavity reaches beyond the section */
 } delaunay_plainness;
-/* The tetrahedra whose spheres contain x, connected with t, which is one of them, by facets that are
- * not constrained: all of them, DELAUNAY_PLAIN_MOST at most, and x sees the whole boundary, of which
- * constrained facets are part. None has a ghost behind another facet. Constrained edges may lie
- * inside it. Sections, if section is not NULL: all vertices have this key; of t they do. The mesh has
- * marks, and tetrahedra reached from t lie in it with positive volume.
- * Exact. The cavity is the same on every processor, NOT_PLAIN is not: without AVX2, or with 64-bit
- * handles, it is the answer always.
- * Threads  several may call this on one mesh, each with a section of its own */
+/* Finds the cavity of point x: all tetrahedra whose spheres contain x and that are connected with
+ * t, which is one of them, through facets that are not constrained. It is plain if it has at most
+ * DELAUNAY_PLAIN_MOST tetrahedra, x sees its whole boundary, which includes the constrained facets
+ * reached, and no other facet of its tetrahedra has a ghost behind it. Constrained edges may lie
+ * inside it. If section is not NULL, all vertices of the cavity must have the key *section; those
+ * of t must have it. The mesh must have marks, and all tetrahedra that are reached positive volume.
+ * Exact. The cavity found is the same on every processor, but which cavities are found is not:
+ * without AVX2, or with 64-bit handles, the result is always DELAUNAY_NOT_PLAIN.
+ * Threads  several may call this on one mesh at the same time, each with its own section */
 DELAUNAY_API delaunay_plainness delaunay_plain_cavity(delaunay_plain *plain, delaunay_mesh *mesh,
                                                       const double *x, delaunay_handle t,
                                                       const uint32_t *section);
 
-/* -- points into and out of a Delaunay triangulation, one by one. After each call the triangulation
- * is that of its vertices, the one that delaunay_tetrahedralize would make, ties included; only the
- * order of the slots differs (delaunay_canonicalize). One editor at a time for a mesh; it keeps
- * vertex_tet. Other edits of the mesh may come between its calls, and delaunay_canonicalize.
- * Constraint marks do not survive an insertion. */
+/* -- an editor inserts and removes single points of a Delaunay triangulation. After each call the
+ * mesh is the triangulation of its vertices that delaunay_tetrahedralize would make, ties included;
+ * only the order of the slots differs (see delaunay_canonicalize). A mesh has one editor at a time.
+ * The editor keeps vertex_tet up to date. Between its calls the mesh may be edited in other ways,
+ * and delaunay_canonicalize may be called. Constraint marks do not survive an insertion. */
 typedef struct delaunay_editor delaunay_editor;
-/* The mesh must have its hull (ghosts) and no weights. NULL: otherwise, or out of memory. */
+/* The mesh must have its hull (ghosts) and no weights. NULL: it is not so, or out of memory. */
 DELAUNAY_API delaunay_editor *delaunay_editor_new(delaunay_mesh *mesh);
 DELAUNAY_API void delaunay_editor_free(delaunay_editor *editor);
-/* A new vertex with an id of the caller's, or the one that is at xyz already: *vertex, may be NULL.
- * hint: a tetrahedron nearby, 0: where the editor was last.
+/* Inserts a new vertex with the caller's id; *vertex (may be NULL) is its number, or that of the
+ * vertex that is at xyz already. hint: a tetrahedron nearby, 0: where the editor was last.
  * Returns DELAUNAY_OK; _ERROR_NOT_FINITE, _OUT_OF_MEMORY, _TOO_LARGE: nothing has changed.
  * Cost     the walk from the hint, then about a microsecond */
 DELAUNAY_API delaunay_result delaunay_editor_insert(delaunay_editor *editor, const double *xyz,
                                                     uint32_t id, delaunay_handle hint,
                                                     uint32_t *vertex);
-/* The same for a vertex of the mesh that is in no tetrahedron: added, or removed before.
- * _ERROR_INVALID_ARGUMENT: it is in one, or another vertex is at its place. */
+/* The same for a vertex of the mesh that is in no tetrahedron: one that delaunay_add_vertex added
+ * or delaunay_editor_remove removed. _ERROR_INVALID_ARGUMENT: it is in a tetrahedron, or another
+ * vertex is at its place. */
 DELAUNAY_API delaunay_result delaunay_editor_insert_vertex(delaunay_editor *editor, uint32_t vertex,
                                                            delaunay_handle hint);
 /* Takes a vertex out of the triangulation; it stays in the arrays, in no tetrahedron.
- * Returns DELAUNAY_OK; _ERROR_DIMENSION: the others lie in one plane; _ERROR_INVALID_ARGUMENT: it
- * is in no tetrahedron; _OUT_OF_MEMORY. Nothing has changed then.
- * Cost     a small triangulation of its neighbours, some 30 microseconds
- * Source   the hole is filled by those tetrahedra of its corners' own triangulation that are in it:
- *          empty among all points, they are empty among few, and a perturbed tie has one answer */
+ * Returns DELAUNAY_OK; _ERROR_DIMENSION: the other vertices lie in one plane;
+ * _ERROR_INVALID_ARGUMENT: it is in no tetrahedron; _OUT_OF_MEMORY. On failure nothing has changed.
+ * Cost     a small triangulation of its neighbours, about 30 microseconds
+ * Source   the hole is filled from the Delaunay triangulation of its corners, with the tetrahedra
+ *          that lie in the hole. The new tetrahedra of the whole mesh are among them: their spheres
+ *          contain no point of the mesh, so no corner, and perturbed ties have one answer */
 DELAUNAY_API delaunay_result delaunay_editor_remove(delaunay_editor *editor, uint32_t vertex);
 
-/* -- what a triangulation knows. Results name vertices and slots of the mesh (mesh->vertex_id,
- * mesh->vertex_of lead to the caller's points) and lie in arrays that the result owns. They are a
- * function of the mesh alone. Each function replaces what the result, zeroed at first, had before;
- * on failure it is empty: DELAUNAY_ERROR_INVALID_ARGUMENT (a null pointer, a mesh without its
- * hull), _OUT_OF_MEMORY. Serial; calls may run at once on one mesh. */
+/* -- queries: the hull, the Voronoi diagram and alpha values of a triangulation. Results refer to
+ * vertices and slots of the mesh (mesh->vertex_id and mesh->vertex_of lead to the caller's points)
+ * and are in arrays that the result owns. They depend on the mesh alone. The result must be zeroed
+ * before its first use; each call replaces what it had before. On failure it is empty:
+ * DELAUNAY_ERROR_INVALID_ARGUMENT (a null pointer, or a mesh without its hull), _OUT_OF_MEMORY.
+ * Serial; several calls may run at the same time on one mesh. */
 
-/* The convex hull, exactly, as triangles and as the flat polygons that they make up. */
+/* The exact convex hull, as triangles and as the flat polygons that they form. */
 typedef struct delaunay_hull {
     size_t    num_facets, num_polygons;
-    uint32_t *facets;           /* 3 a facet: vertices, counterclockwise seen from outside */
+    uint32_t *facets;           /* 3 vertices per facet, counterclockwise seen from outside */
     uint32_t *facet_polygon;    /* of each facet: its polygon; facets of one polygon are coplanar */
-    size_t   *polygon_begin;    /* num_polygons + 1: where a polygon's vertices are in: */
-    uint32_t *polygon_vertices; /* counterclockwise; vertices inside a side are among them */
+    size_t   *polygon_begin;    /* num_polygons + 1: polygon p has polygon_vertices[i] with
+                                 * polygon_begin[p] <= i < polygon_begin[p+1] */
+    uint32_t *polygon_vertices; /* counterclockwise, including vertices within a straight side */
     delaunay_memory memory;
 } delaunay_hull;
 DELAUNAY_API delaunay_result delaunay_hull_of(delaunay_hull *hull, const delaunay_mesh *mesh,
                                               const delaunay_host *host);
 DELAUNAY_API void delaunay_hull_free(delaunay_hull *hull);
 
-/* The Voronoi diagram, with weights the power diagram: a cell for each vertex, a face for each
- * edge. A face is the polygon of the centres of the tetrahedra around its edge. That of a hull edge
- * is unbounded: it begins and ends with a ghost, whose centre is the direction of the border.
- * Centres are right at any scale; a coordinate beyond the largest double is infinite. That of a
- * tetrahedron of less than 1e-300 of the product of three edges at a corner may be anything. */
+/* The Voronoi diagram, or with weights the power diagram: a cell for each vertex and a face for
+ * each edge of the triangulation. The corners of a face are the centres of the tetrahedra around
+ * its edge. The face of a hull edge is unbounded: its list of corners begins and ends with a ghost,
+ * whose "centre" is the direction of the unbounded side. Centres are accurate at any scale; a
+ * coordinate beyond the largest double becomes infinite. The centre of a tetrahedron whose volume
+ * is less than 1e-300 times the product of three edges at a corner may be anything. */
 typedef struct delaunay_voronoi {
-    size_t   num_cells; /* mesh->num_vertices; those of the ghost and loose vertices are empty */
+    size_t   num_cells; /* mesh->num_vertices; the ghost and vertices in no tetrahedron have empty
+                         * cells */
     size_t   num_faces;
-    double  *centers; /* 3 a slot of the mesh, rounded; ghost: outward unit normal; deleted: 0 */
-    uint32_t *face_cells; /* 2 a face: the vertices a < b on either side */
-    size_t  *face_begin; /* num_faces + 1: where a face's corners are in: */
-    delaunay_handle *face_tets; /* counterclockwise seen from b */
-    size_t  *cell_begin; /* num_cells + 1: where a cell's faces are in: */
+    double  *centers; /* 3 per slot of the mesh, rounded; ghost: outward unit normal; deleted: 0 */
+    uint32_t *face_cells; /* 2 per face: the vertices a < b on either side */
+    size_t  *face_begin; /* num_faces + 1: where the corners of each face begin in face_tets */
+    delaunay_handle *face_tets; /* the corners as slots, counterclockwise seen from b */
+    size_t  *cell_begin; /* num_cells + 1: where the faces of each cell begin in cell_faces */
     size_t  *cell_faces;
     delaunay_memory memory;
 } delaunay_voronoi;
@@ -669,15 +711,16 @@ DELAUNAY_API delaunay_result delaunay_voronoi_of(delaunay_voronoi *voronoi,
                                                  const delaunay_host *host);
 DELAUNAY_API void delaunay_voronoi_free(delaunay_voronoi *voronoi);
 
-/* Alpha values: a simplex is in the alpha complex of every alpha >= its own, a squared radius. Its
- * own smallest sphere counts if it is empty, else the least of the simplices that it bounds: so
- * none comes before its faces. Vertices: 0. Rounded; DBL_MAX and 0 where the square is beyond the
- * double range. With weights the spheres are orthogonal to those of the vertices, and a vertex's
- * value is its weight's negative, or more. */
+/* Alpha values, which are squared radii: a simplex is in the alpha complex of every alpha that is
+ * at least its own value. This is the squared radius of its smallest circumscribed sphere if that
+ * sphere is empty, else the least value of the simplices of which it is a face; so no simplex
+ * appears before its faces. Vertices have value 0. Values are rounded; they are DBL_MAX or 0 where
+ * the square is beyond the range of doubles. With weights the spheres are orthogonal to those of
+ * the vertices, and the value of a vertex is the negative of its weight, or more. */
 typedef struct delaunay_alpha {
-    double *tets;   /* a slot; DBL_MAX for ghosts and deleted ones */
-    double *facets; /* 4 a slot, equal on both sides; of ghosts: facet 3 only */
-    double *edges;  /* a face of the Voronoi diagram */
+    double *tets;   /* one per slot; DBL_MAX for ghosts and deleted ones */
+    double *facets; /* 4 per slot, equal on both sides; of a ghost only that of facet 3 */
+    double *edges;  /* one per face of the Voronoi diagram */
     delaunay_memory memory;
 } delaunay_alpha;
 DELAUNAY_API delaunay_result delaunay_alpha_of(delaunay_alpha *alpha, const delaunay_mesh *mesh,
@@ -685,7 +728,7 @@ DELAUNAY_API delaunay_result delaunay_alpha_of(delaunay_alpha *alpha, const dela
                                                const delaunay_host *host);
 DELAUNAY_API void delaunay_alpha_free(delaunay_alpha *alpha);
 
-/* The vertex nearest to a point, one of them if there are several, exactly; 0: out of memory, an
+/* The vertex nearest to a point, exactly (one of them, if there are several). 0: out of memory, an
  * empty mesh, or one with weights. Needs vertex_tet. hint: a tetrahedron nearby, or 0.
  * Source: a vertex that is not the nearest has a Delaunay neighbour that is nearer. */
 DELAUNAY_API uint32_t delaunay_nearest(const delaunay_mesh *mesh, delaunay_worker *worker,
@@ -694,112 +737,120 @@ DELAUNAY_API uint32_t delaunay_nearest(const delaunay_mesh *mesh, delaunay_worke
 DELAUNAY_API int delaunay_compare_distance(const double *q, const double *a, const double *b);
 
 /* -- closure search: the best triangulation of one small polyhedron [Marot 2020, 6.2].
- * Recovery asks for fewer crossings of a missing edge or facet, improvement for the best worst
- * quality. */
+ * Boundary recovery looks for fewer crossings of a missing edge or facet, mesh improvement for a
+ * better worst quality. */
 enum {
     DELAUNAY_WINDOW_VERTICES = 32,
-    DELAUNAY_WINDOW_TETS     = 400, /* old or new tetrahedra of a window at most */
+    DELAUNAY_WINDOW_TETS     = 400, /* at most so many old, and so many new tetrahedra */
     DELAUNAY_WINDOW_FACETS   = 512,
     DELAUNAY_WINDOW_KEPT     = 64
 };
 
-/* A connected set of tetrahedra, none of them a ghost, and the polyhedron that is their union. */
+/* A window: a connected set of tetrahedra, none of them a ghost, and the polyhedron that is their
+ * union. */
 typedef struct delaunay_window {
     uint32_t        num_tets, num_vertices, num_facets, num_kept_edges, num_kept_facets;
     delaunay_handle tets[DELAUNAY_WINDOW_TETS];
-    uint32_t        vertices[DELAUNAY_WINDOW_VERTICES]; /* of the mesh; below: indices into this */
+    uint32_t        vertices[DELAUNAY_WINDOW_VERTICES]; /* of the mesh; an index into this array is
+                                                         * a local vertex, as in what follows */
     uint8_t         facets[DELAUNAY_WINDOW_FACETS][3];    /* boundary, outward order */
     uint8_t         kept_edges[DELAUNAY_WINDOW_KEPT][2];  /* constrained, interior: must stay */
     uint8_t         kept_facets[DELAUNAY_WINDOW_KEPT][3]; /* constrained, interior: must stay */
-    uint32_t        interior; /* bit mask: vertices not on the boundary */
-    uint32_t        dropped;  /* bit mask, set by the caller: interior vertices to leave out */
+    uint32_t        interior; /* bit mask of the vertices that are not on the boundary */
+    uint32_t        dropped;  /* bit mask of interior vertices to be left out; set by the caller */
 } delaunay_window;
 
-/* Fills a window. keep_facets, keep_edges: list what is constrained inside (else it may vanish).
- * Returns 1; 0 if it has a ghost, more than max_vertices (at most 32) or too much of anything. */
+/* Fills a window from a set of tetrahedra. keep_edges, keep_facets: nonzero to list the constrained
+ * edges and facets in its interior; those that are not listed may vanish.
+ * Returns 1, or 0 if there is a ghost among the tetrahedra, there are more than max_vertices (at
+ * most 32) vertices, or the window has too many tetrahedra, facets or kept edges or facets. */
 DELAUNAY_API int delaunay_window_set(delaunay_window *window, const delaunay_mesh *mesh,
                                      const delaunay_handle *tets, size_t num_tets,
                                      uint32_t max_vertices, int keep_edges, int keep_facets);
 
+/* What is wanted of the triangulation of a window. */
 typedef enum delaunay_objective {
-    DELAUNAY_ANY,             /* any triangulation */
-    DELAUNAY_BEST_QUALITY,    /* maximise the worst quality, above bound */
-    DELAUNAY_FEWER_FACES,     /* fewer interior faces than bound crossed by segment target[0..1] */
-    DELAUNAY_FEWER_EDGES,     /* fewer interior edges than bound through triangle target[0..2] */
-    DELAUNAY_FEWER_BAD        /* fewer than num_bad of quality below good, all above bound */
+    DELAUNAY_ANY,             /* nothing: any triangulation */
+    DELAUNAY_BEST_QUALITY,    /* the greatest possible worst quality, greater than bound */
+    DELAUNAY_FEWER_FACES,     /* fewer interior faces that cross segment target[0..1] than bound */
+    DELAUNAY_FEWER_EDGES,     /* fewer interior edges that cross triangle target[0..2] than bound */
+    DELAUNAY_FEWER_BAD        /* fewer than num_bad qualities below good, all above bound */
 } delaunay_objective;
 
-/* Heuristics that a search can do without, to measure what each is worth; the result is as good. */
+/* Flags that turn heuristics off, to measure what each is worth; the result is as good. */
 enum {
-    DELAUNAY_SEARCH_ANY_FACET = 1, /* the newest triangle, not the one with fewest candidates */
-    DELAUNAY_SEARCH_ANY_ORDER = 2, /* candidates in order of their number, not of their score */
-    DELAUNAY_SEARCH_NO_MEMORY = 4, /* a quality is computed whenever it is asked for */
-    DELAUNAY_SEARCH_FORGET    = 8  /* nothing reused from the last search: the function changed */
+    DELAUNAY_SEARCH_ANY_FACET = 1, /* take the newest triangle, not that with fewest candidates */
+    DELAUNAY_SEARCH_ANY_ORDER = 2, /* take candidates in order of number, not of score */
+    DELAUNAY_SEARCH_NO_MEMORY = 4, /* compute a quality whenever it is needed, remember none */
+    DELAUNAY_SEARCH_FORGET    = 8  /* reuse nothing from the last search: quality() has changed */
 };
 
-/* Zero what is not set. */
+/* Zero the members that are not set. */
 typedef struct delaunay_search {
     delaunay_objective objective;
     uint32_t flags;       /* DELAUNAY_SEARCH_*; 0: the fast way */
     /* BEST_QUALITY, FEWER_BAD: larger is better; 0 or less: unacceptable. Called with positive
-     * tetrahedra, once each (any order of the points must give the same bits); must depend on
-     * nothing but the points. */
+     * tetrahedra, once for each, and must depend on nothing but the points (any order of them must
+     * give the same bits). */
     double (*quality)(void *user, const double *a, const double *b, const double *c,
                       const double *d);
-    /* The same, but for rounding, of n tetrahedra abcd on one facet; n is DELAUNAY_WINDOW_VERTICES
-     * at most. Apex number i is apices[i], apices[i + DELAUNAY_WINDOW_VERTICES],
-     * apices[i + 2 * DELAUNAY_WINDOW_VERTICES]; all of apices and out may be used. Quicker, where
-     * many can be computed at once; or NULL. */
+    /* NULL, or the same, except for rounding, for the n tetrahedra of facet abc and n apices, n at
+     * most DELAUNAY_WINDOW_VERTICES; faster where several can be computed at once. The coordinates
+     * of apex i are apices[i], apices[i + DELAUNAY_WINDOW_VERTICES] and
+     * apices[i + 2 * DELAUNAY_WINDOW_VERTICES]; the entries of apices and out beyond n may be read
+     * and written, too. */
     void   (*qualities)(void *user, const double *a, const double *b, const double *c, size_t n,
                         const double *apices, double *out);
     void    *user;
     double   bound;       /* a result must be strictly better: above (quality), below (crossings) */
-    double   good;        /* FEWER_BAD: what is below is bad */
-    uint32_t num_bad;     /* FEWER_BAD: a result has fewer; out: as many as it has */
-    /* BEST_QUALITY, if not NULL: what a tetrahedron of a quality below good weighs, 1 or more. A
-     * result has no more than num_bad of them, and they weigh no more than max_weight. */
+    double   good;        /* FEWER_BAD: a quality below this is bad */
+    uint32_t num_bad;     /* FEWER_BAD: a result has fewer bad ones; out: how many it has */
+    /* BEST_QUALITY, if not NULL: the weight, 1 or more, of a tetrahedron with a quality below good.
+     * A result has at most num_bad such tetrahedra, of a total weight of at most max_weight. */
     double (*weigh)(void *user, double quality);
     double   max_weight;
     uint32_t target[3];   /* mesh vertices */
     uint32_t max_nodes;   /* of the search tree; 0: 100000 */
     /* out */
-    int      proven;      /* 1: exhausted: what was found is the best, or nothing exists */
-    uint32_t nodes;
+    int      proven;      /* 1: the search was exhaustive: the result is the best, or none exists */
+    uint32_t nodes;       /* of the search tree, visited */
     double   value;       /* worst quality, or number of crossings, of the result */
     uint32_t num_tets;
     uint8_t  tets[DELAUNAY_WINDOW_TETS][4]; /* of the result: local vertices, positive */
 } delaunay_search;
 
-/* Searches a triangulation of the window with the objective. Returns 1 if found, 0 if not (proven
- * says whether there is none, or the limit was met). Crossing objectives stop at the first strict
- * decrease. Exact orientations only; no intersection tests are needed (proof in >>reconnect).
- * Thread-safe. */
+/* Searches for a triangulation of the window that meets the objective. Returns 1 if it found one,
+ * else 0 (proven tells whether there is none, or max_nodes was reached). Searches for fewer
+ * crossings stop at the first strict decrease. Exact orientation tests only; no intersection tests
+ * are needed (proof in >>reconnect). Thread-safe. */
 DELAUNAY_API int delaunay_reconnect(const delaunay_mesh *mesh, delaunay_worker *worker,
                                     const delaunay_window *window, delaunay_search *search);
-/* Puts the result of a search in place of the window's tetrahedra: delaunay_replace. slots may be
+/* Replaces the window's tetrahedra by the result of a search (see delaunay_replace). slots may be
  * NULL. */
 DELAUNAY_API delaunay_result delaunay_window_apply(delaunay_mesh *mesh, delaunay_worker *worker,
                                                    const delaunay_window *window,
                                                    const delaunay_search *search,
                                                    delaunay_handle *slots);
-/* Crossings of the window's present triangulation, for crossing objectives: the bound to start
- * from. */
+/* The number of crossings in the window's present triangulation: the initial bound for the
+ * objectives FEWER_FACES and FEWER_EDGES. */
 DELAUNAY_API uint32_t delaunay_window_crossings(const delaunay_mesh *mesh,
                                                 const delaunay_window *window,
                                                 delaunay_objective objective,
                                                 const uint32_t *target);
-/* The crossing tests themselves, by vertices of the mesh, exact. Open segment ab against closed
- * triangle pqr, no vertex shared, a and b strictly on opposite sides; *zeros (may be NULL) gets
- * bits for edges pq, qr, rp met exactly. */
+/* The crossing test itself, exact, for vertices of the mesh: whether the open segment ab crosses
+ * the closed triangle pqr, with no vertex shared and a and b strictly on opposite sides of its
+ * plane. *zeros (may be NULL) gets bits 0, 1, 2 for the edges pq, qr, rp that it meets exactly. */
 DELAUNAY_API int delaunay_segment_crosses(const delaunay_mesh *mesh, uint32_t a, uint32_t b,
                                           uint32_t p, uint32_t q, uint32_t r, int *zeros);
 
 /* -- engine (a): many insertions at once, in sections of a closed curve [Marot 2020, chapter 4].
- * Every vertex of the mesh gets a key on a Moore curve, the items are cut into sections, and each
- * section is one thread's: an edit reads tetrahedra of its section and their neighbours, writes
- * tetrahedra of its section, and answers "conflict", having written nothing, where that is not
- * enough. What is left over is tried again on another curve, in fewer sections as success falls,
- * one by one at last. Slots come from the section, so nothing is allocated and nothing waits.
+ * Every vertex of the mesh gets a key, its position on a Moore curve. The curve is cut into
+ * sections, each with its share of the items (vertices to be inserted), and each section is edited
+ * by one thread. An edit reads tetrahedra of its section (all their vertices have keys in it) and
+ * their neighbours, and writes tetrahedra of its section. Where that is not enough, it returns
+ * DELAUNAY_ITEM_CONFLICT, and must have written nothing. Items left over are tried again on another
+ * curve, in fewer sections as fewer succeed, and finally one by one. Slots come from the section:
+ * nothing is allocated, and no thread waits for another.
  *
  *     static int edit(void *user, delaunay_section *section, uint32_t vertex)
  *     {
@@ -813,60 +864,61 @@ DELAUNAY_API int delaunay_segment_crosses(const delaunay_mesh *mesh, uint32_t a,
  *     job.edit = edit;
  *     delaunay_result result = delaunay_partition_run(&mesh, &job, NULL);
  *
- * The mesh must be closed (ghosts, or a boundary that no edit touches). vertex_tet is not kept:
- * link again. */
+ * The mesh must be closed (it has ghosts, or a boundary that no edit touches). vertex_tet is not
+ * kept up to date: call delaunay_link_vertices afterwards. */
 
-/* What one thread may touch in one attempt, and its scratch. */
+/* What one thread may touch in one attempt, and its scratch memory. */
 typedef struct delaunay_section delaunay_section;
 
-/* Answers of an edit; a negative delaunay_result ends the run, the mesh valid. */
+/* Return values of an edit; a negative delaunay_result ends the run, with the mesh valid. */
 enum { DELAUNAY_ITEM_DONE = 0, DELAUNAY_ITEM_NOTHING = 1, DELAUNAY_ITEM_CONFLICT = 2 };
 
 typedef struct delaunay_partition {
     const uint32_t *vertices; /* the items */
     size_t num_vertices;
-    /* Inserts a vertex. Called by several threads at once, but one section at a time in each. NULL:
-     * plain Delaunay. */
+    /* Inserts a vertex. Several threads call it at the same time, each for one section at a time.
+     * NULL: plain Delaunay insertion. */
     int (*edit)(void *user, delaunay_section *section, uint32_t vertex);
     void *user;
-    int num_sections;  /* at first. 0: one a thread, right where the result is unique. Else from the
-                        * counts alone (about one for 32768 vertices): then the order of edits, and
-                        * so the triangulation, is the same for any number of threads */
+    int num_sections;  /* in the first attempt. 0: one for each thread; choose this if the result
+                        * does not depend on the order of edits. Otherwise choose a number by the
+                        * counts alone (about one for every 32768 vertices): then the order of
+                        * edits, and so the triangulation, is the same for any number of threads */
     const char *phase; /* for the host's progress callback */
     uint64_t attempts, conflicts; /* out */
 } delaunay_partition;
 
-/* Returns DELAUNAY_OK; _CANCELLED, _OUT_OF_MEMORY or an edit's error: the mesh valid, some items
- * done. */
+/* Returns DELAUNAY_OK; on _CANCELLED, _OUT_OF_MEMORY or an edit's error the mesh is valid, with
+ * some of the items done. */
 DELAUNAY_API delaunay_result delaunay_partition_run(delaunay_mesh *mesh, delaunay_partition *job,
                                                     const delaunay_host *host);
-/* Delaunay insertion: an answer. _NOTHING: a vertex is already there. */
+/* Delaunay insertion; returns what an edit returns. _NOTHING: a vertex is at that place already. */
 DELAUNAY_API int delaunay_section_insert(delaunay_section *section, uint32_t vertex);
-/* May the section's thread write this tetrahedron: are all its vertices the section's, the ghost
- * apart? Call it for tetrahedra of the section and their neighbours only: others may be changing
- * under your eyes. */
+/* Whether the section's thread may write this tetrahedron: all its vertices, except for the ghost,
+ * must be the section's. Call it only for tetrahedra of the section and their neighbours: other
+ * threads may be changing any other one at this moment. */
 DELAUNAY_API int delaunay_section_owns_tet(const delaunay_section *section, delaunay_handle t);
 DELAUNAY_API int delaunay_section_owns(const delaunay_section *section, uint32_t vertex);
-/* A tetrahedron of the section, near the last insertion: where walks begin. An edit of yours sets
- * its own. */
+/* The hint is a tetrahedron of the section near the last insertion, where the next walk begins.
+ * delaunay_section_insert sets it; an edit that writes tetrahedra itself must set it, too. */
 DELAUNAY_API delaunay_handle delaunay_section_hint(const delaunay_section *section);
 DELAUNAY_API void delaunay_section_set_hint(delaunay_section *section, delaunay_handle t);
-/* 0 .. threads-1: for scratch of your own. */
+/* The number of the worker, 0 .. threads-1: for a caller's own scratch memory. */
 DELAUNAY_API int delaunay_section_worker(const delaunay_section *section);
-/* Slots for new tetrahedra, and back (they become deleted ones). Answers; nothing has changed if
- * not _DONE. */
+/* Take slots for new tetrahedra; give slots back (they become deleted ones). They return what an
+ * edit returns; nothing has changed unless it is DELAUNAY_ITEM_DONE. */
 DELAUNAY_API int delaunay_section_take(delaunay_section *section, size_t count,
                                        delaunay_handle *slots);
 DELAUNAY_API int delaunay_section_give(delaunay_section *section, const delaunay_handle *slots,
                                        size_t count);
 
-/* -- engine (b): many small edits, the same bytes for any number of threads. Each round plans the
- * next items of a list in parallel on the frozen mesh; plans that would meet are sorted out by
- * their order in the list; those that win are written in parallel, the others are tried again in
- * the next round, and planned again only if something they read has changed. The first one always
- * wins. No locks, nothing is ever undone.
+/* -- engine (b): many small edits, with the same bytes for any number of threads. Each round plans
+ * edits for the next items of a list, in parallel, on the mesh as it is. Where plans conflict, the
+ * one that comes first in the list wins. The winners are written to the mesh in parallel; the other
+ * plans wait for the next round, and are made again only if something that they read has changed.
+ * The first plan always wins. There are no locks, and nothing is ever undone.
  *
- *     // each vertex to the mean of its neighbours, where that leaves all tetrahedra positive
+ *     // moves each vertex to the mean of its neighbours, if all tetrahedra stay positive
  *     static int plan(void *user, const delaunay_mesh *m, delaunay_worker *worker, size_t item,
  *                     delaunay_plan *p)
  *     {
@@ -891,6 +943,7 @@ DELAUNAY_API int delaunay_section_give(delaunay_section *section, const delaunay
  *         return delaunay_plan_move(p, v, x, p->star.items, p->star.count);
  *     }
  *     ...
+ *     if (delaunay_link_vertices(&mesh) != DELAUNAY_OK) return 1;   // for delaunay_vertex_star
  *     delaunay_engine *engine = delaunay_engine_new(&mesh, NULL);   // NULL: out of memory
  *     delaunay_speculation job = {0};
  *     job.num_items = mesh.num_vertices - 1;
@@ -900,22 +953,23 @@ DELAUNAY_API int delaunay_section_give(delaunay_section *section, const delaunay
  *     delaunay_engine_free(engine);
  */
 
-/* What one item wants to do. A plan function fills it by the functions below; done() reads it. */
+/* The edit planned for an item. A plan function fills it with the functions below; done() reads
+ * it. */
 typedef struct delaunay_plan {
-    delaunay_list star, scratch;    /* lent to the plan function; free to use */
-    uint64_t      data[8];          /* for the client, from plan to done; 0 before plan */
-    /* filled by delaunay_plan_*: */
+    delaunay_list star, scratch;    /* for the plan function, to use as it likes */
+    uint64_t      data[8];          /* from plan() to done(), for the caller; 0 before plan() */
+    /* filled by the functions delaunay_plan_*: */
     delaunay_list read, written, old_tets;
-    uint32_t     *tets;             /* 4 a new tetrahedron */
+    uint32_t     *tets;             /* 4 vertices per new tetrahedron */
     size_t        num_tets, cap_tets;
     uint32_t      num_new, num_moved;
     double        new_xyz[8][3], moved_xyz[8][3];
     uint32_t      moved[8];
     /* for done(): */
-    int           committed;        /* 0: there was nothing to do */
-    uint32_t      first_vertex;     /* of the new vertices */
+    int           committed;        /* 0: nothing was done */
+    uint32_t      first_vertex;     /* the first of the new vertices, which follow each other */
     delaunay_list slots;            /* of the new tetrahedra */
-    /* the engine's: */
+    /* private to the engine: */
     size_t           item, surplus, freed;
     delaunay_handle *link;
     uint8_t         *link_inside;
@@ -926,76 +980,83 @@ typedef struct delaunay_plan {
     delaunay_memory *memory;
 } delaunay_plan;
 
-/* Answers of a plan function; a negative delaunay_result ends the call, the mesh valid. */
+/* Return values of a plan function; a negative delaunay_result ends the call, the mesh valid. */
 #define DELAUNAY_PLAN_NOTHING 0
 #define DELAUNAY_PLAN_COMMIT  1
 
-enum { DELAUNAY_PLAN_VERTICES = 8 }; /* new, and moved, vertices of one plan at most */
-/* Stands for the k-th new vertex of a plan in its new tetrahedra. */
+enum { DELAUNAY_PLAN_VERTICES = 8 }; /* a plan has at most 8 new and 8 moved vertices */
+/* In the new tetrahedra of a plan: its k-th new vertex. */
 #define DELAUNAY_PLAN_VERTEX(k) (UINT32_MAX - 1u - (uint32_t)(k))
 
-/* All return DELAUNAY_PLAN_COMMIT or a negative delaunay_result, to be returned in turn. */
+/* These functions return DELAUNAY_PLAN_COMMIT or a negative delaunay_result, which the plan
+ * function is to return. */
 
-/* The plan depends on this tetrahedron (its vertices' positions, neighbours, marks). Those below
- * are implied. */
+/* The plan depends on this tetrahedron (the positions of its vertices, its neighbours, its marks).
+ * Tetrahedra that are removed, or in the star of a vertex that moves, need not be listed again. */
 DELAUNAY_API int delaunay_plan_read(delaunay_plan *plan, delaunay_handle t);
-/* Tetrahedra to be replaced, and those that replace them: the rules of delaunay_replace. */
+/* A tetrahedron to be replaced, and one that takes part in replacing them; the rules are those of
+ * delaunay_replace. */
 DELAUNAY_API int delaunay_plan_remove(delaunay_plan *plan, delaunay_handle t);
 DELAUNAY_API int delaunay_plan_add(delaunay_plan *plan, uint32_t a, uint32_t b, uint32_t c,
                                    uint32_t d);
-/* A new vertex, with id DELAUNAY_NO_ID; at most 8. DELAUNAY_PLAN_VERTEX(0), (1), .. name it. */
+/* A new vertex, with id DELAUNAY_NO_ID; at most 8. In delaunay_plan_add the first one is called
+ * DELAUNAY_PLAN_VERTEX(0), the next one DELAUNAY_PLAN_VERTEX(1), and so on. */
 DELAUNAY_API int delaunay_plan_vertex(delaunay_plan *plan, const double *xyz);
-/* A vertex moves; star: all tetrahedra that contain it. At most 8. */
+/* A vertex that moves; star: all tetrahedra that contain it. At most 8. */
 DELAUNAY_API int delaunay_plan_move(delaunay_plan *plan, uint32_t v, const double *xyz,
                                     const delaunay_handle *star, size_t num_star);
-/* The result of a search in place of its window. */
+/* Replaces the tetrahedra of a window by the result of a search. */
 DELAUNAY_API int delaunay_plan_window(delaunay_plan *plan, const delaunay_window *window,
                                       const delaunay_search *search);
 
 typedef struct delaunay_speculation {
-    /* Items are 0 .. num_items-1, first ones first; done() may raise it, but not with scatter. */
+    /* The items are 0 .. num_items-1, in this order; done() may raise num_items, but not with
+     * scatter. */
     size_t num_items;
-    /* Decides what to do about an item: reads the mesh, writes the plan. Called by several threads
-     * at once; the answer may depend on nothing but the item and the tetrahedra that the plan
-     * lists. */
+    /* Decides what to do about an item: reads the mesh, fills the plan. Several threads call it at
+     * the same time. What it decides may depend only on the item and on the tetrahedra that the
+     * plan lists. */
     int (*plan)(void *user, const delaunay_mesh *mesh, delaunay_worker *worker, size_t item,
                 delaunay_plan *plan);
-    /* May be NULL. After each round, by the calling thread, for each item that is finished, in
-     * order. May write marks and colours of tetrahedra that it then touches
-     * (delaunay_engine_touch). Nonzero: stop after this round (DELAUNAY_STOPPED_BY_BUDGET). */
+    /* May be NULL. Called after each round by the calling thread, for each item that is finished,
+     * in order. It may write marks and colours of tetrahedra if it then calls delaunay_engine_touch
+     * for them. A nonzero result stops after this round (DELAUNAY_STOPPED_BY_BUDGET). */
     int (*done)(void *user, delaunay_mesh *mesh, delaunay_worker *worker, size_t item,
                 const delaunay_plan *plan);
     void  *user;
-    uint32_t    batch;   /* items in flight at most; part of what determines the result; 0: 1024 */
-    int scatter; /* nonzero: a scattered order, for lists whose neighbours are so in space */
+    uint32_t    batch;   /* at most so many items in a round; 0: 1024. The result depends on it */
+    int scatter; /* nonzero: take the items in a scattered order, so that few plans conflict where
+                  * neighbours in the list are neighbours in space */
     const char *phase;   /* for the host's progress callback */
-    size_t max_vertices; /* of the mesh, the ghost counted: plans with a vertex past it are dropped,
-                          * as if they were nothing; 0: no bound but that of the numbers */
-    uint64_t rounds, plans, commits, conflicts; /* out; conflict: an item had to wait for another */
+    size_t max_vertices; /* of the mesh, including the ghost: a plan that would exceed it counts as
+                          * DELAUNAY_PLAN_NOTHING; 0: no limit but that of 32-bit numbers */
+    uint64_t rounds, plans, commits, conflicts; /* out; a conflict: an item waits for another one */
 } delaunay_speculation;
 
-/* Workers, plans, and a version of each tetrahedron, for the calls of a stage. The mesh must
- * outlive it. */
+/* An engine has workers, plans, and a version of each tetrahedron, for all calls of a stage. The
+ * mesh must outlive it. */
 typedef struct delaunay_engine delaunay_engine;
 DELAUNAY_API delaunay_engine *delaunay_engine_new(delaunay_mesh *mesh, const delaunay_host *host);
 DELAUNAY_API void delaunay_engine_free(delaunay_engine *engine);
-/* Returns DELAUNAY_OK; _STOPPED_BY_BUDGET: done() said so; _CANCELLED: the host did;
- * _OUT_OF_MEMORY; an error of a plan function; _INTERNAL: a plan that does not close. The mesh is
- * valid in every case.
+/* Returns DELAUNAY_OK; _STOPPED_BY_BUDGET: done() stopped it; _CANCELLED: the host stopped it;
+ * _OUT_OF_MEMORY; an error of a plan function; _ERROR_INTERNAL: the new tetrahedra of a plan do not
+ * close its polyhedron. The mesh is valid in every case.
  * Repeats  same bytes for any number of threads */
 DELAUNAY_API delaunay_result delaunay_speculate(delaunay_engine *engine, delaunay_speculation *job);
-/* The round in which a tetrahedron was last written, 0: never by this engine. Rounds count on from
- * call to call: an item whose tetrahedra are all older than its last failure need not be tried
- * again. */
+/* The version of a tetrahedron: the round in which it was last written; 0: never by this engine.
+ * Rounds are counted on from call to call. So an item need not be tried again if all its tetrahedra
+ * are older than its last failure. */
 DELAUNAY_API uint32_t delaunay_engine_version(const delaunay_engine *engine, delaunay_handle t);
 DELAUNAY_API uint32_t delaunay_engine_round(const delaunay_engine *engine);
-/* The mesh was edited otherwise: plans that read t are made again. Between calls, or in done(). */
+/* Tells the engine that the caller has changed tetrahedron t: plans that read it are made again.
+ * Call it between calls of delaunay_speculate, or in done(). */
 DELAUNAY_API delaunay_result delaunay_engine_touch(delaunay_engine *engine, delaunay_handle t);
-/* A worker for the calling thread, between calls of delaunay_speculate; thread: 0, or among several
- * that are at work then a number of its own. NULL: the engine has not so many. */
+/* One of the engine's workers, to be used between calls of delaunay_speculate. thread: 0, or a
+ * different number for each of the threads that work at the same time. NULL: the engine has not so
+ * many workers. */
 DELAUNAY_API delaunay_worker *delaunay_engine_worker(delaunay_engine *engine, int thread);
-/* An engine for one thread, with a worker that is lent to it: for many small meshes one after the
- * other, of which each would fill a new worker's tables with zeros. */
+/* An engine for one thread that uses the caller's worker: for many small meshes one after the
+ * other, where it would take too long to zero the tables of a new worker for each. */
 DELAUNAY_API delaunay_engine *delaunay_engine_new_lent(delaunay_mesh *mesh,
                                                        const delaunay_host *host,
                                                        delaunay_worker *worker);
@@ -1019,7 +1080,7 @@ DELAUNAY_API delaunay_engine *delaunay_engine_new_lent(delaunay_mesh *mesh,
 #ifdef _OPENMP
 #  include <omp.h>
 #endif
-/* Several threads need OpenMP, and atomic operations that C99 does not have. */
+/* Using several threads takes OpenMP, and atomic operations, which C99 does not have. */
 #if defined(_OPENMP) && defined(__GNUC__)
 #  define DELAUNAY__PARALLEL       1
 #  define DELAUNAY__OMP(directive) _Pragma(#directive)
@@ -1054,8 +1115,7 @@ DELAUNAY_API delaunay_engine *delaunay_engine_new_lent(delaunay_mesh *mesh,
 
 /* ---- >>memory ----------------------------------------------------------------------------- */
 
-/* Large blocks in huge pages where the system has them: fewer faults, fewer misses of the address
- * cache. */
+/* Large blocks get huge pages where the system has them: fewer page faults, fewer TLB misses. */
 enum { DELAUNAY__HUGE_PAGE = 2 << 20 };
 
 static void delaunay__ask_for_huge_pages(void *block, size_t size)
@@ -1091,10 +1151,11 @@ static void delaunay__free(void *user, void *block)
     free(block);
 }
 
-/* Ahead of each block: what release must know. Blocks start on 64-byte borders. */
+/* The header in front of each block, with what release must know. Blocks begin at multiples of 64
+ * bytes. */
 typedef struct delaunay__block {
     void *base;
-    size_t size; /* asked of the allocator */
+    size_t size; /* as requested from the allocator */
 } delaunay__block;
 enum { DELAUNAY__ALIGN = 64 };
 
@@ -1263,9 +1324,10 @@ DELAUNAY_API void delaunay_list_free(delaunay_list *list)
 }
 
 /* ---- >>predicates ------------------------------------------------------------------------- */
-/* Behind the filters the arithmetic is in integers: doubles are integers times a power of two. No
- * flag, no rounding mode, no overflow can touch a sign. Differences that fit in 62 bits of a common
- * unit (grids, CAD faces, most near ties) take the short way, everything else the long one. */
+/* Where a floating-point filter is not certain, the sign is computed in integers, because doubles
+ * are integers times powers of two: no compiler flag, rounding mode or overflow can change it.
+ * Differences that fit in 62 bits of a common unit (grids, CAD faces, most near ties) take the
+ * short way, functions named _short; all others take the long way, functions named _long. */
 #  if defined(__SIZEOF_INT128__)
 __extension__ typedef __int128 delaunay__int128;
 __extension__ typedef unsigned __int128 delaunay__double_limb;
@@ -1273,7 +1335,7 @@ typedef uint64_t delaunay__limb;
 enum {
     DELAUNAY__LIMB_BITS = 64,
     DELAUNAY__BIG_LIMBS = 172
-}; /* 5 * 2100 bits, the whole range of doubles */
+}; /* 5 factors of 2100 bits, the whole range of doubles */
 #  else
 typedef uint64_t delaunay__double_limb;
 typedef uint32_t delaunay__limb;
@@ -1308,8 +1370,8 @@ static int delaunay__decompose(double x, int64_t *m, int *e)
     return n;
 }
 
-/* Coordinates as m * 2^e, and the common unit: the lowest bit of all; top: above the highest bit of
- * all. */
+/* Coordinates as m * 2^e. 2^unit, the common unit, is the lowest bit of all of them; 2^top is just
+ * above the highest one. */
 typedef struct delaunay__exact {
     int64_t m[15];
     int e[15];
@@ -1468,7 +1530,7 @@ static DELAUNAY__NOINLINE int delaunay__orient3d_long(const delaunay__exact *x)
     return det.sign;
 }
 
-/* weights: five, or NULL; multiples of the square of the unit. */
+/* weights: five, or NULL; their unit is the square of the coordinates' unit. */
 static DELAUNAY__NOINLINE int delaunay__insphere_long(const delaunay__exact *x,
                                                       const delaunay__exact *weights)
 {
@@ -1510,10 +1572,11 @@ static DELAUNAY__NOINLINE int delaunay__compare_distance_long(const double *cons
     return sum.sign;
 }
 
-/* -- the short way: coordinates that are integers below 2^60 when multiplied by some power of two */
+/* -- the short way: coordinates that are integers below 2^60 if multiplied by some power of two */
 #  if defined(__SIZEOF_INT128__)
 
-/* These integers; 0: they are none, or the power is no double of 1 and more. */
+/* Computes these integers. Returns 0 if the coordinates are not of this kind, or if the power of
+ * two is less than 1 or greater than all doubles. */
 static int delaunay__integers(const double *const *points, int count, int64_t (*m)[3])
 {
     double most = 0, unit;
@@ -1525,7 +1588,7 @@ static int delaunay__integers(const double *const *points, int count, int64_t (*
             most = most > x ? most : x;
         }
     memcpy(&bits, &most, sizeof bits);
-    bits >>= 52; /* 2^(bits - 1022) is above all; times unit, 2^60 is: nothing underflows */
+    bits >>= 52; /* 2^(bits - 1022) is above all; times unit it is 2^60. Nothing underflows */
     if (bits < 100 || bits > 1022 + 60) return 0;
     bits = (1023 + 60 + 1022 - bits) << 52;
     memcpy(&unit, &bits, sizeof unit);
@@ -1619,8 +1682,8 @@ static int delaunay__insphere_short(int64_t (*x)[3])
 }
 #  endif
 
-/* Where three of four points are on a plane across an axis: their turn in it, by the side of the
- * fourth. 2: nowhere. */
+/* The sign of delaunay_orient3d if three of the four points lie in a plane across an axis: their
+ * orientation in that plane, and the side on which the fourth point lies. 2: no three points do. */
 static int delaunay__orient3d_by_plane(const double *const *p)
 {
     static const uint8_t others[4][3] = {{1, 2, 3}, {0, 2, 3}, {0, 1, 3}, {0, 1, 2}};
@@ -1628,7 +1691,7 @@ static int delaunay__orient3d_by_plane(const double *const *p)
     for (k = 0; k < 3; k++)
         for (i = 0; i < 4; i++) {
             const double *a = p[others[i][0]], *b = p[others[i][1]], *c = p[others[i][2]];
-            int side = p[i][k] > a[k] ? 1 : -1; /* never equal: then all four would be */
+            int side = p[i][k] > a[k] ? 1 : -1; /* used only where the caller excludes equality */
             if (a[k] != b[k] || a[k] != c[k]) continue;
             return (i & 1 ? side : -side) * delaunay_orient2d(a, b, c, k);
         }
@@ -1641,7 +1704,7 @@ DELAUNAY_API int delaunay_orient3d_exact(const double *a, const double *b, const
     const double *p[4];
     delaunay__exact x;
     int k, sign;
-    for (k = 0; k < 3; k++) /* on planes across an axis, as machine parts have them */
+    for (k = 0; k < 3; k++) /* all in a plane across an axis: common in machine parts */
         if (a[k] == b[k] && a[k] == c[k] && a[k] == d[k]) return 0;
     p[0] = a;
     p[1] = b;
@@ -1694,7 +1757,7 @@ static DELAUNAY__NOINLINE int delaunay__insphere_weighted_exact(const double *co
     delaunay__exact_set(&x, p, 5);
     delaunay__exact_set(&w, q, 2);
     if (x.top == INT_MIN) return 0;
-    if (w.top != INT_MIN) { /* units of which weights are multiples of the square */
+    if (w.top != INT_MIN) { /* the weights must be multiples of the square of the unit */
         int half = w.unit >= 0 ? w.unit / 2 : -((1 - w.unit) / 2);
         if (half < x.unit) x.unit = half;
     }
@@ -1738,9 +1801,9 @@ static DELAUNAY__NOINLINE int delaunay__orient2d_exact(const double *a, const do
     }
 }
 
-/* Error of the determinant: 16 eps times its permanent, which is at most 4 * 3!/3^1.5 * R^5, R^2
- * the greatest lift: 8.3e-15 R^5. What underflows adds at most 1e-324 R^3 < 1e-170, as R^10 does
- * not overflow. */
+/* Squares of bounds on the error of the in-sphere determinant. The error is at most 16 eps times
+ * the permanent, which is at most 4 * 3!/3^1.5 * R^5, where R^2 is the greatest lift: 8.3e-15 R^5.
+ * Underflow adds at most 1e-324 R^3 < 1e-170, because R^10 does not overflow. */
 static const double delaunay__insphere_error2 = 1e-28, delaunay__insphere_least2 = 1e-290;
 
 typedef struct delaunay__rows {
@@ -1790,7 +1853,8 @@ static double delaunay__insphere_double(const double *a, const double *b, const 
     return delaunay__rows_det(&r, r.lift);
 }
 
-/* With a weight a lift has one rounding more, and its size is that of its summands: 17 eps. */
+/* With weights a lift goes through one more rounding, and its error is relative to the sum of the
+ * absolute values of its terms: 17 eps. */
 static double delaunay__insphere_weighted_double(const double *const *p, const double *weights,
                                                  double *bound2)
 {
@@ -1820,10 +1884,11 @@ static int delaunay__lexicographic_less(const double *a, const double *b)
     return a[0] != b[0] ? a[0] < b[0] : a[1] != b[1] ? a[1] < b[1] : a[2] < b[2];
 }
 
-/* The lifted points are perturbed by infinitesimals that shrink fast in lexicographic order: the
- * first nonzero cofactor of the greatest, then of the second greatest point decides; two steps are
- * enough for distinct points. If that point is e, it is lifted most and lies outside. An e equal to
- * another point is never inside. */
+/* The lifting of every point is raised by an infinitesimal, most for the lexicographically greatest
+ * point, infinitely less for each next one. So the first nonzero cofactor decides: that of the
+ * greatest point, or else of the second greatest; for distinct points two steps are enough. If it
+ * is the turn of e, it is raised most and lies outside. An e equal to another point is never
+ * inside. */
 static int delaunay__insphere_tie(const double *a, const double *b, const double *c,
                                   const double *d, const double *e)
 {
@@ -1875,7 +1940,7 @@ DELAUNAY_API int delaunay_insphere_weighted(const double *a, const double *b, co
     return delaunay__insphere_of(p, weights);
 }
 
-/* As delaunay__insphere_tie, but any of the first points may have no cofactor: five steps. */
+/* As delaunay__insphere_tie, but the cofactors of several points may be zero: up to five steps. */
 DELAUNAY_API int delaunay_insphere_weighted_perturbed(const double *a, const double *b,
                                                       const double *c, const double *d,
                                                       const double *e, const double *weights)
@@ -1933,8 +1998,9 @@ DELAUNAY_API int delaunay_collinear(const double *a, const double *b, const doub
            !delaunay_orient2d(a, b, c, 2);
 }
 
-/* Near ties by every stage of the filters: points that would be on a sphere but for rounding,
- * triangulated, and proven by the predicates that stand alone. */
+/* Near ties for every stage of the filters: points that would lie on a sphere if their coordinates
+ * were not rounded. They are triangulated, and the result is validated, which uses the public
+ * predicates instead of those of the insertion. */
 static delaunay_result delaunay__selftest_mesh(void)
 {
     static const double on[4][3] = {{8, 4, 1}, {7, 4, 4}, {6, 6, 3}, {9, 0, 0}}; /* 9^2 */
@@ -1958,8 +2024,8 @@ static delaunay_result delaunay__selftest_mesh(void)
     return DELAUNAY_ERROR_BROKEN_ARITHMETIC;
 }
 
-/* Signs that are wrong if the compiler reorders sums, keeps excess precision or flushes small
- * numbers. */
+/* Tests values and signs that are wrong if the compiler reorders sums or the processor keeps excess
+ * precision or flushes small numbers to zero. */
 DELAUNAY_API delaunay_result delaunay_selftest(void)
 {
     volatile double one = 1, tiny = DBL_MIN, e = DBL_EPSILON / 2, big = 4503599627370497.0;
@@ -2039,7 +2105,7 @@ static delaunay_result delaunay__reserve_vertices(delaunay_mesh *mesh, size_t ve
     return DELAUNAY_OK;
 }
 
-/* Slots that are not in use hold anything: memory that is not touched costs nothing. */
+/* Slots that are not in use are not initialised: memory that is never touched costs nothing. */
 static delaunay_result delaunay__reserve_tets(delaunay_mesh *mesh, size_t tets)
 {
     size_t used = mesh->num_tets;
@@ -2127,43 +2193,45 @@ static const double *delaunay__corner(const delaunay_mesh *mesh, delaunay_handle
 }
 
 /* ---- >>insertion  walk, cavity, ball [Marot 2020, 3.3-3.7] --------------------------------- */
-/* What one thread needs to insert points. Slots freed by cavities go to freed, last in first out,
- * and the next ball takes them from there. */
+/* The cavity of a point is the set of tetrahedra in conflict with it (see delaunay__in_conflict);
+ * its ball is the set of new tetrahedra that fill the cavity. A kernel is what one thread needs to
+ * insert points. The slots of a cavity go to freed, last in first out, and the next ball takes its
+ * slots from there. */
 typedef struct delaunay__claims delaunay__claims;
 
 struct delaunay_section {
     delaunay_mesh *mesh;
     delaunay_memory *memory;
-    delaunay_vertex *vertices; /* of the mesh, copied to be near */
+    delaunay_vertex *vertices; /* these are copies of the mesh's pointers */
     delaunay_tet *tets;
     uint8_t *mark;
     const double *weight; /* NULL: none */
-    delaunay_handle hint; /* where the last ball is */
+    delaunay_handle hint; /* a tetrahedron of the last ball */
     int exact_doubles;    /* in-sphere determinants are exact in doubles */
     int simd;
-    int doubts;             /* how often digging was of no use lately */
-    int dug;                /* the cavity was dug: no ghosts, only itself is marked */
-    int parallel;           /* others are at work: stay in the section, allocate nothing */
-    uint32_t start, length; /* the section: keys from start on, around the end if need be */
-    delaunay__claims *claims; /* or cells that it has claimed; NULL: the section */
-    int needs_memory;       /* since the last region: something was too small */
-    int needs_slots;        /* .. the array of tetrahedra */
-    size_t reserve; /* slots that the threads may draw at once between two looks at their counter */
+    int doubts;             /* grows when digging (delaunay__dig_in) fails, else falls */
+    int dug;                /* the cavity was dug: no ghosts, and only its tetrahedra are marked */
+    int parallel;           /* other threads are at work: stay in the section, allocate nothing */
+    uint32_t start, length; /* the section: so many keys from start on, modulo 2^32 */
+    delaunay__claims *claims; /* instead of a section: cells that it has claimed; NULL: none */
+    int needs_memory;       /* an array was too small in the last parallel region */
+    int needs_slots;        /* and that was the array of tetrahedra */
+    size_t reserve; /* slots that all threads may draw after a look at their counter */
     int worker;
     delaunay_handle *queue, *cavity, *border,
-        *again; /* of the search: cap_search each, in one block */
+        *again; /* of the cavity's search: cap_search each, in one block */
     size_t cap_search, num_cavity, num_border;
     delaunay_handle *freed;
     size_t num_freed, cap_freed;
-    delaunay_handle fresh, fresh_end; /* slots dealt to it that nobody has written to */
-    delaunay_handle *edges; /* matrix of a ball's edges: the facet behind each */
-    uint16_t (*edge_keys)[4];
+    delaunay_handle fresh, fresh_end; /* slots dealt to it that are not in use yet */
+    delaunay_handle *edges; /* matrix of a ball's directed edges: the facet of the ball at each */
+    uint16_t (*edge_keys)[4]; /* of each tetrahedron of the ball: where its neighbours are there */
 };
 typedef struct delaunay_section delaunay__kernel;
 
 enum {
     DELAUNAY__MATRIX_BITS = 7, /* at most 128 vertices in the matrix */
-    DELAUNAY__MATRIX_CAVITY = 124, /* tetrahedra: a number for each, four for the first */
+    DELAUNAY__MATRIX_CAVITY = 124, /* tetrahedra: each brings a vertex, the first one four */
     DELAUNAY__MATRIX_FACETS = 256,
     DELAUNAY__SEARCH_SLACK = 64,
     DELAUNAY__MARK_SEEN = 1,
@@ -2171,8 +2239,8 @@ enum {
     DELAUNAY__MARK_DUG = 128
 };
 
-/* Marks and the slot counter may be touched by several threads at once; no order among them is
- * needed. */
+/* Several threads may access marks and the slot counter at the same time; their order does not
+ * matter. Claims are acquired and released. */
 #  if DELAUNAY__PARALLEL
 #    define DELAUNAY__LOAD(p)         __atomic_load_n((p), __ATOMIC_RELAXED)
 #    define DELAUNAY__STORE(p, x)     __atomic_store_n((p), (x), __ATOMIC_RELAXED)
@@ -2187,26 +2255,27 @@ enum {
 #    define DELAUNAY__EXCHANGE(p, old, x) (*(p) == *(old) ? (*(p) = (x), 1) : 0)
 #  endif
 
-/* Answers beside delaunay_result. */
+/* Return values in addition to those of delaunay_result. */
 enum {
-    DELAUNAY__NOT_HERE = 100, /* the seed of a cavity is not in conflict */
-    DELAUNAY__FOREIGN,        /* a tetrahedron beyond the section */
-    DELAUNAY__NOT_SURE,       /* digging leaves it to the general search */
-    DELAUNAY__NEEDS_MEMORY    /* something is too small, and this is a parallel region */
+    DELAUNAY__NOT_HERE = 100, /* the seed of a cavity is not in conflict with the point */
+    DELAUNAY__FOREIGN,        /* a tetrahedron is not in the section */
+    DELAUNAY__NOT_SURE,       /* digging has failed: the general search must follow */
+    DELAUNAY__NEEDS_MEMORY    /* an array is too small, and cannot grow in a parallel region */
 };
 
-/* Cells of vertices, the keys, that a kernel has claimed: as good as a section, but it grows while
- * others are at work. */
+/* Vertices with the same key form a cell. Cells that a kernel has claimed serve as its section, one
+ * that grows while other threads are at work. */
 enum { DELAUNAY__MOST_CLAIMS = 1000 };
 
 struct delaunay__claims {
-    uint16_t *owner; /* by cell, shared; 0: nobody */
-    uint16_t own; /* there are 1024 threads at most */
-    uint32_t num, enough; /* with more than so many, between two insertions, they are let go */
+    uint16_t *owner; /* of each cell, 0: nobody; shared by all kernels */
+    uint16_t own; /* the kernel's number in owner; there are 1024 threads at most */
+    uint32_t num, enough; /* cells claimed; more than enough are let go after an insertion */
     uint32_t cell[DELAUNAY__MOST_CLAIMS];
 };
 
-/* Makes a cell the kernel's, if it is not another's. What others wrote there is seen from now on. */
+/* Claims a cell for the kernel. From then on it sees what other threads wrote there. Returns 0 if
+ * another kernel has the cell, or if there is no room for more claims. */
 DELAUNAY_INLINE int delaunay__claim_cell(delaunay__claims *claims, uint32_t cell)
 {
     uint16_t nobody = 0, owner = DELAUNAY__LOAD(&claims->owner[cell]);
@@ -2218,8 +2287,8 @@ DELAUNAY_INLINE int delaunay__claim_cell(delaunay__claims *claims, uint32_t cell
     return 1;
 }
 
-/* Lets others have the cells, but not those of tetrahedron hint, from where the next walk starts
- * (none: all of them). */
+/* Releases the cells claimed, except for those of the vertices of tetrahedron hint, where the next
+ * walk begins (DELAUNAY_NONE: releases all of them). */
 static void delaunay__let_go(delaunay__kernel *k, delaunay_handle hint)
 {
     delaunay__claims *claims = k->claims;
@@ -2250,7 +2319,7 @@ static int delaunay__is_foreign_tet(const delaunay__kernel *k, delaunay_handle t
            delaunay__is_foreign(k, v[2]) || delaunay__is_foreign(k, v[3]);
 }
 
-/* The vertex by which the tetrahedron of h differs from its neighbour behind facet h. */
+/* The vertex opposite facet h in the tetrahedron of h. */
 static uint32_t delaunay__apex(const delaunay__kernel *k, delaunay_handle h)
 {
     return k->tets[h >> 2].v[h & 3];
@@ -2325,7 +2394,7 @@ static void delaunay__kernel_free(delaunay__kernel *k)
     memset(k, 0, sizeof *k);
 }
 
-/* Gives the kernel's slots to the mesh, as deleted ones. */
+/* Gives the kernel's freed slots to the mesh, as deleted ones. */
 static delaunay_result delaunay__kernel_finish(delaunay__kernel *k)
 {
     delaunay_mesh *mesh = k->mesh;
@@ -2342,7 +2411,7 @@ static delaunay_result delaunay__kernel_finish(delaunay__kernel *k)
     return DELAUNAY_OK;
 }
 
-/* Of vertex q against a real tetrahedron of a weighted mesh. */
+/* The perturbed in-sphere sign of vertex q for a real tetrahedron v of a weighted mesh. */
 static int delaunay__in_sphere_weighted(const delaunay_vertex *x, const double *weight,
                                         const uint32_t *v, uint32_t q)
 {
@@ -2368,8 +2437,9 @@ static int delaunay__in_conflict_weighted(const delaunay__kernel *k, delaunay_ha
     return delaunay__in_sphere_weighted(x, k->weight, v, q) > 0;
 }
 
-/* delaunay__insphere_tie where differences are small integers of one unit, so that all of this is
- * exact: the sum of a difference weighted by 2^20, 2^10, 1 has its lexicographic sign and order. */
+/* delaunay__insphere_tie for coordinates whose differences are small integers in some unit, so that
+ * all of this is exact. The rank 2^20 x + 2^10 y + z of a difference has its lexicographic sign and
+ * order. */
 static int delaunay__insphere_tie_doubles(const double *const *p, const double *e)
 {
     delaunay__rows r;
@@ -2395,8 +2465,9 @@ static int delaunay__insphere_tie_doubles(const double *const *p, const double *
     return 0;
 }
 
-/* Whether point e destroys tetrahedron t: inside its sphere; beyond the hull facet of a ghost, or
- * in its plane and inside the sphere of the tetrahedron behind. Exact and perturbed. */
+/* Whether point e is in conflict with tetrahedron t: inside its sphere or, if t is a ghost, beyond
+ * its hull facet, or in the plane of that facet and inside the sphere of the tetrahedron behind it.
+ * Exact, with ties broken by the perturbation. */
 static DELAUNAY__NOINLINE int delaunay__in_conflict_exact(const delaunay__kernel *k,
                                                           delaunay_handle t, const double *e)
 {
@@ -2452,8 +2523,9 @@ static double delaunay__orient3d_double(const double *a, const double *b, const 
     return bx * (cy * dz - cz * dy) + by * (cz * dx - cx * dz) + bz * (cx * dy - cy * dx);
 }
 
-/* Walk towards e, steered by unfiltered signs: whether the result is in conflict is tested
- * afterwards. t is not a ghost. In a parallel region, 0 if the way leaves the section. */
+/* Walks from t, which is not a ghost, towards e. The signs are not filtered and may be wrong; the
+ * caller must test whether the result is in conflict. In a parallel region the result is 0 if the
+ * walk leaves the section. */
 static delaunay_handle delaunay__walk(const delaunay__kernel *k, delaunay_handle t, const double *e)
 {
     const delaunay_vertex *x = k->vertices;
@@ -2477,8 +2549,8 @@ static delaunay_handle delaunay__walk(const delaunay__kernel *k, delaunay_handle
     return t;
 }
 
-/* The stochastic visibility walk with exact signs: ends where e is, in a Delaunay triangulation
- * always. */
+/* The stochastic visibility walk with exact signs. In a Delaunay triangulation it always ends at a
+ * tetrahedron that contains e, or at a ghost. */
 static delaunay_handle delaunay__walk_exact(const delaunay__kernel *k, delaunay_handle t,
                                             const double *e, uint32_t seed)
 {
@@ -2504,9 +2576,9 @@ static delaunay_handle delaunay__walk_exact(const delaunay__kernel *k, delaunay_
     return t;
 }
 
-/* -- the same on four tetrahedra at once, where the processor can */
+/* -- the same for four tetrahedra at a time, where the processor has AVX2 */
 #  if defined(DELAUNAY__AVX2)
-/* Coordinates of vertices p q r s: one lane each. */
+/* X, Y, Z: the coordinates of vertices p, q, r, s, a lane for each vertex. */
 #    define DELAUNAY__TRANSPOSE(p, q, r, s, X, Y, Z)                                               \
       do {                                                                                         \
         __m256d p_ = _mm256_loadu_pd(x[p].x), q_ = _mm256_loadu_pd(x[q].x);                        \
@@ -2521,9 +2593,9 @@ static delaunay_handle delaunay__walk_exact(const delaunay__kernel *k, delaunay_
 #    define DELAUNAY__MSUB(a, b, c)  _mm256_fmsub_pd(a, b, c)  /* ab - c */
 #    define DELAUNAY__NMADD(a, b, c) _mm256_fnmadd_pd(a, b, c) /* c - ab */
 
-/* Numbers as h + l, four of them [Dekker 1971]: h is what plain arithmetic gives, l gathers what it
- * lost. They are never renormalised: l stays below a few eps times the sum of the absolute values
- * of all products so far, and so errs by less than that many eps^2 of it. */
+/* Four numbers, each as h + l [Dekker 1971]: h is the result of plain arithmetic, l collects its
+ * rounding errors. They are never renormalised: l stays below a few eps times the sum of the
+ * absolute values of all products so far, and its own error below some eps^2 times that sum. */
 typedef struct delaunay__dd4 {
     __m256d h, l;
 } delaunay__dd4;
@@ -2538,8 +2610,8 @@ DELAUNAY__TARGET DELAUNAY_INLINE delaunay__dd4 delaunay__dd_difference(__m256d a
     return r;
 }
 
-/* Compilers may contract intrinsics, too (-ffp-contract=fast): a product that is also subtracted
- * from itself must not be fused into a sum. */
+/* The asm keeps compilers that contract intrinsics, too (-ffp-contract=fast), from fusing the
+ * product into a later sum: l is the error of the rounded product. */
 DELAUNAY__TARGET DELAUNAY_INLINE delaunay__dd4 delaunay__dd_mul(delaunay__dd4 a, delaunay__dd4 b)
 {
     delaunay__dd4 r;
@@ -2582,11 +2654,11 @@ DELAUNAY__TARGET DELAUNAY_INLINE delaunay__dd4 delaunay__dd_lift(const delaunay_
         delaunay__dd_mul(a[2], a[2]));
 }
 
-/* The determinants of delaunay__in_conflict4_avx2 again. With l below c eps and wrong by d eps^2,
- * to first order (c, d): differences (1, 0), minors (4, 14), their sums of three (8, 61), lifts
- * (5, 26), the determinant (16, 219), all times its permanent, which is below 5 R^5; 219 eps^2
- * times this is a seventh of 1e-28 R^5. xyz[i][k]: coordinate k of the four tetrahedra's vertices
- * i. */
+/* The determinants of delaunay__in_conflict4_avx2 again, more precisely. Let l be at most c eps and
+ * its error at most d eps^2, both times the permanent of what is computed. To first order (c, d) is
+ * (1, 0) for differences, (4, 14) for minors, (8, 61) for their sums of three, (5, 26) for lifts
+ * and (16, 219) for the determinant. Its permanent is below 5 R^5; 219 eps^2 times this is a
+ * seventh of 1e-28 R^5. xyz[i][k]: coordinate k of vertex i of the four tetrahedra. */
 static DELAUNAY__TARGET DELAUNAY__NOINLINE void
 delaunay__insphere4_dd(__m256d xyz[4][3], const double *e, __m256d ghost, __m256d ghost_lift,
                        __m256d *det)
@@ -2627,10 +2699,11 @@ delaunay__insphere4_dd(__m256d xyz[4][3], const double *e, __m256d ghost, __m256
     *det = _mm256_add_pd(abc.h, abc.l);
 }
 
-/* The permanents of those determinants: the same sums of the absolute values of all products. A
- * product goes through 16 roundings, so what delaunay__in_conflict4_avx2 computes errs by less than
- * 17 eps times this [Shewchuk 1997, 5.4], and by 32 for sure as the permanent is rounded, too. This
- * is far below R^5 where points are in line or close to each other along an axis. */
+/* The permanents of those determinants: the same sums, of the absolute values of all products. A
+ * product goes through 16 roundings, so the error of delaunay__in_conflict4_avx2 is less than 17
+ * eps times the permanent [Shewchuk 1997, 5.4]; 32 eps is safe although the permanent is rounded,
+ * too. It is far below R^5 where points are nearly in line, or close to each other along an
+ * axis. */
 static DELAUNAY__TARGET DELAUNAY__NOINLINE __m256d
 delaunay__insphere4_permanent(__m256d xyz[4][3], const double *e, __m256d ghost, __m256d ghost_lift)
 {
@@ -2662,7 +2735,8 @@ delaunay__insphere4_permanent(__m256d xyz[4][3], const double *e, __m256d ghost,
                                                         _mm256_mul_pd(lift[3], abc))));
 }
 
-/* delaunay__insphere_tie_doubles for four: ranks of the points, their cofactors; bit i: inside. */
+/* delaunay__insphere_tie_doubles for four tetrahedra, from the ranks of their vertices and the
+ * cofactors of these. Bit i: e is inside the sphere of tetrahedron i. */
 DELAUNAY__TARGET DELAUNAY_INLINE unsigned delaunay__ties4(__m256d *rank, const __m256d *cofactor)
 {
     const __m256d zero = _mm256_setzero_pd(), none = _mm256_set1_pd(-1);
@@ -2683,8 +2757,9 @@ DELAUNAY__TARGET DELAUNAY_INLINE unsigned delaunay__ties4(__m256d *rank, const _
     return (unsigned)_mm256_movemask_pd(_mm256_cmp_pd(sign[0], zero, _CMP_GT_OQ));
 }
 
-/* A ghost is the row (0, 0, 0, l) of the determinant: l times the orientation of its hull facet, l
- * the greatest lift of the others, so that the bound on the error is that of a sphere. */
+/* Tests four tetrahedra, of which the last ones beyond count are padding. The ghost vertex becomes
+ * the row (0, 0, 0, l) of the determinant, which is then l times the orientation of the hull facet.
+ * l is the greatest lift of the other vertices, so that the error bound is that of a sphere. */
 DELAUNAY__TARGET DELAUNAY__ALWAYS_INLINE unsigned
 delaunay__in_conflict4_avx2(const delaunay__kernel *k, const delaunay_handle *h, unsigned count,
                             const double *e)
@@ -2760,7 +2835,7 @@ delaunay__in_conflict4_avx2(const delaunay__kernel *k, const delaunay_handle *h,
             __m256d error = delaunay__insphere4_permanent(xyz, e, ghost, l);
             error = _mm256_mul_pd(error, _mm256_set1_pd(16 * DBL_EPSILON));
             error = DELAUNAY__MADD(error, error, least);
-            error = DELAUNAY__MADD(_mm256_mul_pd(l2, l2), least, error); /* underflows, times R^4 */
+            error = DELAUNAY__MADD(_mm256_mul_pd(l2, l2), least, error); /* underflow, times R^4 */
             sure |= (unsigned)_mm256_movemask_pd(
                 _mm256_cmp_pd(_mm256_mul_pd(det, det), error, _CMP_GT_OQ));
         }
@@ -2784,7 +2859,7 @@ delaunay__in_conflict4_avx2(const delaunay__kernel *k, const delaunay_handle *h,
     return in & ~pad;
 }
 
-/* The same for any number; h is padded to full fours. */
+/* The same for any number of tetrahedra; h is padded to a multiple of four. */
 static DELAUNAY__TARGET unsigned delaunay__in_conflict_avx2(const delaunay__kernel *k,
                                                             const delaunay_handle *h,
                                                             unsigned count, const double *e)
@@ -2795,7 +2870,7 @@ static DELAUNAY__TARGET unsigned delaunay__in_conflict_avx2(const delaunay__kern
     return in;
 }
 
-/* Of four vertices, one lane each: differences from e, and the squares of their lengths. */
+/* Of four vertices, a lane each: their differences from e, and the squares of the lengths. */
 typedef struct delaunay__four {
     __m256d x, y, z, l;
 } delaunay__four;
@@ -2817,7 +2892,8 @@ delaunay__four_of(const delaunay_vertex *x, const uint32_t *v, __m256d e)
     return r;
 }
 
-/* a[j]: lane i has lane i ^ j of a[0]. Row i ^ j of i, in this order, is an even permutation. */
+/* Makes a[1] to a[3] of a[0]: lane i of a[j] is lane i ^ j of a[0]. For every i, (i, i ^ 1, i ^ 2,
+ * i ^ 3) is an even permutation. */
 DELAUNAY__TARGET DELAUNAY_INLINE void delaunay__swap_lanes(__m256d *a)
 {
     a[1] = _mm256_permute_pd(a[0], 5);
@@ -2825,7 +2901,8 @@ DELAUNAY__TARGET DELAUNAY_INLINE void delaunay__swap_lanes(__m256d *a)
     a[3] = _mm256_permute_pd(a[2], 5);
 }
 
-/* The determinants of e and the facets of a tetrahedron: lane i positive if e is beyond facet i. */
+/* The orientation determinants of e and a tetrahedron's facets: lane i is positive if e is beyond
+ * facet i. */
 DELAUNAY__TARGET DELAUNAY__ALWAYS_INLINE __m256d
 delaunay__facet_dets(const delaunay__four *p)
 {
@@ -2868,7 +2945,7 @@ static DELAUNAY__TARGET delaunay_handle delaunay__walk_avx2(const delaunay__kern
 
 #    if !defined(DELAUNAY_INDEX64)
 #      define DELAUNAY__DIG
-/* The order of bytes that brings the lanes of a mask to the front. */
+/* For each mask of lanes the order of bytes that brings these lanes to the front. */
 #      define DELAUNAY__LANE(i) 4 * (i), 4 * (i) + 1, 4 * (i) + 2, 4 * (i) + 3
 #      define DELAUNAY__LANES(a, b, c, d)                                                          \
         { DELAUNAY__LANE(a), DELAUNAY__LANE(b), DELAUNAY__LANE(c), DELAUNAY__LANE(d) }
@@ -2881,7 +2958,7 @@ static const uint8_t delaunay__lanes[16][16] = {
     DELAUNAY__LANES(0, 1, 2, 3)};
 #      undef DELAUNAY__LANES
 
-/* Appends the chosen ones of four handles to a list with room for four; returns its length. */
+/* Appends the chosen ones of four handles to a list with room for four; returns its new length. */
 DELAUNAY__TARGET DELAUNAY_INLINE size_t delaunay__append_lanes(delaunay_handle *list, size_t num,
                                                                __m128i four, unsigned chosen)
 {
@@ -2890,11 +2967,12 @@ DELAUNAY__TARGET DELAUNAY_INLINE size_t delaunay__append_lanes(delaunay_handle *
     return num + (size_t)__builtin_popcount(chosen);
 }
 
-/* The determinants of a tetrahedron's neighbours against e, lane i that of the one behind facet i:
- * negative if it is in conflict. It is delaunay__rows_det with the apex of the neighbour instead of
- * vertex i. Lane i has the rows i, i ^ 1, i ^ 2, i ^ 3, which is an even permutation. Of a product
- * of two minors the first is of x and y, the second of z and lift; it goes through 16 roundings as
- * there, so the bound on the error is the same. */
+/* The in-sphere determinants of e for the neighbours of a tetrahedron. Lane i is that of the
+ * neighbour behind facet i, negative if it is in conflict: delaunay__rows_det with the apex of the
+ * neighbour instead of vertex i. The rows of lane i are i, i ^ 1, i ^ 2, i ^ 3, an even
+ * permutation. The determinant is a sum of products of two minors, the first in x and y, the second
+ * in z and lift. They go through 16 roundings as in delaunay__rows_det, so the error bound is the
+ * same. */
 DELAUNAY__TARGET DELAUNAY__ALWAYS_INLINE __m256d
 delaunay__neighbor_dets(const delaunay__four *p, const delaunay__four *apex)
 {
@@ -2937,7 +3015,7 @@ DELAUNAY_INLINE unsigned delaunay__exchange_mark(uint8_t *mark, delaunay_handle 
 }
 
 /* Marks four tetrahedra with the signs of four numbers, DELAUNAY__MARK_DUG for minus, 0 for plus.
- * Bit i: number i was marked before. */
+ * Bit i: tetrahedron i was marked before. */
 DELAUNAY__TARGET DELAUNAY_INLINE unsigned delaunay__exchange_marks(uint8_t *mark,
                                                                    const delaunay_handle *n,
                                                                    __m256d signs,
@@ -2952,8 +3030,8 @@ DELAUNAY__TARGET DELAUNAY_INLINE unsigned delaunay__exchange_marks(uint8_t *mark
     return (a + 2 * b + 4 * (c + 2 * d)) / DELAUNAY__MARK_DUG;
 }
 
-/* Whether all determinants are certain: the least in absolute value, and the greatest lifts. What
- * overflowed is not: then the bound is infinite. */
+/* Whether the signs of all determinants are certain, by the least of them in absolute value and the
+ * greatest lifts. They are not if something overflowed: then the bound is infinite. */
 DELAUNAY__TARGET DELAUNAY_INLINE int delaunay__are_sure(__m256d least, __m256d most)
 {
     double det[4], lift[4], d;
@@ -2965,21 +3043,22 @@ DELAUNAY__TARGET DELAUNAY_INLINE int delaunay__are_sure(__m256d least, __m256d m
     return d * d > delaunay__insphere_bound2(lift);
 }
 
-enum { DELAUNAY__BY_CLAIMS = 2 }; /* a value of parallel */
+enum { DELAUNAY__BY_CLAIMS = 2 }; /* parallel below; 0: not, 1: in a section */
 
-/* The cavity of e where all is simple: no ghost near, no sign in doubt, not many tetrahedra. All
- * four neighbours of a tetrahedron of the cavity are tested at once, also those that were seen
- * before: that costs less than to find out which were not, and the answers are the same. Those in
- * conflict and not marked yet are appended to the cavity, those that are not to the border, so that
- * there is no branch but the loop's. Only at the end is asked whether all the signs were certain:
- * wrong ones lead to tetrahedra of the section still, and not to many. Leaves marks on the cavity
- * alone; with DELAUNAY__NOT_SURE or DELAUNAY__FOREIGN none. */
+/* Digging: a fast search for the cavity of e in simple cases, with no ghost near, no sign in doubt,
+ * and not many tetrahedra. All four neighbours of a tetrahedron of the cavity are tested at once,
+ * including those that were seen before: this costs less than finding out which were not, and gives
+ * the same answers. Those in conflict and not marked yet are appended to the cavity, those not in
+ * conflict to the border, so that the only data-dependent branch is that of the loop. Whether all
+ * signs were certain is tested at the end: wrong ones can lead to tetrahedra of the section only,
+ * and not to many. On success the cavity is marked and nothing else; with DELAUNAY__NOT_SURE or
+ * DELAUNAY__FOREIGN nothing is. */
 DELAUNAY__TARGET DELAUNAY__ALWAYS_INLINE int
 delaunay__dig_in(delaunay__kernel *k, delaunay_handle seed, const double *e, const int parallel)
 {
     const delaunay_vertex *x = k->vertices;
-    const uint32_t *words = k->tets[0].v; /* a tetrahedron is eight: that of handle h is at
-                                           * 2 (h - h mod 4), its apex h mod 4 further */
+    const uint32_t *words = k->tets[0].v; /* a tetrahedron has eight words: that of handle h begins
+                                           * at 2 (h - h mod 4), its apex is h mod 4 further */
     const uint32_t start = k->start, length = k->length;
     delaunay__claims *claims = k->claims;
     const __m256d e4 = _mm256_setr_pd(e[0], e[1], e[2], 1);
@@ -2989,7 +3068,7 @@ delaunay__dig_in(delaunay__kernel *k, delaunay_handle seed, const double *e, con
     uint8_t *mark = k->mark;
     size_t num_cavity = 1, num_border = 0, done;
     int result = DELAUNAY__NOT_SURE, i;
-    /* the seed is oriented the other way round than its neighbours are in their rows: positive */
+    /* the seed's own rows are oriented the other way than those of its neighbours: positive */
     if (_mm256_movemask_pd(least)) return result;
     cavity[0] = 4 * seed;
     DELAUNAY__STORE(&mark[seed], DELAUNAY__MARK_DUG);
@@ -3039,8 +3118,8 @@ static DELAUNAY__TARGET int delaunay__dig(delaunay__kernel *k, delaunay_handle s
                      : delaunay__dig_in(k, seed, e, 1);
 }
 
-/* Whether e is on the near side of all facets for certain: the greatest determinants of facets, and
- * the greatest lifts; the bound of delaunay_orient3d. */
+/* Whether e is certainly on the inner side of all facets, by their greatest determinants and the
+ * greatest lifts; the error bound is that of delaunay_orient3d. */
 DELAUNAY__TARGET DELAUNAY_INLINE int delaunay__sees_for_sure(__m256d greatest, __m256d most)
 {
     double det[4], lift[4], d, l;
@@ -3055,9 +3134,9 @@ DELAUNAY__TARGET DELAUNAY_INLINE int delaunay__sees_for_sure(__m256d greatest, _
     return d < 0 && d * d > 2e-30 * (l * l * l) + 1e-270;
 }
 
-/* What a tetrahedron's facets look like when some are constrained: their handles, and an apex behind
- * each. Constrained ones have handle 0, and the vertex opposite to them instead of an apex. Returns
- * the constrained ones as signs of four numbers. */
+/* Shuts the constrained facets of a tetrahedron: in n, the handles of its neighbours, theirs become
+ * 0; in apex, the vertices behind the facets, theirs become the tetrahedron's own opposite
+ * vertices. Returns four numbers, negative (by their sign bits) for the constrained facets. */
 DELAUNAY__TARGET DELAUNAY_INLINE __m256d delaunay__shut_facets(const uint32_t *v, unsigned flags,
                                                                uint32_t *n, uint32_t *apex)
 {
@@ -3072,10 +3151,10 @@ DELAUNAY__TARGET DELAUNAY_INLINE __m256d delaunay__shut_facets(const uint32_t *v
     return _mm256_castsi256_pd(_mm256_loadu_si256((const __m256i *)(const void *)shut));
 }
 
-/* delaunay__dig_in where only the tetrahedra of the cavity must be the section's, not those around
- * it, with the facets that e sees: a neighbour's determinant and a facet's have their minors in
- * common. Constrained facets are the cavity's border, whatever is behind; slot 0, which is nobody's,
- * is marked in its place. */
+/* As delaunay__dig_in, but only the tetrahedra of the cavity must be in the section, not those
+ * around it, and e must see the facets of the border: the determinants of a neighbour and of a
+ * facet have minors in common. Constrained facets are part of the border, whatever is behind them;
+ * slot 0, which no section has, is marked instead of what is there. */
 static DELAUNAY__TARGET delaunay_plainness delaunay__dig_plain(delaunay_plain *plain,
                                                                delaunay_mesh *mesh,
                                                                const double *e,
@@ -3118,7 +3197,7 @@ static DELAUNAY__TARGET delaunay_plainness delaunay__dig_plain(delaunay_plain *p
         d = delaunay__four_of(x, apex, e4);
         det = delaunay__neighbor_dets(&p, &d);
         det = _mm256_blendv_pd(det, _mm256_set1_pd(DBL_MAX), shut);
-        behind = _mm256_blendv_pd(delaunay__facet_dets(&p), none, det); /* of the border alone */
+        behind = _mm256_blendv_pd(delaunay__facet_dets(&p), none, det); /* of border facets only */
         greatest = _mm256_max_pd(greatest, behind);
         least = _mm256_min_pd(least, _mm256_andnot_pd(_mm256_set1_pd(-0.0), det));
         most = _mm256_max_pd(most, d.l);
@@ -3153,7 +3232,7 @@ static DELAUNAY__NOINLINE unsigned delaunay__in_conflict4_weighted(const delauna
                                                                    const delaunay_handle *h,
                                                                    unsigned count, const double *e)
 {
-    /* e is in the vertex array */
+    /* e points into the array of vertices */
     uint32_t q = (uint32_t)((const delaunay_vertex *)(const void *)e - k->vertices);
     unsigned i, in = 0;
     for (i = 0; i < count; i++)
@@ -3188,21 +3267,23 @@ static void delaunay__cavity_undo(delaunay__kernel *k, size_t num_queue, size_t 
     for (i = 0; i < num_again; i++) DELAUNAY__STORE(&k->mark[k->again[i] >> 2], 0);
 }
 
-/* How many of the candidates to test before the next ones are looked for: full fours, whose tests
- * overlap as nothing in between depends on them. The order of the search is the same. */
+/* How many of the candidates to test before their neighbours are added: multiples of four where
+ * possible, whose tests overlap, as they do not depend on each other. The order of the search does
+ * not depend on this number. */
 static unsigned delaunay__batch(size_t candidates)
 {
     return candidates < 4 ? (unsigned)candidates : candidates < 8 ? 4 : candidates < 12 ? 8 : 12;
 }
 
-/* Breadth-first search of the cavity [Marot 2020, 3.5]. Everything is a handle 4*t+f, f the facet
- * by which the search came. Candidates are tested in fours and split without branches into
- * cavity (in conflict) and border (outside: their facet f is on the boundary). Facets that lead to
- * a tetrahedron seen before go to again; if their tetrahedron stayed outside they are boundary as
- * well. The ball clears the marks. Of a section all tetrahedra of the cavity and around it must be.
- * A neighbour of one that is has three vertices of the section, the apex is tested. If the apex is
- * foreign the tetrahedron is nobody's: others may set its mark as well, so what was reached again
- * is tested, too; nobody writes anything else of it. */
+/* Breadth-first search for the cavity [Marot 2020, 3.5]. The lists hold handles 4*t+f, where f is
+ * the facet through which the search reached tetrahedron t. Candidates are tested in fours and
+ * split without branches into cavity (in conflict) and border (not in conflict: their facet f is on
+ * the cavity's boundary). Facets that lead to a tetrahedron seen before go to again; if it is not
+ * in the cavity, they are on the boundary, too. The ball clears the marks.
+ * In a parallel region all tetrahedra of the cavity and around it must be in the section. A
+ * neighbour of one that is has three vertices in it, so only its apex is tested. If this is foreign
+ * the tetrahedron is in no section: several threads may set its mark, which then means nothing, so
+ * those in again are tested, too. Nobody writes anything else of such a tetrahedron. */
 static int delaunay__search_cavity(delaunay__kernel *k, delaunay_handle seed, const double *e)
 {
     size_t num_queue = 5, done = 0, expanded = 1, num_cavity = 0, num_border = 0, num_again = 0, j;
@@ -3220,7 +3301,7 @@ static int delaunay__search_cavity(delaunay__kernel *k, delaunay_handle seed, co
     do {
         unsigned count = delaunay__batch(num_queue - done), in;
         for (i = 0; i < 3; i++) queue[num_queue + i] = 0; /* batches are padded with the dummy */
-        if (parallel) /* the seed is the section's */
+        if (parallel) /* the seed is in the section */
             for (i = done == 0; i < count; i++)
                 if (delaunay__is_foreign(k, delaunay__apex(k, queue[done + i]))) {
                     delaunay__cavity_undo(k, num_queue, num_again);
@@ -3279,8 +3360,8 @@ static int delaunay__search_cavity(delaunay__kernel *k, delaunay_handle seed, co
     return DELAUNAY_OK;
 }
 
-/* The tetrahedra in conflict with e, from one of them on, and the facets behind which the others
- * are. Where digging was in vain (on hulls, on grids) it is not tried for a while. */
+/* Finds the cavity of e, from a seed in it on, and the facets that bound it. Where digging has
+ * failed (on hulls, on grids) it is not tried for a while. */
 static int delaunay__cavity(delaunay__kernel *k, delaunay_handle seed, const double *e)
 {
 #  if defined(DELAUNAY__DIG)
@@ -3298,8 +3379,8 @@ static int delaunay__cavity(delaunay__kernel *k, delaunay_handle seed, const dou
     return delaunay__search_cavity(k, seed, e);
 }
 
-/* Writes the new tetrahedron (p, facet behind h), ghost last, and links it to the outside. v: its
- * other vertices. */
+/* Writes the new tetrahedron of p and the boundary facet h (seen from outside) to slot s, the ghost
+ * last, and links it to the outside. v: gets its vertices except for p. */
 DELAUNAY_INLINE void delaunay__ball_tet(const delaunay__kernel *k, delaunay_handle h,
                                         delaunay_handle s, uint32_t p, uint32_t *v)
 {
@@ -3317,11 +3398,11 @@ DELAUNAY_INLINE void delaunay__ball_tet(const delaunay__kernel *k, delaunay_hand
     DELAUNAY__STORE(&k->mark[h >> 2], 0);
 }
 
-/* Adjacencies inside the ball by a matrix of 2^bits x 2^bits edges [Marot 2020, 3.6]. The numbers
- * of the vertices are those of the tetrahedra that brought them: each brings at most its apex over
- * the facet by which the search came, so the last number written to a vertex is its own. The ghost
- * has number 0, always. Enters the edges of facet 0 of tetrahedron s, key: where the facets on
- * their other sides will be. */
+/* Adjacencies inside the ball come from a matrix of 2^bits x 2^bits directed edges [Marot 2020,
+ * 3.6]. The number of a vertex is that of a tetrahedron of the cavity which brought it: each brings
+ * at most one, its apex opposite the facet through which the search came; the last number written
+ * counts. The ghost always has number 0. Enters the edges of facet 0 of tetrahedron s; key: where
+ * in the matrix the facets on the other sides of these edges are found. */
 DELAUNAY_INLINE void delaunay__ball_enter(delaunay_handle *edges, uint16_t *key,
                                           const delaunay_vertex *vertices, delaunay_handle s,
                                           const uint32_t *v, const int bits)
@@ -3365,8 +3446,9 @@ DELAUNAY_INLINE void delaunay__ball_small(const delaunay__kernel *k, const delau
     delaunay__ball_link(k, slot);
 }
 
-/* From facet h of the cavity around its edge without third, inside the cavity, to where that comes
- * out: the facet of the new tetrahedron that is next to the one of h. */
+/* Turns around the edge of the cavity's facet h that does not contain vertex third, through the
+ * cavity until it leaves it. Returns the facet, of the new tetrahedron there, that is shared with
+ * the new tetrahedron of h. */
 DELAUNAY_INLINE delaunay_handle delaunay__ball_turn(const delaunay__kernel *k, delaunay_handle h,
                                                     uint32_t third)
 {
@@ -3382,8 +3464,9 @@ DELAUNAY_INLINE delaunay_handle delaunay__ball_turn(const delaunay__kernel *k, d
     return out + (delaunay_handle)delaunay_local_index(&tets[out >> 2], third);
 }
 
-/* Balls too big for the matrix: adjacencies by turning around the edges of the cavity's boundary,
- * while the cavity is still there. Overwrites the border with the cavity's sides of its facets. */
+/* Writes a ball that is too big for the matrix: adjacencies are found by turning around the edges
+ * of the cavity's boundary, while the cavity still exists. Replaces the handles in border by those
+ * of the same facets on the cavity's side. */
 static void delaunay__ball_big(delaunay__kernel *k, const delaunay_handle *slot, uint32_t p)
 {
     size_t j, count = k->num_border;
@@ -3413,7 +3496,7 @@ enum {
     DELAUNAY__MANY_SLOTS = 1 << 25 /* 1 GiB of tetrahedra */
 };
 
-/* Some slots from the end of the array. Several threads may draw there. */
+/* Draws some slots from the end of the array; several threads may do so at the same time. */
 static delaunay_result delaunay__draw_slots(delaunay__kernel *k, size_t need)
 {
     delaunay_mesh *mesh = k->mesh;
@@ -3426,12 +3509,12 @@ static delaunay_result delaunay__draw_slots(delaunay__kernel *k, size_t need)
 #  if DELAUNAY__PARALLEL
         k->fresh = DELAUNAY__FETCH_ADD(&mesh->num_tets, DELAUNAY__SLOTS_AT_ONCE);
 #  else
-        k->fresh = mesh->num_tets; /* sections one after the other */
+        k->fresh = mesh->num_tets; /* one section at a time */
         mesh->num_tets += DELAUNAY__SLOTS_AT_ONCE;
 #  endif
     } else {
         if ((size_t)mesh->cap_tets - mesh->num_tets < DELAUNAY__SLOTS_AT_ONCE) {
-            size_t cap = mesh->cap_tets; /* what is not touched costs nothing but promises */
+            size_t cap = mesh->cap_tets; /* what is never touched costs address space only */
             int careful = cap > DELAUNAY__MANY_SLOTS || mesh->memory.limit_bytes != 0;
             result = delaunay__reserve_tets(mesh,
                                             (careful ? cap + cap / 2 : 3 * cap) + need + 1024);
@@ -3445,7 +3528,7 @@ static delaunay_result delaunay__draw_slots(delaunay__kernel *k, size_t need)
     return DELAUNAY_OK;
 }
 
-/* Up to so many of the slots that were dealt or drawn, as freed ones: the lowest is the next. */
+/* Adds at most so many of the slots dealt or drawn to the freed ones; the lowest is used next. */
 static void delaunay__free_fresh(delaunay__kernel *k, size_t most)
 {
     size_t count = k->fresh_end - k->fresh, i;
@@ -3457,7 +3540,7 @@ static void delaunay__free_fresh(delaunay__kernel *k, size_t most)
     k->fresh += (delaunay_handle)count;
 }
 
-/* Slots for a ball, from the freed ones, those dealt and the end of the array. */
+/* Provides slots for a ball: freed ones, then those dealt, then some from the end of the array. */
 static delaunay_result delaunay__ball_slots(delaunay__kernel *k, size_t need)
 {
     delaunay_mesh *mesh = k->mesh;
@@ -3473,7 +3556,7 @@ static delaunay_result delaunay__ball_slots(delaunay__kernel *k, size_t need)
     return DELAUNAY_OK;
 }
 
-/* Room for what the next ball writes; on failure nothing has changed but capacities. */
+/* Makes room for what the next ball writes; on failure only capacities have changed. */
 static int delaunay__ball_reserve(delaunay__kernel *k)
 {
     size_t need = k->num_border;
@@ -3489,9 +3572,9 @@ static int delaunay__ball_reserve(delaunay__kernel *k)
     return result != DELAUNAY_OK ? (int)result : (int)delaunay__ball_slots(k, need);
 }
 
-/* -- the same of what was dug: no ghosts, no marks but the cavity's */
+/* -- the same for a cavity that was dug: it has no ghosts, and nothing else is marked */
 #  if defined(DELAUNAY__DIG)
-/* The order of bytes that brings the vertices of a facet, as seen from behind, to lanes 1 to 3. */
+/* For each facet the order of bytes that brings its vertices, as seen from behind, to lanes 1-3. */
 #    define DELAUNAY__BEHIND(a, b, c)                                                              \
       { 128, 128, 128, 128, DELAUNAY__LANE(a), DELAUNAY__LANE(b), DELAUNAY__LANE(c) }
 static const uint8_t delaunay__behind[4][16] = {
@@ -3566,7 +3649,7 @@ DELAUNAY_API delaunay_plainness delaunay_plain_cavity(delaunay_plain *plain, del
     return DELAUNAY_NOT_PLAIN;
 }
 
-/* Writes the ball of p into the cavity, and the cavity's tetrahedra to freed. */
+/* Writes the ball of p into the cavity, and the slots of the cavity's tetrahedra to freed. */
 static void delaunay__ball_searched(delaunay__kernel *k, delaunay_handle *freed, uint32_t p)
 {
     const delaunay_handle *cavity = k->cavity, *slot = freed - 1;
@@ -3606,16 +3689,16 @@ static void delaunay__ball(delaunay__kernel *k, uint32_t p)
     k->num_freed = k->num_freed + num_cavity - count;
 }
 
-/* Inserts vertex p, which no tetrahedron has yet. DELAUNAY__NOT_HERE: a vertex with its coordinates
- * exists. In a parallel region also DELAUNAY__FOREIGN and DELAUNAY__NEEDS_MEMORY, nothing changed.
- */
+/* Inserts vertex p, which is in no tetrahedron yet. DELAUNAY__NOT_HERE: there is a vertex at the
+ * same place or, in a weighted mesh, p is hidden. In a parallel region also DELAUNAY__FOREIGN and
+ * DELAUNAY__NEEDS_MEMORY. Nothing has changed unless the result is DELAUNAY_OK. */
 static int delaunay__insert(delaunay__kernel *k, uint32_t p)
 {
     const double *e = k->vertices[p].x;
     delaunay_handle t = k->hint, behind;
     int result;
-    if (k->parallel && delaunay__is_foreign(k, p)) return DELAUNAY__FOREIGN; /* its ball would be */
-    if (k->tets[t].v[3] == DELAUNAY_GHOST) { /* three of its vertices are the section's */
+    if (k->parallel && delaunay__is_foreign(k, p)) return DELAUNAY__FOREIGN; /* so is its ball */
+    if (k->tets[t].v[3] == DELAUNAY_GHOST) { /* its other vertices are in the section */
         behind = k->tets[t].n[3];
         if (k->parallel && delaunay__is_foreign(k, delaunay__apex(k, behind)))
             return DELAUNAY__FOREIGN;
@@ -3635,7 +3718,7 @@ static int delaunay__insert(delaunay__kernel *k, uint32_t p)
         if (t == DELAUNAY_NONE)
             return k->parallel ? (int)DELAUNAY__FOREIGN : (int)DELAUNAY_ERROR_INTERNAL;
         result = delaunay__cavity(k, t, e);
-        if (result == DELAUNAY__NOT_HERE && !k->parallel) k->hint = t; /* has that vertex */
+        if (result == DELAUNAY__NOT_HERE && !k->parallel) k->hint = t; /* it has that vertex */
     }
     if (result != DELAUNAY_OK) return result;
     result = delaunay__ball_reserve(k);
@@ -3675,9 +3758,10 @@ static void delaunay__first_tet(delaunay_mesh *mesh)
 }
 
 /* ---- >>build  order of insertion, duplicates, canonical numbering -------------------------- */
-/* Points are inserted in rounds [BRIO, Amenta 2003]: the last has most of them, each earlier one an
- * eighth of the next; within a round they follow the curve. The round comes from a hash of the
- * coordinates: equal points meet, and the order is a function of the set of points. */
+/* Points are inserted in rounds [BRIO, Amenta 2003]: the last one has most of them, each earlier
+ * one an eighth of the next; within a round they follow the curve. The round comes from a hash of
+ * the coordinates, so equal points are in one round, and the order depends on the set of points
+ * alone. */
 enum { DELAUNAY__FIRST_ROUND = 1000, DELAUNAY__MAX_ROUNDS = 15, DELAUNAY__CURVE_DEPTH = 20 };
 
 static uint64_t delaunay__mix(uint64_t x)
@@ -3711,7 +3795,7 @@ typedef struct delaunay__order {
     hxtsort_options sort;
 } delaunay__order;
 
-/* A few points of one cell: by coordinates, then by index. */
+/* Sorts a few points of one cell of the curve by coordinates, equal ones by index. */
 static void delaunay__order_few(const delaunay__order *o, size_t begin, size_t end)
 {
     size_t i, j;
@@ -3727,8 +3811,8 @@ static void delaunay__order_few(const delaunay__order *o, size_t begin, size_t e
     }
 }
 
-/* Many points of one cell: along a curve through the cell's own box, and so on. All equal: by
- * index. */
+/* Sorts the points of one cell of the curve. Many are sorted along a curve through a bounding box
+ * of their own, and so on in its cells; if all are equal, by index. */
 static delaunay_result delaunay__order_run(delaunay__order *o, size_t begin, size_t end)
 {
     size_t i, j, count = end - begin;
@@ -3771,7 +3855,8 @@ static delaunay_result delaunay__order_run(delaunay__order *o, size_t begin, siz
     return result;
 }
 
-/* The allocators of the inner headers: every byte is counted by the object's account. */
+/* An allocator for calls to other headers or objects: it draws on an object's account, which counts
+ * every byte. */
 static void *delaunay__counted_alloc(void *user, size_t size)
 {
     return delaunay_alloc((delaunay_memory *)user, size, 1);
@@ -3782,8 +3867,9 @@ static void delaunay__counted_release(void *user, void *block)
     delaunay_release((delaunay_memory *)user, block);
 }
 
-/* items: the points in order of insertion, equal ones side by side, the lowest index first;
- * round_begin[r]: the first item of round r, and one more. *distinct: surely no two are equal. */
+/* items: gets the points in order of insertion, equal ones side by side, the lowest index first;
+ * round_begin[r]: gets the first item of round r or later, for one more round than there can be;
+ * *distinct: 1 if it is certain that no two points are equal. */
 static delaunay_result delaunay__order_points(delaunay_memory *memory, const double *xyz,
                                               size_t count, int threads, hxtsort_pair *items,
                                               hilbert_box *box, size_t *round_begin, int *distinct)
@@ -3839,8 +3925,9 @@ static delaunay_result delaunay__order_points(delaunay_memory *memory, const dou
     return result;
 }
 
-/* Vertices from ordered points: one for each distinct point, with the lowest index, or the lowest
- * of the greatest weight. */
+/* Makes vertices of the ordered points, one for each distinct point. Of equal ones it has the
+ * lowest index, or the lowest of those with the greatest weight. rounds: gets the rounds' first
+ * vertices. */
 static void delaunay__place_vertices(delaunay_mesh *mesh, const double *xyz, const double *weights,
                                      const hxtsort_pair *items, size_t count,
                                      const size_t *round_begin, uint32_t *rounds)
@@ -3868,7 +3955,7 @@ static void delaunay__place_vertices(delaunay_mesh *mesh, const double *xyz, con
     mesh->num_vertices = v + 1;
 }
 
-/* The same of points of which no two are equal. */
+/* The same for points of which no two are equal. */
 static void delaunay__place_distinct(delaunay_mesh *mesh, const double *xyz, const double *weights,
                                      const hxtsort_pair *items, size_t count,
                                      const size_t *round_begin, uint32_t *rounds, int threads)
@@ -3890,7 +3977,7 @@ static void delaunay__place_distinct(delaunay_mesh *mesh, const double *xyz, con
     mesh->num_vertices = (uint32_t)count + 1;
 }
 
-/* vertex_of follows only if no vertex has several points. */
+/* Swaps two vertices. vertex_of is updated only if no two points have the same vertex. */
 static void delaunay__swap_vertices(delaunay_mesh *mesh, uint32_t a, uint32_t b)
 {
     delaunay_vertex x = mesh->vertices[a];
@@ -3910,8 +3997,8 @@ static void delaunay__swap_vertices(delaunay_mesh *mesh, uint32_t a, uint32_t b)
     }
 }
 
-/* Brings four points that span space to the front, positively oriented; returns the dimension of
- * all. */
+/* Moves four affinely independent vertices, positively oriented, to the front. Returns the affine
+ * dimension of all vertices. */
 static int delaunay__first_four(delaunay_mesh *mesh)
 {
     uint32_t n = mesh->num_vertices, v;
@@ -3928,9 +4015,9 @@ static int delaunay__first_four(delaunay_mesh *mesh)
     return 3;
 }
 
-/* Coordinates that are small multiples of one power of two: with differences of at most 660 units
- * an in-sphere determinant is below 72 * 660^5 < 2^53 units^5, and exact in doubles, every
- * intermediate result included. */
+/* Whether all coordinates are small multiples, from the least ones on, of one power of two, the
+ * unit. With differences of less than 660 units, so at most 659, an in-sphere determinant is at
+ * most 72 * 659^5 < 2^53 units^5, and exact in doubles, every intermediate result included. */
 static int delaunay__exact_in_doubles(const delaunay_mesh *mesh)
 {
     double lo[3], hi[3], extent = 0, unit;
@@ -3959,10 +4046,11 @@ static int delaunay__exact_in_doubles(const delaunay_mesh *mesh)
 
 /* -- canonical numbering */
 
-/* The rotation of a tetrahedron that puts its greatest vertex first and the greatest of the others
- * second; of a ghost the last vertex stays last. Even permutations only. out[i]: which corner
- * becomes corner i. The greatest vertex was inserted last, by one thread: tetrahedra in the order
- * of theirs are nearly in the order in which they were made, so little moves far. */
+/* The rotation (even permutation) of a tetrahedron that puts its greatest vertex first and, if it
+ * is real, the greatest of the others second; the ghost stays last. out[i]: which corner becomes
+ * corner i. With one thread the greatest vertex of a tetrahedron was inserted last, so tetrahedra
+ * sorted by their greatest vertices are nearly in the order in which they were made, and few move
+ * far. */
 static void delaunay__canonical_rotation(const uint32_t *v, uint8_t *out)
 {
     static const uint8_t first[4][4] = {{0, 1, 2, 3}, {1, 0, 3, 2}, {2, 0, 1, 3}, {3, 0, 2, 1}};
@@ -3982,13 +4070,14 @@ static void delaunay__canonical_rotation(const uint32_t *v, uint8_t *out)
     for (i = 0; i < 3; i++) out[i + 1] = f[1 + (s + i) % 3];
 }
 
-/* All rotations: 12 of real tetrahedra, then 3 of ghosts. index: by the results of the comparisons
- * of all pairs of vertices, and whether the last is the ghost. Number 0 is that of deleted ones.
- * inverse: the second half is the first again, for marks with DELAUNAY__PLACED. */
+/* All rotations: number 0 for deleted tetrahedra, then 12 for real ones, then 3 for ghosts. index:
+ * the number of a rotation by its code, the results of comparing all pairs of vertices and whether
+ * the last one is the ghost. inverse: the second half repeats the first, for marks to which
+ * DELAUNAY__PLACED was added. */
 enum { DELAUNAY__GHOST_CODE = 64, DELAUNAY__GHOST_ROTATION = 13, DELAUNAY__PLACED = 16 };
 typedef struct delaunay__rotations {
     uint8_t index[128], order[16][4], inverse[2 * DELAUNAY__PLACED][4];
-    uint8_t bytes[16][16];      /* the order of all bytes of four corners; of none: zeros */
+    uint8_t bytes[16][16];      /* the order of the bytes of four corners; number 0 gives zeros */
     uint8_t packed_inverse[16]; /* two bits a corner */
     int num;
 } delaunay__rotations;
@@ -4000,7 +4089,7 @@ static unsigned delaunay__rotation_code(const uint32_t *v)
            (unsigned)(v[1] > v[3]) << 5 | (v[3] == DELAUNAY_GHOST ? DELAUNAY__GHOST_CODE : 0);
 }
 
-/* The rotation of a tetrahedron with these vertices, added to the list if it is not there. */
+/* Adds the rotation of a tetrahedron with these vertices, unless it is there already. */
 static void delaunay__rotations_add(delaunay__rotations *r, const uint32_t *v)
 {
     uint8_t order[4], i, k;
@@ -4051,7 +4140,8 @@ static uint16_t delaunay__rotate_flags(uint16_t flags, const uint8_t *order)
     return (uint16_t)out;
 }
 
-/* A vertex with so many tetrahedra that they are worth a radix sort, and their first new slot. */
+/* The real tetrahedra, or the ghosts, that have the same greatest vertex form a bucket, a linked
+ * list of slots. A large one is worth a radix sort; from: the first of its new slots. */
 typedef struct delaunay__large_bucket {
     delaunay_handle head, from;
 } delaunay__large_bucket;
@@ -4059,29 +4149,29 @@ typedef struct delaunay__large_bucket {
 typedef struct delaunay__numbering {
     delaunay_mesh *mesh;
     delaunay__rotations rotations;
-    delaunay_handle *moved; /* of each slot: at first the next one with the same greatest vertex, at
-                             * last the new slot */
-    delaunay_handle *heads; /* of each vertex: the first slot with that greatest vertex; of real
-                             * ones, later of ghosts; at last spare */
-    uint32_t *keys;         /* of each slot: see delaunay__short_key; at last spare */
-    size_t *counts;         /* of each thread: real ones and ghosts of each chunk of vertices */
+    delaunay_handle *moved; /* of each slot: at first the next slot in its bucket, later its own new
+                             * slot */
+    delaunay_handle *heads; /* of each vertex: the first slot of its bucket of real tetrahedra,
+                             * later of ghosts; finally spare memory */
+    uint32_t *keys;         /* of each slot: its delaunay__short_key; finally spare memory */
+    size_t *counts;         /* of each thread and chunk of vertices: real tetrahedra and ghosts */
     size_t num_chunks;
     delaunay__large_bucket *large;
     size_t num_large;
-    delaunay_handle *spare; /* a handle for each slot, then the heads */
+    delaunay_handle *spare; /* memory of keys and heads: a handle for each slot, and each vertex */
     size_t cap_spare;
     int threads;
-    int simd;               /* at last moved has the rotation, too, in the bits beyond slot_mask */
+    int simd;               /* moved has the rotation, too, in the bits beyond slot_mask */
     delaunay_handle slot_mask;
 } delaunay__numbering;
 
 enum {
-    DELAUNAY__MANY_TETS = 300, /* of one vertex: worth a radix sort */
+    DELAUNAY__MANY_TETS = 300, /* more in a bucket are worth a radix sort */
     DELAUNAY__CHUNK = 4096,    /* vertices; a power of two */
     DELAUNAY__PACKED_BITS = 28
 };
 
-/* Share i of the slots, dealt to as many threads as there are. */
+/* The share of thread i in the slots: *from to *end-1. */
 static void delaunay__slots_of(const delaunay__numbering *c, int i, size_t *from, size_t *end)
 {
     size_t slots = c->mesh->num_tets - 1, each = slots / (size_t)c->threads;
@@ -4089,7 +4179,8 @@ static void delaunay__slots_of(const delaunay__numbering *c, int i, size_t *from
     *end = i + 1 == c->threads ? slots + 1 : *from + each;
 }
 
-/* Puts slot t at the head of a list, with others at work or not; the slot that was there. */
+/* Puts slot t at the head of a list, and returns the slot that was there. shared: other threads may
+ * do the same. */
 DELAUNAY_INLINE delaunay_handle delaunay__put_first(delaunay_handle *head, delaunay_handle t,
                                                     const int shared)
 {
@@ -4103,8 +4194,9 @@ DELAUNAY_INLINE delaunay_handle delaunay__put_first(delaunay_handle *head, delau
     return was;
 }
 
-/* By which the tetrahedra of one greatest vertex are in order, given the next two vertices. As good
- * as always no two agree; else their vertices decide. As signed numbers, the first bit is turned. */
+/* The key by which a bucket's tetrahedra are sorted, made of their second and third vertices. It is
+ * very rare that two keys are equal; then the vertices decide. Keys are compared as signed numbers,
+ * or as unsigned ones with the first bit flipped. */
 #  ifndef DELAUNAY__SHORT_KEY_MASK
 #    define DELAUNAY__SHORT_KEY_MASK 0xffffffffu /* less: for tests */
 #  endif
@@ -4113,14 +4205,14 @@ DELAUNAY_INLINE uint32_t delaunay__short_key(uint32_t second, uint32_t third)
     return (second * 0x9e3779b1u + third * 0x85ebca6bu) & DELAUNAY__SHORT_KEY_MASK;
 }
 
-/* The rotation of every tetrahedron, in mark, its key, and the lists of real ones by their greatest
- * vertices; real ones and ghosts are counted. Those of vertex 0 are deleted. */
+/* For slots t to end-1: puts rotations into mark, keys into keys, and real tetrahedra into their
+ * buckets; counts real ones and ghosts. The bucket of vertex 0 has the deleted slots. */
 static DELAUNAY__NOINLINE void delaunay__find_plain(const delaunay__numbering *c, size_t t,
                                                     size_t end, size_t *counts)
 {
     const delaunay_mesh *mesh = c->mesh;
     const int shared = c->threads > 1;
-    delaunay_handle ghosts = 0; /* listed by nobody */
+    delaunay_handle ghosts = 0; /* head of a list that nobody reads */
     while (end-- > t) {
         const uint32_t *v = mesh->tets[end].v;
         unsigned r = v[0] ? c->rotations.index[delaunay__rotation_code(v)] : 0;
@@ -4135,7 +4227,7 @@ static DELAUNAY__NOINLINE void delaunay__find_plain(const delaunay__numbering *c
 }
 
 #  if defined(DELAUNAY__AVX2) && !defined(DELAUNAY_INDEX64)
-/* The same with all comparisons at once; signed ones, so of numbers with their first bit turned. */
+/* The same with all comparisons at once. They are signed, so the first bits are flipped. */
 DELAUNAY__TARGET DELAUNAY__ALWAYS_INLINE void
 delaunay__find_avx2_in(const delaunay__numbering *c, size_t t, size_t end, size_t *counts,
                        const int shared)
@@ -4156,7 +4248,7 @@ delaunay__find_avx2_in(const delaunay__numbering *c, size_t t, size_t end, size_
                    (_mm_movemask_ps(_mm_castsi128_ps(over)) & 3) << 4 | (none & 8) << 3;
         unsigned r = none & 1 ? 0 : index[code];
         const uint8_t *order = c->rotations.order[r];
-        size_t greatest = tets[end].v[order[0]]; /* v[0], which is 0, if there is none */
+        size_t greatest = tets[end].v[order[0]]; /* of a deleted one: v[0], which is 0 */
         size_t ghost = r >= DELAUNAY__GHOST_ROTATION;
         mark[end] = (uint8_t)r;
         keys[end] = delaunay__short_key(tets[end].v[order[1]], tets[end].v[order[2]]);
@@ -4194,8 +4286,8 @@ static DELAUNAY__NOINLINE void delaunay__find_rotations(const delaunay__numberin
     }
 }
 
-/* From counts of tetrahedra to where those of each chunk begin, the ghosts behind all real ones, in
- * the counts of the first thread. Returns where all end. */
+/* Replaces the counts of the first thread by the first new slot of each chunk; ghosts come after
+ * all real tetrahedra. Returns the end of the new slots. */
 static size_t delaunay__add_up(const delaunay__numbering *c)
 {
     size_t sum = 1, ghost, chunk;
@@ -4243,14 +4335,14 @@ static void delaunay__sort_many(const delaunay__numbering *c, delaunay_handle *a
     }
 }
 
-/* The new slot of the tetrahedron in an old one, whose rotation may be with it. */
+/* Sets the new slot of the tetrahedron in an old slot; with simd slot has the rotation, too. */
 DELAUNAY_INLINE void delaunay__set_place(const delaunay__numbering *c, delaunay_handle slot,
                                          size_t to)
 {
     c->moved[slot & c->slot_mask] = (delaunay_handle)to | (slot & ~c->slot_mask);
 }
 
-/* The n tetrahedra of one vertex, by what their keys are made of. */
+/* Sorts the n tetrahedra of a bucket by their second and third vertices. */
 static DELAUNAY__NOINLINE void delaunay__sort_ties(const delaunay__numbering *c,
                                                    const delaunay_handle *slot, size_t n,
                                                    size_t begin)
@@ -4264,8 +4356,9 @@ static DELAUNAY__NOINLINE void delaunay__sort_ties(const delaunay__numbering *c,
     }
 }
 
-/* The n tetrahedra of one vertex by their keys; their new slots are from begin on. By counting the
- * smaller ones of each, without branches: in all there are n (n - 1) / 2, unless two agree. */
+/* Sorts the n tetrahedra of a bucket by their keys; their new slots are from begin on. The rank of
+ * a key is the number of smaller ones, counted without branches. The sum of all ranks is
+ * n (n - 1) / 2 unless two keys are equal. */
 static void delaunay__sort_bucket(const delaunay__numbering *c, const delaunay_handle *slot,
                                   const uint32_t *key, size_t n, size_t begin)
 {
@@ -4281,8 +4374,8 @@ static void delaunay__sort_bucket(const delaunay__numbering *c, const delaunay_h
 }
 
 #  if defined(DELAUNAY__AVX2) && !defined(DELAUNAY_INDEX64)
-/* The same of up to 8 * eights tetrahedra. To the slots behind them, the first rest in all,
- * something is written, which is overwritten later. */
+/* The same for up to 8 * eights tetrahedra. The slots that follow them in the batch, up to rest
+ * slots in all, get wrong places, too, which are overwritten later. */
 DELAUNAY__TARGET DELAUNAY__ALWAYS_INLINE void
 delaunay__sort_fixed(const delaunay__numbering *c, const delaunay_handle *slot, const uint32_t *key,
                      size_t n, size_t rest, size_t begin, const int eights)
@@ -4313,7 +4406,7 @@ delaunay__sort_fixed(const delaunay__numbering *c, const delaunay_handle *slot, 
     for (i = 0; i < count; i++) c->moved[slot[i] & mask] = places[i] | (slot[i] & ~mask);
     _mm256_storeu_si256((__m256i *)(void *)places, sum);
     for (i = 1; i < 8; i++) places[0] += places[i];
-    if (2 * (size_t)places[0] + n != n * n + 2 * n * (all - n)) /* n before each beyond them */
+    if (2 * (size_t)places[0] + n != n * n + 2 * n * (all - n)) /* rank of all others: n */
         delaunay__sort_ties(c, slot, n, begin);
 }
 
@@ -4330,7 +4423,7 @@ static DELAUNAY__TARGET void delaunay__sort_bucket_avx2(const delaunay__numberin
 }
 #  endif
 
-/* The next slot in the list of one; *slot: it, with its rotation. */
+/* The slot after t in its bucket. *slot: t, with simd together with its rotation. */
 DELAUNAY_INLINE delaunay_handle delaunay__next_slot(const delaunay__numbering *c, delaunay_handle t,
                                                     delaunay_handle *slot)
 {
@@ -4339,7 +4432,7 @@ DELAUNAY_INLINE delaunay_handle delaunay__next_slot(const delaunay__numbering *c
     return next & c->slot_mask;
 }
 
-/* Those that are worth a radix sort, one by one; without memory for that, by heap sort. */
+/* Sorts the large buckets one by one: by radix sort, or by heap sort if memory is short. */
 static void delaunay__sort_large_buckets(const delaunay__numbering *c)
 {
     delaunay_memory *m = &c->mesh->memory;
@@ -4379,18 +4472,18 @@ static void delaunay__keep_large(delaunay__numbering *c, delaunay_handle head, s
     c->large[b].from = (delaunay_handle)from;
 }
 
-/* Lists of slots in one array. */
+/* A batch: several buckets, one after the other in one array. */
 enum { DELAUNAY__BATCH = 512 };
 typedef struct delaunay__batch_of_lists {
     delaunay_handle slot[DELAUNAY__BATCH + DELAUNAY__MANY_TETS];
     uint32_t key[DELAUNAY__BATCH + DELAUNAY__MANY_TETS + 32];
-    uint32_t end[DELAUNAY__BATCH]; /* of each list */
+    uint32_t end[DELAUNAY__BATCH]; /* of each bucket */
     size_t num;
 } delaunay__batch_of_lists;
 
-/* The lists of the vertices from v on, as many as fit; the new slots of their tetrahedra are from
- * *from on, and those of the next vertex from there on. Lists that are large are left for later,
- * alone. Returns the next vertex. */
+/* Fills a batch with the buckets of the vertices from v on, as many as fit, to a large one, which
+ * is left out. If the first one is large, the batch stays empty: that bucket is kept for later, and
+ * its new slots, from *from on, are skipped. Returns the next vertex. */
 static uint32_t delaunay__fill_batch(delaunay__numbering *c, delaunay__batch_of_lists *b,
                                      uint32_t v, uint32_t end, size_t *from)
 {
@@ -4423,7 +4516,7 @@ static uint32_t delaunay__fill_batch(delaunay__numbering *c, delaunay__batch_of_
     return v;
 }
 
-/* New slots, from from on, for the tetrahedra of vertices [v, end); of large lists later. */
+/* New slots, beginning with from, for the buckets of vertices v to end-1, except for large ones. */
 static void delaunay__sort_chunk(delaunay__numbering *c, uint32_t v, uint32_t end, size_t from)
 {
     delaunay__batch_of_lists b;
@@ -4445,7 +4538,7 @@ static void delaunay__sort_chunk(delaunay__numbering *c, uint32_t v, uint32_t en
     }
 }
 
-/* New slots for all listed tetrahedra, real ones or ghosts. */
+/* New slots for the tetrahedra in all buckets, which are those of real ones or of ghosts. */
 static DELAUNAY__NOINLINE void delaunay__sort_buckets(delaunay__numbering *c, int ghosts)
 {
     const uint32_t n = c->mesh->num_vertices;
@@ -4458,7 +4551,7 @@ static DELAUNAY__NOINLINE void delaunay__sort_buckets(delaunay__numbering *c, in
     }
 }
 
-/* Deleted slots, in the list of vertex 0, go nowhere. */
+/* Deleted slots, which are in the bucket of vertex 0, get no new slot. */
 static void delaunay__drop_deleted(const delaunay__numbering *c)
 {
     delaunay_handle t, next;
@@ -4468,7 +4561,7 @@ static void delaunay__drop_deleted(const delaunay__numbering *c)
     }
 }
 
-/* The next slot of a ghost behind t, or one before it; marks are looked at by eights. */
+/* The slot of the next ghost after t, or one between t and it. Tests eight marks at a time. */
 static size_t delaunay__skip_real(const uint8_t *mark, size_t t, size_t end)
 {
     const uint64_t ones = UINT64_C(0x0101010101010101);
@@ -4481,7 +4574,7 @@ static size_t delaunay__skip_real(const uint8_t *mark, size_t t, size_t end)
     return t;
 }
 
-/* The lists of ghosts by their greatest vertices, in place of those of real ones. */
+/* Puts the ghosts into their buckets, in place of the real tetrahedra. */
 static DELAUNAY__NOINLINE void delaunay__list_ghosts(const delaunay__numbering *c)
 {
     const uint8_t *mark = c->mesh->mark;
@@ -4502,8 +4595,9 @@ static DELAUNAY__NOINLINE void delaunay__list_ghosts(const delaunay__numbering *
     }
 }
 
-/* The tetrahedra of count slots from t on with corners in canonical order and handles in terms of
- * the new slots and corners; y may be where they are. Slots without one do not count. */
+/* Writes the tetrahedra of count slots from t on to y, with corners in canonical order and handles
+ * that refer to the new slots and corners; y may be the place where they are. For deleted slots
+ * what is written has no meaning. */
 static DELAUNAY__NOINLINE void delaunay__renumber_plain(const delaunay__numbering *c, size_t t,
                                                         size_t count, delaunay_tet *y)
 {
@@ -4514,7 +4608,7 @@ static DELAUNAY__NOINLINE void delaunay__renumber_plain(const delaunay__numberin
         const delaunay_tet x = c->mesh->tets[t];
         int i;
         if (mark[t] == 0) continue;
-        for (i = 0; i < 4; i++) { /* nothing remains nothing */
+        for (i = 0; i < 4; i++) { /* handle 0 stays 0 */
             delaunay_handle h = x.n[order[i]];
             y->v[i] = x.v[order[i]];
             y->n[i] = 4 * c->moved[h >> 2] + c->rotations.inverse[mark[h >> 2]][h & 3];
@@ -4533,7 +4627,7 @@ delaunay__renumber_avx2(const delaunay__numbering *c, size_t t, size_t count, de
     const int *moved = (const int *)(const void *)c->moved;
     const __m128i inverses =
         _mm_loadu_si128((const __m128i *)(const void *)c->rotations.packed_inverse);
-    /* what is beyond the end may be another thread's */
+    /* beyond known, slots may be changed by other threads */
     size_t end = t + count, known = c->threads == 1 ? c->mesh->num_tets : end;
     for (; t < end; t++, y++) {
         const delaunay_handle *n = tets[t + DELAUNAY__AHEAD < known ? t + DELAUNAY__AHEAD : t].n;
@@ -4574,8 +4668,9 @@ static void delaunay__renumber(const delaunay__numbering *c, size_t t, size_t co
     delaunay__renumber_plain(c, t, count, y);
 }
 
-/* Where the tetrahedron in a slot is to go; from then on the slot has none to lift. 0: it has none.
- * shared: other threads lift, too; they leave LIFTING there while they copy. */
+/* Takes the tetrahedron in a slot for moving it ("lifts" it): returns its new slot, from the slot's
+ * entry in moved, which becomes leave; 0: none is there to be moved. shared: other threads lift,
+ * too; an entry is DELAUNAY__LIFTING while a thread copies the tetrahedron. */
 #  define DELAUNAY__LIFTING ((delaunay_handle)-1)
 DELAUNAY_INLINE delaunay_handle delaunay__take_slot(delaunay_handle *moved, delaunay_handle leave,
                                                     const int shared)
@@ -4595,7 +4690,7 @@ DELAUNAY_INLINE delaunay_handle delaunay__take_slot(delaunay_handle *moved, dela
     return DELAUNAY_NONE;
 }
 
-/* Every 256th tetrahedron, lifted beforehand, and where each is to go; in the spare memory. */
+/* Every 256th tetrahedron, lifted beforehand, and its new slot; in the spare memory. */
 typedef struct delaunay__starts {
     delaunay_tet *tets;
     delaunay_handle *places;
@@ -4622,11 +4717,12 @@ static void delaunay__lift_starts(const delaunay__numbering *c, const delaunay__
 }
 
 /* Moves every tetrahedron to its new slot, in place: along the cycles of the permutation, several
- * at a time so that their cache misses overlap. A chain lifts one of the slots [next, end), which
- * leaves a hole, and goes on with the one that it displaces, until it meets a hole: its own, that
- * of another chain, or a deleted slot. shared: other threads lift from other slots. Just one chain
- * ever comes to a slot; it and the thread that may lift there agree by moved. With starts chains
- * begin with these, [next, end) of them; no slot is met by two chains then. */
+ * at a time so that their cache misses overlap. A chain lifts the tetrahedron in one of the slots
+ * next to end-1, which leaves a hole. It goes on with the tetrahedron that this one displaces, and
+ * so on, until it comes to a hole: its own, that of another chain, or a deleted slot. shared: other
+ * threads lift from other slots. Only one chain ever comes to a slot; it and the thread that may
+ * lift from there agree by moved. If starts is not NULL, the chains begin with starts next to end-1
+ * instead; then no two chains meet. */
 DELAUNAY_INLINE void delaunay__move_share(const delaunay__numbering *c, size_t next, size_t end,
                                           const delaunay__starts *starts, const int shared)
 {
@@ -4668,24 +4764,24 @@ DELAUNAY_INLINE void delaunay__move_share(const delaunay__numbering *c, size_t n
     }
 }
 
-/* Tetrahedra that the sweep has lifted and whose places it has not reached: a queue, in the spare
- * memory. */
+/* A queue, in the spare memory, of the tetrahedra that the sweep (delaunay__sweep_tets) has lifted
+ * and whose new slots it has not reached yet. */
 typedef struct delaunay__lifted {
     delaunay_tet *ring;
     size_t cap, head, count;
-    size_t oldest; /* slot that the first one was in */
+    size_t oldest; /* the slot from which the first one was lifted */
 } delaunay__lifted;
 
-enum { DELAUNAY__SWEEP = 64 }; /* slots at a time: multiples of it */
+enum { DELAUNAY__SWEEP = 64 }; /* slots at a time, from a multiple of this number on */
 
-/* Where the first one is to go. */
+/* The new slot of the first one in the queue. */
 static size_t delaunay__lifted_place(const delaunay__numbering *c, const delaunay__lifted *l)
 {
     return c->moved[l->oldest] & c->slot_mask;
 }
 
-/* Takes it out. The next one that waits is the next with a place beyond its own part of the sweep,
- * unless it has been placed. */
+/* Removes the first one. The next in the queue is from the next slot whose tetrahedron has a new
+ * slot beyond its own step of the sweep, and has not been placed already. */
 static void delaunay__lifted_pop(const delaunay__numbering *c, delaunay__lifted *l)
 {
     size_t s = l->oldest;
@@ -4697,8 +4793,9 @@ static void delaunay__lifted_pop(const delaunay__numbering *c, delaunay__lifted 
     l->oldest = s;
 }
 
-/* Places x, which was in slot t, at once, though that is not swept yet: what is there goes to its
- * own place, and so on until that is free. */
+/* Puts x, which was in slot t, into its new slot at once, for want of room in the queue, though the
+ * sweep has not reached it: the tetrahedron there goes to its own new slot, and so on to a free
+ * one. */
 static DELAUNAY__NOINLINE void delaunay__place_chain(const delaunay__numbering *c, size_t t,
                                                      delaunay_tet x, size_t swept)
 {
@@ -4728,9 +4825,9 @@ static void delaunay__lift(const delaunay__numbering *c, delaunay__lifted *l, si
     l->ring[end < l->cap ? end : end - l->cap] = *x;
 }
 
-/* Renumbers and moves all in one sweep over the slots: down to a place that is swept, else to the
- * queue. Tetrahedra made along the curve by one thread come nearly in order and go down, but those
- * in the slots of the round before, an eighth of all: these fit into the queue. */
+/* Renumbers and moves all tetrahedra in one sweep over the slots: down to a slot that is swept,
+ * else to the queue. Those that one thread made along the curve are nearly in order and go down,
+ * except for those in slots of the round before, an eighth of all: these fit into the queue. */
 static DELAUNAY__NOINLINE void delaunay__sweep_tets(const delaunay__numbering *c)
 {
     delaunay_tet *tets = c->mesh->tets, x[DELAUNAY__SWEEP];
@@ -4757,8 +4854,8 @@ static DELAUNAY__NOINLINE void delaunay__sweep_tets(const delaunay__numbering *c
     }
 }
 
-/* Whether so few go up that the queue of a sweep holds nearly all that wait at one time; by every
- * 61st. */
+/* Whether so few tetrahedra go up that the queue of a sweep has room for nearly all that wait at
+ * the same time; judged by every 61st slot. */
 static int delaunay__is_nearly_in_order(const delaunay__numbering *c)
 {
     enum { DELAUNAY__STEP = 61 };
@@ -4768,9 +4865,9 @@ static int delaunay__is_nearly_in_order(const delaunay__numbering *c)
     return DELAUNAY__STEP * up <= slots / 4;
 }
 
-/* Several threads: each renumbers its own slots in place, reading moved and mark. Then chains from
- * the lifted ones move nearly all without a word between the threads; the rest are cycles and ends
- * of chains without such a start. */
+/* Renumbers and moves all with several threads. Each renumbers the tetrahedra in its own slots in
+ * place, reading moved and mark. Then chains from the starts move nearly all of them, without any
+ * communication between threads; what remains are cycles and ends of chains without a start. */
 static DELAUNAY__NOINLINE void delaunay__move_shared(const delaunay__numbering *c)
 {
     delaunay__starts starts;
@@ -4781,7 +4878,7 @@ static DELAUNAY__NOINLINE void delaunay__move_shared(const delaunay__numbering *
         for (i = 0; i < c->threads; i++) {
             size_t from, end, first, last;
             delaunay__slots_of(c, i, &from, &end);
-            first = (from - 1) / DELAUNAY__BETWEEN_STARTS + 1; /* starts at from or behind */
+            first = (from - 1) / DELAUNAY__BETWEEN_STARTS + 1; /* not before from */
             last = (end - 1) / DELAUNAY__BETWEEN_STARTS + 1;
             if (pass == 0) delaunay__renumber(c, from, end - from, c->mesh->tets + from);
             else if (pass == 1) delaunay__lift_starts(c, &starts, first, last);
@@ -4791,7 +4888,7 @@ static DELAUNAY__NOINLINE void delaunay__move_shared(const delaunay__numbering *
     }
 }
 
-/* Renumbers and moves all. */
+/* Renumbers and moves all tetrahedra. */
 static DELAUNAY__NOINLINE void delaunay__move_tets(const delaunay__numbering *c)
 {
     size_t slots = c->mesh->num_tets;
@@ -4806,8 +4903,8 @@ static DELAUNAY__NOINLINE void delaunay__move_tets(const delaunay__numbering *c)
     memset(c->mesh->mark, 0, slots);
 }
 
-/* Flags and colours into new arrays, which replace the old ones. Each slot has a place of its own
- * there. */
+/* Moves flags and colours to new arrays, which replace the old ones. No two slots have the same new
+ * slot, so the threads write different entries. */
 static void delaunay__move_marks(const delaunay__numbering *c, uint16_t *flags, uint32_t *color)
 {
     delaunay_mesh *mesh = c->mesh;
@@ -4829,7 +4926,7 @@ static void delaunay__move_marks(const delaunay__numbering *c, uint16_t *flags, 
     }
 }
 
-/* Memory for a numbering; 0: there is none. */
+/* Allocates the memory of a numbering; 0: out of memory. */
 static int delaunay__numbering_init(delaunay__numbering *c, delaunay_mesh *mesh,
                                     const delaunay_host *host)
 {
@@ -4869,7 +4966,7 @@ static void delaunay__numbering_free(delaunay__numbering *c)
     delaunay_release(m, c->large);
 }
 
-/* The new slot of every tetrahedron; returns where the new slots end. */
+/* Finds the new slot of every tetrahedron; returns the end of the new slots. */
 static size_t delaunay__find_places(delaunay__numbering *c)
 {
     size_t end;
@@ -4884,7 +4981,7 @@ static size_t delaunay__find_places(delaunay__numbering *c)
     return end;
 }
 
-/* Slot t becomes the tetrahedron of a vertex, unless that is a lower one; others may be at it. */
+/* Sets a vertex's tetrahedron to t, unless it is a lower slot; other threads may do the same. */
 DELAUNAY_INLINE void delaunay__lower(delaunay_handle *tet, delaunay_handle t)
 {
     delaunay_handle was = DELAUNAY__LOAD(tet);
@@ -4896,7 +4993,7 @@ DELAUNAY_INLINE void delaunay__lower(delaunay_handle *tet, delaunay_handle t)
 #  endif
 }
 
-/* The tetrahedron of each vertex: the lowest of its star. None is deleted. */
+/* Sets vertex_tet to the lowest slot of each vertex's star. No slot of the mesh is deleted. */
 static void delaunay__link_lowest(delaunay_mesh *mesh, int threads)
 {
     const int64_t num = (int64_t)mesh->num_tets;
@@ -4943,7 +5040,7 @@ done:
     return result;
 }
 
-/* -- from arrays */
+/* -- import from arrays */
 
 static delaunay_result delaunay__say(delaunay_report *report, delaunay_result result,
                                      const char *message)
@@ -4952,7 +5049,7 @@ static delaunay_result delaunay__say(delaunay_report *report, delaunay_result re
     return result;
 }
 
-/* Adds which tetrahedron it is, and its first corner. */
+/* Adds to the message which tetrahedron it is, and where its first corner is. */
 static void delaunay__say_tet(delaunay_report *report, const double *xyz, size_t num_points,
                               const uint32_t *tets, uint32_t t)
 {
@@ -4970,7 +5067,7 @@ static int delaunay__is_finite(const double *x)
     return x[0] - x[0] == 0 && x[1] - x[1] == 0 && x[2] - x[2] == 0;
 }
 
-/* Up to four points with a coordinate that is not finite, into the report. */
+/* Reports up to four points with a coordinate that is not finite. */
 static delaunay_result delaunay__check_finite(const double *xyz, size_t count,
                                               delaunay_report *report)
 {
@@ -4990,7 +5087,7 @@ static uint32_t delaunay__facet_hash(const uint32_t *v)
     return (a + b + c) * 0x9e3779b1u ^ (a ^ b ^ c) * 0x85ebca6bu;
 }
 
-/* 0: not the same vertices; else 1 in the same order of rotation, -1 in the opposite one. */
+/* 0: different vertices; 1: the same in the same cyclic order; -1: in the opposite one. */
 static int delaunay__same_facet(const uint32_t *a, const uint32_t *b)
 {
     int i;
@@ -5008,8 +5105,8 @@ static void delaunay__get_facet(const delaunay_mesh *mesh, delaunay_handle f, ui
     for (i = 0; i < 3; i++) v[i] = mesh->tets[f >> 2].v[delaunay_facet_vertices[f & 3][i]];
 }
 
-/* Links every two tetrahedra that share a facet. A third one, or two on the same side, is an error.
- */
+/* Links every two tetrahedra that share a facet. A third one there is an error, and so are two on
+ * the same side. */
 static delaunay_result delaunay__link_tets(delaunay_mesh *mesh, delaunay_report *report)
 {
     size_t mask = 255, i;
@@ -5050,8 +5147,8 @@ static delaunay_result delaunay__link_tets(delaunay_mesh *mesh, delaunay_report 
     return result;
 }
 
-/* Four points of the caller's become t, positive. The first decides whether all are to be turned;
- * the mesh has the points already. */
+/* Makes t, positive, of four of the caller's points, which the mesh has already. The first
+ * tetrahedron decides whether all must be reversed (*turn). */
 static delaunay_result delaunay__import_tet(const delaunay_mesh *mesh, delaunay_tet *t,
                                             const uint32_t *points, int *turn,
                                             delaunay_report *report)
