@@ -8664,16 +8664,17 @@ MESHER_API mesher_result mesher_recover(mesher_domain *domain, mesher_report *re
 
 /* ---- >>regions ---------------------------------------------------------------------------- */
 
-/* A cell: a set of tetrahedra joined through facets that are not constrained. Cell 0 is the
- * outside. */
+/* A cell: all tetrahedra that can be reached from each other through facets that are not
+ * constrained. Cell 0 is the outside. */
 typedef struct mesher__cell {
-    uint64_t key;      /* 2*source + side of its first facet: the order of cells */
-    uint32_t facet;    /* that facet */
+    uint64_t key;      /* the least 2*source + side of its facets; cells are sorted by it */
+    uint32_t facet;    /* its first facet: the one that has this key */
     uint64_t num_tets;
     double   volume;
 } mesher__cell;
 
-/* A facet in the numbers of the mesh: its smallest vertex says in which row it stands. */
+/* A facet by the numbers that its vertices have in the mesh. Those with the same smallest vertex
+ * form a row. */
 typedef struct mesher__wall {
     uint32_t v[3];   /* ascending */
     uint32_t facet;
@@ -8685,15 +8686,16 @@ typedef struct mesher__coloring {
     uint32_t *first; /* facets whose smallest vertex is v: rows [first[v], first[v+1]) */
     mesher__wall   *facets, *rows;
     uint32_t *sides; /* 2*num_facets: cell behind and in front of the source triangle */
-    int32_t *net;    /* num_facets: triangles like the source minus those turned over */
-    delaunay_handle *stack;
-    uint32_t        *parent;      /* of pieces of cells; 0: the outside */
+    int32_t *net;    /* num_facets: triangles oriented like the source minus those turned over */
+    delaunay_handle *stack;       /* of the flood fill; then: piece -> cell */
+    uint32_t        *parent;      /* union-find over the pieces of cells; piece 0: the outside */
     mesher__cell    *cells;
     uint32_t         num_cells;
     uint32_t        *number;      /* cell -> place in domain->regions + 1; 0: outside */
 } mesher__coloring;
 
-/* Facets by their vertices in the mesh, so that a sweep over the tetrahedra finds them in cache. */
+/* Sorts the facets into rows by their smallest vertex in the mesh, so that a sweep over the
+ * tetrahedra finds them in the cache. */
 static void mesher__index_facets(const mesher_domain *domain, mesher__coloring *work)
 {
     const uint32_t *vertex_of = domain->mesh.vertex_of, *survivor = domain->survivor;
@@ -8717,7 +8719,8 @@ static void mesher__index_facets(const mesher_domain *domain, mesher__coloring *
         work->rows[first[work->facets[f].v[0] + 1]++] = work->facets[f];
 }
 
-/* Index of the facet with these ascending input vertices, or NO_ID: the facets are sorted. */
+/* Index of the facet with these input vertices, given in ascending order, or NO_ID. A binary
+ * search: the facets are sorted. */
 static uint32_t mesher__facet_find(const mesher_domain *domain, const uint32_t *v)
 {
     uint32_t lo = 0, hi = domain->num_facets, mid, j;
@@ -8732,7 +8735,8 @@ static uint32_t mesher__facet_find(const mesher_domain *domain, const uint32_t *
                : DELAUNAY_NO_ID;
 }
 
-/* Orientation of each facet's triangles, duplicates summed, relative to the source. */
+/* For each facet the sum over all triangles with its vertices: +1 for one that is oriented like the
+ * source triangle, -1 for one that is turned over. */
 static void mesher__net_orientation(const mesher_domain *domain, int32_t *net)
 {
     size_t i, n = domain->surface.num_triangles;
@@ -8748,7 +8752,8 @@ static void mesher__net_orientation(const mesher_domain *domain, int32_t *net)
     }
 }
 
-/* The input facet of facet i of tetrahedron t, and whether its source triangle looks out of t. */
+/* The index of the input facet that is facet i of tetrahedron t, or NO_ID. *outward: whether the
+ * normal of its source triangle points out of t. */
 static uint32_t mesher__facet_of(const delaunay_mesh *mesh, const mesher__coloring *work,
                                  delaunay_handle t, int i, int *outward)
 {
@@ -8780,8 +8785,8 @@ static int mesher__touches_box(const mesher_domain *domain, delaunay_handle t)
            mesher__is_corner(domain, v[2]) || mesher__is_corner(domain, v[3]);
 }
 
-/* color[t] = c for all slots in [lo, hi) that can be reached from t without crossing a constrained
- * facet or leaving the interval. Returns 1 if one of them touches the box. */
+/* Sets color[] = c for all slots in [lo, hi) that can be reached from t without crossing a
+ * constrained facet or leaving the interval. Returns 1 if one of them touches the box. */
 static int mesher__flood(const mesher_domain *domain, delaunay_handle *stack, delaunay_handle lo,
                          delaunay_handle hi, delaunay_handle t, uint32_t c)
 {
@@ -8805,7 +8810,7 @@ static int mesher__flood(const mesher_domain *domain, delaunay_handle *stack, de
     return outside;
 }
 
-/* The slots are cut into intervals, whose number follows from the number of slots alone. */
+/* The slots are cut into intervals, whose number depends on the number of slots alone. */
 #ifndef MESHER__INTERVAL /* tests make it small */
 #  define MESHER__INTERVAL 65536
 #endif
@@ -8822,9 +8827,9 @@ static delaunay_handle mesher__interval(const delaunay_mesh *mesh, size_t k)
     return (delaunay_handle)((uint64_t)mesh->num_tets * k / mesher__num_intervals(mesh));
 }
 
-/* Colours the pieces of cells within one interval 0, 1, ..; returns their number. mark[lo + piece]:
- * it touches the box. Colours, marks and stack of this interval are all that is written, and
- * colours that are read. */
+/* Colours the pieces of cells within one interval 0, 1, ..; returns their number. Sets
+ * mark[lo + piece] for those that touch the box. Writes only the colours, marks and stack entries
+ * of this interval, and reads no colours but its own. */
 static uint32_t mesher__flood_interval(const mesher_domain *domain, delaunay_handle *stack,
                                        size_t k)
 {
@@ -8840,8 +8845,8 @@ static uint32_t mesher__flood_interval(const mesher_domain *domain, delaunay_han
     return pieces;
 }
 
-/* Joins the pieces of interval k to those behind it that they touch, and to the outside. start:
- * number of the first piece of each interval. */
+/* Joins the pieces of interval k to those of later intervals that they touch and, where they touch
+ * the box, to the outside. start: number of the first piece of each interval. */
 static void mesher__join_interval(const mesher_domain *domain, uint32_t *parent,
                                   const uint32_t *start, size_t k)
 {
@@ -8879,8 +8884,9 @@ static double mesher__tet_volume(const delaunay_mesh *mesh, delaunay_handle t)
            6;
 }
 
-/* Colours every tetrahedron with its cell, in order of the slots; outside is 0. Intervals of slots
- * are flooded in parallel, each in its own colours, then joined by one thread. */
+/* Colours every tetrahedron with the number of its cell. Cells are numbered in the order of their
+ * first slots; the outside is 0. Intervals of slots are flooded in parallel, each in its own
+ * colours, then joined by one thread. */
 static mesher_result mesher__find_cells(mesher_domain *domain, mesher__coloring *work)
 {
     delaunay_mesh *mesh = &domain->mesh;
@@ -8899,7 +8905,7 @@ static mesher_result mesher__find_cells(mesher_domain *domain, mesher__coloring 
     for (p = 0; p < start[n]; p++) work->parent[p] = p;
     for (k = 0; k < n; k++) mesher__join_interval(domain, work->parent, start, (size_t)k);
     for (p = work->num_cells = 0; p < start[n];
-         p++) { /* parents come first: they become the cells' numbers */
+         p++) { /* a root is the first piece of its cell, so it gets the number */
         uint32_t root = work->parent[p] == p ? p : mesher__root(work->parent, p);
         work->stack[p] = root == p ? work->num_cells++ : work->stack[root];
     }
@@ -8919,8 +8925,8 @@ static mesher_result mesher__find_cells(mesher_domain *domain, mesher__coloring 
     return MESHER_OK;
 }
 
-/* What lies on both sides of the facets of one interval's tetrahedra: of each facet, one of its two
- * writes. */
+/* Fills in the cells on both sides of the facets of one interval's tetrahedra. Of the two
+ * tetrahedra at a facet, only one writes. */
 static void mesher__find_sides(const mesher_domain *domain, mesher__coloring *work, size_t k)
 {
     const delaunay_mesh *mesh = &domain->mesh;
@@ -8940,7 +8946,8 @@ static void mesher__find_sides(const mesher_domain *domain, mesher__coloring *wo
     }
 }
 
-/* First facets, in the order of the facets' sources; volumes, in the order of the slots. */
+/* Finds the first facet of each cell, in the order of the source triangles, and sums up volumes and
+ * numbers of tetrahedra, in the order of the slots. */
 static void mesher__measure_cells(mesher_domain *domain, mesher__coloring *work)
 {
     const delaunay_mesh *mesh = &domain->mesh;
@@ -8972,7 +8979,7 @@ static void mesher__measure_cells(mesher_domain *domain, mesher__coloring *work)
     }
 }
 
-/* Regions in the order of their first facets. */
+/* Makes each bounded cell a region, in the order of their first facets. */
 static mesher_result mesher__sort_cells(mesher_domain *domain, mesher__coloring *work)
 {
     delaunay_memory *memory = &domain->memory;
@@ -9012,7 +9019,8 @@ done:
     return result;
 }
 
-/* Depth and winding number of every region: breadth first from the outside, through the facets. */
+/* Depth and winding number of every region, by a breadth-first search through the facets from the
+ * outside. */
 static mesher_result mesher__nest_cells(mesher_domain *domain, mesher__coloring *work)
 {
     delaunay_memory *memory = &domain->memory;
@@ -9044,7 +9052,7 @@ static mesher_result mesher__nest_cells(mesher_domain *domain, mesher__coloring 
             domain->regions[b - 1].depth = a ? domain->regions[a - 1].depth + 1 : 1;
             domain->regions[b - 1].winding =
                 (a ? domain->regions[a - 1].winding : 0) +
-                (s == 1 ? work->net[f] : -work->net[f]); /* behind a facet is inside it */
+                (s == 1 ? work->net[f] : -work->net[f]); /* 1: from in front of f to its inside */
             queue[tail++] = b;
         }
     }
@@ -9056,7 +9064,8 @@ done:
     return result;
 }
 
-/* Regions that hold a seed: keeps and numbers them. *any: a seed asked for a region to be kept. */
+/* Marks the regions that hold a seed as seeded, and gives them the first seed's tag as number, 0
+ * for a hole. *any: some seed has a tag > 0. */
 static mesher_result mesher__apply_seeds(mesher_domain *domain, const mesher__coloring *work,
                                          uint8_t *seeded, int *any, mesher_report *report)
 {
@@ -9110,8 +9119,8 @@ static mesher_result mesher__keep_cells(mesher_domain *domain, const mesher__col
     return result;
 }
 
-/* A note for each kept region at an even depth whose piece of the surface does not touch the
- * outside: another program may take it for a void. */
+/* Adds a note for each kept region at an even depth, if the connected part of the surface that its
+ * first facet belongs to does not touch the outside: another program may take it for a void. */
 static mesher_result mesher__note_filled(mesher_domain *domain, const mesher__coloring *work,
                                          mesher_report *report)
 {
@@ -9146,7 +9155,8 @@ static mesher_result mesher__note_filled(mesher_domain *domain, const mesher__co
     return parent && outer ? MESHER_OK : MESHER_ERROR_OUT_OF_MEMORY;
 }
 
-/* Sheets within cells are notes, facets outside every cell are defects. */
+/* Reports facets with the same cell on both sides: within a bounded cell as a note (a sheet),
+ * outside every cell as a defect. */
 static void mesher__note_sheets(const mesher_domain *domain, const mesher__coloring *work,
                                 mesher_report *report)
 {
@@ -9160,7 +9170,8 @@ static void mesher__note_sheets(const mesher_domain *domain, const mesher__color
     }
 }
 
-/* A line that is in no facet lies in one cell, with all its tetrahedra. Needs vertex_tet. */
+/* Adds a note for each line that lies outside the kept cells. A line that is an edge of no facet
+ * lies in one cell, as do all tetrahedra around it. Needs vertex_tet. */
 static mesher_result mesher__note_lines(mesher_domain *domain, mesher_report *report)
 {
     delaunay_mesh *mesh = &domain->mesh;
@@ -9181,7 +9192,7 @@ static mesher_result mesher__note_lines(mesher_domain *domain, mesher_report *re
     return MESHER_OK;
 }
 
-/* The domain keeps the facets' sides, by places of regions. */
+/* Hands the sides of the facets to the domain, as places of regions plus 1. */
 static void mesher__keep_sides(mesher_domain *domain, mesher__coloring *work)
 {
     size_t i;
@@ -9322,13 +9333,13 @@ MESHER_API mesher_result mesher_region_tags(mesher_domain *domain, uint32_t i, i
 }
 
 /* ---- >>size ------------------------------------------------------------------------------- */
-/* The wanted edge length h. On the surface: the mean length of the constrained edges at a vertex
- * [Marot 2020, 7]. Inside: interpolated in the mesh as it was before refinement, which is kept as a
- * background, so h(x) does not depend on the order in which points are inserted. The gradation
- * limits this, from vertex to vertex and at x by h(x) <= h(v) + slope*|x - v| for the vertices v
- * that have limited the corners of the background's tetrahedron around x. What is interpolated are
- * the sizes before, so a plate with a small fillet at each of its corners is not filled with the
- * fillets' sizes. */
+/* The wanted edge length h. On the surface it is the mean length of the constrained edges at a
+ * vertex [Marot 2020, 7]. Inside it is interpolated in the background: a copy of the mesh as it was
+ * before refinement, so h(x) does not depend on the order in which points are inserted. The
+ * gradation bounds h from vertex to vertex. It also bounds h at x, by h(v) + slope*|x - v| for
+ * those vertices v whose sizes bound the corners of the background's tetrahedron around x. The
+ * values interpolated are the sizes before the gradation bounded them, so a plate with a small
+ * fillet at each of its corners is not filled with the fillets' sizes. */
 
 static double mesher__distance(const double *a, const double *b)
 {
@@ -9336,7 +9347,7 @@ static double mesher__distance(const double *a, const double *b)
     return sqrt(x * x + y * y + z * z);
 }
 
-/* Smallest size that coordinates of this magnitude can tell apart with some margin. */
+/* The smallest size that coordinates of the mesh's magnitude can resolve, with some margin. */
 static double mesher__size_floor(const delaunay_mesh *mesh)
 {
     double most = 0;
@@ -9357,27 +9368,28 @@ static double mesher__clamp_size(const mesher_options *o, double h)
     return h;
 }
 
-/* Edges inside are this much longer than those of the surface around them, where nothing else is
- * wanted. With 1, scans get 1.6 to 2.2 times the tetrahedra that HXT makes of them (its edges come
- * out longer than its sizes); with 1.3 about as many, still with the better mean gamma. */
+/* Where the caller asks for no sizes, edges inside are wanted this much longer than those of the
+ * surface around them. With 1, scans get 1.6 to 2.2 times as many tetrahedra as HXT makes of them
+ * (its edges come out longer than its sizes); with 1.3, about as many, and their mean gamma is
+ * still the better one. */
 #define MESHER__INWARDS 1.3
 
-/* Ratio of sizes one edge apart, at most, where the caller says nothing. With 1.4 surfaces with
- * edges of very different lengths get 1.4 to 3.5 times the tetrahedra of 2; the interpolation of
- * [Marot 2020, 7] has about 2. Around sources the caller has chosen the place, and 1.4 gives the
- * better mesh. */
+/* The largest ratio of sizes one edge apart, if the caller gives none. With 1.4, surfaces whose
+ * edges have very different lengths get 1.4 to 3.5 times as many tetrahedra as with 2; the
+ * interpolation of [Marot 2020, 7] comes to about 2. Around sources, whose places the caller has
+ * chosen, 1.4 gives the better mesh. */
 #  define MESHER__GRADATION            2.0
 #  define MESHER__GRADATION_OF_SOURCES 1.4
 
-/* Ratio of sizes at the ends of an edge of the surface from which on it does not ask for sizes in
- * between: triangles there are needles, as beside the specks of isosurfaces that pass a node of
- * their grid by 1e-9 of its spacing. To grade from each speck to its surroundings takes hundreds of
- * points, and the needles are as bad as before. With 16, needles of ordinary parts are concerned,
- * and their mean gamma falls. */
+/* A speck is a cluster of tiny triangles, such as an isosurface has where it passes a node of its
+ * grid at 1e-9 of the spacing; the triangles beside it are needles. Grading the sizes from each
+ * speck to its surroundings would take hundreds of points and leave the needles as bad as before.
+ * So the sizes at the two ends of a surface edge are made to differ by no more than this ratio.
+ * With 16, needles of ordinary parts are affected, and their mean gamma falls. */
 #  define MESHER__SPECK 64
 
-/* Sizes that the edges of the surface ask for are no less than what the next vertices ask for,
- * divided by that. */
+/* Raises the size of each vertex of the surface until it is no less than that of any vertex it
+ * shares an edge of the surface with, divided by MESHER__SPECK. */
 static void mesher__level_specks(mesher_domain *domain)
 {
     const uint32_t *vertex_of = domain->mesh.vertex_of;
@@ -9396,7 +9408,8 @@ static void mesher__level_specks(mesher_domain *domain)
             }
 }
 
-/* What the edges of the surface at each vertex ask for, or the caller; 0 where there is neither. */
+/* The size of each vertex, from the mean length of the surface's edges at it (of all its edges if
+ * the caller's mesh is kept) or from the caller's vertex_sizes; 0 where there is neither. */
 static mesher_result mesher__edge_sizes(mesher_domain *domain)
 {
     delaunay_mesh *mesh = &domain->mesh;
@@ -9419,7 +9432,7 @@ static mesher_result mesher__edge_sizes(mesher_domain *domain)
         count[a]++;
         count[b]++;
     }
-    for (t = 1; domain->keeps_mesh && t < mesh->num_tets; t++) /* each edge once a tetrahedron */
+    for (t = 1; domain->keeps_mesh && t < mesh->num_tets; t++) /* edges count once a tetrahedron */
         for (i = 0; i < 6; i++) {
             uint32_t a = mesh->tets[t].v[delaunay_edge_order(i)[0]],
                      b = mesh->tets[t].v[delaunay_edge_order(i)[1]];
@@ -9450,8 +9463,8 @@ static int mesher__is_inside(const delaunay_mesh *mesh, delaunay_handle t)
 }
 
 /* Vertices without an edge of the surface (Steiner points of recovery, embedded points) get the
- * mean of their neighbours' sizes, nearer ones counting more; in passes, each from the state before
- * it. */
+ * mean of their neighbours' sizes, weighted by the reciprocal of the distance. This takes several
+ * passes; each reads only sizes that were there before it. */
 static mesher_result mesher__spread_sizes(mesher_domain *domain)
 {
     delaunay_mesh *mesh = &domain->mesh;
@@ -9473,7 +9486,7 @@ static mesher_result mesher__spread_sizes(mesher_domain *domain)
                     double d, w;
                     if (size[a] > 0 || !(size[b] > 0)) continue;
                     d = mesher__distance(mesh->vertices[a].x, mesh->vertices[b].x);
-                    w = 1 / (d > 1e-150 ? d : 1e-150); /* squares of less are lost */
+                    w = 1 / (d > 1e-150 ? d : 1e-150); /* squares of less underflow */
                     sum[2 * (size_t)a] += w * size[b];
                     sum[2 * (size_t)a + 1] += w;
                 }
@@ -9495,13 +9508,13 @@ static double mesher__slope(const mesher_options *o)
     return (o->gradation > 0 ? o->gradation : MESHER__GRADATION) - 1;
 }
 
-/* What options say about sizes besides the surface. */
+/* Do the options have sizes for any place: of a function, regions, sources or a grid? */
 static int mesher__has_wishes(const mesher_options *o)
 {
     return o->size_function || o->num_region_sizes || o->num_sources || o->size_grid;
 }
 
-/* The place on segment a-b that is nearest to x, as a share of it. */
+/* The point of segment a-b that is nearest to x, as a parameter from 0 (a) to 1 (b). */
 static double mesher__along(const double *a, const double *b, const double *x)
 {
     double dot = 0, ll = 0;
@@ -9522,7 +9535,8 @@ static double mesher__segment_distance(const double *a, const double *b, const d
     return mesher__distance(c, x);
 }
 
-/* From x to a triangle: over its inside the height, else the nearest of its sides. */
+/* The distance from x to a triangle: if x projects into its interior, the height above its plane,
+ * else the distance to the nearest side. */
 static double mesher__triangle_distance(const double *a, const double *b, const double *c,
                                      const double *x)
 {
@@ -9611,7 +9625,7 @@ MESHER_API double mesher_size_grid_at(const mesher_size_grid *g, const double *x
     return weight > 0.5 ? sum / weight : 0;
 }
 
-/* The caller's wish for a region. */
+/* h, or the caller's size for this region if that is less. */
 static double mesher__region_wish(const mesher_options *o, uint32_t region, double h)
 {
     double factor = o->size_factor > 0 ? o->size_factor : 1, wish;
@@ -9620,7 +9634,8 @@ static double mesher__region_wish(const mesher_options *o, uint32_t region, doub
     return wish > 0 && wish < h ? wish : h;
 }
 
-/* Takes the caller's wishes at one place, but for the function, into account. */
+/* h, or the least of the caller's sizes at x (of region, sources and grid, not of the function) if
+ * that is less. */
 static double mesher__wish_at(const mesher_options *o, const double *x, uint32_t region, double h)
 {
     double factor = o->size_factor > 0 ? o->size_factor : 1, wish;
@@ -9634,8 +9649,8 @@ static double mesher__wish_at(const mesher_options *o, const double *x, uint32_t
     return wish > 0 && wish < h ? wish : h;
 }
 
-/* All of the caller's wishes on a batch, and the caller's bounds. Counts the answers that are no
- * size. */
+/* Bounds a batch of sizes h by all of the caller's wishes, and by min_size, max_size and size.
+ * Returns how many answers of the size function were no size. */
 static uint64_t mesher__wishes(const mesher_options *o, size_t count, const double *xyz,
                                const uint32_t *region, double *h)
 {
@@ -9656,8 +9671,8 @@ static uint64_t mesher__wishes(const mesher_options *o, size_t count, const doub
     return ignored;
 }
 
-/* Asks for the vertices inside, in batches of vertices in their order, each as one of its region
- * of[v]. */
+/* Bounds the sizes of the vertices v with of[v] != 0 by the caller's wishes, in batches in the
+ * order of the vertices. Each is asked for as a point of region of[v]. */
 static uint64_t mesher__wish_as(mesher_domain *domain, const uint32_t *of)
 {
     const delaunay_mesh *mesh = &domain->mesh;
@@ -9679,8 +9694,9 @@ static uint64_t mesher__wish_as(mesher_domain *domain, const uint32_t *of)
     return ignored;
 }
 
-/* All wishes at the vertices. What is between regions belongs to all of them: it is asked for as
- * one of its least, then of its greatest region; sizes of regions count for all. */
+/* Applies all of the caller's wishes at the vertices. A vertex between regions belongs to all of
+ * them: region_sizes of each of them count, and the other wishes are asked for twice, with its
+ * least and with its greatest region number. */
 static mesher_result mesher__wish_at_vertices(mesher_domain *domain, uint64_t *ignored)
 {
     delaunay_mesh *mesh = &domain->mesh;
@@ -9711,7 +9727,8 @@ static mesher_result mesher__wish_at_vertices(mesher_domain *domain, uint64_t *i
     return least && greatest ? MESHER_OK : MESHER_ERROR_OUT_OF_MEMORY;
 }
 
-/* The unit normal of facet i of tetrahedron t, inwards, and its middle; 0 if it has none. */
+/* The inward unit normal of facet i of tetrahedron t, and the facet's centroid. Returns 0 if the
+ * facet has no normal. */
 static int mesher__inward(const delaunay_mesh *mesh, delaunay_handle t, int i, double *n,
                           double *middle)
 {
@@ -9732,8 +9749,8 @@ static int mesher__inward(const delaunay_mesh *mesh, delaunay_handle t, int i, d
     return 1;
 }
 
-/* Follows a ray that enters tetrahedron *t through facet *i at x until it meets a constrained
- * facet, *i of *t then. Returns how far that is, or -1. */
+/* Follows a ray that enters tetrahedron *t through facet *i at x, until it meets a constrained
+ * facet; *t and *i are then that facet. Returns its distance, or -1 if there is none. */
 static double mesher__cast(const delaunay_mesh *mesh, const double *x, const double *ray,
                            delaunay_handle *t, int *i)
 {
@@ -9772,8 +9789,8 @@ static void mesher__at_most(double *size, double h)
     if (h > 0 && h < *size) *size = h;
 }
 
-/* Is facet i of tetrahedron t, which is inside, one of the surface? With its normal, inwards, and
- * its middle. */
+/* Is facet i of tetrahedron t, which is inside, on the surface? Fills in its inward normal and its
+ * centroid. */
 static int mesher__on_surface(const delaunay_mesh *mesh, delaunay_handle t, int i, double *n,
                               double *middle)
 {
@@ -9792,9 +9809,10 @@ static int mesher__facets_touch(const delaunay_mesh *mesh, delaunay_handle t, in
     return touch;
 }
 
-/* The distance from facet i of t, which is inside, to what is opposite, by a ray from its middle x
- * along its normal n; which facet that is. -1: it is none of the surface, or nothing is. What
- * touches it, at a sharp edge, is not opposite: there is no room for layers. */
+/* The distance from facet i of t, which is inside, to the surface opposite, along a ray from its
+ * centroid x in the direction of its inward normal n. *met and *j: the facet that the ray meets.
+ * Returns -1 if facet i is not on the surface or the ray meets nothing. A facet that shares a
+ * vertex with it, at a sharp edge, does not count as opposite: there is no room for layers. */
 static double mesher__gap(const delaunay_mesh *mesh, delaunay_handle t, int i, double *n,
                           double *x, delaunay_handle *met, int *j)
 {
@@ -9806,7 +9824,8 @@ static double mesher__gap(const delaunay_mesh *mesh, delaunay_handle t, int i, d
     return mesher__facets_touch(mesh, t, i, *met, *j) ? -1 : gap;
 }
 
-/* The corners of facet i of t, and its fourth one if recovery has put it there. */
+/* Bounds the sizes at the corners of facet i of t by h, and that of the fourth corner of t if this
+ * is a point of recovery. */
 static void mesher__facet_at_most(mesher_domain *domain, delaunay_handle t, int i, double h)
 {
     const delaunay_mesh *mesh = &domain->mesh;
@@ -9817,7 +9836,8 @@ static void mesher__facet_at_most(mesher_domain *domain, delaunay_handle t, int 
     }
 }
 
-/* The distance to what is opposite of each facet divided by the number of layers. */
+/* Bounds the sizes at each facet by its distance from the facet opposite, divided by the number of
+ * layers. */
 static void mesher__gap_sizes(mesher_domain *domain)
 {
     const delaunay_mesh *mesh = &domain->mesh;
@@ -9833,13 +9853,13 @@ static void mesher__gap_sizes(mesher_domain *domain)
         }
 }
 
-/* The facets of the surface as they are seen from the regions: those that two have are there twice;
- * and by their vertices. */
+/* The facets of the surface as seen from within the regions: one between two regions is listed
+ * twice, once with each normal. With a list of the facets at each vertex. */
 typedef struct mesher__fans {
     uint32_t num;
     double   *normal; /* 3 each, of length 1, inwards */
     uint32_t *corner; /* 3 each */
-    uint32_t *first;  /* of each vertex, where its facets begin in the list; one more */
+    uint32_t *first;  /* the facets at vertex v: list[first[v]] .. list[first[v + 1] - 1] */
     uint32_t *list;
 } mesher__fans;
 
@@ -9883,15 +9903,15 @@ static mesher_result mesher__fans_init(mesher__fans *fans, const delaunay_mesh *
             f++;
         }
     for (k = 2; k < (size_t)mesh->num_vertices + 2; k++) fans->first[k] += fans->first[k - 1];
-    for (k = 0; k < 3 * num; k++) /* each is where the next begins, in the end */
+    for (k = 0; k < 3 * num; k++) /* first[v + 1] moves from the start of v's facets to their end */
         fans->list[fans->first[fans->corner[k] + 1]++] = (uint32_t)(k / 3);
     return MESHER_OK;
 }
 
-enum { MESHER__FAN = 1000 }; /* facets of a vertex that are not too many to look at for each */
+enum { MESHER__FAN = 1000 }; /* a vertex with more facets is a hub: too many to visit for each */
 
-/* The sum of the normals around vertex v of facet f, but of those beyond a crease: of the other
- * side, too. Of a hub, its own. */
+/* The sum of the normals of the facets around vertex v of facet f, without those beyond a crease,
+ * such as the other side of the surface. At a hub, the normal of f alone. */
 static void mesher__fan_normal(const mesher__fans *fans, uint32_t f, uint32_t v, double crease,
                                double *sum)
 {
@@ -9909,8 +9929,8 @@ static void mesher__fan_normal(const mesher__fans *fans, uint32_t f, uint32_t v,
     }
 }
 
-/* Sizes by the angle between the normals at both ends of an edge, on each of its facets by itself:
- * what is beyond a crease does not count. */
+/* Bounds the sizes at the ends of an edge by the angle between the surface normals at both ends.
+ * Each facet at it is looked at by itself, with normals that leave out what is beyond a crease. */
 static mesher_result mesher__curvature_sizes(mesher_domain *domain)
 {
     const double crease = cos(45 * 3.14159265358979323846 / 180);
@@ -9940,7 +9960,7 @@ static mesher_result mesher__curvature_sizes(mesher_domain *domain)
     return result;
 }
 
-/* Bounds the size of a vertex by that of another, if it is much larger. */
+/* Bounds the size of vertex v by that of vertex `by` plus most. Returns whether that changed it. */
 static int mesher__limit_size(mesher_domain *domain, uint32_t v, uint32_t by, double most)
 {
     if (!(domain->size[v] > (1 + 1e-9) * (domain->size[by] + most))) return 0;
@@ -9949,8 +9969,8 @@ static int mesher__limit_size(mesher_domain *domain, uint32_t v, uint32_t by, do
     return 1;
 }
 
-/* Sizes of vertices that share a tetrahedron differ by no more than the gradation allows; the least
- * ones stay. */
+/* Lowers sizes until those of vertices that share a tetrahedron differ by no more than the
+ * gradation allows; at most 100 sweeps. */
 static mesher_result mesher__limit_gradation(mesher_domain *domain)
 {
     const delaunay_mesh *mesh = &domain->mesh;
@@ -10019,24 +10039,25 @@ MESHER_API mesher_result mesher_size(mesher_domain *domain, mesher_report *repor
     return MESHER_OK;
 }
 
-/* A vertex of the background, with all that is asked of it. */
+/* A vertex of the background, with all that the field needs of it. */
 typedef struct mesher__field_vertex {
     double   x[3];
     double   size, own; /* domain->size and own_size */
     uint32_t source;    /* domain->size_source */
 } mesher__field_vertex;
 
-/* The field while points are inserted. */
+/* The size field, as it stays while points are inserted. */
 typedef struct mesher__field {
     const mesher_options *options;
-    /* the background: the mesh as it was. No neighbours of tetrahedra are ghosts: they are 0 */
+    /* the background: the mesh before refinement; in place of ghosts, neighbours are 0 */
     mesher__field_vertex *vertices;
     delaunay_tet         *tets;
     uint32_t             *color;
     double                slope, least;
 } mesher__field;
 
-/* Six times the volumes that x makes with the facets of a tetrahedron, by corner p. */
+/* The barycentric coordinates of x in the tetrahedron with corners p, not normalised: w[i] is six
+ * times the signed volume that x makes with the facet opposite corner i. */
 static inline void mesher__weights_of(const double *const *p, const double *x, double *w)
 {
     double d[4][3], ab, ac, ad, bc, bd, cd; /* minors of the first two columns */
@@ -10064,7 +10085,8 @@ static void mesher__weights(const delaunay_vertex *vertices, const uint32_t *v, 
     mesher__weights_of(p, x, w);
 }
 
-/* The same with each sign right: of a speck far away rounding is all that is left. */
+/* The same with exact signs: if the tetrahedron is tiny and far from x, the weights of
+ * mesher__weights_of are nothing but rounding. */
 static void mesher__signed_weights(const double *const *p, const double *x, double *w)
 {
     const double *q[4];
@@ -10080,7 +10102,8 @@ static void mesher__signed_weights(const double *const *p, const double *x, doub
     }
 }
 
-/* Is x among the corners, so that their weights are to be believed? */
+/* Is x in the bounding box of the corners, with some margin? If so, the rounded weights are
+ * reliable. */
 static int mesher__is_among(const double *const *p, const double *x)
 {
     int i, k;
@@ -10096,11 +10119,11 @@ static int mesher__is_among(const double *const *p, const double *x)
     return 1;
 }
 
-/* The background's tetrahedron that contains x, from a nearby one; weights of its corners, not
- * negative. Rounding may stop it in a neighbour: the field is continuous, and so is the answer. The
- * walk turns away from where it came, and changes its preference at each step, lest it cycle. One
- * that is long, or ends far from x, goes on by exact signs; after many steps it gives up where it
- * is. */
+/* The background's tetrahedron that contains x, by a walk from t, which is near; w: weights of its
+ * corners, not negative, with the sum 1. Rounding may end the walk in a neighbour; as the field is
+ * continuous, so is the answer. To avoid cycles, the walk does not go straight back, and each step
+ * tries the facets in another order. A walk that is long, or ends far from x, goes on by exact
+ * signs; after MESHER__LONG steps it gives up where it is. */
 static delaunay_handle mesher__find_home(const mesher__field *field, const double *x,
                                          delaunay_handle t, double *w, int *found)
 {
@@ -10138,9 +10161,10 @@ static delaunay_handle mesher__find_home(const mesher__field *field, const doubl
     return t;
 }
 
-/* Sizes at the corners of a tetrahedron of the background, to be interpolated. 0: the gradation has
- * bounded none of them, or they grow. Else their own ones, bounded by each other only; *most: what
- * those that have bounded them leave at x. */
+/* The sizes at the corners of a tetrahedron of the background that are to be interpolated. Returns
+ * 0 if the gradation bounded none of them, or options.growth is in use: they are those of the
+ * vertices. Otherwise they are the sizes before the gradation, bounded by each other only; *most is
+ * lowered to what the vertices whose sizes bounded them allow at x. */
 static int mesher__corner_sizes(const mesher__field *field, const uint32_t *v, const double *x,
                                 double *size, double *most)
 {
@@ -10168,8 +10192,8 @@ static int mesher__corner_sizes(const mesher__field *field, const uint32_t *v, c
     return 1;
 }
 
-/* h(x) without the size function. home: in, a tetrahedron of the background near x; out, the one
- * around it; *found says whether there is one. */
+/* h(x) without the size function. *home: in, a tetrahedron of the background near x; out, the one
+ * that contains x. *found: whether there is one. */
 static double mesher__field_at(const mesher__field *field, const double *x, delaunay_handle *home,
                                int *found)
 {
@@ -10195,26 +10219,27 @@ static double mesher__field_at(const mesher__field *field, const double *x, dela
 }
 
 /* ---- >>divide ----------------------------------------------------------------------------- */
-/* A surface whose edges are no longer than wanted, of the same shape: the edge that is longest for
- * its size is halved, with all triangles around it, until none is too long [Rivara 1984]. Between
- * triangles of a plane diagonals are flipped all the while, so that those stay a Delaunay
- * triangulation [Lawson 1977] and needles do not multiply.
+/* Makes a surface of the same shape whose edges are no longer than wanted: the edge that is longest
+ * relative to its wanted length is halved, with all triangles around it, until none is too long
+ * [Rivara 1984]. After each halving, diagonals between triangles in a plane are flipped, so that
+ * these stay a Delaunay triangulation [Lawson 1977] and needles do not multiply.
  *
- * Side i of triangle t, from its corner i to the next one, is 3*t + i; the sides at an edge are a
- * ring. A line is a triangle without a third corner, and has side 0 alone. */
+ * Side i of triangle t, from its corner i to the next one, has the number 3*t + i. All sides at the
+ * same edge form a ring. A line is stored as a triangle without a third corner; its only side is
+ * side 0. */
 
-/* An edge is halved from this many times its wanted length on: its halves are then as much too
- * short, as a ratio. */
+/* An edge longer than its wanted length by this factor is halved. At this factor, its halves are
+ * too short by the same factor. */
 #  define MESHER__TOO_LONG 1.4142
-/* Needles narrower than this share of what is wanted only become more by division. */
+/* Dividing needles narrower than this share of the wanted length only makes more needles. */
 #  define MESHER__WIDE 0.4
-/* Two triangles are of one plane if they are bent by no more than this angle, or by no more than
- * the second and lie within that share of the surface's extent (files in single precision, or of
- * six digits). */
+/* Two triangles lie in one plane if the angle between them is at most MESHER__BEND radians, or if
+ * it is at most MESHER__BEND_LOW and no corner is further from their plane than MESHER__PLANE_SHARE
+ * of the surface's extent (for files in single precision, or with six digits). */
 #  define MESHER__BEND        1e-4
 #  define MESHER__BEND_LOW    0.1
 #  define MESHER__PLANE_SHARE 1e-7
-/* What is lower than this share of the largest coordinate could be turned by rounding. */
+/* A triangle lower than this share of the largest coordinate could be turned over by rounding. */
 #  define MESHER__LOW_SHARE 1e-12
 
 typedef struct mesher__long_edge {
@@ -10233,16 +10258,16 @@ typedef struct mesher__divider {
     /* 1 a triangle of the caller's: the next one with the same vertices, NO_ID: none. Only the
      * first of them is divided. NULL: no triangle has copies */
     uint32_t            *copy;
-    double              *wish;    /* at each vertex */
+    double              *wish;    /* wanted edge length at each vertex */
     size_t num_vertices, cap_xyz, cap_wish, cap_sizes;
     mesher__long_edge   *heap;
     size_t num_long, cap_long;
-    uint32_t            *doubtful; /* sides that are perhaps to be flipped */
+    uint32_t            *doubtful; /* a stack of sides whose edges may have to be flipped */
     size_t num_doubtful, cap_doubtful;
-    double   largest, extent;      /* coordinate; of the surface along an axis */
-    uint64_t flips_left;           /* rounding could make flips go round in circles */
+    double   largest, extent;      /* the largest coordinate; the largest extent along an axis */
+    uint64_t flips_left;           /* a limit, as rounding could make flips cycle */
     int      no_memory;
-    int      budget;               /* that ended it */
+    int      budget;               /* 0, or the MESHER__BUDGET_.. that ended the division */
 } mesher__divider;
 
 static uint32_t mesher__side_turn(uint32_t side, uint32_t by)
@@ -10264,8 +10289,8 @@ static void mesher__side_moves(mesher__divider *d, uint32_t x, uint32_t y)
     d->next[y] = before == x ? y : d->next[x];
 }
 
-/* The middle of edge ab, and what is wanted there: the mean of both ends, or what the caller asks
- * for. */
+/* The midpoint x of edge ab. Returns the wanted length there: the mean of both ends, or what the
+ * caller asks for if that is less. */
 static double mesher__middle(const mesher__divider *d, uint32_t a, uint32_t b, double *x)
 {
     const double *p = d->out->xyz + 3 * (size_t)a, *q = d->out->xyz + 3 * (size_t)b;
@@ -10323,14 +10348,14 @@ static double mesher__side_length(const mesher__divider *d, uint32_t side)
                             d->out->xyz + 3 * (size_t)d->corners[mesher__side_turn(side, 1)]);
 }
 
-/* What is wanted at the middle of the edge of a side. */
+/* The wanted length at the midpoint of a side. */
 static double mesher__side_wish(const mesher__divider *d, uint32_t side)
 {
     double x[3];
     return mesher__middle(d, d->corners[side], d->corners[mesher__side_turn(side, 1)], x);
 }
 
-/* Lists the edge of a side if it is too long. */
+/* Puts the edge of a side on the heap if it is too long. */
 static void mesher__list_if_long(mesher__divider *d, uint32_t side)
 {
     uint32_t p = d->corners[side], q = d->corners[mesher__side_turn(side, 1)];
@@ -10344,7 +10369,7 @@ static void mesher__list_if_long(mesher__divider *d, uint32_t side)
 
 /* -- flips */
 
-/* (b - a) x (c - a), and its length. */
+/* n = (b - a) x (c - a). Returns its length. */
 static double mesher__normal(const double *a, const double *b, const double *c, double *n)
 {
     int k;
@@ -10361,7 +10386,7 @@ static double mesher__dot_from(const double *o, const double *a, const double *b
            (a[2] - o[2]) * (b[2] - o[2]);
 }
 
-/* Do triangles abc and bae lie in a plane, side by side? */
+/* Do triangles abc and bae lie in one plane, without overlapping? */
 static int mesher__is_plane(const mesher__divider *d, const double *a, const double *b,
                             const double *c, const double *e)
 {
@@ -10380,7 +10405,7 @@ static int mesher__is_plane(const mesher__divider *d, const double *a, const dou
                                     fabs(volume) <= MESHER__PLANE_SHARE * d->extent * most);
 }
 
-/* Are the angles of triangles abc and bae at c and e more than two right ones? */
+/* Is the sum of the angles of triangles abc and bae at c and e more than 180 degrees? */
 static int mesher__is_not_delaunay(const double *a, const double *b, const double *c,
                                    const double *e)
 {
@@ -10390,7 +10415,7 @@ static int mesher__is_not_delaunay(const double *a, const double *b, const doubl
                                                sqrt(cos_e * cos_e + sin_e * sin_e);
 }
 
-/* Would triangles cae and ebc look the way that abc and bae do? */
+/* Would triangles cae and ebc face the same way as abc and bae do? */
 static int mesher__keeps_sides(const double *a, const double *b, const double *c, const double *e)
 {
     double n[4][3], first = 0, second = 0;
@@ -10412,8 +10437,9 @@ static int32_t mesher__tag_of(const mesher__divider *d, uint32_t side)
     return tags ? tags[d->source[side / 3]] : 1;
 }
 
-/* Are the triangles of two sides of one tag, and parts of the caller's that may mix? Those with
- * copies do not, for their parts will be copied. */
+/* May the triangles of two sides exchange area by a flip? They must have the same tag. If they are
+ * parts of different triangles of the caller's, neither of these may have copies, since the parts
+ * of a triangle are copied with it. */
 static int mesher__are_alike(const mesher__divider *d, uint32_t s, uint32_t r)
 {
     const uint32_t a = d->source[s / 3], b = d->source[r / 3];
@@ -10421,8 +10447,8 @@ static int mesher__are_alike(const mesher__divider *d, uint32_t s, uint32_t r)
                       (!d->copy || (d->copy[a] == DELAUNAY_NO_ID && d->copy[b] == DELAUNAY_NO_ID)));
 }
 
-/* Is a side the edge of two triangles alone, in a plane, of one tag and orientation? x: both ends,
- * and the third corners of its own triangle and of the other. */
+/* Does a side lie between exactly two triangles, in one plane and of the same tag and orientation?
+ * x: both ends of the side, and the third corners of its own triangle and of the other one. */
 static int mesher__joins_plane(const mesher__divider *d, uint32_t s, const double **x)
 {
     uint32_t r = d->next[s], v[4];
@@ -10453,7 +10479,7 @@ static void mesher__doubt(mesher__divider *d, uint32_t side)
     else d->no_memory = 1;
 }
 
-/* Triangles abc and bad, s and r their sides ab and ba, become cad and dbc. */
+/* Triangles abc and bae, s and r their sides ab and ba, become cae and ebc. */
 static void mesher__flip_side(mesher__divider *d, uint32_t s)
 {
     uint32_t r = d->next[s], s1 = mesher__side_turn(s, 1), s2 = mesher__side_turn(s, 2);
@@ -10496,7 +10522,7 @@ static void mesher__flip_doubtful(mesher__divider *d)
 
 /* -- splits */
 
-/* Room for one vertex, and for as many triangles. */
+/* Makes room for one more vertex and the given number of triangles. */
 static int mesher__divider_room(mesher__divider *d, size_t triangles)
 {
     mesher_fine_surface *out = d->out;
@@ -10510,8 +10536,8 @@ static int mesher__divider_room(mesher__divider *d, size_t triangles)
            mesher__room(d->memory, &d->source, &d->cap_source, t, need, sizeof *d->source);
 }
 
-/* Does the plane beside the edge of a side reach as far as width, over one needle after the other?
- */
+/* Does the plane on this side of an edge reach as far as width? Where it consists of needles, it is
+ * followed from one needle to the next. */
 static int mesher__is_wide(const mesher__divider *d, uint32_t side, double width)
 {
     const double *xyz = d->out->xyz, *a = xyz + 3 * (size_t)d->corners[side], *x[4];
@@ -10530,7 +10556,8 @@ static int mesher__is_wide(const mesher__divider *d, uint32_t side, double width
     return 1;
 }
 
-/* Is the edge of a side that is too long to be halved? Not if there are only needles around it. */
+/* Is it worthwhile to halve the edge of a side, which is too long? Not if all triangles around it
+ * are needles. */
 static int mesher__is_worth_it(const mesher__divider *d, uint32_t side)
 {
     double width = MESHER__WIDE * mesher__side_wish(d, side);
@@ -10545,7 +10572,8 @@ static int mesher__is_worth_it(const mesher__divider *d, uint32_t side)
     return lines > 0 && triangles == 0;
 }
 
-/* The number of sides in a ring; 0: a triangle there is so low that rounding could turn it. */
+/* The number of sides in the ring of s, or 0 if one of its triangles is so low that rounding could
+ * turn it over. */
 static size_t mesher__ring_to_split(const mesher__divider *d, uint32_t s)
 {
     const double *xyz = d->out->xyz, *a = xyz + 3 * (size_t)d->corners[s];
@@ -10563,7 +10591,7 @@ static size_t mesher__ring_to_split(const mesher__divider *d, uint32_t s)
     return count;
 }
 
-/* A new vertex in the middle of the edge of a side. */
+/* Adds a vertex at the midpoint of a side. */
 static uint32_t mesher__add_middle(mesher__divider *d, uint32_t s)
 {
     uint32_t a = d->corners[s], b = d->corners[mesher__side_turn(s, 1)];
@@ -10574,8 +10602,9 @@ static uint32_t mesher__add_middle(mesher__divider *d, uint32_t s)
     return m;
 }
 
-/* The triangle (or line) of side s, from p to q, keeps the half at p; a new one, which is returned
- * by the same side of it, gets the other. The sides of the halves are in no ring yet. */
+/* Halves the triangle (or line) of side s, which goes from p to q, at m. It keeps the half at p; a
+ * new one gets the other half. Returns the side of the new one that is its half of s. Neither half
+ * of s is in the right ring yet. */
 static uint32_t mesher__halve(mesher__divider *d, uint32_t s, uint32_t m)
 {
     uint32_t t = (uint32_t)d->num++, h = 3 * t + s % 3, k;
@@ -10596,7 +10625,7 @@ static uint32_t mesher__halve(mesher__divider *d, uint32_t s, uint32_t m)
     return h;
 }
 
-/* Halves the edge of a side, and all around it. */
+/* Halves the edge of a side, and all triangles and lines at it. */
 static void mesher__split_side(mesher__divider *d, uint32_t s)
 {
     uint32_t m = mesher__add_middle(d, s), a = d->corners[s], r = s, first[2], last[2], i;
@@ -10615,7 +10644,7 @@ static void mesher__split_side(mesher__divider *d, uint32_t s)
         if (!mesher__is_line(d, r)) {
             uint32_t h = half[!turned];
             mesher__list_if_long(d, mesher__side_turn(r, 1));
-            mesher__list_if_long(d, mesher__side_turn(r, 2)); /* perhaps in vain until now */
+            mesher__list_if_long(d, mesher__side_turn(r, 2)); /* may not have been worthwhile */
             mesher__list_if_long(d, mesher__side_turn(h, 1));
             mesher__doubt(d, mesher__side_turn(r, 2));
             mesher__doubt(d, mesher__side_turn(h, 1));
@@ -10625,7 +10654,7 @@ static void mesher__split_side(mesher__divider *d, uint32_t s)
     for (i = 0; i < 2; i++) mesher__list_if_long(d, first[i]);
 }
 
-/* Asked before each edge of the list: are we to end? */
+/* Called before each edge: is the division to end, by max_seconds or the host's progress? */
 static mesher_result mesher__division_ends(mesher__divider *d, uint64_t round, double start)
 {
     const mesher_options *o = &d->domain->options;
@@ -10637,9 +10666,10 @@ static mesher_result mesher__division_ends(mesher__divider *d, uint64_t round, d
     return MESHER_STOPPED_BY_BUDGET;
 }
 
-/* The longest edge beside that of a side that ends a plane and is so near to the middle of it that
- * it is seen from there under more than 120 degrees; NO_ID: none that is as long as half of what is
- * wanted. Edges that begin at it would be halved nearer and nearer to it, over needles. */
+/* A wall: an edge that ends a plane, is an edge of a triangle at the given side, subtends more than
+ * 120 degrees as seen from the midpoint of that side, and is longer than half of what is wanted
+ * there. Returns the longest wall, or NO_ID. Were it not halved first, the edges that begin at it
+ * would be halved nearer and nearer to it, which makes needles. */
 static uint32_t mesher__wall_beside(const mesher__divider *d, uint32_t side)
 {
     const double *xyz = d->out->xyz, *x[4];
@@ -10664,8 +10694,8 @@ static uint32_t mesher__wall_beside(const mesher__divider *d, uint32_t side)
     return wall;
 }
 
-/* The edge of a side is too long: halves it, unless that is in vain; or a wall beside it, before
- * its turn comes again. */
+/* Halves the edge of a side, which is too long, if that is worthwhile. If there is a wall beside
+ * it, halves that instead; the side is then put on the heap again. */
 static mesher_result mesher__divide_at(mesher__divider *d, uint32_t side)
 {
     const mesher_options *o = &d->domain->options;
@@ -10707,7 +10737,7 @@ static mesher_result mesher__divide(mesher__divider *d)
 
 /* -- in and out */
 
-/* Sides at the same edge form rings. */
+/* Links the sides at the same edge into rings. */
 static mesher_result mesher__make_rings(mesher__divider *d, mesher_domain *domain)
 {
     size_t n = 0, i, k;
@@ -10732,7 +10762,7 @@ static mesher_result mesher__make_rings(mesher__divider *d, mesher_domain *domai
     return result;
 }
 
-/* Triangle or line number of the caller's, unless it has a corner twice. */
+/* Appends the caller's triangle or line of this number, unless it has a corner twice. */
 static void mesher__take_element(mesher__divider *d, const uint32_t *v, uint32_t third,
                                  uint32_t number)
 {
@@ -10790,7 +10820,7 @@ static mesher_result mesher__divider_init(mesher__divider *d, mesher_domain *dom
     d->extent = mesher__extent(&domain->surface, &d->largest);
     for (i = 0; i < d->num_vertices; i++) {
         double h = domain->size[domain->mesh.vertex_of[i]];
-        d->wish[i] = h > 0 ? h : DBL_MAX; /* of no region, or equal to another */
+        d->wish[i] = h > 0 ? h : DBL_MAX; /* a vertex of no region, or a duplicate */
     }
     if (mesher__find_copies(d) != MESHER_OK) return MESHER_ERROR_OUT_OF_MEMORY;
     for (i = 0; i < s->num_triangles; i++)
@@ -10815,7 +10845,7 @@ static void mesher__divider_free(mesher__divider *d)
     delaunay_release(d->memory, d->doubtful);
 }
 
-/* Writes triangle i as a part of the caller's triangle source, which has the vertices of its own.
+/* Writes triangle i as a part of the caller's triangle `source`, which is its own or a copy of it.
  */
 static void mesher__triangle_out(const mesher__divider *d, size_t i, uint32_t source, size_t at)
 {
@@ -10832,13 +10862,13 @@ static void mesher__triangle_out(const mesher__divider *d, size_t i, uint32_t so
     out->triangle_source[at] = source;
 }
 
-/* The next triangle with the same vertices, or NO_ID. */
+/* The caller's next triangle with the same vertices, or NO_ID. */
 static uint32_t mesher__next_copy(const mesher__divider *d, uint32_t source)
 {
     return d->copy ? d->copy[source] : DELAUNAY_NO_ID;
 }
 
-/* The number of triangles and lines, with copies. */
+/* The number of triangles and lines to be written, with copies. */
 static void mesher__count_out(const mesher__divider *d, size_t *triangles, size_t *lines)
 {
     size_t i;
@@ -10851,7 +10881,7 @@ static void mesher__count_out(const mesher__divider *d, size_t *triangles, size_
                 ++*triangles;
 }
 
-/* Triangles and lines as the caller gets them. */
+/* Writes triangles and lines into the arrays that the caller gets. */
 static mesher_result mesher__division_out(mesher__divider *d)
 {
     const mesher_surface *given = &d->domain->surface;
@@ -10900,7 +10930,7 @@ static mesher_result mesher__division_out(mesher__divider *d)
     return MESHER_OK;
 }
 
-/* Of a domain whose sizes are known. */
+/* Divides the surface of a domain whose sizes are known. */
 static mesher_result mesher__divide_surface(mesher_fine_surface *out, mesher_domain *domain,
                                             mesher__divider *d)
 {
@@ -10941,9 +10971,9 @@ MESHER_API void mesher_fine_surface_free(mesher_fine_surface *fine)
 
 /* ---- >>refine ----------------------------------------------------------------------------- */
 /* Sweeps: every tetrahedron that is new and too large proposes a point; proposals too near each
- * other or an existing vertex are dropped; the rest is inserted by Bowyer and Watson with a
- * cavity that stops at constrained facets and is cut until the point sees all of its boundary
- * [Marot 2020, 5].
+ * other or an existing vertex are dropped; the rest is inserted by the algorithm of Bowyer and
+ * Watson, with a cavity that stops at constrained facets and is cut until the point sees all of its
+ * boundary [Marot 2020, 5].
  *
  * Why a star-shaped cavity is enough: its tetrahedra do not overlap, and the cones from p over
  * its boundary have the same boundary; so if each cone is positive they tile the same set. Then
@@ -10951,56 +10981,57 @@ MESHER_API void mesher_fine_surface_free(mesher_fine_surface *fine)
  * not on it: both are tested. */
 
 enum {
-    MESHER__SEEN =
-        0x400, /* stage bit: this tetrahedron has proposed its point, or is small enough */
-    MESHER__LOST = 0x800, /* one stage bit up to .. */
-    MESHER__LOST_MASK =
-        0x1800, /* .. three times its point lost against another; then it is not asked again */
-    MESHER__WALK_STEPS = 2000, /* then the walk is in a cycle, and the point is given up */
+    /* a stage bit: this tetrahedron has proposed its point, or is small enough */
+    MESHER__SEEN = 0x400,
+    /* two stage bits count, up to 3, how often its point lost against another one; the next time
+     * sets MESHER__SEEN */
+    MESHER__LOST = 0x800,
+    MESHER__LOST_MASK = 0x1800,
+    MESHER__WALK_STEPS = 2000, /* a longer walk is taken for a cycle; the point is given up */
     MESHER__ROW = 6,
-    MESHER__LOCAL = 1 << MESHER__ROW /* vertices of a cavity whose edges fit in a matrix */
+    MESHER__LOCAL = 1 << MESHER__ROW /* most vertices of a cavity whose edges are in a matrix */
 };
 
-/* Nearest distance between two vertices, relative to the mean of their sizes. */
+/* Least distance between two vertices, relative to the mean of their sizes. */
 #define MESHER__SPACING 0.8
-/* Size at a corner of a tetrahedron, relative to the mean of the others, from which on a point may
- * be wanted though the centre of its sphere is too near to that corner. */
+/* If the size at one corner of a tetrahedron exceeds the mean of the others by this factor, a point
+ * may be wanted even though the circumcentre is too near to that corner. */
 #define MESHER__UNEVEN 1.25
-/* Least height of a point over a constrained facet, relative to the mean of the sizes of the
- * facet. */
+/* Least height of a point over a constrained facet, relative to the mean size of the facet's
+ * corners. */
 #  define MESHER__LOW 0.35
 
 typedef struct mesher__proposal {
     double          x[3], h;
     delaunay_handle source; /* the tetrahedron that proposed it; 0: none */
-    uint32_t        stamp;  /* of the vertices of source: another tetrahedron may take its slot */
-    delaunay_handle tet;    /* one that contained it then */
-    delaunay_handle home;   /* that of the background */
+    uint32_t        stamp;  /* a hash of source's vertices: tells if its slot was reused since */
+    delaunay_handle tet;    /* one that contained it when it was proposed */
+    delaunay_handle home;   /* the tetrahedron of the background that contains it */
     uint32_t        region;
-    uint32_t        vertex; /* its number, given beforehand where threads insert */
+    uint32_t        vertex; /* its vertex number, which is given beforehand where threads insert */
     uint32_t        hint;   /* a vertex of its section near it, or 0 */
-    int32_t         state;  /* what became of it */
+    int32_t         state;  /* what became of it: MESHER__DONE .. */
 } mesher__proposal;
 
-/* A point in a grid: half a cache line, because their number is what a search costs. */
+/* A point in a grid. It takes half a cache line, since what a search costs is reading points. */
 typedef struct mesher__spot {
     double   x[3];
-    float    h;    /* its size, in the unit of its level */
+    float    h;    /* its size, in units of the cell width of its level */
     uint32_t next; /* 1 + index of the next one in its cell, or 0 */
 } mesher__spot;
 
-/* Points by cells, one edge length per power of two, in a hash: each point in the levels of all
- * sizes that ask for it. */
+/* A hash table of cubic cells that list points. The cells of level l are 2^l wide. A point is
+ * listed in the levels of all sizes whose search has to find it. */
 typedef struct mesher__grid {
-    uint64_t *used;   /* by block of 4 x 4 x 4 cells: bits of those with points */
+    uint64_t *used;   /* for each block of 4 x 4 x 4 cells: a bit for each cell with points */
     uint32_t *cells;  /* 1 + index of the first point, where used */
     mesher__spot *spots;
     size_t    num_spots, cap_used, cap_cells, cap_spots, mask; /* mask: of blocks */
     int       low, high; /* levels in use */
-    double    origin[3]; /* below all points */
+    double    origin[3]; /* less than the coordinates of all points */
 } mesher__grid;
 
-/* What one thread gathers from a range of slots. */
+/* The points that one thread gathers from a range of slots. */
 enum { MESHER__SLOTS = 1 << 13 };
 typedef struct mesher__harvest {
     mesher__proposal *points;
@@ -11008,12 +11039,11 @@ typedef struct mesher__harvest {
     mesher__grid      grid;
 } mesher__harvest;
 
-/* Facet of a cavity's boundary: outward order, seen from the tetrahedron in the cavity that has
- * it. */
+/* A facet of a cavity's boundary, with its vertices in outward order. */
 typedef struct mesher__facet {
     uint32_t        v[3];
-    uint32_t        local[3];
-    delaunay_handle outer;  /* the facet on the other side, or 0 */
+    uint32_t        local[3]; /* their local numbers */
+    delaunay_handle outer;  /* the facet as seen from outside the cavity, or 0 */
     uint16_t        flags;  /* of the new tetrahedron (p, v[0], v[1], v[2]) */
 } mesher__facet;
 
@@ -11022,45 +11052,45 @@ typedef struct mesher__cavity {
     delaunay_memory *memory;
     delaunay_handle *tets;      /* in the cavity, the one with the point first */
     uint32_t         num_tets, cap_tets;
-    delaunay_handle *queue;     /* facets by which the others were reached, in or not */
-    delaunay_handle *border;    /* facets of the boundary, of the tetrahedra within */
+    delaunay_handle *queue;     /* facets by which the search reached the others, in it or not */
+    delaunay_handle *border;    /* facets of the boundary, as those of tetrahedra in the cavity */
     delaunay_handle *slots;     /* of the new tetrahedra */
-    uint32_t         num_queue, num_border, cap_search; /* of each of the three */
+    uint32_t         num_queue, num_border, cap_search; /* capacity of each of the three lists */
     int              whole;     /* nothing has been cut off since the search */
     mesher__facet   *facets;
     uint32_t         num_facets, cap_facets;
     uint32_t        *vertices;  /* of the boundary */
     uint32_t         num_vertices, cap_vertices;
-    uint32_t         num_locals; /* their local numbers are below */
-    uint64_t        *hash_key;  /* directed edges of a large boundary */
+    uint32_t         num_locals; /* the local numbers of the vertices are less than this */
+    uint64_t        *hash_key;  /* directed edges of a large boundary; values as in matrix */
     uint32_t        *hash_value;
     uint32_t         cap_hash, hash_mask;
     int              simd;      /* the processor has AVX2 */
-    int shared; /* other threads insert too: no allocation, and only in the own section */
-    uint32_t         section;   /* vertices[].key of what is in it */
+    int shared; /* other threads insert too: no allocation, and only in its own section */
+    uint32_t         section;   /* that section: vertices[].key of its vertices */
     uint32_t         last;      /* the vertex inserted last, or 0 */
     uint32_t         most;      /* a cavity of more tetrahedra is given up */
     struct mesher__section *pool; /* where new tetrahedra come from, if shared */
-    int              row;       /* of the matrix: 2 to this power */
+    int              row;       /* a row of the matrix has 2^row entries */
     delaunay_plain plain;
-    uint32_t matrix[MESHER__LOCAL * MESHER__LOCAL]; /* the same of a small one: 4*facet + its
-                                                     * opposite corner */
+    uint32_t matrix[MESHER__LOCAL * MESHER__LOCAL]; /* directed edges of a small boundary: 4*facet
+                                  * + the corner of its new tetrahedron that is opposite the edge */
 } mesher__cavity;
 
-/* A section of the curve: what one thread inserts at a time. */
+/* A section of the Hilbert curve; one thread inserts its points. */
 typedef struct mesher__section {
     size_t           first, end;    /* points, in r->order */
     delaunay_handle *slots;         /* a stack of free ones */
     uint32_t         num_slots, cap_slots;
-    delaunay_handle  fresh, fresh_end;
+    delaunay_handle  fresh, fresh_end; /* free ones that have never been used */
     uint32_t         start;         /* a vertex of the section, or 0 */
-    uint64_t         inserted, born, dead;
+    uint64_t         inserted, born, dead; /* vertices; tetrahedra made and removed */
     uint64_t         lost;          /* tetrahedra looked at for points that were given up */
 } mesher__section;
 
 enum { MESHER__SECTIONS = 256 };
 
-/* Nodes of a lattice that have been tried, by cubes of 4 x 4 x 4. */
+/* Nodes of a lattice that have been tried, in a cube of 4 x 4 x 4. */
 typedef struct mesher__seen {
     uint64_t cube, bits; /* no bits: a free slot */
 } mesher__seen;
@@ -11080,29 +11110,30 @@ typedef struct mesher__refiner {
     size_t           cap_order, cap_keys;
     hilbert_box      box;
     mesher__grid     grid;
-    uint64_t        *nodes;      /* of lattices, by point */
-    struct mesher__seen *seen;   /* all that have been tried: a hash table */
-    struct mesher__candidate *front;
+    uint64_t        *nodes;      /* the lattice node of each point */
+    struct mesher__seen *seen;   /* a hash table of all nodes that have been tried */
+    struct mesher__candidate *front; /* the candidates of a batch */
     struct mesher__lattice_start *starts;
     uint64_t         num_lattices;
     size_t           cap_nodes, num_seen, cap_seen, cap_front, num_starts, cap_starts;
-    mesher__cavity   cavity;
+    mesher__cavity   cavity;     /* for insertion by one thread alone */
     mesher__section  sections[MESHER__SECTIONS];
-    delaunay_handle *slots;
+    delaunay_handle *slots;      /* the lists of all sections */
     size_t           cap_slots;
-    mesher__cavity  *cavities;   /* of the threads */
+    mesher__cavity  *cavities;   /* for insertion by sections: one for each thread */
     mesher__harvest *harvests;
     delaunay_crew    crew;       /* for the short loops of the sweeps */
     int              num_harvests;
     int              num_cavities;
-    int cancelled; /* 1: by the host, 2: out of time; by the calling thread, read by all */
-    int budget;    /* the last one that was met */
-    uint64_t         inserted, num_tets, ignored;
+    int cancelled; /* 1: by the host, 2: out of time; set by the calling thread, read by all */
+    int budget;    /* the MESHER__BUDGET_.. that was exhausted last */
+    uint64_t         inserted, num_tets, ignored; /* ignored: answers that were no size */
     uint64_t         lost;       /* tetrahedra looked at for points that were given up */
     double           start;
 } mesher__refiner;
 
-/* Distance below MESHER__SPACING times the mean of two sizes, given their sum. */
+/* Is the distance of a and b below MESHER__SPACING times the mean of their sizes, whose sum is
+ * given? */
 static inline int mesher__too_near(const double *a, const double *b, double sum)
 {
     double x = a[0] - b[0], y = a[1] - b[1], z = a[2] - b[2];
@@ -11120,8 +11151,8 @@ static inline double mesher__power(int e)
     return x;
 }
 
-/* The level of a point of size h: its cells are one to two times as wide as its distance from
- * others. */
+/* The level of a point of size h: its cells are one to two times as wide as the distance that the
+ * point keeps from others of its size. */
 static inline int mesher__level(double h)
 {
     double reach = MESHER__SPACING * h;
@@ -11130,7 +11161,8 @@ static inline int mesher__level(double h)
     return (int)(bits >> 52) - 1022;
 }
 
-/* The block of 4 x 4 x 4 cells with this number; different ones may share their cells. */
+/* The index of the block of 4 x 4 x 4 cells with these coordinates, by hashing. Different blocks
+ * may have the same index; then they share their cells. */
 static inline size_t mesher__grid_block(const mesher__grid *g, int level, int64_t x, int64_t y,
                                         int64_t z)
 {
@@ -11141,7 +11173,7 @@ static inline size_t mesher__grid_block(const mesher__grid *g, int level, int64_
     return (size_t)((k * 0xbf58476d1ce4e5b9u) >> 24) & g->mask;
 }
 
-/* The cell around x: 64 times its block, plus its place in it. */
+/* The cell around x: 64 times the index of its block, plus its place in the block. */
 static inline size_t mesher__grid_cell(const mesher__grid *g, int level, const double *x)
 {
     double scale = mesher__power(-level);
@@ -11170,7 +11202,7 @@ static inline int mesher__first_bit(uint64_t bits)
 #  endif
 }
 
-/* Empties a grid for about so many points. */
+/* Empties a grid, and makes room for about the given number of points. */
 static int mesher__grid_reset(mesher__grid *g, delaunay_memory *memory, size_t points)
 {
     size_t blocks = 1;
@@ -11198,7 +11230,7 @@ static void mesher__grid_free(mesher__grid *g, delaunay_memory *memory)
     g->cap_used = g->cap_cells = g->cap_spots = 0;
 }
 
-/* A range of cells along one axis within block b: bits low to high, clipped to the four of it. */
+/* The cells low to high along one axis, as far as they are in block b: bits of its four cells. */
 static inline unsigned mesher__grid_bits(int64_t low, int64_t high, int64_t b)
 {
     int64_t from = low - 4 * b, to = high - 4 * b;
@@ -11207,8 +11239,8 @@ static inline unsigned mesher__grid_bits(int64_t low, int64_t high, int64_t b)
     return (2u << to) - (1u << from);
 }
 
-/* The first points of those cells of a block whose bits are set; returns how many. They are on
- * their way from memory then. */
+/* Lists the first points of those cells of a block whose bits are set, and prefetches them.
+ * Returns how many there are. */
 static inline uint32_t mesher__first_points(const mesher__grid *g, size_t block, uint64_t bits,
                                             uint32_t *list)
 {
@@ -11221,8 +11253,9 @@ static inline uint32_t mesher__first_points(const mesher__grid *g, size_t block,
     return n;
 }
 
-/* How large the size of a point at x may be, up to h, for the points of count cells; unit: of their
- * level. */
+/* The largest size up to h that a point at x may have for its distance from the points of count
+ * cells, whose first points are listed; unit: the cell width of their level. Below least, it stops
+ * early. */
 static inline double mesher__leave(const mesher__grid *g, const double *x, double h, double least,
                                    double unit, const uint32_t *list, uint32_t count)
 {
@@ -11238,8 +11271,8 @@ static inline double mesher__leave(const mesher__grid *g, const double *x, doubl
     return h;
 }
 
-/* The same for all points of a level up to reach (in cells, below 1.5) away. Below least, any
- * answer below will do. */
+/* The same for all points of a level up to reach (in cell widths, below 1.5) away. An answer below
+ * least means only that there is no room for least. */
 static inline double mesher__leave_at(const mesher__grid *g, const double *x, double h,
                                       double least, int level, double reach)
 {
@@ -11271,12 +11304,12 @@ static inline double mesher__leave_at(const mesher__grid *g, const double *x, do
     return mesher__leave(g, x, h, least, unit, list, n);
 }
 
-/* Sizes that are this much larger or smaller do not meet in a grid: the gradation leaves hardly any
- * other so near, and insertion tests again. */
+/* Points whose sizes differ by more than this factor may miss each other in a grid: because of the
+ * gradation hardly any such points are near each other, and the insertion tests again. */
 #define MESHER__ALIKE 1.33
 
-/* The largest size up to h that a point at x may have for its distance from the points of a grid;
- * below least, any answer below will do. */
+/* The largest size up to h that a point at x may have for its distance from the points of a grid.
+ * An answer below least means only that there is no room for least. */
 static double mesher__room_at(const mesher__grid *g, const double *x, double h, double least)
 {
     int level = mesher__level(h);
@@ -11286,13 +11319,14 @@ static double mesher__room_at(const mesher__grid *g, const double *x, double h, 
                                 mesher__power(-level));
 }
 
-/* No point in the grid is too near a point of size h at x. */
+/* Is no point in the grid too near for a point of size h at x? */
 static int mesher__is_alone(const mesher__grid *g, const double *x, double h)
 {
     return mesher__room_at(g, x, h, h) >= h;
 }
 
-/* A quick form, for points that will be tested again: the nearest cells of the level of h only. */
+/* Is a point in the grid too near for one of size h at x? A quick test, for points that will be
+ * tested again: it looks at the nearest cells of the level of h only. */
 static int mesher__is_crowded(const mesher__grid *g, const double *x, double h)
 {
     int level = mesher__level(h);
@@ -11328,8 +11362,8 @@ static int mesher__put_in_grid(mesher__grid *g, delaunay_memory *memory, const d
 
 /* -- proposals */
 
-/* Centre of the sphere through the four corners, relative to the first; the squared radius, or
- * -1. */
+/* The circumcentre x of a tetrahedron. Returns the squared circumradius, or -1 if the tetrahedron
+ * is flat. */
 static double mesher__circumcentre(const double *a, const double *b, const double *c,
                                    const double *d, double *x)
 {
@@ -11358,8 +11392,8 @@ static double mesher__circumcentre(const double *a, const double *b, const doubl
     return uu;
 }
 
-/* Walks from tetrahedron t to the one that contains x. Returns 0 where a constrained facet, the end
- * of the mesh or a cycle stops it; *facet is then the facet that was met. */
+/* Walks from tetrahedron t to the one that contains x. Returns 0 if a constrained facet, the end of
+ * the mesh or a cycle stops it; *facet is then the constrained facet or end that was met, or 0. */
 static delaunay_handle mesher__see(const delaunay_mesh *mesh, const double *x, delaunay_handle t,
                                    delaunay_handle *facet)
 {
@@ -11382,7 +11416,7 @@ static delaunay_handle mesher__see(const delaunay_mesh *mesh, const double *x, d
     return 0;
 }
 
-/* No corner of tetrahedron t is too near, with such a size at the point. */
+/* Is p far enough from all corners of tetrahedron t, if its size is h? */
 static int mesher__is_clear(const mesher__refiner *r, const mesher__proposal *p, double h,
                             delaunay_handle t)
 {
@@ -11394,8 +11428,10 @@ static int mesher__is_clear(const mesher__refiner *r, const mesher__proposal *p,
     return 1;
 }
 
-/* The wanted apex over facet i of tetrahedron t, on its inner side: at reach times their size from
- * its corners. */
+/* The wanted apex x over facet i of tetrahedron t, on the side of t: its distance from the corners
+ * of the facet is reach times their mean size. If the facet is obtuse, it is over the centroid; if
+ * the facet is large, its height is 0.6 times that distance. Returns 0 if the facet has no normal.
+ */
 static int mesher__apex(const mesher__refiner *r, delaunay_handle t, int i, double reach,
                         double *x)
 {
@@ -11443,6 +11479,8 @@ static int mesher__in_box(const mesher__refiner *r, const double *x)
            x[2] < hi[2];
 }
 
+/* Finds the tetrahedron that contains p->x, by a walk from t, and the size there. Returns 0 if the
+ * walk does not get there; *met is then the facet in the way, if any. */
 static int mesher__settle(const mesher__refiner *r, mesher__proposal *p, delaunay_handle t,
                           delaunay_handle *met)
 {
@@ -11452,7 +11490,7 @@ static int mesher__settle(const mesher__refiner *r, mesher__proposal *p, delauna
     *met = 0;
     if (!mesher__in_box(r, p->x)) return 0; /* so far away that rounding decides what is seen */
     p->h = mesher__field_at(&r->field, p->x, &p->home, &found);
-    if (mesher__has_wishes(r->options)) /* but for the function, which is asked in batches */
+    if (mesher__has_wishes(r->options)) /* without the function, which is called in batches */
         p->h = mesher__clamp_size(r->options, mesher__wish_at(r->options, p->x, p->region, p->h));
     return 1;
 }
@@ -11463,9 +11501,9 @@ static uint32_t mesher__stamp(const delaunay_mesh *mesh, delaunay_handle t)
     return v[0] ^ v[1] * 3 ^ v[2] * 5 ^ v[3] * 7;
 }
 
-/* A tetrahedron with such sizes at its corners, in all and at most, is small if its sphere's radius
- * is below: then there is no room for the sphere's centre, nor, where one corner has a much larger
- * size than the others, for the apex that those want. */
+/* A tetrahedron whose corner sizes have this sum and maximum is small if its circumradius is below
+ * the bound: then there is no room for the circumcentre nor, if one corner has a much larger size
+ * than the others, for the apex over the facet of those. */
 static inline double mesher__bound(double sum, double most)
 {
     double rest = (sum - most) / 3;
@@ -11473,32 +11511,34 @@ static inline double mesher__bound(double sum, double most)
     return 0.98 * MESHER__SPACING / 2 * (sum / 4 + most);
 }
 
-/* The distance to the next vertex, relative to the size here, where sizes grow by so much across a
- * sphere of squared radius rr: the mean of the sizes at both ends, or twice the size here. */
+/* How far the next vertex should be, relative to the size here, if sizes grow by so much across a
+ * sphere of squared radius rr: as far as the mean of the sizes at both ends, but at most twice the
+ * size here. */
 static double mesher__reach(double growth, double rr)
 {
     double slope = growth / (2 * sqrt(rr));
     return 1 / (1 - 0.5 * (slope < 1 ? slope : 1));
 }
 
-/* What a tetrahedron asks for. */
+/* What a tetrahedron answers: no point; perhaps one later, as another is in the way; a point. */
 enum { MESHER__SMALL = 1, MESHER__CROWDED, MESHER__POINT };
 
-/* Whether the point that tetrahedron t asks for may be where it is, in sight from tetrahedron from:
- * 1; 0: it would be too near to a corner; -1: it is not in sight, for facet *met, if any, is in the
- * way. The search for its size starts at that corner of t. */
+/* Can the point p->x that tetrahedron t asks for stay where it is? Returns 1 if so; 0 if it is too
+ * near to a corner; -1 if a walk from tetrahedron `from` does not get there: facet *met, if any, is
+ * in the way. The search for its size starts at the given corner of t. */
 static int mesher__suits(const mesher__refiner *r, mesher__proposal *p, delaunay_handle t,
                          delaunay_handle from, int corner, delaunay_handle *met)
 {
     double h;
     p->home = r->home[r->mesh->tets[t].v[corner]];
     if (!mesher__settle(r, p, from, met)) return -1;
-    h = r->options->size_function ? 0 : p->h; /* by what that wishes it may be much less */
+    h = r->options->size_function ? 0 : p->h; /* the function may ask for much less */
     return mesher__is_clear(r, p, h, t) && mesher__is_clear(r, p, h, p->tet);
 }
 
-/* The point that tetrahedron t asks for, if it is too large; MESHER__CROWDED: one of those
- * harvested is probably in its way. */
+/* Finds the point that tetrahedron t asks for, if t is too large. Returns MESHER__POINT;
+ * MESHER__CROWDED: a point of the harvest h (which may be NULL) is probably in its way;
+ * MESHER__SMALL: t is small enough, or no place suits. */
 static int mesher__propose(const mesher__refiner *r, delaunay_handle t, mesher__proposal *p,
                            const mesher__harvest *h)
 {
@@ -11540,7 +11580,8 @@ static int mesher__propose(const mesher__refiner *r, delaunay_handle t, mesher__
     return suits == 1 ? MESHER__POINT : MESHER__SMALL;
 }
 
-/* The caller's wishes at count proposals, stride bytes apart, in batches shared by the threads. */
+/* Bounds the sizes of count proposals, stride bytes apart, by the caller's wishes, in batches that
+ * the threads share. */
 static void mesher__wish_at_points(mesher__refiner *r, mesher__proposal *points, size_t stride,
                                    size_t count)
 {
@@ -11575,7 +11616,7 @@ static void mesher__wish_at_points(mesher__refiner *r, mesher__proposal *points,
     r->ignored += ignored;
 }
 
-/* The caller's bounds on all proposals of the sweep. */
+/* Applies the caller's bounds to the sizes of all proposals of the sweep. */
 static void mesher__bound_points(mesher__refiner *r)
 {
     size_t i;
@@ -11585,6 +11626,7 @@ static void mesher__bound_points(mesher__refiner *r)
     }
 }
 
+/* Counts that the point of tetrahedron t lost against another. */
 static void mesher__lose(delaunay_mesh *mesh, delaunay_handle t)
 {
     unsigned flags = mesh->flags[t];
@@ -11596,7 +11638,7 @@ static void mesher__lose(delaunay_mesh *mesh, delaunay_handle t)
 #if defined(__GNUC__) && defined(__x86_64__) && !defined(DELAUNAY_NO_SIMD)
 #define MESHER__SIMD
 
-/* Corner i of four tetrahedra, relative to p, and its squared distance. */
+/* Loads corner i of four tetrahedra, relative to p, and its squared distance from p. */
 #    define MESHER__LOAD(i, ox, oy, oz, l)                                                         \
       do {                                                                                         \
         __m256d r0 = _mm256_load_pd(vertices[v0[i]].x), r1 = _mm256_load_pd(vertices[v1[i]].x);    \
@@ -11611,9 +11653,9 @@ static void mesher__lose(delaunay_mesh *mesh, delaunay_handle t)
       } while (0)
 #define MESHER__CROSS(a, b, c, d) _mm256_sub_pd(_mm256_mul_pd(a, b), _mm256_mul_pd(c, d))
 
-/* Which of four tetrahedra have a sphere so much smaller than their corners ask for that
- * mesher__propose need not look: bits. None that is so flat that it could find otherwise by
- * rounding. */
+/* Bits of those of four tetrahedra whose circumspheres are clearly so small that mesher__propose
+ * would answer MESHER__SMALL. Leaves out any that is so flat that rounding could make a
+ * difference. */
 __attribute__((target("avx2"))) static int mesher__are_small4(const delaunay_vertex *vertices,
                                                               const double *size,
                                                               const delaunay_tet *const *t)
@@ -11663,8 +11705,8 @@ __attribute__((target("avx2"))) static int mesher__are_small4(const delaunay_ver
 }
 #endif
 
-/* Answers for those of up to four tetrahedra whose spheres are so small that there is no need to
- * look closer; returns how many are left of the list. */
+/* Answers MESHER__SMALL for those of up to four tetrahedra whose circumspheres are clearly small,
+ * and takes them off the list. Returns how many are left. */
 static int mesher__sieve(const mesher__refiner *r, delaunay_handle *list, int count)
 {
 #ifdef MESHER__SIMD
@@ -11686,19 +11728,19 @@ static int mesher__sieve(const mesher__refiner *r, delaunay_handle *list, int co
 #endif
 }
 
-/* Asks tetrahedron t, and keeps the point. */
+/* Asks tetrahedron t; keeps its point, if any, in the harvest. */
 static void mesher__ask(const mesher__refiner *r, mesher__harvest *h, delaunay_handle t)
 {
     int alone = !mesher__has_wishes(r->options);
     mesher__proposal *p = h->points + h->num_points;
     int answer = mesher__propose(r, t, p, alone ? h : NULL);
-    r->mesh->mark[t] = (uint8_t)answer; /* others read the flags */
+    r->mesh->mark[t] = (uint8_t)answer; /* not in the flags: other threads read those */
     if (answer != MESHER__POINT) return;
     if (alone) mesher__put_in_level(&h->grid, r->memory, mesher__level(p->h), p->x, p->h);
     h->num_points++;
 }
 
-/* The corners of a tetrahedron that will be asked, and their sizes, on their way from memory. */
+/* Prefetches the corners of a tetrahedron that will be asked, and their sizes. */
 static inline void mesher__fetch_corners(const mesher__refiner *r, delaunay_handle t)
 {
     const uint32_t *v = r->mesh->tets[t].v;
@@ -11710,7 +11752,7 @@ static inline void mesher__fetch_corners(const mesher__refiner *r, delaunay_hand
     }
 }
 
-/* Whether four tetrahedra, by their flags, have all been asked. */
+/* Do the flags of four tetrahedra say that all of them need not be asked? */
 static inline int mesher__are_seen(const uint16_t *flags)
 {
     const uint64_t seen = (uint64_t)MESHER__SEEN * 0x0001000100010001u;
@@ -11719,7 +11761,7 @@ static inline int mesher__are_seen(const uint16_t *flags)
     return (four & seen) == seen;
 }
 
-/* Points of the tetrahedra of a range of slots. */
+/* Gathers the points that the tetrahedra of a range of slots ask for. */
 static void mesher__gather_some(const mesher__refiner *r, mesher__harvest *h, delaunay_handle begin,
                                 delaunay_handle end)
 {
@@ -11751,7 +11793,7 @@ static void mesher__gather_some(const mesher__refiner *r, mesher__harvest *h, de
     for (k = 0; k < count; k++) mesher__ask(r, h, list[k]);
 }
 
-/* Notes in the flags what the tetrahedra of a range of slots answered. */
+/* Moves the answers of the tetrahedra of a range of slots from the marks to the flags. */
 static void mesher__note_answers(delaunay_mesh *mesh, delaunay_handle begin, delaunay_handle end)
 {
     delaunay_handle t;
@@ -11770,7 +11812,7 @@ static void mesher__note_answers(delaunay_mesh *mesh, delaunay_handle begin, del
     }
 }
 
-/* Room for the harvests, so that threads need not allocate. */
+/* Makes room for the harvests, so that threads need not allocate. */
 static int mesher__harvests(mesher__refiner *r, int count)
 {
     int i;
@@ -11793,7 +11835,7 @@ static int mesher__harvests(mesher__refiner *r, int count)
     return 1;
 }
 
-/* Points of all tetrahedra that have not been asked yet, in the order of the slots. */
+/* Gathers the points of all tetrahedra that are still to be asked, in the order of the slots. */
 static int mesher__gather(mesher__refiner *r)
 {
     int threads = delaunay_threads(&r->options->host), count = threads > 1 ? 4 * threads : 1, i, n;
@@ -11841,12 +11883,12 @@ static int mesher__gather(mesher__refiner *r)
     }
     if (r->options->size_function)
         mesher__wish_at_points(r, r->points, sizeof *r->points, r->num_points);
-    else mesher__bound_points(r); /* other wishes are in their sizes */
+    else mesher__bound_points(r); /* their sizes take all other wishes into account already */
     return 1;
 }
 
-/* The points in the array as in the order: all that follows goes along it. Without memory they stay
- * where they are. */
+/* Rearranges the array of points in the order of r->order, in which all that follows reads them. If
+ * there is no memory for that, they stay where they are. */
 static void mesher__arrange_points(mesher__refiner *r)
 {
     mesher__proposal *points =
@@ -11867,8 +11909,8 @@ static void mesher__arrange_points(mesher__refiner *r)
     r->cap_points = r->num_points;
 }
 
-/* Brings the points into the order of the curve, if asked for in rounds of growing size (thesis
- * 3.4), which a first insertion into a coarse mesh wants. */
+/* Sorts the points along the Hilbert curve. With rounds, in random rounds of growing size, each
+ * along the curve [Marot 2020, 3.4], which suits a first insertion into a coarse mesh. */
 static int mesher__sort_points(mesher__refiner *r, int rounds)
 {
     size_t n = r->num_points, k;
@@ -11909,7 +11951,8 @@ static mesher_result mesher__over_budget(mesher__refiner *r, int look_at_clock)
     return MESHER_STOPPED_BY_BUDGET;
 }
 
-/* What running out of memory means: the caller's limit is a budget, and the mesh is valid. */
+/* The result of running out of memory. If the caller has set a limit, that is a budget, as the mesh
+ * is valid. */
 static mesher_result mesher__no_memory(mesher__refiner *r)
 {
     r->budget = MESHER__BUDGET_MEMORY;
@@ -11918,20 +11961,21 @@ static mesher_result mesher__no_memory(mesher__refiner *r)
 
 /* -- lattice: far from the surface, before all sweeps */
 
-/* Edge of the cubes of the body-centred lattice, relative to the wanted size: its edges are 1.04
- * and 1.2 of it. */
+/* The width of the cubes of the body-centred lattice, relative to the wanted size: the edges of its
+ * tetrahedra are 1.04 and 1.2 times that size. */
 #  define MESHER__CUBE 1.2
-/* Largest relative change of the size from one point of a lattice to the next, and one for which
- * nothing need be moved. */
+/* The largest relative change of the size from one point of a lattice to the next, and the largest
+ * one at which the point need not be moved. */
 #  define MESHER__UNIFORM 0.1
 #  define MESHER__SAME 0.03
-/* So large, relative to the size, may be what starts a lattice. */
+/* A lattice starts only where there is room for a point of this many times the size. */
 #  define MESHER__ROOM_TO_START 1.5
-/* More points than this are left to the sweeps, which stop at budgets. */
+/* If there would be more points than this, all are left to the sweeps, which stop at budgets. */
 #  define MESHER__LATTICE_MOST 3e8
 
-/* The sizes wanted in the middle of tetrahedra first to end - 1 (a batch, or fewer), as h[t]; 0:
- * not inside. The background is the same mesh yet. */
+/* Sets h[t] to the size wanted at the centroid of each tetrahedron from first to end - 1 (a batch,
+ * or fewer), 0 for those not inside. The background still has the same tetrahedra as the mesh.
+ * Returns how many answers of the size function were no size. */
 static uint64_t mesher__sizes_in(const mesher__refiner *r, delaunay_handle first,
                                  delaunay_handle end, double *h)
 {
@@ -11964,8 +12008,7 @@ static uint64_t mesher__sizes_in(const mesher__refiner *r, delaunay_handle first
     return ignored;
 }
 
-/* True if the point's own cell has another one that is much nearer than the size: it will do for
- * both. */
+/* Does the cell of x list a point that is much nearer than the size h? It will do for both. */
 static int mesher__is_covered(const mesher__grid *g, const double *x, double h)
 {
     uint32_t q = mesher__grid_first(g, mesher__grid_cell(g, mesher__level(h), x));
@@ -11974,7 +12017,8 @@ static int mesher__is_covered(const mesher__grid *g, const double *x, double h)
     return 0;
 }
 
-/* The vertices inside, so that the lattice keeps its distance from them. */
+/* Puts the vertices inside into r->points and the grid, so that lattices keep their distance from
+ * them; without those that are covered by another. */
 static int mesher__put_vertices(mesher__refiner *r)
 {
     uint32_t v;
@@ -11994,7 +12038,7 @@ static int mesher__put_vertices(mesher__refiner *r)
     return 1;
 }
 
-/* Puts p at x, if that is in the region; home: where to search from. */
+/* Puts p at x, and finds its size, by a search from home. Returns whether x is in the region. */
 static int mesher__place(const mesher__refiner *r, mesher__proposal *p, const double *x,
                          delaunay_handle home, uint32_t region)
 {
@@ -12009,8 +12053,8 @@ static int mesher__place(const mesher__refiner *r, mesher__proposal *p, const do
     return found && r->field.color[p->home] == region;
 }
 
-/* A node of a lattice: three coordinates of 16 bits, in halves of the cube's edge, and the
- * lattice's number. */
+/* The neighbour of a node in one of eight directions. A node of a lattice is three coordinates of
+ * 16 bits, in halves of the cube's width, and the lattice's number in the highest 16 bits. */
 static uint64_t mesher__next_node(uint64_t node, int direction)
 {
     uint64_t x = (node & 0xffff) + (direction & 1 ? 1u : 0xffffu),
@@ -12019,7 +12063,7 @@ static uint64_t mesher__next_node(uint64_t node, int direction)
     return (node & 0xffff000000000000u) | (z & 0xffff) << 32 | (y & 0xffff) << 16 | (x & 0xffff);
 }
 
-/* The cube of 4 x 4 x 4 nodes around a node, sixteen of them in the lattice. */
+/* The cube of 4 x 4 x 4 places around a node, sixteen of which are nodes of the lattice. */
 static inline uint64_t mesher__cube_of(uint64_t node)
 {
     return node & 0xfffffffcfffcfffcu;
@@ -12032,7 +12076,7 @@ static inline size_t mesher__cube_slot(const mesher__refiner *r, uint64_t cube)
     return k;
 }
 
-/* Room for one more cube in the table of those seen (of cap_seen, a power of two). */
+/* Makes room for one more cube in r->seen, whose capacity is a power of two. */
 static int mesher__seen_room(mesher__refiner *r)
 {
     size_t k, cap = r->cap_seen, more = cap ? 2 * cap : 4096;
@@ -12048,7 +12092,7 @@ static int mesher__seen_room(mesher__refiner *r)
     return 1;
 }
 
-/* Enters a node in the table of those seen: 1 if it is new, -1: no memory. */
+/* Enters a node in r->seen. Returns 1 if it is new, 0 if not, -1 if there is no memory. */
 static int mesher__see_node(mesher__refiner *r, uint64_t node)
 {
     uint64_t cube = mesher__cube_of(node),
@@ -12063,7 +12107,7 @@ static int mesher__see_node(mesher__refiner *r, uint64_t node)
     return 1;
 }
 
-/* Room for one more point of a lattice. */
+/* Makes room for one more point of a lattice. */
 static int mesher__lattice_room(mesher__refiner *r)
 {
     size_t need = r->num_points + 1;
@@ -12072,17 +12116,19 @@ static int mesher__lattice_room(mesher__refiner *r)
            mesher__room(r->memory, &r->nodes, &r->cap_nodes, r->num_points, need, sizeof *r->nodes);
 }
 
-/* Candidates in flight: neighbours of a batch of points. */
+/* A candidate: a node beside a point of a batch of up to MESHER__FRONT, all of whose neighbours are
+ * tried together. */
 enum { MESHER__FRONT = 2048 };
 typedef struct mesher__candidate {
     mesher__proposal p;
     uint64_t         node;
     uint32_t         parent, direction;
-    double           room; /* the largest size that the points around it allow there */
+    double           room; /* the largest size that the points around allow it */
 } mesher__candidate;
 
-/* Puts a candidate beside its parent, at the distance that a size h there and the parent's ask
- * for. 0: another point is in the way of the least size that would do, or the region ends. */
+/* Puts a candidate beside its parent, at the distance that follows from size h there and the
+ * parent's size. Returns 0 if another point leaves no room for the least size that would do, or if
+ * the place is not in the region. */
 static int mesher__beside(const mesher__refiner *r, mesher__candidate *c, double h,
                           delaunay_handle home)
 {
@@ -12096,8 +12142,8 @@ static int mesher__beside(const mesher__refiner *r, mesher__candidate *c, double
            mesher__place(r, &c->p, x, home, parent->region);
 }
 
-/* Brings a candidate, placed at the distance of its parent's size, to that of its own; state 1 if
- * it will do. */
+/* Moves a candidate, which was placed as if it had its parent's size, to where its own size wants
+ * it. Sets its state to 1 if it will do, else 0. */
 static void mesher__judge(const mesher__refiner *r, mesher__candidate *c)
 {
     double was = r->points[c->parent].h, h = c->p.h, change = fabs(h - was) / h;
@@ -12122,12 +12168,12 @@ static void mesher__judge_one(mesher__refiner *r, mesher__candidate *c, int plac
     if (judge) mesher__judge(r, c);
 }
 
-/* Fetches what candidates soon after number i will look at first: the background around their
+/* Prefetches what the candidates soon after number i will read first: the background around their
  * parents. */
 static void mesher__fetch_ahead(const mesher__refiner *r, const mesher__candidate *all, int i,
                                 int n)
 {
-    enum { MESHER__AHEAD = 8 }; /* those of one parent, as a rule */
+    enum { MESHER__AHEAD = 8 }; /* at most as many have the same parent */
     const mesher__field *field = &r->field;
     int k;
     if (i + 3 * MESHER__AHEAD < n)
@@ -12143,7 +12189,7 @@ static void mesher__fetch_ahead(const mesher__refiner *r, const mesher__candidat
     }
 }
 
-/* The same for n candidates, shared by the threads. */
+/* Places or judges all candidates of a list, or both; the threads share them. */
 static void mesher__judge_some(mesher__refiner *r, mesher__candidate *all, size_t count, int place,
                                int judge)
 {
@@ -12163,7 +12209,7 @@ static void mesher__judge_some(mesher__refiner *r, mesher__candidate *all, size_
     delaunay_crew_end(&r->crew, work);
 }
 
-/* Places the candidates of a batch; returns how many are left to look at. */
+/* Places and judges the candidates of a batch. Returns how many are left in the list. */
 static size_t mesher__judge_all(mesher__refiner *r, mesher__candidate *all, size_t count)
 {
     size_t k, placed = 0;
@@ -12179,7 +12225,7 @@ static size_t mesher__judge_all(mesher__refiner *r, mesher__candidate *all, size
     return placed;
 }
 
-/* Keeps the grid in proportion where there are more points than the surface let expect. */
+/* Enlarges the grid if there are many more points than were expected. */
 static int mesher__grid_follow(mesher__refiner *r)
 {
     size_t k;
@@ -12190,10 +12236,10 @@ static int mesher__grid_follow(mesher__refiner *r)
     return 1;
 }
 
-/* All points of the lattice that grows from point p on. */
+/* Adds all points of the lattice that grows from point p. */
 static mesher_result mesher__grow_lattice(mesher__refiner *r, size_t p)
 {
-    const double seconds = r->options->max_seconds / 4; /* points take thrice as long to insert */
+    const double seconds = r->options->max_seconds / 4; /* inserting them takes thrice as long */
     size_t end, k, count;
     int d, is_new;
     for (; p < r->num_points; p = end) {
@@ -12228,7 +12274,7 @@ static mesher_result mesher__grow_lattice(mesher__refiner *r, size_t p)
     return MESHER_OK;
 }
 
-/* A lattice from point p on, if no other is near. */
+/* Starts a lattice at point p and lets it grow, if no other point is near. */
 static mesher_result mesher__start_lattice(mesher__refiner *r, const mesher__proposal *p,
                                            uint64_t number)
 {
@@ -12243,14 +12289,14 @@ static mesher_result mesher__start_lattice(mesher__refiner *r, const mesher__pro
     return mesher__grow_lattice(r, k);
 }
 
-/* Where a lattice may start, in an empty sphere that is wider than the size. */
+/* A place where a lattice may start: in an empty sphere that is wider than the size. */
 typedef struct mesher__lattice_start {
-    double          x[3], h; /* h: the size there, or 0 where another point is in the way */
-    delaunay_handle tet;
+    double          x[3], h; /* h: the size there, or 0 once another point is in the way */
+    delaunay_handle tet;     /* a tetrahedron at or near x */
 } mesher__lattice_start;
 
-/* Keeps a place where a lattice may start, for a sphere of ratio times the size; late: after all
- * others. Returns 0 without memory. */
+/* Keeps a place x where a lattice may start. Places with a larger ratio, of the radius of the empty
+ * sphere to the size, come first; late ones come after all others. Returns 0 without memory. */
 static int mesher__keep_start(mesher__refiner *r, delaunay_handle t, const double *x, double h,
                               double ratio, int late)
 {
@@ -12289,8 +12335,8 @@ static double mesher__least_height(const double *const *p)
     return area > 0 ? volume / sqrt(area) : 0;
 }
 
-/* Keeps the places in tetrahedron t, of size h: the centre of its sphere, and, should something be
- * in the way of all of those, its own if it is so large. */
+/* Keeps the places that tetrahedron t, of size h, offers: its circumcentre and, if it is large
+ * enough, as a late one its centroid, in case something is in the way of all circumcentres. */
 static int mesher__keep_starts(mesher__refiner *r, delaunay_handle t, double h)
 {
     const uint32_t *v = r->mesh->tets[t].v;
@@ -12306,8 +12352,8 @@ static int mesher__keep_starts(mesher__refiner *r, delaunay_handle t, double h)
     return mesher__keep_start(r, t, x, h, ratio, 1);
 }
 
-/* Keeps a place x, with the size that is wanted there, if it is inside; t: a tetrahedron to look
- * from, then the one that it is in. Returns 0 without memory. */
+/* Keeps place x, with the size that is wanted there, if it is inside. *t: in, a tetrahedron to
+ * search from; out, the one that contains x. Returns 0 without memory. */
 static int mesher__start_at(mesher__refiner *r, const double *x, delaunay_handle *t)
 {
     delaunay_handle home;
@@ -12322,13 +12368,13 @@ static int mesher__start_at(mesher__refiner *r, const double *x, delaunay_handle
 }
 
 enum {
-    MESHER__SOURCES = 10000,     /* more are not looked for one by one */
-    MESHER__WIDE_SOURCES = 1000, /* .. but in the middle, which may be on the surface */
+    MESHER__SOURCES = 10000,     /* in sources beyond this number no places are kept */
+    MESHER__WIDE_SOURCES = 1000, /* if there are more, places 3 and up are left out */
     MESHER__PLACES = 11
 };
 
-/* A place in the middle of a source, or, of a segment, at an end of it; from 3 on, about half way
- * from its middle to its border. */
+/* A place in a source. 0: its middle, which may be on the surface; 1 and 2: the ends of a segment;
+ * from 3 on: about half way from its middle to its border, in eight directions. */
 static void mesher__source_place(const mesher_source *source, int place, double *x)
 {
     const double *a = source->xyz;
@@ -12344,9 +12390,9 @@ static void mesher__source_place(const mesher_source *source, int place, double 
     }
 }
 
-/* Keeps places in the sources, after all others that are not late: between tetrahedra none of whose
- * corners is near, and with a steep gradation, nobody else would see them. Returns 0 without
- * memory. */
+/* Keeps places in the sources, which come after all others that are not late. A source with a steep
+ * gradation, none of whose surrounding tetrahedra has a corner near it, would not be noticed
+ * otherwise. Returns 0 without memory. */
 static int mesher__start_at_sources(mesher__refiner *r)
 {
     const mesher_options *o = r->options;
@@ -12379,8 +12425,8 @@ static double mesher__facet_extent(const delaunay_mesh *mesh, delaunay_handle t,
     return longest;
 }
 
-/* Keeps places half way between facets that face each other, where they are larger than what is
- * wanted between them: no sphere about the corners is there. Returns 0 without memory. */
+/* Keeps places half way between facets that face each other, if these are larger than the size that
+ * is wanted between them: there are no circumcentres there. Returns 0 without memory. */
 static int mesher__start_in_gaps(mesher__refiner *r)
 {
     const delaunay_mesh *mesh = r->mesh;
@@ -12398,8 +12444,9 @@ static int mesher__start_in_gaps(mesher__refiner *r)
     return kept;
 }
 
-/* All places where lattices may start, and their order: the widest sphere, relative to the size,
- * first. *points: how many a lattice all over the inside would have. Returns 0 without memory. */
+/* Finds all places where lattices may start, and sorts them: the widest sphere, relative to the
+ * size, comes first. *points: how many points a lattice all over the inside would have. Returns 0
+ * without memory. */
 static int mesher__find_starts(mesher__refiner *r, double *points)
 {
     const delaunay_mesh *mesh = r->mesh;
@@ -12411,7 +12458,7 @@ static int mesher__find_starts(mesher__refiner *r, double *points)
     *points = 0;
     if (!h) return 0;
     (void)threads;
-    if (!r->memory->limit_bytes) /* half of them have one, often */
+    if (!r->memory->limit_bytes) /* often half of the tetrahedra have one */
         (void)mesher__grow(r->memory, &r->starts, &r->cap_starts, 0, mesh->num_tets / 2 + 1,
                            sizeof *r->starts);
     /* Shared: the mesh and the field, read only; each batch has its part of the sizes. */
@@ -12435,7 +12482,7 @@ static int mesher__find_starts(mesher__refiner *r, double *points)
            mesher__sort(r->domain, r->order, r->num_starts) == MESHER_OK;
 }
 
-/* What only lattices need. */
+/* Frees what only lattices need. */
 static void mesher__lattice_free(mesher__refiner *r)
 {
     delaunay_release(r->memory, r->nodes);
@@ -12450,9 +12497,10 @@ static void mesher__lattice_free(mesher__refiner *r)
     r->cap_nodes = r->num_seen = r->cap_seen = r->cap_front = r->num_starts = r->cap_starts = 0;
 }
 
-/* Room for a lattice of about so many points, and for the mesh that it will end in, at once rather
- * than in steps that copy; where there is none, steps will do. The sweeps add two points per vertex
- * of the surface, or fewer; a vertex inside has about seven tetrahedra. */
+/* Makes room for a lattice of about the expected number of points, and for the mesh that results,
+ * at once rather than in steps, each of which copies. If there is no memory for that, the steps
+ * will do. The sweeps add two points per vertex of the surface, or fewer; a vertex inside has about
+ * seven tetrahedra. */
 static void mesher__foresee(mesher__refiner *r, double expected)
 {
     size_t n = r->mesh->num_vertices + 1024, points = (size_t)(1.1 * expected) + n,
@@ -12467,8 +12515,8 @@ static void mesher__foresee(mesher__refiner *r, double expected)
     (void)delaunay_reserve(r->mesh, vertices, tets);
 }
 
-/* Drops the starts in whose way a point is by now, several threads sharing them. In the order of
- * the mesh, for its neighbours are looked for in the same memory. */
+/* Drops the starts that by now have a point in their way; the threads share them. It goes in the
+ * order of the mesh, in which one start reads the same part of the grid as the next. */
 static void mesher__thin_starts(mesher__refiner *r)
 {
     int64_t k, n = (int64_t)r->num_starts;
@@ -12482,7 +12530,7 @@ static void mesher__thin_starts(mesher__refiner *r)
     }
 }
 
-/* The lattices of all starts, in order. */
+/* Makes the lattices of all starts, in their order. */
 static mesher_result mesher__lattices(mesher__refiner *r)
 {
     mesher_result result = MESHER_OK;
@@ -12512,8 +12560,8 @@ static mesher_result mesher__lattices(mesher__refiner *r)
     return result;
 }
 
-/* Of so many points of lattices, those that the budgets let come to be, or some more: room for
- * what never comes costs time, too. A million or two are made in a second. */
+/* The given number of lattice points, or about as many as the budgets allow if that is less: making
+ * room for points that never come would cost time. A second makes a million or two. */
 static double mesher__within_budgets(const mesher__refiner *r, double points)
 {
     const mesher_options *o = r->options;
@@ -12528,8 +12576,9 @@ static double mesher__within_budgets(const mesher__refiner *r, double points)
     return most;
 }
 
-/* Body-centred lattices all over the inside, away from the surface, as far as the size is nearly
- * uniform: their Delaunay tetrahedra are all alike and good, and nothing has to be tried. */
+/* Makes the points of body-centred lattices all over the inside, away from the surface, wherever
+ * the size is nearly uniform: their Delaunay tetrahedra are all alike and good, and need no trials.
+ */
 static mesher_result mesher__lattice(mesher__refiner *r)
 {
     double points;
@@ -12557,7 +12606,7 @@ static mesher_result mesher__lattice(mesher__refiner *r)
     return result;
 }
 
-/* What stands in the way of a point. */
+/* What is in the way of a point. */
 enum { MESHER__FREE, MESHER__NEAR_CORNER, MESHER__NEAR_POINT };
 
 static int mesher__in_the_way(const mesher__refiner *r, const mesher__proposal *p)
@@ -12567,7 +12616,7 @@ static int mesher__in_the_way(const mesher__refiner *r, const mesher__proposal *
     return mesher__is_alone(&r->grid, p->x, p->h) ? MESHER__FREE : MESHER__NEAR_POINT;
 }
 
-/* What will be asked about p soon is brought from memory. */
+/* Prefetches what mesher__filter will soon read about p. */
 static void mesher__await(const mesher__refiner *r, const mesher__proposal *p)
 {
     const mesher__grid *g = &r->grid;
@@ -12577,8 +12626,8 @@ static void mesher__await(const mesher__refiner *r, const mesher__proposal *p)
     MESHER__PREFETCH(r->mesh->flags + p->source);
 }
 
-/* Keeps a maximal set of points that are far enough from each other; the others are asked again
- * later. */
+/* Keeps a maximal set of points that are far enough from each other. A tetrahedron whose point is
+ * too near to another one is asked again later. */
 static int mesher__filter(mesher__refiner *r)
 {
     size_t n = r->num_points, k, kept = 0;
@@ -12628,8 +12677,8 @@ static inline int mesher__in_sphere(const delaunay_vertex *vertices, const uint3
 }
 
 #ifdef MESHER__SIMD
-/* The filter of mesher__in_sphere for four tetrahedra: bits of those that contain p; *unsure: those
- * that it cannot tell. */
+/* The filter of mesher__in_sphere for four tetrahedra. Returns bits of those whose spheres contain
+ * p; *unsure: bits of those that it cannot decide. */
 __attribute__((target("avx2"))) static inline int
 mesher__in_spheres4(const delaunay_vertex *vertices, const uint32_t *v0, const uint32_t *v1,
                     const uint32_t *v2, const uint32_t *v3, const double *p, int *unsure)
@@ -12665,7 +12714,7 @@ mesher__in_spheres4(const delaunay_vertex *vertices, const uint32_t *v0, const u
     return _mm256_movemask_pd(_mm256_cmp_pd(det, _mm256_setzero_pd(), _CMP_GT_OQ));
 }
 
-/* The same for those of count facet handles, which are filled up to full fours. */
+/* The same for the tetrahedra of count facet handles; their list is filled up to full fours. */
 __attribute__((target("avx2"))) static unsigned
 mesher__in_spheres_avx2(const delaunay_vertex *vertices, const delaunay_tet *tets,
                         const delaunay_handle *q, unsigned count, const double *p,
@@ -12697,24 +12746,24 @@ static inline int mesher__sees(const double *p, const double *a, const double *b
     return delaunay_orient3d(p, a, b, c) > 0;
 }
 
-/* What became of a point. LATER: another section or more memory is needed, and nothing has been
+/* What became of a point. LATER: it needs another section or more memory, and nothing has been
  * changed. */
 enum {
     MESHER__NO_MEMORY = -1,
     MESHER__GIVEN_UP = 0,
     MESHER__DONE = 1,
     MESHER__LATER = 2,
-    MESHER__GENERAL = 3 /* nothing yet: the quick way does not do */
+    MESHER__GENERAL = 3 /* nothing yet: the quick way (a plain cavity) does not suffice */
 };
 
-/* Whether threads that share the mesh leave vertex v to this one. */
+/* Is vertex v in this thread's section, or does one thread insert alone? */
 static inline int mesher__is_mine(const mesher__cavity *c, const delaunay_mesh *mesh, uint32_t v)
 {
     return !c->shared || mesh->vertices[v].key == c->section;
 }
 
-/* Exact walk to a tetrahedron that contains x, closed; 0 if it leaves the mesh or cycles, or
- * (*later is set) the section. */
+/* Walks, by exact signs, to a tetrahedron that contains x or has it on its boundary. Returns 0 if
+ * the walk leaves the mesh, cycles, or leaves the section (then *later is set). */
 static delaunay_handle mesher__walk(const mesher__cavity *c, const delaunay_mesh *mesh,
                                     const double *x, delaunay_handle t, int *later)
 {
@@ -12747,7 +12796,8 @@ static delaunay_handle mesher__walk(const mesher__cavity *c, const delaunay_mesh
 
 enum { MESHER__IN = 1, MESHER__OUT = 2 }; /* delaunay_mesh.mark while a cavity is dug */
 
-/* Room for so many tetrahedra and their vertices, and for so many facets. */
+/* Makes room for the given numbers of tetrahedra (and their vertices) and of facets. Returns 0
+ * without memory, or if it may not allocate. */
 static int mesher__cavity_room(mesher__cavity *c, size_t tets, size_t facets)
 {
     size_t cap = c->cap_tets, keep = c->cap_search;
@@ -12774,8 +12824,8 @@ static int mesher__cavity_room(mesher__cavity *c, size_t tets, size_t facets)
     return 1;
 }
 
-/* The search for a cavity under way, breadth first. What changes is apart from the mesh: marks are
- * bytes, which the compiler must suppose to overlap with anything in memory. */
+/* The state of a breadth-first search for a cavity. It is kept apart from the mesh: marks are
+ * bytes, and the compiler must assume that writing one may change anything in memory. */
 typedef struct mesher__search {
     const delaunay_tet *tets;
     const delaunay_vertex *vertices;
@@ -12784,8 +12834,8 @@ typedef struct mesher__search {
     delaunay_handle *in; /* facets by which those in the cavity were reached; 4t+0 of the first */
     delaunay_handle *queue; /* the cavity's */
     uint32_t num_in, num_queue;
-    uint32_t expanded; /* of in: their neighbours have been looked at */
-    uint32_t done;     /* of queue: tested */
+    uint32_t expanded; /* entries of `in` before this one have been expanded */
+    uint32_t done;     /* entries of the queue before this one have been tested */
     const double *p;
     int shared, simd;
     uint32_t section;
@@ -12796,8 +12846,8 @@ enum {
     MESHER__SEARCH_SLACK = 128 /* what the lists grow by at most from one batch to the next */
 };
 
-/* Looks behind the facets of the tetrahedra that have come in. Without branches: nobody can
- * foretell them. */
+/* Queues the neighbours of the tetrahedra that have come in, but not those beyond constrained
+ * facets. Without branches, as they would be unpredictable. */
 static inline void mesher__expand(mesher__search *s)
 {
     const delaunay_tet *tets = s->tets;
@@ -12809,7 +12859,7 @@ static inline void mesher__expand(mesher__search *s)
         const unsigned shut = s->flags[t];
         for (i = 0; i < 4; i++) {
             delaunay_handle n = next[i];
-            uint8_t seen = MESHER__FETCH(&mark[n >> 2]); /* slot 0 is everybody's */
+            uint8_t seen = MESHER__FETCH(&mark[n >> 2]); /* all threads write mark[0] */
             unsigned fresh = !seen & (n != 0) & ((shut & DELAUNAY_FACET_BIT(i)) == 0);
             queue[num_queue] = n;
             num_queue += fresh;
@@ -12821,7 +12871,7 @@ static inline void mesher__expand(mesher__search *s)
     s->num_queue = num_queue;
 }
 
-/* Which of the next count of the queue have p in their spheres: bits. */
+/* Bits of those of the next count tetrahedra of the queue whose circumspheres contain p. */
 static inline unsigned mesher__in_spheres(mesher__search *s, unsigned count)
 {
     const delaunay_handle *q = s->queue + s->done;
@@ -12840,7 +12890,8 @@ static inline unsigned mesher__in_spheres(mesher__search *s, unsigned count)
     return in;
 }
 
-/* Tests the next count of the queue. LATER: one of the cavity is not in the section. */
+/* Tests the next count tetrahedra of the queue. Returns LATER if one of them belongs to the cavity
+ * but not to the section. */
 static inline int mesher__test(mesher__search *s, unsigned count)
 {
     const delaunay_handle *q = s->queue + s->done;
@@ -12867,8 +12918,8 @@ static inline int mesher__test(mesher__search *s, unsigned count)
     return MESHER__DONE;
 }
 
-/* The cavity is that of the facets by which its tetrahedra were reached: every tetrahedron brought
- * a vertex, and the first one four. */
+/* Fills the lists of a cavity from the facets by which its tetrahedra were reached: each
+ * tetrahedron brings a vertex, and the first one four. */
 static void mesher__take_reached(mesher__cavity *c, const delaunay_tet *tets,
                                  const delaunay_handle *in, uint32_t num_in)
 {
@@ -12889,7 +12940,8 @@ static void mesher__point_search(mesher__search *s, const mesher__cavity *c)
     s->queue = c->queue;
 }
 
-/* All tetrahedra whose spheres contain p, reached from t without crossing a constrained facet. */
+/* Finds all tetrahedra whose circumspheres contain p and that can be reached through each other
+ * from t without crossing a constrained facet. */
 static int mesher__dig(mesher__cavity *c, delaunay_mesh *mesh, const double *p, delaunay_handle t)
 {
     mesher__search s;
@@ -12957,8 +13009,8 @@ static uint16_t mesher__inherited(uint16_t flags, int i)
     return (uint16_t)out;
 }
 
-/* Takes tetrahedron k of the list out of the cavity; the one with the point, the first, cannot
- * go. */
+/* Takes tetrahedron k of the list out of the cavity. Returns 0 for the first, which contains the
+ * point and must stay. */
 static int mesher__cut(mesher__cavity *c, delaunay_mesh *mesh, uint32_t k)
 {
     if (k == 0) return 0;
@@ -12969,7 +13021,7 @@ static int mesher__cut(mesher__cavity *c, delaunay_mesh *mesh, uint32_t k)
 }
 
 #ifdef MESHER__SIMD
-/* Which of four facets p sees for sure, by the filter of mesher__sees: bits. */
+/* Bits of those of four facets that p certainly sees, by the filter of mesher__sees. */
 __attribute__((target("avx2"))) static int mesher__sees4(const delaunay_vertex *vertices,
                                                          const double *p, const uint32_t *v0,
                                                          const uint32_t *v1, const uint32_t *v2,
@@ -12991,7 +13043,7 @@ __attribute__((target("avx2"))) static int mesher__sees4(const delaunay_vertex *
 }
 #endif
 
-/* True if p sees all facets of the boundary, strictly. */
+/* Does p see all facets of the boundary, strictly? */
 static int mesher__sees_all(const mesher__cavity *c, const delaunay_mesh *mesh, const double *p)
 {
     const mesher__facet *f = c->facets;
@@ -13013,7 +13065,7 @@ static int mesher__sees_all(const mesher__cavity *c, const delaunay_mesh *mesh, 
     return 1;
 }
 
-/* The boundary of a cavity, in its order. Returns 0 without memory. */
+/* Lists the boundary of a cavity, in the order of its tetrahedra. Returns 0 without memory. */
 static int mesher__find_border(mesher__cavity *c, const delaunay_mesh *mesh)
 {
     const delaunay_tet *tets = mesh->tets;
@@ -13025,7 +13077,7 @@ static int mesher__find_border(mesher__cavity *c, const delaunay_mesh *mesh)
         const delaunay_handle t = c->tets[k], *next = tets[t].n;
         unsigned shut = mesh->flags[t];
         for (i = 0; i < 4; i++) {
-            uint8_t seen = MESHER__FETCH(&mesh->mark[next[i] >> 2]); /* slot 0 is everybody's */
+            uint8_t seen = MESHER__FETCH(&mesh->mark[next[i] >> 2]); /* all write mark[0] */
             border[n] = 4 * t + i;
             n += (next[i] == 0) | (seen != MESHER__IN) | ((shut & DELAUNAY_FACET_BIT(i)) != 0);
         }
@@ -13034,7 +13086,7 @@ static int mesher__find_border(mesher__cavity *c, const delaunay_mesh *mesh)
     return 1;
 }
 
-/* The facets of a boundary. Returns 0 without memory. */
+/* Fills in c->facets for a listed boundary. Returns 0 without memory. */
 static int mesher__take_border(mesher__cavity *c, const delaunay_mesh *mesh,
                                const delaunay_handle *border, uint32_t n)
 {
@@ -13057,14 +13109,14 @@ static int mesher__take_border(mesher__cavity *c, const delaunay_mesh *mesh,
     return 1;
 }
 
-/* The facets of the whole boundary. Returns 0 without memory. */
+/* Lists the boundary of a cavity and fills in c->facets. Returns 0 without memory. */
 static int mesher__borders(mesher__cavity *c, const delaunay_mesh *mesh)
 {
     return mesher__find_border(c, mesh) &&
            mesher__take_border(c, mesh, c->border, c->num_border);
 }
 
-/* True if p sees the facets of tetrahedron t on the cavity's boundary. */
+/* Does p see those facets of tetrahedron t that are on the cavity's boundary? */
 static int mesher__sees_border(const delaunay_mesh *mesh, const double *p, delaunay_handle t)
 {
     const delaunay_tet *tet = mesh->tets + t;
@@ -13081,8 +13133,8 @@ static int mesher__sees_border(const delaunay_mesh *mesh, const double *p, delau
     return 1;
 }
 
-/* Cuts tetrahedra off until the point sees the whole boundary, strictly. 0: it never does; -1: no
- * memory. */
+/* Cuts tetrahedra off until the point sees the whole boundary, strictly. Returns 1; 0 if it never
+ * does; -1 without memory. */
 static int mesher__make_star(mesher__cavity *c, delaunay_mesh *mesh, const double *p)
 {
     uint32_t k;
@@ -13101,7 +13153,7 @@ static int mesher__make_star(mesher__cavity *c, delaunay_mesh *mesh, const doubl
     return mesher__borders(c, mesh) ? 1 : -1;
 }
 
-/* Where the boundary's directed edge a-b (local numbers) is, or would be entered. */
+/* Where the value of the boundary's directed edge a-b (local numbers) is, or is to be entered. */
 static inline uint32_t *mesher__edge_slot(mesher__cavity *c, uint32_t a, uint32_t b)
 {
     uint64_t key = ((uint64_t)(a + 1) << 32) | b;
@@ -13139,8 +13191,8 @@ static int mesher__hash_room(mesher__cavity *c)
     return 1;
 }
 
-/* Numbers the vertices of the boundary, in c->vertices (vertices[v].local need not be initialised:
- * a number counts only if the list confirms it). */
+/* Numbers the vertices of the boundary, by their places in c->vertices. vertices[v].local need not
+ * be initialised: a number counts only if c->vertices has v there. */
 static void mesher__number_border(mesher__cavity *c, delaunay_vertex *vertices)
 {
     uint32_t *list = c->vertices, n = 0, l, v;
@@ -13161,8 +13213,9 @@ static void mesher__number_border(mesher__cavity *c, delaunay_vertex *vertices)
     c->num_vertices = c->num_locals = n;
 }
 
-/* The same for a whole cavity: the number of a vertex is that of the last tetrahedron that brought
- * it, so nothing waits for anything. All vertices of the cavity are left in c->vertices, once. */
+/* The same for a whole cavity. A vertex that several tetrahedra brought is in c->vertices several
+ * times; its number is the last of these places, so no step waits for another. Then c->vertices is
+ * condensed to all vertices of the cavity, once each; the numbers stay. */
 static void mesher__number_whole(mesher__cavity *c, delaunay_vertex *vertices)
 {
     uint32_t *list = c->vertices, k, i, n = 0;
@@ -13214,7 +13267,7 @@ static int mesher__number(mesher__cavity *c, delaunay_mesh *mesh)
     return 1;
 }
 
-/* True if the boundary has the edge a-b. */
+/* Does the boundary have the edge a-b? */
 static int mesher__has_edge(mesher__cavity *c, delaunay_mesh *mesh, uint32_t a, uint32_t b)
 {
     uint32_t s = *mesher__edge_slot(c, mesh->vertices[a].local, mesh->vertices[b].local), i = s & 3;
@@ -13224,8 +13277,8 @@ static int mesher__has_edge(mesher__cavity *c, delaunay_mesh *mesh, uint32_t a, 
     return v[i % 3] == a && v[(i + 1) % 3] == b;
 }
 
-/* True if a vertex of the cavity is not on its boundary, a sphere: by their number, or one by one.
- */
+/* Is a vertex of the cavity not on its boundary? For a whole cavity, by Euler's formula for the
+ * boundary, a sphere; else by a look at each of them. */
 static int mesher__swallows_vertex(const mesher__cavity *c, const delaunay_mesh *mesh)
 {
     uint32_t k;
@@ -13239,9 +13292,9 @@ static int mesher__swallows_vertex(const mesher__cavity *c, const delaunay_mesh 
     return 0;
 }
 
-/* Nothing inside the cavity must survive: its vertices and constrained edges are all on the
- * boundary. Where an edge is not, returns the index + 1 of a tetrahedron around it; for a vertex,
- * -1. */
+/* Would the insertion remove something that must stay? All vertices and constrained edges of the
+ * cavity must be on its boundary. Returns 0 if they are; -1 if a vertex is not; if an edge is not,
+ * 1 + the index of a tetrahedron at it. */
 static int mesher__swallows(mesher__cavity *c, delaunay_mesh *mesh)
 {
     uint32_t k;
@@ -13261,7 +13314,7 @@ static int mesher__swallows(mesher__cavity *c, delaunay_mesh *mesh)
     return 0;
 }
 
-/* The new vertex keeps its distance from the vertices and the constrained facets around it. */
+/* Is p far enough from the vertices and the constrained facets around it? */
 static int mesher__keeps_distance(const mesher__refiner *r, const mesher__cavity *c,
                                   const mesher__proposal *p)
 {
@@ -13293,7 +13346,8 @@ static int mesher__keeps_distance(const mesher__refiner *r, const mesher__cavity
     return 1;
 }
 
-/* A slot for new tetrahedron k of the ball: those of the cavity first. Room has been made. */
+/* A slot for new tetrahedron k of the ball (the tetrahedra around the new vertex): those of the
+ * cavity come first. Room has been made. */
 static delaunay_handle mesher__slot(mesher__cavity *c, delaunay_mesh *mesh, uint32_t k)
 {
     mesher__section *pool = c->pool;
@@ -13303,6 +13357,7 @@ static delaunay_handle mesher__slot(mesher__cavity *c, delaunay_mesh *mesh, uint
     return mesh->num_tets++;
 }
 
+/* Deletes tetrahedron t. */
 static void mesher__give_slot(mesher__cavity *c, delaunay_mesh *mesh, delaunay_handle t)
 {
     memset(mesh->tets + t, 0, sizeof *mesh->tets);
@@ -13311,7 +13366,7 @@ static void mesher__give_slot(mesher__cavity *c, delaunay_mesh *mesh, delaunay_h
     else mesh->free_tets[mesh->num_free++] = t;
 }
 
-/* Room in the mesh for one vertex and the ball on the cavity's boundary. */
+/* Makes room in the mesh for the ball on the cavity's boundary. */
 static int mesher__ball_room(mesher__refiner *r, mesher__cavity *c)
 {
     delaunay_mesh *mesh = r->mesh;
@@ -13336,7 +13391,7 @@ static int mesher__ball_room(mesher__refiner *r, mesher__cavity *c)
     return 1;
 }
 
-/* Room for count more vertices, and what goes with them. */
+/* Makes room for count more vertices, with their sizes and homes. */
 static int mesher__vertex_room(mesher__refiner *r, size_t count)
 {
     delaunay_mesh *mesh = r->mesh;
@@ -13355,7 +13410,7 @@ static int mesher__vertex_room(mesher__refiner *r, size_t count)
                         sizeof *r->home);
 }
 
-/* Links the tetrahedra of a ball, in slot, to each other. */
+/* Links the tetrahedra of a ball to each other; slot[k] is the one on facet k. */
 static void mesher__link_ball(mesher__cavity *c, delaunay_tet *tets, const delaunay_handle *slot)
 {
     static const uint8_t next[5] = {0, 1, 2, 0, 1};
@@ -13419,7 +13474,8 @@ static int mesher__shape(mesher__cavity *c, delaunay_mesh *mesh, const double *p
     }
 }
 
-/* Takes a plain cavity over. GENERAL: a constrained edge in it is to be cut free. */
+/* Takes over a plain cavity, as delaunay_plain_cavity has found it. Returns GENERAL if a
+ * constrained edge is inside it: the general way cuts the cavity until it is not. */
 static int mesher__take_plain(mesher__cavity *c, delaunay_mesh *mesh)
 {
     const delaunay_plain *plain = &c->plain;
@@ -13432,7 +13488,8 @@ static int mesher__take_plain(mesher__cavity *c, delaunay_mesh *mesh)
     return MESHER__DONE;
 }
 
-/* The cavity of p, which is in t, with its boundary numbered; GIVEN_UP: it cannot be inserted. */
+/* Makes the cavity of p, which is in t, and numbers its boundary. Returns GIVEN_UP if p cannot be
+ * inserted. */
 static int mesher__carve(mesher__cavity *c, delaunay_mesh *mesh, const double *p, delaunay_handle t)
 {
     int state = MESHER__GENERAL;
@@ -13448,9 +13505,10 @@ static int mesher__carve(mesher__cavity *c, delaunay_mesh *mesh, const double *p
     return state == MESHER__DONE ? mesher__shape(c, mesh, p) : state;
 }
 
-/* Where the walk to a point of a section starts: in the star of a vertex of the section, near it if
- * possible. 0: no tetrahedron there is all in the section. Tetrahedra with one vertex in the
- * section belong to it or to nobody, so they can be read. */
+/* Where the walk to a point of a section starts: at a tetrahedron of the section, near the point if
+ * possible. Tries one tetrahedron at each of up to three vertices of the section; returns 0 if none
+ * of them belongs to it. A tetrahedron with any vertex in the section belongs to the section or to
+ * none, so it can be read. */
 static delaunay_handle mesher__start(const mesher__cavity *c, const delaunay_mesh *mesh,
                                      const mesher__proposal *p)
 {
@@ -13467,8 +13525,8 @@ static delaunay_handle mesher__start(const mesher__cavity *c, const delaunay_mes
     return 0;
 }
 
-/* The tetrahedron that contains the point; 0 if it is not found or, *later set, not in this
- * section. */
+/* The tetrahedron that contains the point. Returns 0 if it is not found or, with *later set, is not
+ * in this section. */
 static delaunay_handle mesher__find(const mesher__refiner *r, const mesher__cavity *c,
                                     const mesher__proposal *p, int *later)
 {
@@ -13485,16 +13543,16 @@ static delaunay_handle mesher__find(const mesher__refiner *r, const mesher__cavi
     if (!t || delaunay_is_deleted(mesh, t))
         t = mesh->vertex_tet[c->last ? c->last : r->field.tets[p->home].v[0]];
     t = mesher__walk(c, mesh, p->x, t, later);
-    for (k = 0; !t && k < 4; k++) /* a hole or a cycle in the way: from elsewhere */
+    for (k = 0; !t && k < 4; k++) /* a hole or a cycle was in the way: starts elsewhere */
         t = mesher__walk(c, mesh, p->x, mesh->vertex_tet[r->field.tets[p->home].v[k]], later);
     return t;
 }
 
-/* How many tetrahedra a cavity may have. Points that are given up may have cost the search of
- * MESHER__LOSS tetrahedra, and MESHER__LOSS_EACH for each one of the mesh and each point inserted;
- * past that only plain cavities are worth it. Over needles of a surface that are a hundred times
- * longer than the sizes, every point sees thousands of tetrahedra, and hardly one can be inserted.
- */
+/* How many tetrahedra a cavity may have. The searches for points that were given up may have looked
+ * at MESHER__LOSS tetrahedra, and at MESHER__LOSS_EACH more for each tetrahedron of the mesh and
+ * each point inserted; beyond that, only cavities of up to MESHER__PLAIN are worthwhile. Over
+ * needles of a surface that are a hundred times longer than the sizes, the cavity of every point
+ * has thousands of tetrahedra, and hardly any point can be inserted. */
 enum { MESHER__LOSS = 1 << 20, MESHER__LOSS_EACH = 32, MESHER__PLAIN = 128 };
 
 static uint32_t mesher__largest(const mesher__refiner *r)
@@ -13515,7 +13573,7 @@ static int mesher__insert(mesher__refiner *r, mesher__cavity *c, const mesher__p
     state = mesher__carve(c, mesh, p->x, t);
     if (state == MESHER__DONE && !mesher__keeps_distance(r, c, p)) state = MESHER__GIVEN_UP;
     if (state == MESHER__DONE && !mesher__ball_room(r, c)) state = MESHER__NO_MEMORY;
-    if (state == MESHER__GIVEN_UP) /* a plain cavity has no queue; its boundary is as long */
+    if (state == MESHER__GIVEN_UP) /* a plain cavity has no queue; its boundary stands in for it */
         *(c->shared ? &c->pool->lost : &r->lost) += c->whole ? c->num_tets + c->num_facets
                                                              : c->num_queue;
     if (state != MESHER__DONE) {
@@ -13539,7 +13597,7 @@ static int mesher__insert(mesher__refiner *r, mesher__cavity *c, const mesher__p
     return MESHER__DONE;
 }
 
-/* The tetrahedron that proposed a point which cannot be inserted is not asked again. */
+/* The tetrahedron that proposed point p, which cannot be inserted, is not asked again. */
 static void mesher__give_up(delaunay_mesh *mesh, const mesher__proposal *p)
 {
     if (p->source && mesher__stamp(mesh, p->source) == p->stamp)
@@ -13569,21 +13627,25 @@ static mesher_result mesher__insert_serially(mesher__refiner *r, size_t begin, s
     return MESHER_OK;
 }
 
-/* -- insertion by several threads [Marot 2020, 4.2-4.4]: the curve is cut in sections that hold as
- * many points; a thread inserts those of a section, and touches only tetrahedra all of whose
- * vertices are in it. What needs others waits for other sections, at last for one thread. The
- * sections depend on the counts alone, so the mesh does not depend on the number of threads.
+/* -- insertion by several threads [Marot 2020, 4.2-4.4]: the curve is cut into sections with
+ * equally many points. A thread inserts the points of one section, and changes only tetrahedra all
+ * of whose vertices are in that section. Points that need others are left for the next pass, which
+ * cuts other sections, and after the last pass for one thread. The sections do not depend on the
+ * number of threads, so neither does the mesh.
  *
- * Why there is no race: a neighbour of a tetrahedron of mine has three vertices of mine, so it
- * is mine or nobody's, and nobody writes its vertices. Its handle to my tetrahedron is written
- * by me alone. Numbers, links and marks are written for vertices and tetrahedra of mine alone. */
+ * Why there is no race: a tetrahedron belongs to a section if all of its vertices do, else to none.
+ * A neighbour of a section's own tetrahedron has three vertices of the section, so it belongs to
+ * the section or to none; then nobody writes its vertices, and it is a neighbour of no other
+ * section's tetrahedra, so its mark and its handle to the section's tetrahedron are written by that
+ * section alone. All else is written for a section's own vertices and tetrahedra only. */
 
 enum {
-    MESHER__FEW = 4096,     /* fewer points than this in a round are for one thread */
-    MESHER__SECTION = 16384, /* points of a section: what lies at its border is tried in vain */
+    MESHER__FEW = 4096,      /* one thread inserts rounds of fewer points */
+    MESHER__SECTION = 16384, /* points of a section; those at its border are tried in vain */
     MESHER__PASSES = 4
 };
 
+/* The section that a key on the curve is in; border[i]: the least key of section i. */
 static uint32_t mesher__section_of(const uint64_t *border, uint32_t parts, uint64_t key)
 {
     uint32_t i = 0, j = parts;
@@ -13595,7 +13657,9 @@ static uint32_t mesher__section_of(const uint64_t *border, uint32_t parts, uint6
     return i;
 }
 
-/* Keys of points pos of the order, and the section of every vertex of the mesh. */
+/* Cuts the curve of this pass into sections with equally many of count points of the order. Sorts
+ * these points along it, and sets the section of every vertex of the mesh, as its key. Returns how
+ * many sections there are; 0 without memory. */
 static uint32_t mesher__cut_curve(mesher__refiner *r, size_t begin, size_t count, int pass)
 {
     delaunay_mesh *mesh = r->mesh;
@@ -13632,7 +13696,8 @@ static uint32_t mesher__cut_curve(mesher__refiner *r, size_t begin, size_t count
     return parts;
 }
 
-/* A vertex of its section near each point, and one of each section. The mesh is at rest. */
+/* Finds, for each point, a vertex of its section near it, if there is one, and a vertex of each
+ * section. Nobody changes the mesh meanwhile. */
 static void mesher__find_hints(mesher__refiner *r, uint32_t parts)
 {
     delaunay_mesh *mesh = r->mesh;
@@ -13664,7 +13729,7 @@ static void mesher__find_hints(mesher__refiner *r, uint32_t parts)
     }
 }
 
-/* Free slots for the new tetrahedra of each section. */
+/* Deals each section free slots for its new tetrahedra. Returns 0 without memory. */
 static int mesher__deal_slots(mesher__refiner *r, uint32_t parts)
 {
     delaunay_mesh *mesh = r->mesh;
@@ -13693,8 +13758,8 @@ static int mesher__deal_slots(mesher__refiner *r, uint32_t parts)
     return 1;
 }
 
-/* Takes back what was not used, and sums up. Without memory for a list of them they are deleted all
- * the same. */
+/* Takes back the slots that were not used, and sums up the counts. Returns 0 if there is no memory
+ * to list the slots; they are deleted all the same. */
 static int mesher__collect_slots(mesher__refiner *r, uint32_t parts)
 {
     delaunay_mesh *mesh = r->mesh;
@@ -13721,7 +13786,8 @@ static int mesher__collect_slots(mesher__refiner *r, uint32_t parts)
     return 1;
 }
 
-/* One section, by one thread. */
+/* Inserts the points of section i. caller: this is the calling thread, which reports progress and
+ * looks at the clock. */
 static void mesher__insert_section(mesher__refiner *r, mesher__cavity *c, uint32_t i, int caller)
 {
     mesher__section *s = r->sections + i;
@@ -13751,7 +13817,7 @@ static void mesher__insert_section(mesher__refiner *r, mesher__cavity *c, uint32
     }
 }
 
-/* Scratch of the threads: the first one's is the refiner's. */
+/* Makes room for the scratch of each thread, so that threads need not allocate. */
 static int mesher__cavities(mesher__refiner *r, int threads)
 {
     int i;
@@ -13783,8 +13849,8 @@ static int mesher__cavities(mesher__refiner *r, int threads)
     return 1;
 }
 
-/* One round of sections over points begin to begin + *count of the order; those for later come
- * first after it. */
+/* One pass of sections over *count points of the order from begin on. On return those left for
+ * later come first, and *count is their number. */
 static mesher_result mesher__insert_in_sections(mesher__refiner *r, size_t begin, size_t *count,
                                                 int pass)
 {
@@ -13795,7 +13861,7 @@ static mesher_result mesher__insert_in_sections(mesher__refiner *r, size_t begin
     if (!parts || !mesher__cavities(r, threads) || !mesher__deal_slots(r, parts))
         return mesher__no_memory(r);
     mesher__find_hints(r, parts);
-    /* Shared: the mesh, by the rule above, and r->points by section; private: a cavity for each
+    /* Shared: the mesh, by the rules above, and r->points by section; private: a cavity for each
      * thread. */
     MESHER__OMP(omp parallel for schedule(dynamic, 1) num_threads(threads))
     for (i = 0; i < (int)parts; i++)
@@ -13817,7 +13883,7 @@ static mesher_result mesher__insert_in_sections(mesher__refiner *r, size_t begin
     return MESHER_STOPPED_BY_BUDGET;
 }
 
-/* Vertex from becomes vertex to. */
+/* Gives vertex `from` the number `to`, which is free, in all tetrahedra around it. */
 static mesher_result mesher__rename(mesher__refiner *r, uint32_t from, uint32_t to)
 {
     delaunay_mesh *mesh = r->mesh;
@@ -13854,7 +13920,8 @@ static mesher_result mesher__rename(mesher__refiner *r, uint32_t from, uint32_t 
     return MESHER_OK;
 }
 
-/* The last vertices take the numbers of points that were given up. */
+/* Renumbers the last vertices so that, from number first on, no number belongs to a point that was
+ * not inserted. */
 static mesher_result mesher__close_gaps(mesher__refiner *r, uint32_t first)
 {
     delaunay_mesh *mesh = r->mesh;
@@ -13873,7 +13940,7 @@ static mesher_result mesher__close_gaps(mesher__refiner *r, uint32_t first)
     return MESHER_OK;
 }
 
-/* Gives count points of the order, for which there is room, the next numbers of vertices. */
+/* Gives count points of the order the next vertex numbers. Room has been made. */
 static void mesher__number_points(mesher__refiner *r, size_t begin, size_t count)
 {
     delaunay_mesh *mesh = r->mesh;
@@ -13895,7 +13962,7 @@ static void mesher__number_points(mesher__refiner *r, size_t begin, size_t count
     mesh->num_vertices += (uint32_t)count;
 }
 
-/* Inserts many points: in rounds of sections, the rest by one thread. */
+/* Inserts many points: in several passes by sections, the rest by one thread. */
 static mesher_result mesher__insert_many(mesher__refiner *r, size_t begin, size_t end)
 {
     delaunay_mesh *mesh = r->mesh;
@@ -13913,7 +13980,8 @@ static mesher_result mesher__insert_many(mesher__refiner *r, size_t begin, size_
     return closed != MESHER_OK ? closed : result;
 }
 
-/* Points begin to end of the order; those that cannot be inserted are not asked for again. */
+/* Inserts points begin to end of the order. Tetrahedra whose points cannot be inserted are not
+ * asked again. */
 static mesher_result mesher__insert_range(mesher__refiner *r, size_t begin, size_t end)
 {
     const mesher_options *o = r->options;
@@ -13926,7 +13994,7 @@ static mesher_result mesher__insert_range(mesher__refiner *r, size_t begin, size
     return many ? mesher__insert_many(r, begin, end) : mesher__insert_serially(r, begin, end);
 }
 
-/* All points of the order; with rounds, one after the other. */
+/* Inserts all points of the order; with rounds, round after round. */
 static mesher_result mesher__insert_all(mesher__refiner *r, int rounds)
 {
     mesher_result result = MESHER_OK;
@@ -13940,13 +14008,13 @@ static mesher_result mesher__insert_all(mesher__refiner *r, int rounds)
     return result;
 }
 
-/* The mesh as it is becomes the background of the field. Returns 0 without memory. */
+/* Copies the mesh as it is into the background of the field. Returns 0 without memory. */
 static int mesher__set_background(mesher__refiner *r)
 {
     const mesher_domain *domain = r->domain;
     const delaunay_mesh *mesh = r->mesh;
     mesher__field *field = &r->field;
-    /* else it goes on with a refined mesh */
+    /* 0: the mesh has been refined since mesher_size */
     const int has_own = domain->num_own_sizes == mesh->num_vertices;
     delaunay_handle t;
     uint32_t v;
@@ -14047,8 +14115,9 @@ static void mesher__refiner_free(mesher__refiner *r)
     mesher__grid_free(&r->grid, r->memory);
 }
 
-/* Edge length / wanted length, over edges with an end that refinement added: percentiles by a
- * histogram, of a hundred thousand tetrahedra at most. */
+/* Reports how edge lengths relate to wanted lengths, over edges with an end that refinement added:
+ * percentiles by a histogram, and the share from 0.7 to 1.4. It looks at a hundred thousand
+ * tetrahedra at most, and counts an edge once for each of these that has it. */
 static void mesher__report_sizes(const mesher_domain *domain, mesher_report *report,
                                  uint32_t first_new)
 {
