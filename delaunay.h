@@ -4017,7 +4017,9 @@ static int delaunay__first_four(delaunay_mesh *mesh)
 
 /* Whether all coordinates are small multiples, from the least ones on, of one power of two, the
  * unit. With differences of less than 660 units, so at most 659, an in-sphere determinant is at
- * most 72 * 659^5 < 2^53 units^5, and exact in doubles, every intermediate result included. */
+ * most 72 * 659^5 < 2^53 units^5, and exact in doubles, every intermediate result included.
+ * The difference from the least one may have been rounded: it was not if both sum and difference
+ * lead back, as one of the two is then exact [Dekker 1971]. */
 static int delaunay__exact_in_doubles(const delaunay_mesh *mesh)
 {
     double lo[3], hi[3], extent = 0, unit;
@@ -4038,8 +4040,8 @@ static int delaunay__exact_in_doubles(const delaunay_mesh *mesh)
     unit = ldexp(1, e); /* extent is between 330 and 660 units */
     for (v = 1; v < mesh->num_vertices; v++)
         for (i = 0; i < 3; i++) {
-            double c = (mesh->vertices[v].x[i] - lo[i]) / unit;
-            if (c != floor(c) || lo[i] + c * unit != mesh->vertices[v].x[i]) return 0;
+            double x = mesh->vertices[v].x[i], d = x - lo[i], c = d / unit;
+            if (c != floor(c) || lo[i] + d != x || x - d != lo[i]) return 0;
         }
     return 1;
 }

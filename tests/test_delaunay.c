@@ -582,6 +582,29 @@ static void plain_cavities_are_cavities(void)
 #endif
 }
 
+/* As a rotation leaves them: what should be 0 is not, and no other coordinate is so small. */
+static void grids_with_residues(void)
+{
+    static const double first[18] = {1e-20, 1, 1, 2, 1, 1, 1, 0, 1, 1, 2, 1, 1, 1, 0, 1, 1, 2};
+    double xyz[3 * 40];
+    int run, n = 6, i;
+    memcpy(xyz, first, sizeof first);
+    for (run = 0; run < 1500; run++) {
+        delaunay_mesh mesh;
+        delaunay_report report;
+        delaunay_result result = delaunay_tetrahedralize(&mesh, xyz, (size_t)n, NULL, &report);
+        CHECK(result == DELAUNAY_OK || result == DELAUNAY_ERROR_DIMENSION);
+        if (result == DELAUNAY_OK)
+            CHECK(delaunay_validate(&mesh, DELAUNAY_VALIDATE_DELAUNAY, &report) == DELAUNAY_OK);
+        delaunay_mesh_free(&mesh);
+        n = 6 + (int)(random_u32() % 34);
+        for (i = 0; i < 3 * n; i++) {
+            xyz[i] = random_u32() % (2 + (uint32_t)run % 4);
+            if (xyz[i] == 0) xyz[i] = run & 4 ? 6e-17 : -1e-19;
+        }
+    }
+}
+
 static void few_and_flat_points(void)
 {
     double xyz[3 * 6] = {0, 0, 0, 1, 1, 1, 2, 2, 2, 0, 0, 0, 1, 0, 0, 3, 3, 3},
@@ -939,6 +962,7 @@ int main(void)
     all_kinds_are_delaunay();
     order_of_the_input_does_not_matter();
     threads_do_not_matter();
+    grids_with_residues();
     few_and_flat_points();
     wrong_arguments_leave_the_mesh();
     duplicates_map_to_the_first();
