@@ -1012,23 +1012,30 @@ static int mesher__element(const mesher_surface *surface, uint32_t id, const uin
     return 2;
 }
 
-/* The largest extent of the vertices along an axis, and the largest coordinate. */
-static double mesher__extent(const mesher_surface *surface, double *largest)
+/* The largest extent of the triangles and lines along an axis; unused vertices may be anywhere. lo:
+ * the least coordinate on each axis; *largest: the largest absolute value of a coordinate. */
+static double mesher__extent(const mesher_surface *surface, double *lo, double *largest)
 {
-    double extent = 0;
-    size_t i;
-    int k;
+    double hi[3] = {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL}, extent = 0;
+    size_t elements = surface->num_triangles + surface->num_edges, i;
+    int j, k, n;
+    for (k = 0; k < 3; k++) lo[k] = HUGE_VAL;
+    for (i = 0; i < elements; i++) {
+        const uint32_t *v;
+        n = mesher__element(surface, (uint32_t)i, &v);
+        for (j = 0; j < n; j++)
+            for (k = 0; k < 3; k++) {
+                double x = mesher__point(surface, v[j])[k];
+                lo[k] = x < lo[k] ? x : lo[k];
+                hi[k] = x > hi[k] ? x : hi[k];
+            }
+    }
     *largest = 0;
     for (k = 0; k < 3; k++) {
-        double lo = surface->xyz[k], hi = lo;
-        for (i = 1; i < surface->num_vertices; i++) {
-            double x = surface->xyz[3 * i + (size_t)k];
-            lo = x < lo ? x : lo;
-            hi = x > hi ? x : hi;
-        }
-        if (hi - lo > extent) extent = hi - lo;
-        if (fabs(lo) > *largest) *largest = fabs(lo);
-        if (fabs(hi) > *largest) *largest = fabs(hi);
+        if (!elements) lo[k] = hi[k] = 0;
+        if (hi[k] - lo[k] > extent) extent = hi[k] - lo[k];
+        if (fabs(lo[k]) > *largest) *largest = fabs(lo[k]);
+        if (fabs(hi[k]) > *largest) *largest = fabs(hi[k]);
     }
     return extent;
 }
@@ -1063,7 +1070,7 @@ static uint64_t mesher__check_numbers(const mesher_surface *surface, mesher_repo
                                        surface, (uint32_t)i, DELAUNAY_NO_ID);
     }
     if (surface->num_vertices && mesher__count_defects(report) == before) {
-        double largest, extent = mesher__extent(surface, &largest);
+        double lo[3], largest, extent = mesher__extent(surface, lo, &largest);
         if (extent > 0 && extent < MESHER__SMALLEST_EXTENT)
             mesher_report_add(report, MESHER_DEFECT_RANGE, DELAUNAY_NO_ID, DELAUNAY_NO_ID,
                               DELAUNAY_NO_ID, DELAUNAY_NO_ID, DELAUNAY_NO_ID,
@@ -1355,10 +1362,10 @@ static mesher_result mesher__note_near(mesher_domain *domain, const uint32_t *op
     uint32_t *ends = NULL, best;
     uint8_t *seen = NULL;
     size_t n, i;
-    double distance, largest;
+    double distance, lo[3], largest;
     memset(&grid, 0, sizeof grid);
     if (num == 0) return MESHER_OK;
-    distance = MESHER_NEARLY * mesher__extent(surface, &largest);
+    distance = MESHER_NEARLY * mesher__extent(surface, lo, &largest);
     seen = (uint8_t *)delaunay_alloc(memory, surface->num_vertices, 1);
     if (!seen) goto done;
     ends = (uint32_t *)delaunay_alloc(memory, 2 * num, sizeof *ends);
@@ -1611,8 +1618,9 @@ static mesher__bounds mesher__box_of(const mesher__space *space, const uint32_t 
     mesher__box_clear(&box);
     for (i = 0; i < n; i++)
         for (j = 0; j < 3; j++) {
-            float x =
-                (float)((mesher__point(space->surface, v[i])[j] - space->origin[j]) * space->scale);
+            double at =
+                (mesher__point(space->surface, v[i])[j] - space->origin[j]) * space->scale;
+            float x = at > 1e30 ? 1e30f : at < -1e30 ? -1e30f : (float)at;
             if (x < box.lo[j]) box.lo[j] = x;
             if (x > box.hi[j]) box.hi[j] = x;
         }
@@ -1689,23 +1697,6 @@ done:
     return result;
 }
 
-static void mesher__space_frame(const mesher_domain *domain, mesher__space *space)
-{
-    const mesher_surface *surface = &domain->surface;
-    double hi[3] = {0, 0, 0}, extent = 0;
-    size_t i;
-    int j;
-    for (i = 0; i < surface->num_vertices; i++)
-        for (j = 0; j < 3; j++) {
-            double x = mesher__point(surface, (uint32_t)i)[j];
-            if (i == 0 || x < space->origin[j]) space->origin[j] = x;
-            if (i == 0 || x > hi[j]) hi[j] = x;
-        }
-    for (j = 0; j < 3; j++)
-        if (hi[j] - space->origin[j] > extent) extent = hi[j] - space->origin[j];
-    space->scale = extent > 0 ? 1 / extent : 1;
-}
-
 static void mesher__build_tree(mesher__space *space)
 {
     size_t i;
@@ -1726,6 +1717,7 @@ static mesher_result mesher__space_init(mesher_domain *domain, mesher__space *sp
     delaunay_memory *memory = &domain->memory;
     mesher_result result = MESHER_ERROR_OUT_OF_MEMORY;
     size_t n = mesher__count_items(domain);
+    double extent, largest;
     mesher__item *items = (mesher__item *)delaunay_alloc(memory, n, sizeof *items);
     memset(space, 0, sizeof *space);
     space->surface = &domain->surface;
@@ -1744,7 +1736,8 @@ static mesher_result mesher__space_init(mesher_domain *domain, mesher__space *sp
     mesher__gather_items(domain, items);
     result = n ? mesher__order_items(domain, items, n, space->items) : MESHER_OK;
     if (result != MESHER_OK) goto done;
-    mesher__space_frame(domain, space);
+    extent = mesher__extent(&domain->surface, space->origin, &largest);
+    space->scale = extent > 0 ? 1 / extent : 1;
     mesher__build_tree(space);
 done:
     delaunay_release(memory, items);
@@ -10805,6 +10798,7 @@ static mesher_result mesher__divider_init(mesher__divider *d, mesher_domain *dom
 {
     const mesher_surface *s = &domain->surface;
     const double *own = domain->options.vertex_sizes;
+    double lo[3];
     size_t total = s->num_triangles + s->num_edges, i;
     d->domain = domain;
     d->out = out;
@@ -10817,7 +10811,7 @@ static mesher_result mesher__divider_init(mesher__divider *d, mesher_domain *dom
     d->num_vertices++;
     memcpy(out->xyz, s->xyz, 3 * d->num_vertices * sizeof *out->xyz);
     if (own) memcpy(out->vertex_sizes, own, d->num_vertices * sizeof *own);
-    d->extent = mesher__extent(&domain->surface, &d->largest);
+    d->extent = mesher__extent(&domain->surface, lo, &d->largest);
     for (i = 0; i < d->num_vertices; i++) {
         double h = domain->size[domain->mesh.vertex_of[i]];
         d->wish[i] = h > 0 ? h : DBL_MAX; /* a vertex of no region, or a duplicate */

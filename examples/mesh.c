@@ -847,13 +847,14 @@ static void print_findings(const job *j, int defects)
 static double nearly(const job *j)
 {
     double extent = 0;
-    size_t i;
+    size_t corners = 3 * j->surface.num_triangles, i;
     int k;
     for (k = 0; k < 3; k++) {
-        double lo = j->in.xyz[k], hi = lo;
-        for (i = 1; i < j->in.num_vertices; i++) {
-            lo = fmin(lo, j->in.xyz[3 * i + (size_t)k]);
-            hi = fmax(hi, j->in.xyz[3 * i + (size_t)k]);
+        double lo = HUGE_VAL, hi = -HUGE_VAL;
+        for (i = 0; i < corners + 2 * j->surface.num_edges; i++) {
+            uint32_t v = i < corners ? j->surface.triangles[i] : j->surface.edges[i - corners];
+            lo = fmin(lo, j->in.xyz[3 * (size_t)v + (size_t)k]);
+            hi = fmax(hi, j->in.xyz[3 * (size_t)v + (size_t)k]);
         }
         extent = fmax(extent, hi - lo);
     }

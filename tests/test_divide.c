@@ -515,6 +515,28 @@ static void test_spikes(void)
 }
 
 /* Sizes that differ tenfold from one place to the next, as of noise. */
+/* A vertex that nothing uses may be anywhere: what is flat is judged by the surface alone. */
+static void test_far_vertices(void)
+{
+    shape s = {0};
+    mesher_fine_surface fine;
+    mesher_options o = sized(100);
+    mesher_surface given;
+    uint8_t *left_out;
+    torus(&s, 0, 0, 140, 70, 0.3);
+    add_vertex(&s, 1e8, 1e8, -1e8);
+    given = surface_of(&s);
+    left_out = (uint8_t *)calloc(s.num_vertices, 1);
+    left_out[s.num_vertices - 1] = 1;
+    given.left_out = left_out;
+    CHECK(mesher_refine_surface(&fine, &given, &o, NULL) == MESHER_OK);
+    CHECK(fine.surface.num_triangles == s.num_triangles);
+    CHECK(!memcmp(fine.triangles, s.triangles, 3 * s.num_triangles * sizeof *s.triangles));
+    mesher_fine_surface_free(&fine);
+    free(left_out);
+    shape_free(&s);
+}
+
 static void rough_wish(void *user, size_t count, const double *xyz, const uint32_t *region,
                        double *out)
 {
@@ -563,5 +585,6 @@ int main(void)
     test_failures();
     test_shapes();
     test_spikes();
+    test_far_vertices();
     return check_report();
 }
