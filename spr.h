@@ -4,71 +4,84 @@
  *     #include "spr.h"                    // needs delaunay.h, hilbert.h and hxtsort.h beside it
  *
  *     spr_report report;
- *     spr_improve(&mesh, NULL, &report);  // of mesher.h; imported: options.free_vertices = 1
- *     spr_improve_arrays(xyz, nv, tets, nt, ...) works on anybody's arrays
+ *     spr_improve(&mesh, NULL, &report);  // made by mesher.h; imported: options.free_vertices = 1
+ *     spr_improve_arrays(xyz, &nv, cap_v, tets, colors, &nt, ...);  // any mesh in plain arrays
  *
  * CONTENTS (search for the tag)
  *   >>dependencies    how this file finds delaunay.h
  *   >>types           status codes, options, report
- *   >>everyday        improve, measure
- *   >>expert          the operators by themselves
- *   >>quality         gamma, SICN, dihedral angles; bounds set by the surface
- *   >>smoothing       Laplacian with golden section               [Marot 2020, 6.1]; relaxation
- *   >>edge removal                                                [Marot 2020, 6.1]; flips for the
- *                     mean
- *   >>reconnection    SPR of a grown cavity                       [Marot 2020, 6.2, 6.3]; vertices
- *                     taken away and added
- *   >>schedule        which operator when                         [Marot 2020, Algorithm 5];
- *                     shaking, extreme angles, the sweep for the mean
- *   >>public          the everyday functions; a polyhedron in arrays
+ *   >>everyday        improve a mesh, measure a mesh
+ *   >>expert          quality of one tetrahedron, reconnection of one polyhedron
+ *   >>quality         gamma, SICN, dihedral angles; upper bounds imposed by the surface; statistics
+ *   >>smoothing       Laplacian smoothing by golden section       [Marot 2020, 6.1]; ascent of
+ *                     the worst quality; relaxation
+ *   >>edge removal    edge removal                                [Marot 2020, 6.1]; flips that
+ *                     raise the mean quality
+ *   >>reconnection    SPR of a growing cavity                     [Marot 2020, 6.2, 6.3]; removal
+ *                     and insertion of vertices
+ *   >>schedule        which operator is tried when                [Marot 2020, Algorithm 5];
+ *                     shaking, extreme angles, the final sweep for the mean quality
+ *   >>public          the everyday functions; reconnection of a polyhedron in arrays
+ *
+ *   [Marot 2020]: C. Marot, Parallel tetrahedral mesh generation, thesis, 2020.
  *
  * WHAT IT DOES NOT DO
- *   The surface, the interfaces between regions, constrained edges and facets stay as they are, so
- *   a sharp angle or a needle of the surface bounds what can be reached; the report says where it
- *   does. Sizes are kept, not made: about one new vertex in 60 tetrahedra at most, none that makes
- *   an edge much shorter than those around it; one for 12 of them may go, none that makes one much
- *   longer.
- *   Limits: those of delaunay.h; the measures are right for edges of 1e-75 to 1e75, and beyond that
- *   tetrahedra count as bad.
+ *   The surface, the interfaces between regions, and constrained edges and facets are not changed.
+ *   A sharp angle or a needle-shaped triangle of the surface therefore bounds the quality that can
+ *   be reached; the report says where it does.
+ *   Element sizes are preserved, not created. At most about one vertex is added for every 60
+ *   tetrahedra, none where that makes an edge much shorter than those around it; at most about one
+ *   is removed for every 12 tetrahedra, and no edge contraction makes an edge much longer.
+ *   Limits: those of delaunay.h. The measures are correct for edges of 1e-75 to 1e75; tetrahedra
+ *   with edges beyond that count as bad.
  *
  * HOW IT WORKS
- *   1. Bad tetrahedra. Each has a level, the next operator to be tried for it, cheapest first: edge
- *      removal; smoothing, a golden section and then the common ascent of the worst of the star;
- *      reconnection of a cavity of 7 to 10 points that grows around it; taking away one of its
- *      vertices, if need be with more than its star; a new vertex in it or on an edge, where that
- *      gains more than reconnection does; reconnection up to 16, then up to 32 points; and for the
- *      very worst in the end all that again, further. A level runs when nothing waits at a cheaper
- *      one. What changes sends the bad tetrahedra that it touches back to the first level, some
- *      times; edges and vertices around which nothing has changed are not tried again. What is as
- *      good as its facets on the surface allow is not tried at all.
- *      Each change raises the worst quality among what it replaces, by a margin, and what is bad
- *      weighs no more than before: one may become two that are much better. There are never more
- *      bad ones than in the beginning, but for a few where the worst of the mesh becomes twice as
- *      good.
- *   2. The few worst, if they are nearly flat or worse than the surface asks for anywhere, have
- *      another turn, while that changes something, in which they may become many. Flat ones that
- *      lie on each other, as over polygons of the surface that rounding has bent, then go together,
- *      for a vertex.
- *   3. Fewer bad ones, the worst no worse: the closure search counts them instead of looking for
- *      the best of the worst.
- *   4. Shaking. Around what is far from what the surface allows, the few worst and then those with
- *      the fewest bad ones beside them, vertices are moved at random, every second time beside a
- *      new one, and that part is improved anew: it is taken if its bad ones are fewer or weigh
- *      less, for as long as that happens often enough. At last vertices go without which fewer are
- *      bad and all weigh less, though the worst there, not of the mesh, may lose two fifths.
- *   5. Angles. The same for the few most extreme dihedral angles and the least SICN, every second
- *      time by that measure alone; a much better one may cost one more bad tetrahedron in a dozen,
- *      and the worst of the mesh six that weigh less in all.
- *   6. The mean. Edges and facets of tetrahedra below it, the worst 20000 and one in 64 or so, are
- *      flipped where that worsens nothing that is bad or extreme, and one sweep along a curve, in
- *      blocks side by side, moves all vertices.
- *   Plans are made side by side and committed in order (delaunay_speculate). Positions are accepted
- *   by exact signs only.
+ *   1. Bad tetrahedra are those below the target quality. Each has a level: the next operator to
+ *      be tried for it. From the cheapest on, these are: edge removal; smoothing of a vertex, by
+ *      golden section and then by an ascent of the worst quality of the star; reconnection of a
+ *      cavity that grows around the tetrahedron to 7 to 10 points; removal of one of its vertices,
+ *      if necessary with a cavity larger than the star; insertion of a vertex inside it or on one
+ *      of its edges, unless reconnection gains as much; reconnection of cavities of up to 16, then
+ *      up to 32 points; and for the very worst, in the end, insertion and reconnection again with
+ *      a longer search. A level runs only when no tetrahedron waits at a cheaper one. A change
+ *      sends the bad tetrahedra that it touches back to the first level, a limited number of
+ *      times; edges and vertices around which nothing has changed are not tried again. A
+ *      tetrahedron that is as good as its facets on the surface allow is not tried at all.
+ *      Each change raises the worst quality of what it replaces, by a margin. A bad tetrahedron
+ *      has a weight, which is larger the worse it is, and no change raises the total weight (but
+ *      for the very worst): one may be replaced by two that are much better. There are never more
+ *      bad tetrahedra than at the start, except for a few more where the worst of the mesh becomes
+ *      twice as good.
+ *   2. The worst few, if they are nearly flat or worse than the surface requires anywhere, get
+ *      more turns, as long as these change something; here one tetrahedron may be replaced by
+ *      many. Flat ones that lie on top of one another, as over a polygon of the surface that
+ *      rounding has bent, are then replaced together by tetrahedra around a new vertex.
+ *   3. Tidying: fewer bad tetrahedra, and the worst no worse. The closure search now minimises
+ *      their number instead of maximising the worst quality.
+ *   4. Shaking. A patch of the mesh around a tetrahedron that is far from what the surface allows
+ *      (the worst few first, then those with the fewest bad ones beside them) is copied, its
+ *      vertices are moved at random, in every second attempt beside a new one, and the copy is
+ *      improved. It replaces the patch if it has fewer bad tetrahedra, or if they weigh less. This
+ *      goes on as long as it succeeds often enough. Finally, vertices are removed where that
+ *      leaves fewer bad tetrahedra of a smaller total weight, although the worst quality there may
+ *      fall by two fifths (that of the mesh does not fall).
+ *   5. Angles, if the measure is gamma. The same is done around the few tetrahedra with the most
+ *      extreme dihedral angles and the smallest SICN, in every second attempt by that measure
+ *      alone. A much better angle may cost one more bad tetrahedron for each dozen bad ones in the
+ *      patch, and at the most extreme of the mesh six more, if all the bad ones together weigh no
+ *      more than 1.05 times as much.
+ *   6. The mean. Edges and facets of tetrahedra below the mean quality (if they are too many: of
+ *      the worst, about 20000 and one in 64) are flipped where that makes nothing worse that is
+ *      bad or extreme. One sweep along a space-filling curve, in blocks that are processed in
+ *      parallel, then moves all vertices that gain by it.
+ *   Changes are planned in parallel and committed in order (delaunay_speculate). A new position is
+ *   accepted only if the exact orientation of every tetrahedron around it is positive.
  *
  * COMPILE-TIME SWITCHES
- *   SPR_IMPLEMENTATION        implementation file  the bodies (and those of the three it needs)
- *   SPR_NO_DEPENDENCIES       implementation file  other files have the bodies of those three
- *   SPR_STATIC                implementation file  everything static
+ *   SPR_IMPLEMENTATION        implementation file  compiles the function bodies, and those of the
+ *                                                  three headers that this one needs
+ *   SPR_NO_DEPENDENCIES       implementation file  the bodies of those three are in other files
+ *   SPR_STATIC                implementation file  all functions are static
  *   DELAUNAY_NO_SIMD, DELAUNAY_INDEX64: see delaunay.h
  *
  * LICENCE: MIT or public domain, at the end of the file.
@@ -115,37 +128,38 @@ extern "C" {
 
 /* ---- >>types ------------------------------------------------------------------------------ */
 
-/* As delaunay_result; positive: the mesh is valid. */
+/* Codes that delaunay_result has too have the same values here. Positive: the mesh is valid. */
 typedef enum spr_result {
     SPR_OK                     = 0,
-    SPR_STOPPED_BY_BUDGET      = 1,
-    SPR_GOAL_NOT_MET           = 2, /* what the caller asked for was not reached everywhere */
+    SPR_STOPPED_BY_BUDGET      = 1,  /* max_seconds or max_rounds was reached */
+    SPR_GOAL_NOT_MET           = 2,  /* what the caller asked for was not reached everywhere */
     SPR_ERROR_INVALID_ARGUMENT = -1,
     SPR_ERROR_OUT_OF_MEMORY    = -2,
-    SPR_CANCELLED              = -3, /* the mesh is valid, improved so far */
+    SPR_CANCELLED              = -3, /* by host.progress; the mesh is valid and improved so far */
     SPR_ERROR_TOO_LARGE        = -4,
     SPR_ERROR_INTERNAL         = -5,
-    SPR_ERROR_INVALID_MESH     = -80 /* an imported mesh is not valid: report->message */
+    SPR_ERROR_INVALID_MESH     = -80 /* arrays that are not a valid mesh: report->message */
 } spr_result;
 
 typedef enum spr_measure {
-    SPR_GAMMA,        /* sqrt(24) * inradius / longest edge: 1 for the regular one */
+    SPR_GAMMA,        /* sqrt(24) * inradius / longest edge: 1 for the regular tetrahedron */
     SPR_SICN,         /* signed inverse condition number */
-    SPR_MIN_DIHEDRAL, /* smallest sine of the six dihedral angles: dislikes small and large ones */
+    SPR_MIN_DIHEDRAL, /* smallest sine of the six dihedral angles: low for small and large ones */
     SPR_USER          /* options.quality */
 } spr_measure;
 
 /* Why a bad tetrahedron is left. */
 typedef enum spr_reason {
-    SPR_BOUNDED, /* the surface itself holds it below the target: facets, and angles between them */
-    SPR_FIXED,   /* all its vertices are fixed */
-    SPR_STUCK,   /* every operator was tried around it as it is now */
-    SPR_BUDGET   /* not everything was tried, as when no more vertices may go, or not again since
-                  * something changed beside it */
+    SPR_BOUNDED, /* the surface allows no better: its facets there, and the angles between them,
+                  * keep it below the target */
+    SPR_FIXED,   /* none of its vertices may move */
+    SPR_STUCK,   /* every operator was tried in vain, and nothing around it has changed since */
+    SPR_BUDGET   /* not every operator was tried (for example, no more vertices may be removed), or
+                  * not again since something changed beside it */
 } spr_reason;
 
-/* One bad tetrahedron that is left, its middle, and its slot in the mesh (spr_improve) after the
- * call; bound: no tetrahedron on its surface facets can be better. */
+/* One bad tetrahedron that is left: its quality; the upper bound of the quality of any tetrahedron
+ * on its surface facets; its centroid; and its slot in the mesh after the call (spr_improve). */
 typedef struct spr_worst {
     double          quality, bound, xyz[3];
     delaunay_handle tet;
@@ -156,51 +170,55 @@ typedef struct spr_worst {
 typedef struct spr_options {
     delaunay_host host;
     spr_measure   measure;
-    double        target;      /* tetrahedra below are bad; 0: 0.35 */
-    double        max_seconds; /* 0: none; looked at between rounds of plans, some 0.1 s */
-    int           max_rounds;  /* sweeps over the work list; 0: until nothing changes */
+    double        target;      /* tetrahedra of a lower quality are bad; 0: 0.35 */
+    double        max_seconds; /* 0: no limit; checked between rounds of plans, about 0.1 s apart */
+    int           max_rounds;  /* sweeps over the list of bad ones; 0: until nothing changes */
+    /* Nonzero turns an operator off. no_smoothing also turns off shaking, step 5 of HOW IT WORKS
+     * and the final sweep; no_edge_removal also turns off the flips for the mean. */
     int           no_smoothing, no_edge_removal, no_reconnection;
-    int           keep_vertices;  /* no vertex is added or taken away; they may move */
-    /* Vertices with an id, the caller's own points, may move and go too; by default only those that
-     * mesher.h or this header added may. */
+    int           keep_vertices;  /* no vertex is added or removed; they may move */
+    /* Vertices with an id, which are the caller's own points, may be moved and removed too; by
+     * default only those may that mesher.h or this header added. */
     int           free_vertices;
-    int           require_target; /* SPR_GOAL_NOT_MET when something is left below the target */
-    /* For SPR_USER. Larger is better, at most 1, 0 or less for an inverted one; any order of the
-     * four points gives the same value; called from all threads. */
+    int           require_target; /* SPR_GOAL_NOT_MET if a tetrahedron is left below the target */
+    /* The quality for SPR_USER. Larger is better; at most 1; 0 or less if abcd is inverted. It must
+     * be the same for any order of the points that keeps the orientation. Called by several threads
+     * at once. */
     double (*quality)(void *user, const double *a, const double *b, const double *c,
                       const double *d);
     void          *quality_user;
-    /* One a mesh vertex, nonzero: must not move; NULL: none but the constrained. */
+    /* Of spr_improve: one byte per mesh vertex; nonzero: it must neither move nor be removed, in
+     * addition to those that are fixed anyway. May be NULL. */
     const uint8_t *fixed_vertices;
-    /* Of spr_improve_arrays: triangles and edges, 3 and 2 vertices each, that stay although one
-     * region is all around them. What the mesh does not have does not count: report->absent.
-     * spr_improve goes by the marks of its mesh instead. */
+    /* Of spr_improve_arrays: triangles and edges (3 and 2 vertices each) that must stay although
+     * they lie inside one region. Those that the mesh does not have are ignored and counted in
+     * report->absent. spr_improve uses the constraint marks of its mesh instead. */
     const uint32_t *kept_triangles, *kept_edges;
     size_t          num_kept_triangles, num_kept_edges;
-    /* Told in the end of every bad tetrahedron that is left, by the calling thread, in the same
-     * order for any number of threads; NULL: nobody. A fifth of a millisecond each at most. */
+    /* Called at the end for every bad tetrahedron that is left, by the calling thread, in the same
+     * order for any number of threads; may be NULL. Costs 0.2 ms per tetrahedron at most. */
     void (*left)(void *user, const spr_worst *what);
     void *left_user;
 } spr_options;
 
 typedef struct spr_statistics {
-    uint64_t num_tets, num_below;      /* below the target */
+    uint64_t num_tets, num_below;      /* all, and those below the target */
     double   min, p001, p01, mean;     /* of the measure: minimum, 0.1 % and 1 % quantiles, mean */
     double   sicn_min, gamma_min, dihedral_min_degrees, dihedral_max_degrees;
-    uint64_t histogram[20];            /* of the measure, twenty equal parts of [0, 1] */
-    uint64_t dihedral_histogram[18];   /* all dihedral angles by 10 degrees */
+    uint64_t histogram[20];            /* of the measure, in twenty equal parts of [0, 1] */
+    uint64_t dihedral_histogram[18];   /* of all dihedral angles, in steps of 10 degrees */
 } spr_statistics;
 
 typedef struct spr_report {
     spr_statistics before, after;
-    /* successful operations */
+    /* numbers of successful operations: */
     uint64_t  smoothed, edges_removed, reconnected, vertices_removed, vertices_inserted;
-    uint64_t  shaken;  /* small parts made anew from shaken vertices */
-    uint64_t  flipped, relaxed; /* edges and facets flipped, vertices moved: for the mean alone */
-    uint64_t  rounds, plans, conflicts;
+    uint64_t  shaken;  /* patches of the mesh replaced after their vertices were shaken */
+    uint64_t  flipped, relaxed; /* for the mean alone: edges and facets flipped, vertices moved */
+    uint64_t  rounds, plans, conflicts;          /* of delaunay_speculate */
     uint64_t  bounded, fixed, stuck, unfinished; /* bad tetrahedra left, by spr_reason */
-    uint64_t  absent; /* triangles and edges to be kept that the mesh does not have */
-    spr_worst worst[5];
+    uint64_t  absent; /* kept_triangles and kept_edges that the mesh does not have */
+    spr_worst worst[5];                          /* of those that are left, the worst first */
     int       num_worst;
     double    seconds, seconds_smoothing, seconds_edge_removal, seconds_reconnection;
     size_t    peak_bytes;
@@ -210,39 +228,45 @@ typedef struct spr_report {
 /* ---- >>everyday --------------------------------------------------------------------------- */
 
 SPR_API const char *spr_result_string(spr_result result);
-/* Improves the worst tetrahedra of every coloured region (all real ones if the mesh has no
- * colours). Constrained facets, constrained edges and their vertices, and facets without neighbour
- * or between colours stay. The worst quality never falls, bad tetrahedra do not become more (but
- * for a few where the worst becomes much better), and nothing is ever inverted, exactly.
+/* Improves the worst tetrahedra of every coloured region (all but ghosts if the mesh has no
+ * colours). Constrained facets, constrained edges and their vertices are kept, as are facets
+ * without a neighbour and facets between colours. The worst quality never falls, the number of bad
+ * tetrahedra does not grow (but for a few where the worst becomes much better), and no tetrahedron
+ * is ever inverted, by exact tests.
  *
- *   mesh     in/out  valid, and so afterwards, whatever is returned
- *   options  in      NULL or zeroed: defaults; for an imported mesh, all of whose vertices have ids,
- *                    free_vertices, for else none of them moves or goes
+ *   mesh     in/out  valid before and, whatever is returned, afterwards; its vertices may be
+ *                    renumbered, as those without an id that are no longer used are deleted
+ *   options  in      NULL or zeroed: defaults. All vertices of an imported mesh have ids: without
+ *                    free_vertices none of them is moved or removed
  *   report   out     may be NULL
  *
- * Returns  SPR_OK; a positive code: stopped by a budget, or a target that is not met
- * Cost     what is bad decides: 0.4-2 us a tetrahedron of a clean mesh, 0.1-2 ms where most are bad
- *          for good; 32 bytes a slot, 17 a vertex and up to 32 a bad one, in the end 24
- *          and 46
+ * Returns  SPR_OK; a positive code: stopped by a budget, or the target is not met
+ * Cost     depends on what is bad: 0.4-2 us per tetrahedron of a clean mesh, 0.1-2 ms where most
+ *          are bad and stay so; memory: 32 bytes per slot, 17 per vertex and up to 32 per bad
+ *          tetrahedron; in the final sweep 24 per slot and 46 per vertex
  * Threads  options->host.num_threads; distinct meshes may be improved at once
  * Repeats  same bytes for any number of threads, except under max_seconds or a memory limit
  * Source   Marot 2020, chapter 6 */
 SPR_API spr_result spr_improve(delaunay_mesh *mesh, const spr_options *options, spr_report *report);
-/* Statistics of the real tetrahedra that are not outside. */
+/* Statistics of the tetrahedra that are neither ghosts nor outside every region. Of the options,
+ * which may be NULL, the measure, the target and the host count. */
 SPR_API spr_result spr_measure_mesh(const delaunay_mesh *mesh, const spr_options *options,
                                     spr_statistics *out);
-/* On plain arrays of anybody's mesh; the boundary, the interfaces between colours, and the triangles
- * and edges of the options stay.
+/* Improves a mesh in plain arrays. The boundary, the interfaces between colours, and the
+ * kept_triangles and kept_edges of the options stay; all other vertices that are not fixed are free
+ * (options->free_vertices and fixed_vertices are ignored).
  *
- *   xyz           in/out  3 doubles a vertex, moved in place; room for cap_vertices
- *   num_vertices  in/out  new vertices come after the caller's; one that went stays there, unused
+ *   xyz           in/out  3 doubles per vertex, moved in place; room for cap_vertices
+ *   num_vertices  in/out  new vertices are appended; a removed vertex stays in the array, unused
  *   cap_vertices  in      equal to *num_vertices: none is added
- *   tets, colors  in/out  4 vertices and (colors may be NULL) a region each; room for cap_tets;
- *                         either sign convention, ours afterwards; any colours but UINT32_MAX
- *   fixed         in      one byte a vertex, nonzero: must not move; may be NULL
+ *   tets, colors  in/out  4 vertices, and (colors may be NULL) a region, per tetrahedron; room for
+ *                         cap_tets; all positive or all negative, afterwards positive by the
+ *                         convention of delaunay.h; any colours but UINT32_MAX
+ *   fixed         in      one byte per vertex, nonzero: it must neither move nor be removed; may be
+ *                         NULL
  *
- * Returns SPR_ERROR_TOO_LARGE, and the arrays as they were, if the result needs more than cap_tets;
- *         SPR_ERROR_INVALID_MESH with the place in report->message */
+ * Returns SPR_ERROR_TOO_LARGE, with the arrays unchanged, if the result needs more than cap_tets;
+ *         SPR_ERROR_INVALID_MESH with the place in report->message; else as spr_improve */
 SPR_API spr_result spr_improve_arrays(double *xyz, size_t *num_vertices, size_t cap_vertices,
                                       uint32_t *tets, uint32_t *colors, size_t *num_tets,
                                       size_t cap_tets, const uint8_t *fixed,
@@ -250,58 +274,59 @@ SPR_API spr_result spr_improve_arrays(double *xyz, size_t *num_vertices, size_t 
 
 /* ---- >>expert ----------------------------------------------------------------------------- */
 
-/* Quality of one tetrahedron; gamma and SICN are negative when inverted. */
+/* Quality of one tetrahedron; gamma and SICN are negative if it is inverted. */
 SPR_API double spr_gamma(const double *a, const double *b, const double *c, const double *d);
 SPR_API double spr_sicn(const double *a, const double *b, const double *c, const double *d);
-/* The smallest sine of the six dihedral angles; not positive when inverted. */
+/* The smallest sine of the six dihedral angles; not positive if the tetrahedron is inverted. */
 SPR_API double spr_min_sine(const double *a, const double *b, const double *c, const double *d);
-/* Dihedral angles in degrees, in order of the edges of delaunay.h. */
+/* Dihedral angles in degrees, in the order of delaunay_edge_order. */
 SPR_API void spr_dihedrals(const double *a, const double *b, const double *c, const double *d,
                            double *out6);
-/* The best gamma that any tetrahedron on this triangle can have: over all apices. */
+/* The best gamma, over all apices, of a tetrahedron that has this triangle as a facet. */
 SPR_API double spr_gamma_bound(const double *a, const double *b, const double *c);
 
 enum {
     SPR_MAX_POINTS = 32,      /* of a polyhedron */
     SPR_MAX_FACETS = 512,
-    SPR_MAX_CONSTRAINTS = 64, /* edges, and facets, inside */
-    SPR_MAX_RESULT = 400      /* tetrahedra */
+    SPR_MAX_CONSTRAINTS = 64, /* edges, and as many walls */
+    SPR_MAX_RESULT = 400      /* tetrahedra of the result */
 };
 
-/* A small polyhedron in arrays of the caller's. Its facets are its whole boundary, each once, and
- * must not cross one another (not checked); it may have holes, cavities, several parts, and points
- * and edges where it touches itself. A point that is on no facet is inside, and will be used. */
+/* A small polyhedron in the caller's arrays. The facets are its whole boundary, each listed once;
+ * they must not cross one another (not checked). It may have tunnels, cavities and several parts,
+ * and may touch itself in points and edges. A point that is on no facet is inside, and becomes a
+ * vertex of the result. */
 typedef struct spr_polyhedron {
-    const double   *xyz;        /* 3 a point */
+    const double   *xyz;        /* 3 per point */
     const uint32_t *facets;     /* 3 points each, counter-clockwise seen from outside */
-    const uint32_t *edges;      /* 2 points each: to be in the result */
-    const uint32_t *walls;      /* 3 points each, inside, in any order: to be in the result */
+    const uint32_t *edges;      /* 2 points each: must be in the result */
+    const uint32_t *walls;      /* inner triangles, 3 points each in any order: the same */
     size_t          num_points; /* at most SPR_MAX_POINTS */
     size_t          num_facets, num_edges, num_walls;
 } spr_polyhedron;
 
 typedef struct spr_reconnection {
-    uint32_t nodes;  /* of the search tree */
+    uint32_t nodes;  /* visited nodes of the search tree */
     int      found;  /* there is a result, better than the bound */
-    int      proven; /* searched to the end: it is the best, or there is none above the bound */
+    int      proven; /* the search was complete: it is the best, or none is above the bound */
     double   value;  /* worst quality of the result */
     size_t   num_tets;
-    uint32_t tets[SPR_MAX_RESULT][4]; /* positive */
+    uint32_t tets[SPR_MAX_RESULT][4]; /* indices of points; positive */
     char     message[128];            /* what is wrong with the polyhedron */
 } spr_reconnection;
 
-/* Small polyhedron reconnection: the tetrahedra that fill a polyhedron, on its points alone, with
- * the best worst quality.
+/* Small polyhedron reconnection: of all sets of tetrahedra that fill a polyhedron without new
+ * points, finds the one whose worst quality is best.
  *
- *   bound      in   the result must be better: the quality of what is there already makes the
- *                   search much shorter; 0: none, every result is positive
- *   max_nodes  in   of the search tree; 0: 100000
+ *   bound      in   the worst quality of the result must be above it; that of the tetrahedra that
+ *                   are to be replaced makes the search much shorter; 0: any positive one
+ *   max_nodes  in   limit of the nodes of the search tree; 0: 100000
  *   options    in   the measure; NULL: gamma
  *
  * Returns  SPR_OK: found; SPR_GOAL_NOT_MET: not found, and out->proven says whether there is none
- *          or the limit was met; SPR_ERROR_INVALID_ARGUMENT, with out->message
- * Cost     some microseconds for 10 points, milliseconds for 20, and 1 MB of tables a call; with a
- *          worker of one's own, on windows of a mesh: delaunay_reconnect
+ *          or max_nodes was reached; SPR_ERROR_INVALID_ARGUMENT, with out->message
+ * Cost     some microseconds for 10 points, milliseconds for 20, and 1 MB of tables per call;
+ *          delaunay_reconnect works with a worker of the caller's, on windows of a mesh
  * Threads  any number of calls at once
  * Repeats  same result every time
  * Source   Marot 2020, 6.2 */
@@ -362,7 +387,8 @@ static double spr__min(double a, double b) { return a < b ? a : b; }
 #else
 #  define SPR__PREFETCH(p) ((void)(p))
 #endif
-/* Four tetrahedra at a time; the plain way does the same operations in the same order. */
+/* Four tetrahedra at a time with AVX2; the portable code does the same operations in the same
+ * order. */
 #if defined(__GNUC__) && defined(__x86_64__) && !defined(DELAUNAY_NO_SIMD)
 #  define SPR__AVX2   __builtin_cpu_supports("avx2")
 #  define SPR__TARGET __attribute__((target("avx2")))
@@ -372,8 +398,8 @@ static double spr__min(double a, double b) { return a < b ? a : b; }
 
 #define SPR__SQRT24 4.898979485566356
 
-/* What the measures are made of: normals of the facets (twice their area long), squared edges, six
- * times the volume. */
+/* What the measures are computed from: the facet normals (their length is twice the area), the
+ * squared edge lengths, and det, six times the volume. */
 typedef struct spr__shape {
     double normal[4][3], length2[6], det;
 } spr__shape;
@@ -407,15 +433,15 @@ static double spr__shape_gamma(const spr__shape *s)
     return below > 0 ? SPR__SQRT24 * s->det / below : 0;
 }
 
-/* 3 / (|S| |S^-1|), S from the regular tetrahedron: the norms are sums of squared edges and of
- * squared areas. */
+/* 3 / (|S| |S^-1|), where S maps the regular tetrahedron to this one; the norms are sums of squared
+ * edges and of squared areas. */
 static double spr__shape_sicn(const spr__shape *s)
 {
     double area2 = 0, length2 = 0, below;
     int i;
     for (i = 0; i < 4; i++) area2 += spr__dot(s->normal[i], s->normal[i]);
     for (i = 0; i < 6; i++) length2 += s->length2[i];
-    below = sqrt(area2) * sqrt(length2); /* the product is too large from edges of 1e51 on */
+    below = sqrt(area2) * sqrt(length2); /* the product overflows from edges of 1e51 on */
     return below > 0 ? 6 * s->det / below : 0;
 }
 
@@ -467,8 +493,8 @@ SPR_API void spr_dihedrals(const double *a, const double *b, const double *c, co
     }
 }
 
-/* Three more measures of a tetrahedron, below 1 where one of its dihedral angles is small, or
- * large, or its SICN is little. */
+/* Three more measures of a tetrahedron, below 1 if it has a small dihedral angle, a large one, or a
+ * low SICN. */
 static void spr__shape_extremes(const spr__shape *s, double *out)
 {
     double area[4];
@@ -494,17 +520,19 @@ static void spr__extremes(const double *a, const double *b, const double *c, con
     spr__shape_extremes(&s, out);
 }
 
-/* No tetrahedron with gamma so far above the target has an extreme angle. */
+/* A tetrahedron whose gamma exceeds the target by this much counts as free of extreme angles. */
 #define SPR__ROUND 0.15
 
-/* What spr__measure_all looks at. */
+/* Parameters of spr__measure_all. */
 typedef struct spr__focus {
     double target;
-    double spare[3];  /* added to the three measures: more than 1 where one does not count */
-    double low, lift; /* gammas from low to lift count as lift, less in proportion; 0: as is */
+    double spare[3];  /* added to the three measures; large: that measure is ignored */
+    double low, lift; /* a gamma between low and lift counts as lift, a lower one is multiplied by
+                       * lift / low; lift 0: gamma stays as it is */
 } spr__focus;
 
-/* Gamma, or the target times the least of the three if that is less; user: a focus. */
+/* Gamma, or the target times the least of the three measures if that is less. user: an spr__focus.
+ */
 static double spr__measure_all(void *user, const double *a, const double *b, const double *c,
                                const double *d)
 {
@@ -540,99 +568,102 @@ static double spr__measure_sine(void *user, const double *a, const double *b, co
     return spr_min_sine(a, b, c, d);
 }
 
+/* Levels of a bad tetrahedron: the operators in the order in which they are tried. */
 enum {
     SPR__EDGES, SPR__SMOOTH, SPR__SMALL, SPR__REMOVE, SPR__INSERT, SPR__MEDIUM, SPR__LARGE,
     SPR__UTMOST,  /* for the very worst */
     SPR__HOPELESS, /* level of a tetrahedron for which everything was tried */
-    SPR__GIVEN_UP, /* others had its turn */
-    SPR__MEAN      /* no level: flips for the mean are running */
+    SPR__GIVEN_UP, /* worse ones used up the plans of its level */
+    SPR__MEAN      /* of spr__state.sweep, no level: flips for the mean are running */
 };
 
 typedef double (*spr__function)(void *user, const double *a, const double *b, const double *c,
                                 const double *d);
 
-/* Of a bad tetrahedron: what has been found out about it. */
+/* A case: what has been found out about a bad tetrahedron. */
 typedef struct spr__case {
-    float    goal;     /* what is worth trying for; 0: not known yet */
+    float    goal;     /* quality that is worth trying for, spr__goal; 0: not known yet */
     uint32_t tried;    /* round of the last failure */
     uint32_t kept;     /* round in which no edge was worth removing */
-    uint32_t lifted;   /* round of the last failure as one of the very worst */
+    uint32_t lifted;   /* round of the last failure while the very worst were lifted */
 } spr__case;
 
-/* Of a slot of the mesh. */
+/* What is known about the tetrahedron in a slot of the mesh. */
 typedef struct spr__slot {
-    uint32_t number;   /* of its case; 0: nothing is known, which is case 0 */
-    uint8_t  level;    /* next operator */
-    uint8_t  listed;   /* it is in the list */
-    uint8_t  restarts; /* times that it, or what was in its place, began again */
-    uint8_t  shaken;   /* times that its surroundings were shaken; SPR__CLAIMED: by now */
+    uint32_t number;   /* of its case; 0: none, which is case 0, all zeros */
+    uint8_t  level;    /* the operator that is tried next */
+    uint8_t  listed;   /* 1: it is in spr__state.bad; 2: SPR__EXHAUSTED */
+    uint8_t  restarts; /* how often it, or what it replaced, went back to the first level */
+    uint8_t  shaken;   /* how often a patch around it was shaken; bits SPR__ROUNDED and
+                        * SPR__CLAIMED */
 } spr__slot;
 
-/* Of the running call; shared by all threads, written between rounds only. */
+/* State of the running call; shared by all threads, written between rounds only. */
 typedef struct spr__state {
     delaunay_mesh   *mesh;
     delaunay_engine *engine;
     delaunay_memory *memory;
-    spr_options      options;     /* resolved */
+    spr_options      options;     /* a copy */
     spr_report      *report;      /* never NULL */
     spr__function    quality;
     void            *quality_user;
     double           target;
     double           deadline;    /* by the host's clock; 0: none */
-    double          *value;       /* a tetrahedron: its quality; large: not to be improved */
-    spr__slot       *at;          /* a tetrahedron: how far one is with it; until the relaxation */
-    spr__case       *cases;       /* by number; until the relaxation */
-    delaunay_list    free_cases;  /* numbers that nobody has */
+    double          *value;       /* by slot: quality; HUGE_VAL: not to be improved */
+    spr__slot       *at;          /* by slot; freed before the relaxation */
+    spr__case       *cases;       /* by number; freed before the relaxation */
+    delaunay_list    free_cases;  /* numbers that are not in use */
     uint32_t         num_cases, cap_cases;
-    uint8_t         *left;        /* then: why those in the list are left, in order: spr_reason */
-    uint32_t        *stamp;       /* a vertex: round of the last change around it */
-    uint32_t        *still;       /* a vertex: round in which no better place was found */
-    uint32_t        *stays;       /* a vertex: round in which it could not be taken away */
-    uint32_t        *vain;        /* cavities that were searched in vain, by hash; or NULL */
-    int              vain_bits;   /* 2 to the power of this, at most */
+    uint8_t         *left;        /* after the schedule: the spr_reason of each in bad */
+    uint32_t        *stamp;       /* by vertex: round of the last change around it */
+    uint32_t        *still;       /* by vertex: round in which no better place was found */
+    uint32_t        *stays;       /* by vertex: round in which it could not be removed */
+    uint32_t        *vain;        /* hash table of cavities that were searched in vain; or NULL */
+    int              vain_bits;   /* the table has 2 to the power of this entries */
     uint64_t         allowance[8]; /* plans left to each level */
-    uint64_t         kept_allowance[8]; /* for what comes after lifting */
-    uint8_t         *movable;     /* a vertex */
+    uint64_t         kept_allowance[8]; /* a copy, restored after lifting */
+    uint8_t         *movable;     /* by vertex: it may move (1), and be removed as well (2) */
     delaunay_handle  cap_tets;
     uint32_t         cap_vertices;
-    uint32_t         first_new, max_new; /* vertices from first_new on are new: so many at most */
-    uint32_t         room_new;    /* there is room for so many */
-    uint64_t         max_gone;    /* vertices that may be taken away */
-    delaunay_list    bad, items;
+    uint32_t         first_new, max_new; /* vertices from first_new on are new: max_new at most */
+    uint32_t         room_new;    /* max_new may grow to this */
+    uint64_t         max_gone;    /* vertices that may be removed */
+    delaunay_list    bad, items;  /* the work list of bad tetrahedra; those of this round */
     int              sweep;       /* the level that is running */
-    uint64_t         num_bad;     /* by now; hardly ever more than in the beginning, therefore: */
-    uint64_t         tidy_below;  /* more bad ones are not made fewer one by one: a patch in vain */
-    int              may_add;     /* bad ones that a change may add in this round */
-    int              lift_adds;   /* and in the place of the very worst */
-    int              nil_adds;    /* of what is as good as flat */
-    size_t           in_flight;   /* changes in a round, at most */
-    int              tidy;        /* fewer bad tetrahedra are worth it, without any gain */
-    int              thins;       /* .. at a price */
-    int              lift;        /* a change need only lift the worst: for few */
-    int              lifts;       /* how often they had their turn */
-    uint64_t         changes, lifted; /* made by now; when they had it the last time */
-    uint64_t         lifted_bad;  /* bad ones that there may be for their sake */
-    int              is_lifting;  /* only what is below this is tried */
+    uint64_t         num_bad;     /* bad tetrahedra at present */
+    uint64_t         tidy_below;  /* if more are bad, a patch is given up, not tidied */
+    int              may_add;     /* how many bad ones a change may add in this round */
+    int              lift_adds;   /* the same, if it replaces one of the very worst */
+    int              nil_adds;    /* the same, if it replaces nil ones (spr__is_nil) */
+    size_t           in_flight;   /* changes in a round at most */
+    int              tidy;        /* tidying: fewer bad ones count as a gain */
+    int              thins;       /* thinning: the same, even if the worst there falls */
+    int              lift;        /* lifting: a change need only raise the worst; for a few only */
+    int              lifts;       /* turns of lifting so far */
+    uint64_t         changes, lifted; /* changes so far; the same at the last turn of lifting */
+    uint64_t         lifted_bad;  /* num_bad to which lifting may lead, at most */
+    int              is_lifting;  /* a turn of lifting: only what is below lift_below is tried */
     double           lift_below;
-    double           held;        /* while there is lift: what is below may become many */
-    double           relax_floor; /* of a star that relaxes, above the target */
-    double           fair, mean;  /* flips for the mean: what is below is tried; the mean before */
-    int              is_patch;    /* a part of a mesh that is shaken */
-    delaunay_worker *lent;        /* its worker */
-    uint64_t         shakes;      /* plans of patches so far */
-    int64_t          shake_credit; /* those that patches may still make in vain */
-    double           least;       /* before that, the worst of the mesh */
-    int              gamma;       /* the measure is gamma: the quick way */
-    int              rounding;    /* it is spr__measure_all */
-    spr__focus       focus;       /* then */
-    double           extreme[3];  /* the least of the mesh by its three measures */
+    double           held;        /* with lift: what is below this may become many */
+    double           relax_floor; /* relaxation: the worst of a star may fall to this */
+    double           fair, mean;  /* flips: what is below fair is tried; mean before */
+    int              is_patch;    /* the mesh is a patch that is shaken */
+    delaunay_worker *lent;        /* the worker lent to the patch */
+    uint64_t         shakes;      /* plans that patches have taken so far */
+    int64_t          shake_credit; /* plans that patches may still take in vain */
+    double           least;       /* worst of the mesh before shaking, rounding or thinning */
+    int              gamma;       /* the measure is gamma: fast paths */
+    int              rounding;    /* the measure is spr__measure_all, with this focus: */
+    spr__focus       focus;
+    double           extreme[3];  /* the least of each of its three measures in the mesh */
     int              simd;        /* the processor has AVX2 */
-    spr_result       failure;     /* in done */
+    spr_result       failure;     /* set by spr__done */
 } spr__state;
 
 static const double *spr__point(const delaunay_mesh *m, uint32_t v) { return m->vertices[v].x; }
 
-/* Facet i of t: its vertices, and then corner i of t, or what may take its place, are positive. */
+/* The vertices of facet i of t, ordered so that with corner i of t, or an apex that replaces it,
+ * they form a positive tetrahedron. */
 static void spr__base(const delaunay_mesh *m, delaunay_handle t, int i, uint32_t *v3)
 {
     const uint32_t *v = m->tets[t].v;
@@ -642,7 +673,7 @@ static void spr__base(const delaunay_mesh *m, delaunay_handle t, int i, uint32_t
     v3[2] = v[o[1]];
 }
 
-/* The same, of the facet opposite to vertex v. */
+/* The same for the facet opposite vertex v. */
 static void spr__base_of(const delaunay_mesh *m, delaunay_handle t, uint32_t v, uint32_t *v3)
 {
     spr__base(m, t, delaunay_local_index(&m->tets[t], v), v3);
@@ -658,7 +689,7 @@ static void spr__middle(const delaunay_mesh *m, delaunay_handle t, double *middl
                     4;
 }
 
-/* Case 0, of those of which nothing is known, is read only. */
+/* Case 0 belongs to all slots without a case of their own and must not be written. */
 static spr__case *spr__case_of(const spr__state *s, delaunay_handle t)
 {
     return s->cases + s->at[t].number;
@@ -676,7 +707,7 @@ SPR__TARGET DELAUNAY_INLINE void spr__columns(__m256d r0, __m256d r1, __m256d r2
     *z = _mm256_permute2f128_pd(s0, s2, 0x31);
 }
 
-/* spr_gamma, the four facets side by side. */
+/* spr_gamma; the four facets are computed side by side. */
 SPR__TARGET static double spr__gamma_avx2(const double *a, const double *b, const double *c,
                                           const double *d)
 {
@@ -702,7 +733,7 @@ SPR__TARGET static double spr__gamma_avx2(const double *a, const double *b, cons
                                          _mm256_mul_pd(wz, wz)));
     _mm256_storeu_pd(length2, l2);
     _mm256_storeu_pd(last, _mm256_mul_pd(e5, e5));
-    /* of facet 3 and edge 2, which is the third row of w: six times the volume, negative */
+    /* normal of facet 3 times edge 2, which is the third row of w: minus six times the volume */
     wx = _mm256_mul_pd(nx, _mm256_permute4x64_pd(wx, 0xaa));
     wy = _mm256_mul_pd(ny, _mm256_permute4x64_pd(wy, 0xaa));
     wz = _mm256_mul_pd(nz, _mm256_permute4x64_pd(wz, 0xaa));
@@ -715,7 +746,7 @@ SPR__TARGET static double spr__gamma_avx2(const double *a, const double *b, cons
 }
 #endif
 
-/* What is not a number counts as inverted. */
+/* NaN counts as inverted. */
 static double spr__number(double value)
 {
     return value == value ? value : -1;
@@ -740,7 +771,7 @@ static double spr__quality(const spr__state *s, const double *a, const double *b
     return s->gamma ? spr_gamma(a, b, c, d) : spr__users(s, a, b, c, d);
 }
 
-/* Quality of the tetrahedron of a triangle and an apex. */
+/* Quality of the tetrahedron formed by a triangle and an apex. */
 static double spr__quality_on(const spr__state *s, const uint32_t *v3, const double *apex)
 {
     const delaunay_mesh *m = s->mesh;
@@ -754,8 +785,9 @@ static double spr__quality_of(const spr__state *s, const uint32_t *v)
                         spr__point(m, v[3]));
 }
 
-/* What a change must be better than: it reaches the target, or gains this much. Smaller gains would
- * go on for long; those of the very worst are measured by what they are. */
+/* What the worst quality must exceed after a change: the target, or the quality before plus a least
+ * gain, without which small gains would go on for long. For a very low quality the least gain is a
+ * part of it. */
 static double spr__floor(const spr__state *s, double before)
 {
     double least = s->sweep == 1 ? 0.02 : 0.005,
@@ -763,24 +795,24 @@ static double spr__floor(const spr__state *s, double before)
     return before < s->target && floor_ > s->target ? s->target : floor_;
 }
 
-/* More than rounding. */
+/* A factor beyond rounding errors. */
 #define SPR__MORE (1 + 1e-9)
-/* A bad tetrahedron weighs 1 .. 29: by its lack of quality, squared and to the 16th power, so that
- * several better ones in the place of one that is nearly flat weigh less. */
+/* A bad tetrahedron weighs 1 .. 29: with lack = 1 - quality / target, 1 + SPR__SQUARE * lack^2 +
+ * SPR__SIXTEENTH * lack^16. Several better ones in the place of one that is nearly flat weigh less
+ * than it. */
 #define SPR__SQUARE 8
 #define SPR__SIXTEENTH 20
-/* Of their weight, what as many bad ones may weigh. */
+/* Bad tetrahedra weigh clearly less if their weight falls below this part of what it was. */
 #define SPR__LIGHTER 0.97
-/* Of the worst quality, what it may become where there are fewer bad ones in the end. */
+/* Thinning may lower the worst quality around a vertex to this part of what it was. */
 #define SPR__THINNED 0.6
-/* Nearly flat: below so much of what is worth trying for. */
+/* Nearly flat: below this part of the quality that is worth trying for. */
 #define SPR__FLAT   0.1
-#define SPR__NIL    1e-4 /* and that is as good as nothing */
-#define SPR__SAVED  1000 /* if it gets so much better, or is that no more, it may become many */
-#define SPR__LIFTED 2 /* what the very worst become, if they become many, is so much better */
+#define SPR__NIL    1e-4 /* nil, as good as flat: below this part of the target */
+#define SPR__SAVED  1000 /* a nil one may become many that are not nil, or better by this factor */
+#define SPR__LIFTED 2 /* the very worst may become many that are better by this factor */
 
-/* Bad tetrahedra of a set: their number; and their weight, the more the worse they are, so that one
- * of the worst may become several that are better. */
+/* The bad tetrahedra of a set: their number and their total weight (spr__weight). */
 typedef struct spr__burden {
     int    num;
     double weight;
@@ -808,8 +840,8 @@ static spr__burden spr__burden_of(const spr__state *s, const delaunay_handle *t,
     return b;
 }
 
-/* Bad ones that a change may add: more where the worst of the mesh, which the surface does not ask
- * for, becomes much better, and where it is as good as flat and is so no more. */
+/* How many bad tetrahedra a change may add. With lift these are more if the worst of the mesh,
+ * which are worse than the surface requires, become much better, or if a nil one becomes better. */
 static int spr__may_add(const spr__state *s, double before, double after)
 {
     const double nil = SPR__NIL * s->target;
@@ -818,8 +850,8 @@ static int spr__may_add(const spr__state *s, double before, double after)
     return s->is_lifting && before >= SPR__FLAT * s->target ? 0 : s->may_add;
 }
 
-/* Whether a change is to be made, by the worst quality and the burden of what it replaces and of
- * what it makes. Each one lessens what is bad, or lifts its worst, so that none is done again. */
+/* Whether a change is to be made, by the worst quality and the burden before and after it. Each
+ * change lessens the burden or raises the worst quality, so that none is made again and again. */
 static int spr__is_gain(const spr__state *s, double before, double after, spr__burden was,
                         spr__burden is)
 {
@@ -828,31 +860,31 @@ static int spr__is_gain(const spr__state *s, double before, double after, spr__b
     return after > spr__floor(s, before) || (s->tidy && after > before && is.num < was.num);
 }
 
-/* -- triangles that wait for an apex: a cone */
+/* -- a cone: triangles that are to be joined to an apex */
 
 enum {
-    SPR__AHEAD = 4,       /* how early what is looked at next but so many is fetched */
+    SPR__AHEAD = 4,       /* distance of prefetching, in items */
     SPR__MAX_STAR = 200,  /* tetrahedra of a star, facets of a cone */
-    SPR__MAX_HUB = 2000,  /* tetrahedra of a star that is only contracted */
+    SPR__MAX_HUB = 2000,  /* tetrahedra of a star whose vertex is only contracted */
     SPR__MAX_RING = 10,   /* tetrahedra around an edge that is removed */
-    SPR__WIDE_RING = 32,  /* around one that gets a new vertex, where nothing else helps */
-    SPR__MAX_ACTIVE = 12, /* gradients of the worst facets that smoothing looks at */
+    SPR__WIDE_RING = 32,  /* around one that gets a new vertex while lifting */
+    SPR__MAX_ACTIVE = 12, /* gradients of the worst facets that smoothing takes into account */
     SPR__MAX_CAVITY = 60  /* tetrahedra that a new vertex replaces */
 };
 
-/* (a,b,c,p) is to be positive */
+/* A triangle of a cone: with its apex p, (a,b,c,p) is to be positive. */
 typedef struct spr__facet {
     const double *a, *b, *c;
-    double normal[3], area, longest; /* twice the area; squared edge */
+    double normal[3], area, longest; /* area: doubled; longest edge: squared */
 } spr__facet;
 
-/* Four facets; their corners' coordinates by axis. */
+/* Four facets: their corners' coordinates by axis. */
 typedef struct spr__facet4 {
     double a[3][4], b[3][4], c[3][4], normal[3][4], area[4], longest[4];
     const double *corner[4][3];
 } spr__facet4;
 
-/* The last four are filled up with the last facet. */
+/* n facets in groups of four; the last group is filled up with copies of the last facet. */
 typedef struct spr__cone {
     size_t      n;
     spr__facet4 f[(SPR__MAX_STAR + 3) / 4];
@@ -872,7 +904,8 @@ static void spr__facet_set(spr__facet *f, const double *a, const double *b, cons
     f->longest = spr__max(spr__dot(ab, ab), spr__max(spr__dot(bc, bc), spr__dot(ca, ca)));
 }
 
-/* Gamma with apex p, and its gradient in p if that is not NULL: of K det / (longest * areas). */
+/* Gamma of the facet with apex p, which is K det / (longest * areas), and its gradient with respect
+ * to p unless that is NULL. */
 static double spr__facet_gamma(const spr__facet *f, const double *p, double *gradient)
 {
     double u[3][3], e[3][3], n[3][3], r[3], l2[3], det, sum = f->area, longest = f->longest, l, k;
@@ -921,7 +954,7 @@ static double spr__facet_value(const spr__state *s, const spr__facet *f, const d
     return s->gamma ? spr__facet_gamma(f, p, NULL) : spr__users(s, f->a, f->b, f->c, p);
 }
 
-/* Lane i of four facets. */
+/* Facet i of a group of four. */
 static void spr__facet_of_four(spr__facet *f, const spr__facet4 *four, int i)
 {
     int k;
@@ -964,7 +997,7 @@ static void spr__facet4_gradient(const spr__facet4 *four, const double *p, doubl
 }
 
 #if defined(SPR__TARGET)
-/* Of four vectors in space. */
+/* Four vectors in space. */
 typedef struct spr__v3 {
     __m256d x, y, z;
 } spr__v3;
@@ -1012,7 +1045,7 @@ SPR__TARGET DELAUNAY_INLINE spr__v3 spr__same4(const double *p)
     v.z = _mm256_set1_pd(p[2]);
     return v;
 }
-/* Four vertices of a mesh: 32 bytes can be read from each. */
+/* Four vertices of a mesh: 32 bytes, the size of each, are read. */
 SPR__TARGET DELAUNAY_INLINE spr__v3 spr__gather4(const double *p0, const double *p1,
                                                  const double *p2, const double *p3)
 {
@@ -1026,7 +1059,7 @@ SPR__TARGET DELAUNAY_INLINE __m256d spr__greatest4(__m256d a, __m256d b, __m256d
     return _mm256_max_pd(a, _mm256_max_pd(b, c));
 }
 
-/* Of these corners. */
+/* Sets four facets by their corners. */
 SPR__TARGET DELAUNAY_INLINE void spr__facet4_of(spr__facet4 *f, spr__v3 a, spr__v3 b, spr__v3 c)
 {
     spr__v3 ab = spr__sub4(b, a), bc = spr__sub4(c, b), ca = spr__sub4(a, c),
@@ -1110,7 +1143,7 @@ SPR__TARGET static void spr__facet4_gradient_avx2(const spr__facet4 *f, const do
     _mm256_storeu_pd(value, spr__gamma4(f, spr__same4(p), gradient));
 }
 
-/* spr__shape of four tetrahedra, and the roots of the normals' squares. */
+/* spr__shape of four tetrahedra; area: lengths of the normals; area2: their squares. */
 typedef struct spr__shape4 {
     spr__v3 normal[4];
     __m256d length2[6], area[4], area2[4], det;
@@ -1253,7 +1286,7 @@ static void spr__cone_add(spr__cone *cone, const double *a, const double *b, con
     corner[2] = c;
 }
 
-/* After the last spr__cone_add. */
+/* Completes a cone after the last spr__cone_add. */
 static void spr__cone_close(const spr__state *s, spr__cone *cone)
 {
     size_t i;
@@ -1277,7 +1310,7 @@ static const double **spr__cone_corners(const spr__cone *cone, size_t i)
     return (const double **)(uintptr_t)cone->f[i / 4].corner[i % 4];
 }
 
-/* Qualities with apex p of the four facets that begin with i. */
+/* Qualities, with apex p, of the four facets from number i on. */
 static void spr__cone_four(const spr__state *s, const spr__cone *cone, size_t i, const double *p,
                            double *out)
 {
@@ -1300,8 +1333,8 @@ static void spr__cone_four(const spr__state *s, const spr__cone *cone, size_t i,
     }
 }
 
-/* Qualities with apex p, four by four, until one of four is not above floor. Returns how many were
- * found, in fours: out has room for SPR__MAX_STAR + 4. */
+/* Qualities with apex p, in groups of four, up to the first group in which one is not above floor_.
+ * Returns how many were computed, a multiple of four: out has room for SPR__MAX_STAR + 4. */
 static size_t spr__cone_values(const spr__state *s, const spr__cone *cone, const double *p,
                                double floor_, double *out)
 {
@@ -1318,14 +1351,14 @@ static size_t spr__cone_values(const spr__state *s, const spr__cone *cone, const
     return i;
 }
 
-/* The gradients in p of the facets of the four that begin with i. */
+/* Gradients with respect to p of the qualities of the four facets from number i on. */
 static void spr__cone_gradients(const spr__state *s, const spr__cone *cone, size_t i,
                                 const double *p, double (*gradient)[3])
 {
     double value[4], g[3][4];
     size_t k;
     int j;
-    if (!s->gamma) { /* differences */
+    if (!s->gamma) { /* finite differences */
         double h = 1e-5 * sqrt(cone->f[i / 4].longest[0]), q[3], there[4];
         spr__cone_four(s, cone, i, p, value);
         for (j = 0; j < 3; j++) {
@@ -1345,7 +1378,7 @@ static void spr__cone_gradients(const spr__state *s, const spr__cone *cone, size
         for (j = 0; j < 3; j++) gradient[k][j] = g[j][k];
 }
 
-/* The worst quality of a cone, or something below floor as soon as one is. */
+/* The worst quality of a cone with apex p; if one is not above floor_, any such value. */
 static double spr__cone_value(const spr__state *s, const spr__cone *cone, const double *p,
                               double floor_)
 {
@@ -1375,7 +1408,7 @@ static int spr__cone_is_positive(const spr__cone *cone, const double *p)
     return 1;
 }
 
-/* The link of v as seen from v. */
+/* The link of v as a cone. Returns 0 if it is too large. */
 static int spr__cone_of_star(const spr__state *s, spr__cone *cone, uint32_t v,
                              const delaunay_list *star)
 {
@@ -1393,8 +1426,8 @@ static int spr__cone_of_star(const spr__state *s, spr__cone *cone, uint32_t v,
 
 /* -- bounds: how good a tetrahedron on a facet of the surface can be */
 
-/* Apices must lie on this side of so many planes: those of surface facets that meet the facet at
- * less than 180 degrees. */
+/* An apex must lie on the inner side of n planes: those of the surface facets that meet the facet
+ * at less than 180 degrees. */
 typedef struct spr__wedge {
     int    n;
     double point[3][3], normal[3][3];
@@ -1411,7 +1444,8 @@ static int spr__wedge_has(const spr__wedge *w, const double *p)
     return 1;
 }
 
-/* Pattern search from p for the best apex, or for one that is good enough. */
+/* Pattern search from p for the best apex; ends early at a quality that is enough. Returns its
+ * quality. */
 static double spr__best_apex(const spr__state *s, const spr__facet *f, const spr__wedge *w,
                              double *p, double enough)
 {
@@ -1437,8 +1471,8 @@ static double spr__best_apex(const spr__state *s, const spr__facet *f, const spr
     return best;
 }
 
-/* The best quality over all apices, or one that is enough; here: an apex that is known to be
- * possible, or NULL. */
+/* The best quality over all apices, or any that is at least enough. here: an apex that is known to
+ * be possible, or NULL. */
 static double spr__facet_bound(const spr__state *s, const spr__facet *f, const spr__wedge *w,
                                const double *here, double enough)
 {
@@ -1465,7 +1499,8 @@ SPR_API double spr_gamma_bound(const double *a, const double *b, const double *c
     return f.area > 0 ? spr__facet_bound(&s, &f, NULL, NULL, HUGE_VAL) : 0;
 }
 
-/* Facet i of t cannot be crossed: constrained, on the border, or between colours. */
+/* Whether facet i of t is a wall, which no operator crosses: constrained, on the boundary, or
+ * between colours. */
 static int spr__is_wall(const delaunay_mesh *m, delaunay_handle t, int i)
 {
     delaunay_handle n = m->tets[t].n[i] / 4;
@@ -1474,7 +1509,7 @@ static int spr__is_wall(const delaunay_mesh *m, delaunay_handle t, int i)
            (m->color && m->color[n] != m->color[t]);
 }
 
-/* The wall that one meets turning around edge uv of t away from its facet i: a facet handle, 0 if
+/* The first wall met on turning around edge uv of t away from facet i of t: a facet handle, or 0 if
  * there is none. */
 static delaunay_handle spr__next_wall(const delaunay_mesh *m, delaunay_handle t, int i, uint32_t u,
                                       uint32_t v)
@@ -1491,8 +1526,8 @@ static delaunay_handle spr__next_wall(const delaunay_mesh *m, delaunay_handle t,
     return 0;
 }
 
-/* Upper bound of the quality of a tetrahedron on wall i of t, by the walls that it meets; or
- * something that is enough, if it is that much. */
+/* Upper bound of the quality of a tetrahedron on wall i of t, as limited by the neighbouring walls;
+ * if it is at least enough, any value from there on. */
 static double spr__wall_bound(const spr__state *s, delaunay_handle t, int i, double enough)
 {
     const delaunay_mesh *m = s->mesh;
@@ -1520,8 +1555,8 @@ static double spr__wall_bound(const spr__state *s, delaunay_handle t, int i, dou
     return spr__facet_bound(s, &f, &w, spr__point(m, v[i]), enough);
 }
 
-/* The best that a tetrahedron with the walls of t can reach, or something that is enough; 1 without
- * walls. */
+/* The best quality that a tetrahedron with the walls of t can have, or, if it is at least enough,
+ * any value from there on; 1 without walls. */
 static double spr__bound(const spr__state *s, delaunay_handle t, double enough)
 {
     double bound = 1;
@@ -1562,11 +1597,11 @@ static const double spr__cosine[17] = {0.984807753012208,  0.939692620785908,  0
                                        -0.642787609686539, -0.766044443118978, -0.866025403784439,
                                        -0.939692620785908, -0.984807753012208};
 
-/* What is counted of four tetrahedra. */
+/* What the statistics need of four tetrahedra. */
 typedef struct spr__four {
-    const double *corner[4][4]; /* of each */
+    const double *corner[4][4]; /* the corners of each */
     double        gamma[4], sicn[4], cosine[6][4];
-    int64_t       tenth[6][4];  /* of the angles: at so many of the cosines above, or beyond */
+    int64_t       tenth[6][4];  /* of each angle: how many of the cosines above exceed its own */
 } spr__four;
 
 static void spr__four_set(spr__four *four)
@@ -1591,7 +1626,8 @@ static void spr__four_set(spr__four *four)
 }
 
 #if defined(SPR__TARGET)
-/* Two normals; the product of their lengths. */
+/* Dihedral angle i, between the facets with normals m and n; below: the product of their lengths.
+ */
 SPR__TARGET DELAUNAY_INLINE void spr__cosine4(spr__four *four, int i, spr__v3 m, spr__v3 n,
                                               __m256d below)
 {
@@ -1625,9 +1661,9 @@ SPR__TARGET static void spr__four_set_avx2(spr__four *f)
 }
 #endif
 
-enum { SPR__STATISTICS_BLOCKS = 256, SPR__FINE = 320 }; /* parts of [0, 1]; a multiple of 20 */
+enum { SPR__STATISTICS_BLOCKS = 256, SPR__FINE = 320 }; /* FINE: of [0, 1]; a multiple of 20 */
 
-/* What is added up of a block of slots. */
+/* What is summed up over a block of slots. */
 typedef struct spr__part {
     spr_statistics s;
     double         sum, cosine[2]; /* greatest and least */
@@ -1640,8 +1676,8 @@ static int spr__fine(double value)
     return k < SPR__FINE ? k : SPR__FINE - 1;
 }
 
-/* Blocks of slots, and what is added up of each and, in their order, of all: the same sums for any
- * number of threads. */
+/* Blocks of slots, the sums over each, and the sums over all, added in the order of the blocks: the
+ * same for any number of threads. */
 typedef struct spr__blocks {
     spr__part *part, all;
     size_t     slots, each;
@@ -1654,7 +1690,7 @@ static delaunay_handle spr__block_begin(const spr__blocks *blocks, int b)
     return (delaunay_handle)(begin < blocks->slots ? begin : blocks->slots);
 }
 
-/* Adds the first n tetrahedra of four. */
+/* Adds the first n of four tetrahedra. */
 static void spr__part_add(const spr__state *s, spr__part *part, spr__four *four,
                           const delaunay_handle *t, int n)
 {
@@ -1701,7 +1737,8 @@ static void spr__part_begin(spr__part *part)
     part->cosine[1] = 1;
 }
 
-/* The slots from first to last-1, and their values: those of nothing inside are huge. */
+/* Sums up the slots first .. last-1, and sets their values: HUGE_VAL for a slot that holds no
+ * tetrahedron inside the regions. */
 static void spr__part_of(const spr__state *s, spr__part *part, delaunay_handle first,
                          delaunay_handle last)
 {
@@ -1745,7 +1782,7 @@ static double spr__degrees(double cosine)
     return 57.29577951308232 * acos(spr__max(-1, spr__min(1, cosine)));
 }
 
-/* The values of a block that are in one fine part, into out; returns their number. */
+/* Writes the values of a block that are in one fine part to out. Returns their number. */
 static size_t spr__values_of_part(const spr__state *s, delaunay_handle first, delaunay_handle last,
                                   int fine, double *out)
 {
@@ -1757,7 +1794,8 @@ static size_t spr__values_of_part(const spr__state *s, delaunay_handle first, de
     return n;
 }
 
-/* The k-th smallest of all values: among those of its fine part. Returns 0 without memory. */
+/* The k-th smallest of all values, selected among those in its fine part. Returns 0 if out of
+ * memory. */
 static int spr__quantile(const spr__state *s, const spr__blocks *blocks, uint64_t k, double *out)
 {
     const uint64_t *fine = blocks->all.fine;
@@ -1773,17 +1811,18 @@ static int spr__quantile(const spr__state *s, const spr__blocks *blocks, uint64_
     for (b = 0; b < SPR__STATISTICS_BLOCKS; b++)
         num[b] = spr__values_of_part(s, spr__block_begin(blocks, b),
                                      spr__block_begin(blocks, b + 1), i, values + begin[b]);
-    for (n = 0, b = 0; b < SPR__STATISTICS_BLOCKS; n += num[b++]) /* without what is no number */
+    for (n = 0, b = 0; b < SPR__STATISTICS_BLOCKS; n += num[b++]) /* without infinite values */
         memmove(values + n, values + begin[b], num[b] * sizeof *values);
-    if (k < n) *out = spr__select(values, n, (size_t)k); /* always, but if values are no numbers */
+    if (k < n) *out = spr__select(values, n, (size_t)k); /* always, unless values are infinite */
     delaunay_release(s->memory, values);
     return 1;
 }
 
-/* The tetrahedra of a valid mesh are positive, exactly; a quality below 0 is rounding. */
+/* The tetrahedra of a valid mesh are exactly positive: a quality just below 0 is a rounding error.
+ */
 static double spr__unrounded(double quality) { return quality < 0 && quality > -1e-9 ? 0 : quality; }
 
-/* What there is to say of all tetrahedra, from what was added up. Returns 0 without memory. */
+/* The statistics, from the sums over all blocks. Returns 0 if out of memory. */
 static int spr__summarize(const spr__state *s, const spr__blocks *blocks, spr_statistics *out)
 {
     const spr__part *all = &blocks->all;
@@ -1810,7 +1849,7 @@ static int spr__summarize(const spr__state *s, const spr__blocks *blocks, spr_st
     return 1;
 }
 
-/* Values of all tetrahedra, and what there is to say of them. */
+/* Sets the values of all tetrahedra, and computes their statistics. */
 static spr_result spr__statistics(const spr__state *s, spr_statistics *out)
 {
     spr__blocks blocks;
@@ -1836,7 +1875,7 @@ static spr_result spr__statistics(const spr__state *s, spr_statistics *out)
 
 /* ---- >>smoothing -------------------------------------------------------------------------- */
 
-/* Golden section for the best worst quality on the segment from p to the mean of the facets'
+/* Golden section search for the best worst quality on the segment from p to the mean of the facets'
  * centroids [Marot 2020, 6.1]. p and the value returned are better than before, or unchanged. */
 static double spr__laplacian(const spr__state *s, const spr__cone *cone, double *p, double value)
 {
@@ -1873,8 +1912,8 @@ static double spr__laplacian(const spr__state *s, const spr__cone *cone, double 
     return best_value;
 }
 
-/* The shortest vector in the convex hull of n gradients: all of them rise along it [Freitag, Jones,
- * Plassmann 1995]. */
+/* The shortest vector in the convex hull of n gradients; all n qualities rise along it [Freitag,
+ * Jones, Plassmann 1995]. Returns its squared length. */
 static double spr__common_ascent(double (*g)[3], int n, double *x)
 {
     double d[3], t, xx, least;
@@ -1898,12 +1937,12 @@ static double spr__common_ascent(double (*g)[3], int n, double *x)
     return spr__dot(x, x);
 }
 
-/* Facets this much better than the worst do not limit a step beforehand. */
+/* Facets that are better than the worst by this much are ignored when a step is estimated. */
 #define SPR__NEAR 0.2
 
-/* Maximises the worst quality of the cone: steps along the common ascent of the worst facets, up to
- * where another one becomes the worst. p and the value returned are better than before, or
- * unchanged. */
+/* Maximises the worst quality of the cone by steps along the common ascent of the worst facets,
+ * each to where another facet is expected to become the worst. p and the value returned are better
+ * than before, or unchanged. */
 static double spr__max_min(const spr__state *s, const spr__cone *cone, double *p, double value,
                            int steps)
 {
@@ -1950,7 +1989,8 @@ static double spr__max_min(const spr__state *s, const spr__cone *cone, double *p
     return value;
 }
 
-/* What an operator would do, and what it gains. */
+/* What an operator would do: the worst quality before and after it; the vertex that moves to xyz,
+ * or that is contracted to the vertex ring. */
 typedef struct spr__offer {
     double   before, after;
     uint32_t vertex, ring;
@@ -1965,8 +2005,8 @@ static double spr__worst_of(const spr__state *s, const delaunay_handle *t, size_
     return worst;
 }
 
-/* Offers a better place for v, the star of which is left in plan->star. Returns 1, 0 for none, or
- * an error. */
+/* Looks for a better position of v, whose star is left in plan->star. Returns 1, 0 if there is
+ * none, or an error. */
 static int spr__smooth(const spr__state *s, delaunay_worker *worker, uint32_t v,
                        delaunay_plan *plan, spr__offer *offer)
 {
@@ -1997,15 +2037,16 @@ static void spr__swap(delaunay_list *a, delaunay_list *b)
     *b = swap;
 }
 
-/* Of a plan's data: what done() is told. */
+/* Indices of delaunay_plan.data: what a plan tells spr__done. */
 enum {
-    SPR__GOAL = 1,    /* what is worth trying for, a double */
-    SPR__IN_VAIN = 2, /* bit i: vertex i of the tetrahedron has no better place, or has to stay */
-    SPR__VAIN = 3,    /* and from here on: keys of cavities that were searched in vain; or 0 */
+    SPR__GOAL = 1,    /* the quality that is worth trying for, a double */
+    SPR__IN_VAIN = 2, /* bit i: vertex i of the tetrahedron has no better position, or must stay */
+    SPR__VAIN = 3,    /* from here on: keys of cavities that were searched in vain; or 0 */
     SPR__MAX_VAIN = 5
 };
 
-/* Only vertices whose star has changed since they were last tried in vain. */
+/* Smooths the vertex of t that gains most, of those whose star has changed since they were last
+ * tried in vain. */
 static int spr__plan_smooth(const spr__state *s, delaunay_worker *worker, delaunay_handle t,
                             delaunay_plan *plan)
 {
@@ -2030,35 +2071,35 @@ static int spr__plan_smooth(const spr__state *s, delaunay_worker *worker, delaun
     return delaunay_plan_move(plan, best.vertex, best.xyz, plan->star.items, plan->star.count);
 }
 
-/* -- relaxation: better on average */
+/* -- relaxation: smoothing for the mean quality */
 
-/* Of the edges around: a vertex that is nearer to where it would be moved stays. */
+/* A vertex stays if it would move by less than this part of the length of the edges around it. */
 #  define SPR__RELAXED 0.06
-#  define SPR__HAIR    1e-12 /* of qualities: no difference */
+#  define SPR__HAIR    1e-12 /* qualities that differ by less count as equal */
 
 enum {
-    SPR__RELAX_BLOCK = 2048, /* vertices that one thread moves in turn */
-    SPR__RELAX_BLOCKS = 256, /* between looks at the clock */
+    SPR__RELAX_BLOCK = 2048, /* vertices of a block, which one thread moves in order */
+    SPR__RELAX_BLOCKS = 256, /* blocks between two looks at the clock */
     SPR__CURVE_DEPTH = 16
 };
 
-/* A sweep over vertices in the order of a space-filling curve; no tetrahedron is made or goes. */
+/* A sweep over the vertices in the order of a space-filling curve; the tetrahedra stay the same. */
 typedef struct spr__sweep {
     size_t           num;    /* vertices that may move */
     uint32_t        *vertex; /* by place on the curve */
-    uint32_t        *place;  /* of a mesh vertex: its index in the list; SPR__AT_REST: does not
-                                move, or has its turn behind it */
-    size_t          *row;    /* by place: where the star begins; num + 1 */
+    uint32_t        *place;  /* by mesh vertex: its index in list; SPR__AT_REST: it does not
+                                move, or has had its turn */
+    size_t          *row;    /* by place: where its star begins; num + 1 entries */
     delaunay_handle *star;   /* the stars, one after the other */
-    uint32_t        *list;   /* places of those that are left, in order */
-    uint8_t         *rests;  /* of each in the list: it is done */
+    uint32_t        *list;   /* places of the vertices that are left, in order */
+    uint8_t         *rests;  /* by index in list: it has had its turn */
     size_t           left;
 } spr__sweep;
 
 #  define SPR__AT_REST UINT32_MAX
 
-/* Where the vertex of a cone belongs: the mean of the facets, weighted by area. Returns 0 if it is
- * as good as there, as it is on lattices: nothing is to be gained. */
+/* The way from a vertex to the mean of the facets of its cone, weighted by area. Returns 0 if it is
+ * so short, as on lattices, that nothing is to be gained. */
 static int spr__relax_aim(const spr__cone *cone, const double *here, double *way)
 {
     double area = 0, longest = 0;
@@ -2077,7 +2118,7 @@ static int spr__relax_aim(const spr__cone *cone, const double *here, double *way
     return spr__dot(way, way) * (double)cone->n >= SPR__RELAXED * SPR__RELAXED * longest;
 }
 
-/* Sum of qualities, or -HUGE_VAL if one is below its least. */
+/* Sum of the qualities q, or -HUGE_VAL if one is below its lower limit in least. */
 static double spr__sum_above(const double *q, const double *least, size_t n)
 {
     double sum = 0;
@@ -2089,7 +2130,8 @@ static double spr__sum_above(const double *q, const double *least, size_t n)
     return sum;
 }
 
-/* No angle of a tetrahedron that is not good becomes extreme, or more so. */
+/* Whether a move from here to p leaves no angle extreme, or more extreme than before. after: the
+ * qualities after it; tetrahedra of a high one are not looked at. */
 static int spr__relax_spares_angles(const spr__state *s, const spr__cone *cone, const double *here,
                                     const double *p, const double *after)
 {
@@ -2108,9 +2150,9 @@ static int spr__relax_spares_angles(const spr__state *s, const spr__cone *cone, 
     return 1;
 }
 
-/* Moves v where it is better on average, the worst of the star does not fall unless it stays well
- * above the target and the worst of the mesh, and no tetrahedron becomes bad or worse. Returns 1 if
- * it moved. */
+/* Moves v if the mean quality of its star rises, its worst does not fall (unless it stays well
+ * above the target and not below the worst of the mesh), and no tetrahedron becomes bad or, if bad,
+ * worse. Returns 1 if it moved. */
 static int spr__relax_vertex(const spr__state *s, uint32_t v, const delaunay_list *star)
 {
     spr__cone cone;
@@ -2139,7 +2181,7 @@ static int spr__relax_vertex(const spr__state *s, uint32_t v, const delaunay_lis
     return 0;
 }
 
-/* A neighbour that belongs to an earlier block may still move. */
+/* Whether a neighbour that belongs to an earlier block may still move. */
 static int spr__relax_must_wait(const spr__state *s, const spr__sweep *w, uint32_t block,
                                 const delaunay_list *star)
 {
@@ -2154,8 +2196,8 @@ static int spr__relax_must_wait(const spr__state *s, const spr__sweep *w, uint32
     return 0;
 }
 
-/* One block of the running pass: moves the vertices that need not wait for others, the others stay
- * in the list. Returns the number of those that moved. */
+/* One block of the current pass: moves the vertices that need not wait for others; the rest stay in
+ * the list. Returns how many moved. */
 static uint64_t spr__relax_block(const spr__state *s, const spr__sweep *w, size_t first)
 {
     const delaunay_mesh *m = s->mesh;
@@ -2189,11 +2231,11 @@ typedef struct spr__ring {
     uint8_t apex[SPR__MAX_RING]
                 [SPR__MAX_RING]; /* of the triangle on chord (i,j), in the best of polygon i..j */
     double          before, after;
-    spr__burden     was; /* of the tetrahedra that are there */
+    spr__burden     was; /* of the present tetrahedra */
 } spr__ring;
 
-/* Turns around edge e of t. Returns 0 if it is constrained, or meets a wall, or has more than so
- * many tetrahedra. */
+/* Fills the ring of edge e of t. Returns 0 if the edge is constrained or on a wall, or if more than
+ * most tetrahedra are around it. */
 static int spr__ring_set(const spr__state *s, spr__ring *r, delaunay_handle t, int e, int most)
 {
     const delaunay_mesh *m = s->mesh;
@@ -2244,7 +2286,7 @@ static double spr__ring_triangle(const spr__state *s, const spr__ring *r, int i,
     return spr__min(up, spr__quality(s, p, o, q, spr__point(m, r->a)));
 }
 
-/* Adds the tetrahedra of chord (i,j) and of those below it. */
+/* Adds to b the new tetrahedra on chord (i,j) and on the chords below it. */
 static void spr__ring_burden(const spr__state *s, const spr__ring *r, int i, int j, spr__burden *b)
 {
     const delaunay_mesh *m = s->mesh;
@@ -2258,7 +2300,8 @@ static void spr__ring_burden(const spr__state *s, const spr__ring *r, int i, int
     spr__ring_burden(s, r, k, j, b);
 }
 
-/* Dynamic programming over the polygon [Klincsek 1980; Shewchuk 2002]. Returns 1 if it gains. */
+/* Best triangulation of the ring by dynamic programming [Klincsek 1980; Shewchuk 2002]. Returns 1
+ * if it gains. */
 static int spr__ring_solve(const spr__state *s, spr__ring *r)
 {
     double best[SPR__MAX_RING][SPR__MAX_RING], floor_ = spr__floor(s, r->before), q;
@@ -2288,7 +2331,7 @@ static int spr__ring_solve(const spr__state *s, spr__ring *r)
     return spr__is_gain(s, r->before, r->after, r->was, is);
 }
 
-/* The new tetrahedra of the chord (i,j) and of those below it. */
+/* The new tetrahedra on chord (i,j) and on the chords below it. Returns their number. */
 static int spr__ring_tets(const spr__ring *r, int i, int j, uint32_t (*out)[4])
 {
     int n = 0, k = r->apex[i][j];
@@ -2311,7 +2354,8 @@ static int spr__all_positive(const delaunay_mesh *m, uint32_t (*v)[4], int n)
     return 1;
 }
 
-/* Only edges around which something has changed since t was last tried: both ends saw it. */
+/* Removes the edge of t that gains most, of those around which something has changed since t was
+ * last tried: both its ends have a later stamp. */
 static int spr__plan_edges(const spr__state *s, delaunay_handle t, delaunay_plan *plan)
 {
     const uint32_t *v = s->mesh->tets[t].v;
@@ -2340,20 +2384,20 @@ static int spr__plan_edges(const spr__state *s, delaunay_handle t, delaunay_plan
     return answer;
 }
 
-/* -- flips that are better on average */
+/* -- flips for the mean quality */
 
 enum {
     SPR__MEAN_RING = 7,      /* tetrahedra around an edge, at most */
-    SPR__MEAN_PLANS = 20000, /* in a pass, at most, and one for so many tetrahedra: */
-    SPR__MEAN_SHARE = 64,
+    SPR__MEAN_PLANS = 20000, /* in a pass at most, and in addition: */
+    SPR__MEAN_SHARE = 64,    /* one for so many tetrahedra */
     SPR__MEAN_PASSES = 3,
     SPR__MEAN_BATCH = 1024
 };
 
-/* The least that is worth a flip, of the sum of what qualities are above the mean. */
+/* The least gain that is worth a flip; what gains is the sum of (quality - mean). */
 #define SPR__MEAN_GAIN 0.01
 
-/* Tetrahedra that may take the place of others. */
+/* A flip: num_old tetrahedra of the mesh, and the vertices of num_new that may replace them. */
 typedef struct spr__exchange {
     delaunay_handle t[SPR__MAX_RING];
     uint32_t        tets[2 * SPR__MAX_RING][4];
@@ -2361,8 +2405,8 @@ typedef struct spr__exchange {
     double          gain;
 } spr__exchange;
 
-/* The triangulation of the ring with the best sum of qualities above the mean, none below the worst
- * that is there. */
+/* The triangulation of the ring with the largest sum of (quality - mean) and no tetrahedron worse
+ * than the worst that is there now. Returns 0 if there is none. */
 static int spr__ring_solve_mean(const spr__state *s, spr__ring *r)
 {
     const delaunay_mesh *m = s->mesh;
@@ -2394,7 +2438,8 @@ static int spr__ring_solve_mean(const spr__state *s, spr__ring *r)
     return r->after > -HUGE_VAL;
 }
 
-/* Lowers least to the measures of a tetrahedron that is not good. */
+/* Lowers least to the three measures of a tetrahedron, unless its quality is so high that it has no
+ * extreme angle. */
 static void spr__least_extremes(const spr__state *s, const uint32_t *v, double *least)
 {
     double e[3];
@@ -2405,7 +2450,7 @@ static void spr__least_extremes(const spr__state *s, const uint32_t *v, double *
     for (k = 0; k < 3; k++) least[k] = spr__min(least[k], e[k]);
 }
 
-/* No angle of new tetrahedra that are not good is extreme, or more so than one that was there. */
+/* Whether no angle of the new tetrahedra is extreme, or more extreme than the old ones have. */
 static int spr__exchange_spares_angles(const spr__state *s, const spr__exchange *x)
 {
     double was[3] = {1, 1, 1}, is[3] = {1, 1, 1};
@@ -2450,7 +2495,8 @@ static int spr__exchange_edge(const spr__state *s, delaunay_handle t, int e, spr
     return spr__is_exchange_better(s, x);
 }
 
-/* Facet i gives way to the edge between the vertices beyond. */
+/* The flip of facet i to the edge between the two vertices opposite it. Returns 1 if it is better.
+ */
 static int spr__exchange_facet(const spr__state *s, delaunay_handle t, int i, spr__exchange *x)
 {
     const delaunay_mesh *m = s->mesh;
@@ -2503,7 +2549,7 @@ typedef struct spr__cavity {
     uint32_t        v[DELAUNAY_WINDOW_VERTICES];
     int             num_tets, num_vertices, scanned;
     double          before;
-    /* walls of the cavity that can be crossed: the vertex behind, the tetrahedron there */
+    /* facets of the cavity that are no walls: the vertex and the tetrahedron beyond each */
     uint32_t        ahead[4 * DELAUNAY_WINDOW_TETS];
     delaunay_handle behind[4 * DELAUNAY_WINDOW_TETS];
     int             num_ahead;
@@ -2533,8 +2579,8 @@ static int spr__cavity_add(const spr__state *s, spr__cavity *c, delaunay_handle 
     return 1;
 }
 
-/* Looks over the facets of tetrahedra not yet scanned; those behind that have all vertices in the
- * cavity join it. */
+/* Scans the facets of tetrahedra not yet scanned; a tetrahedron beyond that has all its vertices in
+ * the cavity joins it. Returns 0 if they are too many. */
 static int spr__cavity_scan(const spr__state *s, spr__cavity *c)
 {
     const delaunay_mesh *m = s->mesh;
@@ -2552,7 +2598,7 @@ static int spr__cavity_scan(const spr__state *s, spr__cavity *c)
                 c->behind[c->num_ahead++] = n / 4;
             }
         }
-    for (i = k = 0; i < c->num_ahead; i++) { /* forget what has joined */
+    for (i = k = 0; i < c->num_ahead; i++) { /* forget those that have joined */
         if (spr__cavity_has_tet(c, c->behind[i])) continue;
         c->ahead[k] = c->ahead[i];
         c->behind[k++] = c->behind[i];
@@ -2561,7 +2607,8 @@ static int spr__cavity_scan(const spr__state *s, spr__cavity *c)
     return 1;
 }
 
-/* A few tetrahedra and their vertices, to be scanned. Returns 0 if they are too many. */
+/* Begins a cavity with n tetrahedra and their vertices, not yet scanned. Returns 0 if they are too
+ * many. */
 static int spr__cavity_set(const spr__state *s, spr__cavity *c, const delaunay_handle *t, size_t n)
 {
     size_t i;
@@ -2580,8 +2627,9 @@ static int spr__cavity_set(const spr__state *s, spr__cavity *c, const delaunay_h
     return 1;
 }
 
-/* Adds the vertex behind most facets, ties to the least sum of qualities, and all tetrahedra that
- * are then inside. */
+/* Adds the vertex that is beyond most facets, of several the one with the smallest sum of
+ * qualities, and all tetrahedra that then have all their vertices in the cavity. Returns 0 if it
+ * cannot grow. */
 static int spr__cavity_grow(const spr__state *s, spr__cavity *c)
 {
     uint32_t best = 0;
@@ -2638,7 +2686,7 @@ SPR__TARGET static void spr__apex_qualities_avx2(const spr__state *s, const doub
 }
 #endif
 
-/* Those of n tetrahedra on facet abc, for a search. */
+/* delaunay_search.qualities: those of n tetrahedra on facet abc. */
 static void spr__search_qualities(void *user, const double *a, const double *b, const double *c,
                                   size_t n, const double *apices, double *out)
 {
@@ -2665,7 +2713,8 @@ static double spr__search_weight(void *user, double quality)
     return spr__weight((const spr__state *)user, quality);
 }
 
-/* The functions of a search. Those of the caller, who may be slow, are asked once a tetrahedron. */
+/* Sets the quality functions of a search. A function of the caller, which may be slow, is called
+ * once per tetrahedron. */
 static void spr__search_by(const spr__state *s, delaunay_search *search)
 {
     search->quality = spr__search_quality;
@@ -2695,7 +2744,8 @@ static size_t spr__count_below(const double *value, size_t n, double limit)
     return num;
 }
 
-/* Searches fewer bad ones, none of them worse than what is there, and no more very bad ones. */
+/* Searches for a triangulation with fewer bad tetrahedra, none worse than the worst that is there,
+ * and no more very bad ones (below 1/2, 1/4, 1/8 of the target). Returns 1 if it is found. */
 static int spr__reconnect_tidily(const spr__state *s, delaunay_worker *worker,
                                  const delaunay_window *window, double before, uint32_t max_nodes,
                                  delaunay_search *search)
@@ -2706,12 +2756,12 @@ static int spr__reconnect_tidily(const spr__state *s, delaunay_worker *worker,
     memset(search, 0, offsetof(delaunay_search, tets));
     search->objective = DELAUNAY_FEWER_BAD;
     spr__search_by(s, search);
-    search->bound = spr__max(before, 0) / SPR__MORE; /* what is there may stay: by rounding */
+    search->bound = spr__max(before, 0) / SPR__MORE; /* the worst may stay, but for rounding */
     search->good = s->target;
     search->num_bad = (uint32_t)spr__count_below(was, n, s->target);
     search->max_nodes = max_nodes;
     if (delaunay_reconnect(s->mesh, worker, window, search) <= 0) return 0;
-    search->proven = 0; /* another way may lead to another result */
+    search->proven = 0; /* in another order, another result may be found */
     if (spr__result_values(s, window, search, is) < before) return 0;
     for (limit = 0.5 * s->target, i = 0; i < 3; i++, limit *= 0.5)
         if (spr__count_below(is, search->num_tets, limit) > spr__count_below(was, n, limit))
@@ -2719,18 +2769,18 @@ static int spr__reconnect_tidily(const spr__state *s, delaunay_worker *worker,
     return 1;
 }
 
-enum { SPR__TIDY_POINTS = 16 }; /* of a cavity in which fewer bad ones are searched, at most */
+enum { SPR__TIDY_POINTS = 16 }; /* of a cavity that is searched for fewer bad ones, at most */
 
-/* Answers of a search. */
+/* Answers of spr__reconnect. */
 enum {
     SPR__FOUND = 1,
-    SPR__NO_GAIN = 0, /* the best there is gains less than these surroundings ask for */
-    SPR__NEVER = -1,  /* there is nothing */
-    SPR__NOT_SO = -2  /* nothing within so many nodes, in this order */
+    SPR__NO_GAIN = 0, /* the best result gains less than its surroundings ask for now */
+    SPR__NEVER = -1,  /* it is proven that there is no result */
+    SPR__NOT_SO = -2  /* no result within max_nodes, in this order of the tetrahedra */
 };
 
-/* The best triangulation of a set of tetrahedra, if it gains. drop: an inner vertex to leave out,
- * or 0. */
+/* The best triangulation of the polyhedron that n tetrahedra fill, if it gains. drop: an inner
+ * vertex to leave out, or 0. */
 static int spr__reconnect(const spr__state *s, delaunay_worker *worker, const delaunay_handle *t,
                           int n, uint32_t drop, double before, uint32_t max_nodes,
                           delaunay_window *window, delaunay_search *search)
@@ -2760,23 +2810,24 @@ static int spr__reconnect(const spr__state *s, delaunay_worker *worker, const de
     if (delaunay_reconnect(s->mesh, worker, window, search) <= 0)
         return proven && search->proven ? SPR__NEVER : SPR__NOT_SO;
     if (search->value >= s->target) return SPR__FOUND;
-    worst = spr__result_values(s, window, search, value); /* rounded as in the mesh to be */
+    worst = spr__result_values(s, window, search, value); /* rounded as they will be in the mesh */
     for (i = 0; i < search->num_tets; i++) spr__burden_add(s, &is, value[i]);
     return spr__is_gain(s, before, spr__min(worst, search->value), was, is) ? SPR__FOUND
                                                                             : SPR__NO_GAIN;
 }
 
-/* Sizes at which a growing cavity is searched, and nodes of the search; level by level. */
+/* The effort of a level: the numbers of vertices at which a growing cavity is searched (from first
+ * to last, by step), and the limit of nodes of each search. */
 typedef struct spr__effort {
     int      first, step, last;
     uint32_t nodes;
 } spr__effort;
 
-/* A cavity as it is, with where its vertices are. Two with the same key could hide a result, never
- * make a wrong one. */
+/* Hash keys of a cavity, with the positions of its vertices. A collision of keys may hide a result,
+ * but never lead to a wrong one. */
 typedef struct spr__key {
-    uint64_t set; /* its tetrahedra, in any order */
-    uint64_t way; /* in this one, and the nodes of the search */
+    uint64_t set; /* of its tetrahedra, in any order */
+    uint64_t way; /* of its tetrahedra in this order, and of the limit of nodes */
 } spr__key;
 
 static uint64_t spr__mix(uint64_t x)
@@ -2820,8 +2871,9 @@ static int spr__is_vain(const spr__state *s, spr__key key)
                        *spr__vain_slot(s, key.way) == (uint32_t)key.way);
 }
 
-/* Cavities that were searched in vain before, around this tetrahedron or another one, are not
- * searched again. What is found must have no worse than least. */
+/* Reconnects a cavity that grows around t. Cavities that were searched in vain before, around this
+ * tetrahedron or another one, are not searched again. The worst quality of the result must not be
+ * below least. */
 static int spr__plan_grow(const spr__state *s, delaunay_worker *worker, delaunay_handle t,
                           delaunay_plan *plan, spr__effort effort, double least)
 {
@@ -2850,7 +2902,7 @@ static int spr__plan_grow(const spr__state *s, delaunay_worker *worker, delaunay
     return DELAUNAY_PLAN_NOTHING;
 }
 
-/* -- taking a vertex away */
+/* -- removal of a vertex */
 
 static double spr__distance2(const double *a, const double *b)
 {
@@ -2859,8 +2911,8 @@ static double spr__distance2(const double *a, const double *b)
     return spr__dot(d, d);
 }
 
-/* Neighbours of v, and the longest squared edge at v, or of two in three of its link. Returns
- * their number. */
+/* The neighbours of v; and the longest squared edge, among those at v and two of the three of each
+ * facet of its link. Returns the number of neighbours. */
 static int spr__neighbours(const delaunay_mesh *m, uint32_t v, const delaunay_list *star,
                            uint32_t *seen, double *longest)
 {
@@ -2881,8 +2933,9 @@ static int spr__neighbours(const delaunay_mesh *m, uint32_t v, const delaunay_li
     return num;
 }
 
-/* The worst of the facets of the link of v, joined to a neighbour, or something below floor as soon
- * as one is; *is: of all. No edge much longer than those that were there. */
+/* The worst quality if v is contracted to a neighbour, which is then joined to the facets of the
+ * link of v; ends with the first one not above floor_. *is: their burden. A new edge much longer
+ * than the old ones counts as inverted. */
 static double spr__contracted(const spr__state *s, uint32_t v, const delaunay_list *star,
                               uint32_t neighbour, double longest, double floor_, spr__burden *is)
 {
@@ -2906,15 +2959,16 @@ static double spr__contracted(const spr__state *s, uint32_t v, const delaunay_li
     return worst;
 }
 
-/* What the worst must be above after a contraction; in the end less than before. */
+/* What the worst quality must exceed after a contraction; in thinning, less than it was before. */
 static double spr__contraction_floor(const spr__state *s, double before)
 {
     if (s->thins) return spr__max(s->least, SPR__THINNED * before) / SPR__MORE;
     return s->tidy ? SPR__MORE * before : spr__floor(s, before);
 }
 
-/* Whether a contraction is to be made: as any change, in the end also at the price of the worst
- * here, if that is not the worst of all and fewer bad ones weigh less. */
+/* Whether a contraction is to be made: by the rules for any change. In thinning also if the worst
+ * quality here falls, though not below the worst of the mesh, and fewer bad ones weigh clearly
+ * less. */
 static int spr__contraction_pays(const spr__state *s, double before, double after,
                                  spr__burden was, spr__burden is)
 {
@@ -2922,7 +2976,7 @@ static int spr__contraction_pays(const spr__state *s, double before, double afte
     return after >= s->least && is.num < was.num && is.weight < SPR__LIGHTER * was.weight;
 }
 
-/* The best neighbour to contract v to, if that gains. */
+/* Finds the best neighbour to contract v to. Returns 1 if that gains. */
 static int spr__contract(const spr__state *s, uint32_t v, const delaunay_list *star,
                          spr__offer *offer)
 {
@@ -2962,14 +3016,14 @@ static int spr__plan_contraction(const spr__state *s, delaunay_plan *plan, const
 }
 
 enum {
-    SPR__REFILL_POINTS = 26, /* around a vertex that goes, at most; so many more at a time: */
-    SPR__REFILL_STEP = 4,
-    SPR__REFILL_NODES = 3000, /* of the search, for the star alone */
-    SPR__REFILL_MORE = 1000   /* .. with what is around it */
+    SPR__REFILL_POINTS = 26, /* of the cavity around a vertex that is removed, at most */
+    SPR__REFILL_STEP = 4,    /* points by which this cavity grows between two searches */
+    SPR__REFILL_NODES = 3000, /* limit of a search: of the star alone */
+    SPR__REFILL_MORE = 1000   /* limit of a search: of a larger cavity */
 };
 
-/* Retriangulates a vertex's star, which the plan has, without the vertex: alone, then with more and
- * more of what is around it. */
+/* Retriangulates the star of v, which is in plan->star, without v: first the star alone, then
+ * larger and larger cavities around it. */
 static int spr__plan_refill(const spr__state *s, delaunay_worker *worker, uint32_t v,
                             delaunay_plan *plan)
 {
@@ -2990,8 +3044,9 @@ static int spr__plan_refill(const spr__state *s, delaunay_worker *worker, uint32
     return DELAUNAY_PLAN_NOTHING;
 }
 
-/* Contracts an edge at one of the vertices of t; thorough: retriangulates the star without it, or
- * more. Only vertices whose star has changed since that was last tried in vain. */
+/* Removes one of the vertices of t: by contraction of an edge; if thorough, by retriangulation of
+ * its star, or a larger cavity, without it. Only vertices whose star has changed since this was
+ * last tried in vain. */
 static int spr__plan_removal(const spr__state *s, delaunay_worker *worker, delaunay_handle t,
                              delaunay_plan *plan, int thorough)
 {
@@ -3024,15 +3079,15 @@ static int spr__plan_removal(const spr__state *s, delaunay_worker *worker, delau
     return spr__plan_contraction(s, plan, &best);
 }
 
-/* -- a new vertex */
+/* -- insertion of a vertex */
 
-/* A cavity for a new vertex: grows over a facet while the facets behind it are better for the
- * vertex. */
+/* A pit: the cavity of a new vertex. It grows across a facet if the facets beyond form better
+ * tetrahedra with the vertex. */
 typedef struct spr__pit {
     int             num_tets, num_facets;
     delaunay_handle t[SPR__MAX_CAVITY];
     delaunay_handle facet[SPR__MAX_STAR]; /* facets of the cavity, seen from inside: 4*t+i */
-    double          value[SPR__MAX_STAR]; /* of the facet with the vertex */
+    double          value[SPR__MAX_STAR]; /* quality of each facet joined to the vertex */
     double          xyz[3], before, after;
 } spr__pit;
 
@@ -3073,7 +3128,8 @@ static int spr__pit_add(const spr__state *s, spr__pit *c, delaunay_handle t)
     return 1;
 }
 
-/* The facets that t would bring are better than what it hides. */
+/* Whether all facets that t would add to the pit are better for its vertex than the given quality,
+ * which is that of the facet that t hides. */
 static int spr__pit_wants(const spr__state *s, const spr__pit *c, delaunay_handle t, double than)
 {
     const delaunay_mesh *m = s->mesh;
@@ -3105,7 +3161,7 @@ static void spr__pit_grow(const spr__state *s, spr__pit *c)
     }
 }
 
-/* No vertex, no constrained edge and no wall is left inside. */
+/* Whether the inside of the pit contains no vertex, no constrained edge and no wall. */
 static int spr__pit_is_hollow(const spr__state *s, const spr__pit *c)
 {
     const delaunay_mesh *m = s->mesh;
@@ -3144,9 +3200,9 @@ static void spr__pit_cone(const spr__state *s, const spr__pit *c, spr__cone *con
     spr__cone_close(s, cone);
 }
 
-/* No new edge shorter than so much of the shortest around. */
+/* A new edge must be longer than this part of the shortest edge of the pit's facets. */
 #define SPR__ROOM      0.5
-#define SPR__ROOM_FLAT 0.2 /* in the place of the very worst, which is much lower than that */
+#define SPR__ROOM_FLAT 0.2 /* the same while lifting: the very worst are much flatter than that */
 static int spr__pit_is_roomy(const spr__cone *cone, const double *p, double room)
 {
     double shortest = HUGE_VAL, nearest = HUGE_VAL;
@@ -3163,7 +3219,7 @@ static int spr__pit_is_roomy(const spr__cone *cone, const double *p, double room
     return nearest > room * room * shortest;
 }
 
-/* Squares of what bad tetrahedra lack. */
+/* The lack of a bad tetrahedron: the square of its distance to the target. */
 static double spr__lack(const spr__state *s, double value)
 {
     double d = s->target - value;
@@ -3178,8 +3234,8 @@ static double spr__lack_of(const spr__state *s, const delaunay_handle *t, size_t
     return sum;
 }
 
-/* A new vertex often makes several better but still bad tetrahedra of a very bad one: it must halve
- * the sum and leave no more of them, or lift the very worst by much. */
+/* A new vertex often replaces a very bad tetrahedron by several that are better but still bad. It
+ * must halve the sum of their lacks without more bad ones, or improve a very bad one a lot. */
 static int spr__pit_pays(const spr__state *s, const spr__pit *c)
 {
     double after = 0;
@@ -3197,7 +3253,7 @@ static int spr__pit_pays(const spr__state *s, const spr__pit *c)
     return after < 0.5 * spr__lack_of(s, c->t, (size_t)c->num_tets);
 }
 
-/* Grows and moves the vertex in turn. Returns 1 if the offer gains. */
+/* Grows the pit and moves its vertex in turn. Returns 1 if that gains. */
 static int spr__pit_solve(const spr__state *s, spr__pit *c)
 {
     spr__cone cone;
@@ -3221,13 +3277,14 @@ static int spr__pit_solve(const spr__state *s, spr__pit *c)
            spr__pit_is_hollow(s, c);
 }
 
-/* As good as flat. */
+/* Nil: as good as flat. */
 static int spr__is_nil(const spr__state *s, delaunay_handle t)
 {
     return s->value[t] < SPR__NIL * s->target;
 }
 
-/* Adds what hides facets from the vertex; 0: a wall is hidden, or there is no room. */
+/* Adds the tetrahedra beyond facets that the vertex does not see from inside. Returns 0 if such a
+ * facet is a wall, or if they are too many. */
 static int spr__pit_clear(const spr__state *s, spr__pit *c)
 {
     int i;
@@ -3243,8 +3300,8 @@ static int spr__pit_clear(const spr__state *s, spr__pit *c)
     return 1;
 }
 
-/* Looks for a place for the vertex from which there is nothing hidden: on the way from one place
- * to another, shorter and shorter. */
+/* Looks for a position of the vertex from which no facet is hidden: on the segment between two
+ * points, closer and closer to the first. Returns 1 if it is found. */
 static int spr__pit_look(const spr__state *s, spr__pit *c, const double *from, const double *to)
 {
     const spr__pit begun = *c;
@@ -3257,7 +3314,7 @@ static int spr__pit_look(const spr__state *s, spr__pit *c, const double *from, c
     return 0;
 }
 
-/* The middle of facet i of t. */
+/* The centroid of facet i of t. */
 static void spr__facet_middle(const delaunay_mesh *m, delaunay_handle t, int i, double *middle)
 {
     const uint8_t *o = delaunay_facet_order(i);
@@ -3269,9 +3326,10 @@ static void spr__facet_middle(const delaunay_mesh *m, delaunay_handle t, int i, 
                     3;
 }
 
-/* All flat tetrahedra that hang together with t, and what is behind them, with the vertex close
- * behind one of them. They cover a plane, more or less, so that one sees all around from there:
- * rounding bends the polygons of a surface, and they fill the bend. */
+/* A heap: all nil tetrahedra that are connected with t, and their neighbours, with the new vertex
+ * in one of the neighbours, close to a nil one. Nil tetrahedra fill the bends that rounding makes
+ * in the plane polygons of a surface. They lie more or less in one plane, so that a vertex close to
+ * it sees everything around them. Returns 1 if such a vertex is found. */
 static int spr__pit_set_heap(const spr__state *s, spr__pit *c, delaunay_handle t)
 {
     const delaunay_mesh *m = s->mesh;
@@ -3296,8 +3354,9 @@ static int spr__pit_set_heap(const spr__state *s, spr__pit *c, delaunay_handle t
 
 enum { SPR__HEAP = 7, SPR__PLACES = 8 };
 
-/* The k-th place to begin with: the middle of t, then of its edges, with all tetrahedra around; at
- * last, where nothing else helps, all that is flat there. */
+/* Begins the k-th pit for t: at its centroid; at the middle of one of its edges, with all the
+ * tetrahedra around that; at last, where nothing else helps, with a heap. Returns 0 if that is not
+ * possible. */
 static int spr__pit_set(const spr__state *s, spr__pit *c, delaunay_handle t, int k)
 {
     const delaunay_mesh *m = s->mesh;
@@ -3320,7 +3379,7 @@ static int spr__pit_set(const spr__state *s, spr__pit *c, delaunay_handle t, int
     return 1;
 }
 
-/* The best place for a new vertex in t or beside it. Returns 0 if there is none. */
+/* The best pit for a new vertex in t or beside it. Returns 0 if there is none. */
 static int spr__find_pit(const spr__state *s, delaunay_handle t, spr__pit *best)
 {
     spr__pit pit;
@@ -3352,7 +3411,7 @@ static int spr__plan_pit(const spr__state *s, const spr__pit *pit, delaunay_plan
     return answer;
 }
 
-/* A new vertex; but reconnection, where that reaches as much without one. */
+/* Inserts a vertex, unless reconnection reaches as much without one. */
 static int spr__plan_insertion(const spr__state *s, delaunay_worker *worker, delaunay_handle t,
                                delaunay_plan *plan, spr__effort without)
 {
@@ -3366,11 +3425,11 @@ static int spr__plan_insertion(const spr__state *s, delaunay_worker *worker, del
 
 /* ---- >>schedule --------------------------------------------------------------------------- */
 
-/* Plans of the level of large cavities. */
+/* Numbers of plans of the level SPR__LARGE. */
 enum {
-    SPR__LARGE_PLANS = 300,   /* in vain; more by the size of the mesh */
-    SPR__LARGE_GAIN = 100,    /* that each success pays for */
-    SPR__LARGE_PORTION = 64   /* at a time, so that it counts */
+    SPR__LARGE_PLANS = 300,   /* in vain; and more for larger meshes */
+    SPR__LARGE_GAIN = 100,    /* that each success adds */
+    SPR__LARGE_PORTION = 64   /* in one run, so that the successes count in time */
 };
 
 static int spr__is_off(const spr__state *s, int level)
@@ -3397,7 +3456,7 @@ static void spr__set_goal(delaunay_plan *plan, double goal)
     memcpy(&plan->data[SPR__GOAL], &goal, sizeof goal);
 }
 
-/* What is worth trying for: the target, or nearly what the surface allows. */
+/* The quality that is worth trying for: the target, or nearly what the surface allows. */
 static double spr__goal(const spr__state *s, delaunay_handle t)
 {
     double bound;
@@ -3438,7 +3497,7 @@ static int spr__plan(void *user, const delaunay_mesh *m, delaunay_worker *worker
     }
 }
 
-/* Room for one case more, and for case 0. */
+/* Makes room for one more case, and for case 0. Returns 0 if out of memory. */
 static int spr__case_room(spr__state *s)
 {
     size_t cap = s->cap_cases + s->cap_cases / 2 + 64;
@@ -3453,7 +3512,8 @@ static int spr__case_room(spr__state *s)
     return 1;
 }
 
-/* Room in the arrays for all slots that are in use, and some more, and for all vertices. */
+/* Makes room in the arrays for all slots that are in use, and some more, and for all vertices.
+ * Returns 0 if out of memory. */
 static int spr__fit(spr__state *s)
 {
     size_t tets = s->mesh->num_tets, vertices = s->mesh->cap_vertices, old = s->cap_tets;
@@ -3496,7 +3556,7 @@ static int spr__fit(spr__state *s)
     return 1;
 }
 
-/* Gives t a case of its own. Returns 0 without memory. */
+/* Gives t a case of its own. Returns 0 if out of memory. */
 static int spr__open_case(spr__state *s, delaunay_handle t)
 {
     if (s->at[t].number) return 1;
@@ -3510,7 +3570,8 @@ static int spr__open_case(spr__state *s, delaunay_handle t)
     return 1;
 }
 
-/* Nothing is known of what is in the slot by now; what is in the list keeps a case. */
+/* Forgets what was known about slot t, which has a new tetrahedron. If it is in the list, it keeps
+ * its case, which is cleared. Returns 0 if out of memory. */
 static int spr__close_case(spr__state *s, delaunay_handle t)
 {
     uint32_t number = s->at[t].number;
@@ -3523,6 +3584,7 @@ static int spr__close_case(spr__state *s, delaunay_handle t)
     return delaunay_list_push(&s->free_cases, number) == DELAUNAY_OK;
 }
 
+/* Puts t into the list of bad tetrahedra, at the first level. Returns 0 if out of memory. */
 static int spr__list(spr__state *s, delaunay_handle t)
 {
     if (!spr__open_case(s, t)) return 0;
@@ -3532,7 +3594,7 @@ static int spr__list(spr__state *s, delaunay_handle t)
     return delaunay_list_push(&s->bad, t) == DELAUNAY_OK;
 }
 
-/* The quality of a slot; HUGE_VAL: nothing is there. */
+/* Sets the quality of a slot, HUGE_VAL if it is empty, and keeps num_bad up to date. */
 static void spr__set_value(spr__state *s, delaunay_handle t, double value)
 {
     s->num_bad -= s->value[t] < s->target;
@@ -3540,7 +3602,7 @@ static void spr__set_value(spr__state *s, delaunay_handle t, double value)
     s->value[t] = value;
 }
 
-/* A tetrahedron is new, or its vertices moved. */
+/* Updates a slot whose tetrahedron is new, or whose vertices moved. Returns 0 if out of memory. */
 static int spr__renew(spr__state *s, delaunay_handle t, int is_new)
 {
     const uint32_t *v = s->mesh->tets[t].v;
@@ -3556,14 +3618,14 @@ static int spr__renew(spr__state *s, delaunay_handle t, int is_new)
     return s->value[t] >= s->target || spr__list(s, t);
 }
 
-/* A few, for the size of the mesh. */
+/* What counts as a few bad tetrahedra, for the size of the mesh. */
 static size_t spr__some(const spr__state *s)
 {
     return 16 + (size_t)(s->report->before.num_tets / 250);
 }
 
-/* If each change of a round adds so many, there are no more bad ones than in the beginning; for the
- * very worst, a few more than by now. */
+/* Sets how many bad ones a change may add: so many that there are no more than at the start even if
+ * each change of a round does so; in the place of the very worst, as many as lifted_bad allows. */
 static void spr__set_may_add(spr__state *s)
 {
     uint64_t begun = s->report->before.num_below,
@@ -3589,12 +3651,12 @@ static void spr__count(spr__state *s, const delaunay_plan *plan)
     if (s->sweep == SPR__LARGE && !s->is_patch) s->allowance[SPR__LARGE] += SPR__LARGE_GAIN;
 }
 
-/* Of listed: everything was tried for this very tetrahedron once; when something changes nearby,
- * the dear ones are not. */
+/* Of spr__slot.listed: everything was tried once for this very tetrahedron; when something changes
+ * nearby, the expensive levels are not tried again. */
 enum { SPR__EXHAUSTED = 2 };
 
-/* How far one goes for a tetrahedron: what the surface holds anyway is not worth everything, unless
- * it is among the very worst in the end. */
+/* The last level that is tried for t, before SPR__UTMOST for the very worst. The closer t is to
+ * what the surface allows, the fewer expensive levels are worth trying. */
 static int spr__last_level(const spr__state *s, delaunay_handle t)
 {
     const float held = spr__case_of(s, t)->goal;
@@ -3606,7 +3668,7 @@ static int spr__last_level(const spr__state *s, delaunay_handle t)
                                        : SPR__LARGE;
 }
 
-/* After this level was tried in vain. */
+/* The level of t after this one was tried in vain. */
 static uint8_t spr__next_level(const spr__state *s, delaunay_handle t, int level)
 {
     uint8_t next = spr__level_from(s, level + 1);
@@ -3675,29 +3737,29 @@ static int spr__done(void *user, delaunay_mesh *m, delaunay_worker *worker, size
     return s->deadline > 0 && delaunay_seconds(&s->options.host) > s->deadline;
 }
 
-/* The surface is known to hold it below the target; goals are floats. */
+/* Held: the surface is known to keep t below the target. Compared as float, which goals are. */
 static int spr__is_held(const spr__state *s, delaunay_handle t)
 {
     const float goal = spr__case_of(s, t)->goal;
     return goal > 0 && goal < (float)s->target;
 }
 
-/* How often a tetrahedron, or what became of it, begins again because something changed nearby.
- * Where the bad ones are dense each success wakes dozens of them. */
+/* How often a tetrahedron, or what it was replaced by, goes back to the first level because
+ * something changed nearby. Where bad ones are dense, each success sends dozens of them back. */
 static int spr__patience(const spr__state *s, delaunay_handle t)
 {
     return spr__is_held(s, t) ? 3 : 16;
 }
 
-/* Something around one of four vertices, since or in this round. */
+/* Whether something around one of four vertices has changed in this round or later. */
 static int spr__has_changed(const spr__state *s, const uint32_t *v, uint32_t round)
 {
     return s->stamp[v[0]] >= round || s->stamp[v[1]] >= round || s->stamp[v[2]] >= round ||
            s->stamp[v[3]] >= round;
 }
 
-/* Drops what is good now from the list; what changed since it was last tried begins again. Returns
- * the lowest level. */
+/* Drops from the list what is no longer bad; sends what has changed since it was last tried back to
+ * the first level. Returns the lowest level in the list. */
 static int spr__refresh(spr__state *s)
 {
     const delaunay_mesh *m = s->mesh;
@@ -3742,8 +3804,8 @@ static spr_result spr__speculate(spr__state *s, delaunay_speculation *job)
     return s->failure != SPR_OK ? s->failure : (spr_result)result;
 }
 
-/* Room for the cavities that are searched in vain, some four around each of the bad ones. Returns 0
- * without memory. */
+/* Makes the table of cavities that are searched in vain, with some four entries for each bad
+ * tetrahedron. Returns 0 if out of memory. */
 static int spr__set_vain(spr__state *s)
 {
     size_t size;
@@ -3754,10 +3816,11 @@ static int spr__set_vain(spr__state *s)
     return s->vain != NULL;
 }
 
-/* Plans that each level may make in all. On a clean mesh no limit is met; where the surface leaves
- * thousands of bad tetrahedra in thin places, the dear searches stop at a cost that grows with the
- * mesh alone. So do the cheap ones, of which the worst surfaces want a dozen for each tetrahedron:
- * where a quality is less than its rounding, flips that undo each other may both seem to gain. */
+/* Sets how many plans each level may make in all. On a clean mesh no limit is reached. Where the
+ * surface leaves thousands of bad tetrahedra in thin places, the expensive searches stop at a cost
+ * that grows with the size of the mesh alone. So do the cheap operators, which the worst surfaces
+ * would call a dozen times per tetrahedron: where a quality is smaller than its rounding error, two
+ * flips that undo each other may both seem to gain. */
 static void spr__set_allowance(spr__state *s, uint64_t num_tets)
 {
     int level;
@@ -3769,18 +3832,18 @@ static void spr__set_allowance(spr__state *s, uint64_t num_tets)
     if (s->is_patch) s->allowance[SPR__LARGE] = s->allowance[SPR__UTMOST] = 0;
 }
 
-enum { SPR__FEW = 32 }; /* of the worst, for which everything possible is done, at a time */
+enum { SPR__FEW = 32 }; /* of the worst, which are tried by SPR__UTMOST at a time */
 
-/* How many are the very worst. */
+/* How many tetrahedra count as the very worst. */
 static size_t spr__very_worst(const spr__state *s)
 {
     uint64_t n = s->report->before.num_tets;
     return n < 50000 ? (size_t)(5 + n / 1000) : 55;
 }
 
-/* What is below s->held may become many: the worst of the mesh and what is hardly better, if that
- * is worse than the surface asks for anywhere, and they are not so many that a few do not matter.
- */
+/* Finds s->held, the quality below which a tetrahedron may be replaced by many: below it are the
+ * worst of the mesh and what is hardly better, if the surface requires nothing as bad anywhere. It
+ * is 0 if these are more than a few: improving some of them would not matter. */
 static void spr__find_held(spr__state *s)
 {
     const double worst = spr__worst_of(s, s->bad.items, s->bad.count);
@@ -3790,15 +3853,15 @@ static void spr__find_held(spr__state *s)
     s->held = spr__min(0.5 * s->target, near_worst);
     for (i = 0; i < s->bad.count && num <= spr__some(s); i++) {
         delaunay_handle t = s->bad.items[i];
-        if (!(s->value[t] < near_worst)) continue; /* what is deleted is not, either */
+        if (!(s->value[t] < near_worst)) continue; /* nor are deleted ones */
         s->held = spr__min(s->held, spr__goal(s, t));
         num++;
     }
     if (num > spr__some(s)) s->held = 0;
 }
 
-/* How many of those that have the last level are tried at a time: at first the very worst, for
- * which a new vertex may leave more bad ones. */
+/* How many tetrahedra at SPR__UTMOST are tried at a time. The first time these are the very worst,
+ * for which a new vertex may leave more bad ones. */
 static size_t spr__few(spr__state *s, size_t allowed)
 {
     s->lift = s->lifts == 0 && !s->tidy && allowed > spr__very_worst(s);
@@ -3813,7 +3876,7 @@ static int spr__is_worse(const spr__state *s, delaunay_handle a, delaunay_handle
     return s->value[a] != s->value[b] ? s->value[a] < s->value[b] : a < b;
 }
 
-/* A heap with the best on top: element i sinks among the first n. */
+/* A heap with the best on top: moves element i down among the first n. */
 static void spr__sink(const spr__state *s, delaunay_handle *t, size_t i, size_t n)
 {
     delaunay_handle moving = t[i];
@@ -3826,7 +3889,7 @@ static void spr__sink(const spr__state *s, delaunay_handle *t, size_t i, size_t 
     t[i] = moving;
 }
 
-/* The worst first. */
+/* Sorts the worst first. */
 static void spr__sort(const spr__state *s, delaunay_handle *t, size_t n)
 {
     size_t i;
@@ -3839,7 +3902,8 @@ static void spr__sort(const spr__state *s, delaunay_handle *t, size_t n)
     }
 }
 
-/* The tetrahedra of the list that have this level: the worst of them, if there are too many. */
+/* Puts the tetrahedra of the list that have this level into s->items: only the worst of them if
+ * they are too many. */
 static spr_result spr__gather(spr__state *s, int level)
 {
     size_t i, most;
@@ -3860,7 +3924,7 @@ static spr_result spr__gather(spr__state *s, int level)
         s->items.count = most;
     }
     s->allowance[level] -= s->items.count;
-    if (level < SPR__REMOVE) { /* to look through the list is work too */
+    if (level < SPR__REMOVE) { /* scanning the list is work too */
         uint64_t look = s->bad.count / 64;
         s->allowance[level] -= look < s->allowance[level] ? look : s->allowance[level];
     }
@@ -3883,27 +3947,28 @@ static spr_result spr__run(spr__state *s, int level)
     return spr__speculate(s, &job);
 }
 
-/* A tetrahedron is tried from the first level on, whatever was tried before. */
+/* Sends t back to the first level, whatever was tried before. */
 static void spr__begin_again(spr__state *s, delaunay_handle t)
 {
     spr__case_of(s, t)->kept = 0;
     s->at[t].level = spr__level_from(s, SPR__EDGES);
 }
 
+/* Nearly flat, for the target and for what the surface allows. */
 static int spr__is_flat(const spr__state *s, delaunay_handle t)
 {
     return s->value[t] < SPR__FLAT * s->target && s->value[t] < SPR__FLAT * spr__goal(s, t);
 }
 
-/* Was it tried in an earlier turn of the very worst, and all is still as it was? */
+/* Whether t was tried in an earlier turn of lifting, and nothing around it has changed since. */
 static int spr__is_lifted_in_vain(const spr__state *s, delaunay_handle t)
 {
     const uint32_t lifted = spr__case_of(s, t)->lifted;
     return lifted && !spr__has_changed(s, s->mesh->tets[t].v, lifted + 1);
 }
 
-/* Lists the very worst, if they are nearly flat or worse than the surface asks for, but, if
- * fresh, not those that were tried in vain. Returns 0 without memory. */
+/* Puts the very worst into s->items that are nearly flat or worse than the surface requires
+ * anywhere; fresh: without those that an earlier turn tried in vain. Returns 0 if out of memory. */
 static int spr__find_flat(spr__state *s, int fresh)
 {
     size_t i;
@@ -3921,8 +3986,8 @@ static int spr__find_flat(spr__state *s, int fresh)
 }
 
 enum {
-    SPR__LIFT_PLANS = 16, /* of each level, for each that is lifted: more than were left */
-    SPR__LIFTS = 16       /* turns, as long as the last one has changed something */
+    SPR__LIFT_PLANS = 16, /* plans added to each level for each tetrahedron that is lifted */
+    SPR__LIFTS = 16       /* turns at most, as long as the last one has changed something */
 };
 
 static int spr__may_lift(const spr__state *s)
@@ -3931,8 +3996,8 @@ static int spr__may_lift(const spr__state *s)
            (s->lifts < 2 || (s->lifts <= SPR__LIFTS && s->changes != s->lifted));
 }
 
-/* When nothing more can be gained, the very worst are tried once more by all means: now each may
- * become several that are better. Returns 0 without memory. */
+/* Begins a turn of lifting, when nothing more can be gained: the very worst are tried at all levels
+ * again, and each may now be replaced by several that are better. Returns 0 if out of memory. */
 static int spr__lift(spr__state *s)
 {
     size_t i;
@@ -3963,7 +4028,7 @@ static int spr__lift(spr__state *s)
     return 1;
 }
 
-/* When nothing more can be gained, the bad ones that are left are made fewer. */
+/* Begins tidying, when nothing more can be gained: fewer bad tetrahedra. */
 static void spr__tidy(spr__state *s)
 {
     size_t i;
@@ -3972,8 +4037,8 @@ static void spr__tidy(spr__state *s)
     memset(s->stays, 0, s->cap_vertices * sizeof *s->stays);
 }
 
-/* In the end, vertices go that make more bad ones than there are without them: between walls that
- * are near each other, most of them. */
+/* Begins thinning, at the end: removes vertices without which fewer tetrahedra are bad. Between
+ * walls that are close to each other these are most of the vertices. */
 static void spr__thin(spr__state *s)
 {
     size_t i;
@@ -3983,80 +4048,82 @@ static void spr__thin(spr__state *s)
     memset(s->stays, 0, s->cap_vertices * sizeof *s->stays);
 }
 
-/* -- shaking: where no single change gains, several at once may. The vertices around a bad
- * tetrahedron are moved at random, every second time beside a new one, and the schedule improves
- * that part of the mesh alone, from this worse beginning; it takes the place of what was there if
- * fewer are bad and the worst is no worse. */
+/* -- shaking: where no single change gains, several at once may. The tetrahedra around a bad one, a
+ * patch, are copied, the vertices of the copy are moved at random, in every second attempt beside a
+ * new one, and the schedule improves the copy from this worse beginning. It replaces the patch if
+ * it has fewer bad tetrahedra, if they weigh less, or if its worst quality is better. */
 
 enum {
     SPR__PATCH_TETS = 500,
     SPR__PATCH_VERTICES = 250,
-    SPR__PATCH_NEW = 3,     /* vertices at most */
-    SPR__PATCH_ROOM = 100,  /* more tetrahedra at most */
-    SPR__PATCH_TABLE = 1024, /* of tetrahedra and of vertices, by hash: a power of 2 */
+    SPR__PATCH_NEW = 3,     /* new vertices of a patch at most */
+    SPR__PATCH_ROOM = 100,  /* tetrahedra by which it may grow */
+    SPR__PATCH_TABLE = 1024, /* size of the hash tables of a patch: a power of 2 */
     SPR__PATCH_VAIN = 12,    /* bits of the table of cavities that were searched in vain */
-    SPR__PATCHES = 16,      /* at a time */
-    SPR__SHAKES = 4,        /* of a patch, and visits to one */
-    SPR__ROUNDED = 0x40,    /* its angles were tried */
-    SPR__CLAIMED = 0x80,    /* a patch of this time has it */
-    SPR__CROWD = 256,       /* bad ones around: more are as many */
-    SPR__LOOSE = 1 << 30,   /* of a vertex: it, or a neighbour, may move */
-    SPR__TIGHT = 1 << 29,   /* .. none of them; without these bits not known */
-    SPR__SHAKE_FEW = 4,     /* of the worst, in any surroundings; for others, no more than one */
-    SPR__HOPEFUL = 3,       /* in so many around is bad */
-    SPR__SPARE = 12,        /* one more bad one in so many, where that is worth it */
+    SPR__PATCHES = 16,      /* patches at a time */
+    SPR__SHAKES = 4,        /* attempts at a patch, and patches around one tetrahedron, at most */
+    SPR__ROUNDED = 0x40,    /* bit of spr__slot.shaken: its angles were tried */
+    SPR__CLAIMED = 0x80,    /* bit of spr__slot.shaken: it is in a current patch */
+    SPR__CROWD = 256,       /* limit of the number of bad ones around that is counted */
+    SPR__LOOSE = 1 << 30,   /* bit of spr__around.num: the vertex or a neighbour may move */
+    SPR__TIGHT = 1 << 29,   /* the same: none of them may; without both bits: not known yet */
+    SPR__SHAKE_FEW = 4,     /* the worst few, shaken in any surroundings */
+    SPR__HOPEFUL = 3,       /* the others only if at most one in so many around is bad */
+    SPR__SPARE = 12,        /* one more bad one for so many, if a value is much better */
     SPR__SPARE_FEW = 6,     /* and so many more for the few worst, if all of them weigh less */
-    SPR__SHAKE_CREDIT = 20000, /* plans in vain, at most */
-    SPR__SHAKE_GAIN = 1000  /* plans that one bad one less is worth */
+    SPR__SHAKE_CREDIT = 20000, /* plans in vain at most */
+    SPR__SHAKE_GAIN = 1000  /* plans that a success is worth, and each bad one less */
 };
 
-/* How far a vertex is moved, of the shortest edge around. */
+/* How far a vertex is moved at most, along each axis, as a part of the shortest edge at it. */
 #define SPR__SHAKEN 0.3
-/* A few more bad ones are worth it where the worst, or an extreme angle, is so much better. */
+/* A few more bad ones are accepted if the worst quality, or an extreme angle's measure, is better
+ * by this factor. */
 #define SPR__MUCH 1.1
-/* Of their weight, what they may weigh where an extreme angle is much less so. */
+/* If an extreme angle is much better, the bad ones may weigh up to this times what they did. */
 #define SPR__HEAVIER 1.05
-/* Of an extreme angle's measure: it is worth it. */
+/* The factor by which the measure of an extreme angle must grow to be worth it. */
 #define SPR__RISEN 1.02
-/* Of what the surface allows. */
+/* Far below what the surface allows: below this part of it. */
 #define SPR__FAR_BELOW 0.5
-/* Of the measure of an extreme angle. */
+/* Attempts by one measure lift gammas to target times the measure times this: spr__patch_focus. */
 #define SPR__UNHIDDEN 1.5
-/* Of the target: the worst of a patch may fall to this, if what is bad weighs less. */
+/* For better angles, the worst quality of a patch may fall to this part of the target, and its
+ * other two measures to this. */
 #define SPR__MILD 0.5
 
-/* Everything within two rings of vertices around a bad tetrahedron. */
+/* A patch: everything within two rings of vertices around a bad tetrahedron. */
 typedef struct spr__patch {
-    delaunay_handle t[SPR__PATCH_TETS + SPR__PATCH_ROOM]; /* in the end those that are there then */
-    uint32_t        tets[SPR__PATCH_TETS][4];  /* numbers in v */
+    delaunay_handle t[SPR__PATCH_TETS + SPR__PATCH_ROOM]; /* in the end, the new ones */
+    uint32_t        tets[SPR__PATCH_TETS][4];  /* their vertices as indices into v */
     uint32_t        v[SPR__PATCH_VERTICES];
     uint8_t         inner[SPR__PATCH_VERTICES]; /* it may move, and all its tetrahedra are here */
-    uint16_t        tet_at[SPR__PATCH_TABLE], vertex_at[SPR__PATCH_TABLE]; /* numbers + 1 */
+    uint16_t        tet_at[SPR__PATCH_TABLE], vertex_at[SPR__PATCH_TABLE]; /* hashed: index + 1 */
     size_t          num_tets, num_vertices, num_inner;
     uint32_t        max_new, seed;
-    uint64_t        plans;    /* what shaking it took */
-    uint32_t        vain[1 << SPR__PATCH_VAIN]; /* of all attempts */
-    double          before;   /* the worst */
-    double          least;    /* of any mesh that takes its place */
-    double          worst;    /* to be exceeded, or: */
-    double          weight;   /* of the bad ones: to be less, if they are as many as num_bad */
-    int             num_bad, was_bad, may_add; /* bad ones: by now, before, and more */
+    uint64_t        plans;    /* that its attempts have taken */
+    uint32_t        vain[1 << SPR__PATCH_VAIN]; /* spr__state.vain, for all its attempts */
+    double          before;   /* its worst quality */
+    double          least;    /* lower limit of the worst quality of a result */
+    double          worst;    /* worst quality of the best result: to be exceeded, or: */
+    double          weight;   /* of the bad ones of the best result: to be less */
+    int             num_bad, was_bad, may_add; /* bad ones: of the best result, before, to spare */
     int             few;      /* it is around one of the few worst */
-    int             rounding; /* it is about angles */
-    double          extreme[3], lack; /* then, the least of each measure, and what is lacking */
-    int             kind;     /* the measure that it is about */
-    int             focused;  /* this attempt looks at no other one */
-    double          may_be[3]; /* to what each may fall */
+    int             rounding; /* its attempts are about angles: spr__round */
+    double          extreme[3], lack; /* then: the least of each measure, the sum of lacks */
+    int             kind;     /* the measure with the extreme angle that it is around */
+    int             focused;  /* this attempt looks at no other measure */
+    double          may_be[3]; /* to what each measure may fall */
     double          all_least; /* the worst of the mesh */
-    /* the best so far */
+    /* the best result so far: */
     int             found;
-    int             no_memory; /* of an attempt */
+    int             no_memory; /* an attempt ran out of it */
     size_t          num_out, num_points; /* points: those of v first */
     uint32_t        out[SPR__PATCH_TETS + SPR__PATCH_ROOM][4];
     double          xyz[SPR__PATCH_VERTICES + SPR__PATCH_NEW][3];
 } spr__patch;
 
-/* Allocations of several threads, one after the other. */
+/* The allocator of patches: allocations of several threads, one after the other. */
 static void *spr__gate_alloc(void *user, size_t size)
 {
     void *block;
@@ -4075,7 +4142,8 @@ static uint32_t spr__patch_hash(uint64_t key)
     return (uint32_t)((key * UINT64_C(0x9E3779B97F4A7C15)) >> 32) & (SPR__PATCH_TABLE - 1);
 }
 
-/* The number of v in a patch, which it may get. Returns SPR__PATCH_VERTICES if there is no room. */
+/* The index of v in a patch, to which it is added if it is not there. Returns SPR__PATCH_VERTICES
+ * if there is no room. */
 static uint32_t spr__patch_vertex(spr__patch *p, uint32_t v)
 {
     uint32_t at = spr__patch_hash(v), i;
@@ -4098,8 +4166,8 @@ static uint16_t *spr__patch_slot(spr__patch *p, delaunay_handle t)
     return &p->tet_at[at];
 }
 
-/* Adds the tetrahedra around v that are of one region with another one. Returns 1; 0 if there is no
- * room, or more bad ones than that, or another patch has one; or an error. */
+/* Adds the tetrahedra around v that are in the region of tetrahedron of. Returns 1; 0 if there is
+ * no room, if more than max_bad are bad, or if one of them is in another patch; or an error. */
 static int spr__patch_add_star(const spr__state *s, delaunay_worker *worker, spr__patch *p,
                                uint32_t v, delaunay_handle of, int max_bad, delaunay_list *star)
 {
@@ -4126,14 +4194,15 @@ static int spr__patch_add_star(const spr__state *s, delaunay_worker *worker, spr
     return 1;
 }
 
-/* Bad ones in a patch, if no more than one in so many may be bad; 0: any number. */
+/* How many tetrahedra of a patch may be bad if at most one in so many may; 0: any number. */
 static uint32_t spr__patch_max_bad(int one_in)
 {
     return (uint32_t)SPR__PATCH_TETS / (uint32_t)(one_in ? one_in : 1);
 }
 
-/* The stars of all vertices of the stars of the vertices of t. Not if more than one in so many is
- * bad, unless that is 0. Returns 1; 0: not to be shaken; or an error. */
+/* Makes the patch around t: the stars of all vertices of the stars of the vertices of t. one_in: at
+ * most one tetrahedron in so many may be bad, or 0. Returns 1; 0 if it is not to be shaken; or an
+ * error. */
 static int spr__patch_set(const spr__state *s, delaunay_worker *worker, spr__patch *p,
                           delaunay_handle t, int one_in, delaunay_list *star)
 {
@@ -4166,7 +4235,8 @@ static int spr__patch_set(const spr__state *s, delaunay_worker *worker, spr__pat
     return 1;
 }
 
-/* Adds a tetrahedron to the least of the three measures and to what is lacking. */
+/* Lowers least to the three measures of t, and adds to lack the squares of what they are below 1.
+ */
 static void spr__add_extremes(const delaunay_mesh *m, delaunay_handle t, double *least,
                               double *lack)
 {
@@ -4181,7 +4251,7 @@ static void spr__add_extremes(const delaunay_mesh *m, delaunay_handle t, double 
     }
 }
 
-/* A number between -1 and 1. */
+/* A random number between -1 and 1. */
 static double spr__random(uint64_t *state)
 {
     uint64_t x = *state += UINT64_C(0x9E3779B97F4A7C15);
@@ -4191,8 +4261,8 @@ static double spr__random(uint64_t *state)
     return (double)(x >> 11) / 4503599627370496.0 - 1;
 }
 
-/* A new vertex in the middle of one of the bad tetrahedra of a patch's own mesh, unless rounding
- * leaves no room there. Returns 0 without memory. */
+/* Inserts a vertex at the centroid of one of the bad tetrahedra of a patch's own mesh, unless
+ * rounding leaves no room there. Returns 0 if out of memory. */
 static int spr__patch_sow(const spr__state *s, const spr__patch *p, delaunay_mesh *m)
 {
     uint64_t state = ~(uint64_t)p->seed;
@@ -4222,8 +4292,8 @@ static int spr__patch_sow(const spr__state *s, const spr__patch *p, delaunay_mes
     return ok;
 }
 
-/* Moves the vertices of a patch's own mesh that are inner or new, one by one, where nothing is
- * inverted. */
+/* Moves the vertices of a patch's own mesh that are inner or new at random, one by one; a move that
+ * inverts a tetrahedron is undone. */
 static void spr__patch_jolt(const spr__patch *p, delaunay_mesh *m)
 {
     const size_t num_tets = m->num_tets - 1, num_vertices = m->num_vertices - 1;
@@ -4255,7 +4325,7 @@ static void spr__patch_jolt(const spr__patch *p, delaunay_mesh *m)
     }
 }
 
-/* The patch as a mesh of its own, with the marks of the whole one. */
+/* Makes a mesh of its own from a patch, with the constraint marks of the whole mesh. */
 static delaunay_result spr__patch_mesh(const spr__state *s, const spr__patch *p,
                                        const delaunay_host *host, delaunay_mesh *own)
 {
@@ -4277,15 +4347,17 @@ static delaunay_result spr__patch_mesh(const spr__state *s, const spr__patch *p,
     return DELAUNAY_OK;
 }
 
-/* Whether so many bad ones are not too many. much: something is much better, for which a few more
- * may be; light: and all of them weigh less, so that there may be some more around the worst. */
+/* Whether a result may have num bad ones. much: something is much better, for which a few more are
+ * accepted; light: and they weigh less in all, for which some more are accepted around the few
+ * worst. */
 static int spr__patch_may_have(const spr__patch *p, int num, int much, int light)
 {
     int more = p->may_add + (p->few && light ? SPR__SPARE_FEW : 0);
     return num <= p->num_bad || (much && num <= p->was_bad + more);
 }
 
-/* Its angles are less extreme: all in all, or, around the worst of the mesh, the worst. */
+/* Whether the angles of a result are less extreme: all in all, or, around the most extreme of the
+ * mesh, that one. */
 static int spr__patch_is_rounder(const spr__patch *p, spr__burden is, double worst,
                                  const double *extreme, double lack)
 {
@@ -4299,7 +4371,7 @@ static int spr__patch_is_rounder(const spr__patch *p, spr__burden is, double wor
     return lack < 0.98 * p->lack || (p->few && light && here > SPR__RISEN * was);
 }
 
-/* It has fewer bad ones, or they weigh less, or the worst is better. */
+/* Whether a result has fewer bad ones, or they weigh less, or its worst is better. */
 static int spr__patch_is_better(const spr__patch *p, spr__burden is, double worst)
 {
     int light = is.weight < SPR__LIGHTER * p->weight;
@@ -4356,16 +4428,17 @@ static void spr__patch_judge(spr__patch *p, const spr__state *own)
 static spr_result spr__improve_patch(spr__state *s, uint32_t max_new);
 static void spr__close(spr__state *s);
 
-/* How many bad ones a patch may have before they are made fewer one by one, which takes most of the
- * time and seldom takes away more than a few, to have less than these after that. Patches that are
- * about angles do without. */
+/* How many bad ones an attempt may have to be tidied, if num_bad must not be exceeded after that:
+ * tidying takes most of the time and seldom removes more than a few. Attempts about angles do
+ * without. */
 static uint64_t spr__within_reach(int num_bad)
 {
     return (uint64_t)num_bad + (uint64_t)num_bad / 32 + 1;
 }
 
-/* What an attempt about angles looks at: all of the three, or one, and then a tetrahedron that the
- * surface holds anyway does not hide what is extreme beside it. */
+/* Sets what an attempt about angles looks at: all three measures; or one, and then low gammas are
+ * lifted, so that a tetrahedron that the surface holds anyway does not hide an extreme angle beside
+ * it. */
 static void spr__patch_focus(const spr__patch *p, double target, spr__focus *f)
 {
     double lift = SPR__UNHIDDEN * target * p->extreme[p->kind];
@@ -4379,15 +4452,15 @@ static void spr__patch_focus(const spr__patch *p, double target, spr__focus *f)
     f->lift = lift;
 }
 
-/* One attempt, by one thread with memory of its own, but for a worker of the mesh's engine; s and
- * the mesh are read. */
+/* One attempt at a patch, by one thread, with data of its own except for a worker of the mesh's
+ * engine; s and the mesh are only read. */
 static void spr__patch_try(const spr__state *s, spr__patch *p)
 {
     spr__state own;
     spr_report report;
     delaunay_mesh mesh;
     delaunay_memory memory;
-    uint8_t fixed[SPR__PATCH_VERTICES + 2]; /* the last is for the new one */
+    uint8_t fixed[SPR__PATCH_VERTICES + 2]; /* by vertex; the last is for the new one */
     const int sows = !p->rounding && p->max_new > 0 && p->seed % 2 == 1;
     delaunay_result result;
     size_t i;
@@ -4441,8 +4514,9 @@ static void spr__patch_try(const spr__state *s, spr__patch *p)
     delaunay_mesh_free(&mesh);
 }
 
-/* Until two attempts took the same number of plans: then there is hardly anything to be moved.
- * Where it is about angles, each second one looks at the extreme one alone. */
+/* Makes attempts at a patch, until two have taken the same number of plans: then there is hardly
+ * anything that can move. If it is about angles, every second attempt looks at the extreme measure
+ * alone. */
 static void spr__patch_shake(const spr__state *s, spr__patch *p)
 {
     uint64_t plans, last[2] = {UINT64_MAX, UINT64_MAX};
@@ -4460,7 +4534,7 @@ static void spr__patch_shake(const spr__state *s, spr__patch *p)
     }
 }
 
-/* Puts what was found in the place of what was there. */
+/* Puts the best result of a patch in its place. */
 static spr_result spr__patch_commit(spr__state *s, spr__patch *p)
 {
     delaunay_mesh *m = s->mesh;
@@ -4499,7 +4573,7 @@ static spr_result spr__patch_commit(spr__state *s, spr__patch *p)
     return SPR_OK;
 }
 
-/* Worth shaking: bad, and far below what the surface allows. */
+/* Whether t is worth shaking: bad, and not held by the surface, or far below what that allows. */
 static int spr__is_shakable(const spr__state *s, delaunay_handle t)
 {
     const float held = spr__case_of(s, t)->goal;
@@ -4509,13 +4583,14 @@ static int spr__is_shakable(const spr__state *s, delaunay_handle t)
            (held >= (float)s->target || s->value[t] < SPR__FAR_BELOW * goal);
 }
 
-/* What is around each vertex, when a list was made of what is to be shaken. */
+/* What was around each vertex when the list of what is to be shaken was made. */
 typedef struct spr__around {
-    uint32_t *num;          /* bad ones; and SPR__LOOSE or SPR__TIGHT */
-    uint32_t  num_vertices; /* then */
+    uint32_t *num;          /* by vertex: bad ones; and the bits SPR__LOOSE or SPR__TIGHT */
+    uint32_t  num_vertices; /* at that time */
 } spr__around;
 
-/* How many bad ones are around the vertices of t, each as often as it has one of them. */
+/* How many bad ones are around the vertices of t; one that has several of them counts several
+ * times. */
 static size_t spr__num_around(const spr__state *s, const uint32_t *around, delaunay_handle t)
 {
     const uint32_t *v = s->mesh->tets[t].v;
@@ -4531,7 +4606,7 @@ static int spr__is_fixed(const spr__state *s, delaunay_handle t)
     return !s->movable[v[0]] && !s->movable[v[1]] && !s->movable[v[2]] && !s->movable[v[3]];
 }
 
-/* Whether v or a neighbour may move; looked for once. Or an error. */
+/* Whether v or a neighbour may move, which is found out once; or an error. */
 static int spr__is_loose(const spr__state *s, spr__around *around, uint32_t v, delaunay_list *star)
 {
     const delaunay_mesh *m = s->mesh;
@@ -4548,23 +4623,23 @@ static int spr__is_loose(const spr__state *s, spr__around *around, uint32_t v, d
     return i < star->count;
 }
 
-/* Whether a patch around t may have so few bad ones, and a vertex that may move, by what was around
- * its vertices. Or an error. */
+/* Whether a patch around t can have no more than max_bad bad ones, and a vertex that may move, by
+ * what was around the vertices of t; or an error. */
 static int spr__patch_may_do(const spr__state *s, spr__around *around, delaunay_handle t,
                              uint32_t max_bad, delaunay_list *star)
 {
     const uint32_t *v = s->mesh->tets[t].v;
     int k, loose = !spr__is_fixed(s, t);
     for (k = 0; k < 4; k++) {
-        if (v[k] >= around->num_vertices) return 1; /* it is new: who knows */
+        if (v[k] >= around->num_vertices) return 1; /* a new vertex: not known */
         if ((around->num[v[k]] & (SPR__TIGHT - 1)) > max_bad) return 0;
     }
     for (k = 0; k < 4 && loose == 0; k++) loose = spr__is_loose(s, around, v[k], star);
     return loose;
 }
 
-/* The list from first on by the number of bad ones around; otherwise the order stays. Returns 0
- * without memory. */
+/* Sorts s->items, from first on, by the number of bad ones around, otherwise in the same order.
+ * Returns 0 if out of memory. */
 static int spr__sort_by_crowd(spr__state *s, const uint32_t *around, size_t first)
 {
     size_t place[SPR__CROWD + 1] = {0}, n = s->items.count, i;
@@ -4581,8 +4656,8 @@ static int spr__sort_by_crowd(spr__state *s, const uint32_t *around, size_t firs
     return 1;
 }
 
-/* What is to be shaken: first the few worst, then those with the fewest bad ones around, which take
- * the least time and are bettered the most often. Returns 0 without memory. */
+/* Puts into s->items what is to be shaken: first the few worst, then those with the fewest bad ones
+ * around, which take the least time and are improved most often. Returns 0 if out of memory. */
 static int spr__find_shakable(spr__state *s, spr__around *around)
 {
     size_t i;
@@ -4609,8 +4684,8 @@ static uint32_t spr__new_left(const spr__state *s)
     return s->max_new > added ? s->max_new - added : 0;
 }
 
-/* The next patches, so many at most, none of which overlap: what overlaps waits for another pass.
- * Returns their number, or an error. */
+/* Makes the next patches, at most `most`, which do not overlap: what would overlap waits for
+ * another pass. The first `few` may be in any surroundings. Returns their number, or an error. */
 static int spr__patches_set(spr__state *s, spr__patch *patch, spr__around *around,
                             delaunay_list *star, int few, int most)
 {
@@ -4620,7 +4695,7 @@ static int spr__patches_set(spr__state *s, spr__patch *patch, spr__around *aroun
     for (i = 0; i < s->items.count && num < most; i++) {
         delaunay_handle t = s->items.items[i];
         int one_in = few > 0 ? 0 : SPR__HOPEFUL;
-        if (!spr__is_shakable(s, t)) continue; /* or claimed */
+        if (!spr__is_shakable(s, t)) continue; /* or it is in a patch already */
         answer = spr__patch_may_do(s, around, t, spr__patch_max_bad(one_in), star);
         if (answer > 0)
             answer = spr__patch_set(s, delaunay_engine_worker(s->engine, 0), &patch[num], t, one_in,
@@ -4641,14 +4716,15 @@ static int spr__patches_set(spr__state *s, spr__patch *patch, spr__around *aroun
     return num;
 }
 
-/* There are no more bad ones than in the beginning, or than by now. */
+/* What the number of bad ones must not exceed: that at the start, or the present one if it is
+ * larger. */
 static uint64_t spr__max_bad(const spr__state *s)
 {
     return s->report->before.num_below > s->num_bad ? s->report->before.num_below : s->num_bad;
 }
 
-/* Shakes these patches side by side, and takes what is better. Returns how many are, or an error.
- */
+/* Shakes these patches in parallel, and puts results in place where they are better. Returns how
+ * many are, or an error. */
 static int spr__patches_shake(spr__state *s, spr__patch *patch, int num)
 {
     int threads = delaunay_threads_for(&s->options.host, SIZE_MAX), found = 0, i;
@@ -4681,8 +4757,8 @@ static int64_t spr__most_credit(const spr__state *s)
     return most < SPR__SHAKE_CREDIT ? (int64_t)most : (int64_t)SPR__SHAKE_CREDIT;
 }
 
-/* Enough: it has taken two plans a tetrahedron of the mesh, or seldom helps: each success pays for
- * some more plans, and no more than are there in the beginning are kept. */
+/* Whether to end: shaking has taken two plans per tetrahedron of the mesh, or seldom helps. Each
+ * plan costs credit, each success adds some, and there is never more than at the start. */
 static int spr__has_shaken_enough(spr__state *s)
 {
     uint64_t num_tets = s->report->before.num_tets;
@@ -4691,14 +4767,15 @@ static int spr__has_shaken_enough(spr__state *s)
     return s->shake_credit <= 0 || s->shakes > 2 * num_tets + 5000;
 }
 
-/* The few worst, in surroundings where most are bad, leave something to the others. */
+/* After the few worst, whose surroundings may be mostly bad, at least half of the credit is left to
+ * the others. */
 static void spr__spare_credit(spr__state *s)
 {
     int64_t half = spr__most_credit(s) / 2;
     if (s->shake_credit < half) s->shake_credit = half;
 }
 
-/* How many patches the plans that are left are enough for, by what so many took. */
+/* For how many patches the credit is enough, if `tried` patches took so many plans. */
 static int spr__max_patches(const spr__state *s, int tried, uint64_t plans)
 {
     int64_t each = tried ? (int64_t)plans / tried + 1 : 1, most;
@@ -4707,7 +4784,7 @@ static int spr__max_patches(const spr__state *s, int tried, uint64_t plans)
     return most < SPR__PATCHES ? (int)most : (int)SPR__PATCHES;
 }
 
-/* Tells how far it is, and returns why it ends, or SPR_OK. */
+/* Reports progress. Returns SPR_OK, or why the call ends. */
 static spr_result spr__look_up(const spr__state *s, double part)
 {
     const delaunay_host *host = &s->options.host;
@@ -4715,8 +4792,8 @@ static spr_result spr__look_up(const spr__state *s, double part)
     return s->deadline > 0 && delaunay_seconds(host) > s->deadline ? SPR_STOPPED_BY_BUDGET : SPR_OK;
 }
 
-/* Shakes what is left and free to be better. Returns SPR_OK; SPR_GOAL_NOT_MET if it is worth no
- * more; or why it ends. */
+/* Shakes around what is left, once. Returns SPR_OK; SPR_GOAL_NOT_MET if it is not worth doing
+ * again; or why the call ends. */
 static spr_result spr__shake(spr__state *s)
 {
     spr__patch *patch = (spr__patch *)delaunay_alloc(s->memory, SPR__PATCHES, sizeof *patch);
@@ -4745,12 +4822,12 @@ static spr_result spr__shake(spr__state *s)
     return result != SPR_OK || 4 * found > tried ? result : SPR_GOAL_NOT_MET;
 }
 
-/* -- extreme angles: tetrahedra whose surroundings are improved by other measures */
+/* -- extreme angles: patches around them are improved by spr__measure_all */
 
 enum {
-    SPR__EXTREME = 8, /* the worst by each of the three measures */
-    SPR__ROUNDS = 16, /* times that they are looked for; more than three if the last one helped */
-    SPR__DENSE = 6    /* where more than one in so many is bad, the surface is to blame */
+    SPR__EXTREME = 8, /* worst tetrahedra by each of the three measures */
+    SPR__ROUNDS = 16, /* turns at most; more than three only if the last one helped */
+    SPR__DENSE = 6    /* where more than one in so many is bad, the surface is the cause */
 };
 
 typedef struct spr__extreme {
@@ -4772,7 +4849,7 @@ static void spr__extreme_add(spr__extreme *x, double value, delaunay_handle t)
     x->t[i] = t;
 }
 
-/* Of the first n of four tetrahedra; a row for each measure. */
+/* spr__extremes of the first n of four tetrahedra; a row for each measure. */
 static void spr__four_extremes(const spr__state *s, const delaunay_handle *t, int n,
                                double (*out)[4])
 {
@@ -4793,7 +4870,8 @@ static void spr__four_extremes(const spr__state *s, const delaunay_handle *t, in
     }
 }
 
-/* Lists those of up to four tetrahedra that have an extreme angle. Returns 0 without memory. */
+/* Adds those of up to four tetrahedra that have an extreme angle to s->items. Returns 0 if out of
+ * memory. */
 static int spr__list_extremes(spr__state *s, const delaunay_handle *t, int n)
 {
     double e[3][4];
@@ -4806,7 +4884,7 @@ static int spr__list_extremes(spr__state *s, const delaunay_handle *t, int n)
     return ok;
 }
 
-/* Lists all that have. */
+/* Puts all tetrahedra with an extreme angle into s->items. Returns 0 if out of memory. */
 static int spr__find_extremes(spr__state *s)
 {
     delaunay_handle t, four[4];
@@ -4821,8 +4899,8 @@ static int spr__find_extremes(spr__state *s)
     return ok && spr__list_extremes(s, four, n);
 }
 
-/* Those of patches that were shaken come back into the list if they still have: before that, the
- * others stay. */
+/* Drops the tetrahedra of the current patches from s->items; after shaking, spr__list_patch adds
+ * those that still, or now, have an extreme angle. */
 static void spr__drop_claimed(spr__state *s)
 {
     size_t i, n = 0;
@@ -4841,7 +4919,7 @@ static int spr__list_patch(spr__state *s, const spr__patch *p)
     return ok;
 }
 
-/* The worst of the list, but those whose angles were tried; and the least of all. */
+/* The worst of s->items by each measure, without those whose angles were tried; and s->extreme. */
 static void spr__worst_extremes(spr__state *s, spr__extreme *x)
 {
     double e[3][4];
@@ -4859,8 +4937,8 @@ static void spr__worst_extremes(spr__state *s, spr__extreme *x)
     }
 }
 
-/* One patch around each, that measure first; those that overlap wait for the next time. Only the
- * first few may be dense. Returns their number, or an error. */
+/* Makes a patch around each of them, measure `first` first; what overlaps waits for the next turn.
+ * Only the first `dense` may be where many are bad. Returns the number of patches, or an error. */
 static int spr__round_set(spr__state *s, spr__patch *patch, delaunay_list *star,
                           const spr__extreme *x, int first, int dense)
 {
@@ -4895,8 +4973,8 @@ static int spr__round_set(spr__state *s, spr__patch *patch, delaunay_list *star,
     return num;
 }
 
-/* The tetrahedra with the most extreme angles, a few: less extreme where that takes nothing from
- * gamma. */
+/* Makes a few of the most extreme angles less extreme, at the price that spr__patch_is_rounder
+ * allows. */
 static spr_result spr__round(spr__state *s)
 {
     spr__patch *patch = (spr__patch *)delaunay_alloc(s->memory, SPR__PATCHES, sizeof *patch);
@@ -4927,8 +5005,8 @@ static spr_result spr__round(spr__state *s)
     return result;
 }
 
-/* When nothing more can be gained as things are: lifting, tidying, shaking, thinning, one after the
- * other. Returns SPR_GOAL_NOT_MET in the end. */
+/* Begins the next stage when nothing more can be gained in this one: lifting, tidying, shaking,
+ * thinning. Returns SPR_GOAL_NOT_MET after the last. */
 static spr_result spr__next_stage(spr__state *s, int *shaken)
 {
     spr_result result;
@@ -4944,7 +5022,7 @@ static spr_result spr__next_stage(spr__state *s, int *shaken)
         return SPR_GOAL_NOT_MET;
     } else if (!s->options.no_smoothing && !*shaken) {
         result = spr__shake(s);
-        *shaken = result == SPR_GOAL_NOT_MET; /* once more what has changed */
+        *shaken = result == SPR_GOAL_NOT_MET; /* now what has changed is tried */
         return *shaken ? SPR_OK : result;
     } else {
         if (s->thins || spr__is_off(s, SPR__REMOVE)) return SPR_GOAL_NOT_MET;
@@ -4977,7 +5055,8 @@ static spr_result spr__schedule(spr__state *s)
     return result == SPR_GOAL_NOT_MET ? SPR_OK : result;
 }
 
-/* The greatest twentieth with no more tetrahedra below than one pass tries. */
+/* The quality below which flips are tried: the greatest multiple of 1/20, hardly above the mean,
+ * with no more tetrahedra below it than one pass may try. */
 static double spr__fair(const spr__state *s)
 {
     const uint64_t most = SPR__MEAN_PLANS + s->report->before.num_tets / SPR__MEAN_SHARE;
@@ -4990,7 +5069,7 @@ static double spr__fair(const spr__state *s)
     return i / 20.0;
 }
 
-/* Flips around what is below the mean, the worst if there are too many. */
+/* Flips for the mean, around tetrahedra below it: only the worst if they are too many. */
 static spr_result spr__flip_for_mean(spr__state *s)
 {
     delaunay_speculation job;
@@ -5021,7 +5100,7 @@ static spr_result spr__flip_for_mean(spr__state *s)
     return result;
 }
 
-/* Has t a vertex that may be taken away? */
+/* Whether t has a vertex that may be removed. */
 static int spr__may_go(const spr__state *s, delaunay_handle t)
 {
     const uint32_t *v = s->mesh->tets[t].v;
@@ -5029,7 +5108,7 @@ static int spr__may_go(const spr__state *s, delaunay_handle t)
            s->movable[v[3]] > 1;
 }
 
-/* Why t, of the list, is left, if it is. */
+/* Why t, which is in the list, is left; any reason if it is not. */
 static spr_reason spr__reason(const spr__state *s, delaunay_handle t)
 {
     if (delaunay_is_deleted(s->mesh, t) || s->value[t] >= s->target) return SPR_STUCK;
@@ -5042,8 +5121,8 @@ static spr_reason spr__reason(const spr__state *s, delaunay_handle t)
                : SPR_STUCK;
 }
 
-/* Gives back what nothing but the schedule needs, and keeps what is to be said of the bad ones that
- * are left. Returns 0 without memory. */
+/* Records why the bad ones in the list are left, and frees what only the schedule needs. Returns 0
+ * if out of memory. */
 static int spr__end_schedule(spr__state *s)
 {
     size_t i;
@@ -5066,7 +5145,7 @@ static int spr__end_schedule(spr__state *s)
 
 /* -- one sweep of relaxation over all vertices that may move */
 
-/* The vertices that may move, along the curve. */
+/* Puts the vertices that may move in the order of the curve. */
 static spr_result spr__sweep_order(const spr__state *s, spr__sweep *w, int threads)
 {
     const delaunay_mesh *m = s->mesh;
@@ -5105,7 +5184,8 @@ done:
     return result;
 }
 
-/* The stars of the vertices of places first .. last-1 : first their sizes, then themselves. */
+/* The stars of the vertices at places first .. last-1: counts their sizes or, with fill, writes
+ * them. */
 static void spr__sweep_count(const spr__state *s, const spr__sweep *w, size_t first, size_t last,
                              int fill)
 {
@@ -5123,7 +5203,7 @@ static void spr__sweep_count(const spr__state *s, const spr__sweep *w, size_t fi
     }
 }
 
-/* The stars of all, in rows. Each thread has a range of places, and looks over all tetrahedra. */
+/* Makes the rows of stars. Each thread has a range of places and scans all tetrahedra. */
 static spr_result spr__sweep_stars(const spr__state *s, spr__sweep *w, int threads)
 {
     size_t k, sum = 0, count, share = w->num / (size_t)threads + 1;
@@ -5147,14 +5227,14 @@ static spr_result spr__sweep_stars(const spr__state *s, spr__sweep *w, int threa
     SPR__OMP(omp parallel for schedule(static) num_threads(threads))
     for (i = 0; i < threads; i++)
         spr__sweep_count(s, w, (size_t)i * share, (size_t)(i + 1) * share, 1);
-    for (k = w->num; k > 0; k--) w->row[k] = w->row[k - 1]; /* each is where the next begins */
+    for (k = w->num; k > 0; k--) w->row[k] = w->row[k - 1]; /* each is where the next one begins */
     w->row[0] = 0;
     for (k = 0; k < w->num; k++) w->list[k] = (uint32_t)k;
     w->left = w->num;
     return SPR_OK;
 }
 
-/* Those that moved, or need not, leave the list. */
+/* Drops from the list the vertices that have had their turn. */
 static void spr__sweep_next(spr__sweep *w)
 {
     size_t i, n = 0;
@@ -5166,10 +5246,10 @@ static void spr__sweep_next(spr__sweep *w)
     w->left = n;
 }
 
-/* What is left, block by block. A vertex whose neighbours are all in its own block, in later ones,
- * or at rest, has its turn; these neighbours in later blocks wait, as they see an earlier one: no
- * two threads move, or look at, what the other one moves, and the result depends on the blocks
- * alone. The first block waits for nobody, so that each pass leaves fewer. */
+/* One pass over what is left, in blocks. A vertex has its turn if all its neighbours are at rest,
+ * in its own block or in later ones. Its neighbours in later blocks then wait, as they have a
+ * neighbour in an earlier one. So no thread moves or reads what another one moves, and the result
+ * depends on the blocks alone. The first block never waits, so that each pass leaves fewer. */
 static spr_result spr__relax_pass(spr__state *s, const spr__sweep *w, int threads)
 {
     const delaunay_host *host = &s->options.host;
@@ -5191,7 +5271,8 @@ static spr_result spr__relax_pass(spr__state *s, const spr__sweep *w, int thread
     return SPR_OK;
 }
 
-/* Half way from the target to the best, or the worst of the mesh if that is better. */
+/* relax_floor: half way from the target to 1, or the worst of the mesh if that is better. The worst
+ * of a star that is above this may fall to it. */
 static double spr__relax_floor(const spr__state *s, int threads)
 {
     const int64_t num = (int64_t)s->mesh->num_tets;
@@ -5247,7 +5328,7 @@ SPR_API const char *spr_result_string(spr_result result)
     return "unknown spr_result";
 }
 
-/* Options with the defaults filled in, the measure, and the memory account. */
+/* Checks the options, and sets the target, the measure and the memory account. */
 static spr_result spr__open(spr__state *s, const delaunay_mesh *mesh, const spr_options *options,
                             spr_report *report, delaunay_memory *memory)
 {
@@ -5293,14 +5374,15 @@ static uint32_t spr__region(const delaunay_mesh *m, delaunay_handle t)
     return m->color ? m->color[t] : 1;
 }
 
-/* Of several threads any may say so. */
+/* Fixes v. Several threads may do so at once. */
 static void spr__pin(const spr__state *s, uint32_t v)
 {
     SPR__OMP(omp atomic write)
     s->movable[v] = 0;
 }
 
-/* The vertices of t that are on the outside, a wall or a constrained edge do not move. */
+/* Fixes the vertices of t if it is outside, and those on a constrained facet, on a facet without a
+ * neighbour, or on a constrained edge. */
 static void spr__pin_of(const spr__state *s, delaunay_handle t, uint32_t region)
 {
     const delaunay_mesh *m = s->mesh;
@@ -5317,8 +5399,8 @@ static void spr__pin_of(const spr__state *s, delaunay_handle t, uint32_t region)
             spr__pin(s, x->v[delaunay_edge_order(i)[k]]);
 }
 
-/* Nor do vertices with tetrahedra of several regions: stamp, which is scratch, gets some region of
- * each vertex. */
+/* Fixes vertices with tetrahedra of several regions. stamp, which is scratch here, gets one region
+ * of each vertex. */
 static void spr__pin_borders(spr__state *s, int threads)
 {
     const delaunay_mesh *m = s->mesh;
@@ -5343,8 +5425,8 @@ static void spr__pin_borders(spr__state *s, int threads)
     memset(s->stamp, 0, m->num_vertices * sizeof *s->stamp);
 }
 
-/* Which vertices may move (1) or go as well (2): those of tetrahedra of one region, on no wall and
- * no constrained edge. */
+/* Finds which vertices may move and be removed (2), or are fixed (0): free are those with
+ * tetrahedra of one region, on no wall and no constrained edge. None gets 1, to move only. */
 static void spr__find_movable(spr__state *s)
 {
     const delaunay_mesh *m = s->mesh;
@@ -5371,7 +5453,7 @@ static void spr__find_movable(spr__state *s)
     if (least < most) spr__pin_borders(s, threads);
 }
 
-/* The list of bad ones. */
+/* Lists the bad tetrahedra. Returns 0 if out of memory. */
 static int spr__find_bad(spr__state *s)
 {
     delaunay_handle t;
@@ -5392,7 +5474,7 @@ static void spr__describe(const spr__state *s, spr_worst *w, delaunay_handle t, 
     spr__middle(s->mesh, t, w->xyz);
 }
 
-/* The worst that is left, and why; all of it, for who wants to know. */
+/* Reports the worst that are left, and why; calls options.left for each that is left. */
 static void spr__explain(spr__state *s)
 {
     spr_report *r = s->report;
@@ -5427,8 +5509,7 @@ static void spr__explain(spr__state *s)
         spr__describe(s, &r->worst[j], r->worst[j].tet, r->worst[j].reason);
 }
 
-/* Vertices without id that no tetrahedron has any more leave the arrays; the others keep their
- * order. */
+/* Deletes vertices without an id that are in no tetrahedron; the others keep their order. */
 static void spr__compact(spr__state *s)
 {
     delaunay_mesh *m = s->mesh;
@@ -5466,17 +5547,17 @@ static void spr__close(spr__state *s)
     delaunay_release(s->memory, s->left);
     delaunay_release(s->memory, s->still);
     delaunay_release(s->memory, s->stays);
-    if (!s->is_patch) delaunay_release(s->memory, s->vain); /* a patch lends its own */
+    if (!s->is_patch) delaunay_release(s->memory, s->vain); /* that of a patch is lent */
     delaunay_release(s->memory, s->stamp);
     delaunay_release(s->memory, s->movable);
 }
 
-/* A new vertex brings some six tetrahedra: so many tetrahedra of the mesh to one keep it within a
- * tenth of its size. More may go: between walls that are near each other every vertex makes more
- * bad ones, and what refinement put there is best taken away. */
+/* A new vertex brings about six tetrahedra: one new vertex per 60 tetrahedra keeps the mesh within
+ * a tenth of its size. More may be removed: between walls that are close to each other every vertex
+ * makes more tetrahedra bad, and those that refinement put there are best removed. */
 enum { SPR__TETS_A_VERTEX = 60, SPR__TETS_A_GONE = 12 };
 
-/* Everything but opening and closing. */
+/* Everything between spr__open and spr__close. */
 static spr_result spr__improve(spr__state *s, uint32_t max_new)
 {
     spr_result result = SPR_ERROR_OUT_OF_MEMORY, after;
@@ -5509,7 +5590,7 @@ static spr_result spr__improve(spr__state *s, uint32_t max_new)
     return result;
 }
 
-/* A patch: the schedule alone, and no more than that takes. */
+/* Improves the mesh of a patch: the schedule alone, with the preparation that this needs. */
 static spr_result spr__improve_patch(spr__state *s, uint32_t max_new)
 {
     const delaunay_mesh *m = s->mesh;
@@ -5537,7 +5618,7 @@ static spr_result spr__refuse(spr_reconnection *out, const char *what, size_t wh
     return SPR_ERROR_INVALID_ARGUMENT;
 }
 
-/* Points of a constraint or facet: below num_points, all different. */
+/* Whether the n points of a facet or constraint are below num_points and all different. */
 static int spr__has_points(const spr_polyhedron *p, const uint32_t *v, int n)
 {
     int i;
@@ -5572,7 +5653,7 @@ static spr_result spr__check_polyhedron(const spr_polyhedron *p, spr_reconnectio
     return SPR_OK;
 }
 
-/* The same three points. */
+/* Whether two triangles have the same three points. */
 static int spr__is_triangle(const uint32_t *f, const uint32_t *g)
 {
     int i, k, n = 0;
@@ -5581,7 +5662,8 @@ static int spr__is_triangle(const uint32_t *f, const uint32_t *g)
     return n == 3;
 }
 
-/* Each triangle once, closed, turned outwards. on: row a, bit b: edge ab is on the boundary. */
+/* Checks that the boundary has each triangle once, is closed, and is turned outwards. on: in row a,
+ * bit b is set if edge ab is on the boundary. */
 static spr_result spr__check_boundary(const spr_polyhedron *p, spr_reconnection *out, uint32_t *on)
 {
     signed char turn[SPR_MAX_POINTS][SPR_MAX_POINTS];
@@ -5630,7 +5712,7 @@ static void spr__window_of(delaunay_window *w, const spr_polyhedron *p, const ui
         for (k = 0; k < 3; k++) w->facets[i][k] = (uint8_t)p->facets[3 * i + (size_t)k];
     for (i = 0; i < p->num_edges; i++) {
         const uint32_t *e = p->edges + 2 * i;
-        if (on[e[0]] >> e[1] & 1) continue; /* it is there */
+        if (on[e[0]] >> e[1] & 1) continue; /* it is part of any result */
         w->kept_edges[w->num_kept_edges][0] = (uint8_t)e[0];
         w->kept_edges[w->num_kept_edges++][1] = (uint8_t)e[1];
     }
@@ -5678,7 +5760,7 @@ SPR_API spr_result spr_reconnect(const spr_polyhedron *polyhedron, double bound,
     if (!worker) return SPR_ERROR_OUT_OF_MEMORY;
     memset(&search, 0, sizeof search);
     search.objective = DELAUNAY_BEST_QUALITY;
-    search.quality = spr__search_quality; /* one by one: to the bit, nothing is better than the best */
+    search.quality = spr__search_quality; /* no .qualities: these differ by rounding */
     search.user = &s;
     search.bound = bound;
     search.max_nodes = max_nodes;
@@ -5722,7 +5804,7 @@ SPR_API spr_result spr_improve(delaunay_mesh *mesh, const spr_options *options, 
     return spr__improve_mesh(mesh, options, report, UINT32_MAX);
 }
 
-/* Triangles or edges of a caller's, to be looked up by their vertices in any order. */
+/* The caller's triangles or edges, in a hash table by their vertices in any order. */
 typedef struct spr__kept {
     const uint32_t *items;
     size_t num_items, mask; /* slots less one */
@@ -5753,7 +5835,7 @@ static size_t spr__kept_slot(const spr__kept *k, const uint32_t *v)
     return slot;
 }
 
-/* Fills the table. Items with a vertex twice stay out. */
+/* Fills the table. Items with a vertex twice are left out and count as absent. */
 static spr_result spr__kept_init(spr__kept *k, delaunay_memory *memory, size_t num_vertices,
                                  spr_report *report)
 {
@@ -5781,7 +5863,7 @@ static spr_result spr__kept_init(spr__kept *k, delaunay_memory *memory, size_t n
     return SPR_OK;
 }
 
-/* Whether an item has these vertices, which are the mesh's; it is met then. */
+/* Whether an item has these vertices, which are of the mesh; that item is then met. */
 static int spr__kept_has(spr__kept *k, const uint32_t *v)
 {
     size_t slot = spr__kept_slot(k, v);
@@ -5840,7 +5922,7 @@ static spr_result spr__mark_kept(delaunay_mesh *mesh, delaunay_memory *memory,
     return result;
 }
 
-/* Writes an improved mesh over the caller's arrays. number: room for one a vertex. */
+/* Writes an improved mesh to the caller's arrays. number: scratch, with an entry per vertex. */
 static spr_result spr__export(const delaunay_mesh *m, double *xyz, size_t *num_vertices,
                               size_t cap_vertices, uint32_t *tets, uint32_t *colors,
                               size_t *num_tets, size_t cap_tets, uint32_t *number)
@@ -5866,7 +5948,8 @@ static spr_result spr__export(const delaunay_mesh *m, double *xyz, size_t *num_v
     return SPR_OK;
 }
 
-/* A caller's arrays as a mesh with colours, one more than his; with its marks of what is kept. */
+/* Makes a mesh of the caller's arrays. Its colours are those of the caller plus one; the triangles
+ * and edges that are to be kept are marked. */
 static spr_result spr__import(delaunay_mesh *mesh, const double *xyz, size_t num_vertices,
                               const uint32_t *tets, const uint32_t *colors, size_t num_tets,
                               delaunay_memory *memory, const spr_options *options,
