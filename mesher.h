@@ -442,10 +442,11 @@ MESHER_API void mesher_finding_string(char *text, size_t size, const mesher_repo
 
 /* Finds the defects of a surface, by exact arithmetic, and makes the notes that need no mesh, with
  * ids and coordinates. The search for intersecting pairs ends when it has found 10 million, and
- * keeps the first million. Of a surface without open edges mesher_mesh alone reports what only the
- * cells tell: sheets, filled shells, lines and seeds outside, MESHER_DEFECT_OUTSIDE_FACET and
- * _NONE_KEPT. A surface with open edges and no other defect is meshed without refinement to find
- * these too. Returns MESHER_OK if there is no defect. */
+ * keeps the first million. A surface without defects that has edges of one or more than two facets,
+ * or whose regions are chosen by seeds or winding numbers, is meshed without refinement, to find
+ * what only its cells tell: MESHER_DEFECT_OUTSIDE_FACET and _NONE_KEPT, and the notes of sheets,
+ * filled shells, lines and seeds outside; of other surfaces mesher_mesh alone makes these notes.
+ * Returns MESHER_OK if there is no defect. */
 MESHER_API mesher_result mesher_check(const mesher_surface *surface, const mesher_options *options,
                                       mesher_report *report);
 /* Moves vertices that rounding has separated onto each other. In their order, each vertex moves to
@@ -14497,9 +14498,8 @@ MESHER_API void mesher_domain_free(mesher_domain *domain)
     memset(domain, 0, sizeof *domain);
 }
 
-/* Meshes a surface with open edges in which no other defect was found: which sheets lie outside
- * every cell is known only from the cells. */
-static mesher_result mesher__check_sheets(mesher_domain *domain, mesher_report *report)
+/* Meshes a surface in which no defect was found, without refinement: what its cells alone tell. */
+static mesher_result mesher__mesh_to_check(mesher_domain *domain, mesher_report *report)
 {
     mesher_report scratch;
     mesher_result result;
@@ -14508,7 +14508,16 @@ static mesher_result mesher__check_sheets(mesher_domain *domain, mesher_report *
     result = mesher_empty_mesh(domain, &scratch);
     if (result >= 0) result = mesher_recover(domain, &scratch);
     if (result >= 0) return mesher_color(domain, report);
-    return result == MESHER_ERROR_OUT_OF_MEMORY || result == MESHER_CANCELLED ? result : MESHER_OK;
+    return result == MESHER_ERROR_SURFACE || result == MESHER_ERROR_RECOVERY ? MESHER_OK : result;
+}
+
+/* May there be facets outside every cell, or cells none of which is kept? Where all edges have two
+ * facets, each facet has a bounded cell on one side. */
+static int mesher__needs_cells(const mesher_domain *domain, const mesher_report *report)
+{
+    return report->counts[MESHER_NOTE_OPEN_EDGE] || report->counts[MESHER_NOTE_NON_MANIFOLD_EDGE] ||
+           domain->options.regions == MESHER_REGIONS_WINDING ||
+           domain->options.regions == MESHER_REGIONS_SEEDS;
 }
 
 MESHER_API mesher_result mesher_check(const mesher_surface *surface, const mesher_options *options,
@@ -14529,8 +14538,8 @@ MESHER_API mesher_result mesher_check(const mesher_surface *surface, const meshe
     if (usable && !domain.options.no_intersection_test)
         result = mesher__check_space(&domain, report);
     if (result == MESHER_OK && !domain.options.no_intersection_test &&
-        report->counts[MESHER_NOTE_OPEN_EDGE])
-        result = mesher__check_sheets(&domain, report);
+        mesher__needs_cells(&domain, report))
+        result = mesher__mesh_to_check(&domain, report);
     mesher__message_finish(report);
     mesher__message_failure(report, result);
     report->seconds_check = delaunay_seconds(options ? &options->host : NULL) - start;

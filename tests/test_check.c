@@ -984,6 +984,47 @@ static void arguments_are_checked(void)
                  mesher_result_string(MESHER_ERROR_SURFACE)) != 0);
 }
 
+/* A frame, like a square ring, with a membrane over its hole: no edge is open, and yet the membrane
+ * lies outside every cell. Without it, and with nothing but a hole to choose, no cell is kept. */
+static void what_only_cells_tell_is_found(void)
+{
+    static const double width[5] = {2, 2, 1, 1, 1}, height[5] = {0, 2, 0, 1, 2};
+    static const uint8_t sides[5][2] = {{0, 1}, {1, 4}, {4, 3}, {3, 2}, {2, 0}};
+    static const double hole[3] = {1.5, 0, 1};
+    static const int32_t tag = 0;
+    double xyz[60];
+    uint32_t triangles[126], n = 0, i, k;
+    mesher_surface s;
+    mesher_options o;
+    for (i = 0; i < 20; i++) {
+        xyz[3 * i] = width[i / 4] * (i % 4 == 1 || i % 4 == 2 ? 1 : -1);
+        xyz[3 * i + 1] = width[i / 4] * (i % 4 >= 2 ? 1 : -1);
+        xyz[3 * i + 2] = height[i / 4];
+    }
+    for (k = 0; k < 5; k++)
+        for (i = 0; i < 4; i++) {
+            uint32_t a = 4u * sides[k][0], b = 4u * sides[k][1], j = (i + 1) % 4;
+            const uint32_t quad[6] = {a + i, a + j, b + j, a + i, b + j, b + i};
+            memcpy(triangles + n, quad, sizeof quad);
+            n += 6;
+        }
+    for (i = 0; i < 6; i++) triangles[n + i] = 12 + (i < 3 ? i : i == 3 ? 0 : i - 2);
+    s = surface_of(xyz, 20, triangles, n / 3 + 2);
+    check_surface(&s, NULL);
+    CHECK(last.code == MESHER_ERROR_SURFACE && count_of(MESHER_NOTE_OPEN_EDGE) == 0);
+    CHECK(count_of(MESHER_DEFECT_OUTSIDE_FACET) == 2);
+    s.num_triangles = n / 3;
+    check_surface(&s, NULL);
+    CHECK(last.code == MESHER_OK);
+    s.seeds = hole;
+    s.seed_tags = &tag;
+    s.num_seeds = 1;
+    memset(&o, 0, sizeof o);
+    o.regions = MESHER_REGIONS_SEEDS;
+    check_surface(&s, &o);
+    CHECK(last.code == MESHER_ERROR_SURFACE && count_of(MESHER_DEFECT_NONE_KEPT) == 1);
+}
+
 /* Defects come before notes, and take their room; all are counted. */
 static void reports_keep_defects_first(void)
 {
@@ -1112,6 +1153,7 @@ static void bad_options_have_names(void)
 int main(void)
 {
     bad_options_have_names();
+    what_only_cells_tell_is_found();
     reports_keep_defects_first();
     turns_in_a_coordinate_plane();
     a_cube_is_clean();
