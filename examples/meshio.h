@@ -139,10 +139,10 @@ typedef enum meshio_format {
  *   VTK, VTU   the cell array `region` (or tag, material, CellEntityIds, cell_scalars, medit:ref,
  *              gmsh:physical); else 0
  *   .inp       the number at the end of the surface's name, or of the name of the set (ELSET) that
- *              the *ELEMENT card gives; without a set, the number of the part, from 1, if several
- *              parts have nodes; else, for tetrahedra, the number at the end of the name of their
- *              section's set; else 0. A name that does not end in a number stands for the number of
- *              the first card with this name, where only cards with such names count, from 1. */
+ *              the *ELEMENT card gives; without a set, for tetrahedra, the number at the end of
+ *              the name of their section's set; else the number of the part, from 1, if several
+ *              parts have nodes; else 0. A name that does not end in a number stands for the number
+ *              of the first card with this name, where only cards with such names count, from 1. */
 typedef struct meshio_mesh {
     double *xyz;            /* 3*num_vertices */
     int32_t *vertex_tags;   /* num_vertices */
@@ -4361,7 +4361,8 @@ typedef struct meshio__inp {
      * its number among those with nodes, from 1, afterwards; for an instance without nodes it is
      * the part that it places, from 1; else 0. */
     meshio__u64s ranges;
-    meshio__u64s tets; /* pairs (id in the file, tetrahedron) */
+    meshio__u64s tets; /* pairs (id in the file, tetrahedron); the latter has INP_PART added if it
+                        * has no set, so that its tag is that of its part */
     meshio__u64s sets; /* of elements: hash of the name, first id, last id, step; sorted later */
     uint64_t named;    /* how many tetrahedra sets have been applied to so far */
 } meshio__inp;
@@ -4369,6 +4370,7 @@ typedef struct meshio__inp {
 /* Each part numbers its nodes and elements on its own: an id here has the file's number in the
  * lowest INP_BITS bits, and the part above them. */
 enum { MESHIO__INP_BITS = 42, MESHIO__INP_PARTS = 10000 };
+#define MESHIO__INP_PART (UINT64_C(1) << 32)
 
 /* Skips empty lines and comments. Returns whether the next line is a data line. */
 static int meshio__inp_data(meshio__reader *r)
@@ -4449,10 +4451,10 @@ static uint64_t meshio__inp_hash(const unsigned char *name, size_t length)
     return h;
 }
 
-/* The tag that a card's name stands for: the number that it ends in (at most ten digits of it),
- * which is negative after _M; 0 if it does not fit. A name without a number has the number of the
- * first card with this name, counted in the first pass. Without a name: the number of the part, if
- * several have nodes, else 0. */
+/* The tag that a card's name stands for: the number that it ends in, which is negative after _M; 0
+ * if it does not fit. A name without a number has the number of the first card with this name,
+ * counted in the first pass. Without a name: the number of the part, if several have nodes, else
+ * 0. */
 static meshio_result meshio__inp_tag(meshio__reader *r, meshio__inp *inp,
                                      const meshio__inp_card *card, int64_t *tag)
 {
@@ -4464,8 +4466,9 @@ static meshio_result meshio__inp_tag(meshio__reader *r, meshio__inp *inp,
                : 0;
     if (n == 0) return MESHIO_OK;
     *tag = 0;
-    while (at > 0 && n - at < 10 && meshio__is_digit(name[at - 1])) at--;
-    for (k = at; k < n; k++) *tag = 10 * *tag + (name[k] - '0');
+    while (at > 0 && meshio__is_digit(name[at - 1])) at--;
+    for (k = at; k < n; k++)
+        if (*tag <= -(int64_t)INT32_MIN) *tag = 10 * *tag + (name[k] - '0');
     if (at > 1 && at < n && meshio__lower(name[at - 1]) == 'm' && name[at - 2] == '_') *tag = -*tag;
     if (*tag > INT32_MAX || *tag < INT32_MIN) *tag = 0;
     if (at < n) return MESHIO_OK;
@@ -4609,14 +4612,15 @@ static meshio_result meshio__inp_elset(meshio__reader *r, meshio__inp *inp,
 }
 
 /* For the tetrahedra first, first + step .. last: adds their facet `side`, 0 .. 3, as a triangle
- * with this tag; if side is -1, those whose tag is 0 get this one. */
+ * with this tag; if side is -1, those whose tag is 0 or the number of their part get this one. */
 static meshio_result meshio__inp_apply(meshio__reader *r, meshio__inp *inp, uint64_t first,
                                        uint64_t last, uint64_t step, int side, int64_t tag)
 {
     static const unsigned char corners[4][3] = {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {0, 3, 2}};
     size_t k = meshio__records_from(&inp->tets, 2, first), n = inp->tets.num / 2;
     for (; k < n && inp->tets.data[2 * k] <= last; k++) {
-        size_t t = (size_t)inp->tets.data[2 * k + 1];
+        uint64_t *tet = &inp->tets.data[2 * k + 1];
+        size_t t = (size_t)(*tet & (MESHIO__INP_PART - 1));
         const uint32_t *v = r->mesh->tets + 4 * t;
         if (++inp->named > 1000 + 64 * (uint64_t)n) /* bounds the work; far beyond real files */
             return meshio__fail(r, MESHIO_ERROR_TOO_LARGE, r->p,
@@ -4625,8 +4629,10 @@ static meshio_result meshio__inp_apply(meshio__reader *r, meshio__inp *inp, uint
         if (side >= 0)
             MESHIO__TRY(meshio__add_triangle(r, v[corners[side][0]], v[corners[side][1]],
                                              v[corners[side][2]], tag));
-        else if (r->mesh->tet_tags[t] == 0)
+        else if (r->mesh->tet_tags[t] == 0 || t != *tet) {
             r->mesh->tet_tags[t] = (int32_t)tag;
+            *tet = t;
+        }
     }
     return MESHIO_OK;
 }
@@ -4658,6 +4664,7 @@ static meshio_result meshio__inp_elements(meshio__reader *r, meshio__inp *inp,
                                           const meshio__inp_card *card)
 {
     int nodes = 0, type = meshio__inp_type(card, &nodes), k, corners;
+    uint64_t by_part = card->name_length ? 0 : MESHIO__INP_PART;
     int64_t tag, id, node;
     uint32_t v[10];
     MESHIO__TRY(meshio__inp_tag(r, inp, card, &tag));
@@ -4685,7 +4692,7 @@ static meshio_result meshio__inp_elements(meshio__reader *r, meshio__inp *inp,
         } else {
             if (inp->has_surfaces &&
                 (!meshio__push64(&inp->tets, (uint64_t)id) ||
-                 !meshio__push64(&inp->tets, r->mesh->num_tets) ||
+                 !meshio__push64(&inp->tets, r->mesh->num_tets | by_part) ||
                  (card->name_length &&
                   !meshio__inp_set_add(
                       inp, meshio__inp_set(inp, card->name, card->name_length), id, id, 1))))
@@ -4826,7 +4833,8 @@ static meshio_result meshio__inp_surface(meshio__reader *r, meshio__inp *inp,
     return MESHIO_OK;
 }
 
-/* *SOLID SECTION: the elements of its set are of one material; those without a tag get one. */
+/* *SOLID SECTION: the elements of its set are of one material; those without a set of their own, or
+ * whose tag is 0, get a tag. */
 static meshio_result meshio__inp_section(meshio__reader *r, meshio__inp *inp,
                                          const meshio__inp_card *card)
 {

@@ -578,6 +578,28 @@ static void inp_parts_have_their_places(void)
         CHECK(m.tet_tags[0] == 1 && m.tet_tags[1] == 2 && m.tet_tags[2] == 1 && m.tet_tags[3] == 0 &&
               m.triangle_tags[1] == 3 && m.triangles[4] == 3);
     meshio_free(&m);
+    CHECK(read_text(MESHIO_FORMAT_INP, /* sections in several parts; only one element has none */
+                    "*Part, name=A\n" NODES TET "2, 1, 2, 4, 3\n*Elset, elset=MAT_7\n1\n*Solid Section, elset=MAT_7\n*End Part\n"
+                    "*Part, name=B\n" NODES TET "2, 1, 2, 4, 3\n*Elset, elset=MAT_0\n1\n*Solid Section, elset=MAT_0\n"
+                    "*Element, type=C3D4, elset=R_5\n3, 1, 2, 3, 4\n*Solid Section, elset=R_5\n*Element, type=T3D2\n4, 1, 2\n*End Part\n",
+                    &m, NULL) == MESHIO_OK);
+    CHECK(m.num_tets == 5 && m.num_edges == 1);
+    if (m.num_tets == 5 && m.num_edges == 1)
+        CHECK(m.tet_tags[0] == 7 && m.tet_tags[1] == 1 && m.tet_tags[2] == 0 &&
+              m.tet_tags[3] == 2 && m.tet_tags[4] == 5 && m.edge_tags[0] == 2);
+    meshio_free(&m);
+    CHECK(read_text(MESHIO_FORMAT_INP, /* a number that is too large; zeros before a number */
+                    NODES "*Element, type=C3D4, elset=S10000000005\n1, 1, 2, 3, 4\n"
+                    "*Element, type=C3D4, elset=S000000000005\n2, 1, 2, 3, 4\n"
+                    "*Element, type=C3D4, elset=S_M2147483648\n3, 1, 2, 3, 4\n"
+                    "*Element, type=C3D4, elset=S2147483648\n4, 1, 2, 3, 4\n"
+                    "*Element, type=C3D4, elset=S99999999999999999999999999\n5, 1, 2, 3, 4\n",
+                    &m, NULL) == MESHIO_OK);
+    CHECK(m.num_tets == 5);
+    if (m.num_tets == 5)
+        CHECK(m.tet_tags[0] == 0 && m.tet_tags[1] == 5 && m.tet_tags[2] == INT32_MIN &&
+              m.tet_tags[3] == 0 && m.tet_tags[4] == 0);
+    meshio_free(&m);
     CHECK(read_text(MESHIO_FORMAT_INP,
                     NODES "5, 1, 1\n*Element, type=R3D3, elset=a9\n1, 1, 2, 3\n*Element, type=STRI65\n2, 1, 2, 3, 4, 4, 4\n"
                     "*Element, type=S8R5\n3, 1, 2, 5, 3, 4, 4, 4, 4\n*Element, type=CAX4\n4, 1, 2, 5, 3\n*Element, type=B32H\n5, 1, 2, 3\n"
