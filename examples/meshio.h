@@ -1443,11 +1443,12 @@ static int meshio__compare_points(const void *pa, const void *pb)
     return a->id < b->id ? -1 : a->id > b->id;
 }
 
-/* The normal of a facet's plane by Newell's method, from its first loop, taken as the outer one. */
-static void meshio__facet_normal(const double *xyz, const uint32_t *v, size_t n, double normal[3])
+/* The normal of a loop's plane by Newell's method. Returns its largest component's size. */
+static double meshio__loop_normal(const double *xyz, const uint32_t *v, size_t n, double normal[3])
 {
     size_t i;
     int k;
+    double size = 0;
     normal[0] = normal[1] = normal[2] = 0;
     for (i = 0; i < n; i++) {
         const double *a = xyz + 3 * (size_t)v[i], *b = xyz + 3 * (size_t)v[(i + 1) % n];
@@ -1457,6 +1458,36 @@ static void meshio__facet_normal(const double *xyz, const uint32_t *v, size_t n,
             normal[k] += (a[y] - o[y]) * (b[z] - o[z]) - (a[z] - o[z]) * (b[y] - o[y]);
         }
     }
+    for (k = 0; k < 3; k++)
+        if (fabs(normal[k]) > size) size = fabs(normal[k]);
+    return size;
+}
+
+/* Loop k of a facet; *n becomes the number of its corners. */
+static const uint32_t *meshio__loop(const meshio__loops *loops, size_t k, size_t *n)
+{
+    size_t start = k ? (size_t)loops->ends.data[k - 1] : 0;
+    *n = (size_t)loops->ends.data[k] - start;
+    return loops->corners.data + start;
+}
+
+/* The normal of a facet's plane, from the loop that is taken as the outer one: the first whose area
+ * is not 0, nor as good as 0 beside that of the largest loop. */
+static void meshio__facet_normal(const double *xyz, const meshio__loops *loops, double normal[3])
+{
+    double largest = 0, size;
+    size_t k, n, num = loops->ends.num;
+    const uint32_t *v;
+    for (k = 0; num > 1 && k < num; k++) {
+        v = meshio__loop(loops, k, &n);
+        size = meshio__loop_normal(xyz, v, n, normal);
+        if (size > largest) largest = size;
+    }
+    for (k = 0; k < num; k++) {
+        v = meshio__loop(loops, k, &n);
+        if (meshio__loop_normal(xyz, v, n, normal) >= 1e-12 * largest) return;
+    }
+    normal[0] = normal[1] = normal[2] = 0;
 }
 
 /* Does a fan from its first corner cover the loop without overlaps? True if the loop is convex, or
@@ -1553,7 +1584,7 @@ static int meshio__facet_fill(meshio__facet *f, const double *xyz, const meshio_
 }
 
 /* Chooses the coordinate plane to project a facet into: the axes ku, kv, and the orientation of the
- * first loop there. 0 if the loop has no area or a coordinate is too large. */
+ * outer loop there. 0 if no loop has an area or a coordinate is too large. */
 static int meshio__facet_plane(const double *xyz, const meshio__loops *loops, int *ku, int *kv,
                                int *sign)
 {
@@ -1561,7 +1592,7 @@ static int meshio__facet_plane(const double *xyz, const meshio__loops *loops, in
     double normal[3];
     size_t i;
     int k = 0;
-    meshio__facet_normal(xyz, v, (size_t)loops->ends.data[0], normal);
+    meshio__facet_normal(xyz, loops, normal);
     if (fabs(normal[1]) > fabs(normal[k])) k = 1;
     if (fabs(normal[2]) > fabs(normal[k])) k = 2;
     *ku = (k + 1) % 3;
@@ -1628,7 +1659,7 @@ static int meshio__facet_cut(meshio__facet *f, const double *xyz, const meshio__
            (!plain || meshio__facet_eat_beyond(f, sign, scratch));
 }
 
-/* The vertices of triangle t of a facet, oriented as its first loop. */
+/* The vertices of triangle t of a facet, oriented as its outer loop. */
 static void meshio__facet_corners(const meshio__facet *f, size_t t, int sign, uint32_t *out)
 {
     out[0] = f->id[f->v[3 * t]];
@@ -1636,7 +1667,18 @@ static void meshio__facet_corners(const meshio__facet *f, size_t t, int sign, ui
     out[2] = f->id[f->v[3 * t + (sign > 0 ? 2 : 1)]];
 }
 
-/* Adds the triangles of a facet to the mesh, oriented as its first loop. */
+/* Does a facet consist of points and segments only? */
+static int meshio__facet_is_thin(const meshio__loops *loops)
+{
+    size_t k, n;
+    for (k = 0; k < loops->ends.num; k++) {
+        meshio__loop(loops, k, &n);
+        if (n >= 3) return 0;
+    }
+    return 1;
+}
+
+/* Adds the triangles of a facet to the mesh, oriented as its outer loop. */
 static meshio_result meshio__add_facet(meshio__reader *r, const unsigned char *where,
                                        meshio__loops *loops, int64_t tag)
 {
@@ -1647,8 +1689,13 @@ static meshio_result meshio__add_facet(meshio__reader *r, const unsigned char *w
     meshio_result result = MESHIO_OK;
     meshio__facet f;
     memset(&f, 0, sizeof f);
-    if (n < 3 || (plain && n == 3) || !meshio__facet_plane(m->xyz, loops, &ku, &kv, &sign))
+    if ((plain && n == 3) || meshio__facet_is_thin(loops))
         return meshio__add_polygon(r, v, n, tag);
+    if (!meshio__facet_plane(m->xyz, loops, &ku, &kv, &sign)) {
+        if (plain) return meshio__add_polygon(r, v, n, tag);
+        return meshio__fail(r, MESHIO_ERROR_SYNTAX, where,
+                            "the facet has no area, or coordinates that are too large");
+    }
     if (plain && meshio__facet_is_fan(m->xyz, v, n, ku, kv, sign))
         return meshio__add_polygon(r, v, n, tag);
     for (i = 0; i < loops->num_holes; i++) {

@@ -1504,6 +1504,31 @@ static void facets_may_be_concave_and_have_holes(void)
         16);
 }
 
+/* A point, a segment, or a loop without area comes before the outer loop; or there is no such. */
+static void facets_may_begin_with_a_segment(void)
+{
+#define SQUARE "6 3 0 0\n1 0 0 0\n2 4 0 0\n3 4 4 0\n4 0 4 0\n5 1.1 2.1 0\n6 2.2 3.2 0\n1 1\n"
+    meshio_mesh m;
+    meshio_report report;
+    check_flat_poly(SQUARE "2 0 7\n2 1 3\n4 1 2 3 4\n0\n0\n", 2, 16);
+    check_flat_poly(SQUARE "3 0 7\n1 5\n2 1 5\n4 1 2 3 4\n0\n0\n", 4, 16);
+    check_flat_poly(SQUARE "2 0 7\n3 1 3 1\n4 4 3 2 1\n0\n0\n", 2, -16);
+    check_flat_poly("9 3 0 0\n1 .1 .1 0\n2 .3 .3 0\n3 .7 .7 0\n4 0 0 0\n5 1 0 0\n6 1 1 0\n7 0 1 0\n"
+                    "8 .2 .6 0\n9 .4 .6 0\n1 1\n2 0 7\n3 1 2 3\n4 4 5 6 7\n0\n0\n", 8, 1);
+    CHECK(read_text(MESHIO_FORMAT_POLY, SQUARE "2 0 7\n2 1 3\n1 5\n0\n0\n", &m, &report) ==
+          MESHIO_OK);
+    CHECK(m.num_triangles == 0 && m.num_other == 1);
+    meshio_free(&m);
+    CHECK(read_text(MESHIO_FORMAT_POLY, SQUARE "2 0 7\n3 1 3 1\n2 4 2\n0\n0\n", &m, &report) ==
+          MESHIO_ERROR_SYNTAX);
+    CHECK(report.line == 9);
+    CHECK(read_text(MESHIO_FORMAT_POLY, SQUARE "1 0 7\n4 1 3 1 3\n0\n0\n", &m, &report) ==
+          MESHIO_OK);
+    CHECK(m.num_triangles == 2); /* nothing is lost */
+    meshio_free(&m);
+#undef SQUARE
+}
+
 /* A star of n arms, its centre cut out: long recoveries with many crossed sides. */
 static void large_facets_are_recovered(void)
 {
@@ -2145,6 +2170,7 @@ int main(void)
     stl_binary_is_known_by_its_size();
     stl_binary_may_hold_several_solids();
     facets_may_be_concave_and_have_holes();
+    facets_may_begin_with_a_segment();
     large_facets_are_recovered();
     polygons_may_be_concave();
     other_polygons_are_fans();
