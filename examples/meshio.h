@@ -2424,9 +2424,26 @@ static meshio_result meshio__medit_store(meshio__reader *r, int kind, const uint
     }
 }
 
+/* Counts the numbers before the next keyword, at most up to `most`; leaves the cursor. */
+static int64_t meshio__medit_numbers(meshio__reader *r, int64_t most)
+{
+    const unsigned char *start = r->p;
+    int64_t numbers = 0;
+    while (numbers < most && meshio__skip(r) && !meshio__is_end(*r->p) &&
+           !(meshio__lower(*r->p) >= 'a' && meshio__lower(*r->p) <= 'z')) {
+        numbers++;
+        while (!meshio__is_end(*r->p)) r->p++;
+    }
+    r->p = start;
+    return numbers;
+}
+
 /* The nodes of an entry beside its corners. In text, Gmsh writes elements of second order under the
- * keywords of first order: then the first entry's line has that many numbers more. */
-static int meshio__medit_nodes(meshio__reader *r, const meshio__medit_keyword *keyword)
+ * keywords of first order: then the first entry's line has that many numbers more. As entries may
+ * stand on lines in any way, this counts only if the section's numbers are not just as many as
+ * entries of first order have. */
+static int meshio__medit_nodes(meshio__reader *r, const meshio__medit_keyword *keyword,
+                               int64_t count)
 {
     static const unsigned char more[9] = {0, 0, 0, 0, 0, 1, 3, 5, 6}; /* by code */
     const unsigned char *start = r->p;
@@ -2435,7 +2452,9 @@ static int meshio__medit_nodes(meshio__reader *r, const meshio__medit_keyword *k
     for (; meshio__more_on_line(r) && !meshio__is_end(*r->p); numbers++)
         while (!meshio__is_end(*r->p)) r->p++;
     r->p = start;
-    return numbers == keyword->integers + nodes + 1 ? nodes : keyword->nodes;
+    if (numbers != keyword->integers + nodes + 1) return keyword->nodes;
+    count *= keyword->integers + 1;
+    return meshio__medit_numbers(r, count + 1) == count ? keyword->nodes : nodes;
 }
 
 /* The entries of one keyword; `version` is 0 for text. */
@@ -2445,7 +2464,7 @@ static meshio_result meshio__medit_entries(meshio__reader *r, const meshio__medi
     double xyz[3], d;
     int64_t n, tag, index;
     uint32_t v[8], other;
-    int k, nodes = version ? keyword->nodes : meshio__medit_nodes(r, keyword);
+    int k, nodes = version ? keyword->nodes : meshio__medit_nodes(r, keyword, count);
     meshio__type integer = version >= 4 ? MESHIO__I64 : MESHIO__I32;
     meshio__type real = version == 1 ? MESHIO__F32 : MESHIO__F64;
     for (n = 0; n < count; n++) {

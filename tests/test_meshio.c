@@ -875,6 +875,31 @@ static void medit_curved_elements_are_their_corners(void)
     meshio_free(&m);
 }
 
+/* As many numbers on the first line as an entry of second order has. */
+static void medit_lines_may_end_anywhere(void)
+{
+#define START "MeshVersionFormatted 2\nDimension 3\nVertices\n4\n0 0 0 0\n1 0 0 0\n1 1 0 0\n0 1 1 0\n"
+    meshio_mesh m;
+    CHECK(read_text(MESHIO_FORMAT_MEDIT, START "Quadrilaterals 2\n1 2 3 4 1 4 3 2 1 2\nEnd\n", &m,
+                    NULL) == MESHIO_OK);
+    CHECK(m.num_triangles == 4 && m.triangle_tags[0] == 1 && m.triangle_tags[3] == 2);
+    meshio_free(&m);
+    CHECK(read_text(MESHIO_FORMAT_MEDIT,
+                    START "Edges\n2\n1 2 5 3 # c\n 4 6\nTriangles\n2\n1 2 3 7 1 2 4\n8\n"
+                          "Tetrahedra\n3\n1 2 3 4 9 1 2 3 4 10 1\n2 3 4 11",
+                    &m, NULL) == MESHIO_OK);
+    CHECK(m.num_edges == 2 && m.num_triangles == 2 && m.num_tets == 3 && m.num_spare == 0);
+    if (m.num_edges == 2 && m.num_triangles == 2 && m.num_tets == 3)
+        CHECK(m.edge_tags[1] == 6 && m.triangle_tags[1] == 8 && m.tet_tags[2] == 11);
+    meshio_free(&m);
+    CHECK(read_text(MESHIO_FORMAT_MEDIT,
+                    START "Quadrilaterals 2\n1 2 3 4 1 1 1 1 1 5\n1 2 3 4 1 1 1 1 1 6\nEnd\n", &m,
+                    NULL) == MESHIO_OK);
+    CHECK(m.num_triangles == 4 && m.triangle_tags[0] == 5 && m.triangle_tags[3] == 6);
+    meshio_free(&m);
+#undef START
+}
+
 static void msh_ids_may_be_sparse(void)
 {
     meshio_mesh m;
@@ -2152,6 +2177,7 @@ int main(void)
     ply_strips_are_triangles();
     medit_keywords_come_in_any_order();
     medit_curved_elements_are_their_corners();
+    medit_lines_may_end_anywhere();
     msh_ids_may_be_sparse();
     msh_has_several_versions();
     msh_groups_have_signs();
