@@ -224,7 +224,9 @@ MESHIO_API meshio_result meshio_read_memory(const void *bytes, size_t size, mesh
 /* Write a file: first under a temporary name beside it (path + ".part"), which is renamed when the
  * file is complete. On failure nothing is left, and an older file of that name is untouched.
  * Devices and pipes are written directly. The three TetGen files appear one after the other.
- * Surface formats get the triangles only. `options` and `report` may be NULL. */
+ * Surface formats get the triangles only. More vertices or elements than the 32-bit integers of a
+ * binary format (Medit, MSH 2.2, VTK, STL) can count are MESHIO_ERROR_TOO_LARGE, before anything is
+ * written. `options` and `report` may be NULL. */
 MESHIO_API meshio_result meshio_write(const char *path, const meshio_mesh *mesh,
                                       const meshio_write_options *options, meshio_report *report);
 
@@ -6587,6 +6589,27 @@ static meshio_result meshio__write_tetgen(meshio__writer *w, const char *path,
     return meshio__complete(w, report);
 }
 
+/* Do the mesh's counts and indices fit in the integers of the format? Those of 32 bits are signed,
+ * but for the number of triangles in STL files. */
+static int meshio__counts_fit(const meshio_mesh *m, meshio_format format,
+                              const meshio_write_options *options)
+{
+    const uint64_t most = 0x7FFFFFFF;
+    switch (format) {
+    case MESHIO_FORMAT_MEDIT_BINARY:
+        return m->num_vertices <= most && m->num_edges <= most && m->num_triangles <= most &&
+               m->num_tets <= most;
+    case MESHIO_FORMAT_MSH: /* elements are numbered across the kinds */
+        return !options->binary ||
+               (m->num_vertices <= most && m->num_edges <= most && m->num_triangles <= most &&
+                m->num_tets <= most &&
+                (uint64_t)m->num_edges + m->num_triangles + m->num_tets <= most);
+    case MESHIO_FORMAT_VTK: return !options->binary || m->num_vertices <= most;
+    case MESHIO_FORMAT_STL: return options->ascii || (uint64_t)m->num_triangles <= 0xFFFFFFFFu;
+    default: return 1;
+    }
+}
+
 static meshio_result meshio__write(meshio__writer *w, const char *path, const meshio_mesh *mesh,
                                    const meshio_write_options *options, meshio_report *report)
 {
@@ -6606,6 +6629,10 @@ static meshio_result meshio__write(meshio__writer *w, const char *path, const me
         format != MESHIO_FORMAT_INP)
         return meshio__report_plain(report, MESHIO_ERROR_FORMAT,
                                     "no second-order elements in the format of", path, 0);
+    if (!meshio__counts_fit(mesh, format, options))
+        return meshio__report_plain(report, MESHIO_ERROR_TOO_LARGE,
+                                    "more vertices or elements than the format can number:", path,
+                                    0);
     MESHIO__TRY(meshio__create(w, path, report));
     switch (format) {
     case MESHIO_FORMAT_MEDIT: meshio__write_medit(w, mesh); break;

@@ -2132,6 +2132,40 @@ static void write_errors_are_reported(void)
     CHECK(live_blocks == 0);
 }
 
+/* The arrays are not looked at. */
+static void counts_beyond_32_bits_are_refused(void)
+{
+    static const char *const extensions[] = {"meshb", "msh", "vtk"};
+    meshio_write_options options;
+    meshio_report report;
+    size_t i;
+    int k;
+    memset(&options, 0, sizeof options);
+    options.binary = 1;
+    for (i = 0; i < 3; i++)
+        for (k = 0; k < (i < 2 ? 4 : 1); k++) {
+            meshio_mesh m;
+            size_t *counts[4];
+            memset(&m, 0, sizeof m);
+            counts[0] = &m.num_vertices, counts[1] = &m.num_edges;
+            counts[2] = &m.num_triangles, counts[3] = &m.num_tets;
+            *counts[k] = 0x80000000u;
+            CHECK(meshio_write(file_name(extensions[i]), &m, &options, &report) ==
+                  MESHIO_ERROR_TOO_LARGE);
+            CHECK(report.result == MESHIO_ERROR_TOO_LARGE && strstr(report.message, "more vertices"));
+            CHECK(!exists(file_name(extensions[i])));
+        }
+    {
+        meshio_mesh m;
+        memset(&m, 0, sizeof m);
+        m.num_edges = m.num_tets = 0x40000000u;
+        CHECK(meshio_write(file_name("msh"), &m, &options, &report) == MESHIO_ERROR_TOO_LARGE);
+        m.num_edges = 0, m.num_tets = 0;
+        CHECK(meshio_write(file_name("msh"), &m, &options, &report) == MESHIO_OK);
+        remove(file_name("msh"));
+    }
+}
+
 static void read_errors_are_reported(void)
 {
     meshio_mesh m;
@@ -2208,6 +2242,7 @@ int main(void)
     torn_texts_never_crash();
     every_failing_allocation_is_reported();
     write_errors_are_reported();
+    counts_beyond_32_bits_are_refused();
     read_errors_are_reported();
     every_status_has_words();
     return check_report();
