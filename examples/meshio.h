@@ -5301,9 +5301,12 @@ static meshio_result meshio__create(meshio__writer *w, const char *path, meshio_
     return MESHIO_OK;
 }
 
-/* Closes the file. If everything has been written, it gets its final name, else it is removed. */
-static meshio_result meshio__complete(meshio__writer *w, meshio_report *report)
+/* Closes the file. If everything has been written, it gets its final name, else it is removed.
+ * `result`: what writing it returned: MESHIO_OK or OUT_OF_MEMORY. */
+static meshio_result meshio__complete(meshio__writer *w, meshio_result result,
+                                      meshio_report *report)
 {
+    if (result != MESHIO_OK) w->failed = 1;
     meshio__flush(w);
     if (fflush(w->file) != 0 && !w->failed) w->failed = 1, w->error = errno;
     if (fclose(w->file) != 0 && !w->failed) w->failed = 1, w->error = errno;
@@ -5313,6 +5316,8 @@ static meshio_result meshio__complete(meshio__writer *w, meshio_report *report)
     }
     if (!w->failed) return MESHIO_OK;
     if (!w->direct) remove(w->part);
+    if (result != MESHIO_OK)
+        return meshio__report_plain(report, result, "out of memory while writing", w->path, 0);
     return meshio__report_plain(report, MESHIO_ERROR_WRITE, "cannot write", w->path, w->error);
 }
 
@@ -6586,7 +6591,7 @@ static meshio_result meshio__write_tetgen(meshio__writer *w, const char *path,
         meshio__write_node(w, mesh);
     else
         meshio__write_tetgen_cells(w, &kinds[strcmp(extension, ".ele") == 0 ? 2 : 1]);
-    return meshio__complete(w, report);
+    return meshio__complete(w, MESHIO_OK, report);
 }
 
 /* Do the mesh's counts and indices fit in the integers of the format? Those of 32 bits are signed,
@@ -6645,11 +6650,7 @@ static meshio_result meshio__write(meshio__writer *w, const char *path, const me
     case MESHIO_FORMAT_STL: meshio__write_stl(w, mesh, options->ascii); break;
     default: meshio__write_off(w, mesh, format == MESHIO_FORMAT_OBJ); break;
     }
-    if (result != MESHIO_OK) {
-        w->failed = 1;
-        w->error = ENOMEM;
-    }
-    return meshio__complete(w, report);
+    return meshio__complete(w, result, report);
 }
 
 MESHIO_API meshio_result meshio_write(const char *path, const meshio_mesh *mesh,
