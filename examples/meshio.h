@@ -174,8 +174,7 @@ typedef struct meshio_mesh {
     char name[64];          /* the name that the file gives to itself, or "" */
 } meshio_mesh;
 
-/* What went wrong, and where. Every call fills it. The message is "" after success, and also where
- * the arguments are invalid or memory runs out before the file is opened. */
+/* What went wrong, and where. Every call fills it. The message is a sentence, "" after success. */
 typedef struct meshio_report {
     meshio_result result;
     uint64_t line;   /* from 1; 0 if the place is not in a text file */
@@ -5283,6 +5282,14 @@ static meshio_result meshio__report_plain(meshio_report *report, meshio_result r
     return result;
 }
 
+static meshio_result meshio__report_words(meshio_report *report, meshio_result result,
+                                          const char *words)
+{
+    report->result = result;
+    snprintf(report->message, sizeof report->message, "%s", words);
+    return result;
+}
+
 static meshio_result meshio__create(meshio__writer *w, const char *path, meshio_report *report)
 {
     w->used = 0;
@@ -6512,16 +6519,15 @@ MESHIO_API meshio_result meshio_read_memory(const void *bytes, size_t size, mesh
     unsigned char *copy;
     if (!report) report = &unused;
     memset(report, 0, sizeof *report);
-    if (!mesh || (!bytes && size) || size == (size_t)-1) {
-        report->result = MESHIO_ERROR_INVALID_ARGUMENT;
-        return MESHIO_ERROR_INVALID_ARGUMENT;
-    }
+    if (!mesh || (!bytes && size))
+        return meshio__report_words(report, MESHIO_ERROR_INVALID_ARGUMENT,
+                                    "the bytes or the mesh are NULL");
+    if (size == (size_t)-1)
+        return meshio__report_words(report, MESHIO_ERROR_INVALID_ARGUMENT,
+                                    "a size that no memory has");
     memset(mesh, 0, sizeof *mesh);
     copy = (unsigned char *)MESHIO_MALLOC(size + 1); /* the cursor needs a zero after the end */
-    if (!copy) {
-        report->result = MESHIO_ERROR_OUT_OF_MEMORY;
-        return MESHIO_ERROR_OUT_OF_MEMORY;
-    }
+    if (!copy) return meshio__report_words(report, MESHIO_ERROR_OUT_OF_MEMORY, "out of memory");
     if (size) memcpy(copy, bytes, size);
     copy[size] = 0;
     result = meshio__read(copy, size, format, NULL, 0, mesh, report);
@@ -6540,10 +6546,9 @@ MESHIO_API meshio_result meshio_read(const char *path, meshio_format format, mes
     char name[1024];
     if (!report) report = &unused;
     memset(report, 0, sizeof *report);
-    if (!path || !mesh) {
-        report->result = MESHIO_ERROR_INVALID_ARGUMENT;
-        return MESHIO_ERROR_INVALID_ARGUMENT;
-    }
+    if (!path || !mesh)
+        return meshio__report_words(report, MESHIO_ERROR_INVALID_ARGUMENT,
+                                    "the path or the mesh is NULL");
     memset(mesh, 0, sizeof *mesh);
     if (format == MESHIO_FORMAT_AUTO) format = meshio_format_of(path);
     if (format == MESHIO_FORMAT_AUTO)
@@ -6663,15 +6668,11 @@ MESHIO_API meshio_result meshio_write(const char *path, const meshio_mesh *mesh,
     if (!report) report = &unused;
     memset(report, 0, sizeof *report);
     memset(&defaults, 0, sizeof defaults);
-    if (!path || !mesh) {
-        report->result = MESHIO_ERROR_INVALID_ARGUMENT;
-        return MESHIO_ERROR_INVALID_ARGUMENT;
-    }
+    if (!path || !mesh)
+        return meshio__report_words(report, MESHIO_ERROR_INVALID_ARGUMENT,
+                                    "the path or the mesh is NULL");
     w = (meshio__writer *)MESHIO_MALLOC(sizeof *w);
-    if (!w) {
-        report->result = MESHIO_ERROR_OUT_OF_MEMORY;
-        return MESHIO_ERROR_OUT_OF_MEMORY;
-    }
+    if (!w) return meshio__report_words(report, MESHIO_ERROR_OUT_OF_MEMORY, "out of memory");
     if (!options) options = &defaults;
     w->threads = options->num_threads;
     result = meshio__write(w, path, mesh, options, report);

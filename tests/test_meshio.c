@@ -2182,6 +2182,33 @@ static void read_errors_are_reported(void)
           MESHIO_ERROR_INVALID_ARGUMENT);
 }
 
+static void failures_have_a_sentence_however_early(void)
+{
+    meshio_mesh m = sample(), back;
+    meshio_report report;
+    CHECK(meshio_read(NULL, MESHIO_FORMAT_OFF, &back, &report) == MESHIO_ERROR_INVALID_ARGUMENT &&
+          report.message[0] && report.result == MESHIO_ERROR_INVALID_ARGUMENT);
+    CHECK(meshio_read("a.off", MESHIO_FORMAT_OFF, NULL, &report) == MESHIO_ERROR_INVALID_ARGUMENT &&
+          report.message[0]);
+    CHECK(meshio_read_memory(NULL, 1, MESHIO_FORMAT_OFF, &back, &report) ==
+              MESHIO_ERROR_INVALID_ARGUMENT && report.message[0]);
+    CHECK(meshio_read_memory("", (size_t)-1, MESHIO_FORMAT_OFF, &back, &report) ==
+              MESHIO_ERROR_INVALID_ARGUMENT && report.message[0]);
+    CHECK(meshio_read_memory("", 0, MESHIO_FORMAT_AUTO, &back, &report) ==
+              MESHIO_ERROR_INVALID_ARGUMENT && report.message[0]);
+    CHECK(meshio_write(NULL, &m, NULL, &report) == MESHIO_ERROR_INVALID_ARGUMENT &&
+          report.message[0]);
+    CHECK(meshio_write("a.off", NULL, NULL, &report) == MESHIO_ERROR_INVALID_ARGUMENT &&
+          report.message[0]);
+    allocations = fail_at = 0;
+    CHECK(meshio_read_memory("OFF", 3, MESHIO_FORMAT_OFF, &back, &report) ==
+              MESHIO_ERROR_OUT_OF_MEMORY && report.message[0]);
+    allocations = 0;
+    CHECK(meshio_write(file_name("off"), &m, NULL, &report) == MESHIO_ERROR_OUT_OF_MEMORY &&
+          report.message[0] && report.result == MESHIO_ERROR_OUT_OF_MEMORY);
+    fail_at = -1;
+}
+
 static void every_status_has_words(void)
 {
     int i;
@@ -2245,6 +2272,7 @@ int main(void)
     write_errors_are_reported();
     counts_beyond_32_bits_are_refused();
     read_errors_are_reported();
+    failures_have_a_sentence_however_early();
     every_status_has_words();
     return check_report();
 }
