@@ -242,9 +242,9 @@ MESHIO_API int meshio_holds_tetrahedra(meshio_format format);
 MESHIO_API const char *meshio_result_string(meshio_result result);
 
 /* The double nearest to the decimal number that text[0..length) begins with: sign, digits, '.',
- * exponent (e, or Fortran's d if the number has less than 64 characters); or inf, or nan. Returns
- * the number of characters used, 0 if there is no number. text[length] must be readable and not
- * part of a number (the zero at the end of a string, for example). */
+ * exponent (e, or Fortran's d); or inf, or nan. Returns the number of characters used, 0 if there
+ * is no number. text[length] must be readable and not part of a number (the zero at the end of a
+ * string, for example). */
 MESHIO_API size_t meshio_parse_double(const char *text, size_t length, double *value);
 
 #ifdef __cplusplus
@@ -667,10 +667,10 @@ static int meshio__same(const unsigned char *text, size_t length, const char *wo
 }
 
 /* *value becomes m * 10^e, rounded to nearest; returns 0 if that cannot be proven. m has up to 19
- * digits. Where m and the power of ten are exact doubles (m <= 2^53, |e| <= 22), one multiplication
- * or division rounds correctly. A larger m is split into hi + lo, both exact; the quotient gets one
- * correction step, after which its relative error is below 2^-100. If both ends of that interval
- * round to the same double, the result is right. */
+ * digits; |e| <= 22, so the power of ten is an exact double. Where m is one, too (m <= 2^53), one
+ * multiplication or division rounds correctly. A larger m is split into hi + lo, both exact; the
+ * quotient gets one correction step, after which its relative error is below 2^-100. If both ends
+ * of that interval round to the same double, the result is right. */
 static int meshio__fast_double(uint64_t m, int e, double *value)
 {
     static const double power[23] = {1e0,  1e1,  1e2,  1e3,  1e4,  1e5,  1e6,  1e7,
@@ -684,7 +684,6 @@ static int meshio__fast_double(uint64_t m, int e, double *value)
     const double splitter = 134217729.0; /* 2^27 + 1 */
     volatile double c; /* volatile: a product is rounded before it is subtracted (no FMA) */
     double hi, lo, p, q, qh, ql, ph, pl, rest, correction, a, b, slack;
-    if (e < -22 || e > 22) return 0;
     if (m <= (uint64_t)1 << 53) {
         *value = e < 0 ? (double)m / power[-e] : (double)m * power[e];
         return 1;
@@ -711,11 +710,42 @@ static int meshio__fast_double(uint64_t m, int e, double *value)
 #endif
 }
 
+/* The digits and the decimal point that p begins with, times 10^x, rounded to nearest, by strtod().
+ * A decimal halfway between two doubles has at most 768 digits: of the digits after that many, it
+ * matters only whether all are zeros. */
+static double meshio__slow_double(const unsigned char *p, const unsigned char *end, int64_t x)
+{
+    char copy[832];
+    size_t n = 0;
+    int after_point = 0, more = 0;
+    for (; p < end && (meshio__is_digit(*p) || *p == '.'); p++) {
+        if (*p == '.') {
+            after_point = 1;
+            continue;
+        }
+        x -= after_point;
+        if (n < 780) {
+            if (n || *p != '0') copy[n++] = (char)*p;
+        } else {
+            x++;
+            more |= *p != '0';
+        }
+    }
+    if (more || n == 0) {
+        copy[n++] = more ? '1' : '0';
+        x--;
+    }
+    snprintf(copy + n, sizeof copy - n, "e%lld", (long long)x);
+    return strtod(copy, NULL);
+}
+
 MESHIO_API size_t meshio_parse_double(const char *text, size_t length, double *value)
 {
     const unsigned char *s = (const unsigned char *)text, *end = s + length, *p = s;
+    const unsigned char *first;
     uint64_t m = 0;
-    int digits = 0, kept = 0, e = 0, negative = 0, sign = 1, x = 0;
+    int64_t digits = 0, e = 0, x = 0;
+    int kept = 0, negative = 0, sign = 1, fortran = 0;
     double d;
     char *stop;
     if (p < end && (*p == '-' || *p == '+')) negative = *p++ == '-';
@@ -729,7 +759,7 @@ MESHIO_API size_t meshio_parse_double(const char *text, size_t length, double *v
         *value = strtod("nan", NULL);
         return (size_t)(p - s);
     }
-    for (; p < end && meshio__is_digit(*p); p++, digits++) {
+    for (first = p; p < end && meshio__is_digit(*p); p++, digits++) {
         if (kept < 19) {
             m = 10 * m + (uint64_t)(*p - '0');
             kept += m != 0;
@@ -753,20 +783,19 @@ MESHIO_API size_t meshio_parse_double(const char *text, size_t length, double *v
         if (q < end && (*q == '-' || *q == '+')) sign = *q++ == '-' ? -1 : 1;
         if (q < end && meshio__is_digit(*q)) {
             for (; q < end && meshio__is_digit(*q); q++)
-                if (x < 100000) x = 10 * x + (*q - '0');
-            if (*p == 'd' || *p == 'D') { /* Fortran's exponent: parse a copy with an 'e' */
-                char copy[64];
-                if ((size_t)(q - s) >= sizeof copy) return 0;
-                memcpy(copy, s, (size_t)(q - s));
-                copy[q - s] = 0;
-                copy[p - s] = 'e';
-                return meshio_parse_double(copy, (size_t)(q - s), value);
-            }
+                if (x < INT64_C(1000000000000000)) x = 10 * x + (*q - '0');
+            fortran = *p == 'd' || *p == 'D';
             p = q;
-            e += sign * x;
+            x *= sign;
+            e += x;
         }
     }
-    if (kept <= 19 && meshio__fast_double(m, e, &d)) {
+    if (kept <= 19 && e >= -22 && e <= 22 && meshio__fast_double(m, (int)e, &d)) {
+        *value = negative ? -d : d;
+        return (size_t)(p - s);
+    }
+    if (fortran) {
+        d = meshio__slow_double(first, p, x);
         *value = negative ? -d : d;
         return (size_t)(p - s);
     }

@@ -228,6 +228,46 @@ static void halfway_cases_are_rounded_to_even(void)
     CHECK(bad == 0);
 }
 
+/* Numbers of any length, with an e and with a d. */
+static void fortran_exponents_are_like_others(void)
+{
+    static const int lengths[] = {1, 5, 20, 60, 62, 63, 64, 65, 100, 779, 780, 781, 790, 2000};
+    char text[6000], other[6000];
+    size_t i, length;
+    int bad = 0, k;
+    double mine, theirs;
+    for (i = 0; i < sizeof lengths / sizeof lengths[0]; i++)
+        for (k = 0; k < 200; k++) {
+            int n = 0, j, point = (int)(random_u64() % (unsigned)(lengths[i] + 1));
+            if (k & 1) text[n++] = '-';
+            for (j = 0; j < lengths[i]; j++) {
+                if (j == point) text[n++] = '.';
+                text[n++] = (char)(k % 8 < 2 && j < lengths[i] - 1 ? '0' : '0' + random_u64() % 10);
+            }
+            sprintf(text + n, "e%d", (int)(random_u64() % 700) - 350 - point);
+            strcpy(other, text);
+            *strchr(other, 'e') = k & 2 ? 'd' : 'D';
+            length = strlen(text);
+            theirs = strtod(text, NULL);
+            if (meshio_parse_double(other, length, &mine) != length ||
+                memcmp(&mine, &theirs, sizeof mine) != 0)
+                bad++;
+        }
+    CHECK(bad == 0);
+    strcpy(text, "1"); /* 1 + 2^-53 and zeros; then something more */
+    strcat(text, ".00000000000000011102230246251565404236316680908203125");
+    for (i = 0; i < 2000; i++) strcat(text, "0");
+    strcpy(other, text);
+    strcat(text, "d0");
+    strcat(other, "1d0");
+    CHECK(meshio_parse_double(text, strlen(text), &mine) == strlen(text) && mine == 1);
+    CHECK(meshio_parse_double(other, strlen(other), &mine) == strlen(other) &&
+          mine == 1 + DBL_EPSILON);
+    CHECK(meshio_parse_double("1d99999999999999999999", 22, &mine) == 22 && mine > 1e308);
+    CHECK(meshio_parse_double("-1d-99999999999999999999", 24, &mine) == 24 && mine == 0);
+    CHECK(meshio_parse_double("0d99999999999999999999", 22, &mine) == 22 && mine == 0);
+}
+
 /* Coordinates of every size, many near a power of ten or halfway between two decimals. */
 static double some_coordinate(int kind)
 {
@@ -2223,6 +2263,7 @@ int main(void)
 {
     doubles_are_correctly_rounded();
     halfway_cases_are_rounded_to_even();
+    fortran_exponents_are_like_others();
     doubles_are_written_like_printf();
     text_does_not_depend_on_threads();
     words_are_not_numbers();
