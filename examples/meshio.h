@@ -5286,6 +5286,15 @@ static void meshio__put_raw(meshio__writer *w, int64_t value, int bytes, int big
     w->used += (size_t)bytes;
 }
 
+/* An integer of 4 bytes in little-endian order, whatever this machine's is. */
+static void meshio__put_little(meshio__writer *w, uint32_t value)
+{
+    char *raw = meshio__room(w, 4);
+    int i;
+    for (i = 0; i < 4; i++) raw[i] = (char)(value >> (8 * i));
+    w->used += 4;
+}
+
 static void meshio__put_raw_double(meshio__writer *w, double value, int big_endian)
 {
     uint64_t bits;
@@ -6260,8 +6269,7 @@ static void meshio__write_stl(meshio__writer *w, const meshio_mesh *m, int ascii
         meshio__printf(w, "solid %s\n", m->name);
     } else {
         meshio__put(w, header, 80);
-        k = meshio__little_endian();
-        meshio__put_raw(w, (int64_t)m->num_triangles, 4, !k);
+        meshio__put_little(w, (uint32_t)m->num_triangles);
     }
     for (t = 0; t < m->num_triangles; t++) {
         double normal[3];
@@ -6285,7 +6293,7 @@ static void meshio__write_stl(meshio__writer *w, const meshio_mesh *m, int ascii
                               : m->xyz[3 * (size_t)m->triangles[3 * t + (size_t)(k / 3 - 1)] +
                                        (size_t)c]);
             memcpy(&bits, &x, 4);
-            meshio__put_raw(w, bits, 4, !meshio__little_endian());
+            meshio__put_little(w, bits);
         }
         meshio__put_raw(w, 0, 1, 0);
         meshio__put_raw(w, 0, 1, 0);

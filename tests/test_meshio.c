@@ -703,6 +703,28 @@ static void surface_formats_keep_the_triangles(void)
     remove(name);
 }
 
+/* Whatever the machine's byte order is. */
+static void stl_is_written_in_little_endian_order(void)
+{
+    static double xyz[9] = {0, 0, 0, 1, 0, 0, 0, 2, 0};
+    static uint32_t triangle[3] = {0, 1, 2};
+    static const unsigned char expected[54] = {
+        1, 0, 0, 0, /* one triangle; its normal, its corners, two zeros */
+        0, 0, 0, 0, 0, 0,    0,    0, 0, 0, 0x80, 0x3F, 0, 0, 0, 0, 0, 0, 0, 0,    0, 0, 0, 0,
+        0, 0, 0x80, 0x3F, 0, 0, 0, 0, 0, 0, 0, 0,    0, 0, 0, 0, 0, 0, 0, 0x40, 0, 0, 0, 0, 0, 0};
+    meshio_mesh m;
+    char *bytes;
+    size_t size;
+    memset(&m, 0, sizeof m);
+    m.xyz = xyz, m.num_vertices = 3;
+    m.triangles = triangle, m.num_triangles = 1;
+    CHECK(meshio_write(file_name("stl"), &m, NULL, NULL) == MESHIO_OK);
+    bytes = load(file_name("stl"), &size);
+    CHECK(bytes && size == 134 && memcmp(bytes + 80, expected, 54) == 0);
+    free(bytes);
+    remove(file_name("stl"));
+}
+
 static void points_are_read_raw_and_as_text(void)
 {
     meshio_mesh m;
@@ -2273,6 +2295,7 @@ int main(void)
     inp_is_read_as_others_write_it();
     inp_parts_have_their_places();
     surface_formats_keep_the_triangles();
+    stl_is_written_in_little_endian_order();
     points_are_read_raw_and_as_text();
     off_comes_in_many_layouts();
     obj_indices_come_in_many_forms();
