@@ -1758,7 +1758,7 @@ static meshio_result meshio__cut_polygon(meshio__reader *r, uint32_t *fan, meshi
     int ku, kv, sign, ok;
     meshio__facet f;
     memset(&f, 0, sizeof f);
-    if (v->num > MESHIO__CORNERS || !meshio__facet_plane(xyz, loop, &ku, &kv, &sign) ||
+    if (!meshio__facet_plane(xyz, loop, &ku, &kv, &sign) ||
         meshio__facet_is_fan(xyz, v->data, v->num, ku, kv, sign))
         return MESHIO_OK;
     if (!meshio__facet_cut(&f, xyz, loop, NULL, ku, kv, sign, &r->scratch, &ok)) {
@@ -1775,7 +1775,8 @@ static meshio_result meshio__cut_polygon(meshio__reader *r, uint32_t *fan, meshi
     return MESHIO_OK;
 }
 
-/* After everything has been read: replaces the fans of all polygons where necessary. */
+/* After everything has been read: replaces the fans of all polygons where necessary, but for those
+ * of very many corners. */
 static meshio_result meshio__cut_polygons(meshio__reader *r)
 {
     meshio__loops loop;
@@ -1786,6 +1787,7 @@ static meshio_result meshio__cut_polygons(meshio__reader *r)
         uint32_t *fan = r->mesh->triangles + 3 * (size_t)r->polygons.data[i];
         size_t n = (size_t)r->polygons.data[i + 1];
         loop.corners.num = loop.ends.num = 0;
+        if (n > MESHIO__CORNERS) continue;
         if (!meshio__push32(&loop.corners, fan[0]) || !meshio__push32(&loop.corners, fan[1]) ||
             !meshio__push64(&loop.ends, n))
             result = meshio__no_memory(r);
