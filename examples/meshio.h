@@ -1426,29 +1426,60 @@ static int meshio__facet_eat(meshio__facet *f, uint32_t t, meshio__u32s *stack)
     return 1;
 }
 
+/* On how many sides of triangle t is point p: 0 inside, 2 in a corner; -1 if it is beyond a side.
+ * *side becomes the corner opposite such a side; `first` is the one that is tried first. */
+static int meshio__facet_place(const meshio__facet *f, uint32_t t, const double *p, uint32_t first,
+                               uint32_t *side)
+{
+    const uint32_t *v = f->v + 3 * t;
+    uint32_t k;
+    int on = 0;
+    for (k = first; k < first + 3; k++) {
+        int turn = meshio__orient2d(f->uv + 2 * v[(k + 1) % 3], f->uv + 2 * v[(k + 2) % 3], p);
+        if (turn <= 0) *side = k % 3;
+        if (turn < 0) return -1;
+        on += turn == 0;
+    }
+    return on;
+}
+
+/* The first triangle that has point p in it or on its border; NONE if none has. Walks from triangle
+ * *from towards p, and tries all triangles only if p is a corner, or the walk goes in circles.
+ * *from becomes the triangle where the walk ends. */
+static uint32_t meshio__facet_locate(const meshio__facet *f, uint32_t *from, const double *p)
+{
+    uint32_t t = *from, n = (uint32_t)f->num_triangles, steps, side = 0;
+    for (steps = 0; steps < n; steps++) {
+        int on = meshio__facet_place(f, t, p, steps % 3, &side);
+        uint32_t beyond = f->n[3 * t + side];
+        *from = t;
+        if (on == 0) return t;
+        if (on == 1) return beyond < t ? beyond : t;
+        if (on == 2) break;
+        if (beyond == MESHIO__NONE) return beyond;
+        t = beyond;
+    }
+    for (t = 0; t < n; t++)
+        if (meshio__facet_place(f, t, p, 0, &side) >= 0) return t;
+    return MESHIO__NONE;
+}
+
 /* Removes what is outside the outermost segments, and the region around each hole point (2
  * doubles). 0 if memory runs out. */
 static int meshio__facet_carve(meshio__facet *f, const double *holes, size_t num_holes,
                                meshio__u32s *stack)
 {
-    uint32_t t, n = (uint32_t)f->num_triangles;
+    uint32_t t, n = (uint32_t)f->num_triangles, from = 0;
     size_t h;
     int i;
     for (t = 0; t < n; t++)
         for (i = 0; i < 3; i++)
             if (f->n[3 * t + (uint32_t)i] == MESHIO__NONE && !(f->fixed[t] >> i & 1))
                 if (!meshio__facet_eat(f, t, stack)) return 0;
-    for (h = 0; h < num_holes; h++)
-        for (t = 0; t < n; t++) {
-            const double *p = holes + 2 * h, *uv = f->uv;
-            const uint32_t *v = f->v + 3 * t;
-            if (meshio__orient2d(uv + 2 * v[0], uv + 2 * v[1], p) >= 0 &&
-                meshio__orient2d(uv + 2 * v[1], uv + 2 * v[2], p) >= 0 &&
-                meshio__orient2d(uv + 2 * v[2], uv + 2 * v[0], p) >= 0) {
-                if (!meshio__facet_eat(f, t, stack)) return 0;
-                break;
-            }
-        }
+    for (h = 0; h < num_holes; h++) {
+        t = meshio__facet_locate(f, &from, holes + 2 * h);
+        if (t != MESHIO__NONE && !meshio__facet_eat(f, t, stack)) return 0;
+    }
     return 1;
 }
 

@@ -1616,6 +1616,33 @@ static void facets_may_begin_with_a_segment(void)
 #undef SQUARE
 }
 
+/* A plate with n * n square holes, some named twice, some by a point on a diagonal, some outside. */
+static void facets_may_have_many_holes(void)
+{
+    enum { N = 30 };
+    char *text = (char *)malloc(N * N * 300), *p = text;
+    int i, k;
+    p += sprintf(p, "%d 3 0 0\n", 4 * N * N + 4);
+    for (i = 0; i < N * N; i++)
+        for (k = 0; k < 4; k++)
+            p += sprintf(p, "%d %d %d 0\n", 4 * i + k, 3 * (i % N) + 1 + (k == 1 || k == 2),
+                         3 * (i / N) + 1 + (k >= 2));
+    for (k = 0; k < 4; k++)
+        p += sprintf(p, "%d %d %d 0\n", 4 * i + k, k == 1 || k == 2 ? 3 * N : 0, k >= 2 ? 3 * N : 0);
+    p += sprintf(p, "1 0\n%d %d\n4", N * N + 1, 2 * N * N + 2);
+    for (k = 0; k < 4; k++) p += sprintf(p, " %d", 4 * i + k);
+    for (i = 0; i < N * N; i++)
+        p += sprintf(p, "\n4 %d %d %d %d", 4 * i, 4 * i + 1, 4 * i + 2, 4 * i + 3);
+    for (i = 0; i < 2 * N * N; i++) {
+        int h = (int)(random_u64() % (N * N));
+        if (i < N * N) h = i;
+        p += sprintf(p, "\n%d %g %g 0", i, 3 * (h % N) + (i % 3 ? 1.25 : 1.5), 3 * (h / N) + 1.5);
+    }
+    sprintf(p, "\n%d -1 1.5 0\n%d 1 1000 0\n0\n0\n", i, i);
+    check_flat_poly(text, 4 * N * N + 2 + 2 * N * N, 8 * N * N);
+    free(text);
+}
+
 /* A star of n arms, its centre cut out: long recoveries with many crossed sides. */
 static void large_facets_are_recovered(void)
 {
@@ -2323,6 +2350,7 @@ int main(void)
     stl_binary_may_hold_several_solids();
     facets_may_be_concave_and_have_holes();
     facets_may_begin_with_a_segment();
+    facets_may_have_many_holes();
     large_facets_are_recovered();
     polygons_may_be_concave();
     other_polygons_are_fans();
