@@ -492,7 +492,8 @@ MESHER_API mesher_result mesher_mesh(mesher_domain *domain, const mesher_surface
  *                   facets and edges of the mesh: those of the border and between regions (which
  *                   are kept in any case), and any others
  *   tets      in    4*num_tets indices of vertices; all of the same orientation, joined facet to
- *                   facet; parts of the mesh may touch in no more than an edge or a vertex
+ *                   facet; parts of the mesh may touch in no more than an edge or a vertex.
+ *                   mesher_export gives equal vertices the number of the first one
  *   regions   in    num_tets region numbers other than 0, or NULL: all 1; domain->regions lists
  *                   those that occur, ascending
  *   options   in    NULL or zeroed: defaults; options.regions and what concerns recovery is ignored
@@ -2462,22 +2463,26 @@ static uint32_t mesher__item_under(const mesher__space *space, uint32_t v)
 }
 
 /* Decides which isolated vertices become points of the mesh: those that are wanted, but not one
- * that is exactly on a facet or line, which it would split. */
-static mesher_result mesher__place_isolated(mesher_domain *domain, mesher_report *report)
+ * that is exactly on a facet or line, which it would split. in_tets: nonzero for vertices that
+ * tetrahedra of the caller's have, and that are no question; NULL: there are none. */
+static mesher_result mesher__place_isolated(mesher_domain *domain, const uint8_t *in_tets,
+                                            mesher_report *report)
 {
     const mesher_surface *surface = &domain->surface;
     mesher__space space;
     mesher_result result;
     uint32_t v, n = domain->first_corner;
     int drop = domain->options.drop_unused;
-    for (v = 0; v < n && domain->vertex_used[v] != MESHER_VERTEX_ISOLATED; v++) {}
+    for (v = 0; v < n && (domain->vertex_used[v] != MESHER_VERTEX_ISOLATED ||
+                          (in_tets && in_tets[v]));
+         v++) {}
     if (v == n) return MESHER_OK;
     memset(&space, 0, sizeof space);
     result = drop ? MESHER_OK : mesher__space_init(domain, &space);
     if (result != MESHER_OK) return result;
     for (; v < n; v++) {
         uint32_t under;
-        if (domain->vertex_used[v] != MESHER_VERTEX_ISOLATED) continue;
+        if (domain->vertex_used[v] != MESHER_VERTEX_ISOLATED || (in_tets && in_tets[v])) continue;
         if (surface->left_out && surface->left_out[v]) {
             domain->vertex_used[v] = MESHER_VERTEX_ABSENT;
             continue;
@@ -14422,9 +14427,32 @@ static mesher_result mesher__check_arguments(const mesher_surface *s, mesher_rep
     return MESHER_OK;
 }
 
+/* Fills vertex_used; of vertices that tetrahedra of the caller's have (num_tets, maybe 0), none is
+ * unused. */
+static mesher_result mesher__sort_vertices(mesher_domain *domain, const uint32_t *tets,
+                                           size_t num_tets, mesher_report *report)
+{
+    mesher_result result;
+    uint8_t *in_tets = NULL;
+    size_t n = domain->surface.num_vertices, i;
+    int k;
+    mesher__find_uses(domain, report);
+    if (num_tets) {
+        in_tets = (uint8_t *)delaunay_alloc_zeroed(&domain->memory, n, 1);
+        if (!in_tets) return MESHER_ERROR_OUT_OF_MEMORY;
+    }
+    for (i = 0; i < num_tets; i++)
+        for (k = 0; k < 4; k++)
+            if (tets[4 * i + (size_t)k] < n) in_tets[domain->survivor[tets[4 * i + (size_t)k]]] = 1;
+    result = mesher__place_isolated(domain, in_tets, report);
+    delaunay_release(&domain->memory, in_tets);
+    return result;
+}
+
 /* As mesher_domain_init, but a failed domain is not freed. *usable: the intersection test can work
- * on the domain, even if there are defects. */
+ * on the domain, even if there are defects. tets: the caller's, if there are any. */
 static mesher_result mesher__domain_init(mesher_domain *domain, const mesher_surface *surface,
+                                         const uint32_t *tets, size_t num_tets,
                                          const mesher_options *options, mesher_report *report,
                                          int *usable)
 {
@@ -14449,8 +14477,7 @@ static mesher_result mesher__domain_init(mesher_domain *domain, const mesher_sur
     if (result == MESHER_OK) result = mesher__find_facets(domain, report);
     if (result == MESHER_OK) result = mesher__find_edges(domain, report);
     if (result != MESHER_OK) return result;
-    mesher__find_uses(domain, report);
-    result = mesher__place_isolated(domain, report);
+    result = mesher__sort_vertices(domain, tets, num_tets, report);
     if (result == MESHER_OK) result = mesher__check_cells(domain, report);
     if (result != MESHER_OK) return result;
     *usable = 1;
@@ -14469,7 +14496,7 @@ MESHER_API mesher_result mesher_domain_init(mesher_domain *domain, const mesher_
     memset(&local, 0, sizeof local);
     if (!report) report = &local;
     mesher__report_reset(report, surface);
-    result = mesher__domain_init(domain, surface, options, report, &usable);
+    result = mesher__domain_init(domain, surface, NULL, 0, options, report, &usable);
     if (result == MESHER_ERROR_SURFACE) mesher__message_finish(report);
     mesher__message_failure(report, result);
     if (result != MESHER_OK) mesher_domain_free(domain);
@@ -14534,7 +14561,7 @@ MESHER_API mesher_result mesher_check(const mesher_surface *surface, const meshe
     if (!report) report = &local;
     start = delaunay_seconds(options ? &options->host : NULL);
     mesher__report_reset(report, surface);
-    result = mesher__domain_init(&domain, surface, options, report, &usable);
+    result = mesher__domain_init(&domain, surface, NULL, 0, options, report, &usable);
     if (usable && !domain.options.no_intersection_test)
         result = mesher__check_space(&domain, report);
     if (result == MESHER_OK && !domain.options.no_intersection_test &&
@@ -14787,7 +14814,7 @@ MESHER_API mesher_result mesher_mesh(mesher_domain *domain, const mesher_surface
     if (!report) report = &local;
     start = delaunay_seconds(options ? &options->host : NULL);
     mesher__report_reset(report, surface);
-    result = mesher__domain_init(domain, surface, options, report, &usable);
+    result = mesher__domain_init(domain, surface, NULL, 0, options, report, &usable);
     if (result == MESHER_ERROR_SURFACE && usable && !domain->options.no_intersection_test)
         result = mesher__check_space(domain, report); /* report all defects at once */
     report->seconds_check = delaunay_seconds(options ? &options->host : NULL) - start;
@@ -15216,7 +15243,7 @@ MESHER_API mesher_result mesher_refine_mesh(mesher_domain *domain, const mesher_
         mesher__say(report, "there are no tetrahedra to refine");
         return MESHER_ERROR_INVALID_ARGUMENT;
     }
-    result = mesher__domain_init(domain, surface, options, report, &usable);
+    result = mesher__domain_init(domain, surface, tets, num_tets, options, report, &usable);
     if (result == MESHER_ERROR_SURFACE && usable &&
         mesher__count_defects(report) ==
             report->counts[MESHER_DEFECT_NO_CELL] + report->counts[MESHER_DEFECT_FLAT]) {
