@@ -9065,15 +9065,13 @@ done:
 
 /* Marks the regions that hold a seed as seeded, and gives them the first seed's tag as number, 0
  * for a hole. *any: some seed has a tag > 0. */
-static mesher_result mesher__apply_seeds(mesher_domain *domain, const mesher__coloring *work,
-                                         uint8_t *seeded, int *any, mesher_report *report)
+static void mesher__apply_seeds(mesher_domain *domain, const mesher__coloring *work,
+                                uint8_t *seeded, int *any, mesher_report *report)
 {
     const mesher_surface *surface = &domain->surface;
-    delaunay_mesh *mesh = &domain->mesh;
-    delaunay_worker *worker = delaunay_worker_new(&mesh->memory);
+    const delaunay_mesh *mesh = &domain->mesh;
     size_t i;
     *any = 0;
-    if (!worker) return MESHER_ERROR_OUT_OF_MEMORY;
     for (i = 0; i < surface->num_seeds; i++) {
         int32_t tag = surface->seed_tags ? surface->seed_tags[i] : (int32_t)(i + 1);
         delaunay_handle t = delaunay_locate(mesh, surface->seeds + 3 * i, 0);
@@ -9086,8 +9084,6 @@ static mesher_result mesher__apply_seeds(mesher_domain *domain, const mesher__co
         seeded[r - 1] = 1;
         domain->regions[r - 1].number = tag > 0 ? (uint32_t)tag : 0;
     }
-    delaunay_worker_free(worker);
-    return MESHER_OK;
 }
 
 /* Which regions the policy keeps, and their numbers. */
@@ -9102,7 +9098,7 @@ static mesher_result mesher__keep_cells(mesher_domain *domain, const mesher__col
     if (!seeded) return MESHER_ERROR_OUT_OF_MEMORY;
     memset(seeded, 0, domain->num_regions);
     if (policy == MESHER_REGIONS_SEEDS)
-        result = mesher__apply_seeds(domain, work, seeded, &any, report);
+        mesher__apply_seeds(domain, work, seeded, &any, report);
     for (i = 0; i < domain->num_regions; i++) {
         mesher_region *region = domain->regions + i;
         switch (policy) {
@@ -9969,7 +9965,10 @@ static int mesher__limit_size(mesher_domain *domain, uint32_t v, uint32_t by, do
 }
 
 /* Lowers sizes until those of vertices that share a tetrahedron differ by no more than the
- * gradation allows; at most 100 sweeps. */
+ * gradation allows. A sweep carries a bound at least one edge further. After SWEEPS of them and
+ * SWEPT_TETS tetrahedra (a second or two) it ends anyway: bounds reach so far only where sizes grow
+ * by a thousandth from edge to edge. */
+enum { MESHER__SWEEPS = 100, MESHER__SWEPT_TETS = 100000000 };
 static mesher_result mesher__limit_gradation(mesher_domain *domain)
 {
     const delaunay_mesh *mesh = &domain->mesh;
@@ -9987,7 +9986,9 @@ static mesher_result mesher__limit_gradation(mesher_domain *domain)
     memcpy(domain->own_size, size, mesh->num_vertices * sizeof *size);
     domain->num_own_sizes = mesh->num_vertices;
     for (v = 0; v < mesh->num_vertices; v++) domain->size_source[v] = v;
-    for (sweep = 0; sweep < 100 && changed; sweep++)
+    for (sweep = 0; changed && (sweep < MESHER__SWEEPS ||
+                                (double)sweep * mesh->num_tets < MESHER__SWEPT_TETS);
+         sweep++)
         for (changed = 0, t = 1; t < mesh->num_tets; t++) {
             if (!mesher__is_inside(mesh, t)) continue;
             for (e = 0; e < 6; e++) {
@@ -10191,6 +10192,12 @@ static int mesher__corner_sizes(const mesher__field *field, const uint32_t *v, c
     return 1;
 }
 
+/* A size, but no less than the field's floor. */
+static inline double mesher__floored(const mesher__field *field, double h)
+{
+    return h > field->least ? h : field->least;
+}
+
 /* h(x) without the size function. *home: in, a tetrahedron of the background near x; out, the one
  * that contains x. *found: whether there is one. */
 static double mesher__field_at(const mesher__field *field, const double *x, delaunay_handle *home,
@@ -10214,7 +10221,7 @@ static double mesher__field_at(const mesher__field *field, const double *x, dela
     }
     if (!(weight > 0) || growth > 1 || most < h / weight) h = most;
     else h /= weight;
-    return h > field->least ? h : field->least;
+    return mesher__floored(field, h);
 }
 
 /* ---- >>divide ----------------------------------------------------------------------------- */
@@ -11610,7 +11617,7 @@ static void mesher__wish_at_points(mesher__refiner *r, mesher__proposal *points,
         for (i = 0; i < n; i++) {
             mesher__proposal *p =
                 (mesher__proposal *)(void *)((char *)points + (first + i) * stride);
-            p->h = h[i] > r->field.least ? h[i] : r->field.least;
+            p->h = mesher__floored(&r->field, h[i]);
         }
     }
     r->ignored += ignored;
@@ -11620,10 +11627,9 @@ static void mesher__wish_at_points(mesher__refiner *r, mesher__proposal *points,
 static void mesher__bound_points(mesher__refiner *r)
 {
     size_t i;
-    for (i = 0; i < r->num_points; i++) {
-        double h = mesher__clamp_size(r->options, r->points[i].h);
-        r->points[i].h = h > r->field.least ? h : r->field.least;
-    }
+    for (i = 0; i < r->num_points; i++)
+        r->points[i].h =
+            mesher__floored(&r->field, mesher__clamp_size(r->options, r->points[i].h));
 }
 
 /* Counts that the point of tetrahedron t lost against another. */
@@ -12002,7 +12008,7 @@ static uint64_t mesher__sizes_in(const mesher__refiner *r, delaunay_handle first
     for (n = 0, t = first; t < end; t++) {
         h[t] = 0;
         if (!mesher__is_inside(mesh, t)) continue;
-        h[t] = size[n] > r->field.least ? size[n] : r->field.least;
+        h[t] = mesher__floored(&r->field, size[n]);
         n++;
     }
     return ignored;
@@ -12163,7 +12169,7 @@ static void mesher__judge_one(mesher__refiner *r, mesher__candidate *c, int plac
     if (place) {
         c->p.state = mesher__beside(r, c, r->points[c->parent].h, r->points[c->parent].home);
         if (!c->p.state) return;
-        if (judge) c->p.h = mesher__clamp_size(r->options, c->p.h);
+        if (judge) c->p.h = mesher__floored(&r->field, mesher__clamp_size(r->options, c->p.h));
     }
     if (judge) mesher__judge(r, c);
 }
@@ -12246,7 +12252,9 @@ static mesher_result mesher__grow_lattice(mesher__refiner *r, size_t p)
         if (mesher__progress(r->options, "refine", -1)) return MESHER_CANCELLED;
         if (mesher__over_budget(r, 1) != MESHER_OK) break;
         if (seconds > 0 && delaunay_seconds(&r->options->host) - r->start > seconds) break;
-        if (r->options->max_vertices && p > r->mesh->num_vertices + r->options->max_vertices) break;
+        if (r->options->max_vertices && p > r->mesh->num_vertices &&
+            p - r->mesh->num_vertices > r->options->max_vertices)
+            break;
         if (r->options->max_tets && p > r->mesh->num_vertices + r->options->max_tets / 5) break;
         end = r->num_points - p > MESHER__FRONT ? p + MESHER__FRONT : r->num_points;
         for (count = 0, k = p; k < end; k++)
@@ -12364,7 +12372,7 @@ static int mesher__start_at(mesher__refiner *r, const double *x, delaunay_handle
     if (!home || !mesher__is_inside(r->mesh, home)) return 1;
     h = mesher__field_at(&r->field, x, &home, &found);
     r->ignored += mesher__wishes(r->options, 1, x, r->mesh->color + *t, &h);
-    return mesher__keep_start(r, *t, x, h > r->field.least ? h : r->field.least, 1.5, 0);
+    return mesher__keep_start(r, *t, x, mesher__floored(&r->field, h), 1.5, 0);
 }
 
 enum {
@@ -12553,6 +12561,7 @@ static mesher_result mesher__lattices(mesher__refiner *r)
         if (!mesher__see(r->mesh, s->x, s->tet, &met)) continue;
         if (!mesher__place(r, &p, s->x, s->tet, r->mesh->color[s->tet])) continue;
         r->ignored += mesher__wishes(r->options, 1, s->x, &p.region, &p.h);
+        p.h = mesher__floored(&r->field, p.h);
         before = r->num_points;
         result = mesher__start_lattice(r, &p, r->num_lattices);
         r->num_lattices += r->num_points > before;
@@ -14415,7 +14424,7 @@ static mesher_result mesher__check_arguments(const mesher_surface *s, mesher_rep
         return MESHER_ERROR_INVALID_ARGUMENT;
     }
     if (s->num_vertices > most - 8 || s->num_triangles > most / 3 ||
-        s->num_edges > most / 3 - s->num_triangles / 3)
+        s->num_edges > most / 3 - s->num_triangles)
         return MESHER_ERROR_TOO_LARGE;
     for (i = 0; i < 3 * s->num_seeds; i++)
         if (!(fabs(s->seeds[i]) <= MESHER__LARGEST_COORDINATE)) {

@@ -754,6 +754,110 @@ static void bounds_and_gradation(void)
     mesher_domain_free(&d);
 }
 
+/* A prism over a convex polygon of n corners, with fans for its ends: 2n vertices, 4n-4 triangles.
+ */
+static void prism(mesher_surface *surface, double *xyz, uint32_t *triangles, uint32_t n,
+                  const double *polygon, double height)
+{
+    uint32_t i, k, *t = triangles;
+    for (i = 0; i < 2 * n; i++) {
+        xyz[3 * i] = polygon[2 * (i % n)];
+        xyz[3 * i + 1] = polygon[2 * (i % n) + 1];
+        xyz[3 * i + 2] = i < n ? 0 : height;
+    }
+    for (i = 0; i < n; i++) {
+        uint32_t j = (i + 1) % n, corner[12];
+        corner[0] = i, corner[1] = j, corner[2] = n + j;
+        corner[3] = i, corner[4] = n + j, corner[5] = n + i;
+        corner[6] = 0, corner[7] = j, corner[8] = i;
+        corner[9] = n, corner[10] = n + i, corner[11] = n + j;
+        for (k = 0; k < (i > 0 && j > 0 ? 12u : 6u); k++) *t++ = corner[k];
+    }
+    memset(surface, 0, sizeof *surface);
+    surface->xyz = xyz;
+    surface->num_vertices = 2 * n;
+    surface->triangles = triangles;
+    surface->num_triangles = 4 * n - 4;
+}
+
+/* A small size at one end of a bar bounds those at the other, hundreds of edges away. */
+static void slow_growth_reaches_far(void)
+{
+    static const double square[8] = {0, 0, 1, 0, 1, 1, 0, 1};
+    double xyz[24], worst = 0, *sizes;
+    uint32_t triangles[36], v;
+    mesher_surface bar;
+    mesher_fine_surface fine;
+    mesher_domain d;
+    mesher_options o;
+    delaunay_handle t;
+    int e;
+    prism(&bar, xyz, triangles, 4, square, 300);
+    memset(&o, 0, sizeof o);
+    o.size = 1;
+    CHECK(mesher_refine_surface(&fine, &bar, &o, NULL) == MESHER_OK);
+    sizes = (double *)calloc(fine.surface.num_vertices, sizeof *sizes);
+    for (v = 0; v < fine.surface.num_vertices; v++) sizes[v] = fine.xyz[3 * v + 2] < 0.5 ? 0.3 : 0;
+    memset(&o, 0, sizeof o);
+    o.vertex_sizes = sizes;
+    o.gradation = 1.001;
+    o.no_refine = 1;
+    CHECK(mesher_mesh(&d, &fine.surface, &o, NULL) == MESHER_OK);
+    CHECK(mesher_size(&d, NULL) == MESHER_OK);
+    for (t = 1; t < d.mesh.num_tets; t++)
+        for (e = 0; e < 6; e++) {
+            uint32_t a = d.mesh.tets[t].v[delaunay_edge_order(e)[0]];
+            uint32_t b = d.mesh.tets[t].v[delaunay_edge_order(e)[1]];
+            const double *x = d.mesh.vertices[a].x, *y = d.mesh.vertices[b].x;
+            double u[3] = {x[0] - y[0], x[1] - y[1], x[2] - y[2]}, excess;
+            if (delaunay_is_deleted(&d.mesh, t) || d.mesh.color[t] == DELAUNAY_OUTSIDE) continue;
+            excess = fabs(d.size[a] - d.size[b]) -
+                     0.001 * sqrt(u[0] * u[0] + u[1] * u[1] + u[2] * u[2]);
+            if (excess > worst) worst = excess;
+        }
+    CHECK(worst < 1e-6);
+    free(sizes);
+    mesher_domain_free(&d);
+    mesher_fine_surface_free(&fine);
+}
+
+/* A size of next to nothing, at one place. */
+static void spot(void *user, size_t count, const double *xyz, const uint32_t *region, double *out)
+{
+    const double *at = (const double *)user;
+    size_t i;
+    (void)region;
+    for (i = 0; i < count; i++) {
+        double x = xyz[3 * i] - at[0], y = xyz[3 * i + 1] - at[1], z = xyz[3 * i + 2] - at[2];
+        out[i] = x * x + y * y + z * z < 1e-6 ? 1e-30 : 0.2;
+    }
+}
+
+/* No vertex gets a size that coordinates cannot tell apart, wherever it is asked for: here where
+ * the first point of a lattice would be. */
+static void sizes_have_a_floor(void)
+{
+    static const double xyz[12] = {1, 1, 1.3, 1, -1, -1, -1, 1, -1, -1, -1, 1};
+    static const uint32_t triangles[12] = {0, 1, 2, 0, 2, 3, 0, 3, 1, 1, 3, 2};
+    double centre[3] = {0.080232558139535004, 0.080232558139535004, 0.080232558139535115};
+    mesher_surface s;
+    mesher_domain d;
+    mesher_options o;
+    uint32_t v;
+    memset(&s, 0, sizeof s);
+    memset(&o, 0, sizeof o);
+    s.xyz = xyz;
+    s.num_vertices = 4;
+    s.triangles = triangles;
+    s.num_triangles = 4;
+    o.size_function = spot;
+    o.size_user = centre;
+    o.max_vertices = 1000;
+    CHECK(mesher_mesh(&d, &s, &o, NULL) == MESHER_STOPPED_BY_BUDGET);
+    for (v = 1; v < d.mesh.num_vertices; v++) CHECK(!(d.size[v] > 0) || d.size[v] > 1e-12);
+    mesher_domain_free(&d);
+}
+
 /* After a budget has stopped it, refinement goes on where the budget is raised. */
 static void a_raised_budget_lets_it_go_on(void)
 {
@@ -994,32 +1098,6 @@ static void large_cavities_are_cut(int times, double roughness, double size, uin
     mesher_domain_free(&d);
 }
 
-/* A prism over a convex polygon of n corners, with fans for its ends: 2n vertices, 4n-4 triangles.
- */
-static void prism(mesher_surface *surface, double *xyz, uint32_t *triangles, uint32_t n,
-                  const double *polygon, double height)
-{
-    uint32_t i, k, *t = triangles;
-    for (i = 0; i < 2 * n; i++) {
-        xyz[3 * i] = polygon[2 * (i % n)];
-        xyz[3 * i + 1] = polygon[2 * (i % n) + 1];
-        xyz[3 * i + 2] = i < n ? 0 : height;
-    }
-    for (i = 0; i < n; i++) {
-        uint32_t j = (i + 1) % n, corner[12];
-        corner[0] = i, corner[1] = j, corner[2] = n + j;
-        corner[3] = i, corner[4] = n + j, corner[5] = n + i;
-        corner[6] = 0, corner[7] = j, corner[8] = i;
-        corner[9] = n, corner[10] = n + i, corner[11] = n + j;
-        for (k = 0; k < (i > 0 && j > 0 ? 12u : 6u); k++) *t++ = corner[k];
-    }
-    memset(surface, 0, sizeof *surface);
-    surface->xyz = xyz;
-    surface->num_vertices = 2 * n;
-    surface->triangles = triangles;
-    surface->num_triangles = 4 * n - 4;
-}
-
 /* Tiny sizes at the corners of a plate stay there: what is interpolated across it are the sizes
  * that its vertices ask for, not what the gradation leaves of them. */
 static void small_corners_do_not_fill_a_plate(void)
@@ -1100,7 +1178,7 @@ static void small_sizes_get_a_lattice(void)
         mesher_report r;
         memset(&o, 0, sizeof o);
         memset(&r, 0, sizeof r);
-        if (way == 0) o.size = h;
+        if (way == 0) o.size = h, o.max_vertices = UINT64_MAX; /* a budget without end */
         if (way == 1) o.max_size = h;
         if (way == 2) o.region_sizes = &h, o.num_region_sizes = 1;
         if (way == 3) o.size_function = one_size, o.size_user = &h;
@@ -1646,6 +1724,8 @@ int main(void)
     a_factor_scales_all_sizes();
     nonsense_is_refused();
     bounds_and_gradation();
+    slow_growth_reaches_far();
+    sizes_have_a_floor();
     budgets_leave_a_valid_mesh();
     a_raised_budget_lets_it_go_on();
     failing_allocations_leave_a_valid_mesh();
