@@ -9551,6 +9551,7 @@ DELAUNAY_API delaunay_result delaunay_validate_on(const delaunay_mesh *mesh, int
     if (report) memset(report, 0, sizeof *report);
     if (!mesh) return DELAUNAY_ERROR_INVALID_ARGUMENT;
     threads = delaunay_threads_for(host, (size_t)mesh->num_tets);
+    if (level > DELAUNAY_VALIDATE_DELAUNAY) level = DELAUNAY_VALIDATE_DELAUNAY;
     for (l = DELAUNAY_VALIDATE_TOPOLOGY; l <= level && result == DELAUNAY_OK; l++) {
         result = delaunay__check_all(mesh, l, threads, report);
         if (l == DELAUNAY_VALIDATE_TOPOLOGY && result == DELAUNAY_OK)

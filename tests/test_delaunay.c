@@ -851,6 +851,21 @@ static void import_and_validate(void)
     free(xyz);
 }
 
+/* If every level up to this one were checked, this would take hours. */
+static void levels_beyond_the_last_are_the_last(void)
+{
+    size_t n = 50;
+    double *xyz = make_points(UNIFORM, n);
+    delaunay_mesh mesh = {0};
+    CHECK(delaunay_tetrahedralize(&mesh, xyz, n, NULL, NULL) == DELAUNAY_OK);
+    CHECK(delaunay_validate(&mesh, INT_MAX, NULL) == DELAUNAY_OK);
+    mesh.vertices[20].x[0] += 0.01;
+    CHECK(delaunay_validate(&mesh, INT_MAX, NULL) == DELAUNAY_ERROR_INVALID_MESH);
+    CHECK(delaunay_validate(&mesh, -1, NULL) == DELAUNAY_OK);
+    delaunay_mesh_free(&mesh);
+    free(xyz);
+}
+
 static int stop_at_once(void *user, const char *phase, double fraction)
 {
     (void)user, (void)phase, (void)fraction;
@@ -970,6 +985,7 @@ int main(void)
     any_allocation_of_threads_may_fail();
     canonical_order_forgets_the_slots();
     import_and_validate();
+    levels_beyond_the_last_are_the_last();
     cancelled_leaves_nothing();
     cancelled_at_any_time();
     progress_comes_to_one();
