@@ -6698,6 +6698,7 @@ DELAUNAY_API delaunay_result delaunay_editor_insert_vertex(delaunay_editor *edit
     if (!editor || vertex == DELAUNAY_GHOST || vertex >= editor->mesh->num_vertices ||
         editor->mesh->vertex_tet[vertex])
         return DELAUNAY_ERROR_INVALID_ARGUMENT;
+    if (!delaunay__is_finite(editor->mesh->vertices[vertex].x)) return DELAUNAY_ERROR_NOT_FINITE;
     result = delaunay__editor_put(editor, vertex, hint, &same);
     return result == DELAUNAY_OK && same ? DELAUNAY_ERROR_INVALID_ARGUMENT : result;
 }

@@ -309,6 +309,11 @@ static void what_is_refused(void)
     xyz[13] = NAN;
     CHECK(delaunay_editor_insert(editor, xyz + 12, 4, 0, &v) == DELAUNAY_ERROR_NOT_FINITE);
     CHECK(v == 0 && mesh.num_vertices == 5);
+    v = delaunay_add_vertex(&mesh, xyz + 12, 4);
+    CHECK(delaunay_editor_insert_vertex(editor, v, 0) == DELAUNAY_ERROR_NOT_FINITE);
+    CHECK(mesh.vertex_tet[v] == 0);
+    CHECK(delaunay_validate(&mesh, DELAUNAY_VALIDATE_DELAUNAY, NULL) == DELAUNAY_OK);
+    mesh.num_vertices--;
     delaunay_editor_free(editor);
     CHECK(delaunay_insert(&mesh, xyz + 12, 1, NULL, &report) == DELAUNAY_ERROR_NOT_FINITE);
     CHECK(report.num_ids == 1 && report.message[0] && mesh.num_points == 4);
