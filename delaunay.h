@@ -888,8 +888,8 @@ typedef struct delaunay_partition {
     uint64_t attempts, conflicts; /* out */
 } delaunay_partition;
 
-/* Returns DELAUNAY_OK; on _CANCELLED, _OUT_OF_MEMORY or an edit's error the mesh is valid, with
- * some of the items done. */
+/* Returns DELAUNAY_OK; _INVALID_ARGUMENT: num_sections below 0, nothing done; on _CANCELLED,
+ * _OUT_OF_MEMORY or an edit's error the mesh is valid, with some of the items done. */
 DELAUNAY_API delaunay_result delaunay_partition_run(delaunay_mesh *mesh, delaunay_partition *job,
                                                     const delaunay_host *host);
 /* Delaunay insertion; returns what an edit returns. _NOTHING: a vertex is at that place already. */
@@ -5843,8 +5843,10 @@ DELAUNAY_API delaunay_result delaunay_partition_run(delaunay_mesh *mesh, delauna
     delaunay__partitions p;
     delaunay_memory *m = &mesh->memory;
     size_t i;
-    int j, result = delaunay__partitions_init(&p, mesh, job, host, 0);
+    int j, result;
     job->attempts = job->conflicts = 0;
+    if (job->num_sections < 0) return DELAUNAY_ERROR_INVALID_ARGUMENT;
+    result = delaunay__partitions_init(&p, mesh, job, host, 0);
     if (result != DELAUNAY_OK) goto done;
     result = DELAUNAY_ERROR_OUT_OF_MEMORY;
     p.items = (hxtsort_pair32 *)delaunay_alloc(m, job->num_vertices, sizeof *p.items);

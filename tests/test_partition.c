@@ -307,6 +307,18 @@ static void failures_leave_a_valid_mesh(const double *xyz)
     }
 }
 
+static void fewer_than_no_sections_are_refused(const double *xyz)
+{
+    delaunay_mesh m;
+    delaunay_host host;
+    delaunay_partition job;
+    set_up(&host, 2, &job, -1);
+    CHECK(run(&m, &host, xyz, POINTS, &job, DELAUNAY_VALIDATE_DELAUNAY) ==
+          DELAUNAY_ERROR_INVALID_ARGUMENT);
+    CHECK(job.attempts == 0 && job.conflicts == 0);
+    delaunay_mesh_free(&m);
+}
+
 /* The host ends a run; it is asked by the calling thread alone. */
 static void the_host_may_end_it(const double *xyz)
 {
@@ -391,6 +403,7 @@ int main(void)
     make_points(xyz, POINTS, 1u << 30);
     the_triangulation_is_unique(xyz);
     failures_leave_a_valid_mesh(xyz);
+    fewer_than_no_sections_are_refused(xyz);
     the_host_may_end_it(xyz);
     out_of_memory_is_reported(xyz);
 #ifdef _OPENMP
