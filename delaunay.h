@@ -547,10 +547,11 @@ DELAUNAY_API delaunay_result delaunay_vertex_star(const delaunay_mesh *mesh,
 DELAUNAY_API delaunay_result delaunay_edge_star(const delaunay_mesh *mesh, delaunay_worker *worker,
                                                 delaunay_handle t, uint32_t a, uint32_t b,
                                                 delaunay_list *out);
-/* A tetrahedron that contains the edge, or 0. */
+/* A tetrahedron that contains the edge, or 0; of an edge to the ghost: a ghost. */
 DELAUNAY_API delaunay_handle delaunay_find_edge(const delaunay_mesh *mesh, delaunay_worker *worker,
                                                 uint32_t a, uint32_t b);
-/* The facet handle 4*t+i with these vertices, one of its two sides, or 0. */
+/* The facet handle 4*t+i with these vertices, one of its two sides, or 0. One of the three may be
+ * the ghost: a facet between two ghosts. */
 DELAUNAY_API delaunay_handle delaunay_find_facet(const delaunay_mesh *mesh, delaunay_worker *worker,
                                                  uint32_t a, uint32_t b, uint32_t c);
 /* A tetrahedron that contains the point, in its interior or on its boundary; else a ghost whose
@@ -6018,8 +6019,10 @@ DELAUNAY_API void delaunay_worker_free(delaunay_worker *worker)
     delaunay_release(m, worker);
 }
 
-/* Collects the star of a, breadth first, in out. If b is not 0, stops at the first tetrahedron that
- * contains b, and c if c is not 0, and returns it in *found; *found is 0 if there is none. */
+#  define DELAUNAY__NO_VERTEX UINT32_MAX
+
+/* Collects the star of a, breadth first, in out. If b is not NO_VERTEX, stops at the first
+ * tetrahedron that contains b and c, and returns it in *found; *found is 0 if there is none. */
 static delaunay_result delaunay__star(const delaunay_mesh *mesh, delaunay_worker *worker,
                                       uint32_t a, uint32_t b, uint32_t c, delaunay_list *out,
                                       delaunay_handle *found)
@@ -6036,7 +6039,8 @@ static delaunay_result delaunay__star(const delaunay_mesh *mesh, delaunay_worker
         return DELAUNAY_ERROR_OUT_OF_MEMORY;
     for (head = 0; head < out->count; head++) {
         const delaunay_tet *tet = &mesh->tets[out->items[head]];
-        if (b && delaunay_local_index(tet, b) >= 0 && (!c || delaunay_local_index(tet, c) >= 0)) {
+        if (b != DELAUNAY__NO_VERTEX && delaunay_local_index(tet, b) >= 0 &&
+            (b == c || delaunay_local_index(tet, c) >= 0)) {
             *found = out->items[head];
             return DELAUNAY_OK;
         }
@@ -6057,7 +6061,7 @@ DELAUNAY_API delaunay_result delaunay_vertex_star(const delaunay_mesh *mesh,
 {
     delaunay_handle found;
     if (!out->memory) out->memory = worker->memory;
-    return delaunay__star(mesh, worker, v, 0, 0, out, &found);
+    return delaunay__star(mesh, worker, v, DELAUNAY__NO_VERTEX, DELAUNAY__NO_VERTEX, out, &found);
 }
 
 /* One step around an edge: from tetrahedron *t across the facet opposite its vertex *out, where
@@ -6112,12 +6116,12 @@ DELAUNAY_API delaunay_handle delaunay_find_edge(const delaunay_mesh *mesh, delau
                                                 uint32_t a, uint32_t b)
 {
     delaunay_handle found;
-    if (a == 0) {
+    if (a == DELAUNAY_GHOST) { /* whose star would be the whole hull */
         a = b;
-        b = 0;
+        b = DELAUNAY_GHOST;
     }
-    if (b == 0) return 0;
-    return delaunay__star(mesh, worker, a, b, 0, &worker->queue, &found) == DELAUNAY_OK ? found : 0;
+    if (a == DELAUNAY_GHOST) return 0;
+    return delaunay__star(mesh, worker, a, b, b, &worker->queue, &found) == DELAUNAY_OK ? found : 0;
 }
 
 DELAUNAY_API delaunay_handle delaunay_find_facet(const delaunay_mesh *mesh, delaunay_worker *worker,
@@ -6126,6 +6130,11 @@ DELAUNAY_API delaunay_handle delaunay_find_facet(const delaunay_mesh *mesh, dela
     delaunay_handle found;
     const delaunay_tet *tet;
     int i;
+    if (a == DELAUNAY_GHOST) {
+        a = b;
+        b = DELAUNAY_GHOST;
+    }
+    if (a == DELAUNAY_GHOST || (b == DELAUNAY_GHOST && c == DELAUNAY_GHOST)) return 0;
     if (delaunay__star(mesh, worker, a, b, c, &worker->queue, &found) != DELAUNAY_OK || found == 0)
         return 0;
     tet = &mesh->tets[found];

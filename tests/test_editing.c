@@ -62,6 +62,64 @@ static void stars_are_complete(void)
     delaunay_mesh_free(&m);
 }
 
+/* Edges and facets of ghosts, the ghost named first, second or last. */
+static void what_leads_to_the_ghost_is_found(void)
+{
+    delaunay_mesh m;
+    delaunay_worker *w;
+    delaunay_handle t, f;
+    double xyz[3 * 60];
+    uint32_t v, found[3], expected[3], inner = 0;
+    int i, k, on_hull;
+    memset(&m, 0, sizeof m);
+    for (i = 0; i < 3 * 60; i++) xyz[i] = small_random(400);
+    CHECK(delaunay_tetrahedralize(&m, xyz, 60, NULL, NULL) == DELAUNAY_OK);
+    CHECK(delaunay_link_vertices(&m) == DELAUNAY_OK);
+    w = delaunay_worker_new(&m.memory);
+    for (t = 1; t < m.num_tets; t++) {
+        const uint32_t *q = m.tets[t].v;
+        if (delaunay_is_deleted(&m, t)) continue;
+        for (i = 0; i < 3; i++) {
+            uint32_t a = q[i], b = q[(i + 1) % 3];
+            on_hull = delaunay_is_ghost(&m, t);
+            for (f = 4; f < 4 * m.num_tets && !on_hull; f++) /* the edge ab of another ghost? */
+                on_hull = !delaunay_is_deleted(&m, f / 4) && delaunay_is_ghost(&m, f / 4) &&
+                          delaunay_local_index(&m.tets[f / 4], a) >= 0 &&
+                          delaunay_local_index(&m.tets[f / 4], b) >= 0;
+            for (k = 0; k < 3; k++) {
+                f = k == 0   ? delaunay_find_facet(&m, w, 0, a, b)
+                    : k == 1 ? delaunay_find_facet(&m, w, a, 0, b)
+                             : delaunay_find_facet(&m, w, a, b, 0);
+                CHECK(!f == !on_hull);
+                if (!f) continue;
+                small_facet(&m, f, found);
+                expected[0] = 0;
+                expected[1] = a;
+                expected[2] = b;
+                small_sort3(found);
+                small_sort3(expected);
+                CHECK(!memcmp(found, expected, sizeof found));
+            }
+        }
+    }
+    for (v = 1; v < m.num_vertices; v++) {
+        for (on_hull = 0, t = 1; t < m.num_tets; t++)
+            on_hull |= !delaunay_is_deleted(&m, t) && delaunay_is_ghost(&m, t) &&
+                       delaunay_local_index(&m.tets[t], v) >= 0;
+        inner += !on_hull;
+        for (k = 0; k < 2; k++) {
+            t = k ? delaunay_find_edge(&m, w, 0, v) : delaunay_find_edge(&m, w, v, 0);
+            CHECK(!t == !on_hull);
+            CHECK(!t || (delaunay_is_ghost(&m, t) && delaunay_local_index(&m.tets[t], v) >= 0));
+        }
+        CHECK(delaunay_find_facet(&m, w, v, 0, 0) == 0 && delaunay_find_facet(&m, w, 0, 0, v) == 0);
+    }
+    CHECK(inner > 10 && inner < 50);
+    CHECK(delaunay_find_edge(&m, w, 0, 0) == 0 && delaunay_find_facet(&m, w, 0, 0, 0) == 0);
+    delaunay_worker_free(w);
+    delaunay_mesh_free(&m);
+}
+
 static int contains(const delaunay_mesh *m, delaunay_handle t, const double *x)
 {
     int i, k;
@@ -374,6 +432,7 @@ int main(void)
     an_edge_is_marked_in_its_part();
     a_zeroed_mesh_works();
     stars_are_complete();
+    what_leads_to_the_ghost_is_found();
     locate_finds_every_point();
     marks_follow_what_persists();
     ghosts_are_replaced_like_others();
