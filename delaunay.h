@@ -9614,24 +9614,66 @@ DELAUNAY_API const char *delaunay_result_string(delaunay_result result)
     return "unknown delaunay_result";
 }
 
+/* How many NO_ID vertices come before vertex v, by a table: known[k - 1] of them come before vertex
+ * k << shift. To need no memory of its own, the table is at the end of an array that is being
+ * written from the front; as what is left of this shrinks, it keeps the ranks of fewer vertices. */
+typedef struct delaunay__ranks {
+    uint32_t *known;
+    uint64_t size;
+    int shift;
+} delaunay__ranks;
+
+/* Fits the table into the last `room` entries before end. */
+static void delaunay__ranks_fit(delaunay__ranks *r, const delaunay_mesh *mesh, uint32_t *end,
+                                uint64_t room)
+{
+    uint64_t v, n = mesh->num_vertices;
+    uint32_t rank = 0;
+    if (r->known && r->size <= room) return;
+    while ((n - 1) >> r->shift > room) r->shift++;
+    r->size = (n - 1) >> r->shift;
+    r->known = end - r->size;
+    for (v = 1; v < n; v++) {
+        if ((v >> r->shift) << r->shift == v) r->known[(v >> r->shift) - 1] = rank;
+        rank += mesh->vertex_id[v] == DELAUNAY_NO_ID;
+    }
+}
+
+static uint32_t delaunay__rank(const delaunay__ranks *r, const delaunay_mesh *mesh, uint32_t v)
+{
+    const uint64_t k = (uint64_t)v >> r->shift;
+    uint64_t w = k ? k << r->shift : 1;
+    uint32_t rank = k ? r->known[k - 1] : 0;
+    for (; w < v; w++) rank += mesh->vertex_id[w] == DELAUNAY_NO_ID;
+    return rank;
+}
+
 DELAUNAY_API uint64_t delaunay_export_tets(const delaunay_mesh *mesh, uint32_t *tets,
                                            uint64_t cap_tets)
 {
-    uint64_t n = 0;
-    uint32_t first = 1, last, v, w, id; /* first, last: of the first run of NO_ID vertices */
+    uint64_t n = 0, count = 0; /* count: how many will be written, if there are several runs */
+    uint32_t first = 1, last, v, id; /* first, last: of the first run of NO_ID vertices */
+    delaunay__ranks ranks;
     delaunay_handle t;
     int i;
     while (first < mesh->num_vertices && mesh->vertex_id[first] != DELAUNAY_NO_ID) first++;
     last = first;
     while (last < mesh->num_vertices && mesh->vertex_id[last] == DELAUNAY_NO_ID) last++;
+    for (v = last; v < mesh->num_vertices && mesh->vertex_id[v] != DELAUNAY_NO_ID; v++) {}
+    if (tets && v < mesh->num_vertices) count = delaunay_count_tets(mesh);
+    if (count > cap_tets) count = cap_tets;
+    memset(&ranks, 0, sizeof ranks);
     for (t = 1; t < mesh->num_tets; t++) {
         if (delaunay_is_deleted(mesh, t) || delaunay_is_ghost(mesh, t)) continue;
         for (i = 0; tets && n < cap_tets && i < 4; i++) {
             v = mesh->tets[t].v[i];
             id = mesh->vertex_id[v];
-            if (id == DELAUNAY_NO_ID) /* num_points plus its rank among the NO_ID vertices */
-                for (w = v < last ? v : last, id = mesh->num_points + w - first; w < v; w++)
-                    id += mesh->vertex_id[w] == DELAUNAY_NO_ID;
+            if (id == DELAUNAY_NO_ID && v < last) {
+                id = mesh->num_points + v - first;
+            } else if (id == DELAUNAY_NO_ID) {
+                delaunay__ranks_fit(&ranks, mesh, tets + 4 * count, 4 * (count - n - 1));
+                id = mesh->num_points + delaunay__rank(&ranks, mesh, v);
+            }
             tets[4 * n + (uint64_t)i] = id;
         }
         n++;

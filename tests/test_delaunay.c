@@ -851,6 +851,59 @@ static void import_and_validate(void)
     free(xyz);
 }
 
+/* Compares an export of the first cap tetrahedra with numbers counted here, and checks that nothing
+ * is written beyond them. Works in tets, which has room for all. */
+static void check_export(const delaunay_mesh *mesh, uint32_t *tets, uint64_t cap)
+{
+    const uint32_t untouched = 0xabcdef;
+    uint64_t count = delaunay_count_tets(mesh), n = 0, i;
+    uint32_t *id = (uint32_t *)malloc(mesh->num_vertices * sizeof *id), next = mesh->num_points, v;
+    delaunay_handle t;
+    for (v = 1; v < mesh->num_vertices; v++)
+        id[v] = mesh->vertex_id[v] == DELAUNAY_NO_ID ? next++ : mesh->vertex_id[v];
+    for (i = 0; i < 4 * count; i++) tets[i] = untouched;
+    CHECK(delaunay_export_tets(mesh, tets, cap) == count);
+    for (t = 1; t < mesh->num_tets; t++) {
+        if (delaunay_is_deleted(mesh, t) || delaunay_is_ghost(mesh, t)) continue;
+        for (i = 0; i < 4; i++)
+            CHECK(tets[4 * n + i] == (n < cap ? id[mesh->tets[t].v[i]] : untouched));
+        n++;
+    }
+    free(id);
+}
+
+/* Vertices without an id in one run, in some, and everywhere. */
+static void exported_vertices_are_numbered_in_order(void)
+{
+    size_t n = 3000;
+    double *xyz = make_points(UNIFORM, n);
+    delaunay_mesh mesh = {0};
+    uint32_t *tets, v, pattern;
+    uint64_t count;
+    CHECK(delaunay_tetrahedralize(&mesh, xyz, n, NULL, NULL) == DELAUNAY_OK);
+    count = delaunay_count_tets(&mesh);
+    tets = (uint32_t *)malloc(16 * (size_t)count);
+    for (pattern = 0; pattern < 7; pattern++) {
+        for (v = 1; v < mesh.num_vertices; v++) {
+            int own = pattern == 1   ? v > n / 2
+                      : pattern == 2 ? v > 10 && v < n / 2
+                      : pattern == 3 ? v / 700 % 2 == 0
+                      : pattern == 4 ? v % 2 == 0
+                      : pattern == 5 ? v == 5 || v + 1 == mesh.num_vertices
+                                     : pattern == 6;
+            mesh.vertex_id[v] = own ? DELAUNAY_NO_ID : v - 1;
+        }
+        check_export(&mesh, tets, count);
+        check_export(&mesh, tets, UINT64_MAX);
+        check_export(&mesh, tets, count / 3);
+        check_export(&mesh, tets, 1);
+        check_export(&mesh, tets, 0);
+    }
+    delaunay_mesh_free(&mesh);
+    free(tets);
+    free(xyz);
+}
+
 /* If every level up to this one were checked, this would take hours. */
 static void levels_beyond_the_last_are_the_last(void)
 {
@@ -985,6 +1038,7 @@ int main(void)
     any_allocation_of_threads_may_fail();
     canonical_order_forgets_the_slots();
     import_and_validate();
+    exported_vertices_are_numbered_in_order();
     levels_beyond_the_last_are_the_last();
     cancelled_leaves_nothing();
     cancelled_at_any_time();
