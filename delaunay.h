@@ -642,7 +642,9 @@ DELAUNAY_API delaunay_plainness delaunay_plain_cavity(delaunay_plain *plain, del
  * mesh is the triangulation of its vertices that delaunay_tetrahedralize would make, ties included;
  * only the order of the slots differs (see delaunay_canonicalize). A mesh has one editor at a time.
  * The editor keeps vertex_tet up to date. Between its calls the mesh may be edited in other ways,
- * and delaunay_canonicalize may be called. Constraint marks do not survive an insertion. */
+ * and delaunay_canonicalize may be called. Constraint marks do not survive an insertion, whose new
+ * tetrahedra are DELAUNAY_OUTSIDE. Those of a removal have the colour of a real tetrahedron that
+ * they replace; ghosts, that of a ghost. */
 typedef struct delaunay_editor delaunay_editor;
 /* The mesh must have its hull (ghosts) and no weights. NULL: it is not so, or out of memory. */
 DELAUNAY_API delaunay_editor *delaunay_editor_new(delaunay_mesh *mesh);
@@ -6571,6 +6573,7 @@ struct delaunay_editor {
     uint32_t         *corners; /* vertices of the hole that a removal leaves, without the ghost */
     double           *xyz;     /* their coordinates */
     uint32_t         *tets;    /* 4 vertices per tetrahedron that will fill the hole */
+    delaunay_handle  *slots;   /* where each of them is then */
     size_t            cap_corners, cap_tets;
 };
 
@@ -6599,6 +6602,7 @@ DELAUNAY_API void delaunay_editor_free(delaunay_editor *editor)
     delaunay_release(m, editor->corners);
     delaunay_release(m, editor->xyz);
     delaunay_release(m, editor->tets);
+    delaunay_release(m, editor->slots);
     delaunay_release(m, editor);
 }
 
@@ -6750,11 +6754,14 @@ static delaunay_result delaunay__editor_corners(delaunay_editor *e, uint32_t v, 
 
 static delaunay_result delaunay__editor_reserve_tets(delaunay_editor *e, size_t count)
 {
+    delaunay_memory *m = &e->mesh->memory;
     if (count <= e->cap_tets) return DELAUNAY_OK;
-    delaunay_release(&e->mesh->memory, e->tets);
+    delaunay_release(m, e->tets);
+    delaunay_release(m, e->slots);
     e->cap_tets = 0;
-    e->tets = (uint32_t *)delaunay_alloc(&e->mesh->memory, 2 * count, 4 * sizeof *e->tets);
-    if (!e->tets) return DELAUNAY_ERROR_OUT_OF_MEMORY;
+    e->tets = (uint32_t *)delaunay_alloc(m, 2 * count, 4 * sizeof *e->tets);
+    e->slots = (delaunay_handle *)delaunay_alloc(m, 2 * count, sizeof *e->slots);
+    if (!e->tets || !e->slots) return DELAUNAY_ERROR_OUT_OF_MEMORY;
     e->cap_tets = 2 * count;
     return DELAUNAY_OK;
 }
@@ -6857,6 +6864,30 @@ static delaunay_result delaunay__editor_cap(delaunay_editor *e, uint32_t v, size
     return result;
 }
 
+/* The colour of the first ghost of the star, or of the first tetrahedron that is none. */
+static uint32_t delaunay__editor_color(const delaunay_editor *e, int ghost)
+{
+    const delaunay_mesh *mesh = e->mesh;
+    size_t i;
+    for (i = 0; mesh->color && i < e->star.count; i++)
+        if (!delaunay_is_ghost(mesh, e->star.items[i]) == !ghost)
+            return mesh->color[e->star.items[i]];
+    return DELAUNAY_OUTSIDE;
+}
+
+/* Puts the listed tetrahedra in place of the star. */
+static delaunay_result delaunay__editor_replace_star(delaunay_editor *e, size_t num)
+{
+    delaunay_mesh *mesh = e->mesh;
+    const uint32_t real = delaunay__editor_color(e, 0), ghost = delaunay__editor_color(e, 1);
+    delaunay_result result = delaunay_replace(mesh, e->worker, e->star.items, e->star.count,
+                                              e->tets, num, e->slots);
+    size_t i;
+    for (i = 0; result == DELAUNAY_OK && mesh->color && i < num; i++)
+        mesh->color[e->slots[i]] = delaunay_is_ghost(mesh, e->slots[i]) ? ghost : real;
+    return result;
+}
+
 DELAUNAY_API delaunay_result delaunay_editor_remove(delaunay_editor *editor, uint32_t vertex)
 {
     delaunay_mesh little;
@@ -6886,8 +6917,7 @@ DELAUNAY_API delaunay_result delaunay_editor_remove(delaunay_editor *editor, uin
         delaunay_mesh_free(&little);
     }
     if (result != DELAUNAY_OK) return result;
-    return delaunay_replace(editor->mesh, editor->worker, editor->star.items, editor->star.count,
-                            editor->tets, num, NULL);
+    return delaunay__editor_replace_star(editor, num);
 }
 
 /* ---- >>queries  hull, Voronoi cells, alpha values, nearest vertex ---------------------------- */

@@ -292,6 +292,37 @@ static void any_allocation_may_fail(void)
     CHECK(failed > 100);
 }
 
+/* After removals in the hull ghosts are still outside, and no other tetrahedron is. One kind has
+ * whole sides in a plane. */
+static void removal_keeps_ghosts_outside(int kind)
+{
+    enum { N = 200 };
+    delaunay_mesh mesh = {0};
+    double xyz[3 * N];
+    delaunay_editor *editor;
+    delaunay_handle t;
+    int i, removed = 0;
+    for (i = 0; i < N; i++) make_point(kind, xyz + 3 * i);
+    CHECK(delaunay_tetrahedralize(&mesh, xyz, N, NULL, NULL) == DELAUNAY_OK);
+    CHECK(delaunay_enable_marks(&mesh) == DELAUNAY_OK);
+    for (t = 1; t < mesh.num_tets; t++) mesh.color[t] = delaunay_is_ghost(&mesh, t) ? 0 : 1 + t % 2;
+    CHECK((editor = delaunay_editor_new(&mesh)) != NULL);
+    for (i = 0; i < 60; i++) {
+        uint32_t v = i % 3 ? 0 : 1 + random_u32() % (mesh.num_vertices - 1);
+        for (t = 1 + random_u32() % (mesh.num_tets - 1); v == 0; t = t % (mesh.num_tets - 1) + 1)
+            if (!delaunay_is_deleted(&mesh, t) && delaunay_is_ghost(&mesh, t))
+                v = mesh.tets[t].v[i % 2];
+        removed += delaunay_editor_remove(editor, v) == DELAUNAY_OK && i % 3;
+        for (t = 1; t < mesh.num_tets; t++)
+            if (!delaunay_is_deleted(&mesh, t))
+                CHECK(delaunay_is_ghost(&mesh, t) == (mesh.color[t] == DELAUNAY_OUTSIDE));
+    }
+    CHECK(removed == 40);
+    CHECK(delaunay_validate(&mesh, DELAUNAY_VALIDATE_DELAUNAY, NULL) == DELAUNAY_OK);
+    delaunay_editor_free(editor);
+    delaunay_mesh_free(&mesh);
+}
+
 static void what_is_refused(void)
 {
     delaunay_mesh mesh = {0};
@@ -408,6 +439,8 @@ int main(void)
     again_after_failure(1);
     between_calls(UNIFORM);
     between_calls(GRID);
+    removal_keeps_ghosts_outside(UNIFORM);
+    removal_keeps_ghosts_outside(GRID);
     what_is_refused();
     return check_report();
 }
