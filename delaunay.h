@@ -9635,7 +9635,7 @@ DELAUNAY_API const char *delaunay_result_string(delaunay_result result)
     case DELAUNAY_ERROR_DIMENSION:
         return "the points do not span three dimensions";
     case DELAUNAY_ERROR_NOT_FINITE:
-        return "a coordinate is not finite";
+        return "a coordinate or a weight is not finite";
     case DELAUNAY_ERROR_INVALID_MESH:
         return "the mesh is not valid";
     case DELAUNAY_ERROR_BROKEN_ARITHMETIC:
@@ -9907,6 +9907,23 @@ static delaunay_result delaunay__unpack(delaunay__packed *packed, delaunay_memor
     return DELAUNAY_OK;
 }
 
+/* The first weight that is not finite, into the report. */
+static delaunay_result delaunay__check_weights(const delaunay__packed *packed, size_t count,
+                                               delaunay_report *report)
+{
+    size_t i;
+    for (i = 0; packed->weights && i < count; i++) {
+        if (packed->weights[i] - packed->weights[i] == 0) continue;
+        report->ids[report->num_ids++] = (uint32_t)i;
+        memcpy(report->xyz, packed->xyz + 3 * i, sizeof report->xyz);
+        snprintf(report->message, sizeof report->message,
+                 "point %lu at (%.9g, %.9g, %.9g): its weight is not finite", (unsigned long)i,
+                 report->xyz[0], report->xyz[1], report->xyz[2]);
+        return DELAUNAY_ERROR_NOT_FINITE;
+    }
+    return DELAUNAY_OK;
+}
+
 /* Checks the caller's points and makes vertices of them, in the order of insertion; fills in the
  * counts and the dimension of the report. */
 static delaunay_result delaunay__take_points(delaunay_mesh *mesh, const delaunay_points *points,
@@ -9914,15 +9931,10 @@ static delaunay_result delaunay__take_points(delaunay_mesh *mesh, const delaunay
                                              uint32_t *rounds, delaunay_report *report)
 {
     delaunay__packed packed;
-    size_t count = points->count, i;
+    size_t count = points->count;
     delaunay_result result = delaunay__unpack(&packed, &mesh->memory, points);
     if (result == DELAUNAY_OK) result = delaunay__check_finite(packed.xyz, count, report);
-    for (i = 0; result == DELAUNAY_OK && packed.weights && i < count; i++)
-        if (packed.weights[i] - packed.weights[i] != 0) {
-            report->ids[report->num_ids++] = (uint32_t)i;
-            memcpy(report->xyz, packed.xyz + 3 * i, sizeof report->xyz);
-            result = DELAUNAY_ERROR_NOT_FINITE;
-        }
+    if (result == DELAUNAY_OK) result = delaunay__check_weights(&packed, count, report);
     if (result == DELAUNAY_OK)
         result = delaunay__sort(mesh, packed.xyz, packed.weights, count,
                                 delaunay_threads(&options->host), box, rounds);
@@ -10004,6 +10016,7 @@ DELAUNAY_API delaunay_result delaunay_tetrahedralize_points(delaunay_mesh *mesh,
     report->peak_bytes = mesh->memory.peak_bytes;
     if (result != DELAUNAY_OK) {
         delaunay_mesh_free(mesh);
+        if (report->message[0]) return result;
         return delaunay__say(report, result, delaunay_result_string(result));
     }
     delaunay__count(mesh, report, !options->any_order, delaunay_threads(&options->host));

@@ -201,6 +201,7 @@ static void many_points(int lattice)
     CHECK(delaunay_tetrahedralize_points(&mesh, &points, NULL, &report) ==
           DELAUNAY_ERROR_NOT_FINITE);
     CHECK(report.num_ids == 1 && report.ids[0] == 17 && mesh.tets == NULL);
+    CHECK(strstr(report.message, "point 17 ") && strstr(report.message, "weight"));
     delaunay_mesh_free(&mesh);
     free(xyz);
     free(weights);
