@@ -3881,7 +3881,7 @@ static delaunay_result delaunay__order_points(delaunay_memory *memory, const dou
     uint64_t *keys = (uint64_t *)delaunay_alloc(memory, count, sizeof *keys);
     size_t i, j, m, r;
     uint64_t rounds = 1;
-    long n = (long)count, c;
+    int64_t n = (int64_t)count, c;
     delaunay_result result = DELAUNAY_OK;
     if (!keys) return DELAUNAY_ERROR_OUT_OF_MEMORY;
     memset(&o, 0, sizeof o);
@@ -3963,7 +3963,7 @@ static void delaunay__place_distinct(delaunay_mesh *mesh, const double *xyz, con
                                      const hxtsort_pair *items, size_t count,
                                      const size_t *round_begin, uint32_t *rounds, int threads)
 {
-    long n = (long)count, i;
+    int64_t n = (int64_t)count, i;
     int r;
     (void)threads;
     DELAUNAY__OMP(omp parallel for num_threads(threads) schedule(static))
@@ -4547,7 +4547,7 @@ static void delaunay__sort_chunk(delaunay__numbering *c, uint32_t v, uint32_t en
 static DELAUNAY__NOINLINE void delaunay__sort_buckets(delaunay__numbering *c, int ghosts)
 {
     const uint32_t n = c->mesh->num_vertices;
-    long chunk, num = (long)c->num_chunks;
+    int64_t chunk, num = (int64_t)c->num_chunks;
     DELAUNAY__OMP(omp parallel for num_threads(c->threads) schedule(dynamic, 1) if(c->threads > 1))
     for (chunk = 0; chunk < num; chunk++) {
         uint32_t v = (uint32_t)chunk * DELAUNAY__CHUNK,
@@ -5349,7 +5349,7 @@ static void delaunay__rekey(delaunay__partitions *p, uint32_t count)
     enum { DELAUNAY__KEYS = 1024 };
     delaunay_vertex *v = p->mesh->vertices;
     const hilbert_box *box = &p->box;
-    long chunk, num = (long)((count + DELAUNAY__KEYS - 1) / DELAUNAY__KEYS);
+    int64_t chunk, num = ((int64_t)count + DELAUNAY__KEYS - 1) / DELAUNAY__KEYS;
     DELAUNAY__OMP(omp parallel for num_threads(p->num_kernels) schedule(static))
     for (chunk = 0; chunk < num; chunk++) {
         uint64_t keys[DELAUNAY__KEYS];
@@ -5660,11 +5660,12 @@ static void delaunay__number_cells(delaunay__partitions *p, uint32_t count, cons
 {
     enum { DELAUNAY__VERTICES = 1024 };
     delaunay_vertex *v = p->mesh->vertices;
-    long chunk, num = (long)((count + DELAUNAY__VERTICES - 1) / DELAUNAY__VERTICES);
+    int64_t chunk, num = ((int64_t)count + DELAUNAY__VERTICES - 1) / DELAUNAY__VERTICES;
     DELAUNAY__OMP(omp parallel for num_threads(p->num_kernels) schedule(static))
     for (chunk = 0; chunk < num; chunk++) {
-        uint32_t i = (uint32_t)chunk * DELAUNAY__VERTICES, end = i + DELAUNAY__VERTICES, cell = 0;
-        for (; i < end && i < count; i++) {
+        uint32_t i = (uint32_t)chunk * DELAUNAY__VERTICES, cell = 0,
+                 end = count - i < DELAUNAY__VERTICES ? count : i + DELAUNAY__VERTICES;
+        for (; i < end; i++) {
             uint32_t step = 1;
             if (v[i].key < first[cell]) cell = 0;
             while (cell + step < num_cells && first[cell + step] <= v[i].key)
@@ -9555,9 +9556,9 @@ static delaunay_result delaunay__check_all(const delaunay_mesh *mesh, int level,
                                            delaunay_report *report)
 {
     enum { DELAUNAY__STRETCH = 4096, DELAUNAY__AHEAD = 12 };
-    const long num = (long)((mesh->num_tets + DELAUNAY__STRETCH - 1) / DELAUNAY__STRETCH);
+    const int64_t num = ((int64_t)mesh->num_tets + DELAUNAY__STRETCH - 1) / DELAUNAY__STRETCH;
     delaunay_handle first = mesh->num_tets, other;
-    long chunk;
+    int64_t chunk;
     DELAUNAY__OMP(omp parallel for num_threads(threads) schedule(dynamic, 1) reduction(min : first))
     for (chunk = 0; chunk < num; chunk++) {
         delaunay_handle t = (delaunay_handle)chunk * DELAUNAY__STRETCH,
@@ -9819,11 +9820,11 @@ static void delaunay__renew_vertex_of(delaunay_mesh *mesh)
 
 /* The number of real tetrahedra in slots [1, end) of a mesh in canonical order, where they come
  * before the ghosts. */
-static long delaunay__count_real(const delaunay_mesh *mesh, long end)
+static int64_t delaunay__count_real(const delaunay_mesh *mesh, int64_t end)
 {
-    long lo = 1;
+    int64_t lo = 1;
     while (lo < end) {
-        long t = lo + (end - lo) / 2;
+        int64_t t = lo + (end - lo) / 2;
         if (mesh->tets[t].v[3] == DELAUNAY_GHOST) end = t;
         else lo = t + 1;
     }
@@ -9835,8 +9836,8 @@ static long delaunay__count_real(const delaunay_mesh *mesh, long end)
 static void delaunay__count(delaunay_mesh *mesh, delaunay_report *report, int canonical,
                             int threads)
 {
-    long t, num_tets = (long)mesh->num_tets, num_vertices = (long)mesh->num_vertices, real = 0,
-            ghosts = 0;
+    int64_t t, num_tets = (int64_t)mesh->num_tets, num_vertices = mesh->num_vertices, real = 0,
+               ghosts = 0;
     (void)threads;
     if (canonical && num_tets) {
         real = delaunay__count_real(mesh, num_tets);
