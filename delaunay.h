@@ -1094,6 +1094,19 @@ DELAUNAY_API delaunay_engine *delaunay_engine_new_lent(delaunay_mesh *mesh,
 #if defined(__linux__) && !defined(__STRICT_ANSI__)
 #  include <sys/mman.h> /* madvise */
 #endif
+#if DELAUNAY__PARALLEL && (defined(__linux__) || defined(__APPLE__))
+#  include <sched.h>
+#  define DELAUNAY__YIELD() ((void)sched_yield())
+#else
+#  define DELAUNAY__YIELD() ((void)0)
+#endif
+#if defined(__GNUC__) && (defined(__x86_64__) || defined(__i386__))
+#  define DELAUNAY__PAUSE() __builtin_ia32_pause()
+#elif defined(__GNUC__) && defined(__aarch64__)
+#  define DELAUNAY__PAUSE() __asm__ __volatile__("yield")
+#else
+#  define DELAUNAY__PAUSE() ((void)0)
+#endif
 
 #if defined(__GNUC__)
 #  define DELAUNAY__UNLIKELY(x) __builtin_expect(!!(x), 0)
@@ -8721,7 +8734,11 @@ typedef struct delaunay__gate {
 static void delaunay__gate_lock(delaunay__gate *gate)
 {
 #if DELAUNAY__PARALLEL
-    while (__atomic_test_and_set(&gate->locked, __ATOMIC_ACQUIRE)) {}
+    unsigned tries = 0;
+    while (__atomic_test_and_set(&gate->locked, __ATOMIC_ACQUIRE)) {
+        if (++tries % 256) DELAUNAY__PAUSE();
+        else DELAUNAY__YIELD(); /* the thread that holds the lock may wait for this processor */
+    }
 #else
     gate->locked = 1;
 #endif
