@@ -574,7 +574,8 @@ DELAUNAY_API delaunay_handle delaunay_locate(const delaunay_mesh *mesh, const do
  * vertices still exists. All new tetrahedra get the colour of old_tets[0]. Sets vertex_tet of every
  * vertex of a new tetrahedron.
  * Returns DELAUNAY_OK; DELAUNAY_ERROR_INTERNAL: the new facets do not close the polyhedron;
- * _OUT_OF_MEMORY. On failure the mesh is untouched.
+ * _INVALID_ARGUMENT: one of old_tets is deleted, out of range, or there twice; _OUT_OF_MEMORY. On
+ * failure the mesh is untouched.
  */
 DELAUNAY_API delaunay_result delaunay_replace(delaunay_mesh *mesh, delaunay_worker *worker,
                                               const delaunay_handle *old_tets, size_t num_old,
@@ -732,7 +733,8 @@ DELAUNAY_API delaunay_result delaunay_alpha_of(delaunay_alpha *alpha, const dela
 DELAUNAY_API void delaunay_alpha_free(delaunay_alpha *alpha);
 
 /* The vertex nearest to a point, exactly (one of them, if there are several). 0: out of memory, an
- * empty mesh, or one with weights. Needs vertex_tet. hint: a tetrahedron nearby, or 0.
+ * empty mesh, one with weights or without vertex_tet, or a point outside a mesh without its hull.
+ * hint: a tetrahedron nearby, or 0.
  * Source: a vertex that is not the nearest has a Delaunay neighbour that is nearer. */
 DELAUNAY_API uint32_t delaunay_nearest(const delaunay_mesh *mesh, delaunay_worker *worker,
                                        const double *xyz, delaunay_handle hint);

@@ -341,6 +341,8 @@ static void what_does_not_close_changes_nothing(void)
     CHECK(delaunay_replace(&m, w, old, 2, tets, 2, NULL) == DELAUNAY_ERROR_INVALID_ARGUMENT);
     old[1] = 0;
     CHECK(delaunay_replace(&m, w, old, 2, tets, 2, NULL) == DELAUNAY_ERROR_INVALID_ARGUMENT);
+    old[1] = m.num_tets;
+    CHECK(delaunay_replace(&m, w, old, 2, tets, 2, NULL) == DELAUNAY_ERROR_INVALID_ARGUMENT);
     CHECK(m.num_tets == num && !memcmp(copy, m.tets, num * sizeof *copy) && small_valid(&m));
     free(copy);
     delaunay_worker_free(w);

@@ -286,6 +286,24 @@ static void check_nearest(delaunay_mesh *mesh, uint32_t lattice)
     delaunay_worker_free(worker);
 }
 
+static void nearest_may_be_none(void)
+{
+    const double xyz[12] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1}, inside[3] = {0.7, 0.1, 0.1};
+    const double outside[3] = {2, 0, 0};
+    const uint32_t tet[4] = {0, 1, 2, 3};
+    delaunay_mesh mesh;
+    delaunay_worker *worker;
+    memset(&mesh, 0, sizeof mesh);
+    CHECK(delaunay_import(&mesh, xyz, 4, tet, NULL, 1, NULL, NULL) == DELAUNAY_OK);
+    worker = delaunay_worker_new(&mesh.memory);
+    CHECK(delaunay_nearest(&mesh, worker, inside, 0) == 0); /* no vertex_tet */
+    CHECK(delaunay_link_vertices(&mesh) == DELAUNAY_OK);
+    CHECK(delaunay_nearest(&mesh, worker, inside, 0) == 2);
+    CHECK(delaunay_nearest(&mesh, worker, outside, 0) == 0); /* no hull */
+    delaunay_worker_free(worker);
+    delaunay_mesh_free(&mesh);
+}
+
 /* Differences in the last bit, and coordinates at the ends of the range of doubles. */
 static void distances_are_exact(void)
 {
@@ -520,6 +538,7 @@ int main(void)
     }
     hull_of_a_grid_is_a_cube();
     cells_of_a_lattice_are_cubes();
+    nearest_may_be_none();
     distances_are_exact();
     any_scale();
     differences_beyond_doubles();
