@@ -885,10 +885,11 @@ typedef struct delaunay_partition {
      * NULL: plain Delaunay insertion. */
     int (*edit)(void *user, delaunay_section *section, uint32_t vertex);
     void *user;
-    int num_sections;  /* in the first attempt. 0: one for each thread; choose this if the result
-                        * does not depend on the order of edits. Otherwise choose a number by the
-                        * counts alone (about one for every 32768 vertices): then the order of
-                        * edits, and so the triangulation, is the same for any number of threads */
+    int num_sections;  /* in the first attempt; 0: one for each thread. The sections depend on this
+                        * number alone. The order of edits does not quite: an item for which a
+                        * thread's buffers are too small waits as after a conflict. So only edits
+                        * whose result does not depend on their order, as Delaunay insertion, give
+                        * the same mesh for any number of threads */
     const char *phase; /* for the host's progress callback */
     uint64_t attempts, conflicts; /* out */
 } delaunay_partition;
