@@ -536,9 +536,9 @@ typedef struct delaunay_list {
 DELAUNAY_API delaunay_result delaunay_list_push(delaunay_list *list, delaunay_handle item);
 DELAUNAY_API void delaunay_list_free(delaunay_list *list);
 
-/* -- stars and searches; they need vertex_tet. out is emptied first. They find those tetrahedra
- * that are connected through facets that contain the vertex or edge: the whole star, in a valid
- * mesh, unless facets without neighbours (DELAUNAY_NONE) divide it. */
+/* -- stars and searches; they need vertex_tet (_INVALID_ARGUMENT without it). out is emptied first.
+ * They find those tetrahedra that are connected through facets that contain the vertex or edge: the
+ * whole star, in a valid mesh, unless facets without neighbours (DELAUNAY_NONE) divide it. */
 DELAUNAY_API delaunay_result delaunay_vertex_star(const delaunay_mesh *mesh,
                                                   delaunay_worker *worker, uint32_t v,
                                                   delaunay_list *out);
@@ -2142,6 +2142,14 @@ static delaunay_result delaunay__reserve_tets(delaunay_mesh *mesh, size_t tets)
     return DELAUNAY_OK;
 }
 
+/* Room for at least so many slots, better for more: as many as handles can name, if need be. */
+static delaunay_result delaunay__grow_tets(delaunay_mesh *mesh, size_t least, size_t better)
+{
+    size_t most = (size_t)((delaunay_handle)-1) / 4 - 1;
+    if (better > most) better = most;
+    return delaunay__reserve_tets(mesh, better > least ? better : least);
+}
+
 DELAUNAY_API delaunay_result delaunay_reserve(delaunay_mesh *mesh, size_t vertices, size_t tets)
 {
     delaunay_result result = DELAUNAY_OK;
@@ -2172,6 +2180,7 @@ DELAUNAY_API delaunay_result delaunay_link_vertices(delaunay_mesh *mesh)
     delaunay_handle t;
     int i;
     if (!mesh->vertex_tet) DELAUNAY__GROW(delaunay_handle, vertex_tet, 0, cap);
+    else memset(mesh->vertex_tet, 0, cap * sizeof *mesh->vertex_tet);
     for (t = mesh->num_tets; t-- > 1;)
         if (!delaunay_is_deleted(mesh, t))
             for (i = 0; i < 4; i++) mesh->vertex_tet[mesh->tets[t].v[i]] = t;
@@ -3535,8 +3544,8 @@ static delaunay_result delaunay__draw_slots(delaunay__kernel *k, size_t need)
         if ((size_t)mesh->cap_tets - mesh->num_tets < DELAUNAY__SLOTS_AT_ONCE) {
             size_t cap = mesh->cap_tets; /* what is never touched costs address space only */
             int careful = cap > DELAUNAY__MANY_SLOTS || mesh->memory.limit_bytes != 0;
-            result = delaunay__reserve_tets(mesh,
-                                            (careful ? cap + cap / 2 : 3 * cap) + need + 1024);
+            result = delaunay__grow_tets(mesh, mesh->num_tets + DELAUNAY__SLOTS_AT_ONCE,
+                                         (careful ? cap + cap / 2 : 3 * cap) + need + 1024);
             if (result != DELAUNAY_OK) return result;
             delaunay__kernel_view(k);
         }
@@ -6046,11 +6055,13 @@ static delaunay_result delaunay__star(const delaunay_mesh *mesh, delaunay_worker
                                       uint32_t a, uint32_t b, uint32_t c, delaunay_list *out,
                                       delaunay_handle *found)
 {
-    delaunay_handle t = mesh->vertex_tet ? mesh->vertex_tet[a] : 0;
+    delaunay_handle t;
     size_t head;
     int i, added;
     out->count = 0;
     *found = 0;
+    if (!mesh->vertex_tet) return DELAUNAY_ERROR_INVALID_ARGUMENT;
+    t = mesh->vertex_tet[a];
     if (t == 0) return DELAUNAY_OK;
     delaunay__set_clear(worker);
     if (delaunay__set_add(worker, t, &added) != DELAUNAY_OK ||
@@ -6496,7 +6507,7 @@ static delaunay_result delaunay__replace_reserve(delaunay_mesh *mesh, size_t num
     if (total <= mesh->num_free) return DELAUNAY_OK;
     total = mesh->num_tets + (total - mesh->num_free);
     return total <= mesh->cap_tets ? DELAUNAY_OK
-                                   : delaunay__reserve_tets(mesh, total + total / 2 + 64);
+                                   : delaunay__grow_tets(mesh, total, total + total / 2 + 64);
 }
 
 DELAUNAY_API delaunay_result delaunay_replace_linked(delaunay_mesh *mesh, delaunay_worker *worker,
@@ -9170,7 +9181,7 @@ static delaunay_result delaunay__round_assign(delaunay_engine *e, const delaunay
     free_left = m->num_free - (delaunay_handle)(surplus - fresh);
     if (vertices > m->cap_vertices) result = delaunay__reserve_vertices(m, vertices + vertices / 2);
     if (result == DELAUNAY_OK && m->num_tets + fresh > m->cap_tets)
-        result = delaunay__reserve_tets(m, (m->num_tets + fresh) / 2 * 3 + 64);
+        result = delaunay__grow_tets(m, m->num_tets + fresh, (m->num_tets + fresh) / 2 * 3 + 64);
     if (result == DELAUNAY_OK) result = delaunay__reserve_free(m, free_left + freed);
     if (result == DELAUNAY_OK) result = delaunay__engine_slots(e, m->num_tets + fresh);
     if (result != DELAUNAY_OK) return result;

@@ -63,6 +63,33 @@ static void stars_are_complete(void)
 }
 
 /* Edges and facets of ghosts, the ghost named first, second or last. */
+/* Without a tetrahedron of each vertex no star is found, nor taken for an empty one; linked again,
+ * a vertex that has left all tetrahedra has none. */
+static void stars_need_links(void)
+{
+    static const double xyz[15] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0.2, 0.2, 0.2};
+    static const uint32_t tets[4] = {0, 1, 2, 3};
+    delaunay_mesh m;
+    delaunay_worker *w;
+    delaunay_list star;
+    delaunay_handle *links;
+    memset(&star, 0, sizeof star);
+    CHECK(small_mesh(&m, NULL, xyz, 5, tets, 1, 0));
+    w = delaunay_worker_new(&m.memory);
+    CHECK(delaunay_vertex_star(&m, w, 1, &star) == DELAUNAY_OK && star.count == 1);
+    m.vertex_tet[5] = 1;
+    CHECK(delaunay_link_vertices(&m) == DELAUNAY_OK && m.vertex_tet[5] == 0);
+    CHECK(delaunay_vertex_star(&m, w, 5, &star) == DELAUNAY_OK && star.count == 0);
+    links = m.vertex_tet;
+    m.vertex_tet = NULL;
+    CHECK(delaunay_vertex_star(&m, w, 1, &star) == DELAUNAY_ERROR_INVALID_ARGUMENT);
+    CHECK(delaunay_find_edge(&m, w, 1, 2) == 0 && delaunay_find_facet(&m, w, 1, 2, 3) == 0);
+    m.vertex_tet = links;
+    delaunay_list_free(&star);
+    delaunay_worker_free(w);
+    delaunay_mesh_free(&m);
+}
+
 static void what_leads_to_the_ghost_is_found(void)
 {
     delaunay_mesh m;
@@ -434,6 +461,7 @@ int main(void)
     an_edge_is_marked_in_its_part();
     a_zeroed_mesh_works();
     stars_are_complete();
+    stars_need_links();
     what_leads_to_the_ghost_is_found();
     locate_finds_every_point();
     marks_follow_what_persists();

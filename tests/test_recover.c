@@ -575,7 +575,7 @@ static void invalid_surfaces_are_refused(void)
 }
 
 /* Two triangles that intersect, far from two spheres. */
-static void crossing_among_spheres(shape *s, int fineness)
+static void crossing_among_spheres(shape *s, uint32_t fineness)
 {
     add_vertex(s, 0, 0, 3);
     add_vertex(s, 1, 0, 3);
