@@ -7757,7 +7757,8 @@ static void delaunay__plane_set(delaunay__plane *plane, const double *a, const d
     }
     uu = u[0] * u[0] + u[1] * u[1] + u[2] * u[2];
     vv = v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
-    plane->least = uu > 1e-90 && vv > 1e-90 && uu < 1e100 && vv < 1e100 ? 2e-30 * uu * vv : HUGE_VAL;
+    plane->least =
+        uu > 1e-90 && vv > 1e-90 && uu < 1e100 && vv < 1e100 ? 2e-30 * uu * vv : HUGE_VAL;
 }
 
 /* Those of the wanted vertices that lie on the one and the other side of a plane with certainty. */
@@ -8040,7 +8041,8 @@ static uint32_t delaunay__better_at_once(delaunay__search_tables *s, uint32_t id
     table[2] = s->choose3;
     table[3] = s->choose4;
     for (i = 0; i < n; i++) {
-        uint32_t p = list[i], k = (uint32_t)(p > t[0]) + (uint32_t)(p > t[1]) + (uint32_t)(p > t[2]);
+        uint32_t p = list[i];
+        uint32_t k = (uint32_t)(p > t[0]) + (uint32_t)(p > t[1]) + (uint32_t)(p > t[2]);
         s->quality[begin[k] + table[k][p]] = q[i];
         better |= (uint32_t)(q[i] > s->best) << p;
         if (q[i] > s->best && q[i] > *top) *top = q[i];

@@ -902,10 +902,10 @@ static uint64_t hxtsort__count_all(const hxtsort__job *job, const unsigned char 
 static void hxtsort__sort(const hxtsort__job *job, unsigned char *src, unsigned char *other,
                           unsigned char *dst, size_t n, uint64_t promised, int by_digits);
 
-/* Sorts records of which a sample says that most have the same key: partitioning puts these in their
- * final order, and only the smaller and the greater ones remain to be sorted. Where the equal ones
- * turn out to be few, as in an input made to fool the sample, the others are split by digits next:
- * so each level takes off a quarter of the records, or some bits. */
+/* Sorts records of which a sample says that most have the same key: partitioning puts these in
+ * their final order, and only the smaller and the greater ones remain to be sorted. Where the equal
+ * ones turn out to be few, as in an input made to fool the sample, the others are split by digits
+ * next: so each level takes off a quarter of the records, or some bits. */
 static void hxtsort__sort_dominated(const hxtsort__job *job, unsigned char *src,
                                     unsigned char *other, unsigned char *dst, size_t n,
                                     uint64_t key)

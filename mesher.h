@@ -567,7 +567,8 @@ MESHER_API mesher_result mesher_empty_mesh(mesher_domain *domain, mesher_report 
  * recover most of it; the mesh is the same as with one thread. */
 MESHER_API mesher_result mesher_recover(mesher_domain *domain, mesher_report *report);
 /* Finds the cells, fills domain->regions, and gives each tetrahedron the number of its region as
- * colour; those in no kept cell get DELAUNAY_OUTSIDE. */
+ * colour; those in no kept cell get DELAUNAY_OUTSIDE. Not after mesher_refine_mesh, whose numbers are
+ * the caller's. */
 MESHER_API mesher_result mesher_color(mesher_domain *domain, mesher_report *report);
 /* The distinct tags of the triangles around region i (an index in domain->regions), ascending, as
  * many as there is room for; *count: the number of all of them. tags may be NULL. */
@@ -7820,6 +7821,7 @@ static void mesher__split_all(mesher__recovery *r)
     uint64_t most = 4 * (uint64_t)r->num_missing_edges + 64; /* or splits might never end */
     if (!mesher__pieces_room(r)) return;
     mesher__list_edges(r, 1);
+    if (mesher__stopped(r)) return;
     for (i = 0; i < r->num_wanted; i++) most += r->order[i] >> 32;
     for (round = 0; round < 40 && !mesher__stopped(r); round++) {
         int changed = 0;
@@ -9270,7 +9272,7 @@ MESHER_API mesher_result mesher_color(mesher_domain *domain, mesher_report *repo
     mesher_report local;
     mesher_result result;
     if (!domain || domain->stage < MESHER__STAGE_INIT || domain->stage == MESHER__STAGE_EMPTY ||
-        !domain->mesh.tets || !domain->mesh.vertex_of)
+        !domain->mesh.tets || !domain->mesh.vertex_of || domain->keeps_mesh)
         return MESHER_ERROR_INVALID_ARGUMENT;
     memset(&work, 0, sizeof work);
     memset(&local, 0, sizeof local);
@@ -15018,7 +15020,8 @@ MESHER_API mesher_result mesher_reproduce(const mesher_surface *surface,
     mesher_report unused;
     mesher_result result;
     size_t i;
-    if (!surface || !where || !xyz || !triangles || !part || !surface->num_triangles || failure >= 0)
+    if (!surface || !surface->num_triangles || !where || !xyz || !triangles || !part ||
+        failure >= 0)
         return MESHER_ERROR_INVALID_ARGUMENT;
     result = mesher__check_arguments(surface, &unused);
     if (result != MESHER_OK) return result;
@@ -15324,7 +15327,8 @@ static void mesher__export_surface(const mesher_domain *domain, const mesher_out
     for (i = 0; i < (size_t)out->num_triangles; i++) {
         size_t from = domain->facet_source[i];
         for (k = 0; k < 3; k++)
-            out->triangles[3 * i + (size_t)k] = domain->survivor[s->triangles[3 * from + (size_t)k]];
+            out->triangles[3 * i + (size_t)k] =
+                domain->survivor[s->triangles[3 * from + (size_t)k]];
         out->triangle_source[i] = (uint32_t)from;
         out->triangle_tags[i] = s->triangle_tags ? s->triangle_tags[from] : 1;
         out->triangle_regions[2 * i] = out->triangle_regions[2 * i + 1] = DELAUNAY_OUTSIDE;

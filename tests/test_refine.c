@@ -1450,6 +1450,7 @@ static void a_finished_mesh_is_refined(void)
         CHECK(i ? r.refined_vertices > 300 : r.refined_vertices < 20);
         CHECK(r.num_regions == 2 && e.num_regions == 2);
         CHECK(r.counts[MESHER_NOTE_UNUSED_VERTEX] == 0); /* those inside are in tetrahedra */
+        CHECK(mesher_color(&e, &r) == MESHER_ERROR_INVALID_ARGUMENT); /* numbers are the caller's */
         CHECK(fabs(e.regions[0].volume - 4) < 1e-9 && fabs(e.regions[1].volume - 8) < 1e-9);
         CHECK(surface_hash(&e) == surface_hash(&d));
         CHECK(delaunay_validate(&e.mesh, DELAUNAY_VALIDATE_GEOMETRY, NULL) == DELAUNAY_OK);
