@@ -567,8 +567,8 @@ MESHER_API mesher_result mesher_empty_mesh(mesher_domain *domain, mesher_report 
  * recover most of it; the mesh is the same as with one thread. */
 MESHER_API mesher_result mesher_recover(mesher_domain *domain, mesher_report *report);
 /* Finds the cells, fills domain->regions, and gives each tetrahedron the number of its region as
- * colour; those in no kept cell get DELAUNAY_OUTSIDE. Not after mesher_refine_mesh, whose numbers are
- * the caller's. */
+ * colour; those in no kept cell get DELAUNAY_OUTSIDE. Not after mesher_refine_mesh: there the
+ * numbers are the caller's. */
 MESHER_API mesher_result mesher_color(mesher_domain *domain, mesher_report *report);
 /* The distinct tags of the triangles around region i (an index in domain->regions), ascending, as
  * many as there is room for; *count: the number of all of them. tags may be NULL. */

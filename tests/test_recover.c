@@ -591,17 +591,6 @@ static void crossing_among_spheres(shape *s, uint32_t fineness)
 
 static const double crossing_place[3] = {0.3, 0.3, 3};
 
-static mesher_surface all_of(const shape *s)
-{
-    mesher_surface surface;
-    memset(&surface, 0, sizeof surface);
-    surface.xyz = s->xyz;
-    surface.num_vertices = s->num_vertices;
-    surface.triangles = s->triangles;
-    surface.num_triangles = s->num_triangles;
-    return surface;
-}
-
 /* Of a large surface with one pair of triangles that intersect, nothing but them is in the part
  * that fails. */
 static void a_failure_is_reproduced_by_few_triangles(void)
@@ -612,7 +601,7 @@ static void a_failure_is_reproduced_by_few_triangles(void)
     double *xyz;
     uint32_t *triangles;
     crossing_among_spheres(&s, 12);
-    surface = all_of(&s);
+    surface = surface_of(&s);
     xyz = (double *)malloc((3 * s.num_vertices + 24) * sizeof *xyz);
     triangles = (uint32_t *)malloc((3 * s.num_triangles + 36) * sizeof *triangles);
     CHECK(mesher_reproduce(&surface, NULL, MESHER_ERROR_SURFACE, crossing_place, xyz, triangles,
@@ -669,7 +658,7 @@ static void a_reproduction_can_be_interrupted(void)
         host_state h;
         long k, interrupted = 0, step = 1;
         crossing_among_spheres(&s, 4);
-        surface = all_of(&s);
+        surface = surface_of(&s);
         xyz = (double *)malloc((3 * s.num_vertices + 24) * sizeof *xyz);
         triangles = (uint32_t *)malloc((3 * s.num_triangles + 36) * sizeof *triangles);
         memset(&o, 0, sizeof o);
