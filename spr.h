@@ -210,7 +210,7 @@ typedef struct spr_statistics {
 } spr_statistics;
 
 typedef struct spr_report {
-    spr_statistics before, after;
+    spr_statistics before, after; /* after: may be all zeros if memory runs out */
     /* numbers of successful operations: */
     uint64_t  smoothed, edges_removed, reconnected, vertices_removed, vertices_inserted;
     uint64_t  shaken;  /* patches of the mesh replaced after their vertices were shaken */
@@ -5579,6 +5579,11 @@ static spr_result spr__improve(spr__state *s, uint32_t max_new)
     result = spr__schedule(s);
     if (result == SPR_OK && s->gamma && !s->options.no_smoothing) result = spr__round(s);
     if (result == SPR_OK && !s->options.no_edge_removal) result = spr__flip_for_mean(s);
+    if (result < 0 && result != SPR_CANCELLED) {
+        /* the arrays may be smaller than the mesh, and the values in them out of date */
+        if (!s->options.keep_vertices && spr__fit(s)) spr__compact(s);
+        return result;
+    }
     if (!spr__end_schedule(s)) return SPR_ERROR_OUT_OF_MEMORY;
     if (result == SPR_OK && !s->options.no_smoothing) result = spr__relax(s);
     spr__explain(s);

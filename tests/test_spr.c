@@ -1772,42 +1772,142 @@ static void test_says_what_the_surface_holds(void)
 
 /* ---- the host ------------------------------------------------------------------------------ */
 
+/* An allocator that notices writes beyond the end of a block, for delaunay_alloc puts no gap there
+ * if the memory begins at a multiple of 64. After `countdown` allocations (negative: never) one
+ * fails, or all of them if `for_good`; those of size `fatal` always fail. */
+typedef struct guard {
+    long   countdown, outstanding, failed;
+    int    for_good;
+    size_t fatal, num_sizes, sizes[200]; /* the different sizes that were asked for */
+} guard;
+
+static const char fence[] = "the end of a block";
+
+static void *guard_alloc(void *user, size_t size)
+{
+    guard *g = (guard *)user;
+    char *base, *block;
+    size_t i;
+    for (i = 0; i < g->num_sizes && g->sizes[i] != size; i++) {}
+    if (i == g->num_sizes && i < 200) g->sizes[g->num_sizes++] = size;
+    if (g->countdown == 0 || size == g->fatal) {
+        if (!g->for_good) g->countdown = -1;
+        g->failed++;
+        return NULL;
+    }
+    base = (char *)malloc(size + 128 + sizeof fence);
+    if (!base) return NULL;
+    block = base + (128 - (size_t)((uintptr_t)base % 64));
+    memcpy(block - sizeof base, &base, sizeof base);
+    memcpy(block - sizeof base - sizeof size, &size, sizeof size);
+    memcpy(block + size, fence, sizeof fence);
+    if (g->countdown > 0) g->countdown--;
+    g->outstanding++;
+    return block;
+}
+
+static void guard_release(void *user, void *block)
+{
+    char *base, *end = (char *)block;
+    size_t size;
+    memcpy(&base, end - sizeof base, sizeof base);
+    memcpy(&size, end - sizeof base - sizeof size, sizeof size);
+    CHECK(!memcmp(end + size, fence, sizeof fence));
+    ((guard *)user)->outstanding--;
+    free(base);
+}
+
+static spr_options guarded_options(guard *g)
+{
+    spr_options o = open_options();
+    memset(g, 0, sizeof *g);
+    g->countdown = -1;
+    o.host.allocator.alloc = guard_alloc;
+    o.host.allocator.release = guard_release;
+    o.host.allocator.user = g;
+    return o;
+}
+
+/* Improves a mesh; allocations fail as the guard says. Returns whether one has failed. */
+static int improve_while_failing(delaunay_mesh *m, const spr_options *o, guard *g, long countdown,
+                                 size_t fatal)
+{
+    const uint64_t border = walls(m);
+    delaunay_report found;
+    spr_report r;
+    spr_result result;
+    g->countdown = countdown;
+    g->fatal = fatal;
+    g->num_sizes = 0;
+    result = spr_improve(m, o, &r);
+    g->countdown = -1;
+    g->fatal = 0;
+    CHECK(result == (g->failed ? SPR_ERROR_OUT_OF_MEMORY : SPR_OK));
+    CHECK(delaunay_validate(m, DELAUNAY_VALIDATE_GEOMETRY, &found) == DELAUNAY_OK &&
+          walls(m) == border);
+    delaunay_mesh_free(m);
+    CHECK(g->outstanding == 0);
+    return g->failed != 0;
+}
+
 static void test_failing_allocations(void)
 {
-    long k;
-    int finished = 0;
-    for (k = 0; !finished && k < 1000000; k += 1 + k / 12) {
-        small_allocator a;
-        spr_options o = open_options();
-        delaunay_mesh m;
-        delaunay_host host;
-        spr_report r;
-        delaunay_report found;
-        spr_result result;
-        uint64_t border;
-        memset(&host, 0, sizeof host);
-        a.countdown = -1;
-        a.outstanding = 0;
-        host.allocator.alloc = small_alloc;
-        host.allocator.release = small_release;
-        host.allocator.user = &a;
-        host.num_threads = 1;
-        o.host = host;
-        small_state = 4711;
-        CHECK(random_mesh(&m, 40, 0, &host));
-        color_mesh(&m, 2);
-        border = walls(&m);
-        a.countdown = k;
-        result = spr_improve(&m, &o, &r);
-        finished = a.countdown > 0;
-        a.countdown = -1;
-        CHECK(result == (finished ? SPR_OK : SPR_ERROR_OUT_OF_MEMORY));
-        CHECK(delaunay_validate(&m, DELAUNAY_VALIDATE_GEOMETRY, &found) == DELAUNAY_OK &&
-              walls(&m) == border);
-        delaunay_mesh_free(&m);
-        CHECK(a.outstanding == 0);
+    int for_good;
+    for (for_good = 0; for_good < 2; for_good++) {
+        int failed = 1;
+        long k;
+        for (k = 0; failed && k < 1000000; k += 1 + k / 12) {
+            guard g;
+            spr_options o = guarded_options(&g);
+            delaunay_mesh m;
+            g.for_good = for_good;
+            small_state = 4711;
+            CHECK(random_mesh(&m, 40, 0, &o.host));
+            color_mesh(&m, 2);
+            failed = improve_while_failing(&m, &o, &g, k, 0);
+        }
+        CHECK(!failed);
     }
-    CHECK(finished);
+}
+
+/* Points on a sphere: the imported mesh has no slots to spare, and grows. All allocations of one
+ * size fail, those of each size in turn. */
+static void test_failing_allocations_while_the_mesh_grows(void)
+{
+    enum { POINTS = 20 };
+    double xyz[3 * POINTS];
+    uint32_t *tets, num = 0;
+    size_t sizes[200] = {0}, num_sizes = 0, k;
+    delaunay_mesh d;
+    delaunay_handle t;
+    int i;
+    for (i = 0; i < POINTS; i++) {
+        double z = 2 * random_double() - 1, angle = 6.283185307179586 * random_double();
+        xyz[3 * i] = sqrt(1 - z * z) * cos(angle);
+        xyz[3 * i + 1] = sqrt(1 - z * z) * sin(angle);
+        xyz[3 * i + 2] = z;
+    }
+    memset(&d, 0, sizeof d);
+    CHECK(delaunay_tetrahedralize(&d, xyz, POINTS, NULL, NULL) == DELAUNAY_OK);
+    tets = (uint32_t *)malloc(4 * d.num_tets * sizeof *tets);
+    for (t = 1; t < d.num_tets; t++)
+        for (i = 0; i < 4 && is_real(&d, t); i++) tets[num++] = d.vertex_id[d.tets[t].v[i]];
+    for (k = 0; k <= num_sizes; k++) {
+        guard g;
+        spr_options o = guarded_options(&g);
+        delaunay_mesh m;
+        memset(&m, 0, sizeof m);
+        CHECK(delaunay_import(&m, xyz, POINTS, tets, NULL, num / 4, &o.host, NULL) == DELAUNAY_OK);
+        CHECK(delaunay_enable_marks(&m) == DELAUNAY_OK);
+        color_mesh(&m, 1);
+        CHECK(improve_while_failing(&m, &o, &g, -1, k ? sizes[k - 1] : 0) == (k > 0));
+        if (k > 0) continue;
+        memcpy(sizes, g.sizes, sizeof sizes);
+        num_sizes = g.num_sizes;
+    }
+    CHECK(num_sizes > 20 && num_sizes < 200);
+    free(tets);
+    delaunay_mesh_free(&d);
 }
 
 static int cancel_later(void *user, const char *phase, double fraction)
@@ -1935,6 +2035,7 @@ int main(void)
     test_tells_of_all_that_is_left();
     test_says_what_the_surface_holds();
     test_failing_allocations();
+    test_failing_allocations_while_the_mesh_grows();
     test_cancel();
     test_budgets();
     test_nothing_to_do();
