@@ -4123,7 +4123,9 @@ typedef struct spr__patch {
     double          xyz[SPR__PATCH_VERTICES + SPR__PATCH_NEW][3];
 } spr__patch;
 
-/* The allocator of patches: allocations of several threads, one after the other. */
+/* The allocator of patches: allocations of several threads, one after the other. While there are
+ * patches, that of the mesh, from which the workers lent to them allocate, is behind the same gate:
+ * the caller's allocator must be called by one thread at a time. */
 static void *spr__gate_alloc(void *user, size_t size)
 {
     void *block;
@@ -4135,6 +4137,20 @@ static void spr__gate_release(void *user, void *block)
 {
     SPR__OMP(omp critical(spr__gate))
     delaunay_release((delaunay_memory *)user, block);
+}
+static void *spr__gate_mesh_alloc(void *user, size_t size)
+{
+    const delaunay_allocator *of_mesh = (const delaunay_allocator *)user;
+    void *block;
+    SPR__OMP(omp critical(spr__gate))
+    block = of_mesh->alloc(of_mesh->user, size);
+    return block;
+}
+static void spr__gate_mesh_release(void *user, void *block)
+{
+    const delaunay_allocator *of_mesh = (const delaunay_allocator *)user;
+    SPR__OMP(omp critical(spr__gate))
+    of_mesh->release(of_mesh->user, block);
 }
 
 static uint32_t spr__patch_hash(uint64_t key)
@@ -4728,11 +4744,16 @@ static uint64_t spr__max_bad(const spr__state *s)
 static int spr__patches_shake(spr__state *s, spr__patch *patch, int num)
 {
     int threads = delaunay_threads_for(&s->options.host, SIZE_MAX), found = 0, i;
+    delaunay_allocator *allocator = &s->mesh->memory.allocator, of_mesh = *allocator;
     size_t k;
     (void)threads;
+    allocator->alloc = spr__gate_mesh_alloc;
+    allocator->release = spr__gate_mesh_release;
+    allocator->user = &of_mesh;
     /* each thread writes its patches; the mesh is read */
     SPR__OMP(omp parallel for schedule(dynamic, 1) num_threads(threads))
     for (i = 0; i < num; i++) spr__patch_shake(s, &patch[i]);
+    *allocator = of_mesh;
     for (i = 0; i < num; i++)
         if (patch[i].no_memory) return SPR_ERROR_OUT_OF_MEMORY;
     for (i = 0; i < num; i++) {

@@ -1910,6 +1910,77 @@ static void test_failing_allocations_while_the_mesh_grows(void)
     delaunay_mesh_free(&d);
 }
 
+/* An allocator that notices when two threads are in it at once. `lingers`: it takes its time. */
+typedef struct turnstile {
+    volatile int *inside;
+    volatile long clashes, calls;
+    int lingers;
+} turnstile;
+
+static int in_parallel(void)
+{
+#ifdef _OPENMP
+    return omp_in_parallel();
+#else
+    return 0;
+#endif
+}
+
+static void pass(turnstile *t)
+{
+    volatile long wait = t->lingers && in_parallel() ? 3000000 : 0;
+    if (*t->inside) t->clashes++;
+    *t->inside = 1;
+    t->calls++;
+    while (wait > 0) wait--;
+    *t->inside = 0;
+}
+
+static void *turnstile_alloc(void *user, size_t size)
+{
+    pass((turnstile *)user);
+    return malloc(size);
+}
+
+static void turnstile_release(void *user, void *block)
+{
+    pass((turnstile *)user);
+    free(block);
+}
+
+static double standing_clock(void *user)
+{
+    (void)user;
+    return 0;
+}
+
+/* By a clock that stands still only the calling thread plans. The workers of the others have not
+ * allocated anything yet when they are lent to patches. */
+static void test_one_thread_at_a_time_allocates(void)
+{
+    volatile int inside = 0;
+    turnstile of_mesh, of_call;
+    spr_options o = open_options();
+    delaunay_mesh m;
+    spr_report r;
+    memset(&of_mesh, 0, sizeof of_mesh);
+    of_mesh.inside = &inside;
+    of_call = of_mesh;
+    of_mesh.lingers = 1;
+    o.host.allocator.alloc = turnstile_alloc;
+    o.host.allocator.release = turnstile_release;
+    o.host.allocator.user = &of_mesh;
+    o.host.clock = standing_clock;
+    o.host.num_threads = 4;
+    small_state = 4711;
+    CHECK(random_mesh(&m, 300, 1, &o.host));
+    color_mesh(&m, 1);
+    o.host.allocator.user = &of_call;
+    CHECK(spr_improve(&m, &o, &r) == SPR_OK);
+    CHECK(of_mesh.clashes == 0 && of_call.clashes == 0 && of_call.calls > 10000);
+    delaunay_mesh_free(&m);
+}
+
 static int cancel_later(void *user, const char *phase, double fraction)
 {
     CHECK(phase != NULL && fraction >= 0 && fraction <= 1);
@@ -2036,6 +2107,7 @@ int main(void)
     test_says_what_the_surface_holds();
     test_failing_allocations();
     test_failing_allocations_while_the_mesh_grows();
+    test_one_thread_at_a_time_allocates();
     test_cancel();
     test_budgets();
     test_nothing_to_do();
