@@ -148,10 +148,11 @@ typedef enum spr_measure {
     SPR_USER          /* options.quality */
 } spr_measure;
 
-/* Why a bad tetrahedron is left. */
+/* Why a bad tetrahedron is left: the first of these that applies. */
 typedef enum spr_reason {
     SPR_BOUNDED, /* the surface allows no better: its facets there, and the angles between them,
-                  * keep it below the target */
+                  * keep it below the target. If the call was stopped, this is known only of
+                  * tetrahedra that were tried: others have another reason, whatever their bound */
     SPR_FIXED,   /* none of its vertices may move */
     SPR_STUCK,   /* every operator was tried in vain, and nothing around it has changed since */
     SPR_BUDGET   /* not every operator was tried (for example, no more vertices may be removed), or
@@ -5129,11 +5130,13 @@ static int spr__may_go(const spr__state *s, delaunay_handle t)
            s->movable[v[3]] > 1;
 }
 
-/* Why t, which is in the list, is left; any reason if it is not. */
-static spr_reason spr__reason(const spr__state *s, delaunay_handle t)
+/* Why t, which is in the list, is left; any reason if it is not. stopped: the call was, perhaps
+ * before most were tried, and it would take too long to find out now what the surface allows. */
+static spr_reason spr__reason(const spr__state *s, delaunay_handle t, int stopped)
 {
     if (delaunay_is_deleted(s->mesh, t) || s->value[t] >= s->target) return SPR_STUCK;
-    if (spr__is_held(s, t)) return SPR_BOUNDED;
+    if (stopped ? spr__is_held(s, t) : (float)spr__goal(s, t) < (float)s->target)
+        return SPR_BOUNDED;
     if (spr__is_fixed(s, t)) return SPR_FIXED;
     if (spr__may_go(s, t) && s->report->vertices_removed >= s->max_gone) return SPR_BUDGET;
     return s->at[t].level != SPR__HOPELESS ||
@@ -5142,9 +5145,9 @@ static spr_reason spr__reason(const spr__state *s, delaunay_handle t)
                : SPR_STUCK;
 }
 
-/* Records why the bad ones in the list are left, and frees what only the schedule needs. Returns 0
- * if out of memory. */
-static int spr__end_schedule(spr__state *s)
+/* Records why the bad ones in the list are left, and frees what only the schedule needs. stopped: as
+ * in spr__reason. Returns 0 if out of memory. */
+static int spr__end_schedule(spr__state *s, int stopped)
 {
     size_t i;
     delaunay_engine_free(s->engine);
@@ -5155,7 +5158,7 @@ static int spr__end_schedule(spr__state *s)
     s->still = s->stays = s->vain = NULL;
     s->left = (uint8_t *)delaunay_alloc(s->memory, s->bad.count + 1, sizeof *s->left);
     for (i = 0; s->left && i < s->bad.count; i++)
-        s->left[i] = (uint8_t)spr__reason(s, s->bad.items[i]);
+        s->left[i] = (uint8_t)spr__reason(s, s->bad.items[i], stopped);
     delaunay_release(s->memory, s->at);
     delaunay_release(s->memory, s->cases);
     delaunay_list_free(&s->free_cases);
@@ -5491,7 +5494,6 @@ static void spr__describe(const spr__state *s, spr_worst *w, delaunay_handle t, 
     w->reason = reason;
     w->quality = s->value[t];
     w->bound = spr__bound(s, t, HUGE_VAL);
-    if (w->bound < s->target) w->reason = SPR_BOUNDED;
     spr__middle(s->mesh, t, w->xyz);
 }
 
@@ -5514,7 +5516,6 @@ static void spr__explain(spr__state *s)
         reason = (spr_reason)s->left[i];
         if (s->options.left) {
             spr__describe(s, &w, t, reason);
-            reason = w.reason;
             s->options.left(s->options.left_user, &w);
         }
         ++*count[reason];
@@ -5605,7 +5606,7 @@ static spr_result spr__improve(spr__state *s, uint32_t max_new)
         if (!s->options.keep_vertices && spr__fit(s)) spr__compact(s);
         return result;
     }
-    if (!spr__end_schedule(s)) return SPR_ERROR_OUT_OF_MEMORY;
+    if (!spr__end_schedule(s, result != SPR_OK)) return SPR_ERROR_OUT_OF_MEMORY;
     if (result == SPR_OK && !s->options.no_smoothing) result = spr__relax(s);
     spr__explain(s);
     if (!s->options.keep_vertices) spr__compact(s);
