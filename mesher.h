@@ -9970,7 +9970,8 @@ static int mesher__limit_size(mesher_domain *domain, uint32_t v, uint32_t by, do
  * gradation allows. A sweep carries a bound at least one edge further. After SWEEPS of them and
  * SWEPT_TETS tetrahedra (a second or two) it ends anyway: bounds reach so far only where sizes grow
  * by a thousandth from edge to edge. */
-enum { MESHER__SWEEPS = 100, MESHER__SWEPT_TETS = 100000000 };
+#  define MESHER__SWEEPS     100
+#  define MESHER__SWEPT_TETS 1e8
 static mesher_result mesher__limit_gradation(mesher_domain *domain)
 {
     const delaunay_mesh *mesh = &domain->mesh;
@@ -9989,7 +9990,7 @@ static mesher_result mesher__limit_gradation(mesher_domain *domain)
     domain->num_own_sizes = mesh->num_vertices;
     for (v = 0; v < mesh->num_vertices; v++) domain->size_source[v] = v;
     for (sweep = 0; changed && (sweep < MESHER__SWEEPS ||
-                                (double)sweep * mesh->num_tets < MESHER__SWEPT_TETS);
+                                (double)sweep * (double)mesh->num_tets < MESHER__SWEPT_TETS);
          sweep++)
         for (changed = 0, t = 1; t < mesh->num_tets; t++) {
             if (!mesher__is_inside(mesh, t)) continue;
