@@ -31,7 +31,8 @@
  *   be reached; the report says where it does.
  *   Element sizes are preserved, not created. At most about one vertex is added for every 60
  *   tetrahedra, none where that makes an edge much shorter than those around it; at most about one
- *   is removed for every 12 tetrahedra, and no edge contraction makes an edge much longer.
+ *   is removed for every 12 tetrahedra, besides a few in each shaken patch, and no edge contraction
+ *   makes an edge much longer.
  *   Limits: those of delaunay.h. The measures are correct for edges of 1e-75 to 1e75; tetrahedra
  *   with edges beyond that count as bad.
  *
@@ -213,7 +214,8 @@ typedef struct spr_statistics {
 typedef struct spr_report {
     spr_statistics before, after; /* after: may be all zeros if memory runs out */
     /* numbers of successful operations: */
-    uint64_t  smoothed, edges_removed, reconnected, vertices_removed, vertices_inserted;
+    uint64_t  smoothed, edges_removed, reconnected;
+    uint64_t  vertices_removed, vertices_inserted; /* also by the replacement of patches */
     uint64_t  shaken;  /* patches of the mesh replaced after their vertices were shaken */
     uint64_t  flipped, relaxed; /* for the mean alone: edges and facets flipped, vertices moved */
     uint64_t  rounds, plans, conflicts;          /* of delaunay_speculate */
@@ -628,7 +630,7 @@ typedef struct spr__state {
     uint32_t         cap_vertices;
     uint32_t         first_new, max_new; /* vertices from first_new on are new: max_new at most */
     uint32_t         room_new;    /* max_new may grow to this */
-    uint64_t         max_gone;    /* vertices that may be removed */
+    uint64_t         gone, max_gone; /* vertices that SPR__REMOVE has removed, and may remove */
     delaunay_list    bad, items;  /* the work list of bad tetrahedra; those of this round */
     int              sweep;       /* the level that is running */
     uint64_t         num_bad;     /* bad tetrahedra at present */
@@ -3484,7 +3486,7 @@ static int spr__plan(void *user, const delaunay_mesh *m, delaunay_worker *worker
     case SPR__SMOOTH: return spr__plan_smooth(s, worker, t, plan);
     case SPR__SMALL: return spr__plan_grow(s, worker, t, plan, little, 0);
     case SPR__REMOVE:
-        if (s->report->vertices_removed >= s->max_gone) return DELAUNAY_PLAN_NOTHING;
+        if (s->gone >= s->max_gone) return DELAUNAY_PLAN_NOTHING;
         answer = spr__plan_removal(s, worker, t, plan, 0);
         return answer != DELAUNAY_PLAN_NOTHING ? answer : spr__plan_removal(s, worker, t, plan, 1);
     case SPR__INSERT: return spr__plan_insertion(s, worker, t, plan, medium);
@@ -3643,6 +3645,7 @@ static void spr__set_may_add(spr__state *s)
 static void spr__count(spr__state *s, const delaunay_plan *plan)
 {
     s->changes++;
+    if (s->sweep == SPR__REMOVE && !plan->num_new) s->gone++;
     if (s->sweep == SPR__MEAN) s->report->flipped++;
     else if (plan->num_new) s->report->vertices_inserted++;
     else if (s->sweep == SPR__EDGES) s->report->edges_removed++;
@@ -4551,12 +4554,28 @@ static void spr__patch_shake(const spr__state *s, spr__patch *p)
     }
 }
 
+/* How many points of a patch are in no tetrahedron of its best result. */
+static uint64_t spr__patch_gone(const spr__patch *p)
+{
+    uint8_t stays[SPR__PATCH_VERTICES + SPR__PATCH_NEW] = {0};
+    uint64_t gone = p->num_points;
+    size_t i;
+    int k;
+    for (i = 0; i < p->num_out; i++)
+        for (k = 0; k < 4; k++) {
+            gone -= !stays[p->out[i][k]];
+            stays[p->out[i][k]] = 1;
+        }
+    return gone;
+}
+
 /* Puts the best result of a patch in its place. */
 static spr_result spr__patch_commit(spr__state *s, spr__patch *p)
 {
     delaunay_mesh *m = s->mesh;
     delaunay_handle slots[SPR__PATCH_TETS + SPR__PATCH_ROOM];
     uint32_t *out = p->out[0], v[SPR__PATCH_VERTICES + SPR__PATCH_NEW];
+    const uint64_t gone = spr__patch_gone(p);
     delaunay_result result;
     size_t i;
     memcpy(v, p->v, p->num_vertices * sizeof *v);
@@ -4586,6 +4605,7 @@ static spr_result spr__patch_commit(spr__state *s, spr__patch *p)
             return SPR_ERROR_OUT_OF_MEMORY;
     }
     p->num_tets = p->num_out;
+    s->report->vertices_removed += gone;
     s->report->shaken++;
     return SPR_OK;
 }
@@ -5138,7 +5158,7 @@ static spr_reason spr__reason(const spr__state *s, delaunay_handle t, int stoppe
     if (stopped ? spr__is_held(s, t) : (float)spr__goal(s, t) < (float)s->target)
         return SPR_BOUNDED;
     if (spr__is_fixed(s, t)) return SPR_FIXED;
-    if (spr__may_go(s, t) && s->report->vertices_removed >= s->max_gone) return SPR_BUDGET;
+    if (spr__may_go(s, t) && s->gone >= s->max_gone) return SPR_BUDGET;
     return s->at[t].level != SPR__HOPELESS ||
                    spr__has_changed(s, s->mesh->tets[t].v, spr__case_of(s, t)->tried + 1)
                ? SPR_BUDGET

@@ -310,6 +310,44 @@ static void test_improves_a_cube_and_a_ball(void)
     CHECK(reconnected > 0 && shaken > 0);
 }
 
+static int num_used_vertices(const delaunay_mesh *m)
+{
+    uint8_t *used = (uint8_t *)calloc(m->num_vertices, 1);
+    delaunay_handle t;
+    int i, num = 0;
+    for (t = 1; t < m->num_tets; t++)
+        for (i = 0; i < 4 && is_real(m, t); i++) {
+            num += !used[m->tets[t].v[i]];
+            used[m->tets[t].v[i]] = 1;
+        }
+    free(used);
+    return num;
+}
+
+static void test_counts_vertices_that_come_and_go(void)
+{
+    uint64_t shaken = 0, removed = 0, inserted = 0;
+    int pass;
+    for (pass = 0; pass < 4; pass++) {
+        spr_options o = open_options();
+        delaunay_mesh m;
+        spr_report r;
+        int before;
+        o.target = 0.2;
+        CHECK(random_mesh(&m, 200, 1, NULL));
+        color_mesh(&m, 1);
+        before = num_used_vertices(&m);
+        improve_and_check(&m, &o, &r, SPR_OK);
+        CHECK(num_used_vertices(&m) ==
+              before + (int)r.vertices_inserted - (int)r.vertices_removed);
+        shaken += r.shaken;
+        removed += r.vertices_removed;
+        inserted += r.vertices_inserted;
+        delaunay_mesh_free(&m);
+    }
+    CHECK(shaken > 0 && removed > 0 && inserted > 0);
+}
+
 static void test_keeps_the_callers_points_by_default(void)
 {
     delaunay_mesh m;
@@ -2142,6 +2180,7 @@ int main(void)
     test_tells_of_all_that_is_left();
     test_counts_the_same_with_and_without_telling();
     test_says_what_the_surface_holds();
+    test_counts_vertices_that_come_and_go();
     test_failing_allocations();
     test_failing_allocations_while_the_mesh_grows();
     test_one_thread_at_a_time_allocates();
