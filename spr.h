@@ -5567,6 +5567,7 @@ static void spr__compact(spr__state *s)
         if (m->vertex_id[v] == DELAUNAY_NO_ID && m->vertex_tet[v] == 0) continue;
         m->vertices[n] = m->vertices[v];
         m->vertex_id[n] = m->vertex_id[v];
+        if (m->weight) m->weight[n] = m->weight[v];
         m->vertex_tet[n++] = m->vertex_tet[v];
     }
     if (n == m->num_vertices) return;

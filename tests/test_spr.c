@@ -1844,6 +1844,33 @@ static void test_says_what_the_surface_holds(void)
     CHECK(r.worst[0].bound >= r.worst[0].quality * 0.999 && r.worst[0].bound < 0.35);
 }
 
+/* A weighted triangulation; every second vertex is one that may go. */
+static void test_vertices_keep_their_weights(void)
+{
+    enum { POINTS = 80 };
+    double xyz[3 * POINTS], weights[POINTS];
+    spr_options o = open_options();
+    delaunay_points points;
+    delaunay_mesh m;
+    spr_report r;
+    uint32_t v;
+    int i;
+    memset(&points, 0, sizeof points);
+    memset(&m, 0, sizeof m);
+    random_points(xyz, POINTS, 0);
+    for (i = 0; i < POINTS; i++) weights[i] = 1e-6 * i;
+    points.xyz = xyz;
+    points.count = POINTS;
+    points.weights = weights;
+    CHECK(delaunay_tetrahedralize_points(&m, &points, NULL, NULL) == DELAUNAY_OK);
+    for (v = 1; v < m.num_vertices; v += 2) m.vertex_id[v] = DELAUNAY_NO_ID;
+    o.free_vertices = 0;
+    CHECK(spr_improve(&m, &o, &r) == SPR_OK && r.vertices_removed > 0);
+    for (v = 1; v < m.num_vertices; v++)
+        CHECK(m.vertex_id[v] == DELAUNAY_NO_ID || m.weight[v] == weights[m.vertex_id[v]]);
+    delaunay_mesh_free(&m);
+}
+
 /* ---- the host ------------------------------------------------------------------------------ */
 
 /* An allocator that notices writes beyond the end of a block, for delaunay_alloc puts no gap there
@@ -2181,6 +2208,7 @@ int main(void)
     test_counts_the_same_with_and_without_telling();
     test_says_what_the_surface_holds();
     test_counts_vertices_that_come_and_go();
+    test_vertices_keep_their_weights();
     test_failing_allocations();
     test_failing_allocations_while_the_mesh_grows();
     test_one_thread_at_a_time_allocates();
