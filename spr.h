@@ -625,7 +625,7 @@ typedef struct spr__state {
     int              vain_bits;   /* the table has 2 to the power of this entries */
     uint64_t         allowance[8]; /* plans left to each level */
     uint64_t         kept_allowance[8]; /* a copy, restored after lifting */
-    uint8_t         *movable;     /* by vertex: it may move (1), and be removed as well (2) */
+    uint8_t         *movable;     /* by vertex: it may move and be removed */
     delaunay_handle  cap_tets;
     uint32_t         cap_vertices;
     uint32_t         first_new, max_new; /* vertices from first_new on are new: max_new at most */
@@ -793,7 +793,7 @@ static double spr__quality_of(const spr__state *s, const uint32_t *v)
  * part of it. */
 static double spr__floor(const spr__state *s, double before)
 {
-    double least = s->sweep == 1 ? 0.02 : 0.005,
+    double least = s->sweep == SPR__SMOOTH ? 0.02 : 0.005,
            gain = spr__min(least, 0.25 * fabs(before) + 1e-12), floor_ = before + gain;
     return before < s->target && floor_ > s->target ? s->target : floor_;
 }
@@ -1202,15 +1202,13 @@ SPR__TARGET DELAUNAY_INLINE __m256d spr__shape4_sicn(const spr__shape4 *s)
                        _mm256_mul_pd(_mm256_sqrt_pd(area2), _mm256_sqrt_pd(length2)));
 }
 
-/* Edge i lies between these facets. */
-static const int spr__edge_facets[6][2] = {{2, 3}, {1, 3}, {1, 2}, {0, 3}, {0, 2}, {0, 1}};
-
 SPR__TARGET DELAUNAY_INLINE void spr__shape4_extremes(const spr__shape4 *s, __m256d *out)
 {
     int i;
     out[0] = out[1] = _mm256_set1_pd(4);
     for (i = 0; i < 6; i++) {
-        int f = spr__edge_facets[i][0], g = spr__edge_facets[i][1];
+        const uint8_t *facets = delaunay_edge_order(5 - i); /* beside edge i */
+        int f = facets[0], g = facets[1];
         __m256d sine = spr__ratio4(_mm256_mul_pd(s->det, _mm256_sqrt_pd(s->length2[i])),
                                    _mm256_mul_pd(s->area[f], s->area[g])),
                 acute = _mm256_cmp_pd(spr__dot4(s->normal[f], s->normal[g]),
@@ -1658,7 +1656,7 @@ SPR__TARGET static void spr__four_set_avx2(spr__four *f)
     _mm256_storeu_pd(f->gamma, spr__shape4_gamma(&s));
     _mm256_storeu_pd(f->sicn, spr__shape4_sicn(&s));
     for (i = 0; i < 6; i++) {
-        int a = spr__edge_facets[5 - i][0], b = spr__edge_facets[5 - i][1];
+        int a = delaunay_edge_order(i)[0], b = delaunay_edge_order(i)[1];
         spr__cosine4(f, i, s.normal[a], s.normal[b], _mm256_mul_pd(s.area[a], s.area[b]));
     }
 }
@@ -2077,8 +2075,8 @@ static int spr__plan_smooth(const spr__state *s, delaunay_worker *worker, delaun
 /* -- relaxation: smoothing for the mean quality */
 
 /* A vertex stays if it would move by less than this part of the length of the edges around it. */
-#  define SPR__RELAXED 0.06
-#  define SPR__HAIR    1e-12 /* qualities that differ by less count as equal */
+#define SPR__RELAXED 0.06
+#define SPR__HAIR    1e-12 /* qualities that differ by less count as equal */
 
 enum {
     SPR__RELAX_BLOCK = 2048, /* vertices of a block, which one thread moves in order */
@@ -2099,7 +2097,7 @@ typedef struct spr__sweep {
     size_t           left;
 } spr__sweep;
 
-#  define SPR__AT_REST UINT32_MAX
+#define SPR__AT_REST UINT32_MAX
 
 /* The way from a vertex to the mean of the facets of its cone, weighted by area. Returns 0 if it is
  * so short, as on lattices, that nothing is to be gained. */
@@ -3060,7 +3058,7 @@ static int spr__plan_removal(const spr__state *s, delaunay_worker *worker, delau
     memset(&best, 0, sizeof best);
     for (i = 0; i < 4; i++) {
         uint32_t v = m->tets[t].v[i];
-        if (s->movable[v] < 2 || s->stays[v] > s->stamp[v]) continue;
+        if (!s->movable[v] || s->stays[v] > s->stamp[v]) continue;
         result = delaunay_vertex_star(m, worker, v, &plan->star);
         if (result != DELAUNAY_OK) return (int)result;
         if (plan->star.count > (thorough ? SPR__MAX_STAR : SPR__MAX_HUB)) continue;
@@ -3553,7 +3551,7 @@ static int spr__fit(spr__state *s)
         memset(s->still + s->cap_vertices, 0, (vertices - s->cap_vertices) * sizeof *still);
         memset(s->stays + s->cap_vertices, 0, (vertices - s->cap_vertices) * sizeof *stays);
         memset(s->stamp + s->cap_vertices, 0, (vertices - s->cap_vertices) * sizeof *stamp);
-        memset(s->movable + s->cap_vertices, 2, vertices - s->cap_vertices);
+        memset(s->movable + s->cap_vertices, 1, vertices - s->cap_vertices);
         s->cap_vertices = (uint32_t)vertices;
     }
     return 1;
@@ -4237,7 +4235,7 @@ static int spr__patch_set(const spr__state *s, delaunay_worker *worker, spr__pat
     for (k = 0; k < 4; k++) (void)spr__patch_vertex(p, s->mesh->tets[t].v[k]);
     for (i = 0, ring = 4; i < ring && answer > 0; i++) {
         answer = spr__patch_add_star(s, worker, p, p->v[i], t, max_bad, star);
-        p->inner[i] = s->movable[p->v[i]] != 0;
+        p->inner[i] = s->movable[p->v[i]];
         p->num_inner += p->inner[i];
         if (i == 3) ring = p->num_vertices;
     }
@@ -5142,14 +5140,6 @@ static spr_result spr__flip_for_mean(spr__state *s)
     return result;
 }
 
-/* Whether t has a vertex that may be removed. */
-static int spr__may_go(const spr__state *s, delaunay_handle t)
-{
-    const uint32_t *v = s->mesh->tets[t].v;
-    return s->movable[v[0]] > 1 || s->movable[v[1]] > 1 || s->movable[v[2]] > 1 ||
-           s->movable[v[3]] > 1;
-}
-
 /* Why t, which is in the list, is left; any reason if it is not. stopped: the call was, perhaps
  * before most were tried, and it would take too long to find out now what the surface allows. */
 static spr_reason spr__reason(const spr__state *s, delaunay_handle t, int stopped)
@@ -5158,7 +5148,7 @@ static spr_reason spr__reason(const spr__state *s, delaunay_handle t, int stoppe
     if (stopped ? spr__is_held(s, t) : (float)spr__goal(s, t) < (float)s->target)
         return SPR_BOUNDED;
     if (spr__is_fixed(s, t)) return SPR_FIXED;
-    if (spr__may_go(s, t) && s->gone >= s->max_gone) return SPR_BUDGET;
+    if (s->gone >= s->max_gone) return SPR_BUDGET;
     return s->at[t].level != SPR__HOPELESS ||
                    spr__has_changed(s, s->mesh->tets[t].v, spr__case_of(s, t)->tried + 1)
                ? SPR_BUDGET
@@ -5469,8 +5459,8 @@ static void spr__pin_borders(spr__state *s, int threads)
     memset(s->stamp, 0, m->num_vertices * sizeof *s->stamp);
 }
 
-/* Finds which vertices may move and be removed (2), or are fixed (0): free are those with
- * tetrahedra of one region, on no wall and no constrained edge. None gets 1, to move only. */
+/* Finds which vertices may move and be removed: those with tetrahedra of one region, on no wall and
+ * no constrained edge. */
 static void spr__find_movable(spr__state *s)
 {
     const delaunay_mesh *m = s->mesh;
@@ -5480,8 +5470,7 @@ static void spr__find_movable(spr__state *s)
     int64_t t;
     (void)threads;
     for (v = 1; v < m->num_vertices; v++)
-        s->movable[v] =
-            (uint8_t)(m->vertex_id[v] == DELAUNAY_NO_ID || s->options.free_vertices ? 2 : 0);
+        s->movable[v] = m->vertex_id[v] == DELAUNAY_NO_ID || s->options.free_vertices;
     for (v = 1; v < m->num_vertices && s->options.fixed_vertices; v++)
         if (s->options.fixed_vertices[v]) s->movable[v] = 0;
     s->movable[0] = 0;
