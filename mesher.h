@@ -2463,9 +2463,15 @@ static uint32_t mesher__item_under(const mesher__space *space, uint32_t v)
     return best;
 }
 
+/* Whether v is in no facet or line, nor in a tetrahedron of the caller's (in_tets, or NULL). */
+static int mesher__is_unused(const mesher_domain *domain, const uint8_t *in_tets, uint32_t v)
+{
+    return domain->vertex_used[v] == MESHER_VERTEX_ISOLATED && !(in_tets && in_tets[v]);
+}
+
 /* Decides which isolated vertices become points of the mesh: those that are wanted, but not one
- * that is exactly on a facet or line, which it would split. in_tets: nonzero for vertices that
- * tetrahedra of the caller's have, and that are no question; NULL: there are none. */
+ * that is exactly on a facet or line, which it would split. in_tets: nonzero for vertices of the
+ * caller's tetrahedra, which are points of the mesh anyway; NULL: there are none. */
 static mesher_result mesher__place_isolated(mesher_domain *domain, const uint8_t *in_tets,
                                             mesher_report *report)
 {
@@ -2474,16 +2480,14 @@ static mesher_result mesher__place_isolated(mesher_domain *domain, const uint8_t
     mesher_result result;
     uint32_t v, n = domain->first_corner;
     int drop = domain->options.drop_unused;
-    for (v = 0; v < n && (domain->vertex_used[v] != MESHER_VERTEX_ISOLATED ||
-                          (in_tets && in_tets[v]));
-         v++) {}
+    for (v = 0; v < n && !mesher__is_unused(domain, in_tets, v); v++) {}
     if (v == n) return MESHER_OK;
     memset(&space, 0, sizeof space);
     result = drop ? MESHER_OK : mesher__space_init(domain, &space);
     if (result != MESHER_OK) return result;
     for (; v < n; v++) {
         uint32_t under;
-        if (domain->vertex_used[v] != MESHER_VERTEX_ISOLATED || (in_tets && in_tets[v])) continue;
+        if (!mesher__is_unused(domain, in_tets, v)) continue;
         if (surface->left_out && surface->left_out[v]) {
             domain->vertex_used[v] = MESHER_VERTEX_ABSENT;
             continue;
@@ -9093,7 +9097,6 @@ static mesher_result mesher__keep_cells(mesher_domain *domain, const mesher__col
                                         mesher_report *report)
 {
     mesher_regions policy = domain->options.regions;
-    mesher_result result = MESHER_OK;
     uint32_t i, next = 0;
     uint8_t *seeded = (uint8_t *)delaunay_alloc(&domain->memory, domain->num_regions, 1);
     int any = 0;
@@ -9113,7 +9116,7 @@ static mesher_result mesher__keep_cells(mesher_domain *domain, const mesher__col
         else if (!any) region->number = ++next;
     }
     delaunay_release(&domain->memory, seeded);
-    return result;
+    return MESHER_OK;
 }
 
 /* Adds a note for each kept region at an even depth, if the connected part of the surface that its
@@ -14439,7 +14442,7 @@ static mesher_result mesher__check_arguments(const mesher_surface *s, mesher_rep
     return MESHER_OK;
 }
 
-/* Fills vertex_used; of vertices that tetrahedra of the caller's have (num_tets, maybe 0), none is
+/* Fills vertex_used. Vertices of the caller's tetrahedra (num_tets of them, or 0) are not noted as
  * unused. */
 static mesher_result mesher__sort_vertices(mesher_domain *domain, const uint32_t *tets,
                                            size_t num_tets, mesher_report *report)

@@ -2775,7 +2775,7 @@ enum { SPR__TIDY_POINTS = 16 }; /* of a cavity that is searched for fewer bad on
 /* Answers of spr__reconnect. */
 enum {
     SPR__FOUND = 1,
-    SPR__NO_GAIN = 0, /* the best result gains less than its surroundings ask for now */
+    SPR__NO_GAIN = 0, /* the best result gains less than is asked of a change there */
     SPR__NEVER = -1,  /* it is proven that there is no result */
     SPR__NOT_SO = -2  /* no result within max_nodes, in this order of the tetrahedra */
 };
