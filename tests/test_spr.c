@@ -1393,10 +1393,11 @@ static void test_arrays_with_little_room(void)
 {
     size_t room, k;
     for (room = 0; room < 6; room++) {
-        soup s = make_soup(2000, 0);
+        soup s = make_soup(500, 0);
         spr_report r;
         spr_options o = open_options();
         size_t nv = s.nv;
+        o.no_smoothing = o.no_reconnection = 1; /* so that more are inserted, in less time */
         CHECK(s.cap_v > nv + room);
         for (k = 3 * (nv + room); k < 3 * s.cap_v; k++) s.xyz[k] = -77;
         CHECK(spr_improve_arrays(s.xyz, &s.nv, nv + room, s.tets, s.colors, &s.nt, s.cap_t, NULL,
