@@ -3,6 +3,9 @@
  *   cc -O3 -fopenmp examples/delaunay.c -o delaunay -lm
  *   delaunay points.xyz -o tets.mesh
  */
+#if defined(__STRICT_ANSI__) && !defined(_XOPEN_SOURCE)
+#  define _XOPEN_SOURCE 700 /* with -std=c99 too, files and clocks are those of POSIX */
+#endif
 #define DELAUNAY_IMPLEMENTATION
 #include "../delaunay.h"
 #define MESHIO_IMPLEMENTATION

@@ -3,6 +3,9 @@
  *   cc -O3 -fopenmp examples/improve.c -o improve -lm
  *   improve in.msh -o out.vtu
  */
+#if defined(__STRICT_ANSI__) && !defined(_XOPEN_SOURCE)
+#  define _XOPEN_SOURCE 700 /* with -std=c99 too, files and clocks are those of POSIX */
+#endif
 #define SPR_IMPLEMENTATION
 #include "../spr.h"
 #define MESHIO_IMPLEMENTATION

@@ -6,6 +6,9 @@
  * The only program that uses all five headers. It reads a surface (meshio.h), meshes it (mesher.h),
  * improves the mesh (spr.h), proves it valid (delaunay.h; the surface here), and writes it.
  */
+#if defined(__STRICT_ANSI__) && !defined(_XOPEN_SOURCE)
+#  define _XOPEN_SOURCE 700 /* with -std=c99 too, files and clocks are those of POSIX */
+#endif
 #define MESHER_IMPLEMENTATION
 #include "../mesher.h"
 #define SPR_IMPLEMENTATION

@@ -266,7 +266,8 @@ MESHIO_API size_t meshio_parse_double(const char *text, size_t length, double *v
 #ifdef _OPENMP
 #  include <omp.h>
 #endif
-#if (defined(__unix__) || defined(__APPLE__)) && !defined(__STRICT_ANSI__)
+#if (defined(__unix__) || defined(__APPLE__)) && \
+    (!defined(__STRICT_ANSI__) || defined(_XOPEN_SOURCE))
 #  include <sys/stat.h>
 #  define MESHIO__STAT 1
 #endif

@@ -8,7 +8,8 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#if (defined(__unix__) || defined(__APPLE__)) && !defined(__STRICT_ANSI__)
+#if (defined(__unix__) || defined(__APPLE__)) && \
+    (!defined(__STRICT_ANSI__) || defined(_XOPEN_SOURCE))
 #  include <sys/resource.h>
 #  include <sys/stat.h>
 #  include <sys/time.h>
