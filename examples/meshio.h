@@ -34,7 +34,7 @@
  *   STL (ASCII, binary; equal corners become one vertex), OFF, OBJ, PLY (ASCII, both byte orders),
  *   Medit .mesh and .meshb (versions 1-4, both byte orders), MSH 1 (ASCII), 2.x, 4.0 and 4.1
  *   (ASCII, binary), legacy VTK (ASCII, binary), VTU (ASCII, binary and appended, raw and base64,
- *   compressed by zlib or not), TetGen .node .ele .poly .smesh, Abaqus and CalculiX .inp (nodes,
+ *   compressed by zlib or not), TetGen .node .ele (with .face) .poly .smesh, Abaqus and CalculiX .inp (nodes,
  *   elements, surfaces made of element facets; parts, if each has one instance only), and points:
  *   .xyz (text), .bin (raw little-endian doubles).
  * Writes
@@ -121,7 +121,8 @@ typedef enum meshio_format {
     MESHIO_FORMAT_VTU,
     MESHIO_FORMAT_INP,
     MESHIO_FORMAT_NODE,
-    MESHIO_FORMAT_ELE, /* read: with the .node file beside it; write: .node, .face and .ele */
+    MESHIO_FORMAT_ELE, /* read: with the .node file beside it, and the .face file if there is one;
+                        * write: .node, .face and .ele */
     MESHIO_FORMAT_POLY,
     MESHIO_FORMAT_SMESH,
     MESHIO_FORMAT_XYZ,
@@ -4464,6 +4465,36 @@ static meshio_result meshio__read_elements(meshio__reader *r, int64_t first)
     return MESHIO_OK;
 }
 
+/* Triangles, each followed by the nodes in the middle of its edges if it is quadratic, by a marker
+ * if the file has markers, and by the elements at it if TetGen was asked for them. */
+static meshio_result meshio__read_faces(meshio__reader *r, int64_t first, int quadratic)
+{
+    int64_t count, markers = 0, i, id, index, values[6];
+    int k, num, at = quadratic ? 3 : 0;
+    r->text = 1;
+    r->comment = '#';
+    MESHIO__TRY(meshio__int(r, &count));
+    if (meshio__more_on_line(r)) MESHIO__TRY(meshio__int(r, &markers));
+    MESHIO__TRY(meshio__fits(r, count, 8, "faces"));
+    for (i = 0; i < count; i++) {
+        uint32_t v[3];
+        MESHIO__TRY(meshio__int(r, &id));
+        for (k = 0; k < 3; k++) {
+            const unsigned char *where;
+            meshio__skip(r);
+            where = r->p;
+            MESHIO__TRY(meshio__int(r, &index));
+            MESHIO__TRY(meshio__vertex(r, where, index, first, &v[k]));
+        }
+        for (num = 0; meshio__more_on_line(r); num++) {
+            MESHIO__TRY(meshio__int_or_double(r, &index));
+            if (num < 6) values[num] = index;
+        }
+        MESHIO__TRY(meshio__add_triangle(r, v[0], v[1], v[2], markers && num > at ? values[at] : 0));
+    }
+    return MESHIO_OK;
+}
+
 /* ---- >>inp  Abaqus and CalculiX -------------------------------------------------------------- */
 
 /* A card is a line that starts with a star: its keyword, and those of its parameters that are of
@@ -6551,28 +6582,53 @@ static int meshio__beside(const char *path, const char *extension, char *name, s
     return 1;
 }
 
-/* Reads a file from memory; before it the .node file beside it, if `nodes` is not NULL. */
-static meshio_result meshio__read(const unsigned char *bytes, size_t size, meshio_format format,
-                                  const unsigned char *nodes, size_t nodes_size, meshio_mesh *mesh,
-                                  meshio_report *report)
+/* A file in memory; bytes NULL: none. */
+typedef struct meshio__file {
+    unsigned char *bytes;
+    size_t size;
+} meshio__file;
+
+/* The file that is read, and those beside it that belong to it in TetGen's formats. */
+enum { MESHIO__ITSELF, MESHIO__NODES, MESHIO__FACES, MESHIO__FILES };
+
+/* Reads one of the files; where that of the nodes or of the faces is wrong, the message names it. */
+static meshio_result meshio__read_file(meshio__reader *r, const meshio__file *files, int which,
+                                       meshio_format format, meshio__loops *loops)
 {
+    static const char *const extensions[MESHIO__FILES] = {"", ".node", ".face"};
+    const meshio__file *nodes = &files[MESHIO__NODES];
+    int64_t first = nodes->bytes ? meshio__first_node(nodes->bytes, nodes->size) : 1;
+    char message[sizeof r->report->message];
+    meshio_result result;
+    if (!files[which].bytes) return MESHIO_OK;
+    meshio__aim(r, files[which].bytes, files[which].size);
+    switch (which) {
+    case MESHIO__NODES: result = meshio__read_node(r); break;
+    case MESHIO__FACES: result = meshio__read_faces(r, first, r->spare.num > 0); break;
+    default: return meshio__read_any(r, format, first, loops);
+    }
+    if (result == MESHIO_OK) return result;
+    memcpy(message, r->report->message, sizeof message);
+    snprintf(r->report->message, sizeof message, "the %s file beside it, %.280s",
+             extensions[which], message);
+    return result;
+}
+
+/* Reads a file, and those beside it, from memory. */
+static meshio_result meshio__read(const meshio__file *files, meshio_format format,
+                                  meshio_mesh *mesh, meshio_report *report)
+{
+    static const int order[MESHIO__FILES] = {MESHIO__NODES, MESHIO__ITSELF, MESHIO__FACES};
     meshio__reader r;
     meshio__loops loops;
     meshio_result result = MESHIO_OK;
-    int64_t first = 1;
+    int k;
     memset(&r, 0, sizeof r);
     memset(&loops, 0, sizeof loops);
     r.mesh = mesh;
     r.report = report;
-    if (nodes) {
-        meshio__aim(&r, nodes, nodes_size);
-        result = meshio__read_node(&r);
-        first = meshio__first_node(nodes, nodes_size);
-    }
-    if (result == MESHIO_OK) {
-        meshio__aim(&r, bytes, size);
-        result = meshio__read_any(&r, format, first, &loops);
-    }
+    for (k = 0; k < MESHIO__FILES && result == MESHIO_OK; k++)
+        result = meshio__read_file(&r, files, order[k], format, &loops);
     if (result == MESHIO_OK) result = meshio__cut_polygons(&r);
     if (result == MESHIO_OK) result = meshio__find_spare(&r);
     meshio__reader_release(&r);
@@ -6587,7 +6643,7 @@ MESHIO_API meshio_result meshio_read_memory(const void *bytes, size_t size, mesh
 {
     meshio_report unused;
     meshio_result result;
-    unsigned char *copy;
+    meshio__file files[MESHIO__FILES];
     if (!report) report = &unused;
     memset(report, 0, sizeof *report);
     if (!mesh || (!bytes && size))
@@ -6597,14 +6653,55 @@ MESHIO_API meshio_result meshio_read_memory(const void *bytes, size_t size, mesh
         return meshio__report_words(report, MESHIO_ERROR_INVALID_ARGUMENT,
                                     "a size that no memory has");
     memset(mesh, 0, sizeof *mesh);
-    copy = (unsigned char *)MESHIO_MALLOC(size + 1); /* the cursor needs a zero after the end */
-    if (!copy) return meshio__report_words(report, MESHIO_ERROR_OUT_OF_MEMORY, "out of memory");
-    if (size) memcpy(copy, bytes, size);
-    copy[size] = 0;
-    result = meshio__read(copy, size, format, NULL, 0, mesh, report);
-    MESHIO_FREE(copy);
+    memset(files, 0, sizeof files);
+    files[MESHIO__ITSELF].size = size;
+    files[MESHIO__ITSELF].bytes =
+        (unsigned char *)MESHIO_MALLOC(size + 1); /* the cursor needs a zero after the end */
+    if (!files[MESHIO__ITSELF].bytes)
+        return meshio__report_words(report, MESHIO_ERROR_OUT_OF_MEMORY, "out of memory");
+    if (size) memcpy(files[MESHIO__ITSELF].bytes, bytes, size);
+    files[MESHIO__ITSELF].bytes[size] = 0;
+    result = meshio__read(files, format, mesh, report);
+    MESHIO_FREE(files[MESHIO__ITSELF].bytes);
     if (result != MESHIO_OK) meshio_free(mesh);
     return result;
+}
+
+/* Does a file of TetGen's need the .node file beside it? A .poly or .smesh file does if it lists no
+ * nodes. */
+static int meshio__needs_nodes(const meshio__file *file, meshio_format format)
+{
+    meshio__reader r;
+    meshio_report unused;
+    int64_t count = 1;
+    if (format != MESHIO_FORMAT_POLY && format != MESHIO_FORMAT_SMESH)
+        return format == MESHIO_FORMAT_ELE;
+    memset(&r, 0, sizeof r);
+    r.report = &unused;
+    meshio__aim(&r, file->bytes, file->size);
+    r.comment = '#';
+    return meshio__int(&r, &count) == MESHIO_OK && count == 0;
+}
+
+/* Loads a file, and those beside it that belong to it. */
+static meshio_result meshio__load_all(const char *path, meshio_format format, meshio__file *files,
+                                      meshio_report *report)
+{
+    char name[1024];
+    meshio__file *faces = &files[MESHIO__FACES], *nodes = &files[MESHIO__NODES];
+    meshio__file *file = &files[MESHIO__ITSELF];
+    meshio_result result;
+    MESHIO__TRY(meshio__load(path, &file->bytes, &file->size, report));
+    if (!meshio__needs_nodes(file, format)) return MESHIO_OK;
+    if (!meshio__beside(path, ".node", name, sizeof name))
+        return meshio__report_plain(report, MESHIO_ERROR_OPEN, "the name is too long:", path, 0);
+    MESHIO__TRY(meshio__load(name, &nodes->bytes, &nodes->size, report));
+    if (format != MESHIO_FORMAT_ELE || !meshio__beside(path, ".face", name, sizeof name))
+        return MESHIO_OK;
+    result = meshio__load(name, &faces->bytes, &faces->size, report);
+    if (result != MESHIO_ERROR_OPEN) return result;
+    memset(report, 0, sizeof *report); /* the faces may be missing */
+    return MESHIO_OK;
 }
 
 MESHIO_API meshio_result meshio_read(const char *path, meshio_format format, meshio_mesh *mesh,
@@ -6612,42 +6709,21 @@ MESHIO_API meshio_result meshio_read(const char *path, meshio_format format, mes
 {
     meshio_report unused;
     meshio_result result;
-    unsigned char *bytes = NULL, *nodes = NULL;
-    size_t size = 0, nodes_size = 0;
-    char name[1024];
+    meshio__file files[MESHIO__FILES];
+    int k;
     if (!report) report = &unused;
     memset(report, 0, sizeof *report);
     if (!path || !mesh)
         return meshio__report_words(report, MESHIO_ERROR_INVALID_ARGUMENT,
                                     "the path or the mesh is NULL");
     memset(mesh, 0, sizeof *mesh);
+    memset(files, 0, sizeof files);
     if (format == MESHIO_FORMAT_AUTO) format = meshio_format_of(path);
     if (format == MESHIO_FORMAT_AUTO)
         return meshio__report_plain(report, MESHIO_ERROR_FORMAT, "unknown extension of", path, 0);
-    result = meshio__load(path, &bytes, &size, report);
-    if (result == MESHIO_OK && (format == MESHIO_FORMAT_ELE || format == MESHIO_FORMAT_POLY ||
-                                format == MESHIO_FORMAT_SMESH)) {
-        int needed = format == MESHIO_FORMAT_ELE;
-        if (!needed) { /* the .node file is needed if the file lists 0 nodes */
-            meshio__reader r;
-            meshio_report first;
-            int64_t count = 1;
-            memset(&r, 0, sizeof r);
-            r.report = &first;
-            meshio__aim(&r, bytes, size);
-            r.comment = '#';
-            needed = meshio__int(&r, &count) == MESHIO_OK && count == 0;
-        }
-        if (needed && !meshio__beside(path, ".node", name, sizeof name))
-            result =
-                meshio__report_plain(report, MESHIO_ERROR_OPEN, "the name is too long:", path, 0);
-        else if (needed)
-            result = meshio__load(name, &nodes, &nodes_size, report);
-    }
-    if (result == MESHIO_OK)
-        result = meshio__read(bytes, size, format, nodes, nodes_size, mesh, report);
-    MESHIO_FREE(bytes);
-    MESHIO_FREE(nodes);
+    result = meshio__load_all(path, format, files, report);
+    if (result == MESHIO_OK) result = meshio__read(files, format, mesh, report);
+    for (k = 0; k < MESHIO__FILES; k++) MESHIO_FREE(files[k].bytes);
     if (result != MESHIO_OK) meshio_free(mesh);
     return result;
 }

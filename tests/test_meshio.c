@@ -415,11 +415,12 @@ static void check_round_trip(const char *extension, int binary, int ascii)
     for (i = 0; i < 2; i++)
         CHECK(
             has_element(back.tets, back.tet_tags, back.num_tets, 4, m.tets + 4 * i, m.tet_tags[i]));
+    CHECK(back.num_triangles == 6);
+    for (i = 0; i < 6; i++)
+        CHECK(has_element(back.triangles, back.triangle_tags, back.num_triangles, 3,
+                          m.triangles + 3 * i, m.triangle_tags[i]));
     if (strcmp(extension, "ele") != 0) {
-        CHECK(back.num_triangles == 6 && back.num_edges == 2);
-        for (i = 0; i < 6; i++)
-            CHECK(has_element(back.triangles, back.triangle_tags, back.num_triangles, 3,
-                              m.triangles + 3 * i, m.triangle_tags[i]));
+        CHECK(back.num_edges == 2);
         for (i = 0; i < 2; i++)
             CHECK(has_element(back.edges, back.edge_tags, back.num_edges, 2, m.edges + 2 * i,
                               m.edge_tags[i]));
@@ -429,6 +430,53 @@ static void check_round_trip(const char *extension, int binary, int ascii)
     if (strcmp(extension, "ele") == 0) {
         CHECK(exists(file_name("node")) && exists(file_name("face")));
         remove(file_name("node"));
+        remove(file_name("face"));
+    }
+}
+
+/* TetGen's files beside an .ele file: faces may be missing, have no markers, or have other numbers
+ * after these; what is wrong with them is said of the file where it is. */
+static void faces_beside_elements(void)
+{
+    static const struct {
+        const char *tets, *faces; /* NULL: no file */
+        int32_t tag;              /* of the only face; -1: there is none */
+        const char *message;
+    } cases[] = {
+        {"1 4 0\n1 1 2 3 4\n", NULL, -1, NULL},
+        {"1 4 0\n1 1 2 3 4\n", "1 1\n1 3 2 1 7\n", 7, NULL},
+        {"1 4 0\n1 1 2 3 4\n", "1 0\n1 3 2 1\n", 0, NULL},
+        {"1 4 0\n1 1 2 3 4\n", "1 0\n1 3 2 1 5 -1\n", 0, NULL},
+        {"1 4 0\n1 1 2 3 4\n", "1 1\n1 3 2 1 8 5 -1\n", 8, NULL},
+        {"1 10 0\n1 1 2 3 4 5 5 5 5 5 5\n", "1 1\n1 3 2 1 5 5 5 9\n", 9, NULL},
+        {"1 4 0\n1 1 2 3 4\n", "1 1\n\n1 3 2 6 7\n", -1, ".face file beside it, line 3"},
+        {"1 4 0\n1 1 2 3 4\n", "2 1\n1 3 2 1 7\n", -1, ".face file beside it, line"},
+    };
+    size_t k;
+    for (k = 0; k < sizeof cases / sizeof *cases; k++) {
+        meshio_mesh m;
+        meshio_report report;
+        FILE *f = fopen(file_name("node"), "wb");
+        fputs("5 3 0 0\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n5 .5 0 0\n", f);
+        fclose(f);
+        f = fopen(file_name("ele"), "wb");
+        fputs(cases[k].tets, f);
+        fclose(f);
+        if (cases[k].faces) {
+            f = fopen(file_name("face"), "wb");
+            fputs(cases[k].faces, f);
+            fclose(f);
+        }
+        CHECK((meshio_read(file_name("ele"), MESHIO_FORMAT_AUTO, &m, &report) == MESHIO_OK) ==
+              !cases[k].message);
+        CHECK(cases[k].message ? strstr(report.message, cases[k].message) != NULL
+                               : report.message[0] == 0 && m.num_tets == 1);
+        CHECK(m.num_triangles == (cases[k].tag >= 0));
+        if (m.num_triangles == 1)
+            CHECK(m.triangle_tags[0] == cases[k].tag && m.triangles[0] == 2);
+        meshio_free(&m);
+        remove(file_name("node"));
+        remove(file_name("ele"));
         remove(file_name("face"));
     }
 }
@@ -2317,6 +2365,7 @@ int main(void)
     text_does_not_depend_on_threads();
     words_are_not_numbers();
     volume_formats_keep_every_bit();
+    faces_beside_elements();
     inp_keeps_regions_and_surfaces();
     inp_has_elements_of_ten_nodes();
     inp_is_read_as_others_write_it();
