@@ -2621,6 +2621,12 @@ static delaunay_handle delaunay__walk_exact(const delaunay__kernel *k, delaunay_
 #    define DELAUNAY__MSUB(a, b, c)  _mm256_fmsub_pd(a, b, c)  /* ab - c */
 #    define DELAUNAY__NMADD(a, b, c) _mm256_fnmadd_pd(a, b, c) /* c - ab */
 
+/* Bit i: lane i of a is greater than that of b. */
+DELAUNAY__TARGET DELAUNAY_INLINE unsigned delaunay__greater4(__m256d a, __m256d b)
+{
+    return (unsigned)_mm256_movemask_pd(_mm256_cmp_pd(a, b, _CMP_GT_OQ));
+}
+
 /* Four numbers, each as h + l [Dekker 1971]: h is the result of plain arithmetic, l collects its
  * rounding errors. They are never renormalised: l stays below a few eps times the sum of the
  * absolute values of all products so far, and its own error below some eps^2 times that sum. */
@@ -2782,7 +2788,65 @@ DELAUNAY__TARGET DELAUNAY_INLINE unsigned delaunay__ties4(__m256d *rank, const _
         sign[k] = _mm256_blendv_pd(none, sign[k], _mm256_cmp_pd(m, zero, _CMP_GT_OQ));
     }
     sign[0] = _mm256_blendv_pd(sign[0], sign[1], _mm256_cmp_pd(sign[0], zero, _CMP_EQ_OQ));
-    return (unsigned)_mm256_movemask_pd(_mm256_cmp_pd(sign[0], zero, _CMP_GT_OQ));
+    return delaunay__greater4(sign[0], zero);
+}
+
+/* The ranks of four vertices with these differences from e; see delaunay__insphere_tie_doubles. */
+DELAUNAY__TARGET DELAUNAY_INLINE __m256d delaunay__ranks4(__m256d x, __m256d y, __m256d z)
+{
+    return DELAUNAY__MADD(x, _mm256_set1_pd(1048576),
+                          DELAUNAY__MADD(y, _mm256_set1_pd(1024), z));
+}
+
+/* Tells more of the signs of det than the first error bound does: by that of the permanents and, if
+ * need be, by determinants in double-doubles. Bit i of sure: the sign of lane i is certain; of *in:
+ * it is plus. Returns which ones are sure then. */
+DELAUNAY__TARGET DELAUNAY_INLINE unsigned
+delaunay__insphere4_doubtful(__m256d xyz[4][3], const double *e, __m256d ghost, __m256d l,
+                             __m256d det, unsigned sure, unsigned *in)
+{
+    const __m256d least = _mm256_set1_pd(delaunay__insphere_least2);
+    const __m256d l4 = _mm256_mul_pd(_mm256_mul_pd(l, l), _mm256_mul_pd(l, l));
+    __m256d error = delaunay__insphere4_permanent(xyz, e, ghost, l);
+    error = _mm256_mul_pd(error, _mm256_set1_pd(16 * DBL_EPSILON));
+    error = DELAUNAY__MADD(error, error, least);
+    error = DELAUNAY__MADD(l4, least, error); /* underflow, times R^4 */
+    sure |= delaunay__greater4(_mm256_mul_pd(det, det), error);
+    if (sure == 15) return sure;
+    delaunay__insphere4_dd(xyz, e, ghost, l, &det);
+    *in = (*in & sure) | (delaunay__greater4(det, _mm256_setzero_pd()) & ~sure);
+    error = DELAUNAY__MADD(_mm256_set1_pd(1e-56), _mm256_mul_pd(l4, l), least);
+    return sure | delaunay__greater4(_mm256_mul_pd(det, det), error);
+}
+
+/* Replaces those of four results that are not sure by exact ones. */
+DELAUNAY_INLINE unsigned delaunay__in_conflict4_exact(const delaunay__kernel *k,
+                                                      const delaunay_handle *h, const double *e,
+                                                      unsigned in, unsigned sure)
+{
+    unsigned i;
+    for (i = 0; i < 4; i++) {
+        if (sure >> i & 1) continue;
+        in &= ~(1u << i);
+        in |= (unsigned)delaunay__in_conflict_exact(k, h[i] >> 2, e) << i;
+    }
+    return in;
+}
+
+/* The vertices of four tetrahedra: xyz[i][k] is coordinate k of vertex i. Returns a mask of those
+ * that have the ghost. */
+DELAUNAY__TARGET DELAUNAY__ALWAYS_INLINE __m256d
+delaunay__gather4(const delaunay__kernel *k, const delaunay_handle *h, __m256d xyz[4][3])
+{
+    const delaunay_vertex *x = k->vertices;
+    const uint32_t *t0 = k->tets[h[0] >> 2].v, *t1 = k->tets[h[1] >> 2].v;
+    const uint32_t *t2 = k->tets[h[2] >> 2].v, *t3 = k->tets[h[3] >> 2].v;
+    DELAUNAY__TRANSPOSE(t0[0], t1[0], t2[0], t3[0], xyz[0][0], xyz[0][1], xyz[0][2]);
+    DELAUNAY__TRANSPOSE(t0[1], t1[1], t2[1], t3[1], xyz[1][0], xyz[1][1], xyz[1][2]);
+    DELAUNAY__TRANSPOSE(t0[2], t1[2], t2[2], t3[2], xyz[2][0], xyz[2][1], xyz[2][2]);
+    DELAUNAY__TRANSPOSE(t0[3], t1[3], t2[3], t3[3], xyz[3][0], xyz[3][1], xyz[3][2]);
+    return _mm256_castsi256_pd(_mm256_cvtepi32_epi64(_mm_cmpeq_epi32(
+        _mm_setr_epi32((int)t0[3], (int)t1[3], (int)t2[3], (int)t3[3]), _mm_setzero_si128())));
 }
 
 /* Tests four tetrahedra, of which the last ones beyond count are padding. The ghost vertex becomes
@@ -2792,21 +2856,13 @@ DELAUNAY__TARGET DELAUNAY__ALWAYS_INLINE unsigned
 delaunay__in_conflict4_avx2(const delaunay__kernel *k, const delaunay_handle *h, unsigned count,
                             const double *e)
 {
-    const delaunay_vertex *x = k->vertices;
-    const uint32_t *t0 = k->tets[h[0] >> 2].v, *t1 = k->tets[h[1] >> 2].v;
-    const uint32_t *t2 = k->tets[h[2] >> 2].v, *t3 = k->tets[h[3] >> 2].v;
     const __m256d ex = _mm256_set1_pd(e[0]), ey = _mm256_set1_pd(e[1]), ez = _mm256_set1_pd(e[2]);
     const __m256d zero = _mm256_setzero_pd();
     const unsigned pad = 15u << count & 15;
     __m256d xyz[4][3], ghost, ax, ay, az, bx, by, bz, cx, cy, cz, dx, dy, dz;
     __m256d ab, bc, cd, da, ac, bd, abc, bcd, cda, dab, al, bl, cl, dl, l, l5, det;
-    unsigned in, sure, rest;
-    DELAUNAY__TRANSPOSE(t0[0], t1[0], t2[0], t3[0], xyz[0][0], xyz[0][1], xyz[0][2]);
-    DELAUNAY__TRANSPOSE(t0[1], t1[1], t2[1], t3[1], xyz[1][0], xyz[1][1], xyz[1][2]);
-    DELAUNAY__TRANSPOSE(t0[2], t1[2], t2[2], t3[2], xyz[2][0], xyz[2][1], xyz[2][2]);
-    DELAUNAY__TRANSPOSE(t0[3], t1[3], t2[3], t3[3], xyz[3][0], xyz[3][1], xyz[3][2]);
-    ghost = _mm256_castsi256_pd(_mm256_cvtepi32_epi64(_mm_cmpeq_epi32(
-        _mm_setr_epi32((int)t0[3], (int)t1[3], (int)t2[3], (int)t3[3]), _mm_setzero_si128())));
+    unsigned in, sure;
+    ghost = delaunay__gather4(k, h, xyz);
     ax = _mm256_sub_pd(xyz[0][0], ex), ay = _mm256_sub_pd(xyz[0][1], ey),
     az = _mm256_sub_pd(xyz[0][2], ez);
     bx = _mm256_sub_pd(xyz[1][0], ex), by = _mm256_sub_pd(xyz[1][1], ey),
@@ -2836,53 +2892,22 @@ delaunay__in_conflict4_avx2(const delaunay__kernel *k, const delaunay_handle *h,
                         DELAUNAY__MSUB(al, bcd, _mm256_mul_pd(bl, cda)));
     l5 = _mm256_mul_pd(l, l);
     l5 = _mm256_mul_pd(_mm256_mul_pd(l5, l5), l);
-    in = (unsigned)_mm256_movemask_pd(_mm256_cmp_pd(det, zero, _CMP_GT_OQ));
-    sure = (unsigned)_mm256_movemask_pd(
-        _mm256_cmp_pd(_mm256_mul_pd(det, det),
-                      DELAUNAY__MADD(_mm256_set1_pd(delaunay__insphere_error2), l5,
-                                     _mm256_set1_pd(delaunay__insphere_least2)),
-                      _CMP_GT_OQ));
-    sure |= pad;
+    in = delaunay__greater4(det, zero);
+    sure = pad | delaunay__greater4(_mm256_mul_pd(det, det),
+                                    DELAUNAY__MADD(_mm256_set1_pd(delaunay__insphere_error2), l5,
+                                                   _mm256_set1_pd(delaunay__insphere_least2)));
     if (DELAUNAY__UNLIKELY(sure != 15)) {
-        unsigned i;
         if (k->exact_doubles) {
-            const __m256d large = _mm256_set1_pd(1048576), little = _mm256_set1_pd(1024);
             __m256d rank[4], cofactor[4];
-            sure |= (unsigned)_mm256_movemask_pd(_mm256_cmp_pd(det, zero, _CMP_NEQ_OQ));
-            rank[0] = DELAUNAY__MADD(ax, large, DELAUNAY__MADD(ay, little, az));
-            rank[1] = DELAUNAY__MADD(bx, large, DELAUNAY__MADD(by, little, bz));
-            rank[2] = DELAUNAY__MADD(cx, large, DELAUNAY__MADD(cy, little, cz));
-            rank[3] = DELAUNAY__MADD(dx, large, DELAUNAY__MADD(dy, little, dz));
+            rank[0] = delaunay__ranks4(ax, ay, az), rank[1] = delaunay__ranks4(bx, by, bz);
+            rank[2] = delaunay__ranks4(cx, cy, cz), rank[3] = delaunay__ranks4(dx, dy, dz);
             cofactor[0] = bcd, cofactor[1] = _mm256_sub_pd(zero, cda);
             cofactor[2] = dab, cofactor[3] = _mm256_sub_pd(zero, abc);
+            sure |= (unsigned)_mm256_movemask_pd(_mm256_cmp_pd(det, zero, _CMP_NEQ_OQ));
             in = (in & sure) | (delaunay__ties4(rank, cofactor) & ~sure);
             sure |= ~(unsigned)_mm256_movemask_pd(ghost);
-        } else {
-            const __m256d least = _mm256_set1_pd(delaunay__insphere_least2);
-            __m256d l2 = _mm256_mul_pd(l, l);
-            __m256d error = delaunay__insphere4_permanent(xyz, e, ghost, l);
-            error = _mm256_mul_pd(error, _mm256_set1_pd(16 * DBL_EPSILON));
-            error = DELAUNAY__MADD(error, error, least);
-            error = DELAUNAY__MADD(_mm256_mul_pd(l2, l2), least, error); /* underflow, times R^4 */
-            sure |= (unsigned)_mm256_movemask_pd(
-                _mm256_cmp_pd(_mm256_mul_pd(det, det), error, _CMP_GT_OQ));
-        }
-        if (sure != 15 && !k->exact_doubles) {
-            delaunay__insphere4_dd(xyz, e, ghost, l, &det);
-            rest = ~sure;
-            in = (in & sure) |
-                 ((unsigned)_mm256_movemask_pd(_mm256_cmp_pd(det, zero, _CMP_GT_OQ)) & rest);
-            sure |= (unsigned)_mm256_movemask_pd(
-                _mm256_cmp_pd(_mm256_mul_pd(det, det),
-                              DELAUNAY__MADD(_mm256_set1_pd(1e-56), l5,
-                                             _mm256_set1_pd(delaunay__insphere_least2)),
-                              _CMP_GT_OQ));
-        }
-        for (i = 0; i < 4; i++) {
-            if (sure >> i & 1) continue;
-            in &= ~(1u << i);
-            in |= (unsigned)delaunay__in_conflict_exact(k, h[i] >> 2, e) << i;
-        }
+        } else sure = delaunay__insphere4_doubtful(xyz, e, ghost, l, det, sure, &in);
+        in = delaunay__in_conflict4_exact(k, h, e, in, sure);
     }
     return in & ~pad;
 }
@@ -2960,8 +2985,7 @@ static DELAUNAY__TARGET delaunay_handle delaunay__walk_avx2(const delaunay__kern
         if (v[3] == DELAUNAY_GHOST) return t;
         p = delaunay__four_of(k->vertices, v, e4);
         det = delaunay__facet_dets(&p);
-        out = (unsigned)_mm256_movemask_pd(_mm256_cmp_pd(det, _mm256_setzero_pd(), _CMP_GT_OQ)) &
-              open;
+        out = delaunay__greater4(det, _mm256_setzero_pd()) & open;
         if (!out) return t;
         h = k->tets[t].n[__builtin_ctz(out)];
         if (k->parallel && delaunay__is_foreign(k, delaunay__apex(k, h))) return DELAUNAY_NONE;
@@ -3288,6 +3312,27 @@ static delaunay_handle delaunay__walk_fast(const delaunay__kernel *k, delaunay_h
     return delaunay__walk(k, t, e);
 }
 
+/* How far the search for a cavity has come. The lists, which are the kernel's, hold handles 4*t+f,
+ * where f is the facet through which the search reached tetrahedron t. */
+typedef struct delaunay__cavity_search {
+    delaunay_handle *queue;  /* candidates: tetrahedra seen so far */
+    delaunay_handle *cavity; /* those of them in conflict */
+    delaunay_handle *border; /* those not in conflict: their facet f is on the cavity's boundary */
+    delaunay_handle *again;  /* facets that lead to a tetrahedron seen before */
+    size_t num_queue, num_cavity, num_border, num_again;
+    size_t done;     /* of the queue have been tested */
+    size_t expanded; /* of the cavity have their neighbours in the queue */
+} delaunay__cavity_search;
+
+/* Takes the lists from the kernel. */
+DELAUNAY_INLINE void delaunay__cavity_lists(delaunay__cavity_search *s, const delaunay__kernel *k)
+{
+    s->queue = k->queue;
+    s->cavity = k->cavity;
+    s->border = k->border;
+    s->again = k->again;
+}
+
 static void delaunay__cavity_undo(delaunay__kernel *k, size_t num_queue, size_t num_again)
 {
     size_t i;
@@ -3303,10 +3348,94 @@ static unsigned delaunay__batch(size_t candidates)
     return candidates < 4 ? (unsigned)candidates : candidates < 8 ? 4 : candidates < 12 ? 8 : 12;
 }
 
-/* Breadth-first search for the cavity [Marot 2020, 3.5]. The lists hold handles 4*t+f, where f is
- * the facet through which the search reached tetrahedron t. Candidates are tested in fours and
- * split without branches into cavity (in conflict) and border (not in conflict: their facet f is on
- * the cavity's boundary). Facets that lead to a tetrahedron seen before go to again; if it is not
+/* Puts the seed and its neighbours into the queue. */
+DELAUNAY_INLINE void delaunay__cavity_start(const delaunay__kernel *k, delaunay__cavity_search *s,
+                                            delaunay_handle seed)
+{
+    unsigned i;
+    delaunay__cavity_lists(s, k);
+    s->queue[0] = 4 * seed;
+    DELAUNAY__STORE(&k->mark[seed], DELAUNAY__MARK_CAVITY);
+    for (i = 0; i < 4; i++) {
+        s->queue[i + 1] = k->tets[seed].n[i];
+        DELAUNAY__STORE(&k->mark[s->queue[i + 1] >> 2], DELAUNAY__MARK_SEEN);
+    }
+    s->num_queue = 5;
+    s->num_cavity = s->num_border = s->num_again = s->done = 0;
+    s->expanded = 1; /* the seed, once it is in the cavity */
+}
+
+/* Whether the apex of one of these tetrahedra is not in the section. */
+DELAUNAY_INLINE int delaunay__any_foreign(const delaunay__kernel *k, const delaunay_handle *h,
+                                          size_t count)
+{
+    size_t i;
+    for (i = 0; i < count; i++)
+        if (delaunay__is_foreign(k, delaunay__apex(k, h[i]))) return 1;
+    return 0;
+}
+
+/* Splits the next candidates without branches into cavity and border; bit i of `in`: candidate i is
+ * in conflict. */
+DELAUNAY_INLINE void delaunay__cavity_split(delaunay__cavity_search *s, unsigned count,
+                                            unsigned in)
+{
+    unsigned i;
+    for (i = 0; i < count; i++) {
+        s->cavity[s->num_cavity] = s->border[s->num_border] = s->queue[s->done + i];
+        s->num_cavity += in >> i & 1;
+        s->num_border += ~in >> i & 1;
+    }
+    s->done += count;
+}
+
+/* Puts the neighbours of what is new in the cavity into the queue, those seen before into again. */
+DELAUNAY_INLINE void delaunay__cavity_expand(const delaunay__kernel *k, delaunay__cavity_search *s)
+{
+    const delaunay_tet *tets = k->tets;
+    uint8_t *mark = k->mark;
+    unsigned i;
+    while (s->expanded < s->num_cavity) {
+        delaunay_handle h = s->cavity[s->expanded++];
+        const delaunay_handle *n = tets[h >> 2].n;
+        DELAUNAY__STORE(&mark[h >> 2], DELAUNAY__MARK_CAVITY);
+        for (i = 1; i < 4; i++) {
+            delaunay_handle b = n[(h & 3) ^ i];
+            uint8_t seen = DELAUNAY__LOAD(&mark[b >> 2]);
+            s->queue[s->num_queue] = s->again[s->num_again] = b;
+            s->num_queue += !seen;
+            s->num_again += !!seen;
+            DELAUNAY__STORE(&mark[b >> 2], (uint8_t)(seen | DELAUNAY__MARK_SEEN));
+            DELAUNAY__PREFETCH(&tets[b >> 2]);
+        }
+    }
+}
+
+/* Adds to the border the facets that lead to a tetrahedron seen before, unless that turned out to
+ * be in the cavity. */
+DELAUNAY_INLINE void delaunay__cavity_close(const delaunay__kernel *k, delaunay__cavity_search *s)
+{
+    size_t i;
+    for (i = 0; i < s->num_again; i++) {
+        s->border[s->num_border] = s->again[i];
+        s->num_border += DELAUNAY__LOAD(&k->mark[s->again[i] >> 2]) == DELAUNAY__MARK_SEEN;
+    }
+}
+
+/* Makes room in the lists for one more batch. In a parallel region this has to wait. */
+DELAUNAY_INLINE int delaunay__cavity_room(delaunay__kernel *k, delaunay__cavity_search *s)
+{
+    int result = DELAUNAY_OK;
+    if (DELAUNAY__UNLIKELY(s->num_queue + s->num_again + DELAUNAY__SEARCH_SLACK > k->cap_search)) {
+        result = k->parallel ? (int)DELAUNAY__NEEDS_MEMORY : (int)delaunay__kernel_grow_search(k);
+        if (result != DELAUNAY_OK) k->needs_memory = 1;
+        delaunay__cavity_lists(s, k);
+    }
+    return result;
+}
+
+/* Breadth-first search for the cavity [Marot 2020, 3.5]. Candidates are tested in fours and split
+ * into cavity and border. Facets that lead to a tetrahedron seen before go to again; if it is not
  * in the cavity, they are on the boundary, too. The ball clears the marks.
  * In a parallel region all tetrahedra of the cavity and around it must be in the section. A
  * neighbour of one that is has three vertices in it, so only its apex is tested. If this is foreign
@@ -3314,78 +3443,33 @@ static unsigned delaunay__batch(size_t candidates)
  * those in again are tested, too. Nobody writes anything else of such a tetrahedron. */
 static int delaunay__search_cavity(delaunay__kernel *k, delaunay_handle seed, const double *e)
 {
-    size_t num_queue = 5, done = 0, expanded = 1, num_cavity = 0, num_border = 0, num_again = 0, j;
-    delaunay_handle *queue = k->queue, *cavity = k->cavity, *border = k->border, *again = k->again;
-    const delaunay_tet *tets = k->tets;
-    const int parallel = k->parallel;
-    uint8_t *mark = k->mark;
-    unsigned i;
-    queue[0] = 4 * seed;
-    DELAUNAY__STORE(&mark[seed], DELAUNAY__MARK_CAVITY);
-    for (i = 0; i < 4; i++) {
-        queue[i + 1] = tets[seed].n[i];
-        DELAUNAY__STORE(&mark[queue[i + 1] >> 2], DELAUNAY__MARK_SEEN);
-    }
+    delaunay__cavity_search s;
+    int result;
+    delaunay__cavity_start(k, &s, seed);
     do {
-        unsigned count = delaunay__batch(num_queue - done), in;
-        for (i = 0; i < 3; i++) queue[num_queue + i] = 0; /* batches are padded with the dummy */
-        if (parallel) /* the seed is in the section */
-            for (i = done == 0; i < count; i++)
-                if (delaunay__is_foreign(k, delaunay__apex(k, queue[done + i]))) {
-                    delaunay__cavity_undo(k, num_queue, num_again);
-                    return DELAUNAY__FOREIGN;
-                }
-        in = delaunay__in_conflict_few(k, queue + done, count, e);
-        if (DELAUNAY__UNLIKELY(done == 0 && !(in & 1))) {
-            delaunay__cavity_undo(k, num_queue, 0);
-            return DELAUNAY__NOT_HERE;
-        }
-        for (i = 0; i < count; i++) {
-            cavity[num_cavity] = border[num_border] = queue[done + i];
-            num_cavity += in >> i & 1;
-            num_border += ~in >> i & 1;
-        }
-        done += count;
-        while (expanded < num_cavity) {
-            delaunay_handle h = cavity[expanded++];
-            const delaunay_handle *n = tets[h >> 2].n;
-            DELAUNAY__STORE(&mark[h >> 2], DELAUNAY__MARK_CAVITY);
-            for (i = 1; i < 4; i++) {
-                delaunay_handle b = n[(h & 3) ^ i];
-                uint8_t seen = DELAUNAY__LOAD(&mark[b >> 2]);
-                queue[num_queue] = again[num_again] = b;
-                num_queue += !seen;
-                num_again += !!seen;
-                DELAUNAY__STORE(&mark[b >> 2], (uint8_t)(seen | DELAUNAY__MARK_SEEN));
-                DELAUNAY__PREFETCH(&tets[b >> 2]);
-            }
-        }
-        if (DELAUNAY__UNLIKELY(num_queue + num_again + DELAUNAY__SEARCH_SLACK > k->cap_search)) {
-            int result =
-                parallel ? (int)DELAUNAY__NEEDS_MEMORY : (int)delaunay__kernel_grow_search(k);
-            if (result != DELAUNAY_OK) {
-                k->needs_memory = 1;
-                delaunay__cavity_undo(k, num_queue, num_again);
-                return result;
-            }
-            queue = k->queue;
-            cavity = k->cavity;
-            border = k->border;
-            again = k->again;
-        }
-    } while (done < num_queue);
-    for (j = 0; parallel && j < num_again; j++)
-        if (delaunay__is_foreign(k, delaunay__apex(k, again[j]))) {
-            delaunay__cavity_undo(k, num_queue, num_again);
-            return DELAUNAY__FOREIGN;
-        }
-    for (j = 0; j < num_again; j++) {
-        border[num_border] = again[j];
-        num_border += DELAUNAY__LOAD(&mark[again[j] >> 2]) == DELAUNAY__MARK_SEEN;
-    }
-    k->num_cavity = num_cavity;
-    k->num_border = num_border;
+        const unsigned first = s.done == 0; /* the seed is in the section */
+        unsigned count = delaunay__batch(s.num_queue - s.done), in, i;
+        for (i = 0; i < 3; i++) s.queue[s.num_queue + i] = 0; /* pads the batch with the dummy */
+        result = DELAUNAY__FOREIGN;
+        if (k->parallel && delaunay__any_foreign(k, s.queue + s.done + first, count - first))
+            goto undo;
+        in = delaunay__in_conflict_few(k, s.queue + s.done, count, e);
+        result = DELAUNAY__NOT_HERE;
+        if (DELAUNAY__UNLIKELY(first && !(in & 1))) goto undo;
+        delaunay__cavity_split(&s, count, in);
+        delaunay__cavity_expand(k, &s);
+        result = delaunay__cavity_room(k, &s);
+        if (DELAUNAY__UNLIKELY(result != DELAUNAY_OK)) goto undo;
+    } while (s.done < s.num_queue);
+    result = DELAUNAY__FOREIGN;
+    if (k->parallel && delaunay__any_foreign(k, s.again, s.num_again)) goto undo;
+    delaunay__cavity_close(k, &s);
+    k->num_cavity = s.num_cavity;
+    k->num_border = s.num_border;
     return DELAUNAY_OK;
+undo:
+    delaunay__cavity_undo(k, s.num_queue, s.num_again);
+    return result;
 }
 
 /* Finds the cavity of e, from a seed in it on, and the facets that bound it. Where digging has
@@ -8505,11 +8589,18 @@ typedef struct delaunay__numbers {
     uint8_t  local[128];
 } delaunay__numbers;
 
-/* The local number of v, which is added to the window if it is new. */
-static uint32_t delaunay__number(delaunay__numbers *table, delaunay_window *w, uint32_t v)
+/* The slot of v, a free one if v is new. */
+static size_t delaunay__number_slot(const delaunay__numbers *table, uint32_t v)
 {
     size_t j = delaunay__hash(v, 7);
     while (table->v[j] && table->v[j] != v) j = (j + 1) & 127;
+    return j;
+}
+
+/* The local number of v, which is added to the window if it is new. */
+static uint32_t delaunay__number(delaunay__numbers *table, delaunay_window *w, uint32_t v)
+{
+    size_t j = delaunay__number_slot(table, v);
     if (!table->v[j]) {
         table->v[j] = v;
         table->local[j] = (uint8_t)w->num_vertices;
@@ -8518,78 +8609,113 @@ static uint32_t delaunay__number(delaunay__numbers *table, delaunay_window *w, u
     return table->local[j];
 }
 
+/* What delaunay_window_set knows of a window while it fills it. */
+typedef struct delaunay__window_filling {
+    const delaunay_mesh   *mesh;
+    const delaunay_handle *tets;
+    size_t   num_tets;
+    uint8_t  local[DELAUNAY_WINDOW_TETS][4];  /* the vertices of each tetrahedron */
+    uint32_t pairs[DELAUNAY_WINDOW_VERTICES]; /* bit j of entry i: edge i-j is on the boundary, or
+                                               * listed */
+} delaunay__window_filling;
+
+/* Numbers the vertices. Returns 0 if there is a ghost among the tetrahedra or a vertex too many. */
+static int delaunay__window_vertices(delaunay_window *w, delaunay__window_filling *f,
+                                     uint32_t max_vertices)
+{
+    delaunay__numbers numbers;
+    size_t i, k;
+    memset(numbers.v, 0, sizeof numbers.v);
+    for (i = 0; i < f->num_tets; i++) {
+        const uint32_t *v = f->mesh->tets[f->tets[i]].v;
+        if (v[3] == DELAUNAY_GHOST) return 0;
+        for (k = 0; k < 4; k++) {
+            if (w->num_vertices == max_vertices &&
+                !numbers.v[delaunay__number_slot(&numbers, v[k])])
+                return 0;
+            f->local[i][k] = (uint8_t)delaunay__number(&numbers, w, v[k]);
+        }
+    }
+    return 1;
+}
+
+/* Lists the facets of the boundary and, if keep_facets is set, those inside that are constrained.
+ * Returns 0 if they are too many. */
+static int delaunay__window_facets(delaunay_window *w, delaunay__window_filling *f, int keep_facets)
+{
+    delaunay__handles inside;
+    uint32_t boundary = 0;
+    size_t i, k;
+    delaunay__handles_set(&inside, f->tets, f->num_tets);
+    memset(f->pairs, 0, w->num_vertices * sizeof *f->pairs);
+    for (i = 0; i < f->num_tets; i++) {
+        const delaunay_tet *t = &f->mesh->tets[f->tets[i]];
+        for (k = 0; k < 4; k++) {
+            const uint8_t *o = delaunay_facet_order((int)k);
+            uint8_t a = f->local[i][o[0]], b = f->local[i][o[1]], c = f->local[i][o[2]], *facet;
+            if (delaunay__handles_has(&inside, t->n[k] / 4)) {
+                if (!keep_facets || t->n[k] / 4 < f->tets[i] ||
+                    !(f->mesh->flags[f->tets[i]] & DELAUNAY_FACET_BIT(k)))
+                    continue;
+                if (w->num_kept_facets == DELAUNAY_WINDOW_KEPT) return 0;
+                facet = w->kept_facets[w->num_kept_facets++];
+            } else {
+                if (w->num_facets == DELAUNAY_WINDOW_FACETS) return 0;
+                facet = w->facets[w->num_facets++];
+                boundary |= 1u << a | 1u << b | 1u << c;
+                f->pairs[a] |= 1u << b | 1u << c;
+                f->pairs[b] |= 1u << a | 1u << c;
+                f->pairs[c] |= 1u << a | 1u << b;
+            }
+            facet[0] = a;
+            facet[1] = b;
+            facet[2] = c;
+        }
+    }
+    w->interior = (w->num_vertices < 32 ? (1u << w->num_vertices) - 1 : ~0u) & ~boundary;
+    return 1;
+}
+
+/* Lists the constrained edges inside, each once. Returns 0 if they are too many. */
+static int delaunay__window_kept_edges(delaunay_window *w, delaunay__window_filling *f)
+{
+    size_t i, k;
+    for (i = 0; i < f->num_tets; i++) {
+        unsigned flags = f->mesh->flags[f->tets[i]];
+        for (k = 0; k < 6 && (flags & DELAUNAY_EDGE_BITS); k++) {
+            const uint8_t *o = delaunay_edge_order((int)k);
+            uint8_t a = f->local[i][o[0]], b = f->local[i][o[1]], *edge;
+            if (!(flags & DELAUNAY_EDGE_BIT(k)) || (f->pairs[a] >> b & 1)) continue;
+            if (w->num_kept_edges == DELAUNAY_WINDOW_KEPT) return 0;
+            f->pairs[a] |= 1u << b;
+            f->pairs[b] |= 1u << a;
+            edge = w->kept_edges[w->num_kept_edges++];
+            edge[0] = a;
+            edge[1] = b;
+        }
+    }
+    return 1;
+}
+
 DELAUNAY_API int delaunay_window_set(delaunay_window *window, const delaunay_mesh *mesh,
                                      const delaunay_handle *tets, size_t num_tets,
                                      uint32_t max_vertices, int keep_edges, int keep_facets)
 {
-    delaunay__handles inside;
-    delaunay__numbers numbers;
-    uint8_t local[DELAUNAY_WINDOW_TETS][4];
-    uint32_t pairs[DELAUNAY_WINDOW_VERTICES], boundary = 0, all, i, k;
+    delaunay__window_filling filling;
     if (max_vertices > DELAUNAY_WINDOW_VERTICES) max_vertices = DELAUNAY_WINDOW_VERTICES;
     if (!mesh->flags) keep_edges = keep_facets = 0;
     window->num_tets = window->num_vertices = window->num_facets = 0;
     window->num_kept_edges = window->num_kept_facets = window->interior = window->dropped = 0;
     if (num_tets == 0 || num_tets > DELAUNAY_WINDOW_TETS) return 0;
-    memset(numbers.v, 0, sizeof numbers.v);
-    for (i = 0; i < num_tets; i++) {
-        const delaunay_tet *t = &mesh->tets[tets[i]];
-        if (t->v[3] == DELAUNAY_GHOST) return 0;
-        for (k = 0; k < 4; k++) {
-            if (window->num_vertices == max_vertices) { /* another new one would be too many */
-                size_t j = delaunay__hash(t->v[k], 7);
-                while (numbers.v[j] && numbers.v[j] != t->v[k]) j = (j + 1) & 127;
-                if (!numbers.v[j]) return 0;
-            }
-            local[i][k] = (uint8_t)delaunay__number(&numbers, window, t->v[k]);
-        }
-    }
-    delaunay__handles_set(&inside, tets, num_tets);
-    memset(pairs, 0, window->num_vertices * sizeof *pairs);
-    for (i = 0; i < num_tets; i++) {
-        const delaunay_tet *t = &mesh->tets[tets[i]];
-        for (k = 0; k < 4; k++) {
-            const uint8_t *o = delaunay_facet_order((int)k);
-            uint8_t a = local[i][o[0]], b = local[i][o[1]], c = local[i][o[2]], *f;
-            if (delaunay__handles_has(&inside, t->n[k] / 4)) {
-                if (!keep_facets || t->n[k] / 4 < tets[i] ||
-                    !(mesh->flags[tets[i]] & DELAUNAY_FACET_BIT(k)))
-                    continue;
-                if (window->num_kept_facets == DELAUNAY_WINDOW_KEPT) return 0;
-                f = window->kept_facets[window->num_kept_facets++];
-            } else {
-                if (window->num_facets == DELAUNAY_WINDOW_FACETS) return 0;
-                f = window->facets[window->num_facets++];
-                boundary |= 1u << a | 1u << b | 1u << c;
-                pairs[a] |= 1u << b | 1u << c;
-                pairs[b] |= 1u << a | 1u << c;
-                pairs[c] |= 1u << a | 1u << b;
-            }
-            f[0] = a;
-            f[1] = b;
-            f[2] = c;
-        }
-    }
-    all = window->num_vertices < 32 ? (1u << window->num_vertices) - 1 : ~0u;
-    window->interior = all & ~boundary;
+    filling.mesh = mesh;
+    filling.tets = tets;
+    filling.num_tets = num_tets;
+    if (!delaunay__window_vertices(window, &filling, max_vertices) ||
+        !delaunay__window_facets(window, &filling, keep_facets))
+        return 0;
     window->num_tets = (uint32_t)num_tets;
     memcpy(window->tets, tets, num_tets * sizeof *tets);
-    if (!keep_edges) return 1;
-    for (i = 0; i < num_tets; i++) {
-        unsigned flags = mesh->flags[tets[i]];
-        for (k = 0; k < 6 && (flags & DELAUNAY_EDGE_BITS); k++) {
-            uint8_t a = local[i][delaunay_edge_order((int)k)[0]],
-                    b = local[i][delaunay_edge_order((int)k)[1]], *e;
-            if (!(flags & DELAUNAY_EDGE_BIT(k)) || (pairs[a] >> b & 1)) continue;
-            if (window->num_kept_edges == DELAUNAY_WINDOW_KEPT) return 0;
-            pairs[a] |= 1u << b; /* listed once */
-            pairs[b] |= 1u << a;
-            e = window->kept_edges[window->num_kept_edges++];
-            e[0] = a;
-            e[1] = b;
-        }
-    }
-    return 1;
+    return !keep_edges || delaunay__window_kept_edges(window, &filling);
 }
 
 DELAUNAY_API delaunay_result delaunay_window_apply(delaunay_mesh *mesh, delaunay_worker *worker,
