@@ -840,6 +840,18 @@ static void mesher__note_sentence(char *text, size_t size, const mesher_finding 
     }
 }
 
+/* What recovery could not do: bring in an edge or a facet, or take a point off the surface. */
+static void mesher__recovery_sentence(char *text, size_t size, const mesher_finding *f,
+                                      const char *a, const char *at)
+{
+    const unsigned long u = f->vertices[0], v = f->vertices[1], w = f->vertices[2];
+    if (f->vertices[0] == DELAUNAY_NO_ID)
+        snprintf(text, size, "a point would have to stay on %s, %s", a, at);
+    else if (f->vertices[2] != DELAUNAY_NO_ID)
+        snprintf(text, size, "facet %lu-%lu-%lu of %s could not be recovered, %s", u, v, w, a, at);
+    else snprintf(text, size, "edge %lu-%lu of %s could not be recovered, %s", u, v, a, at);
+}
+
 static void mesher__defect_sentence(char *text, size_t size, const mesher_report *report,
                                     const mesher_finding *f, const char *a, const char *b,
                                     const char *at)
@@ -893,14 +905,7 @@ static void mesher__defect_sentence(char *text, size_t size, const mesher_report
     case MESHER_DEFECT_OUTSIDE_FACET:
         snprintf(text, size, "%s lies outside every cell, %s", a, at);
         break;
-    case MESHER_DEFECT_RECOVERY:
-        if (f->vertices[0] == DELAUNAY_NO_ID)
-            snprintf(text, size, "a point would have to stay on %s, %s", a, at);
-        else if (f->vertices[2] != DELAUNAY_NO_ID)
-            snprintf(text, size, "facet %lu-%lu-%lu of %s could not be recovered, %s", u, v, w, a,
-                     at);
-        else snprintf(text, size, "edge %lu-%lu of %s could not be recovered, %s", u, v, a, at);
-        break;
+    case MESHER_DEFECT_RECOVERY: mesher__recovery_sentence(text, size, f, a, at); break;
     default: break;
     }
 }
@@ -3088,6 +3093,12 @@ static uint32_t *mesher__numbers(mesher__recovery *r, size_t count, size_t zeros
 static int mesher__ends(const mesher__recovery *r)
 {
     return r->status != MESHER_OK || r->defects || r->absent;
+}
+
+/* Is an edge or a facet of the surface still missing? */
+static int mesher__lacks(const mesher__recovery *r)
+{
+    return r->num_missing_edges || r->num_missing_facets;
 }
 
 /* Must the recovery end: an error, no work left, or cancelled? Asks the host once in 64 calls. */
@@ -7829,7 +7840,7 @@ static void mesher__split_all(mesher__recovery *r)
     for (i = 0; i < r->num_wanted; i++) most += r->order[i] >> 32;
     for (round = 0; round < 40 && !mesher__stopped(r); round++) {
         int changed = 0;
-        if (mesher__ends(r) || (!r->num_missing_edges && !r->num_missing_facets)) return;
+        if (mesher__ends(r) || !mesher__lacks(r)) return;
         mesher__list_edges(r, 0);
         for (i = 0; i < r->num_wanted && !mesher__stopped(r); i++)
             if (!r->edge_present[r->wanted[i]]) changed |= mesher__split_edge(r, r->wanted[i]);
@@ -8516,8 +8527,7 @@ static void mesher__recover_all(mesher__recovery *r)
         mesher__tell(r, "points for facets, round", round);
         r->unmoved = r->num_missing_edges > MESHER__FEW_EDGES &&
                      4 * (uint64_t)r->num_missing_edges > 3 * (uint64_t)before;
-        if (!r->num_missing_edges && !r->num_missing_facets) return;
-        if (!changed) return;
+        if (!mesher__lacks(r) || !changed) return;
     }
 }
 
@@ -8580,6 +8590,57 @@ static int mesher__worth_splits(const mesher__recovery *r)
     return !r->first || r->num_missing_edges <= MESHER__FEW_SPLITS;
 }
 
+/* Brings in what is missing, if need be by points on the surface, which are then taken off it. If
+ * that fails, asks for defects. */
+static void mesher__bring_in(mesher__recovery *r)
+{
+    mesher__recover_all(r);
+    r->max_vain = UINT32_MAX;
+    if (!mesher__ends(r) && mesher__worth_splits(r) && mesher__lacks(r)) {
+        mesher__split_all(r);
+        if (!mesher__ends(r) && !mesher__lacks(r)) mesher__suppress_all(r);
+    }
+    if (!mesher__ends(r) && mesher__lacks(r)) mesher__ask_for_defects(r);
+}
+
+/* Removes the points that recovery has added, where it can, and moves the others to better places. */
+static void mesher__clear_points(mesher__recovery *r)
+{
+    if (!mesher__ends(r) && !mesher__lacks(r)) {
+        mesher__remove_points(r, 0);
+        mesher__relax_points(r);
+        if (mesher__remove_points(r, 0)) mesher__relax_points(r);
+    }
+    mesher__tell(r, "points removed, now", (int)(r->added - r->removed));
+}
+
+/* What an attempt has led to; *again as for mesher__recover_once. If it has failed and there is no
+ * other one to make, reports why. */
+static mesher_result mesher__outcome(mesher__recovery *r, int attempt, int *again)
+{
+    int worthwhile = r->first ? r->work < r->max_work : r->work < MESHER__WORK_FIRST;
+    if (r->status != MESHER_OK) return r->status;
+    if (r->defects) {
+        if (r->report)
+            snprintf(r->report->message, sizeof r->report->message,
+                     "the surface intersects itself: %d of its edges or facets meet others",
+                     r->defects);
+        return MESHER_ERROR_SURFACE;
+    }
+    if (r->absent) {
+        *again = 1;
+        return MESHER_OK;
+    }
+    if (!mesher__lacks(r) && !mesher__points_on_surface(r)) return MESHER_OK;
+    if (worthwhile && attempt < MESHER__ATTEMPTS - 1) {
+        *again = r->first && r->unmoved ? 1 + MESHER__FLIP_ATTEMPTS - attempt : 2;
+        return MESHER_OK;
+    }
+    if (!mesher__lacks(r)) return mesher__report_splits(r);
+    mesher__report_missing(r);
+    return MESHER_ERROR_RECOVERY;
+}
+
 /* One attempt on the empty mesh. *again is 0: this was the last one; 1: the same attempt is to be
  * made again, as isolated vertices have to be left out first; n > 1: it failed, nothing is
  * reported, and attempt + n - 1 should be made next (where hardly an edge came in by points, no
@@ -8603,44 +8664,9 @@ static mesher_result mesher__recover_once(mesher_domain *domain, mesher_report *
         report->missing_edges = r->num_missing_edges;
         report->missing_facets = r->num_missing_facets;
     }
-    mesher__recover_all(r);
-    r->max_vain = UINT32_MAX;
-    if (!mesher__ends(r) && mesher__worth_splits(r) &&
-        (r->num_missing_edges || r->num_missing_facets)) {
-        mesher__split_all(r);
-        if (!mesher__ends(r) && !r->num_missing_edges && !r->num_missing_facets)
-            mesher__suppress_all(r);
-    }
-    if (!mesher__ends(r) && (r->num_missing_edges || r->num_missing_facets))
-        mesher__ask_for_defects(r);
-    if (r->status == MESHER_OK && !r->defects && !r->absent && !r->num_missing_edges &&
-        !r->num_missing_facets) {
-        mesher__remove_points(r, 0);
-        mesher__relax_points(r);
-        if (mesher__remove_points(r, 0)) mesher__relax_points(r);
-    }
-    mesher__tell(r, "points removed, now", (int)(r->added - r->removed));
-    result = r->status;
-    if (result == MESHER_OK && r->defects) {
-        result = MESHER_ERROR_SURFACE;
-        if (report)
-            snprintf(report->message, sizeof report->message,
-                     "the surface intersects itself: %d of its edges or facets meet others",
-                     r->defects);
-    } else if (result == MESHER_OK && r->absent) {
-        *again = 1;
-    } else if (result == MESHER_OK &&
-               (r->num_missing_edges || r->num_missing_facets || mesher__points_on_surface(r))) {
-        int worthwhile = r->first ? r->work < r->max_work : r->work < MESHER__WORK_FIRST;
-        if (worthwhile && attempt < MESHER__ATTEMPTS - 1) {
-            *again = r->first && r->unmoved ? 1 + MESHER__FLIP_ATTEMPTS - attempt : 2;
-        } else if (r->num_missing_edges || r->num_missing_facets) {
-            result = MESHER_ERROR_RECOVERY;
-            mesher__report_missing(r);
-        } else {
-            result = mesher__report_splits(r);
-        }
-    }
+    mesher__bring_in(r);
+    mesher__clear_points(r);
+    result = mesher__outcome(r, attempt, again);
     if (r->status == MESHER_OK) mesher__pack_points(r); /* findings use the old numbers */
     if (r->status != MESHER_OK) result = r->status;
     if (report) report->interior_steiner = r->added - r->removed;
