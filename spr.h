@@ -4470,6 +4470,22 @@ static void spr__patch_focus(const spr__patch *p, double target, spr__focus *f)
     f->lift = lift;
 }
 
+/* The options of an attempt at a patch: alone with its memory and with a mask of fixed vertices. */
+static spr_options spr__patch_options(const spr__state *s, const uint8_t *fixed)
+{
+    spr_options o = s->options;
+    memset(&o.host, 0, sizeof o.host);
+    o.host.allocator.alloc = spr__gate_alloc;
+    o.host.allocator.release = spr__gate_release;
+    o.host.allocator.user = s->memory;
+    o.host.num_threads = 1;
+    o.max_rounds = 0;
+    o.free_vertices = 1;
+    o.fixed_vertices = fixed;
+    o.left = NULL;
+    return o;
+}
+
 /* One attempt at a patch, by one thread, with data of its own except for a worker of the mesh's
  * engine; s and the mesh are only read. */
 static void spr__patch_try(const spr__state *s, spr__patch *p)
@@ -4485,18 +4501,9 @@ static void spr__patch_try(const spr__state *s, spr__patch *p)
     memset(&own, 0, sizeof own);
     memset(&report, 0, sizeof report);
     memset(&mesh, 0, sizeof mesh);
-    own.options = s->options;
-    memset(&own.options.host, 0, sizeof own.options.host);
-    own.options.host.allocator.alloc = spr__gate_alloc;
-    own.options.host.allocator.release = spr__gate_release;
-    own.options.host.allocator.user = s->memory;
-    own.options.host.num_threads = 1;
-    own.options.max_rounds = 0;
-    own.options.free_vertices = 1;
-    own.options.fixed_vertices = fixed;
-    own.options.left = NULL;
     for (fixed[0] = 1, i = 0; i < p->num_vertices; i++) fixed[i + 1] = !p->inner[i];
     fixed[p->num_vertices + 1] = 0;
+    own.options = spr__patch_options(s, fixed);
     own.quality = s->quality;
     own.quality_user = s->quality_user;
     own.target = s->target;
@@ -6009,6 +6016,32 @@ static spr_result spr__import(delaunay_mesh *mesh, const double *xyz, size_t num
     return spr__mark_kept(mesh, memory, options, report);
 }
 
+/* Whether no colour is 2^32 - 1: those of the mesh are greater by one. */
+static int spr__check_colors(const uint32_t *colors, size_t num_tets, spr_report *report)
+{
+    size_t i;
+    for (i = 0; i < num_tets && colors[i] != UINT32_MAX; i++) {}
+    if (i == num_tets) return 1;
+    snprintf(report->message, sizeof report->message, "tetrahedron %llu has the colour 2^32 - 1",
+             (unsigned long long)i);
+    return 0;
+}
+
+/* Which vertices of an imported mesh are fixed, by those of the caller, NULL: none. NULL: out of
+ * memory. */
+static uint8_t *spr__import_fixed(const delaunay_mesh *mesh, delaunay_memory *memory,
+                                  const uint8_t *fixed)
+{
+    uint8_t *mask = (uint8_t *)delaunay_alloc(memory, mesh->num_vertices, 1);
+    uint32_t v;
+    if (!mask) return NULL;
+    for (v = 1, mask[0] = 1; v < mesh->num_vertices; v++) {
+        const uint32_t id = mesh->vertex_id[v];
+        mask[v] = (uint8_t)(fixed && id != DELAUNAY_NO_ID && fixed[id]);
+    }
+    return mask;
+}
+
 SPR_API spr_result spr_improve_arrays(double *xyz, size_t *num_vertices, size_t cap_vertices,
                                       uint32_t *tets, uint32_t *colors, size_t *num_tets,
                                       size_t cap_tets, const uint8_t *fixed,
@@ -6019,9 +6052,9 @@ SPR_API spr_result spr_improve_arrays(double *xyz, size_t *num_vertices, size_t 
     spr_options own;
     spr_report unused;
     uint8_t *mask = NULL;
-    uint32_t *number = NULL, v;
+    uint32_t *number = NULL;
     uint64_t absent;
-    size_t i, room;
+    size_t room;
     spr_result result, written;
     if (!report) report = &unused;
     memset(report, 0, sizeof *report);
@@ -6033,23 +6066,15 @@ SPR_API spr_result spr_improve_arrays(double *xyz, size_t *num_vertices, size_t 
     if (!xyz || !tets || !num_vertices || !num_tets || cap_vertices < *num_vertices ||
         cap_tets < *num_tets)
         goto done;
-    for (i = 0; colors && i < *num_tets && colors[i] != UINT32_MAX; i++) {}
-    if (colors && i < *num_tets) {
-        snprintf(report->message, sizeof report->message,
-                 "tetrahedron %llu has the colour 2^32 - 1", (unsigned long long)i);
-        goto done;
-    }
+    if (colors && !spr__check_colors(colors, *num_tets, report)) goto done;
     room = cap_vertices - *num_vertices;
     result = (spr_result)delaunay_memory_init(&memory, &own.host);
     if (result != SPR_OK) goto done;
     result = spr__import(&mesh, xyz, *num_vertices, tets, colors, *num_tets, &memory, &own, report);
     if (result != SPR_OK) goto done;
     result = SPR_ERROR_OUT_OF_MEMORY;
-    mask = (uint8_t *)delaunay_alloc(&memory, mesh.num_vertices, 1);
+    mask = spr__import_fixed(&mesh, &memory, fixed);
     if (!mask) goto done;
-    for (v = 1, mask[0] = 1; v < mesh.num_vertices; v++)
-        mask[v] =
-            (uint8_t)(fixed && mesh.vertex_id[v] != DELAUNAY_NO_ID && fixed[mesh.vertex_id[v]]);
     own.fixed_vertices = mask;
     own.free_vertices = 1;
     if (room > UINT32_MAX) room = UINT32_MAX;
