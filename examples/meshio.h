@@ -741,26 +741,33 @@ static double meshio__slow_double(const unsigned char *p, const unsigned char *e
     return strtod(copy, NULL);
 }
 
+/* Reads an infinity or NaN, after its sign. Returns its length, 0: it is something else. */
+static size_t meshio__parse_special(const unsigned char *p, const unsigned char *end, int negative,
+                                    double *value)
+{
+    if (end - p < 3) return 0;
+    if (meshio__same(p, 3, "nan")) {
+        *value = strtod("nan", NULL);
+        return 3;
+    }
+    if (!meshio__same(p, 3, "inf")) return 0;
+    *value = negative ? -HUGE_VAL : HUGE_VAL;
+    return end - p >= 8 && meshio__same(p, 8, "infinity") ? 8 : 3;
+}
+
 MESHIO_API size_t meshio_parse_double(const char *text, size_t length, double *value)
 {
     const unsigned char *s = (const unsigned char *)text, *end = s + length, *p = s;
     const unsigned char *first;
+    size_t special;
     uint64_t m = 0;
     int64_t digits = 0, e = 0, x = 0;
     int kept = 0, negative = 0, sign = 1, fortran = 0;
     double d;
     char *stop;
     if (p < end && (*p == '-' || *p == '+')) negative = *p++ == '-';
-    if (end - p >= 3 && meshio__same(p, 3, "inf")) {
-        p += end - p >= 8 && meshio__same(p, 8, "infinity") ? 8 : 3;
-        *value = negative ? -HUGE_VAL : HUGE_VAL;
-        return (size_t)(p - s);
-    }
-    if (end - p >= 3 && meshio__same(p, 3, "nan")) {
-        p += 3;
-        *value = strtod("nan", NULL);
-        return (size_t)(p - s);
-    }
+    special = meshio__parse_special(p, end, negative, value);
+    if (special) return (size_t)(p - s) + special;
     for (first = p; p < end && meshio__is_digit(*p); p++, digits++) {
         if (kept < 19) {
             m = 10 * m + (uint64_t)(*p - '0');
@@ -3917,6 +3924,7 @@ typedef struct meshio__vtu {
     int raw;                       /* the appended data are not in base64 */
     int wide;                      /* header_type is UInt64 */
     int zlib;
+    int pieces;
     int64_t points, cells;
 } meshio__vtu;
 
@@ -4197,27 +4205,84 @@ static meshio_result meshio__vtu_corners(meshio__reader *r, const meshio__vtu *v
     return meshio__vtu_close(r, vtu, binary);
 }
 
+/* Finds the appended data, which may have bytes that look like tags: *at is where their tag
+ * begins, NULL: there are none. */
+static meshio_result meshio__vtu_find_appended(meshio__reader *r, meshio__vtu *vtu,
+                                               const unsigned char **at)
+{
+    const unsigned char *p, *data, *end, *text;
+    size_t length;
+    *at = NULL;
+    for (p = r->begin; p + 13 < r->end && memcmp(p, "<AppendedData", 13) != 0; p++) {}
+    if (p + 13 >= r->end) return MESHIO_OK;
+    *at = p;
+    data = (const unsigned char *)memchr(p, '_', (size_t)(r->end - p));
+    end = (const unsigned char *)memchr(p, '>', (size_t)(r->end - p));
+    if (!data || !end || data < end) return meshio__expected(r, "'_' before the appended data");
+    text = meshio__attribute(p, end, "encoding", &length);
+    vtu->raw = text && meshio__same(text, length, "raw");
+    vtu->appended = data + 1;
+    return MESHIO_OK;
+}
+
+/* Reads the tag <VTKFile>, which says how arrays are stored. */
+static meshio_result meshio__vtu_file(meshio__reader *r, meshio__vtu *vtu,
+                                      const unsigned char *tag, const unsigned char *end)
+{
+    size_t length;
+    const unsigned char *text = meshio__attribute(tag, end, "type", &length);
+    if (!text || !meshio__same(text, length, "unstructuredgrid"))
+        return meshio__fail(r, MESHIO_ERROR_UNSUPPORTED, tag, "not an UnstructuredGrid");
+    text = meshio__attribute(tag, end, "compressor", &length);
+    vtu->zlib = text && meshio__same(text, length, "vtkzlibdatacompressor");
+    if (text && length && !vtu->zlib)
+        return meshio__fail(r, MESHIO_ERROR_UNSUPPORTED, tag,
+                            "data of the compressor %.*s; only zlib's are read",
+                            length < 40 ? (int)length : 40, (const char *)text);
+    text = meshio__attribute(tag, end, "header_type", &length);
+    vtu->wide = text && meshio__same(text, length, "uint64");
+    text = meshio__attribute(tag, end, "byte_order", &length);
+    if (text && meshio__same(text, length, "bigendian")) r->swap = !r->swap;
+    return MESHIO_OK;
+}
+
+/* Reads the tag <Piece>, which has the numbers of points and cells. */
+static meshio_result meshio__vtu_piece(meshio__reader *r, meshio__vtu *vtu,
+                                       const unsigned char *tag, const unsigned char *end)
+{
+    if (vtu->pieces++)
+        return meshio__fail(r, MESHIO_ERROR_UNSUPPORTED, tag, "more than one piece");
+    MESHIO__TRY(meshio__attribute_int(r, tag, end, "numberofpoints", &vtu->points));
+    MESHIO__TRY(meshio__attribute_int(r, tag, end, "numberofcells", &vtu->cells));
+    if (vtu->zlib) return MESHIO_OK; /* the header of each array is checked instead */
+    MESHIO__TRY(meshio__fits(r, vtu->points, 6, "points"));
+    return meshio__fits(r, vtu->cells, 3, "cells");
+}
+
+/* The section that the tag with this name begins: 'p', 'c' and 'd' for <Points>, <Cells> and
+ * <CellData>, 1 for one whose arrays are not read; 0: it begins none. */
+static int meshio__vtu_section(const unsigned char *name, size_t length)
+{
+    return meshio__same(name, length, "<points")      ? 'p'
+           : meshio__same(name, length, "<cells")     ? 'c'
+           : meshio__same(name, length, "<celldata")  ? 'd'
+           : meshio__same(name, length, "<pointdata") ? 1
+           : meshio__same(name, length, "<fielddata") ? 1
+                                                      : 0;
+}
+
 static meshio_result meshio__read_vtu(meshio__reader *r)
 {
     meshio__vtu vtu;
     const unsigned char *p, *end, *text, *corners = NULL, *appended;
     size_t length;
-    int section = 0, pieces = 0;
+    int section = 0, begun; /* 0: before <VTKFile> */
     memset(&vtu, 0, sizeof vtu);
     r->text = 1;
     r->swap = !meshio__little_endian();
     vtu.end = r->end;
     if (r->begin == r->end) return meshio__expected(r, "<VTKFile");
-    for (p = r->begin; p + 13 < r->end && memcmp(p, "<AppendedData", 13) != 0; p++) {}
-    appended = p + 13 < r->end ? p : NULL;
-    if (appended) {
-        p = (const unsigned char *)memchr(appended, '_', (size_t)(r->end - appended));
-        end = (const unsigned char *)memchr(appended, '>', (size_t)(r->end - appended));
-        if (!p || !end || p < end) return meshio__expected(r, "'_' before the appended data");
-        text = meshio__attribute(appended, end, "encoding", &length);
-        vtu.raw = text && meshio__same(text, length, "raw");
-        vtu.appended = p + 1;
-    }
+    MESHIO__TRY(meshio__vtu_find_appended(r, &vtu, &appended));
     for (p = r->begin; (p = (const unsigned char *)memchr(p, '<', (size_t)(r->end - p))) != NULL;
          p = end + 1) {
         if (p == appended) break;
@@ -4227,39 +4292,15 @@ static meshio_result meshio__read_vtu(meshio__reader *r)
         for (length = 1; p + length < end && !meshio__is_space(p[length]) && p[length] != '/';)
             length++;
         if (meshio__same(p, length, "<vtkfile")) {
-            text = meshio__attribute(p, end, "type", &length);
-            if (!text || !meshio__same(text, length, "unstructuredgrid"))
-                return meshio__fail(r, MESHIO_ERROR_UNSUPPORTED, p, "not an UnstructuredGrid");
-            text = meshio__attribute(p, end, "compressor", &length);
-            vtu.zlib = text && meshio__same(text, length, "vtkzlibdatacompressor");
-            if (text && length && !vtu.zlib)
-                return meshio__fail(r, MESHIO_ERROR_UNSUPPORTED, p,
-                                    "data of the compressor %.*s; only zlib's are read",
-                                    length < 40 ? (int)length : 40, (const char *)text);
-            text = meshio__attribute(p, end, "header_type", &length);
-            vtu.wide = text && meshio__same(text, length, "uint64");
-            text = meshio__attribute(p, end, "byte_order", &length);
-            if (text && meshio__same(text, length, "bigendian")) r->swap = !r->swap;
+            MESHIO__TRY(meshio__vtu_file(r, &vtu, p, end));
             section = 1;
         } else if (section == 0 && p[1] != '?' && p[1] != '!') {
             return meshio__fail(r, MESHIO_ERROR_FORMAT, p, "not a VTU file");
         } else if (meshio__same(p, length, "<piece")) {
-            if (pieces++)
-                return meshio__fail(r, MESHIO_ERROR_UNSUPPORTED, p, "more than one piece");
-            MESHIO__TRY(meshio__attribute_int(r, p, end, "numberofpoints", &vtu.points));
-            MESHIO__TRY(meshio__attribute_int(r, p, end, "numberofcells", &vtu.cells));
-            if (vtu.zlib) continue; /* the header of each array is checked instead */
-            MESHIO__TRY(meshio__fits(r, vtu.points, 6, "points"));
-            MESHIO__TRY(meshio__fits(r, vtu.cells, 3, "cells"));
-        } else if (meshio__same(p, length, "<points")) {
-            section = 'p';
-        } else if (meshio__same(p, length, "<cells")) {
-            section = 'c';
-        } else if (meshio__same(p, length, "<celldata")) {
-            section = 'd';
-        } else if (meshio__same(p, length, "<pointdata") || meshio__same(p, length, "<fielddata")) {
-            section = 1;
-        } else if (section != 0 && meshio__same(p, length, "<dataarray") && section != 1) {
+            MESHIO__TRY(meshio__vtu_piece(r, &vtu, p, end));
+        } else if ((begun = meshio__vtu_section(p, length)) != 0) {
+            section = begun;
+        } else if (section > 1 && meshio__same(p, length, "<dataarray")) {
             text = meshio__attribute(p, end, "name", &length);
             if (section == 'c' && text && meshio__same(text, length, "connectivity"))
                 corners = p;
@@ -4268,7 +4309,7 @@ static meshio_result meshio__read_vtu(meshio__reader *r)
         }
     }
     if (section == 0) return meshio__fail(r, MESHIO_ERROR_FORMAT, r->begin, "not a VTU file");
-    if (!pieces) return meshio__expected(r, "a <Piece>");
+    if (!vtu.pieces) return meshio__expected(r, "a <Piece>");
     if (vtu.points != (int64_t)r->mesh->num_vertices) return meshio__expected(r, "the points");
     MESHIO__TRY(meshio__vtu_corners(r, &vtu, corners));
     return meshio__cells_store(r);
@@ -5864,17 +5905,56 @@ static meshio_result meshio__write_msh4(meshio__writer *w, const meshio_mesh *m,
 
 /* ---- VTU: each array has a tag; its data are in it (ASCII) or follow at the end, at an offset. */
 
-typedef struct meshio__vtu_writer {
-    meshio__writer *w;
-    int ascii, wide; /* wide: 64-bit integers */
-    uint64_t offset; /* of the next appended array */
-} meshio__vtu_writer;
-
 enum { MESHIO__VTU_CORNERS, MESHIO__VTU_OFFSETS, MESHIO__VTU_TYPES, MESHIO__VTU_TAGS };
 
-/* Writes one of the integer arrays of the cells. */
-static void meshio__vtu_integers(meshio__vtu_writer *u, const meshio__kind kinds[3], int what)
+typedef struct meshio__vtu_writer {
+    meshio__writer *w;
+    const meshio_mesh *mesh;
+    const meshio_write_options *options;
+    meshio__kind kinds[3];
+    int ascii, wide;   /* wide: 64-bit integers */
+    uint64_t cells;    /* their number */
+    uint64_t bytes[4]; /* of their integer arrays */
+    uint64_t offset;   /* of the next appended array */
+} meshio__vtu_writer;
+
+static void meshio__vtu_start(meshio__vtu_writer *u, meshio__writer *w, const meshio_mesh *m,
+                              const meshio_write_options *options)
 {
+    uint64_t corners = 0, word;
+    int k;
+    u->w = w;
+    u->mesh = m;
+    u->options = options;
+    meshio__kinds(m, u->kinds);
+    for (k = 0, u->cells = 0; k < 3; k++) {
+        u->cells += u->kinds[k].num;
+        corners += (uint64_t)u->kinds[k].corners * u->kinds[k].num;
+    }
+    u->ascii = options->ascii;
+    u->wide = corners > 0x7FFFFFFF || m->num_vertices > 0x7FFFFFFF;
+    word = u->wide ? 8 : 4;
+    u->bytes[MESHIO__VTU_CORNERS] = corners * word;
+    u->bytes[MESHIO__VTU_OFFSETS] = u->cells * word;
+    u->bytes[MESHIO__VTU_TYPES] = u->cells;
+    u->bytes[MESHIO__VTU_TAGS] = u->cells * 4;
+    u->offset = 0;
+}
+
+static void meshio__vtu_points(meshio__vtu_writer *u)
+{
+    size_t i;
+    for (i = 0; i < 3 * u->mesh->num_vertices; i++)
+        if (u->ascii)
+            meshio__put_double(u->w, u->mesh->xyz[i], i % 3 == 2 ? '\n' : ' ');
+        else
+            meshio__put_raw_double(u->w, u->mesh->xyz[i], 0);
+}
+
+/* Writes one of the integer arrays of the cells. */
+static void meshio__vtu_integers(meshio__vtu_writer *u, int what)
+{
+    const meshio__kind *kinds = u->kinds;
     int bytes = what == MESHIO__VTU_TYPES ? 1 : what == MESHIO__VTU_TAGS ? 4 : u->wide ? 8 : 4;
     int64_t offset = 0;
     int k, c;
@@ -5897,9 +5977,9 @@ static void meshio__vtu_integers(meshio__vtu_writer *u, const meshio__kind kinds
         }
 }
 
-static void meshio__vtu_values(meshio__vtu_writer *u, const meshio__kind kinds[3],
-                               const meshio_field *field)
+static void meshio__vtu_values(meshio__vtu_writer *u, const meshio_field *field)
 {
+    const meshio__kind *kinds = u->kinds;
     int k;
     size_t i;
     for (k = 0; k < 3; k++) {
@@ -5934,70 +6014,66 @@ static void meshio__vtu_tag_end(meshio__vtu_writer *u)
     if (u->ascii) meshio__puts(u->w, "\n</DataArray>\n");
 }
 
+/* Writes the tags of the integer arrays of the cells, in text with the data. */
+static void meshio__vtu_cells(meshio__vtu_writer *u)
+{
+    static const char *const names[] = {"connectivity", "offsets", "types", "region"};
+    int what;
+    for (what = 0; what < 4; what++) {
+        const char *type = what == MESHIO__VTU_TYPES  ? "UInt8"
+                           : what == MESHIO__VTU_TAGS ? "Int32"
+                           : u->wide                  ? "Int64"
+                                                      : "Int32";
+        if (what == MESHIO__VTU_TAGS)
+            meshio__puts(u->w, "</Cells>\n<CellData Scalars=\"region\">\n");
+        if (meshio__vtu_tag(u, type, names[what], 1, u->bytes[what])) meshio__vtu_integers(u, what);
+        meshio__vtu_tag_end(u);
+    }
+}
+
+/* Writes the data of all arrays, in the order of their tags. */
+static void meshio__vtu_appended(meshio__vtu_writer *u)
+{
+    size_t f;
+    int what;
+    meshio__puts(u->w, "<AppendedData encoding=\"raw\">\n_");
+    meshio__put_raw(u->w, (int64_t)(24 * (uint64_t)u->mesh->num_vertices), 8, 0);
+    meshio__vtu_points(u);
+    for (what = 0; what < 4; what++) {
+        meshio__put_raw(u->w, (int64_t)u->bytes[what], 8, 0);
+        meshio__vtu_integers(u, what);
+    }
+    for (f = 0; f < u->options->num_fields; f++) {
+        meshio__put_raw(u->w, (int64_t)(8 * u->cells), 8, 0);
+        meshio__vtu_values(u, &u->options->fields[f]);
+    }
+    meshio__puts(u->w, "\n</AppendedData>\n");
+}
+
 static void meshio__write_vtu(meshio__writer *w, const meshio_mesh *m,
                               const meshio_write_options *options)
 {
     meshio__vtu_writer u;
-    meshio__kind kinds[3];
-    uint64_t cells = (uint64_t)m->num_edges + m->num_triangles + m->num_tets;
-    uint64_t corners = (m->second_order ? 3u : 2u) * (uint64_t)m->num_edges +
-                       (m->second_order ? 6u : 3u) * (uint64_t)m->num_triangles +
-                       (m->second_order ? 10u : 4u) * (uint64_t)m->num_tets;
-    static const char *const names[] = {"connectivity", "offsets", "types", "region"};
-    uint64_t bytes[4];
-    size_t i, f;
-    int what;
-    meshio__kinds(m, kinds);
-    u.w = w;
-    u.ascii = options->ascii;
-    u.wide = corners > 0x7FFFFFFF || m->num_vertices > 0x7FFFFFFF;
-    u.offset = 0;
-    bytes[MESHIO__VTU_CORNERS] = corners * (u.wide ? 8 : 4);
-    bytes[MESHIO__VTU_OFFSETS] = cells * (u.wide ? 8 : 4);
-    bytes[MESHIO__VTU_TYPES] = cells;
-    bytes[MESHIO__VTU_TAGS] = cells * 4;
+    size_t f;
+    meshio__vtu_start(&u, w, m, options);
     meshio__printf(w,
                    "<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" "
                    "byte_order=\"%s\" header_type=\"UInt64\">\n<UnstructuredGrid>\n"
                    "<Piece NumberOfPoints=\"%llu\" NumberOfCells=\"%llu\">\n<Points>\n",
                    meshio__little_endian() ? "LittleEndian" : "BigEndian",
-                   (unsigned long long)m->num_vertices, (unsigned long long)cells);
+                   (unsigned long long)m->num_vertices, (unsigned long long)u.cells);
     if (meshio__vtu_tag(&u, "Float64", "Points", 3, 24 * (uint64_t)m->num_vertices))
-        for (i = 0; i < 3 * m->num_vertices; i++)
-            meshio__put_double(w, m->xyz[i], i % 3 == 2 ? '\n' : ' ');
+        meshio__vtu_points(&u);
     meshio__vtu_tag_end(&u);
     meshio__puts(w, "</Points>\n<Cells>\n");
-    for (what = 0; what < 4; what++) {
-        const char *type = what == MESHIO__VTU_TYPES  ? "UInt8"
-                           : what == MESHIO__VTU_TAGS ? "Int32"
-                           : u.wide                   ? "Int64"
-                                                      : "Int32";
-        if (what == MESHIO__VTU_TAGS)
-            meshio__puts(w, "</Cells>\n<CellData Scalars=\"region\">\n");
-        if (meshio__vtu_tag(&u, type, names[what], 1, bytes[what]))
-            meshio__vtu_integers(&u, kinds, what);
-        meshio__vtu_tag_end(&u);
-    }
+    meshio__vtu_cells(&u);
     for (f = 0; f < options->num_fields; f++) {
-        if (meshio__vtu_tag(&u, "Float64", options->fields[f].name, 1, 8 * cells))
-            meshio__vtu_values(&u, kinds, &options->fields[f]);
+        if (meshio__vtu_tag(&u, "Float64", options->fields[f].name, 1, 8 * u.cells))
+            meshio__vtu_values(&u, &options->fields[f]);
         meshio__vtu_tag_end(&u);
     }
     meshio__puts(w, "</CellData>\n</Piece>\n</UnstructuredGrid>\n");
-    if (!u.ascii) {
-        meshio__puts(w, "<AppendedData encoding=\"raw\">\n_");
-        meshio__put_raw(w, (int64_t)(24 * (uint64_t)m->num_vertices), 8, 0);
-        for (i = 0; i < 3 * m->num_vertices; i++) meshio__put_raw_double(w, m->xyz[i], 0);
-        for (what = 0; what < 4; what++) {
-            meshio__put_raw(w, (int64_t)bytes[what], 8, 0);
-            meshio__vtu_integers(&u, kinds, what);
-        }
-        for (f = 0; f < options->num_fields; f++) {
-            meshio__put_raw(w, (int64_t)(8 * cells), 8, 0);
-            meshio__vtu_values(&u, kinds, &options->fields[f]);
-        }
-        meshio__puts(w, "\n</AppendedData>\n");
-    }
+    if (!u.ascii) meshio__vtu_appended(&u);
     meshio__puts(w, "</VTKFile>\n");
 }
 
