@@ -39,6 +39,31 @@ typedef struct arguments {
     int threads, any_order, validate, quiet;
 } arguments;
 
+/* Whether the arguments go together; if not, says why. */
+static int arguments_fit(const arguments *args)
+{
+    if (!args->input) {
+        fprintf(stderr, "delaunay: no file of points; try --help\n");
+        return 0;
+    }
+    if (!tool_is_apart("delaunay", "--hull", args->hull, args->input) ||
+        !tool_is_apart("delaunay", "--hull", args->hull, args->output) ||
+        !tool_is_apart("delaunay", "--hull", args->hull, args->weights))
+        return 0;
+    if (args->output && !meshio_holds_tetrahedra(meshio_format_of(args->output))) {
+        fprintf(stderr, "delaunay: no tetrahedra can be written to '%s'; try .mesh, .msh or .vtu\n",
+                args->output);
+        return 0;
+    }
+    if (args->hull && (meshio_format_of(args->hull) == MESHIO_FORMAT_AUTO ||
+                       meshio_format_of(args->hull) == MESHIO_FORMAT_NODE)) {
+        fprintf(stderr, "delaunay: '%s' is of no format for triangles; try .off, .stl or .vtu\n",
+                args->hull);
+        return 0;
+    }
+    return 1;
+}
+
 /* Returns 0: go on; 1: done (--help, --version); 2: wrong usage. */
 static int parse(int argc, char **argv, arguments *args)
 {
@@ -75,25 +100,7 @@ static int parse(int argc, char **argv, arguments *args)
             args->input = a;
         }
     }
-    if (!args->input) {
-        fprintf(stderr, "delaunay: no file of points; try --help\n");
-        return 2;
-    }
-    if (!tool_is_apart("delaunay", "--hull", args->hull, args->input) ||
-        !tool_is_apart("delaunay", "--hull", args->hull, args->output) ||
-        !tool_is_apart("delaunay", "--hull", args->hull, args->weights))
-        return 2;
-    if (args->output && !meshio_holds_tetrahedra(meshio_format_of(args->output))) {
-        fprintf(stderr, "delaunay: no tetrahedra can be written to '%s'; try .mesh, .msh or .vtu\n",
-                args->output);
-        return 2;
-    }
-    if (args->hull && (meshio_format_of(args->hull) == MESHIO_FORMAT_AUTO ||
-                       meshio_format_of(args->hull) == MESHIO_FORMAT_NODE)) {
-        fprintf(stderr, "delaunay: '%s' is of no format for triangles; try .off, .stl or .vtu\n",
-                args->hull);
-        return 2;
-    }
+    if (!arguments_fit(args)) return 2;
     if (tool_is_stdout(args->output) || tool_is_stdout(args->hull)) args->quiet = 1;
     return 0;
 }
@@ -228,20 +235,17 @@ static int write_hull(const arguments *args, const delaunay_mesh *mesh, meshio_m
     return code;
 }
 
-static int triangulate(const arguments *args, meshio_mesh *points, double seconds_read)
+/* Triangulates the points, with the weights of --weights. seconds: gets what this took. */
+static int make_mesh(const arguments *args, const meshio_mesh *points, delaunay_mesh *mesh,
+                     delaunay_report *report, double *seconds)
 {
-    delaunay_mesh mesh;
     delaunay_options options;
-    delaunay_report report;
     delaunay_result result;
     delaunay_points input;
-    meshio_report io;
     double start, *weights = NULL;
     int code;
     memset(&input, 0, sizeof input);
-    memset(&mesh, 0, sizeof mesh);
     memset(&options, 0, sizeof options);
-    memset(&report, 0, sizeof report);
     options.any_order = args->any_order;
     options.host.num_threads = args->threads;
     options.host.progress = progress;
@@ -257,40 +261,56 @@ static int triangulate(const arguments *args, meshio_mesh *points, double second
         return TOOL_CANNOT_WRITE;
     }
     start = tool_seconds();
-    result = delaunay_tetrahedralize_points(&mesh, &input, &options, &report);
+    result = delaunay_tetrahedralize_points(mesh, &input, &options, report);
+    *seconds = tool_seconds() - start;
     free(weights);
     code = exit_code(result);
-    if (code != TOOL_OK) {
-        fprintf(stderr, "delaunay: %s: %s\n", args->input, reason(result, &report));
-        return code;
-    }
-    start = tool_seconds() - start;
-    if (args->validate) {
-        delaunay_report proof;
-        memset(&proof, 0, sizeof proof);
-        if (delaunay_validate_on(&mesh, DELAUNAY_VALIDATE_DELAUNAY, &options.host, &proof) !=
-            DELAUNAY_OK) {
-            fprintf(stderr, "delaunay: internal error: %s\n", proof.message);
-            delaunay_mesh_free(&mesh);
-            return TOOL_INTERNAL;
+    if (code != TOOL_OK)
+        fprintf(stderr, "delaunay: %s: %s\n", args->input, reason(result, report));
+    return code;
+}
+
+/* Proves that the mesh is Delaunay, for --validate. */
+static int prove(const arguments *args, const delaunay_mesh *mesh)
+{
+    delaunay_host host;
+    delaunay_report proof;
+    memset(&host, 0, sizeof host);
+    memset(&proof, 0, sizeof proof);
+    host.num_threads = args->threads;
+    host.progress = progress;
+    if (delaunay_validate_on(mesh, DELAUNAY_VALIDATE_DELAUNAY, &host, &proof) == DELAUNAY_OK)
+        return TOOL_OK;
+    fprintf(stderr, "delaunay: internal error: %s\n", proof.message);
+    return TOOL_INTERNAL;
+}
+
+static int triangulate(const arguments *args, meshio_mesh *points, double seconds_read)
+{
+    delaunay_mesh mesh;
+    delaunay_report report;
+    meshio_report io;
+    double seconds = 0;
+    int code;
+    memset(&mesh, 0, sizeof mesh);
+    memset(&report, 0, sizeof report);
+    code = make_mesh(args, points, &mesh, &report, &seconds);
+    if (code == TOOL_OK && args->validate) code = prove(args, &mesh);
+    if (code == TOOL_OK && args->hull) code = write_hull(args, &mesh, points);
+    if (code == TOOL_OK) {
+        drop_elements(points);
+        if (!export_tets(&mesh, points)) {
+            fprintf(stderr, "delaunay: out of memory\n");
+            code = TOOL_NO_MEMORY;
         }
     }
-    if (args->hull && (code = write_hull(args, &mesh, points)) != TOOL_OK) {
-        delaunay_mesh_free(&mesh);
-        return code;
-    }
-    drop_elements(points);
-    if (!export_tets(&mesh, points)) {
-        fprintf(stderr, "delaunay: out of memory\n");
-        delaunay_mesh_free(&mesh);
-        return TOOL_NO_MEMORY;
-    }
     delaunay_mesh_free(&mesh);
+    if (code != TOOL_OK) return code;
     if (args->output && meshio_write(args->output, points, NULL, &io) != MESHIO_OK) {
         fprintf(stderr, "delaunay: %s\n", io.message);
         return TOOL_CANNOT_WRITE;
     }
-    if (!args->quiet) print_statistics(&report, points->num_tets, seconds_read, start);
+    if (!args->quiet) print_statistics(&report, points->num_tets, seconds_read, seconds);
     return TOOL_OK;
 }
 

@@ -62,6 +62,24 @@ static int parse_measure(const char *name, spr_measure *measure)
     return 1;
 }
 
+/* Whether the arguments go together; if not, says why. */
+static int arguments_fit(const arguments *args)
+{
+    if (!args->input) {
+        fprintf(stderr, "improve: no mesh; try --help\n");
+        return 0;
+    }
+    if (!tool_is_apart("improve", "--bad", args->bad, args->input) ||
+        !tool_is_apart("improve", "--bad", args->bad, args->output))
+        return 0;
+    if (args->output && !meshio_holds_tetrahedra(meshio_format_of(args->output))) {
+        fprintf(stderr, "improve: no tetrahedra can be written to '%s'; try .mesh, .msh or .vtu\n",
+                args->output);
+        return 0;
+    }
+    return 1;
+}
+
 /* Returns 0: go on; 1: done (--help, --version); 2: wrong usage. */
 static int parse(int argc, char **argv, arguments *args)
 {
@@ -109,19 +127,7 @@ static int parse(int argc, char **argv, arguments *args)
             args->input = a;
         }
     }
-    if (!args->input) {
-        fprintf(stderr, "improve: no mesh; try --help\n");
-        return 2;
-    }
-    if (!tool_is_apart("improve", "--bad", args->bad, args->input) ||
-        !tool_is_apart("improve", "--bad", args->bad, args->output))
-        return 2;
-    if (args->output && !meshio_holds_tetrahedra(meshio_format_of(args->output))) {
-        fprintf(stderr, "improve: no tetrahedra can be written to '%s'; try .mesh, .msh or .vtu\n",
-                args->output);
-        return 2;
-    }
-    return 0;
+    return arguments_fit(args) ? 0 : 2;
 }
 
 static int exit_code(spr_result result)
@@ -282,17 +288,68 @@ static void swap_regions(meshio_mesh *m, int32_t a, int32_t b)
         m->tet_tags[i] = m->tet_tags[i] == a ? b : m->tet_tags[i] == b ? a : m->tet_tags[i];
 }
 
+/* Opens the file of --bad. Returns NULL, and says so, if it cannot be written. */
+static FILE *open_bad(const char *name)
+{
+    FILE *f = fopen(name, "w");
+    if (f && fputs("x,y,z,measure,bound,reason\n", f) >= 0) return f;
+    if (f) fclose(f);
+    fprintf(stderr, "improve: cannot write '%s'\n", name);
+    return NULL;
+}
+
+/* Closes it. Returns 0, and says so, if something of it was lost. */
+static int close_bad(FILE *f, const char *name)
+{
+    int lost = ferror(f);
+    if (fclose(f) != 0) lost = 1;
+    if (lost) fprintf(stderr, "improve: cannot write '%s'\n", name);
+    return !lost;
+}
+
+/* Improves a mesh whose arrays have room for this many vertices and tetrahedra. */
+static spr_result improve_arrays(meshio_mesh *m, size_t cap_vertices, size_t cap_tets,
+                                 const spr_options *options, spr_report *report)
+{
+    const int32_t spare = tool_unused_tag(m->tet_tags, m->num_tets);
+    size_t v = m->num_vertices;
+    spr_result result;
+    swap_regions(m, -1, spare);
+    result =
+        spr_improve_arrays(m->xyz, &m->num_vertices, cap_vertices, m->tets, (uint32_t *)m->tet_tags,
+                           &m->num_tets, cap_tets, NULL, options, report);
+    swap_regions(m, -1, spare);
+    for (; v < m->num_vertices; v++) m->vertex_tags[v] = 0;
+    return result;
+}
+
+/* Writes the improved mesh. all_facets: the file has listed the facets of all tetrahedra. */
+static int write_mesh(const arguments *args, meshio_mesh *m, int all_facets)
+{
+    meshio_report io;
+    if (all_facets && m->num_triangles) {
+        fprintf(stderr, "improve: %s lists the facets of all tetrahedra; inner ones do not stay\n",
+                args->input);
+        if (!drop_triangles(m)) {
+            fprintf(stderr, "improve: out of memory\n");
+            return TOOL_NO_MEMORY;
+        }
+    }
+    if (!args->output || meshio_write(args->output, m, NULL, &io) == MESHIO_OK) return TOOL_OK;
+    fprintf(stderr, "improve: %s\n", io.message);
+    return TOOL_CANNOT_WRITE;
+}
+
 static int improve(const arguments *args, meshio_mesh *m)
 {
+    const size_t cap_vertices = m->num_vertices + m->num_vertices / 4 + 1000;
+    const size_t cap_tets = 2 * m->num_tets + 10000;
+    const int all_facets = lists_all_facets(m);
     spr_options options = args->options;
     FILE *bad = NULL;
     spr_report report;
     spr_result result;
-    meshio_report io;
-    size_t cap_vertices = m->num_vertices + m->num_vertices / 4 + 1000, before = m->num_vertices;
-    size_t cap_tets = 2 * m->num_tets + 10000;
-    int32_t spare;
-    int code, lost;
+    int code, written;
     memset(&report, 0, sizeof report);
     if (!tool_can_create("improve", args->output)) return TOOL_CANNOT_WRITE;
     if (!make_room(m, cap_vertices, cap_tets)) {
@@ -300,31 +357,18 @@ static int improve(const arguments *args, meshio_mesh *m)
         return TOOL_NO_MEMORY;
     }
     if (args->bad) {
-        bad = fopen(args->bad, "w");
-        if (!bad || fputs("x,y,z,measure,bound,reason\n", bad) < 0) {
-            fprintf(stderr, "improve: cannot write '%s'\n", args->bad);
-            return TOOL_CANNOT_WRITE;
-        }
+        bad = open_bad(args->bad);
+        if (!bad) return TOOL_CANNOT_WRITE;
         options.left = list_bad;
         options.left_user = bad;
     }
     options.kept_triangles = m->triangles;
-    options.num_kept_triangles = lists_all_facets(m) ? 0 : m->num_triangles;
+    options.num_kept_triangles = all_facets ? 0 : m->num_triangles;
     options.kept_edges = m->edges;
     options.num_kept_edges = m->num_edges;
-    spare = tool_unused_tag(m->tet_tags, m->num_tets);
-    swap_regions(m, -1, spare);
-    result =
-        spr_improve_arrays(m->xyz, &m->num_vertices, cap_vertices, m->tets, (uint32_t *)m->tet_tags,
-                           &m->num_tets, cap_tets, NULL, &options, &report);
-    swap_regions(m, -1, spare);
+    result = improve_arrays(m, cap_vertices, cap_tets, &options, &report);
     code = exit_code(result);
-    lost = bad && ferror(bad);
-    if (bad && fclose(bad) != 0) lost = 1;
-    if (lost) {
-        fprintf(stderr, "improve: cannot write '%s'\n", args->bad);
-        return TOOL_CANNOT_WRITE;
-    }
+    if (bad && !close_bad(bad, args->bad)) return TOOL_CANNOT_WRITE;
     if (code != TOOL_OK)
         fprintf(stderr, "improve: %s: %s\n", args->input,
                 report.message[0] ? report.message : spr_result_string(result));
@@ -333,19 +377,8 @@ static int improve(const arguments *args, meshio_mesh *m)
         fprintf(stderr,
                 "improve: %s: %llu triangles and lines are no facets and edges of tetrahedra\n",
                 args->input, (unsigned long long)report.absent);
-    for (; before < m->num_vertices; before++) m->vertex_tags[before] = 0;
-    if (!options.num_kept_triangles && m->num_triangles) {
-        fprintf(stderr, "improve: %s lists the facets of all tetrahedra; inner ones do not stay\n",
-                args->input);
-        if (!drop_triangles(m)) {
-            fprintf(stderr, "improve: out of memory\n");
-            return TOOL_NO_MEMORY;
-        }
-    }
-    if (args->output && meshio_write(args->output, m, NULL, &io) != MESHIO_OK) {
-        fprintf(stderr, "improve: %s\n", io.message);
-        return TOOL_CANNOT_WRITE;
-    }
+    written = write_mesh(args, m, all_facets);
+    if (written != TOOL_OK) return written;
     if (!args->quiet && !tool_is_stdout(args->output)) {
         print_statistics(&report);
         print_worst(&report);

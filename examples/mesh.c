@@ -268,6 +268,44 @@ static meshio_format output_format(const settings *s)
     return meshio_format_of(name);
 }
 
+/* Whether the settings go together; if not, says which ones do not. */
+static int settings_fit(const settings *s)
+{
+    const meshio_format format = s->output ? output_format(s) : MESHIO_FORMAT_AUTO;
+    if (s->refine_mesh && (s->refine_surface || s->weld > 0)) {
+        fprintf(stderr, "mesh: %s and --refine-mesh; try --help\n",
+                s->weld > 0 ? "--weld" : "--refine-surface");
+        return 0;
+    }
+    if (s->refine_mesh && (s->regions_given || s->mesher.allow_surface_steiner)) {
+        fprintf(stderr, "mesh: %s and --refine-mesh, which keeps the mesh and its regions\n",
+                s->regions_given ? "--regions" : "--allow-surface-steiner");
+        return 0;
+    }
+    if (!s->input == !s->demo) {
+        fprintf(stderr, "mesh: %s; try --help\n",
+                s->demo ? "a file, or a fineness beyond 1 to 12, and --demo"
+                        : "no surface to mesh");
+        return 0;
+    }
+    if (!tool_is_apart("mesh", "--json", s->json, s->input) ||
+        !tool_is_apart("mesh", "--json", s->json, s->output) ||
+        !tool_is_apart("mesh", "--json", s->json, s->size_grid))
+        return 0;
+    if (s->output && !meshio_holds_tetrahedra(format)) {
+        fprintf(stderr, "mesh: no tetrahedra can be written to '%s'; try .mesh, .msh or .vtu\n",
+                s->output);
+        return 0;
+    }
+    if (s->output && s->order == 2 && format != MESHIO_FORMAT_MSH && format != MESHIO_FORMAT_VTU &&
+        format != MESHIO_FORMAT_INP) {
+        fprintf(stderr, "mesh: no second-order elements can be written to '%s'; try .msh or .vtu\n",
+                s->output);
+        return 0;
+    }
+    return 1;
+}
+
 /* Returns 0: go on; 1: done (--help, --version); 2: wrong usage. */
 static int parse(int argc, char **argv, settings *s)
 {
@@ -304,38 +342,7 @@ static int parse(int argc, char **argv, settings *s)
             return 2;
         }
     }
-    if (s->refine_mesh && (s->refine_surface || s->weld > 0)) {
-        fprintf(stderr, "mesh: %s and --refine-mesh; try --help\n",
-                s->weld > 0 ? "--weld" : "--refine-surface");
-        return 2;
-    }
-    if (s->refine_mesh && (s->regions_given || s->mesher.allow_surface_steiner)) {
-        fprintf(stderr, "mesh: %s and --refine-mesh, which keeps the mesh and its regions\n",
-                s->regions_given ? "--regions" : "--allow-surface-steiner");
-        return 2;
-    }
-    if (!s->input == !s->demo) {
-        fprintf(stderr, "mesh: %s; try --help\n",
-                s->demo ? "a file, or a fineness beyond 1 to 12, and --demo"
-                        : "no surface to mesh");
-        return 2;
-    }
-    if (!tool_is_apart("mesh", "--json", s->json, s->input) ||
-        !tool_is_apart("mesh", "--json", s->json, s->output) ||
-        !tool_is_apart("mesh", "--json", s->json, s->size_grid))
-        return 2;
-    if (s->output && !meshio_holds_tetrahedra(output_format(s))) {
-        fprintf(stderr, "mesh: no tetrahedra can be written to '%s'; try .mesh, .msh or .vtu\n",
-                s->output);
-        return 2;
-    }
-    if (s->output && s->order == 2 && output_format(s) != MESHIO_FORMAT_MSH &&
-        output_format(s) != MESHIO_FORMAT_VTU && output_format(s) != MESHIO_FORMAT_INP) {
-        fprintf(stderr, "mesh: no second-order elements can be written to '%s'; try .msh or .vtu\n",
-                s->output);
-        return 2;
-    }
-    return 0;
+    return settings_fit(s) ? 0 : 2;
 }
 
 /* ---- the state of a run ---- */
