@@ -240,9 +240,10 @@ typedef struct facet {
 static facet facet_of(uint32_t a, uint32_t b, uint32_t c)
 {
     facet f;
-    f.v[0] = a < b ? (a < c ? a : c) : (b < c ? b : c);
-    f.v[2] = a > b ? (a > c ? a : c) : (b > c ? b : c);
-    f.v[1] = a ^ b ^ c ^ f.v[0] ^ f.v[2];
+    f.v[0] = a;
+    f.v[1] = b;
+    f.v[2] = c;
+    tool_ascend(f.v);
     return f;
 }
 

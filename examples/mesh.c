@@ -413,20 +413,12 @@ typedef struct tet_side {
 
 static void set_side(tet_side *s, uint32_t a, uint32_t b, uint32_t c, int32_t tag)
 {
-    int i, k;
     s->v[0] = a;
     s->v[1] = b;
     s->v[2] = c;
+    s->odd = (uint8_t)tool_ascend(s->v);
     s->tag = tag;
-    s->odd = s->of_file = 0;
-    for (i = 0; i < 2; i++)
-        for (k = 0; k < 2 - i; k++)
-            if (s->v[k] > s->v[k + 1]) {
-                uint32_t swap = s->v[k];
-                s->v[k] = s->v[k + 1];
-                s->v[k + 1] = swap;
-                s->odd = !s->odd;
-            }
+    s->of_file = 0;
 }
 
 static int compare_sides(const void *a, const void *b)
@@ -1035,13 +1027,7 @@ static void facet_ids(const delaunay_mesh *mesh, delaunay_handle t, int i, uint3
     int k, n = 0;
     for (k = 0; k < 4; k++)
         if (k != i) id[n++] = mesh->vertex_id[mesh->tets[t].v[k]];
-    for (k = 0; k < 2; k++)
-        for (n = 0; n < 2 - k; n++)
-            if (id[n] > id[n + 1]) {
-                uint32_t swap = id[n];
-                id[n] = id[n + 1];
-                id[n + 1] = swap;
-            }
+    tool_ascend(id);
 }
 
 /* Marks as seen the facets of tetrahedron t that are facets of the surface; runs in many threads at

@@ -128,6 +128,21 @@ DELAUNAY_INLINE int tool_is_stdout(const char *name)
 #endif
 }
 
+/* Sorts the corners of a triangle ascending. Returns whether that turns it over. */
+DELAUNAY_INLINE int tool_ascend(uint32_t v[3])
+{
+    int i, k, odd = 0;
+    for (i = 0; i < 2; i++)
+        for (k = 0; k < 2 - i; k++)
+            if (v[k] > v[k + 1]) {
+                uint32_t swap = v[k];
+                v[k] = v[k + 1];
+                v[k + 1] = swap;
+                odd = !odd;
+            }
+    return odd;
+}
+
 /* A number that no tag is: the next one above all tags and 0 if there is one. */
 DELAUNAY_INLINE int32_t tool_unused_tag(const int32_t *tags, size_t count)
 {
