@@ -250,7 +250,8 @@ static hxtsort_result HXTSORT_NAME(HXTSORT_TYPE *records, size_t count,
 #ifdef _OPENMP
 #  include <omp.h>
 #  define HXTSORT__PRAGMA(text) _Pragma(#text)
-#    define HXTSORT__PARALLEL_FOR(n, how) HXTSORT__PRAGMA(omp parallel for num_threads(n) schedule(how))
+#  define HXTSORT__PARALLEL_FOR(n, how)                                                            \
+    HXTSORT__PRAGMA(omp parallel for num_threads(n) schedule(how))
 #  define HXTSORT__THREAD() omp_get_thread_num()
 #else
 #  define HXTSORT__PARALLEL_FOR(n, how)

@@ -8603,7 +8603,8 @@ static void mesher__bring_in(mesher__recovery *r)
     if (!mesher__ends(r) && mesher__lacks(r)) mesher__ask_for_defects(r);
 }
 
-/* Removes the points that recovery has added, where it can, and moves the others to better places. */
+/* Removes the points that recovery has added, where it can, and moves the others to better
+ * places. */
 static void mesher__clear_points(mesher__recovery *r)
 {
     if (!mesher__ends(r) && !mesher__lacks(r)) {

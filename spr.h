@@ -1821,7 +1821,10 @@ static int spr__quantile(const spr__state *s, const spr__blocks *blocks, uint64_
 
 /* The tetrahedra of a valid mesh are exactly positive: a quality just below 0 is a rounding error.
  */
-static double spr__unrounded(double quality) { return quality < 0 && quality > -1e-9 ? 0 : quality; }
+static double spr__unrounded(double quality)
+{
+    return quality < 0 && quality > -1e-9 ? 0 : quality;
+}
 
 /* The statistics, from the sums over all blocks. Returns 0 if out of memory. */
 static int spr__summarize(const spr__state *s, const spr__blocks *blocks, spr_statistics *out)
@@ -5162,8 +5165,8 @@ static spr_reason spr__reason(const spr__state *s, delaunay_handle t, int stoppe
                : SPR_STUCK;
 }
 
-/* Records why the bad ones in the list are left, and frees what only the schedule needs. stopped: as
- * in spr__reason. Returns 0 if out of memory. */
+/* Records why the bad ones in the list are left, and frees what only the schedule needs. stopped:
+ * as in spr__reason. Returns 0 if out of memory. */
 static int spr__end_schedule(spr__state *s, int stopped)
 {
     size_t i;
@@ -5896,7 +5899,8 @@ static spr_result spr__kept_init(spr__kept *k, delaunay_memory *memory, size_t n
         const uint32_t *v = k->items + k->size * i;
         for (j = 0; j < k->size; j++)
             if (v[j] >= num_vertices) {
-                snprintf(report->message, sizeof report->message, "%s %llu names vertex %lu of %llu",
+                snprintf(report->message, sizeof report->message,
+                         "%s %llu names vertex %lu of %llu",
                          k->size == 3 ? "triangle" : "edge", (unsigned long long)i,
                          (unsigned long)v[j], (unsigned long long)num_vertices);
                 return SPR_ERROR_INVALID_ARGUMENT;

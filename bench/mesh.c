@@ -354,8 +354,9 @@ static int run_ours(const bench *b, const char *path, int threads, timing *t)
     t->tets = (unsigned long)report.num_tets;
     t->bytes_per_tet = report.num_tets ? (double)report.peak_bytes / (double)report.num_tets : 0;
     printf(
-        "# %s ours %d threads: empty %.3f recover %.3f refine %.3f improve %.3f; %lu vertices added, %lu tets, edge/size "
-        "%.2f %.2f %.2f, %.1f %% in band; below 0.35: %lu, then %lu\n",
+        "# %s ours %d threads: empty %.3f recover %.3f refine %.3f improve %.3f; "
+        "%lu vertices added, %lu tets, edge/size %.2f %.2f %.2f, %.1f %% in band; "
+        "below 0.35: %lu, then %lu\n",
         path, threads, report.seconds_empty, report.seconds_recover, t->refine,
         t->total - (middle - start), t->added, t->tets, report.size_p10, report.size_p50,
         report.size_p90, 100 * report.size_in_band, (unsigned long)improved.before.num_below,
@@ -451,7 +452,8 @@ static int run_gmsh(const bench *b, const char *path, int threads, size_t num_ve
     t->per_vertex = t->added ? t->refine / (double)t->added : 0;
     t->valid = t->total > 0 && t->tets > 0;
     printf(
-        "# %s hxt %d threads: empty %.3f recover %.3f refine %.3f improve %.3f; %lu vertices added, %lu tets (with those outside)\n",
+        "# %s hxt %d threads: empty %.3f recover %.3f refine %.3f improve %.3f; "
+        "%lu vertices added, %lu tets (with those outside)\n",
         path, threads, number_after(log, phases[0]),
         number_after(log, phases[1]) + number_after(log, phases[2]), t->refine,
         number_after(log, phases[5]), t->added, t->tets);
@@ -615,10 +617,9 @@ int main(int argc, char **argv)
         else if (strcmp(argv[i], "--case") == 0 && b.num_cases < MAX_LIST && argv[i + 1])
             b.cases[b.num_cases++] = argv[i + 1];
         else {
-            fprintf(
-                stderr,
-                "usage: bench_mesh [--threads N].. [--runs K] [--case NAME].. [--size-factor F] [--peak] "
-                "[FILE ..]\n");
+            fprintf(stderr,
+                    "usage: bench_mesh [--threads N].. [--runs K] [--case NAME].. "
+                    "[--size-factor F] [--peak] [FILE ..]\n");
             return 2;
         }
         i += argv[i][0] == '-' && strcmp(argv[i], "--peak") != 0;

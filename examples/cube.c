@@ -9,7 +9,8 @@
 #include "../spr.h"
 
 /* A cube: eight corners, and two triangles a side. Each triangle may have either orientation. */
-static const double xyz[] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0, 0, 0, 1, 1, 0, 1, 0, 1, 1, 1, 1, 1};
+static const double xyz[] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0,
+                             0, 0, 1, 1, 0, 1, 0, 1, 1, 1, 1, 1};
 static const uint32_t triangles[] = {0, 2, 3, 0, 3, 1, 4, 5, 7, 4, 7, 6, 0, 1, 5, 0, 5, 4,
                                      2, 6, 7, 2, 7, 3, 0, 4, 6, 0, 6, 2, 1, 3, 7, 1, 7, 5};
 

@@ -2,9 +2,9 @@
  *
  * Include after meshio.h, whose mesh it fills. Everything is a grid: bodies of revolution about z
  * for the bore, the hub and the rim; around each bolt hole strips that widen from its edge to the
- * borders of a sector of the flat annulus between fillet and rim. Points of two patches that meet are
- * computed by the same expression, so they are equal in all bits and become one vertex; the surface
- * is closed and manifold by construction, its genus is 7. Millimetres.
+ * borders of a sector of the flat annulus between fillet and rim. Points of two patches that meet
+ * are computed by the same expression, so they are equal in all bits and become one vertex; the
+ * surface is closed and manifold by construction, its genus is 7. Millimetres.
  */
 #ifndef DEMO_PART_H
 #define DEMO_PART_H

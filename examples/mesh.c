@@ -603,8 +603,8 @@ static int read_input(job *j)
         return TOOL_BAD_SURFACE;
     }
     if (j->in.num_triangles == 0 && j->in.num_tets == 0) {
-        complain(j, j->in.num_other ? "the file has no triangles, so it bounds no volume; elements of "
-                                      "its kinds are not read"
+        complain(j, j->in.num_other ? "the file has no triangles, so it bounds no volume; "
+                                      "elements of its kinds are not read"
                                     : "the file has no triangles, so it bounds no volume");
         return TOOL_BAD_SURFACE;
     }
@@ -916,7 +916,7 @@ static void print_counts(const job *j, const char *title, int defects)
                       ? ", left out"
                       : ": nodes of the mesh where they are in it; --drop-unused leaves them out",
                   stdout);
-        if (k == MESHER_NOTE_NEAR_VERTEX) 
+        if (k == MESHER_NOTE_NEAR_VERTEX)
             printf(": --weld %.2g makes them equal", rounded_up(nearly(j)));
         putchar('\n');
     }
@@ -1559,15 +1559,15 @@ static void json_text(FILE *f, const char *text)
 static void json_quality(FILE *f, const spr_statistics *q)
 {
     int k;
-    fprintf(
-        f,
-        "  \"gamma_min\": %.9g, \"gamma_p001\": %.9g, \"gamma_p01\": %.9g, \"gamma_mean\": %.9g,\n",
-        q->min, q->p001, q->p01, q->mean);
-    fprintf(
-        f,
-        "  \"low\": %llu, \"low30\": %llu, \"sicn_min\": %.9g, \"dih_min\": %.9g, \"dih_max\": %.9g,\n",
-        (unsigned long long)below(q, 7), (unsigned long long)below(q, 6), q->sicn_min,
-        q->dihedral_min_degrees, q->dihedral_max_degrees);
+    fprintf(f,
+            "  \"gamma_min\": %.9g, \"gamma_p001\": %.9g, \"gamma_p01\": %.9g, "
+            "\"gamma_mean\": %.9g,\n",
+            q->min, q->p001, q->p01, q->mean);
+    fprintf(f,
+            "  \"low\": %llu, \"low30\": %llu, \"sicn_min\": %.9g, "
+            "\"dih_min\": %.9g, \"dih_max\": %.9g,\n",
+            (unsigned long long)below(q, 7), (unsigned long long)below(q, 6), q->sicn_min,
+            q->dihedral_min_degrees, q->dihedral_max_degrees);
     fprintf(f, "  \"gamma_histogram\": [");
     for (k = 0; k < 20; k++)
         fprintf(f, "%s%llu", k ? ", " : "", (unsigned long long)q->histogram[k]);
@@ -1596,7 +1596,9 @@ static void json_regions(FILE *f, const job *j)
 /* Writes how many tetrahedra are left below the target, by reason. */
 static void json_left(FILE *f, const spr_report *r)
 {
-    fprintf(f, "  \"left\": {\"surface\": %llu, \"fixed\": %llu, \"stuck\": %llu, \"untried\": %llu},\n",
+    fprintf(f,
+            "  \"left\": {\"surface\": %llu, \"fixed\": %llu, \"stuck\": %llu, "
+            "\"untried\": %llu},\n",
             (unsigned long long)r->bounded, (unsigned long long)r->fixed,
             (unsigned long long)r->stuck, (unsigned long long)r->unfinished);
 }
@@ -1668,10 +1670,10 @@ static int write_json(const job *j, FILE *f, int code)
 static void check_budgets(job *j)
 {
     const mesher_options *o = &j->set.mesher;
-    const char *what = o->max_tets && j->out.num_tets > o->max_tets ? "more tetrahedra than --max-tets"
-                       : o->max_vertices && j->out.num_vertices > o->max_vertices
-                           ? "more vertices than --max-vertices"
-                           : NULL;
+    const char *what = NULL;
+    if (o->max_vertices && j->out.num_vertices > o->max_vertices)
+        what = "more vertices than --max-vertices";
+    if (o->max_tets && j->out.num_tets > o->max_tets) what = "more tetrahedra than --max-tets";
     if (!what || j->code != TOOL_OK) return;
     complain(j, what);
     j->code = TOOL_GOAL_NOT_MET;

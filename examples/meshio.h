@@ -1907,7 +1907,8 @@ static meshio_result meshio__stl_facet(meshio__reader *r, int64_t solid)
     if (meshio__same(word, length, "normal")) /* ignored: may be -1.#IND, or missing altogether */
         for (k = 0; k < 3; k++) meshio__word(r, &length);
     else r->p = word;
-    if (r->p == word && !meshio__same(word, length, "outer")) return meshio__expected(r, "'normal'");
+    if (r->p == word && !meshio__same(word, length, "outer"))
+        return meshio__expected(r, "'normal'");
     MESHIO__TRY(meshio__expect(r, "outer"));
     MESHIO__TRY(meshio__expect(r, "loop"));
     for (;;) {
@@ -3805,9 +3806,9 @@ static int meshio__block_symbols(meshio__bits *b, const meshio__code *literals,
                                  const meshio__code *distances, unsigned char *out, size_t size,
                                  size_t *n)
 {
-    static const uint16_t back[30] = {1,    2,    3,    4,    5,    7,    9,    13,    17,    25,
-                                      33,   49,   65,   97,   129,  193,  257,  385,   513,   769,
-                                      1025, 1537, 2049, 3073, 4097, 6145, 8193, 12289, 16385, 24577};
+    static const uint16_t back[30] = {
+        1,   2,   3,   4,   5,   7,    9,    13,   17,   25,   33,   49,   65,    97,    129,
+        193, 257, 385, 513, 769, 1025, 1537, 2049, 3073, 4097, 6145, 8193, 12289, 16385, 24577};
     static const uint16_t longer[29] = {3,  4,  5,  6,  7,  8,  9,  10,  11,  13,
                                         15, 17, 19, 23, 27, 31, 35, 43,  51,  59,
                                         67, 83, 99, 115, 131, 163, 195, 227, 258};

@@ -115,7 +115,8 @@ DELAUNAY_INLINE int tool_is_apart(const char *tool, const char *option, const ch
     return 0;
 }
 
-/* Whether a name stands for where the program prints: then it prints nothing but what goes there. */
+/* Whether a name stands for where the program prints: then it prints nothing but what goes
+ * there. */
 DELAUNAY_INLINE int tool_is_stdout(const char *name)
 {
 #ifdef TOOL_POSIX
@@ -159,8 +160,8 @@ DELAUNAY_INLINE int32_t tool_unused_tag(const int32_t *tags, size_t count)
     return tag;
 }
 
-/* Whether a mesh can be written to a name, NULL: none, so that nobody waits for one in vain; if not,
- * says why. As meshio_write, by a file beside it that is renamed. */
+/* Whether a mesh can be written to a name, NULL: none, so that nobody waits for one in vain; if
+ * not, says why. As meshio_write, by a file beside it that is renamed. */
 DELAUNAY_INLINE int tool_can_create(const char *tool, const char *path)
 {
     char part[1100];

@@ -332,8 +332,8 @@ static void compare_soup(const soup *s, double scale)
                 if (distance_to(s, i, f->xyz, scale) > 1e-9 ||
                     distance_to(s, j, f->xyz, scale) > 1e-9)
                     bad++;
-                if (f->kind ==
-                    MESHER_DEFECT_T_JUNCTION) { /* the vertex is of the first and lies on the second */
+                if (f->kind == MESHER_DEFECT_T_JUNCTION) {
+                    /* the vertex is of the first and lies on the second */
                     point p;
                     uint32_t v = f->vertices[0];
                     for (p.w = 0; p.w < 3; p.w++) p.x[p.w] = (big)s->xyz[3 * v + (uint32_t)p.w];

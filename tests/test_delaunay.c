@@ -494,7 +494,8 @@ static int leads_elsewhere(const delaunay_mesh *m, delaunay_handle t, const doub
 static int constrain_plain(delaunay_mesh *m, delaunay_worker *w, const delaunay_plain *whole,
                            const double *x, uint8_t *in, uint32_t key)
 {
-    const delaunay_handle one = whole->tets[random_u32() % whole->num_tets] >> 2, facet = 4 * one + 3;
+    const delaunay_handle one = whole->tets[random_u32() % whole->num_tets] >> 2;
+    const delaunay_handle facet = 4 * one + 3;
     const uint8_t *f = delaunay_facet_order(3);
     const uint32_t *v = m->tets[one].v;
     const int sees = delaunay_orient3d(x, m->vertices[v[f[0]]].x, m->vertices[v[f[1]]].x,

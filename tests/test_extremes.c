@@ -137,8 +137,8 @@ static uint64_t one_mesh(uint64_t seed, int threads)
 
 enum { HOSTS = 6 };
 
-/* Archer, which tells the thread sanitizer of OpenMP's barriers, does not know those of nested teams.
- */
+/* Archer, which tells the thread sanitizer of OpenMP's barriers, does not know those of nested
+ * teams. */
 #define NESTED_LEVELS 2
 #if defined(__has_feature)
 #  if __has_feature(thread_sanitizer)

@@ -19,8 +19,9 @@ static uint64_t random_u64(void)
 
 static double random_unit(void) { return (double)(random_u64() >> 11) / 9007199254740992.0; }
 
-/* ---- the curves as Table 2.3 defines them: base pattern, transformations in the order of the curve;
- * axis 1 is the lowest bit of an octant. The closings are those that close (Table 2.4 does not). */
+/* ---- the curves as Table 2.3 defines them: base pattern, transformations in the order of the
+ * curve; axis 1 is the lowest bit of an octant. The closings are those that close (Table 2.4 does
+ * not). */
 typedef struct definition {
     int base[8], turn[8][3], closing[2][8][3];
 } definition;
@@ -651,7 +652,8 @@ static void partitions_hold_equal_counts(void)
             int good = 1;
 
             for (i = 0; i < count; i++)
-                keys[i] = c == 3 ? (uint64_t)(i / 40) : (uint64_t)i * 1000003 + (random_u64() & 1023);
+                keys[i] = c == 3 ? (uint64_t)(i / 40)
+                                 : (uint64_t)i * 1000003 + (random_u64() & 1023);
             hilbert_partition_keys(parts, num_parts, keys, count);
             for (i = 0; i < count; i++) {
                 size_t in = 0;

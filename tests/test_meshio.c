@@ -550,8 +550,10 @@ static void inp_has_elements_of_ten_nodes(void)
     static double xyz[30];
     static uint32_t tet[10] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9}, triangle[6] = {0, 2, 1, 6, 5, 4};
     static int32_t tag[1] = {-2147483647};
-    static const char *const parts[] = {"*ELEMENT, TYPE=C3D10, ELSET=REGION_M2147483647\n1,1,2,3,4,5,6,7,8,9,10\n",
-                                        "*SURFACE, TYPE=ELEMENT, NAME=SURFACE_M2147483647\n1,S1\n*NSET",
+    static const char *const parts[] = {"*ELEMENT, TYPE=C3D10, ELSET=REGION_M2147483647\n"
+                                        "1,1,2,3,4,5,6,7,8,9,10\n",
+                                        "*SURFACE, TYPE=ELEMENT, NAME=SURFACE_M2147483647\n1,S1\n"
+                                        "*NSET",
                                         "*NSET, NSET=NODES_M2147483647\n1\n3\n2\n7\n6\n5\n"};
     meshio_mesh m, back;
     const char *name = file_name("inp");
@@ -589,10 +591,13 @@ static void inp_is_read_as_others_write_it(void)
         "*ELEMENT, TYPE=S4R, ELSET=plate-12\n11,10,20,40,30\n"
         "*ELEMENT, TYPE=T3D2\n12,10,20\n"
         "*ELEMENT, TYPE=C3D8, ELSET=A_3\n13,10,20,30,40,50,60,\n70,80\n14,10,20,30,40,50,60,70,80\n"
-        "*Nset, nset=ends, generate\n10, 20, 10\n*SURFACE, NAME=Loaded_5\n7, S1\nSTEEL, S2\n8, S4\n11, S1\n"
-        "*Node\n10,0,0,0\n20,1.,,0\n30, ,1E0,\n 0\n40,0.,0.,1.d0\n50,.5\n60,1,1,1\n70,0\n80,0\n90,0\n100,0\n"
+        "*Nset, nset=ends, generate\n10, 20, 10\n*SURFACE, NAME=Loaded_5\n7, S1\nSTEEL, S2\n8, S4\n"
+        "11, S1\n"
+        "*Node\n10,0,0,0\n20,1.,,0\n30, ,1E0,\n 0\n40,0.,0.,1.d0\n50,.5\n60,1,1,1\n70,0\n80,0\n"
+        "90,0\n100,0\n"
         "*End Part\n*Assembly, name=A\n*Instance, name=I, part=P\n5., 0., 0.\n*End Instance\n"
-        "*Node\n1, 9., 9., 9.\n*Surface, name=S_6\n7, S2\n*End Assembly\n*Material, name=M\n*Elastic\n1, 0.3\n";
+        "*Node\n1, 9., 9., 9.\n*Surface, name=S_6\n7, S2\n*End Assembly\n*Material, name=M\n"
+        "*Elastic\n1, 0.3\n";
     meshio_mesh m;
     meshio_report report;
     CHECK(read_text(MESHIO_FORMAT_INP, text, &m, &report) == MESHIO_OK);
@@ -603,7 +608,8 @@ static void inp_is_read_as_others_write_it(void)
         static const uint32_t tets[12] = {0, 1, 2, 3, 0, 2, 1, 4, 0, 1, 2, 5};
         CHECK(memcmp(m.tets, tets, sizeof tets) == 0);
         CHECK(m.tet_tags[0] == 1 && m.tet_tags[1] == 2 && m.tet_tags[2] == 1);
-        CHECK(m.xyz[3] == 6 && m.xyz[7] == 1 && m.xyz[8] == 0 && m.xyz[11] == 1 && m.xyz[12] == 5.5);
+        CHECK(m.xyz[3] == 6 && m.xyz[7] == 1 && m.xyz[8] == 0 && m.xyz[11] == 1 &&
+              m.xyz[12] == 5.5);
     }
     CHECK(m.num_triangles == 6);
     if (m.num_triangles == 6) {
@@ -618,8 +624,8 @@ static void inp_is_read_as_others_write_it(void)
     meshio_free(&m);
 }
 
-/* Parts with numbers of their own, put where their instances are; the regions of sections; facets of
- * sets. */
+/* Parts with numbers of their own, put where their instances are; the regions of sections; facets
+ * of sets. */
 static void inp_parts_have_their_places(void)
 {
 #define NODES "*Node\n1, 0, 0, 0\n2, 1, 0, 0\n3, 0, 1, 0\n4, 0, 0, 1\n"
@@ -634,9 +640,13 @@ static void inp_parts_have_their_places(void)
     int k;
     CHECK(read_text(MESHIO_FORMAT_INP,
                     "*Heading\n*Part, name=A\n" NODES TET "*Surface, name=S-7\n1, S1\n*End Part\n"
-                    "*Part, name=\"B 1\"\n" NODES TET "*End Part\n*Assembly, name=All\n*Instance, name=A-1, part=A\n*End Instance\n"
-                    "*Instance, name=B-1, part=\"B 1\"\n10., 0., 0.\n10., 0., 0., 10., 0., 1., 90.\n*End Instance\n*Node\n1, 5, 5, 5\n"
-                    "*Elset, elset=_E, internal, instance=B-1\n 1,\n*Elset, elset=_E, instance=Other\n1\n*Surface, name=T-8\n_E, S2\n1, S3\n*End Assembly\n",
+                    "*Part, name=\"B 1\"\n" NODES TET "*End Part\n*Assembly, name=All\n"
+                                                      "*Instance, name=A-1, part=A\n*End Instance\n"
+                    "*Instance, name=B-1, part=\"B 1\"\n10., 0., 0.\n"
+                    "10., 0., 0., 10., 0., 1., 90.\n*End Instance\n*Node\n1, 5, 5, 5\n"
+                    "*Elset, elset=_E, internal, instance=B-1\n 1,\n"
+                    "*Elset, elset=_E, instance=Other\n1\n*Surface, name=T-8\n_E, S2\n1, S3\n"
+                    "*End Assembly\n",
                     &m, &report) == MESHIO_OK);
     if (report.message[0]) printf("%s\n", report.message);
     CHECK(m.num_vertices == 8 && m.num_tets == 2 && m.num_triangles == 2);
@@ -644,12 +654,14 @@ static void inp_parts_have_their_places(void)
         CHECK(m.tets[0] == 0 && m.tets[7] == 7 && m.tet_tags[0] == 1 && m.tet_tags[1] == 2);
         CHECK(m.triangle_tags[0] == 7 && m.triangle_tags[1] == 8 && m.triangles[0] == 0 &&
               m.triangles[3] == 4 && m.triangles[4] == 5 && m.triangles[5] == 7);
-        CHECK(fabs(m.xyz[15] - 10) < 1e-14 && fabs(m.xyz[16] - 1) < 1e-14); /* (1 0 0), moved, turned */
+        /* (1 0 0), moved, turned */
+        CHECK(fabs(m.xyz[15] - 10) < 1e-14 && fabs(m.xyz[16] - 1) < 1e-14);
         CHECK(fabs(m.xyz[18] - 9) < 1e-14 && fabs(m.xyz[19]) < 1e-14 && m.xyz[23] == 1);
     }
     meshio_free(&m);
     CHECK(read_text(MESHIO_FORMAT_INP, /* nodes in the instances */
-                    "*Part, name=A\n*End Part\n*Assembly, name=All\n*Instance, name=A-1, part=A\n" NODES TET
+                    "*Part, name=A\n*End Part\n*Assembly, name=All\n"
+                    "*Instance, name=A-1, part=A\n" NODES TET
                     "*End Instance\n*Instance, name=A-2, part=A\n" NODES TET
                     "*End Instance\n*Node\n1, 9, 9, 9\n*End Assembly\n",
                     &m, NULL) == MESHIO_OK);
@@ -657,19 +669,24 @@ static void inp_parts_have_their_places(void)
     if (m.num_tets == 2) CHECK(m.tets[4] == 4 && m.tet_tags[0] == 1 && m.tet_tags[1] == 2);
     meshio_free(&m);
     CHECK(read_text(MESHIO_FORMAT_INP,
-                    NODES "*Element, type=C3D4\n1, 1, 2, 3, 4\n2, 1, 3, 2, 4\n3, 1, 2, 3, 4\n5, 1, 2, 3, 4\n"
-                    "*Elset, elset=Steel, generate\n1, 3, 2\n*Elset, elset=Air\n2, Steel, 4=\n*Solid Section, elset=Steel\n,\n"
+                    NODES "*Element, type=C3D4\n1, 1, 2, 3, 4\n2, 1, 3, 2, 4\n3, 1, 2, 3, 4\n"
+                          "5, 1, 2, 3, 4\n"
+                    "*Elset, elset=Steel, generate\n1, 3, 2\n*Elset, elset=Air\n2, Steel, 4=\n"
+                    "*Solid Section, elset=Steel\n,\n"
                     "*Solid Section, elset=Air\n,\n*Surface, name=Out\nSteel, S4\nnone, S1\n",
                     &m, NULL) == MESHIO_OK);
     CHECK(m.num_tets == 4 && m.num_triangles == 2);
     if (m.num_tets == 4 && m.num_triangles == 2)
-        CHECK(m.tet_tags[0] == 1 && m.tet_tags[1] == 2 && m.tet_tags[2] == 1 && m.tet_tags[3] == 0 &&
-              m.triangle_tags[1] == 3 && m.triangles[4] == 3);
+        CHECK(m.tet_tags[0] == 1 && m.tet_tags[1] == 2 && m.tet_tags[2] == 1 &&
+              m.tet_tags[3] == 0 && m.triangle_tags[1] == 3 && m.triangles[4] == 3);
     meshio_free(&m);
     CHECK(read_text(MESHIO_FORMAT_INP, /* sections in several parts; only one element has none */
-                    "*Part, name=A\n" NODES TET "2, 1, 2, 4, 3\n*Elset, elset=MAT_7\n1\n*Solid Section, elset=MAT_7\n*End Part\n"
-                    "*Part, name=B\n" NODES TET "2, 1, 2, 4, 3\n*Elset, elset=MAT_0\n1\n*Solid Section, elset=MAT_0\n"
-                    "*Element, type=C3D4, elset=R_5\n3, 1, 2, 3, 4\n*Solid Section, elset=R_5\n*Element, type=T3D2\n4, 1, 2\n*End Part\n",
+                    "*Part, name=A\n" NODES TET "2, 1, 2, 4, 3\n*Elset, elset=MAT_7\n1\n"
+                                                "*Solid Section, elset=MAT_7\n*End Part\n"
+                    "*Part, name=B\n" NODES TET "2, 1, 2, 4, 3\n*Elset, elset=MAT_0\n1\n"
+                                                "*Solid Section, elset=MAT_0\n"
+                    "*Element, type=C3D4, elset=R_5\n3, 1, 2, 3, 4\n*Solid Section, elset=R_5\n"
+                    "*Element, type=T3D2\n4, 1, 2\n*End Part\n",
                     &m, NULL) == MESHIO_OK);
     CHECK(m.num_tets == 5 && m.num_edges == 1);
     if (m.num_tets == 5 && m.num_edges == 1)
@@ -689,15 +706,19 @@ static void inp_parts_have_their_places(void)
               m.tet_tags[3] == 0 && m.tet_tags[4] == 0);
     meshio_free(&m);
     CHECK(read_text(MESHIO_FORMAT_INP,
-                    NODES "5, 1, 1\n*Element, type=R3D3, elset=a9\n1, 1, 2, 3\n*Element, type=STRI65\n2, 1, 2, 3, 4, 4, 4\n"
-                    "*Element, type=S8R5\n3, 1, 2, 5, 3, 4, 4, 4, 4\n*Element, type=CAX4\n4, 1, 2, 5, 3\n*Element, type=B32H\n5, 1, 2, 3\n"
-                    "*Element, type=B31\n6, 2, 3\n*Element, type=AC3D10\n7, 1, 2, 3, 4, 5, 5, 5, 5, 5, 5\n*Element, type=SC6R\n8, 1, 2, 3, 4, 5, 5\n"
+                    NODES "5, 1, 1\n*Element, type=R3D3, elset=a9\n1, 1, 2, 3\n"
+                          "*Element, type=STRI65\n2, 1, 2, 3, 4, 4, 4\n"
+                    "*Element, type=S8R5\n3, 1, 2, 5, 3, 4, 4, 4, 4\n*Element, type=CAX4\n"
+                    "4, 1, 2, 5, 3\n*Element, type=B32H\n5, 1, 2, 3\n"
+                    "*Element, type=B31\n6, 2, 3\n*Element, type=AC3D10\n"
+                    "7, 1, 2, 3, 4, 5, 5, 5, 5, 5, 5\n*Element, type=SC6R\n8, 1, 2, 3, 4, 5, 5\n"
                     "*Element, type=C3D6\n9, 1, 2, 3, 4, 5, 5\n*Element, type=SPRING2\n10, 1, 2\n",
                     &m, NULL) == MESHIO_OK);
     CHECK(m.num_triangles == 6 && m.triangle_tags[0] == 9 && m.num_edges == 2 && m.num_tets == 1 &&
           m.num_other == 3);
     meshio_free(&m);
-    CHECK_REFUSED("*Part, name=A\n" NODES "*End Part\n*Assembly, name=B\n*Instance, name=A-1, part=A\n*End Instance\n"
+    CHECK_REFUSED("*Part, name=A\n" NODES "*End Part\n*Assembly, name=B\n"
+                                          "*Instance, name=A-1, part=A\n*End Instance\n"
                   "*Instance, name=A-2, part=A\n1, 0, 0\n*End Instance\n", 11);
     CHECK_REFUSED(NODES "*NGEN\n1, 2, 1\n", 6);
     CHECK_REFUSED(NODES "*Elcopy, element shift=1\n", 6);
@@ -827,15 +848,18 @@ static void off_comes_in_many_layouts(void)
         "OFF\n4 4 6\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 1 2 3\n3 0 3 2\n");
     check_tetrahedron(
         MESHIO_FORMAT_OFF,
-        "\xEF\xBB\xBFOFF\r\n4 4 6\r\n0 0 0\r\n1 0 0\r\n0 1 0\r\n0 0 1\r\n3 0 2 1\r\n3 0 1 3\r\n3 1 2 3\r\n3 0 3 2");
+        "\xEF\xBB\xBFOFF\r\n4 4 6\r\n0 0 0\r\n1 0 0\r\n0 1 0\r\n0 0 1\r\n3 0 2 1\r\n3 0 1 3\r\n"
+        "3 1 2 3\r\n3 0 3 2");
     check_tetrahedron(MESHIO_FORMAT_OFF,
                       "OFF 4 4 6 0 0 0 1 0 0 0 1 0 0 0 1 3 0 2 1 3 0 1 3 3 1 2 3 3 0 3 2");
     check_tetrahedron(
         MESHIO_FORMAT_OFF,
-        "# a\nOFF # b\n\n4\t4 6\n# c\n0 0 0#d\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1 255 0 0\n3 0 1 3 0.5\n3 1 2 3\n\n3 0 3 2 # end");
+        "# a\nOFF # b\n\n4\t4 6\n# c\n0 0 0#d\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1 255 0 0\n3 0 1 3 0.5\n"
+        "3 1 2 3\n\n3 0 3 2 # end");
     check_tetrahedron(
         MESHIO_FORMAT_OFF,
-        "COFF 4 4 6\n0 0 0 1 1 1 1\n1 0 0 1 1 1 1\n0 1 0 1 1 1 1\n0 0 1 1 1 1 1\n3 0 2 1\n3 0 1 3\n3 1 2 3\n3 0 3 2\n");
+        "COFF 4 4 6\n0 0 0 1 1 1 1\n1 0 0 1 1 1 1\n0 1 0 1 1 1 1\n0 0 1 1 1 1 1\n3 0 2 1\n3 0 1 3\n"
+        "3 1 2 3\n3 0 3 2\n");
     CHECK(read_text(MESHIO_FORMAT_OFF,
                     "OFF\n5 1 0\n0 0 0\n1 0 0\n1 1 0\n.5 2 0\n0 1 0\n5 0 1 2 3 4\n", &m,
                     NULL) == MESHIO_OK);
@@ -848,20 +872,29 @@ static void off_comes_in_many_layouts(void)
     CHECK(read_text(MESHIO_FORMAT_OFF, "OFF 0 0 0", &m, NULL) == MESHIO_OK && m.num_vertices == 0);
     check_tetrahedron( /* three numbers of colour, comments; normals; what no header tells */
         MESHIO_FORMAT_OFF,
-        "COFF\n4 4 0\n\n0 0 0 .9 0 0 #red\n1 0 0 0 0 .9   # blue\n0 1 0 9 9 9#\n0 0 1 1 1 1\n#\n3 0 2 1\n3 0 1 3\n3 1 2 3\n3 0 3 2\n");
+        "COFF\n4 4 0\n\n0 0 0 .9 0 0 #red\n1 0 0 0 0 .9   # blue\n0 1 0 9 9 9#\n0 0 1 1 1 1\n#\n"
+        "3 0 2 1\n3 0 1 3\n3 1 2 3\n3 0 3 2\n");
     check_tetrahedron(
         MESHIO_FORMAT_OFF,
-        "STCNOFF\r\n4 4 0\r\n0 0 0 0 0 1 255 255 255 255 .5 .5\r\n1 0 0 0 0 1\r\n0 1 0 red\r\n0 0 1\r\n3 0 2 1\r\n3 0 1 3\r\n3 1 2 3\r\n3 0 3 2");
+        "STCNOFF\r\n4 4 0\r\n0 0 0 0 0 1 255 255 255 255 .5 .5\r\n1 0 0 0 0 1\r\n0 1 0 red\r\n"
+        "0 0 1\r\n3 0 2 1\r\n3 0 1 3\r\n3 1 2 3\r\n3 0 3 2");
     check_tetrahedron(MESHIO_FORMAT_OFF,
-                      "OFF4 4 0\n0 0 0 1 1 1\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 1 2 3\n3 0 3 2\n");
+                      "OFF4 4 0\n0 0 0 1 1 1\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 1 2 3\n"
+                      "3 0 3 2\n");
     check_tetrahedron(
-        MESHIO_FORMAT_OFF, /* lines that are not one vertex each: four numbers of colour, as claimed */
-        "COFF 4 4 0\n0 0 0 1 1 1 1 1 0 0 1 1 1 1\n0 1 0 1 1 1 1 0 0 1 1 1 1 1\n3 0 2 1\n3 0 1 3\n3 1 2 3\n3 0 3 2\n");
-    check_tetrahedron(MESHIO_FORMAT_OFF, "OFF\n4 4 0\n0 0 0 1 0 0\n0 1 0 0 0 1\n3 0 2 1\n3 0 1 3\n3 1 2 3\n3 0 3 2\n");
+        /* lines that are not one vertex each: four numbers of colour, as claimed */
+        MESHIO_FORMAT_OFF,
+        "COFF 4 4 0\n0 0 0 1 1 1 1 1 0 0 1 1 1 1\n0 1 0 1 1 1 1 0 0 1 1 1 1 1\n3 0 2 1\n3 0 1 3\n"
+        "3 1 2 3\n3 0 3 2\n");
+    check_tetrahedron(MESHIO_FORMAT_OFF, "OFF\n4 4 0\n0 0 0 1 0 0\n0 1 0 0 0 1\n3 0 2 1\n3 0 1 3\n"
+                                         "3 1 2 3\n3 0 3 2\n");
     /* no number of edges; it on a line of its own */
-    check_tetrahedron(MESHIO_FORMAT_OFF, "OFF\n4 4 # none\n\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 1 2 3\n3 0 3 2\n");
-    check_tetrahedron(MESHIO_FORMAT_OFF, "OFF\n4 4\n6\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 1 2 3\n3 0 3 2\n");
-    check_tetrahedron(MESHIO_FORMAT_OFF, "OFF\n4\n4\n0\n0\n0\n0\n1\n0\n0\n0\n1\n0\n0\n0\n1\n3 0 2 1\n3 0 1 3\n3 1 2 3\n3 0 3 2\n");
+    check_tetrahedron(MESHIO_FORMAT_OFF, "OFF\n4 4 # none\n\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n"
+                                         "3 0 1 3\n3 1 2 3\n3 0 3 2\n");
+    check_tetrahedron(MESHIO_FORMAT_OFF, "OFF\n4 4\n6\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n"
+                                         "3 0 1 3\n3 1 2 3\n3 0 3 2\n");
+    check_tetrahedron(MESHIO_FORMAT_OFF, "OFF\n4\n4\n0\n0\n0\n0\n1\n0\n0\n0\n1\n0\n0\n0\n1\n"
+                                         "3 0 2 1\n3 0 1 3\n3 1 2 3\n3 0 3 2\n");
 }
 
 static void obj_indices_come_in_many_forms(void)
@@ -906,7 +939,8 @@ static void ply_elements_come_in_any_order(void)
     CHECK(
         read_text(
             MESHIO_FORMAT_PLY,
-            "ply\r\nformat ascii 1.0\r\nelement vertex 0\r\nproperty float x\r\nproperty float y\r\n"
+            "ply\r\nformat ascii 1.0\r\nelement vertex 0\r\nproperty float x\r\n"
+            "property float y\r\n"
             "property float z\r\nend_header\r\n",
             &m, NULL) == MESHIO_OK);
     meshio_free(&m);
@@ -917,16 +951,20 @@ static void ply_strips_are_triangles(void)
     meshio_mesh m;
     check_tetrahedron(
         MESHIO_FORMAT_PLY,
-        "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n"
+        "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\n"
+        "property float z\n"
         "element edge 2\nproperty int vertex1\nproperty int vertex2\n"
-        "element tristrips 2\nproperty list int int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n"
+        "element tristrips 2\nproperty list int int vertex_indices\nend_header\n0 0 0\n1 0 0\n"
+        "0 1 0\n0 0 1\n"
         "0 1\n1 2\n7 0 2 1 -1 0 1 3\n7 1 2 3 -1 0 3 2\n");
     CHECK(
         read_text(
             MESHIO_FORMAT_PLY,
-            "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n"
+            "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\n"
+            "property float z\n"
             "element edge 1\nproperty int vertex1\nproperty int vertex2\n"
-            "element tristrips 1\nproperty list int int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n1 1 0\n"
+            "element tristrips 1\nproperty list int int vertex_indices\nend_header\n0 0 0\n1 0 0\n"
+            "0 1 0\n1 1 0\n"
             "0 1\n4 0 1 2 3\n",
             &m, NULL) == MESHIO_OK);
     CHECK(m.num_triangles == 2 && m.num_other == 1 && m.triangles[3] == 1 && m.triangles[4] == 3 &&
@@ -939,12 +977,14 @@ static void medit_keywords_come_in_any_order(void)
     meshio_mesh m;
     check_tetrahedron(
         MESHIO_FORMAT_MEDIT,
-        "MeshVersionFormatted 1\n# c\nDimension\n3\nVertices 4\n0 0 0 1\n1 0 0 2\n0 1 0 3\n0 0 1 4\nRidges 1\n1\n"
+        "MeshVersionFormatted 1\n# c\nDimension\n3\nVertices 4\n0 0 0 1\n1 0 0 2\n0 1 0 3\n"
+        "0 0 1 4\nRidges 1\n1\n"
         "Normals\n1\n0 0.5 -1e3\nTriangles\n4\n1 3 2 5\n1 2 4 5\n2 3 4 5\n1 4 3 5\nEnd\n");
     CHECK(
         read_text(
             MESHIO_FORMAT_MEDIT,
-            "MeshVersionFormatted 2 Dimension 3 Vertices 8 0 0 0 0 1 0 0 0 1 1 0 0 0 1 0 0 0 0 1 0 1 0 1 0 1 1 1 0 0 1 1 0 "
+            "MeshVersionFormatted 2 Dimension 3 Vertices 8 0 0 0 0 1 0 0 0 1 1 0 0 0 1 0 0 0 0 1 0 "
+            "1 0 1 0 1 1 1 0 0 1 1 0 "
             "Quadrilaterals 1 1 2 3 4 9 Hexahedra 1 1 2 3 4 5 6 7 8 0 Edges 1 1 2 6",
             &m, NULL) == MESHIO_OK);
     CHECK(m.num_triangles == 2 && m.triangle_tags[1] == 9 && m.num_other == 1 && m.num_edges == 1 &&
@@ -959,9 +999,12 @@ static void medit_curved_elements_are_their_corners(void)
         "MeshVersionFormatted 2\nDimension 3\nVertices\n10\n0 0 0 0\n1 0 0 0\n0 1 0 0\n0 0 1 0\n"
         ".5 0 0 0\n.5 .5 0 0\n0 .5 0 0\n0 0 .5 0\n0 .5 .5 0\n.5 0 .5 0\n";
     static const char *const files[] = {
-        "EdgesP2\n1\n1 2 5 7\nTrianglesP2 1\n1 2 3 5 6 7 8\nTetrahedraP2 1 1 2 3 4 5 6 7 8 9 10 9 End",
-        "Edges\n1\n 1 2 5 7\nTriangles\n1\n1 2 3 5 6 7 8 \nTetrahedra\n1\n1 2 3 4 5 6 7 8 9 10 9\nEnd"};
-    static const int32_t binary[] = {1, 2, 3, 20, 3, 4, 116, 3, 24, 156, 1, 1, 2, 3, 1, 2, 3, 8, 54, 0};
+        "EdgesP2\n1\n1 2 5 7\nTrianglesP2 1\n1 2 3 5 6 7 8\n"
+        "TetrahedraP2 1 1 2 3 4 5 6 7 8 9 10 9 End",
+        "Edges\n1\n 1 2 5 7\nTriangles\n1\n1 2 3 5 6 7 8 \nTetrahedra\n1\n1 2 3 4 5 6 7 8 9 10 9\n"
+        "End"};
+    static const int32_t binary[] = {1, 2, 3, 20, 3, 4, 116, 3, 24, 156,
+                                     1, 1, 2, 3,  1, 2, 3,   8, 54, 0};
     unsigned char bytes[256];
     char text[512];
     meshio_mesh m;
@@ -988,7 +1031,8 @@ static void medit_curved_elements_are_their_corners(void)
 /* As many numbers on the first line as an entry of second order has. */
 static void medit_lines_may_end_anywhere(void)
 {
-#define START "MeshVersionFormatted 2\nDimension 3\nVertices\n4\n0 0 0 0\n1 0 0 0\n1 1 0 0\n0 1 1 0\n"
+#define START                                                                                      \
+    "MeshVersionFormatted 2\nDimension 3\nVertices\n4\n0 0 0 0\n1 0 0 0\n1 1 0 0\n0 1 1 0\n"
     meshio_mesh m;
     CHECK(read_text(MESHIO_FORMAT_MEDIT, START "Quadrilaterals 2\n1 2 3 4 1 4 3 2 1 2\nEnd\n", &m,
                     NULL) == MESHIO_OK);
@@ -1015,14 +1059,19 @@ static void msh_ids_may_be_sparse(void)
     meshio_mesh m;
     check_tetrahedron(
         MESHIO_FORMAT_MSH,
-        "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n1\n2 1 \"a\"\n$EndPhysicalNames\n$Nodes\n4\n"
-        "40 0 0 0\n10 1 0 0\n30 0 1 0\n1000000000000 0 0 1\n$EndNodes\n$Elements\n5\n1 2 2 7 1 40 30 10\n"
-        "2 2 2 7 1 40 10 1000000000000\n3 2 0 10 30 1000000000000\n9 15 2 0 1 40\n4 2 2 0 8 40 1000000000000 30\n$EndElements\n");
+        "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n1\n2 1 \"a\"\n$EndPhysicalNames\n"
+        "$Nodes\n4\n"
+        "40 0 0 0\n10 1 0 0\n30 0 1 0\n1000000000000 0 0 1\n$EndNodes\n$Elements\n5\n"
+        "1 2 2 7 1 40 30 10\n"
+        "2 2 2 7 1 40 10 1000000000000\n3 2 0 10 30 1000000000000\n9 15 2 0 1 40\n"
+        "4 2 2 0 8 40 1000000000000 30\n$EndElements\n");
     CHECK(
         read_text(
             MESHIO_FORMAT_MSH,
-            "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$Entities\n0 0 1 0\n5 0 0 0 1 1 1 1 77 0\n$EndEntities\n$Nodes\n2 3 1 9\n"
-            "0 1 0 1\n9\n0 0 0\n2 5 1 2\n2\n1\n1 0 0 .5 .5\n0 1 0 .5 .5\n$EndNodes\n$Elements\n2 2 1 2\n2 5 2 1\n1 9 2 1\n"
+            "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$Entities\n0 0 1 0\n5 0 0 0 1 1 1 1 77 0\n"
+            "$EndEntities\n$Nodes\n2 3 1 9\n"
+            "0 1 0 1\n9\n0 0 0\n2 5 1 2\n2\n1\n1 0 0 .5 .5\n0 1 0 .5 .5\n$EndNodes\n$Elements\n"
+            "2 2 1 2\n2 5 2 1\n1 9 2 1\n"
             "2 6 2 1\n2 9 1 2\n$EndElements\n$Junk\nx y z\n$EndJunk\n",
             &m, NULL) == MESHIO_OK);
     CHECK(m.num_vertices == 3 && m.num_triangles == 2);
@@ -1038,9 +1087,12 @@ static void msh_groups_have_signs(void)
 {
     meshio_mesh m;
     CHECK(read_text(MESHIO_FORMAT_MSH,
-                    "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$Entities\n0 1 2 0\n4 0 0 0 1 1 1 1 -9 0\n"
-                    "5 0 0 0 1 1 1 1 -8 0\n-6 0 0 0 1 1 1 1 -6 0\n$EndEntities\n$Nodes\n1 4 1 4\n2 5 0 4\n1\n2\n3\n4\n"
-                    "0 0 0\n1 0 0\n1 1 0\n0 1 0\n$EndNodes\n$Elements\n4 4 1 4\n1 4 1 1\n1 2 3\n2 5 2 1\n2 1 2 3\n"
+                    "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$Entities\n0 1 2 0\n"
+                    "4 0 0 0 1 1 1 1 -9 0\n"
+                    "5 0 0 0 1 1 1 1 -8 0\n-6 0 0 0 1 1 1 1 -6 0\n$EndEntities\n$Nodes\n1 4 1 4\n"
+                    "2 5 0 4\n1\n2\n3\n4\n"
+                    "0 0 0\n1 0 0\n1 1 0\n0 1 0\n$EndNodes\n$Elements\n4 4 1 4\n1 4 1 1\n1 2 3\n"
+                    "2 5 2 1\n2 1 2 3\n"
                     "2 5 3 1\n3 1 2 3 4\n2 -6 2 1\n4 1 2 3\n$EndElements\n",
                     &m, NULL) == MESHIO_OK);
     CHECK(m.num_edges == 1 && m.num_triangles == 4);
@@ -1057,17 +1109,26 @@ static void msh_groups_have_signs(void)
 static void msh_has_several_versions(void)
 {
     static const char *const files[] = {
-        "$NOD\n5\n1 0 0 0\n2 1 0 0 0 7\n4 0 1 0 2 7 .5 .5\n3 0 0 1\n9 0 0 -1\n$ENDNOD\n$ELM\n4\n1 2 7 1 3 1 2 4\n"
+        "$NOD\n5\n1 0 0 0\n2 1 0 0 0 7\n4 0 1 0 2 7 .5 .5\n3 0 0 1\n9 0 0 -1\n$ENDNOD\n$ELM\n4\n"
+        "1 2 7 1 3 1 2 4\n"
         "2 2 8 1 3 1 3 4\n3 4 0 9 4 1 2 4 3\n4 15 1 1 1 9\n$ENDELM\n",
-        "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$ParametricNodes\n5\n1 0 0 0 0 1\n2 1 0 0 1 1 .5\n4 0 1 0 2 1 .5 .5\n"
-        "3 0 0 1 3 1\n9 0 0 -1 3 1\n$EndParametricNodes\n$Elements\n3\n1 2 2 7 1 1 2 4\n2 2 2 8 1 1 3 4\n3 4 2 9 1 1 2 4 3\n"
+        "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$ParametricNodes\n5\n1 0 0 0 0 1\n2 1 0 0 1 1 .5\n"
+        "4 0 1 0 2 1 .5 .5\n"
+        "3 0 0 1 3 1\n9 0 0 -1 3 1\n$EndParametricNodes\n$Elements\n3\n1 2 2 7 1 1 2 4\n"
+        "2 2 2 8 1 1 3 4\n3 4 2 9 1 1 2 4 3\n"
         "$EndElements\n",
-        "$MeshFormat\n4 0 8\n$EndMeshFormat\n$Entities\n1 0 1 1\n5 0 0 0 1 1 1 0\n5 0 0 0 1 1 1 1 7 0\n"
-        "6 0 0 0 1 1 1 1 9 1 5\n$EndEntities\n$Nodes\n2 5\n5 2 1 2\n1 0 0 0 .5 .5\n2 1 0 0 .5 .5\n6 3 0 3\n4 0 1 0\n3 0 0 1\n"
-        "9 0 0 -1\n$EndNodes\n$Elements\n3 3\n5 2 2 1\n1 1 2 4\n8 2 2 1\n2 1 3 4\n6 3 4 1\n3 1 2 4 3\n$EndElements\n",
-        "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$Entities\n0 0 0 0\n$EndEntities\n$PartitionedEntities\n2\n1\n9 2\n1 0 1 1\n"
-        "3 0 1 1 1 0 0 0 0\n5 2 5 2 1 2 0 0 0 1 1 1 1 7 0\n6 3 6 1 1 0 0 0 1 1 1 2 9 4 1 5\n$EndPartitionedEntities\n"
-        "$Nodes\n1 5 1 9\n3 6 0 5\n1\n2\n4\n3\n9\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n0 0 -1\n$EndNodes\n$Elements\n3 3 1 3\n2 5 2 1\n"
+        "$MeshFormat\n4 0 8\n$EndMeshFormat\n$Entities\n1 0 1 1\n5 0 0 0 1 1 1 0\n"
+        "5 0 0 0 1 1 1 1 7 0\n"
+        "6 0 0 0 1 1 1 1 9 1 5\n$EndEntities\n$Nodes\n2 5\n5 2 1 2\n1 0 0 0 .5 .5\n2 1 0 0 .5 .5\n"
+        "6 3 0 3\n4 0 1 0\n3 0 0 1\n"
+        "9 0 0 -1\n$EndNodes\n$Elements\n3 3\n5 2 2 1\n1 1 2 4\n8 2 2 1\n2 1 3 4\n6 3 4 1\n"
+        "3 1 2 4 3\n$EndElements\n",
+        "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$Entities\n0 0 0 0\n$EndEntities\n"
+        "$PartitionedEntities\n2\n1\n9 2\n1 0 1 1\n"
+        "3 0 1 1 1 0 0 0 0\n5 2 5 2 1 2 0 0 0 1 1 1 1 7 0\n6 3 6 1 1 0 0 0 1 1 1 2 9 4 1 5\n"
+        "$EndPartitionedEntities\n"
+        "$Nodes\n1 5 1 9\n3 6 0 5\n1\n2\n4\n3\n9\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n0 0 -1\n$EndNodes\n"
+        "$Elements\n3 3 1 3\n2 5 2 1\n"
         "1 1 2 4\n2 8 2 1\n2 1 3 4\n3 6 4 1\n3 1 2 4 3\n$EndElements\n"};
     static const uint32_t corners[] = {0, 1, 2, 0, 3, 2, 0, 1, 2, 3};
     size_t i;
@@ -1090,8 +1151,10 @@ static void msh_elements_are_not_repeated(void)
 {
     meshio_mesh m;
     CHECK(read_text(MESHIO_FORMAT_MSH,
-                    "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n4\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n$EndNodes\n"
-                    "$Elements\n7\n1 2 2 5 1 1 2 3\n2 2 2 6 1 1 2 3\n3 2 2 7 1 3 2 1\n4 2 2 5 1 1 2 4\n"
+                    "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n4\n1 0 0 0\n2 1 0 0\n3 0 1 0\n"
+                    "4 0 0 1\n$EndNodes\n"
+                    "$Elements\n7\n1 2 2 5 1 1 2 3\n2 2 2 6 1 1 2 3\n3 2 2 7 1 3 2 1\n"
+                    "4 2 2 5 1 1 2 4\n"
                     "5 2 2 5 1 1 2 4\n6 2 2 6 2 1 2 4\n7 4 2 6 2 1 2 3 4\n$EndElements\n",
                     &m, NULL) == MESHIO_OK);
     CHECK(m.num_triangles == 4 && m.num_tets == 1);
@@ -1107,13 +1170,19 @@ static void msh_elements_are_not_repeated(void)
 static void msh_tells_what_is_left_out(void)
 {
     static const char *const files[] = {
-        "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n9\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n5 0 0 2\n6 0 0 3\n"
-        "7 .5 0 0\n8 .5 .5 0\n9 0 .5 0\n$EndNodes\n$Elements\n7\n1 15 2 0 1 5\n2 15 2 4 2 6\n3 15 2 0 3 1\n"
-        "4 9 2 8 1 1 2 3 7 8 9\n5 9 2 9 1 1 2 3 7 8 9\n6 8 2 0 1 1 2 7\n7 7 2 0 1 1 2 3 4 6\n$EndElements\n",
-        "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$Entities\n3 1 1 1\n1 0 0 2 0\n2 0 0 3 1 4\n3 0 0 0 0\n"
+        "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n9\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n"
+        "5 0 0 2\n6 0 0 3\n"
+        "7 .5 0 0\n8 .5 .5 0\n9 0 .5 0\n$EndNodes\n$Elements\n7\n1 15 2 0 1 5\n2 15 2 4 2 6\n"
+        "3 15 2 0 3 1\n"
+        "4 9 2 8 1 1 2 3 7 8 9\n5 9 2 9 1 1 2 3 7 8 9\n6 8 2 0 1 1 2 7\n7 7 2 0 1 1 2 3 4 6\n"
+        "$EndElements\n",
+        "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$Entities\n3 1 1 1\n1 0 0 2 0\n2 0 0 3 1 4\n"
+        "3 0 0 0 0\n"
         "1 0 0 0 1 0 0 0 0\n1 0 0 0 1 1 0 2 8 9 0\n1 0 0 0 1 1 1 0 0\n$EndEntities\n"
-        "$Nodes\n1 9 1 9\n3 1 0 9\n1\n2\n3\n4\n5\n6\n7\n8\n9\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n0 0 2\n0 0 3\n"
-        ".5 0 0\n.5 .5 0\n0 .5 0\n$EndNodes\n$Elements\n6 6 1 6\n0 1 15 1\n1 5\n0 2 15 1\n2 6\n0 3 15 1\n3 1\n"
+        "$Nodes\n1 9 1 9\n3 1 0 9\n1\n2\n3\n4\n5\n6\n7\n8\n9\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n0 0 2\n"
+        "0 0 3\n"
+        ".5 0 0\n.5 .5 0\n0 .5 0\n$EndNodes\n$Elements\n6 6 1 6\n0 1 15 1\n1 5\n0 2 15 1\n2 6\n"
+        "0 3 15 1\n3 1\n"
         "2 1 9 1\n4 1 2 3 7 8 9\n1 1 8 1\n5 1 2 7\n3 1 7 1\n6 1 2 3 4 6\n$EndElements\n"};
     meshio_mesh m;
     meshio_report report;
@@ -1177,24 +1246,31 @@ static void vtk_cells_and_strips(void)
     meshio_mesh m;
     check_tetrahedron(
         MESHIO_FORMAT_VTK,
-        "# vtk DataFile Version 2.0\nt\nASCII\nDATASET POLYDATA\nPOINTS 4 float\n0 0 0 1 0 0 0 1 0 0 0 1\nPOLYGONS 4 16\n"
-        "3 0 2 1 3 0 1 3 3 1 2 3 3 0 3 2\nPOINT_DATA 4\nSCALARS a float\nLOOKUP_TABLE default\n1 2 3 4\n");
+        "# vtk DataFile Version 2.0\nt\nASCII\nDATASET POLYDATA\nPOINTS 4 float\n"
+        "0 0 0 1 0 0 0 1 0 0 0 1\nPOLYGONS 4 16\n"
+        "3 0 2 1 3 0 1 3 3 1 2 3 3 0 3 2\nPOINT_DATA 4\nSCALARS a float\nLOOKUP_TABLE default\n"
+        "1 2 3 4\n");
     check_tetrahedron(
         MESHIO_FORMAT_VTK,
-        "# vtk DataFile Version 5.1\nt\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 4 double\n0 0 0 1 0 0 0 1 0 0 0 1\nCELLS 5 12\n"
-        "OFFSETS vtktypeint64\n0 3 6 9 12\nCONNECTIVITY vtktypeint64\n0 2 1 0 1 3 1 2 3 0 3 2\nCELL_TYPES 4\n5 5 5 5\n");
+        "# vtk DataFile Version 5.1\nt\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 4 double\n"
+        "0 0 0 1 0 0 0 1 0 0 0 1\nCELLS 5 12\n"
+        "OFFSETS vtktypeint64\n0 3 6 9 12\nCONNECTIVITY vtktypeint64\n0 2 1 0 1 3 1 2 3 0 3 2\n"
+        "CELL_TYPES 4\n5 5 5 5\n");
     CHECK(
         read_text(
             MESHIO_FORMAT_VTK,
-            "# vtk DataFile Version 2.0\nt\nASCII\nDATASET POLYDATA\nPOINTS 4 float\n0 0 0 1 0 0 0 1 0 1 1 0\nTRIANGLE_STRIPS 1 5\n"
+            "# vtk DataFile Version 2.0\nt\nASCII\nDATASET POLYDATA\nPOINTS 4 float\n"
+            "0 0 0 1 0 0 0 1 0 1 1 0\nTRIANGLE_STRIPS 1 5\n"
             "4 0 1 2 3\nCELL_DATA 1\nSCALARS region int 1\nLOOKUP_TABLE default\n42\n",
             &m, NULL) == MESHIO_OK);
     CHECK(m.num_triangles == 2 && m.triangles[3] == 1 && m.triangles[4] == 3 &&
           m.triangles[5] == 2 && m.triangle_tags[1] == 42);
     meshio_free(&m);
     CHECK(read_text(MESHIO_FORMAT_VTK, /* as TetGen writes it */
-                    "# vtk DataFile Version 2.0\nt\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 4 double\n0 0 0\n1 0 0\n0 1 0\n"
-                    "0 0 1\n\nCELLS 1 5\n4 0 2 3 1\n\nCELL_TYPES 1\n10\n\nCELL_DATA 1\nSCALARS cell_scalars int 1\n"
+                    "# vtk DataFile Version 2.0\nt\nASCII\nDATASET UNSTRUCTURED_GRID\n"
+                    "POINTS 4 double\n0 0 0\n1 0 0\n0 1 0\n"
+                    "0 0 1\n\nCELLS 1 5\n4 0 2 3 1\n\nCELL_TYPES 1\n10\n\nCELL_DATA 1\n"
+                    "SCALARS cell_scalars int 1\n"
                     "LOOKUP_TABLE default\n7\n",
                     &m, NULL) == MESHIO_OK);
     CHECK(m.num_tets == 1 && m.tet_tags && m.tet_tags[0] == 7);
@@ -1210,16 +1286,25 @@ static void vtk_has_fields_and_metadata(void)
     CHECK(
         read_text(
             MESHIO_FORMAT_VTK,
-            "# vtk DataFile Version 5.1\nt\nASCII\nDATASET UNSTRUCTURED_GRID\nFIELD FieldData 4\nName 1 1 string\na%20mesh\n\n"
-            "NULL_ARRAY\nTIME 1 1 double\n4.8\nMETADATA\nCOMPONENT_NAMES\nPOINTS\n\nEMPTY 0 0 int\nMETADATA\nINFORMATION 0\n\n"
-            "POINTS 4 double\n0 0 0 1 0 0 0 1 0 0 0 1\nMETADATA\nINFORMATION 1\nNAME L2_NORM_RANGE LOCATION vtkDataArray\nDATA 2 0 1\n\n"
-            "CELLS 3 7\nOFFSETS vtktypeint64\n0 4 7\nCONNECTIVITY vtktypeint64\n0 1 2 3 0 2 1\nCELL_TYPES 2\n10\n5\n"
-            "POINT_DATA 4\nSCALARS region int 1\nLOOKUP_TABLE default\n5 5 5 5\nMETADATA\n \t\n\nLOOKUP_TABLE mine 2\n0 0 0 1 1 1 1 1\n"
+            "# vtk DataFile Version 5.1\nt\nASCII\nDATASET UNSTRUCTURED_GRID\nFIELD FieldData 4\n"
+            "Name 1 1 string\na%20mesh\n\n"
+            "NULL_ARRAY\nTIME 1 1 double\n4.8\nMETADATA\nCOMPONENT_NAMES\nPOINTS\n\nEMPTY 0 0 int\n"
+            "METADATA\nINFORMATION 0\n\n"
+            "POINTS 4 double\n0 0 0 1 0 0 0 1 0 0 0 1\nMETADATA\nINFORMATION 1\n"
+            "NAME L2_NORM_RANGE LOCATION vtkDataArray\nDATA 2 0 1\n\n"
+            "CELLS 3 7\nOFFSETS vtktypeint64\n0 4 7\nCONNECTIVITY vtktypeint64\n0 1 2 3 0 2 1\n"
+            "CELL_TYPES 2\n10\n5\n"
+            "POINT_DATA 4\nSCALARS region int 1\nLOOKUP_TABLE default\n5 5 5 5\nMETADATA\n \t\n\n"
+            "LOOKUP_TABLE mine 2\n0 0 0 1 1 1 1 1\n"
             "FIELD FieldData 1\ntag 1 4 double\nnan 1e3 -inf 18446744073709551615\n"
-            "CELL_DATA 2\nGLOBAL_IDS ids vtkIdType\n0 1\nVECTORS v float\n0 0 1 0 0 1\nNORMALS n float\n0 0 1 0 0 1\n"
-            "TENSORS t float\n0 0 1 0 0 1 0 0 1 0 0 1 0 0 1 0 0 1\nTEXTURE_COORDINATES x 2 float\n0 1 0 1\nCOLOR_SCALARS c 3\n0 1 0 1 0 1\n"
-            "SCALARS other bit\nLOOKUP_TABLE default\n0 1\nFIELD FieldData 5\nnames 1 2 string\nFIELD\n\nregion 3 2 int\n1 2 3 4 5 6\n"
-            "u 2 2 vtktypeuint64\n1 2 3 4\nMETADATA\nINFORMATION 0\n\nregion 1 2 int\n42\n-7\ntag 1 2 int\n1\n1\n",
+            "CELL_DATA 2\nGLOBAL_IDS ids vtkIdType\n0 1\nVECTORS v float\n0 0 1 0 0 1\n"
+            "NORMALS n float\n0 0 1 0 0 1\n"
+            "TENSORS t float\n0 0 1 0 0 1 0 0 1 0 0 1 0 0 1 0 0 1\nTEXTURE_COORDINATES x 2 float\n"
+            "0 1 0 1\nCOLOR_SCALARS c 3\n0 1 0 1 0 1\n"
+            "SCALARS other bit\nLOOKUP_TABLE default\n0 1\nFIELD FieldData 5\nnames 1 2 string\n"
+            "FIELD\n\nregion 3 2 int\n1 2 3 4 5 6\n"
+            "u 2 2 vtktypeuint64\n1 2 3 4\nMETADATA\nINFORMATION 0\n\nregion 1 2 int\n42\n-7\n"
+            "tag 1 2 int\n1\n1\n",
             &m, &report) == MESHIO_OK);
     if (report.message[0]) printf("%s\n", report.message);
     CHECK(m.num_vertices == 4 && m.num_tets == 1 && m.num_triangles == 1);
@@ -1249,7 +1334,8 @@ static void vtk_binary_fields_are_stepped_over(void)
     size_t n = 0, i, cut;
     meshio_mesh m;
     meshio_report report;
-    n = put_text(b, n, "# vtk DataFile Version 4.2\nt\nBINARY\nDATASET POLYDATA\nFIELD f 1\ns 2 2 string\n");
+    n = put_text(b, n, "# vtk DataFile Version 4.2\nt\nBINARY\nDATASET POLYDATA\nFIELD f 1\n"
+                       "s 2 2 string\n");
     b[n++] = 0xC3, n = put_text(b, n, "a\nb");
     b[n++] = 0x80, b[n++] = 100;
     for (i = 0; i < 100; i++) b[n++] = (unsigned char)i;
@@ -1258,8 +1344,10 @@ static void vtk_binary_fields_are_stepped_over(void)
     for (i = 0; i < 12; i++) n = put_big32(b, n, i == 3 || i == 7 || i == 11 ? 0x3F800000 : 0);
     n = put_text(b, n, "\nMETADATA\nINFORMATION 0\n\nPOLYGONS 2 8\n");
     for (i = 0; i < 8; i++) n = put_big32(b, n, corners[i]);
-    n = put_text(b, n, "\nCELL_DATA 2\nCOLOR_SCALARS c 1\n\377\n\nSCALARS s bit\nLOOKUP_TABLE default\n\300\n"
-                       "LOOKUP_TABLE x 1\n\n\n\n\n\nFIELD f 2\nbits 5 2 bit\n\n \nregion 1 2 int\n");
+    n = put_text(b, n, "\nCELL_DATA 2\nCOLOR_SCALARS c 1\n\377\n\nSCALARS s bit\n"
+                       "LOOKUP_TABLE default\n\300\n"
+                       "LOOKUP_TABLE x 1\n\n\n\n\n\n"
+                       "FIELD f 2\nbits 5 2 bit\n\n \nregion 1 2 int\n");
     n = put_big32(b, n, 3), n = put_big32(b, n, (uint32_t)-4), n = put_text(b, n, "\n");
     CHECK(meshio_read_memory(b, n, MESHIO_FORMAT_VTK, &m, &report) == MESHIO_OK);
     if (report.message[0]) printf("%s\n", report.message);
@@ -1291,12 +1379,14 @@ static void vtk_curved_cells_are_their_corners(void)
         char text[512];
         size_t n;
         meshio_mesh m;
-        strcpy(text, "# vtk DataFile Version 2.0\nt\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 4 float\n"
+        strcpy(text, "# vtk DataFile Version 2.0\nt\nASCII\nDATASET UNSTRUCTURED_GRID\n"
+                     "POINTS 4 float\n"
                      "0 0 0 1 0 0 1 1 0 0 1 0\n");
         n = strlen(text);
-        n += (size_t)snprintf(text + n, sizeof text - n, "CELLS 1 %d\n%d 0 1 2 3", cells[i].points + 1,
-                              cells[i].points);
-        for (k = 4; k < cells[i].points; k++) n += (size_t)snprintf(text + n, sizeof text - n, " 0");
+        n += (size_t)snprintf(text + n, sizeof text - n, "CELLS 1 %d\n%d 0 1 2 3",
+                              cells[i].points + 1, cells[i].points);
+        for (k = 4; k < cells[i].points; k++)
+            n += (size_t)snprintf(text + n, sizeof text - n, " 0");
         if (cells[i].points == 3) n -= 2;
         snprintf(text + n, sizeof text - n, "\nCELL_TYPES 1\n%d\n", cells[i].type);
         CHECK(read_text(MESHIO_FORMAT_VTK, text, &m, NULL) == MESHIO_OK);
@@ -1312,19 +1402,24 @@ static void vtk_curved_cells_are_their_corners(void)
     }
 }
 
-/* A grid of 6 x 5 points, 40 triangles, in the last five of every row of numbers two regions; as VTK
- * and others write it. */
+/* A grid of 6 x 5 points, 40 triangles, in the last five of every row of numbers two regions; as
+ * VTK and others write it. */
 static const char vtu_head[] =
-    "<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" byte_order=\"LittleEndian\" header_type=\"UInt32\"";
+    "<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" byte_order=\"LittleEndian\" "
+    "header_type=\"UInt32\"";
 static const char vtu_points[] =
-    "<Piece NumberOfPoints=\"30\" NumberOfCells=\"40\"><PointData><DataArray type=\"Int32\" Name=\"region\" format=\"ascii\"/>"
-    "</PointData><Points>\n<DataArray type=\"Float32\" Name=\"Points\" NumberOfComponents=\"3\" format=";
+    "<Piece NumberOfPoints=\"30\" NumberOfCells=\"40\"><PointData><DataArray type=\"Int32\" "
+    "Name=\"region\" format=\"ascii\"/>"
+    "</PointData><Points>\n"
+    "<DataArray type=\"Float32\" Name=\"Points\" NumberOfComponents=\"3\" format=";
 static const char vtu_corners[] =
     "</DataArray></Points>\n<Cells><DataArray type=\"Int32\" Name=\"connectivity\" format=";
-static const char vtu_offsets[] = "</DataArray>\n<DataArray type=\"Int32\" Name=\"offsets\" format=";
+static const char vtu_offsets[] = "</DataArray>\n"
+                                  "<DataArray type=\"Int32\" Name=\"offsets\" format=";
 static const char vtu_types[] = "</DataArray>\n<DataArray type=\"UInt8\" Name=\"types\" format=";
 static const char vtu_tags[] = "</DataArray></Cells>\n<CellData>"
-                               "<DataArray type=\"Float32\" Name=\"tag\" NumberOfComponents=\"3\" format=\"what\"/>"
+                               "<DataArray type=\"Float32\" Name=\"tag\" NumberOfComponents=\"3\" "
+                               "format=\"what\"/>"
                                "<DataArray type=\"Int8\" Name=\"region\" format=";
 static const char vtu_end[] = "</DataArray></CellData></Piece></UnstructuredGrid>";
 
@@ -1362,7 +1457,8 @@ static void write_grid(char *text, size_t size, const char *const *arrays, const
                        int appended)
 {
     const char *parts[] = {vtu_points, vtu_corners, vtu_offsets, vtu_types, vtu_tags};
-    size_t n = (size_t)snprintf(text, size, "%s%s><UnstructuredGrid>", vtu_head, compressor), offset = 0;
+    size_t n = (size_t)snprintf(text, size, "%s%s><UnstructuredGrid>", vtu_head, compressor);
+    size_t offset = 0;
     int i;
     for (i = 0; i < 5; i++) {
         if (appended)
@@ -1408,7 +1504,8 @@ static void vtu_data_may_be_encoded(void)
     meshio_report report;
     write_grid(text, sizeof text, vtu_zlib, zlib, 0);
     check_grid(text);
-    /* one digit of the compressed data is another: the sum at the end of the data tells, or before */
+    /* one digit of the compressed data is another: the sum at the end of the data tells, or
+     * before */
     for (i = 0, n = strlen(text); i < n; i++) {
         char was = text[i];
         if (text + i < strstr(text, vtu_zlib[0]) + 24 ||
@@ -1458,7 +1555,8 @@ static void vtu_data_may_be_encoded(void)
     put32(bytes[4], 40);
     base64_of(bytes[4], 43, plain[4]);
     write_grid(text, sizeof text, arrays, "", 0);
-    CHECK(read_text(MESHIO_FORMAT_VTU, text, &m, &report) == MESHIO_ERROR_SYNTAX && report.line == 14);
+    CHECK(read_text(MESHIO_FORMAT_VTU, text, &m, &report) == MESHIO_ERROR_SYNTAX &&
+          report.line == 14);
     plain[4][9] = '*';
     write_grid(text, sizeof text, arrays, "", 0);
     CHECK(read_text(MESHIO_FORMAT_VTU, text, &m, &report) == MESHIO_ERROR_SYNTAX);
@@ -1500,8 +1598,10 @@ static void stl_text_may_hold_several_solids(void)
     CHECK(
         read_text(
             MESHIO_FORMAT_STL,
-            "\357\273\277solid a b\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid a b\n"
-            "SOLID\nFACET NORMAL 0 0 1\nOUTER LOOP\nVERTEX -0 0 0\nVERTEX 1 0 0\nVERTEX 0 0 1\nENDLOOP\nENDFACET\nENDSOLID",
+            "\357\273\277solid a b\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\n"
+            "vertex 0 1 0\nendloop\nendfacet\nendsolid a b\n"
+            "SOLID\nFACET NORMAL 0 0 1\nOUTER LOOP\nVERTEX -0 0 0\nVERTEX 1 0 0\nVERTEX 0 0 1\n"
+            "ENDLOOP\nENDFACET\nENDSOLID",
             &m, NULL) == MESHIO_OK);
     CHECK(m.num_triangles == 2 && m.num_vertices == 4 && m.triangle_tags[0] == 1 &&
           m.triangle_tags[1] == 2);
@@ -1514,7 +1614,8 @@ static void stl_normals_may_be_anything(void)
 {
     meshio_mesh m;
     CHECK(read_text(MESHIO_FORMAT_STL,
-                    "solid\nfacet normal -1.#IND nan(0x1) ?\nouter loop\nvertex 0 0 0\nvertex 1 0 0\n"
+                    "solid\nfacet normal -1.#IND nan(0x1) ?\nouter loop\nvertex 0 0 0\n"
+                    "vertex 1 0 0\n"
                     "vertex 0 1 0\nendloop\nendfacet\nendsolid\n",
                     &m, NULL) == MESHIO_OK);
     CHECK(m.num_triangles == 1 && m.num_vertices == 3);
@@ -1617,22 +1718,28 @@ static void check_flat_poly(const char *text, size_t triangles, double area)
 static void facets_may_be_concave_and_have_holes(void)
 {
     check_flat_poly(
-        "6 3 0 0\n0 0 0 0\n1 2 0 0\n2 2 1 0\n3 1 1 0\n4 1 2 0\n5 0 2 0\n1 0\n1\n6 0 1 2 3 4 5\n0\n0\n",
+        "6 3 0 0\n0 0 0 0\n1 2 0 0\n2 2 1 0\n3 1 1 0\n4 1 2 0\n5 0 2 0\n1 0\n1\n6 0 1 2 3 4 5\n0\n"
+        "0\n",
         4, 3);
     check_flat_poly(
-        "6 3 0 0\n1 0 0 0\n2 2 0 0\n3 2 1 0\n4 1 1 0\n5 1 2 0\n6 0 2 0\n1 0\n1\n6 6 5 4 3 2 1\n0\n0\n",
+        "6 3 0 0\n1 0 0 0\n2 2 0 0\n3 2 1 0\n4 1 1 0\n5 1 2 0\n6 0 2 0\n1 0\n1\n6 6 5 4 3 2 1\n0\n"
+        "0\n",
         4, -3);
     check_flat_poly(
-        "8 3 0 0\n0 0 0 0\n1 3 0 0\n2 3 3 0\n3 0 3 0\n4 1 1 0\n5 2 1 0\n6 2 2 0\n7 1 2 0\n1 1\n2 1 7\n4 0 1 2 3\n4 4 5 6 7\n1 1.5 1.5 0\n0\n0\n",
+        "8 3 0 0\n0 0 0 0\n1 3 0 0\n2 3 3 0\n3 0 3 0\n4 1 1 0\n5 2 1 0\n6 2 2 0\n7 1 2 0\n1 1\n"
+        "2 1 7\n4 0 1 2 3\n4 4 5 6 7\n1 1.5 1.5 0\n0\n0\n",
         8, 8);
     check_flat_poly(
-        "8 3 0 0\n0 0 0 0\n1 3 0 0\n2 3 3 0\n3 0 3 0\n4 1 1 0\n5 2 1 0\n6 2 2 0\n7 1 2 0\n1 1\n2 0 7\n4 0 1 2 3\n4 4 5 6 7\n0\n0\n",
+        "8 3 0 0\n0 0 0 0\n1 3 0 0\n2 3 3 0\n3 0 3 0\n4 1 1 0\n5 2 1 0\n6 2 2 0\n7 1 2 0\n1 1\n"
+        "2 0 7\n4 0 1 2 3\n4 4 5 6 7\n0\n0\n",
         10, 9);
     check_flat_poly(
-        "6 3 0 0\n0 0 0 0\n1 4 0 0\n2 4 4 0\n3 0 4 0\n4 1 2 0\n5 3 2 0\n1 1\n3 0 7\n4 0 1 2 3\n2 4 5\n1 4\n0\n0\n",
+        "6 3 0 0\n0 0 0 0\n1 4 0 0\n2 4 4 0\n3 0 4 0\n4 1 2 0\n5 3 2 0\n1 1\n3 0 7\n4 0 1 2 3\n"
+        "2 4 5\n1 4\n0\n0\n",
         6, 16);
     check_flat_poly(
-        "6 3 0 0\n0 0 0 0\n1 4 0 0\n2 4 4 0\n3 2 4 0\n4 1 4 0\n5 0 4 0\n1 1\n1 0 7\n6 0 1 2 3 4 5\n0\n0\n",
+        "6 3 0 0\n0 0 0 0\n1 4 0 0\n2 4 4 0\n3 2 4 0\n4 1 4 0\n5 0 4 0\n1 1\n1 0 7\n6 0 1 2 3 4 5\n"
+        "0\n0\n",
         4, 16);
     check_flat_poly(
         "5 3 0 0\n0 0 0 0\n1 4 0 0\n2 4 4 0\n3 0 4 0\n4 2 0 0\n1 1\n2\n4 0 1 2 3\n1 4\n0\n0\n", 3,
@@ -1664,7 +1771,8 @@ static void facets_may_begin_with_a_segment(void)
 #undef SQUARE
 }
 
-/* A plate with n * n square holes, some named twice, some by a point on a diagonal, some outside. */
+/* A plate with n * n square holes, some named twice, some by a point on a diagonal, some
+ * outside. */
 static void facets_may_have_many_holes(void)
 {
     enum { N = 30 };
@@ -1676,7 +1784,8 @@ static void facets_may_have_many_holes(void)
             p += sprintf(p, "%d %d %d 0\n", 4 * i + k, 3 * (i % N) + 1 + (k == 1 || k == 2),
                          3 * (i / N) + 1 + (k >= 2));
     for (k = 0; k < 4; k++)
-        p += sprintf(p, "%d %d %d 0\n", 4 * i + k, k == 1 || k == 2 ? 3 * N : 0, k >= 2 ? 3 * N : 0);
+        p += sprintf(p, "%d %d %d 0\n", 4 * i + k, k == 1 || k == 2 ? 3 * N : 0,
+                     k >= 2 ? 3 * N : 0);
     p += sprintf(p, "1 0\n%d %d\n4", N * N + 1, 2 * N * N + 2);
     for (k = 0; k < 4; k++) p += sprintf(p, " %d", 4 * i + k);
     for (i = 0; i < N * N; i++)
@@ -1784,7 +1893,8 @@ static void poly_keeps_seeds_and_markers(void)
     CHECK(
         read_text(
             MESHIO_FORMAT_POLY,
-            "# c\n4 3 1 1\n0 0 0 0 9 5\n1 1 0 0 9 6\n2 0 1 0 9 7\n3 0 0 1 9 8\n4 1 # facets\n1 0 11\n3 0 2 1\n1 0 12\n3 0 1 3\n1\n3 1 2 3\n1 0 -1\n3 0 3 2\n"
+            "# c\n4 3 1 1\n0 0 0 0 9 5\n1 1 0 0 9 6\n2 0 1 0 9 7\n3 0 0 1 9 8\n4 1 # facets\n"
+            "1 0 11\n3 0 2 1\n1 0 12\n3 0 1 3\n1\n3 1 2 3\n1 0 -1\n3 0 3 2\n"
             "1\n1 .1 .1 .1\n2\n1 .2 .2 .2 5 0.25\n2 .3 .3 .3 6\n",
             &m, NULL) == MESHIO_OK);
     CHECK(m.num_vertices == 4 && m.vertex_tags[3] == 8 && m.num_triangles == 4 &&
@@ -1834,7 +1944,10 @@ static void damaged_texts_get_a_status_and_a_line(void)
         {MESHIO_FORMAT_OFF, "PNG", MESHIO_ERROR_FORMAT, 1},
         {MESHIO_FORMAT_OFF, "nOFF\n3\n1 0 0\n0 0 0\n", MESHIO_ERROR_UNSUPPORTED, 1},
         {MESHIO_FORMAT_OFF, "4nOFF\n3\n1 0 0\n0 0 0\n", MESHIO_ERROR_UNSUPPORTED, 1},
-        {MESHIO_FORMAT_MEDIT, "MeshVersionFormatted 4\nDimension 3\nVertices 3\n0 0 0 0\n1 0 0 0\n0 1 0 0\nTriangles 1\n1 2 3 5000000000\n", MESHIO_ERROR_TOO_LARGE, 8},
+        {MESHIO_FORMAT_MEDIT,
+         "MeshVersionFormatted 4\nDimension 3\nVertices 3\n0 0 0 0\n1 0 0 0\n0 1 0 0\n"
+         "Triangles 1\n1 2 3 5000000000\n",
+         MESHIO_ERROR_TOO_LARGE, 8},
         {MESHIO_FORMAT_OFF, "OFF BINARY\n", MESHIO_ERROR_UNSUPPORTED, 1},
         {MESHIO_FORMAT_OFF, "4OFF\n1 0 0\n0 0 0 1\n", MESHIO_ERROR_UNSUPPORTED, 1},
         {MESHIO_FORMAT_OFF, "COFF\n2 0 0\n0 0 0 1 1 1\n0 0\n", MESHIO_ERROR_TRUNCATED, 5},
@@ -1896,10 +2009,12 @@ static void damaged_texts_get_a_status_and_a_line(void)
          MESHIO_ERROR_COUNT, 9},
         {MESHIO_FORMAT_PLY, "ply\nformat ascii 1.0\nproperty float x\n", MESHIO_ERROR_SYNTAX, 3},
         {MESHIO_FORMAT_PLY,
-         PLY "1" XYZ "element tristrips 1\nproperty list int int vertex_indices\nend_header\n0 0 0\n4 0 0 -1 1\n",
+         PLY "1" XYZ "element tristrips 1\nproperty list int int vertex_indices\nend_header\n"
+                     "0 0 0\n4 0 0 -1 1\n",
          MESHIO_ERROR_INDEX, 11},
         {MESHIO_FORMAT_PLY,
-         PLY "1" XYZ "element tristrips 1\nproperty list int int strip\nend_header\n0 0 0\n3 0 0 0\n",
+         PLY "1" XYZ "element tristrips 1\nproperty list int int strip\nend_header\n0 0 0\n"
+                     "3 0 0 0\n",
          MESHIO_ERROR_UNSUPPORTED, 7},
         {MESHIO_FORMAT_MEDIT, "", MESHIO_ERROR_TRUNCATED, 1},
         {MESHIO_FORMAT_MEDIT, "\x01\x02\x03", MESHIO_ERROR_FORMAT, 1},
@@ -1967,24 +2082,30 @@ static void damaged_texts_get_a_status_and_a_line(void)
         {MESHIO_FORMAT_VTK, VTK CELL "POINT_DATA 2\n", MESHIO_ERROR_COUNT, 9},
         {MESHIO_FORMAT_VTK, VTK CELL "CELL_DATA 1\nSCALARS region int 1\nLOOKUP_TABLE default\nx\n",
          MESHIO_ERROR_SYNTAX, 12},
-        {MESHIO_FORMAT_VTK, VTK CELL "CELL_DATA 1\nVECTORS v float\n0 0\n", MESHIO_ERROR_TRUNCATED, 12},
+        {MESHIO_FORMAT_VTK, VTK CELL "CELL_DATA 1\nVECTORS v float\n0 0\n",
+         MESHIO_ERROR_TRUNCATED, 12},
         {MESHIO_FORMAT_VTK, VTK CELL "CELL_DATA 1\nVECTORS v quaternion\n0 0\n",
          MESHIO_ERROR_UNSUPPORTED, 10},
         {MESHIO_FORMAT_VTK, VTK CELL "CELL_DATA 1\nWORDS v float\n0 0\n", MESHIO_ERROR_SYNTAX, 10},
         {MESHIO_FORMAT_VTK, VTK CELL "VECTORS v float\n0 0 0\n", MESHIO_ERROR_SYNTAX, 9},
-        {MESHIO_FORMAT_VTK, VTK "FIELD f 1\na 4611686018427387904 4 int\n1\n", MESHIO_ERROR_COUNT, 6},
+        {MESHIO_FORMAT_VTK, VTK "FIELD f 1\na 4611686018427387904 4 int\n1\n",
+         MESHIO_ERROR_COUNT, 6},
         {MESHIO_FORMAT_VTK, VTK "FIELD f 1\na -1 4 int\n1\n", MESHIO_ERROR_COUNT, 6},
         {MESHIO_FORMAT_VTK, VTK "FIELD f 1\na 1 99 int\n1\n", MESHIO_ERROR_COUNT, 6},
         {MESHIO_FORMAT_VTK, VTK "FIELD f 1\na 1 99 string\n1\n", MESHIO_ERROR_COUNT, 7},
         {MESHIO_FORMAT_VTK, VTK "FIELD f 1\na 1 2 string\n1\n", MESHIO_ERROR_TRUNCATED, 8},
         {MESHIO_FORMAT_VTK, VTK "FIELD f 2\na 1 1 int\n1\n", MESHIO_ERROR_TRUNCATED, 8},
-        {MESHIO_FORMAT_VTK, VTK CELL "CELL_DATA 1\nSCALARS region int\nLOOKUP_TABLE default\n7\nLINES 1 3\n2 0 0\n",
+        {MESHIO_FORMAT_VTK, VTK CELL "CELL_DATA 1\nSCALARS region int\nLOOKUP_TABLE default\n7\n"
+                                     "LINES 1 3\n2 0 0\n",
          MESHIO_ERROR_COUNT, 15},
 #undef CELL
-#define VTU "<VTKFile type='UnstructuredGrid'>\n<Piece NumberOfPoints='1' NumberOfCells='0'>\n<Points>\n<DataArray type='Float32' "
+#define VTU                                                                                        \
+    "<VTKFile type='UnstructuredGrid'>\n<Piece NumberOfPoints='1' NumberOfCells='0'>\n"             \
+    "<Points>\n<DataArray type='Float32' "
         {MESHIO_FORMAT_VTU, VTU "format='ascii'>\n0 0 0 0</DataArray>", MESHIO_ERROR_SYNTAX, 5},
         {MESHIO_FORMAT_VTU, VTU "format='hex'>\n0 0 0</DataArray>", MESHIO_ERROR_UNSUPPORTED, 4},
-        {MESHIO_FORMAT_VTU, VTU "format='binary'>\nDAAAAAAAAAA</DataArray>", MESHIO_ERROR_SYNTAX, 4},
+        {MESHIO_FORMAT_VTU, VTU "format='binary'>\nDAAAAAAAAAA</DataArray>",
+         MESHIO_ERROR_SYNTAX, 4},
         {MESHIO_FORMAT_VTU, VTU "format='binary'>\nDgAAAA==</DataArray>", MESHIO_ERROR_COUNT, 4},
         {MESHIO_FORMAT_VTU, VTU "format='binary'>\n</DataArray>", MESHIO_ERROR_SYNTAX, 4},
         {MESHIO_FORMAT_VTU, VTU "format='appended' offset='0'>", MESHIO_ERROR_TRUNCATED, 4},
@@ -1997,14 +2118,16 @@ static void damaged_texts_get_a_status_and_a_line(void)
         {MESHIO_FORMAT_VTU, "<VTKFile type=\"UnstructuredGrid\">\n<Piece NumberOfPoints=\"-1\">",
          MESHIO_ERROR_SYNTAX, 2},
         {MESHIO_FORMAT_VTU,
-         "<VTKFile type=\"UnstructuredGrid\">\n<Piece NumberOfPoints=\"99999999\" NumberOfCells=\"0\">",
+         "<VTKFile type=\"UnstructuredGrid\">\n"
+         "<Piece NumberOfPoints=\"99999999\" NumberOfCells=\"0\">",
          MESHIO_ERROR_COUNT, 2},
         {MESHIO_FORMAT_INP, "", MESHIO_ERROR_FORMAT, 1},
         {MESHIO_FORMAT_INP, "*HEADING\n", MESHIO_ERROR_FORMAT, 1},
         {MESHIO_FORMAT_INP, "*NODE\n1, 0, 0, 0\n** twice\n1, 1, 0, 0\n", MESHIO_ERROR_INDEX, 5},
         {MESHIO_FORMAT_INP, "*NODE\n1, x\n", MESHIO_ERROR_SYNTAX, 2},
         {MESHIO_FORMAT_INP, "*NODE\n1\n*ELEMENT, TYPE=C3D4\n1, 1, 1, 1\n", MESHIO_ERROR_SYNTAX, 4},
-        {MESHIO_FORMAT_INP, "*NODE\n1\n*ELEMENT, TYPE=C3D4\n1, 1, 1, 1, 2\n", MESHIO_ERROR_INDEX, 4},
+        {MESHIO_FORMAT_INP, "*NODE\n1\n*ELEMENT, TYPE=C3D4\n1, 1, 1, 1, 2\n",
+         MESHIO_ERROR_INDEX, 4},
         {MESHIO_FORMAT_INP, "*NODE\n1\n*include, input=a\n", MESHIO_ERROR_UNSUPPORTED, 3},
         {MESHIO_FORMAT_NODE, "", MESHIO_ERROR_TRUNCATED, 1},
         {MESHIO_FORMAT_NODE, "2 3 0 0\n1 0 0 0\n3 0 0 0\n", MESHIO_ERROR_INDEX, 3},
@@ -2015,7 +2138,8 @@ static void damaged_texts_get_a_status_and_a_line(void)
         {MESHIO_FORMAT_POLY, "1 3 0 0\n1 0 0 0\n1 0\n1\n3 1 1 2\n", MESHIO_ERROR_INDEX, 5},
         {MESHIO_FORMAT_POLY, "0 3 0 0\n", MESHIO_ERROR_COUNT, 1},
         {MESHIO_FORMAT_POLY,
-         "6 3 0 0\n0 0 0 0\n1 2 0 0\n2 2 2 0\n3 0 2 0\n4 1 -1 0\n5 1 3 0\n1 0\n2\n4 0 1 2 3\n2 4 5\n0\n",
+         "6 3 0 0\n0 0 0 0\n1 2 0 0\n2 2 2 0\n3 0 2 0\n4 1 -1 0\n5 1 3 0\n1 0\n2\n4 0 1 2 3\n"
+         "2 4 5\n0\n",
          MESHIO_ERROR_SYNTAX, 9},
         {MESHIO_FORMAT_ELE, "1 4 0\n1 1 2 3 4\n", MESHIO_ERROR_INDEX, 2},
         {MESHIO_FORMAT_ELE, "1 5 0\n1 1 2 3 4 5\n", MESHIO_ERROR_UNSUPPORTED, 1},
@@ -2133,29 +2257,42 @@ static void torn_texts_never_crash(void)
     } files[] = {
         {MESHIO_FORMAT_PLY, PLY
          "4" XYZ
-         "element face 2\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 1 2\n4 0 1 2 3\n"},
+         "element face 2\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n"
+         "0 0 1\n3 0 1 2\n4 0 1 2 3\n"},
         {MESHIO_FORMAT_POLY,
-         "8 3 0 0\n0 0 0 0\n1 3 0 0\n2 3 3 0\n3 0 3 0\n4 1 1 0\n5 2 1 0\n6 2 2 0\n7 1 2 0\n1 1\n2 1 7\n4 0 1 2 3\n4 4 5 6 7\n1 1.5 1.5 0\n1\n1 0 0 0\n1\n1 0 0 0 1 1\n"},
+         "8 3 0 0\n0 0 0 0\n1 3 0 0\n2 3 3 0\n3 0 3 0\n4 1 1 0\n5 2 1 0\n6 2 2 0\n7 1 2 0\n1 1\n"
+         "2 1 7\n4 0 1 2 3\n4 4 5 6 7\n1 1.5 1.5 0\n1\n1 0 0 0\n1\n1 0 0 0 1 1\n"},
         {MESHIO_FORMAT_POLY,
-         "9 3 0 0\n0 0 0 0\n1 3 0 0\n2 3 3 0\n3 0 3 0\n4 1 1 0\n5 2 1 0\n6 2 2 0\n7 1 2 0\n8 1.5 1.25 0\n1 1\n4 0 7\n4 0 1 2 3\n2 4 5\n2 6 4\n1 8\n0\n0\n"},
+         "9 3 0 0\n0 0 0 0\n1 3 0 0\n2 3 3 0\n3 0 3 0\n4 1 1 0\n5 2 1 0\n6 2 2 0\n7 1 2 0\n"
+         "8 1.5 1.25 0\n1 1\n4 0 7\n4 0 1 2 3\n2 4 5\n2 6 4\n1 8\n0\n0\n"},
         {MESHIO_FORMAT_SMESH,
-         "6 3 0 0\n0 0 0 0\n1 2 0 0\n2 2 1 0\n3 1 1 0\n4 1 2 0\n5 0 2 0\n1 1\n6 0 1 2 3 4 5 9\n0\n0\n"},
+         "6 3 0 0\n0 0 0 0\n1 2 0 0\n2 2 1 0\n3 1 1 0\n4 1 2 0\n5 0 2 0\n1 1\n6 0 1 2 3 4 5 9\n0\n"
+         "0\n"},
         {MESHIO_FORMAT_OFF,
-         "COFF\n4 4 0\n\n0 0 0 .9 0 0 #red\n1 0 0 0 0 .9\n0 1 0 9 9 9\n0 0 1 1 1 1\n\n3 0 2 1\n3 0 1 3\n3 1 2 3\n3 0 3 2\n"},
+         "COFF\n4 4 0\n\n0 0 0 .9 0 0 #red\n1 0 0 0 0 .9\n0 1 0 9 9 9\n0 0 1 1 1 1\n\n3 0 2 1\n"
+         "3 0 1 3\n3 1 2 3\n3 0 3 2\n"},
         {MESHIO_FORMAT_MSH,
-         "$NOD\n3\n1 0 0 0\n2 1 0 0\n4 0 1 0\n$ENDNOD\n$ELM\n2\n1 2 7 1 3 1 2 4\n2 2 8 1 3 1 4 2\n$ENDELM\n"},
+         "$NOD\n3\n1 0 0 0\n2 1 0 0\n4 0 1 0\n$ENDNOD\n$ELM\n2\n1 2 7 1 3 1 2 4\n2 2 8 1 3 1 4 2\n"
+         "$ENDELM\n"},
         {MESHIO_FORMAT_MSH,
-         "$MeshFormat\n4 0 8\n$EndMeshFormat\n$PartitionedEntities\n2 0\n1 0 1 0\n3 0 1 1 1 0 0 0 0 0 0 0\n5 2 5 2 1 2 0 0 0 1 1 1 1 7 0\n"
-         "$EndPartitionedEntities\n$Nodes\n1 3\n5 2 1 3\n1 0 0 0 0 0\n2 1 0 0 0 0\n4 0 1 0 0 0\n$EndNodes\n$Elements\n1 1\n5 2 2 1\n"
+         "$MeshFormat\n4 0 8\n$EndMeshFormat\n$PartitionedEntities\n2 0\n1 0 1 0\n"
+         "3 0 1 1 1 0 0 0 0 0 0 0\n5 2 5 2 1 2 0 0 0 1 1 1 1 7 0\n"
+         "$EndPartitionedEntities\n$Nodes\n1 3\n5 2 1 3\n1 0 0 0 0 0\n2 1 0 0 0 0\n4 0 1 0 0 0\n"
+         "$EndNodes\n$Elements\n1 1\n5 2 2 1\n"
          "1 1 2 4\n$EndElements\n"},
         {MESHIO_FORMAT_VTK,
-         "# vtk DataFile Version 5.1\nt\nASCII\nDATASET POLYDATA\nFIELD F 1\ns 1 1 string\nx\nPOINTS 3 float\n0 0 0 1 0 0 0 1 0\n"
-         "METADATA\nINFORMATION 0\n\nPOLYGONS 2 3\nOFFSETS int\n0 3\nCONNECTIVITY int\n0 1 2\nCELL_DATA 1\nVECTORS v float\n0 0 1\n"
+         "# vtk DataFile Version 5.1\nt\nASCII\nDATASET POLYDATA\nFIELD F 1\ns 1 1 string\nx\n"
+         "POINTS 3 float\n0 0 0 1 0 0 0 1 0\n"
+         "METADATA\nINFORMATION 0\n\nPOLYGONS 2 3\nOFFSETS int\n0 3\nCONNECTIVITY int\n0 1 2\n"
+         "CELL_DATA 1\nVECTORS v float\n0 0 1\n"
          "FIELD F 2\nb 2 1 bit\n0 1\ntag 1 1 int\n7\n"},
         {MESHIO_FORMAT_INP,
-         "*Part, name=A\n*Node\n1, 0, 0, 0\n2, 1, 0, 0\n3, 0, 1, 0\n4, 0, 0, 1\n*Element, type=C3D4\n1, 1, 2, 3, 4\n*Elset, elset=E, generate\n"
-         "1, 1, 1\n*Solid Section, elset=E\n,\n*Surface, name=S\nE, S1\n*End Part\n*Assembly\n*Instance, name=I, part=A\n1, 2, 3\n"
-         "0, 0, 0, 0, 0, 1, 90\n*End Instance\n*Elset, elset=F, instance=I\n1\n*Surface, name=T\nF, S2\n*End Assembly\n"}};
+         "*Part, name=A\n*Node\n1, 0, 0, 0\n2, 1, 0, 0\n3, 0, 1, 0\n4, 0, 0, 1\n"
+         "*Element, type=C3D4\n1, 1, 2, 3, 4\n*Elset, elset=E, generate\n"
+         "1, 1, 1\n*Solid Section, elset=E\n,\n*Surface, name=S\nE, S1\n*End Part\n*Assembly\n"
+         "*Instance, name=I, part=A\n1, 2, 3\n"
+         "0, 0, 0, 0, 0, 1, 90\n*End Instance\n*Elset, elset=F, instance=I\n1\n*Surface, name=T\n"
+         "F, S2\n*End Assembly\n"}};
     size_t k;
     for (k = 0; k < sizeof files / sizeof files[0]; k++) {
         size_t size = strlen(files[k].text);
@@ -2187,27 +2324,36 @@ static void every_failing_allocation_is_reported(void)
         {MESHIO_FORMAT_OFF,
          "OFF\n7 1 0\n4 0 0\n4 4 0\n3 4 0\n3 1 0\n1 1 0\n1 4 0\n0 0 0\n7 0 1 2 3 4 5 6\n"},
         {MESHIO_FORMAT_STL,
-         "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid\n"},
+         "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\n"
+         "endloop\nendfacet\nendsolid\n"},
         {MESHIO_FORMAT_OBJ, "v 0 0 0\nf 1 1 1\n"},
         {MESHIO_FORMAT_MSH,
-         "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$Entities\n0 0 1 0\n5 0 0 0 1 1 1 1 77 0\n$EndEntities\n$Nodes\n1 2 1 9\n0 1 0 2\n9\n3\n0 0 0\n1 1 1\n"
+         "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$Entities\n0 0 1 0\n5 0 0 0 1 1 1 1 77 0\n"
+         "$EndEntities\n$Nodes\n1 2 1 9\n0 1 0 2\n9\n3\n0 0 0\n1 1 1\n"
          "$EndNodes\n$Elements\n1 1 1 1\n3 5 4 1\n1 9 9 3 3\n$EndElements\n"},
         {MESHIO_FORMAT_MSH,
-         "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$Entities\n0 1 0 0\n5 0 0 0 1 1 1 2 77 78 0\n$EndEntities\n$Nodes\n1 3 1 3\n0 1 0 3\n1\n2\n3\n"
+         "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$Entities\n0 1 0 0\n5 0 0 0 1 1 1 2 77 78 0\n"
+         "$EndEntities\n$Nodes\n1 3 1 3\n0 1 0 3\n1\n2\n3\n"
          "0 0 0\n1 1 1\n2 2 2\n$EndNodes\n$Elements\n1 1 1 1\n1 5 8 1\n1 1 2 3\n$EndElements\n"},
         {MESHIO_FORMAT_VTK,
-         "# vtk DataFile Version 3.0\nt\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 1 float\n0 0 0\nCELLS 1 3\n2 0 0\nCELL_TYPES 1\n3\nCELL_DATA 1\n"
+         "# vtk DataFile Version 3.0\nt\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 1 float\n0 0 0\n"
+         "CELLS 1 3\n2 0 0\nCELL_TYPES 1\n3\nCELL_DATA 1\n"
          "SCALARS region int 1\nLOOKUP_TABLE default\n42\n"},
         {MESHIO_FORMAT_INP,
-         "*NODE\n1, 0, 0, 0\n2, 1\n4, 0, 1\n5, 0, 0, 1\n*ELEMENT, TYPE=C3D4, ELSET=A\n1, 1, 2, 4, 5\n*ELEMENT, TYPE=S4\n2, 1, 2, 4, 5\n*SURFACE, NAME=B\n1, S1\n"},
+         "*NODE\n1, 0, 0, 0\n2, 1\n4, 0, 1\n5, 0, 0, 1\n*ELEMENT, TYPE=C3D4, ELSET=A\n"
+         "1, 1, 2, 4, 5\n*ELEMENT, TYPE=S4\n2, 1, 2, 4, 5\n*SURFACE, NAME=B\n1, S1\n"},
         {MESHIO_FORMAT_VTU,
-         "<VTKFile type='UnstructuredGrid' compressor='vtkZLibDataCompressor'><Piece NumberOfPoints='1' NumberOfCells='0'><Points>"
-         "<DataArray type='Float32' format='binary'>AQAAAAwAAAAAAAAACwAAAA==eJxjYEAAAAAMAAE=</DataArray></Points></Piece></VTKFile>"},
+         "<VTKFile type='UnstructuredGrid' compressor='vtkZLibDataCompressor'><Piece "
+         "NumberOfPoints='1' NumberOfCells='0'><Points>"
+         "<DataArray type='Float32' format='binary'>AQAAAAwAAAAAAAAACwAAAA==eJxjYEAAAAAMAAE="
+         "</DataArray></Points></Piece></VTKFile>"},
         {MESHIO_FORMAT_INP,
-         "*Part, name=A\n*Node\n1, 0, 0, 0\n2, 1\n4, 0, 1\n5, 0, 0, 1\n*Element, type=C3D4\n1, 1, 2, 4, 5\n*Elset, elset=E\n1\n*Solid Section, elset=E\n"
+         "*Part, name=A\n*Node\n1, 0, 0, 0\n2, 1\n4, 0, 1\n5, 0, 0, 1\n*Element, type=C3D4\n"
+         "1, 1, 2, 4, 5\n*Elset, elset=E\n1\n*Solid Section, elset=E\n"
          "*Surface, name=B\nE, S1\n*End Part\n"},
         {MESHIO_FORMAT_POLY,
-         "8 3 0 0\n0 0 0 0\n1 3 0 0\n2 3 3 0\n3 0 3 0\n4 1 1 0\n5 2 1 0\n6 2 2 0\n7 1 2 0\n1 1\n2 1 7\n4 0 1 2 3\n4 4 5 6 7\n1 1.5 1.5 0\n1\n1 0 0 0\n1\n1 0 0 0 1 1\n"}};
+         "8 3 0 0\n0 0 0 0\n1 3 0 0\n2 3 3 0\n3 0 3 0\n4 1 1 0\n5 2 1 0\n6 2 2 0\n7 1 2 0\n1 1\n"
+         "2 1 7\n4 0 1 2 3\n4 4 5 6 7\n1 1.5 1.5 0\n1\n1 0 0 0\n1\n1 0 0 0 1 1\n"}};
     size_t k;
     for (k = 0; k < sizeof files / sizeof files[0]; k++) {
         long tries;
@@ -2290,7 +2436,8 @@ static void counts_beyond_32_bits_are_refused(void)
             *counts[k] = 0x80000000u;
             CHECK(meshio_write(file_name(extensions[i]), &m, &options, &report) ==
                   MESHIO_ERROR_TOO_LARGE);
-            CHECK(report.result == MESHIO_ERROR_TOO_LARGE && strstr(report.message, "more vertices"));
+            CHECK(report.result == MESHIO_ERROR_TOO_LARGE &&
+                  strstr(report.message, "more vertices"));
             CHECK(!exists(file_name(extensions[i])));
         }
     {

@@ -513,8 +513,9 @@ static void agrees_with_enumeration(void)
 /* Signs do not depend on how far each axis is stretched, and so nothing does that rests on them. */
 static void stretching_changes_nothing(void)
 {
-    static const int power[8][3] = {{0, 0, -60},      {-160, 0, 0},  {150, 150, -150}, {-200, -200, -200},
-                                    {190, 190, 190},  {0, -330, 40}, {-30, -500, 0},   {166, -166, 0}};
+    static const int power[8][3] = {{0, 0, -60},        {-160, 0, 0},    {150, 150, -150},
+                                    {-200, -200, -200}, {190, 190, 190}, {0, -330, 40},
+                                    {-30, -500, 0},     {166, -166, 0}};
     delaunay_mesh m;
     delaunay_worker *w = NULL;
     static delaunay_window window;

@@ -344,8 +344,8 @@ static void needles_in_planes_of_single_precision_need_one_attempt(void)
     shape_free(&s);
 }
 
-/* A twisted tube whose section is a star with n rays, around a straight hole with long panels, which
- * are close to the ends of the rays: what is missing there comes in by points on it. */
+/* A twisted tube whose section is a star with n rays, around a straight hole with long panels,
+ * which are close to the ends of the rays: what is missing there comes in by points on it. */
 static void twisted_tube(shape *s, uint32_t n, uint32_t levels, uint32_t shift)
 {
     const double height = 6, hole = 0.68, step = 3.14159265358979 / n;
@@ -362,7 +362,8 @@ static void twisted_tube(shape *s, uint32_t n, uint32_t levels, uint32_t shift)
             add_vertex(s, hole * cos(i * step), hole * sin(i * step), height * l);
     top = first + levels * m;
     for (i = 0; i < m; i++) {
-        uint32_t j = (i + 1) % m, si = inner + m + (i + shift) % m, sj = inner + m + (j + shift) % m;
+        uint32_t j = (i + 1) % m;
+        uint32_t si = inner + m + (i + shift) % m, sj = inner + m + (j + shift) % m;
         for (l = 0; l < levels; l++) {
             uint32_t a = first + l * m + i, b = first + l * m + j;
             add_triangle(s, a, b, b + m);
@@ -448,7 +449,8 @@ static void large_facets_beside_small_ones(void)
         for (j = 0; j <= WIDE; j++) {
             double x = (i + 0.6 * random_unit() - 0.3) * w - 0.6;
             double y = (j + 0.6 * random_unit() - 0.3 - WIDE / 2.0) * w;
-            add_vertex(&s, (x + y) / sqrt(2.0), (y - x) / sqrt(2.0), 4 + 1e-6 * (1e-3 + random_unit()));
+            add_vertex(&s, (x + y) / sqrt(2.0), (y - x) / sqrt(2.0),
+                       4 + 1e-6 * (1e-3 + random_unit()));
         }
     for (i = 0; i < LONG; i++)
         for (j = 0; j < WIDE; j++) {

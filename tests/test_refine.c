@@ -571,7 +571,8 @@ static double length_around(const mesher_domain *d, const mesher_source *ball, d
                 middle += z * z;
                 length += (x[k] - y[k]) * (x[k] - y[k]);
             }
-            if (sqrt(middle) < least * ball->radius || sqrt(middle) >= most * ball->radius) continue;
+            if (sqrt(middle) < least * ball->radius || sqrt(middle) >= most * ball->radius)
+                continue;
             ratio[(*count)++] = 2 * sqrt(length) /
                                 (mesher_source_size(ball, 0, x) + mesher_source_size(ball, 0, y));
         }

@@ -212,7 +212,8 @@ static uint64_t edit(delaunay_mesh *m, int threads, const delaunay_host *base,
     c.engine = engine;
     if (!engine) return 0;
     CHECK(delaunay_engine_worker(engine, 0) != NULL);
-    CHECK(!lent || (delaunay_engine_worker(engine, 0) == lent && !delaunay_engine_worker(engine, 1)));
+    CHECK(!lent ||
+          (delaunay_engine_worker(engine, 0) == lent && !delaunay_engine_worker(engine, 1)));
     for (step = 0; step < 8; step++) {
         memset(&job, 0, sizeof job);
         job.user = &c;

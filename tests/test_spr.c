@@ -1169,8 +1169,8 @@ static void test_a_flat_one_among_good_ones(void)
     CHECK(nv == 14 && r.vertices_inserted == 0 && r.after.gamma_min >= r.before.gamma_min);
 }
 
-/* A cell of a foam, whose polygons are plane but for rounding: flat tetrahedra lie over some of them
- * in a heap, and go only together. */
+/* A cell of a foam, whose polygons are plane but for rounding: flat tetrahedra lie over some of
+ * them in a heap, and go only together. */
 static void test_flat_ones_over_bent_polygons(void)
 {
     static const double corners[12][3] = {
