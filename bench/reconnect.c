@@ -234,6 +234,49 @@ static void run_growing(bench *b, uint32_t largest, uint32_t flags, uint32_t max
            nodes / (double)b->num_worst, 1e6 * start / (double)b->num_worst);
 }
 
+/* n random points in the unit cube; if spread is set, one in each cell of a lattice, and *n may
+ * become smaller. NULL: out of memory. */
+static double *random_points(size_t *n, int spread)
+{
+    double *xyz = (double *)malloc(3 * *n * sizeof *xyz);
+    uint64_t state = 88172645463325252u;
+    size_t side = (size_t)cbrt((double)*n + 0.5), i; /* rounds down: not more points */
+    if (!xyz) return NULL;
+    for (i = 0; i < 3 * *n; i++) {
+        state ^= state << 13;
+        state ^= state >> 7;
+        state ^= state << 17;
+        xyz[i] = (double)(state >> 11) / 9007199254740992.0;
+    }
+    if (!spread) return xyz;
+    *n = side * side * side;
+    for (i = 0; i < 3 * *n; i++) {
+        size_t cell = i % 3 == 0   ? i / 3 % side
+                      : i % 3 == 1 ? i / 3 / side % side
+                                   : i / 3 / side / side;
+        xyz[i] = ((double)cell + 0.7 * xyz[i]) / (double)side;
+    }
+    return xyz;
+}
+
+/* Lists tetrahedra with qualities between low and high, away from the border. */
+static void find_bad(bench *b, size_t most, double low, double high)
+{
+    delaunay_handle t;
+    for (t = 1; t < b->mesh.num_tets && b->num_worst < most; t++) {
+        double q, lo = 1, hi = 0;
+        int k;
+        if (delaunay_is_deleted(&b->mesh, t) || delaunay_is_ghost(&b->mesh, t)) continue;
+        for (k = 0; k < 12; k++) {
+            double x = b->mesh.vertices[b->mesh.tets[t].v[k / 3]].x[k % 3];
+            if (x < lo) lo = x;
+            if (x > hi) hi = x;
+        }
+        q = tet_quality(&b->mesh, t);
+        if (q > low && q < high && lo > 0.15 && hi < 0.85) b->worst[b->num_worst++] = t;
+    }
+}
+
 int main(int argc, char **argv)
 {
     static bench b;
@@ -241,44 +284,14 @@ int main(int argc, char **argv)
     size_t n = argc > 1 ? (size_t)atol(argv[1]) : 20000,
            cavities = argc > 2 ? (size_t)atol(argv[2]) : 60, i;
     uint32_t largest = argc > 3 ? (uint32_t)atol(argv[3]) : 18;
-    double *xyz = (double *)malloc(3 * n * sizeof *xyz), low = 0, high = 0.2;
-    uint64_t state = 88172645463325252u;
-    delaunay_handle t;
+    const int spread = argc > 5 && atoi(argv[5]);
+    double *xyz = random_points(&n, spread);
     b.max_nodes = argc > 4 ? (uint32_t)atol(argv[4]) : 300000;
     if (!xyz || cavities > MAX_CAVITIES) return 1;
-    for (i = 0; i < 3 * n; i++) {
-        state ^= state << 13;
-        state ^= state >> 7;
-        state ^= state << 17;
-        xyz[i] = (double)(state >> 11) / 9007199254740992.0;
-    }
-    if (argc > 5 && atoi(argv[5])) {
-        size_t side = (size_t)cbrt((double)n + 0.5); /* rounds down: not more points */
-        n = side * side * side;
-        for (i = 0; i < 3 * n; i++) {
-            size_t cell = i % 3 == 0   ? i / 3 % side
-                          : i % 3 == 1 ? i / 3 / side % side
-                                       : i / 3 / side / side;
-            xyz[i] = ((double)cell + 0.7 * xyz[i]) / (double)side;
-        }
-        low = 0.2;
-        high = 0.3;
-    }
     if (delaunay_tetrahedralize(&b.mesh, xyz, n, NULL, NULL) != DELAUNAY_OK) return 1;
     b.worker = delaunay_worker_new(&b.mesh.memory);
     if (!b.worker) return 1;
-    for (t = 1; t < b.mesh.num_tets && b.num_worst < cavities; t++) { /* bad ones, inside */
-        double q, lo = 1, hi = 0;
-        int k;
-        if (delaunay_is_deleted(&b.mesh, t) || delaunay_is_ghost(&b.mesh, t)) continue;
-        for (k = 0; k < 12; k++) {
-            double x = b.mesh.vertices[b.mesh.tets[t].v[k / 3]].x[k % 3];
-            if (x < lo) lo = x;
-            if (x > hi) hi = x;
-        }
-        q = tet_quality(&b.mesh, t);
-        if (q > low && q < high && lo > 0.15 && hi < 0.85) b.worst[b.num_worst++] = t;
-    }
+    find_bad(&b, cavities, spread ? 0.2 : 0, spread ? 0.3 : 0.2);
     printf("points,search,cavities,facets,improved,nodes,mean_us,median_us,limited,ns_per_node\n");
     for (i = 0; i < sizeof sizes / sizeof *sizes && sizes[i] <= largest; i++) {
         run_size(&b, sizes[i], "bounded", 1, 0);

@@ -719,27 +719,33 @@ static void contacts_have_names(void)
         CHECK(memcmp(f->vertices, cases[i].v, sizeof f->vertices) == 0);
         for (k = 0; k < 3; k++) CHECK(fabs(f->xyz[k] - cases[i].at[k]) < 1e-12);
     }
-    { /* coplanar overlap: the place is within both */
-        double xyz[18] = {0, 0, 0, 4, 0, 0, 0, 4, 0, 1, 1, 0, 5, 1, 0, 1, 5, 0};
-        mesher_surface s = surface_of(xyz, 6, triangles, 2);
-        const mesher_finding *f;
-        check_surface(&s, NULL);
-        f = first_of(MESHER_DEFECT_OVERLAP);
-        CHECK(f && f->xyz[0] > 1 && f->xyz[1] > 1 && f->xyz[0] + f->xyz[1] < 4 && f->xyz[2] == 0);
-    }
-    { /* a fold: common edge, same side */
-        double xyz[12] = {0, 0, 0, 4, 0, 0, 0, 4, 0, 1, 1, 0};
-        uint32_t fold[6] = {0, 1, 2, 1, 0, 3};
-        mesher_surface s = surface_of(xyz, 4, fold, 2);
-        check_surface(&s, NULL);
-        CHECK(count_of(MESHER_DEFECT_OVERLAP) == 1);
-        xyz[11] = 1e-300; /* opened by a hair: no defect but that nothing is enclosed */
-        check_surface(&s, NULL);
-        CHECK(count_of(MESHER_DEFECT_OVERLAP) == 0 && defects() == 1);
-        xyz[10] = -1; xyz[11] = 0; /* on the other side */
-        check_surface(&s, NULL);
-        CHECK(count_of(MESHER_DEFECT_OVERLAP) == 0);
-    }
+}
+
+static void overlaps_have_places(void)
+{
+    const uint32_t triangles[6] = {0, 1, 2, 3, 4, 5};
+    double xyz[18] = {0, 0, 0, 4, 0, 0, 0, 4, 0, 1, 1, 0, 5, 1, 0, 1, 5, 0};
+    mesher_surface s = surface_of(xyz, 6, triangles, 2);
+    const mesher_finding *f;
+    check_surface(&s, NULL);
+    f = first_of(MESHER_DEFECT_OVERLAP); /* its place is within both */
+    CHECK(f && f->xyz[0] > 1 && f->xyz[1] > 1 && f->xyz[0] + f->xyz[1] < 4 && f->xyz[2] == 0);
+}
+
+/* Two triangles with a common edge, on the same side of it. */
+static void folds_overlap(void)
+{
+    double xyz[12] = {0, 0, 0, 4, 0, 0, 0, 4, 0, 1, 1, 0};
+    const uint32_t fold[6] = {0, 1, 2, 1, 0, 3};
+    mesher_surface s = surface_of(xyz, 4, fold, 2);
+    check_surface(&s, NULL);
+    CHECK(count_of(MESHER_DEFECT_OVERLAP) == 1);
+    xyz[11] = 1e-300; /* opened by a hair: no defect but that nothing is enclosed */
+    check_surface(&s, NULL);
+    CHECK(count_of(MESHER_DEFECT_OVERLAP) == 0 && defects() == 1);
+    xyz[10] = -1; xyz[11] = 0; /* on the other side */
+    check_surface(&s, NULL);
+    CHECK(count_of(MESHER_DEFECT_OVERLAP) == 0);
 }
 
 /* -- Larger inputs: a bumpy sheet of n*n squares closed to a box, and shells of it shifted into
@@ -1168,6 +1174,8 @@ int main(void)
     nothing_enclosed();
     open_edges_beside_a_cell();
     contacts_have_names();
+    overlaps_have_places();
+    folds_overlap();
     soups_agree_with_the_oracle();
     isolated_points_agree_with_the_oracle();
     large_models();

@@ -306,13 +306,35 @@ static void judge_surface(const mesher_surface *s, const mesher_output *out, con
     CHECK(bad == 0);
 }
 
+/* How many triangles, of the first `used`, and lines of a surface the sorted facets of the
+ * tetrahedra, n in all, do not have. */
+static int num_lost(const mesher_surface *s, const uint32_t *first, half *mesh, size_t n,
+                    const half *surface, size_t used)
+{
+    size_t i, j;
+    int lost = 0;
+    for (i = 0; i < n; i++) mesh[i].turn = 0;
+    for (i = 0; i < used; i++)
+        lost += !bsearch(surface + i, mesh, n, sizeof *mesh, compare_halves);
+    for (i = 0; i < s->num_edges; i++) {
+        uint32_t a = first[s->edges[2 * i]], b = first[s->edges[2 * i + 1]];
+        int there = 0;
+        for (j = 0; j < n && !there; j++) {
+            const uint32_t *v = mesh[j].v;
+            there = (v[0] == a || v[1] == a || v[2] == a) && (v[0] == b || v[1] == b || v[2] == b);
+        }
+        lost += !there;
+    }
+    return lost;
+}
+
 /* Everything that can be said of the arrays; all: every triangle must be a facet, every line an
  * edge. The volume. */
 static double judge(const mesher_surface *s, const mesher_output *out, uint32_t regions, int all)
 {
     uint32_t *first = weld(s), largest = 0;
     half *mesh = (half *)malloc((size_t)(4 * out->num_tets + 1) * sizeof *mesh);
-    half *surface = (half *)malloc((s->num_triangles + 1) * sizeof *surface), *found;
+    half *surface = (half *)malloc((s->num_triangles + 1) * sizeof *surface);
     size_t n = 0, i, j, used;
     int bad = 0;
     double volume = 0;
@@ -343,8 +365,8 @@ static double judge(const mesher_surface *s, const mesher_output *out, uint32_t 
     used = j;
     qsort(mesh, n, sizeof *mesh, compare_halves);
     qsort(surface, used, sizeof *surface, compare_halves);
-    for (i = 0; i < n;
-         i = j) { /* facets: one or two sides, opposite; borders are triangles of the surface */
+    for (i = 0; i < n; i = j) {
+        /* facets: one or two sides, opposite; borders are triangles of the surface */
         for (j = i + 1; j < n && same_half(mesh + i, mesh + j); j++) {}
         if (j > i + 2 || (j == i + 2 && mesh[i].turn == mesh[i + 1].turn)) bad++;
         if (j == i + 1 || mesh[i].region != mesh[i + 1].region) {
@@ -355,20 +377,7 @@ static double judge(const mesher_surface *s, const mesher_output *out, uint32_t 
     }
     CHECK(bad == 0);
     judge_surface(s, out, first, mesh, n, surface, used);
-    for (i = 0; i < n; i++) mesh[i].turn = 0;
-    for (i = 0; all && i < used; i++) {
-        found = (half *)bsearch(surface + i, mesh, n, sizeof *mesh, compare_halves);
-        if (!found) bad++;
-    }
-    for (i = 0; all && i < s->num_edges; i++) {
-        uint32_t a = first[s->edges[2 * i]], b = first[s->edges[2 * i + 1]];
-        int there = 0;
-        for (j = 0; j < n && !there; j++) {
-            const uint32_t *v = mesh[j].v;
-            there = (v[0] == a || v[1] == a || v[2] == a) && (v[0] == b || v[1] == b || v[2] == b);
-        }
-        if (!there) bad++;
-    }
+    if (all) bad += num_lost(s, first, mesh, n, surface, used);
     CHECK(bad == 0);
     free(surface);
     free(mesh);
@@ -772,49 +781,55 @@ static void invalid_surfaces(void)
     shape.xyz[5] = (double)NAN;
     CHECK(mesh_code(&o) == MESHER_ERROR_SURFACE);
     CHECK(report.counts[MESHER_DEFECT_NOT_FINITE] == 1);
-    clear(); /* a tetrahedron pokes through the floor of a box: edge through facet */
+}
+
+/* A tetrahedron whose tip pokes through the floor of a box, touches it, and does not. */
+static void a_tip_meets_a_floor(void)
+{
+    mesher_options o = recover_only();
+    uint32_t a, b, c, d;
+    clear();
     add_box(0, 0, 0, 4);
-    {
-        uint32_t a = add_point(1, 1.5, 1), b = add_point(2, 1.5, 1), c = add_point(1.5, 2.5, 1),
-                 d = add_point(1.5, 1.8, -1);
-        add_triangle(a, b, c);
-        add_triangle(a, d, b);
-        add_triangle(b, d, c);
-        add_triangle(c, d, a);
-    }
+    a = add_point(1, 1.5, 1);
+    b = add_point(2, 1.5, 1);
+    c = add_point(1.5, 2.5, 1);
+    d = add_point(1.5, 1.8, -1);
+    add_triangle(a, b, c);
+    add_triangle(a, d, b);
+    add_triangle(b, d, c);
+    add_triangle(c, d, a);
     CHECK(mesh_code(&o) == MESHER_ERROR_SURFACE);
     CHECK(report.counts[MESHER_DEFECT_INTERSECTION] >= 3);
-    shape.xyz[3 * 11 + 2] = 0; /* its tip exactly on the floor */
+    shape.xyz[3 * 11 + 2] = 0; /* exactly on the floor */
     CHECK(mesh_code(&o) == MESHER_ERROR_SURFACE);
     CHECK(report.counts[MESHER_DEFECT_T_JUNCTION] >= 3 && findings[0].vertices[0] == 11);
     shape.xyz[3 * 11 + 2] = 0.001; /* just above */
     CHECK(mesh_code(&o) == MESHER_OK);
-    clear(); /* two boxes side by side, their common wall with other diagonals */
-    add_box(0, 0, 0, 1);
-    add_box(1, 0, 0, 1);
-    {
-        mesher_result code;
-        size_t i;
-        int t;
-        for (t = 0; t < 2;
-             t++) { /* x = 1: triangles 10, 11 of the first box; 20, 21 of the second */
-            clear();
-            add_box(0, 0, 0, 1);
-            add_box(1, 0, 0, 1);
-            shape.nt = 24;
-            for (i = 0; i < 2; i++) {
-                static const uint32_t one[2][3] = {{1, 3, 7}, {1, 7, 5}};
-                static const uint32_t same[2][3] = {{8, 12, 14}, {8, 14, 10}},
-                                      other[2][3] = {{8, 12, 10}, {12, 14, 10}};
-                memcpy(shape.triangles + 3 * (10 + i), one[i], sizeof one[i]);
-                memcpy(shape.triangles + 3 * (20 + i), t ? other[i] : same[i], sizeof one[i]);
-            }
-            code = mesh_code(&o);
-            CHECK(code == (t ? MESHER_ERROR_SURFACE : MESHER_OK));
-            CHECK((report.counts[MESHER_DEFECT_OVERLAP] > 0) == t);
-            if (!t)
-                CHECK(report.num_regions == 2 && report.counts[MESHER_NOTE_OPPOSITE_TRIANGLE] == 2);
+}
+
+/* Two boxes side by side, their common wall with the same diagonals, and with others. */
+static void walls_have_one_diagonal(void)
+{
+    static const uint32_t one[2][3] = {{1, 3, 7}, {1, 7, 5}};
+    static const uint32_t same[2][3] = {{8, 12, 14}, {8, 14, 10}},
+                          other[2][3] = {{8, 12, 10}, {12, 14, 10}};
+    mesher_options o = recover_only();
+    mesher_result code;
+    size_t i;
+    int t;
+    for (t = 0; t < 2; t++) {
+        clear();
+        add_box(0, 0, 0, 1);
+        add_box(1, 0, 0, 1);
+        shape.nt = 24;
+        for (i = 0; i < 2; i++) { /* x = 1: triangles 10, 11 of the first; 20, 21 of the second */
+            memcpy(shape.triangles + 3 * (10 + i), one[i], sizeof one[i]);
+            memcpy(shape.triangles + 3 * (20 + i), t ? other[i] : same[i], sizeof one[i]);
         }
+        code = mesh_code(&o);
+        CHECK(code == (t ? MESHER_ERROR_SURFACE : MESHER_OK));
+        CHECK((report.counts[MESHER_DEFECT_OVERLAP] > 0) == t);
+        if (!t) CHECK(report.num_regions == 2 && report.counts[MESHER_NOTE_OPPOSITE_TRIANGLE] == 2);
     }
 }
 
@@ -1239,6 +1254,8 @@ int main(void)
     seeds_choose_cells();
     refined();
     invalid_surfaces();
+    a_tip_meets_a_floor();
+    walls_have_one_diagonal();
     every_allocation_may_fail();
     small_wishes_beside_large_triangles();
     plates_have_layers();

@@ -624,20 +624,17 @@ static void inp_is_read_as_others_write_it(void)
     meshio_free(&m);
 }
 
-/* Parts with numbers of their own, put where their instances are; the regions of sections; facets
- * of sets. */
-static void inp_parts_have_their_places(void)
-{
 #define NODES "*Node\n1, 0, 0, 0\n2, 1, 0, 0\n3, 0, 1, 0\n4, 0, 0, 1\n"
 #define TET "*Element, type=C3D4\n1, 1, 2, 3, 4\n"
 #define CHECK_REFUSED(text, at)                                                                    \
     CHECK(read_text(MESHIO_FORMAT_INP, text, &m, &report) == MESHIO_ERROR_UNSUPPORTED &&           \
           report.line == (at))
+
+/* Parts with numbers of their own, put where their instances are. */
+static void inp_parts_have_their_places(void)
+{
     meshio_mesh m;
     meshio_report report;
-    char *many;
-    size_t n;
-    int k;
     CHECK(read_text(MESHIO_FORMAT_INP,
                     "*Heading\n*Part, name=A\n" NODES TET "*Surface, name=S-7\n1, S1\n*End Part\n"
                     "*Part, name=\"B 1\"\n" NODES TET "*End Part\n*Assembly, name=All\n"
@@ -668,6 +665,13 @@ static void inp_parts_have_their_places(void)
     CHECK(m.num_vertices == 8 && m.num_tets == 2);
     if (m.num_tets == 2) CHECK(m.tets[4] == 4 && m.tet_tags[0] == 1 && m.tet_tags[1] == 2);
     meshio_free(&m);
+    CHECK(live_blocks == 0);
+}
+
+/* The regions of sections; facets of sets. */
+static void inp_sets_have_numbers(void)
+{
+    meshio_mesh m;
     CHECK(read_text(MESHIO_FORMAT_INP,
                     NODES "*Element, type=C3D4\n1, 1, 2, 3, 4\n2, 1, 3, 2, 4\n3, 1, 2, 3, 4\n"
                           "5, 1, 2, 3, 4\n"
@@ -705,6 +709,12 @@ static void inp_parts_have_their_places(void)
         CHECK(m.tet_tags[0] == 0 && m.tet_tags[1] == 5 && m.tet_tags[2] == INT32_MIN &&
               m.tet_tags[3] == 0 && m.tet_tags[4] == 0);
     meshio_free(&m);
+    CHECK(live_blocks == 0);
+}
+
+static void inp_elements_have_kinds(void)
+{
+    meshio_mesh m;
     CHECK(read_text(MESHIO_FORMAT_INP,
                     NODES "5, 1, 1\n*Element, type=R3D3, elset=a9\n1, 1, 2, 3\n"
                           "*Element, type=STRI65\n2, 1, 2, 3, 4, 4, 4\n"
@@ -717,6 +727,16 @@ static void inp_parts_have_their_places(void)
     CHECK(m.num_triangles == 6 && m.triangle_tags[0] == 9 && m.num_edges == 2 && m.num_tets == 1 &&
           m.num_other == 3);
     meshio_free(&m);
+    CHECK(live_blocks == 0);
+}
+
+static void inp_refuses_what_it_does_not_know(void)
+{
+    meshio_mesh m;
+    meshio_report report;
+    char *many;
+    size_t n;
+    int k;
     CHECK_REFUSED("*Part, name=A\n" NODES "*End Part\n*Assembly, name=B\n"
                                           "*Instance, name=A-1, part=A\n*End Instance\n"
                   "*Instance, name=A-2, part=A\n1, 0, 0\n*End Instance\n", 11);
@@ -731,10 +751,10 @@ static void inp_parts_have_their_places(void)
     CHECK(read_text(MESHIO_FORMAT_INP, many, &m, &report) == MESHIO_ERROR_TOO_LARGE);
     free(many);
     CHECK(live_blocks == 0);
+}
 #undef NODES
 #undef TET
 #undef CHECK_REFUSED
-}
 
 static void surface_formats_keep_the_triangles(void)
 {
@@ -1493,13 +1513,11 @@ static void base64_of(const unsigned char *p, size_t size, char *out)
     *out = 0;
 }
 
-static void vtu_data_may_be_encoded(void)
+static void vtu_data_may_be_compressed(void)
 {
     static const char zlib[] = " compressor=\"vtkZLibDataCompressor\"";
-    static char text[8192], plain[5][1024];
-    static unsigned char bytes[5][512];
-    const char *arrays[5];
-    size_t sizes[5], i, k, n;
+    static char text[8192];
+    size_t i, n;
     meshio_mesh m;
     meshio_report report;
     write_grid(text, sizeof text, vtu_zlib, zlib, 0);
@@ -1517,7 +1535,16 @@ static void vtu_data_may_be_encoded(void)
     }
     write_grid(text, sizeof text, vtu_zlib, zlib, 1);
     check_grid(text);
-    /* now without compression, header and values encoded at once */
+    write_grid(text, sizeof text, vtu_zlib, " compressor=\"vtkLZ4DataCompressor\"", 0);
+    CHECK(read_text(MESHIO_FORMAT_VTU, text, &m, &report) == MESHIO_ERROR_UNSUPPORTED &&
+          strstr(report.message, "vtkLZ4DataCompressor"));
+    CHECK(live_blocks == 0);
+}
+
+/* The values of the grid's arrays, four bytes into each. */
+static void grid_bytes(unsigned char bytes[5][512], size_t sizes[5])
+{
+    size_t i, k, n;
     for (n = 0, i = 0; i < 30; i++)
         for (k = 0; k < 3; k++, n++) {
             float x = k == 0 ? (float)(i % 6) : k == 1 ? (float)(i / 6) : .5f;
@@ -1535,6 +1562,18 @@ static void vtu_data_may_be_encoded(void)
         bytes[4][4 + i] = i < 20 ? 1 : 2;
     }
     sizes[1] = 480, sizes[2] = 160, sizes[3] = sizes[4] = 40;
+}
+
+/* Without compression, header and values encoded at once. */
+static void vtu_data_may_be_encoded(void)
+{
+    static char text[8192], plain[5][1024];
+    static unsigned char bytes[5][512];
+    const char *arrays[5];
+    size_t sizes[5], i;
+    meshio_mesh m;
+    meshio_report report;
+    grid_bytes(bytes, sizes);
     for (i = 0; i < 5; i++) {
         put32(bytes[i], (uint32_t)sizes[i]);
         base64_of(bytes[i], sizes[i] + 4, plain[i]);
@@ -1560,9 +1599,6 @@ static void vtu_data_may_be_encoded(void)
     plain[4][9] = '*';
     write_grid(text, sizeof text, arrays, "", 0);
     CHECK(read_text(MESHIO_FORMAT_VTU, text, &m, &report) == MESHIO_ERROR_SYNTAX);
-    write_grid(text, sizeof text, vtu_zlib, " compressor=\"vtkLZ4DataCompressor\"", 0);
-    CHECK(read_text(MESHIO_FORMAT_VTU, text, &m, &report) == MESHIO_ERROR_UNSUPPORTED &&
-          strstr(report.message, "vtkLZ4DataCompressor"));
     CHECK(live_blocks == 0);
 }
 
@@ -2100,7 +2136,7 @@ static void damaged_texts_get_a_status_and_a_line(void)
          MESHIO_ERROR_COUNT, 15},
 #undef CELL
 #define VTU                                                                                        \
-    "<VTKFile type='UnstructuredGrid'>\n<Piece NumberOfPoints='1' NumberOfCells='0'>\n"             \
+    "<VTKFile type='UnstructuredGrid'>\n<Piece NumberOfPoints='1' NumberOfCells='0'>\n"            \
     "<Points>\n<DataArray type='Float32' "
         {MESHIO_FORMAT_VTU, VTU "format='ascii'>\n0 0 0 0</DataArray>", MESHIO_ERROR_SYNTAX, 5},
         {MESHIO_FORMAT_VTU, VTU "format='hex'>\n0 0 0</DataArray>", MESHIO_ERROR_UNSUPPORTED, 4},
@@ -2517,6 +2553,9 @@ int main(void)
     inp_has_elements_of_ten_nodes();
     inp_is_read_as_others_write_it();
     inp_parts_have_their_places();
+    inp_sets_have_numbers();
+    inp_elements_have_kinds();
+    inp_refuses_what_it_does_not_know();
     surface_formats_keep_the_triangles();
     stl_is_written_in_little_endian_order();
     points_are_read_raw_and_as_text();
@@ -2537,6 +2576,7 @@ int main(void)
     vtk_has_fields_and_metadata();
     vtk_binary_fields_are_stepped_over();
     vtk_curved_cells_are_their_corners();
+    vtu_data_may_be_compressed();
     vtu_data_may_be_encoded();
     torn_encoded_data_never_crash();
     stl_text_may_hold_several_solids();

@@ -417,13 +417,59 @@ static uint32_t fewest_bad(const enumeration *e, delaunay_worker *w, uint32_t fe
     return found ? s.num_bad : 1000;
 }
 
+/* Marks some facets and edges of the tetrahedra. */
+static void mark_inside(delaunay_mesh *m, delaunay_worker *w, const delaunay_handle *tets, size_t n)
+{
+    delaunay_handle h = tets[small_random((uint32_t)n)];
+    const uint32_t *v = m->tets[h].v;
+    if (small_random(2)) delaunay_mark_facet(m, 4 * h + (delaunay_handle)small_random(4), 1);
+    else delaunay_mark_edge(m, w, h, v[0], v[1 + small_random(3)], 1);
+    h = tets[small_random((uint32_t)n)];
+    if (small_random(2)) delaunay_mark_facet(m, 4 * h + (delaunay_handle)small_random(4), 1);
+}
+
+/* Compares the searches for all objectives with an enumeration. nodes: gets what they have gone
+ * through, with each heuristic off in turn. */
+static void searches_agree(const enumeration *e, delaunay_worker *w, uint64_t nodes[4])
+{
+    static delaunay_search s;
+    uint32_t i;
+    for (i = 0; i < 4; i++) {
+        search_init(&s, DELAUNAY_BEST_QUALITY, 0);
+        s.flags = i ? 1u << (i - 1) : 0;
+        CHECK(delaunay_reconnect(e->mesh, w, e->window, &s) == (e->count > 0));
+        CHECK(s.proven && s.value == e->best_quality);
+        nodes[i] += s.nodes;
+        s.qualities = compactnesses;
+        CHECK(delaunay_reconnect(e->mesh, w, e->window, &s) == (e->count > 0));
+        CHECK(s.proven && s.value == e->best_quality);
+    }
+    s.flags = 0;
+    s.good = GOOD;
+    s.num_bad = e->max_bad;
+    s.weigh = heaviness;
+    s.max_weight = e->max_weight;
+    CHECK(delaunay_reconnect(e->mesh, w, e->window, &s) == (e->best_light > 0));
+    CHECK(s.proven && s.value == e->best_light);
+    CHECK(s.num_tets == 0 || is_light(e, &s));
+    s.flags = 0;
+    s.bound = e->best_quality;
+    CHECK(!delaunay_reconnect(e->mesh, w, e->window, &s) && s.proven);
+    search_init(&s, DELAUNAY_ANY, 0);
+    CHECK(delaunay_reconnect(e->mesh, w, e->window, &s) == (e->count > 0) && s.proven);
+    CHECK(fewest(e, w, DELAUNAY_FEWER_FACES) == e->fewest_faces);
+    CHECK(fewest(e, w, DELAUNAY_FEWER_EDGES) == e->fewest_edges);
+    CHECK(fewest_bad(e, w, 1000) == e->fewest_bad);
+    CHECK(fewest_bad(e, w, e->fewest_bad) == 1000);
+    CHECK(fewest_bad(e, w, e->fewest_bad + 1) == e->fewest_bad);
+}
+
 static void agrees_with_enumeration(void)
 {
     delaunay_mesh m;
     delaunay_worker *w = NULL;
     static enumeration e;
     static delaunay_window window;
-    static delaunay_search s;
     delaunay_handle tets[200];
     long pass, windows = 0, with_interior = 0, with_dropped = 0, with_pinch = 0, with_kept_edge = 0,
                with_kept_facet = 0;
@@ -436,16 +482,7 @@ static void agrees_with_enumeration(void)
         size_t n = grow(&m, tets, size, (int)small_random(3));
         delaunay_handle t;
         for (t = 1; t < m.num_tets; t++) m.flags[t] = 0;
-        if (pass % 3 == 1) { /* marks on some facets and edges inside */
-            delaunay_handle h = tets[small_random((uint32_t)n)];
-            const uint32_t *v = m.tets[h].v;
-            if (small_random(2))
-                delaunay_mark_facet(&m, 4 * h + (delaunay_handle)small_random(4), 1);
-            else delaunay_mark_edge(&m, w, h, v[0], v[1 + small_random(3)], 1);
-            h = tets[small_random((uint32_t)n)];
-            if (small_random(2))
-                delaunay_mark_facet(&m, 4 * h + (delaunay_handle)small_random(4), 1);
-        }
+        if (pass % 3 == 1) mark_inside(&m, w, tets, n);
         if (!delaunay_window_set(&window, &m, tets, n, 8, 1, 1)) continue;
         if (pass % 3 == 2 && window.interior)
             window.dropped = window.interior & (0u - window.interior);
@@ -467,36 +504,9 @@ static void agrees_with_enumeration(void)
         with_kept_edge += window.num_kept_edges > 0;
         with_kept_facet += window.num_kept_facets > 0;
         several += e.count > 1;
-        for (i = 0; i < 4; i++) { /* each heuristic off in turn */
-            search_init(&s, DELAUNAY_BEST_QUALITY, 0);
-            s.flags = i ? 1u << (i - 1) : 0;
-            CHECK(delaunay_reconnect(&m, w, &window, &s) == (e.count > 0));
-            CHECK(s.proven && s.value == e.best_quality);
-            nodes[i] += s.nodes;
-            s.qualities = compactnesses;
-            CHECK(delaunay_reconnect(&m, w, &window, &s) == (e.count > 0));
-            CHECK(s.proven && s.value == e.best_quality);
-        }
-        s.flags = 0;
-        s.good = GOOD;
-        s.num_bad = e.max_bad;
-        s.weigh = heaviness;
-        s.max_weight = e.max_weight;
-        CHECK(delaunay_reconnect(&m, w, &window, &s) == (e.best_light > 0));
-        CHECK(s.proven && s.value == e.best_light);
-        CHECK(s.num_tets == 0 || is_light(&e, &s));
+        searches_agree(&e, w, nodes);
         light += e.best_light > 0 && e.best_light < e.best_quality;
         heavy += e.best_light == 0 && e.count > 0;
-        s.flags = 0;
-        s.bound = e.best_quality;
-        CHECK(!delaunay_reconnect(&m, w, &window, &s) && s.proven);
-        search_init(&s, DELAUNAY_ANY, 0);
-        CHECK(delaunay_reconnect(&m, w, &window, &s) == (e.count > 0) && s.proven);
-        CHECK(fewest(&e, w, DELAUNAY_FEWER_FACES) == e.fewest_faces);
-        CHECK(fewest(&e, w, DELAUNAY_FEWER_EDGES) == e.fewest_edges);
-        CHECK(fewest_bad(&e, w, 1000) == e.fewest_bad);
-        CHECK(fewest_bad(&e, w, e.fewest_bad) == 1000);
-        CHECK(fewest_bad(&e, w, e.fewest_bad + 1) == e.fewest_bad);
         with_bad += e.fewest_bad > 0 && e.fewest_bad < 1000;
         without += e.fewest_bad == 1000;
     }

@@ -1406,6 +1406,25 @@ static void meshes_of_any_size_are_refined(void)
     }
 }
 
+/* Copies the vertices of a mesh, and its tetrahedra, into new arrays. */
+static void copy_mesh(const delaunay_mesh *m, mesher_surface *surface, mesher_output *out)
+{
+    double *xyz;
+    uint32_t i;
+    int k;
+    surface->num_vertices = m->num_vertices - 1;
+    surface->xyz = xyz = (double *)malloc(3 * surface->num_vertices * sizeof(double));
+    out->tets = (uint32_t *)malloc(4 * (size_t)m->num_tets * sizeof(uint32_t));
+    out->regions = (uint32_t *)malloc((size_t)m->num_tets * sizeof(uint32_t));
+    for (i = 1; i < m->num_vertices; i++)
+        memcpy(xyz + 3 * (i - 1), m->vertices[i].x, 3 * sizeof(double));
+    for (i = 1; i < m->num_tets; i++) {
+        if (delaunay_is_deleted(m, i)) continue;
+        for (k = 0; k < 4; k++) out->tets[4 * out->num_tets + (uint64_t)k] = m->tets[i].v[k] - 1;
+        out->regions[out->num_tets++] = m->color[i];
+    }
+}
+
 /* A mesh that is there already: kept as it is without a wish, refined with one; its surface must be
  * in it. */
 static void a_finished_mesh_is_refined(void)
@@ -1425,18 +1444,7 @@ static void a_finished_mesh_is_refined(void)
     o.size = 0.5;
     CHECK(box(&d, 3, 2, 2, 1, 1, &o));
     CHECK(refine_and_check(&d, &r) == MESHER_OK);
-    surface.num_vertices = d.mesh.num_vertices - 1;
-    surface.xyz = (double *)malloc(3 * surface.num_vertices * sizeof(double));
-    out.tets = (uint32_t *)malloc(4 * (size_t)d.mesh.num_tets * sizeof(uint32_t));
-    out.regions = (uint32_t *)malloc((size_t)d.mesh.num_tets * sizeof(uint32_t));
-    for (i = 1; i < d.mesh.num_vertices; i++)
-        memcpy((double *)surface.xyz + 3 * (i - 1), d.mesh.vertices[i].x, 3 * sizeof(double));
-    for (i = 1; i < d.mesh.num_tets; i++) {
-        int k;
-        if (delaunay_is_deleted(&d.mesh, i)) continue;
-        for (k = 0; k < 4; k++) out.tets[4 * out.num_tets + (uint64_t)k] = d.mesh.tets[i].v[k] - 1;
-        out.regions[out.num_tets++] = d.mesh.color[i];
-    }
+    copy_mesh(&d.mesh, &surface, &out);
     o.size = 0;
     ball.size = 0.05;
     ball.radius = 0.2;

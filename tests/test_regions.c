@@ -231,16 +231,26 @@ static int compare_u32(const void *p, const void *q)
     return a < b ? -1 : a > b;
 }
 
-/* The domain's mesh from the block: vertices in the lattice's order behind the ghost, neighbours by
- * sorting. */
-static int make_mesh(const block *b, mesher_domain *domain)
+/* Whether a facet of the lattice is one of the surface. */
+static int is_surface(const block *b, const mesher_domain *domain, const uint32_t *v)
 {
-    static half halves[4 * TETS];
+    uint32_t ids[3], f;
+    int k;
+    for (k = 0; k < 3; k++) {
+        ids[k] = b->id[v[k] - 1];
+        if (ids[k] == DELAUNAY_NO_ID) return 0;
+    }
+    qsort(ids, 3, sizeof ids[0], compare_u32);
+    for (f = 0; f < domain->num_facets; f++)
+        if (memcmp(domain->facets + 3 * f, ids, sizeof ids) == 0) return 1;
+    return 0;
+}
+
+/* The vertices of the domain's mesh, in the lattice's order behind the ghost. */
+static int make_vertices(const block *b, mesher_domain *domain)
+{
     delaunay_mesh *mesh = &domain->mesh;
-    size_t i, n = 0;
-    int j, k;
-    if (delaunay_memory_init(&mesh->memory, NULL) != DELAUNAY_OK) return 0;
-    if (delaunay_reserve(mesh, LATTICE + 1, TETS + 1) != DELAUNAY_OK) return 0;
+    size_t i;
     mesh->num_points = domain->first_corner + 8;
     mesh->vertex_of =
         (uint32_t *)delaunay_alloc(&mesh->memory, mesh->num_points, sizeof *mesh->vertex_of);
@@ -257,6 +267,19 @@ static int make_mesh(const block *b, mesher_domain *domain)
         if (delaunay_add_vertex(mesh, xyz, id) != i + 1) return 0;
         if (id != DELAUNAY_NO_ID) mesh->vertex_of[id] = (uint32_t)i + 1;
     }
+    return 1;
+}
+
+/* The domain's mesh from the block; neighbours by sorting. */
+static int make_mesh(const block *b, mesher_domain *domain)
+{
+    static half halves[4 * TETS];
+    delaunay_mesh *mesh = &domain->mesh;
+    size_t i, n = 0;
+    int j, k;
+    if (delaunay_memory_init(&mesh->memory, NULL) != DELAUNAY_OK) return 0;
+    if (delaunay_reserve(mesh, LATTICE + 1, TETS + 1) != DELAUNAY_OK) return 0;
+    if (!make_vertices(b, domain)) return 0;
     for (i = 0; i < TETS; i++) {
         delaunay_tet *t = mesh->tets + i + 1;
         memset(t, 0, sizeof *t);
@@ -273,20 +296,10 @@ static int make_mesh(const block *b, mesher_domain *domain)
     qsort(halves, n, sizeof *halves, compare_halves);
     for (i = 0; i + 1 < n; i++) {
         delaunay_handle f = halves[i].f, g = halves[i + 1].f;
-        int facet = 0;
         if (compare_halves(halves + i, halves + i + 1) != 0) continue;
         mesh->tets[f / 4].n[f % 4] = g;
         mesh->tets[g / 4].n[g % 4] = f;
-        if (b->id[halves[i].v[0] - 1] != DELAUNAY_NO_ID &&
-            b->id[halves[i].v[1] - 1] != DELAUNAY_NO_ID &&
-            b->id[halves[i].v[2] - 1] != DELAUNAY_NO_ID) {
-            uint32_t ids[3], m;
-            for (k = 0; k < 3; k++) ids[k] = b->id[halves[i].v[k] - 1];
-            qsort(ids, 3, sizeof ids[0], compare_u32);
-            for (m = 0; m < domain->num_facets && !facet; m++)
-                facet = memcmp(domain->facets + 3 * m, ids, sizeof ids) == 0;
-        }
-        if (facet) {
+        if (is_surface(b, domain, halves[i].v)) {
             mesh->flags[f / 4] = (uint16_t)(mesh->flags[f / 4] | DELAUNAY_FACET_BIT(f % 4));
             mesh->flags[g / 4] = (uint16_t)(mesh->flags[g / 4] | DELAUNAY_FACET_BIT(g % 4));
         }
