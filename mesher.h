@@ -13133,19 +13133,24 @@ static int mesher__take_border(mesher__cavity *c, const delaunay_mesh *mesh,
                                const delaunay_handle *border, uint32_t n)
 {
     const delaunay_tet *tets = mesh->tets;
+    const uint16_t *flags = mesh->flags;
     size_t cap = c->cap_facets;
-    uint32_t k, i;
+    mesher__facet *facet;
+    uint32_t k;
     if (c->shared && n > c->cap_facets) return 0;
     if (!mesher__room(c->memory, &c->facets, &cap, 0, n, sizeof *c->facets)) return 0;
     c->cap_facets = (uint32_t)cap;
-    for (k = 0; k < n; k++) {
+    for (k = 0, facet = c->facets; k < n; k++, facet++) {
         const delaunay_handle h = border[k];
         const delaunay_tet *tet = tets + (h >> 2);
         const uint8_t *f = delaunay_facet_order((int)(h & 3));
-        mesher__facet *facet = c->facets + k;
-        for (i = 0; i < 3; i++) facet->v[i] = tet->v[f[i]];
-        facet->outer = tet->n[h & 3];
-        facet->flags = mesher__inherited(mesh->flags[h >> 2], (int)(h & 3));
+        const uint32_t a = tet->v[f[0]], b = tet->v[f[1]], d = tet->v[f[2]];
+        const delaunay_handle outer = tet->n[h & 3];
+        facet->v[0] = a;
+        facet->v[1] = b;
+        facet->v[2] = d;
+        facet->outer = outer;
+        facet->flags = mesher__inherited(flags[h >> 2], (int)(h & 3));
     }
     c->num_facets = n;
     return 1;
@@ -13207,12 +13212,12 @@ static inline uint32_t *mesher__edge_slot(mesher__cavity *c, uint32_t a, uint32_
     return c->hash_value + k;
 }
 
+/* Enters an edge of a large boundary. */
 static void mesher__enter_edge(mesher__cavity *c, uint32_t a, uint32_t b, uint32_t value)
 {
     uint32_t *slot = mesher__edge_slot(c, a, b);
     *slot = value;
-    if (c->num_locals > MESHER__LOCAL)
-        c->hash_key[slot - c->hash_value] = ((uint64_t)(a + 1) << 32) | b;
+    c->hash_key[slot - c->hash_value] = ((uint64_t)(a + 1) << 32) | b;
 }
 
 static int mesher__hash_room(mesher__cavity *c)
@@ -13275,48 +13280,57 @@ static void mesher__number_whole(mesher__cavity *c, delaunay_vertex *vertices)
     c->num_vertices = n;
 }
 
-/* Numbers the vertices of the boundary and enters its directed edges. */
+/* Enters the directed edges of a boundary whose vertices have been numbered. Returns 0 without
+ * memory. */
+static int mesher__enter_edges(mesher__cavity *c)
+{
+    const mesher__facet *f = c->facets;
+    const uint32_t end = 4 * c->num_facets;
+    const int row = c->row;
+    uint32_t *matrix = c->matrix, k;
+    if (c->num_locals > MESHER__LOCAL) {
+        if (!mesher__hash_room(c)) return 0;
+        for (k = 0; k < end; k += 4, f++) {
+            mesher__enter_edge(c, f->local[1], f->local[2], k + 1);
+            mesher__enter_edge(c, f->local[2], f->local[0], k + 2);
+            mesher__enter_edge(c, f->local[0], f->local[1], k + 3);
+        }
+        return 1;
+    }
+    for (k = 0; k < end; k += 4, f++) {
+        const uint32_t l0 = f->local[0], l1 = f->local[1], l2 = f->local[2];
+        matrix[l1 << row | l2] = k + 1;
+        matrix[l2 << row | l0] = k + 2;
+        matrix[l0 << row | l1] = k + 3;
+    }
+    return 1;
+}
+
+/* Numbers the vertices of the boundary and enters its directed edges. Returns 0 without memory. */
 static int mesher__number(mesher__cavity *c, delaunay_mesh *mesh)
 {
-    uint32_t k, num_facets = c->num_facets;
-    const mesher__facet *f = c->facets;
     if (c->whole) {
         mesher__number_whole(c, mesh->vertices);
     } else {
-        size_t cap = c->cap_vertices, need = 3 * (size_t)num_facets;
+        size_t cap = c->cap_vertices, need = 3 * (size_t)c->num_facets;
         if (c->shared && need > cap) return 0;
         if (!mesher__room(c->memory, &c->vertices, &cap, 0, need, sizeof *c->vertices)) return 0;
         c->cap_vertices = (uint32_t)cap;
         mesher__number_border(c, mesh->vertices);
     }
     c->row = c->num_locals <= MESHER__LOCAL / 2 ? MESHER__ROW - 1 : MESHER__ROW;
-    if (c->num_locals <= MESHER__LOCAL) {
-        uint32_t *matrix = c->matrix;
-        const int row = c->row;
-        for (k = 0; k < num_facets; k++, f++) {
-            matrix[f->local[1] << row | f->local[2]] = 4 * k + 1;
-            matrix[f->local[2] << row | f->local[0]] = 4 * k + 2;
-            matrix[f->local[0] << row | f->local[1]] = 4 * k + 3;
-        }
-        return 1;
-    }
-    if (!mesher__hash_room(c)) return 0;
-    for (k = 0; k < num_facets; k++, f++) {
-        mesher__enter_edge(c, f->local[1], f->local[2], 4 * k + 1);
-        mesher__enter_edge(c, f->local[2], f->local[0], 4 * k + 2);
-        mesher__enter_edge(c, f->local[0], f->local[1], 4 * k + 3);
-    }
-    return 1;
+    return mesher__enter_edges(c);
 }
 
 /* Does the boundary have the edge a-b? */
 static int mesher__has_edge(mesher__cavity *c, delaunay_mesh *mesh, uint32_t a, uint32_t b)
 {
-    uint32_t s = *mesher__edge_slot(c, mesh->vertices[a].local, mesh->vertices[b].local), i = s & 3;
+    static const uint8_t start[4] = {0, 1, 2, 0}, end[4] = {0, 2, 0, 1};
+    const uint32_t s = *mesher__edge_slot(c, mesh->vertices[a].local, mesh->vertices[b].local);
     const uint32_t *v;
-    if (i == 0 || s >> 2 >= c->num_facets) return 0;
+    if ((s & 3) == 0 || s >> 2 >= c->num_facets) return 0;
     v = c->facets[s >> 2].v;
-    return v[i % 3] == a && v[(i + 1) % 3] == b;
+    return v[start[s & 3]] == a && v[end[s & 3]] == b;
 }
 
 /* Is a vertex of the cavity not on its boundary? For a whole cavity, by Euler's formula for the
@@ -13388,15 +13402,20 @@ static int mesher__keeps_distance(const mesher__refiner *r, const mesher__cavity
     return 1;
 }
 
-/* A slot for new tetrahedron k of the ball (the tetrahedra around the new vertex): those of the
- * cavity come first. Room has been made. */
-static delaunay_handle mesher__slot(mesher__cavity *c, delaunay_mesh *mesh, uint32_t k)
+/* Takes slots for the tetrahedra of the ball (those around the new vertex): first those of the
+ * cavity, then free ones. Room has been made. */
+static void mesher__take_slots(mesher__cavity *c, delaunay_mesh *mesh)
 {
     mesher__section *pool = c->pool;
-    if (k < c->num_tets) return c->tets[k];
-    if (c->shared) return pool->num_slots ? pool->slots[--pool->num_slots] : pool->fresh++;
-    if (mesh->num_free) return mesh->free_tets[--mesh->num_free];
-    return mesh->num_tets++;
+    delaunay_handle *slot = c->slots;
+    const uint32_t num_facets = c->num_facets,
+                   reused = c->num_tets < num_facets ? c->num_tets : num_facets;
+    uint32_t k;
+    memcpy(slot, c->tets, reused * sizeof *slot);
+    for (k = reused; k < num_facets; k++)
+        if (c->shared)
+            slot[k] = pool->num_slots ? pool->slots[--pool->num_slots] : pool->fresh++;
+        else slot[k] = mesh->num_free ? mesh->free_tets[--mesh->num_free] : mesh->num_tets++;
 }
 
 /* Deletes tetrahedron t. */
@@ -13452,20 +13471,30 @@ static int mesher__vertex_room(mesher__refiner *r, size_t count)
                         sizeof *r->home);
 }
 
+/* The facet of the ball that belongs to entry s of an edge. */
+static inline delaunay_handle mesher__across(const delaunay_handle *slot, uint32_t s)
+{
+    return 4 * slot[s >> 2] + (s & 3);
+}
+
 /* Links the tetrahedra of a ball to each other; slot[k] is the one on facet k. */
 static void mesher__link_ball(mesher__cavity *c, delaunay_tet *tets, const delaunay_handle *slot)
 {
-    static const uint8_t next[5] = {0, 1, 2, 0, 1};
-    const mesher__facet *f = c->facets, *end = f + c->num_facets;
-    const uint32_t *matrix = c->matrix;
+    const mesher__facet *f = c->facets;
+    const uint32_t *matrix = c->matrix, num_facets = c->num_facets;
     const int row = c->row, little = c->num_locals <= MESHER__LOCAL;
-    uint32_t i;
-    for (; f < end; f++) {
-        delaunay_handle *n = tets[slot[f - c->facets]].n;
-        for (i = 0; i < 3; i++) {
-            uint32_t a = f->local[next[i + 2]], b = f->local[next[i + 1]];
-            uint32_t s = little ? matrix[a << row | b] : *mesher__edge_slot(c, a, b);
-            n[i + 1] = 4 * slot[s >> 2] + (s & 3);
+    uint32_t k;
+    for (k = 0; k < num_facets; k++, f++) {
+        const uint32_t l0 = f->local[0], l1 = f->local[1], l2 = f->local[2];
+        delaunay_handle *n = tets[slot[k]].n;
+        if (little) {
+            n[1] = mesher__across(slot, matrix[l2 << row | l1]);
+            n[2] = mesher__across(slot, matrix[l0 << row | l2]);
+            n[3] = mesher__across(slot, matrix[l1 << row | l0]);
+        } else {
+            n[1] = mesher__across(slot, *mesher__edge_slot(c, l2, l1));
+            n[2] = mesher__across(slot, *mesher__edge_slot(c, l0, l2));
+            n[3] = mesher__across(slot, *mesher__edge_slot(c, l1, l0));
         }
     }
 }
@@ -13476,26 +13505,28 @@ static void mesher__fill(mesher__cavity *c, delaunay_mesh *mesh, uint32_t p)
 {
     const uint32_t color = mesh->color[c->tets[0]], num_facets = c->num_facets;
     const mesher__facet *f = c->facets;
+    const delaunay_handle *slot = c->slots;
+    delaunay_handle *vertex_tet = mesh->vertex_tet;
+    uint16_t *flags = mesh->flags;
     delaunay_tet *tets = mesh->tets;
-    delaunay_handle *slot = c->slots;
     uint32_t k;
-    int i;
     mesher__clear_marks(c, mesh);
+    mesher__take_slots(c, mesh);
     for (k = 0; k < num_facets; k++, f++) {
-        delaunay_handle t = mesher__slot(c, mesh, k);
+        const delaunay_handle t = slot[k], outer = f->outer;
+        const uint32_t v0 = f->v[0], v1 = f->v[1], v2 = f->v[2];
         delaunay_tet *tet = tets + t;
-        slot[k] = t;
+        flags[t] = f->flags;
         tet->v[0] = p;
-        tet->n[0] = f->outer;
-        for (i = 0; i < 3; i++) {
-            tet->v[i + 1] = f->v[i];
-            mesh->vertex_tet[f->v[i]] = t;
-        }
-        mesh->flags[t] = f->flags;
-        if (k >= c->num_tets) mesh->color[t] = color;
-        if (f->outer) tets[f->outer >> 2].n[f->outer & 3] = 4 * t;
+        tet->v[1] = v0;
+        tet->v[2] = v1;
+        tet->v[3] = v2;
+        tet->n[0] = outer;
+        vertex_tet[v0] = vertex_tet[v1] = vertex_tet[v2] = t;
+        if (outer) tets[outer >> 2].n[outer & 3] = 4 * t;
     }
-    mesh->vertex_tet[p] = slot[0];
+    for (k = c->num_tets; k < num_facets; k++) mesh->color[slot[k]] = color;
+    vertex_tet[p] = slot[0];
     mesher__link_ball(c, tets, slot);
     for (k = num_facets; k < c->num_tets; k++) mesher__give_slot(c, mesh, c->tets[k]);
 }
