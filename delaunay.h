@@ -3203,6 +3203,14 @@ DELAUNAY__TARGET DELAUNAY_INLINE __m256d delaunay__shut_facets(const uint32_t *v
     return _mm256_castsi256_pd(_mm256_loadu_si256((const __m256i *)(const void *)shut));
 }
 
+/* Prefetches the neighbours of the tetrahedron of handle h; words: see delaunay__dig_in. */
+DELAUNAY_INLINE void delaunay__fetch_neighbors(const uint32_t *words, delaunay_handle h)
+{
+    const uint32_t *n = words + 2 * (size_t)(h & ~3u) + 4;
+    int i;
+    for (i = 0; i < 4; i++) DELAUNAY__PREFETCH(words + 2 * (size_t)(n[i] & ~3u));
+}
+
 /* As delaunay__dig_in, but only the tetrahedra of the cavity must be in the section, not those
  * around it, and e must see the facets of the border: the determinants of a neighbour and of a
  * facet have minors in common. Constrained facets are part of the border, whatever is behind them;
@@ -3237,6 +3245,7 @@ static DELAUNAY__TARGET delaunay_plainness delaunay__dig_plain(delaunay_plain *p
         delaunay__four p, d;
         unsigned in, seen, foreign = 0;
         uint32_t n[4], apex[4];
+        if (done + 2 < num_cavity) delaunay__fetch_neighbors(words, cavity[done + 2]);
         all_flags |= flags;
         memcpy(n, v + 4, sizeof n);
         for (i = 0; i < 4; i++) apex[i] = words[(size_t)n[i] + (n[i] & ~3u)];
