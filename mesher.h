@@ -10074,8 +10074,8 @@ MESHER_API mesher_result mesher_size(mesher_domain *domain, mesher_report *repor
 
 /* A vertex of the background, with all that the field needs of it. */
 typedef struct mesher__field_vertex {
-    double   x[3];
-    double   size, own; /* domain->size and own_size */
+    double   x[3], size; /* domain->size */
+    double   own;        /* domain->own_size */
     uint32_t source;    /* domain->size_source */
 } mesher__field_vertex;
 
@@ -10087,6 +10087,7 @@ typedef struct mesher__field {
     delaunay_tet         *tets;
     uint32_t             *color;
     double                slope, least;
+    int                   simd; /* the processor has AVX2 */
 } mesher__field;
 
 /* The barycentric coordinates of x in the tetrahedron with corners p, not normalised: w[i] is six
@@ -10152,6 +10153,100 @@ static int mesher__is_among(const double *const *p, const double *x)
     return 1;
 }
 
+#if defined(__GNUC__) && defined(__x86_64__) && !defined(DELAUNAY_NO_SIMD)
+#define MESHER__SIMD
+
+/* The corners of a tetrahedron of the background: their coordinates and sizes. */
+typedef struct mesher__corners {
+    __m256d row[4]; /* x, y, z and size of each */
+    __m256d x, y, z, size;
+} mesher__corners;
+
+__attribute__((target("avx2"))) static inline void
+mesher__load_corners(mesher__corners *c, const mesher__field_vertex *vertices, const uint32_t *v)
+{
+    const __m256d r0 = _mm256_loadu_pd(vertices[v[0]].x), r1 = _mm256_loadu_pd(vertices[v[1]].x),
+                  r2 = _mm256_loadu_pd(vertices[v[2]].x), r3 = _mm256_loadu_pd(vertices[v[3]].x),
+                  s0 = _mm256_unpacklo_pd(r0, r1), s1 = _mm256_unpackhi_pd(r0, r1),
+                  s2 = _mm256_unpacklo_pd(r2, r3), s3 = _mm256_unpackhi_pd(r2, r3);
+    c->row[0] = r0;
+    c->row[1] = r1;
+    c->row[2] = r2;
+    c->row[3] = r3;
+    c->x = _mm256_permute2f128_pd(s0, s2, 0x20);
+    c->y = _mm256_permute2f128_pd(s1, s3, 0x20);
+    c->z = _mm256_permute2f128_pd(s0, s2, 0x31);
+    c->size = _mm256_permute2f128_pd(s1, s3, 0x31);
+}
+
+/* mesher__weights_of: the same operations, for all four weights at a time. The other three corners
+ * than i, in ascending order, are p, q and r. */
+__attribute__((target("avx2"))) static inline __m256d
+mesher__weights_avx2(const mesher__corners *c, const double *at)
+{
+    enum { MESHER__P = 0x01, MESHER__Q = 0x5a, MESHER__R = 0xbf }; /* 1000, 2211, 3332 */
+    const __m256d x = _mm256_sub_pd(c->x, _mm256_set1_pd(at[0])),
+                  y = _mm256_sub_pd(c->y, _mm256_set1_pd(at[1])),
+                  z = _mm256_sub_pd(c->z, _mm256_set1_pd(at[2])),
+                  xp = _mm256_permute4x64_pd(x, MESHER__P),
+                  xq = _mm256_permute4x64_pd(x, MESHER__Q),
+                  xr = _mm256_permute4x64_pd(x, MESHER__R),
+                  yp = _mm256_permute4x64_pd(y, MESHER__P),
+                  yq = _mm256_permute4x64_pd(y, MESHER__Q),
+                  yr = _mm256_permute4x64_pd(y, MESHER__R),
+                  pq = _mm256_sub_pd(_mm256_mul_pd(xp, yq), _mm256_mul_pd(yp, xq)),
+                  pr = _mm256_sub_pd(_mm256_mul_pd(xp, yr), _mm256_mul_pd(yp, xr)),
+                  qr = _mm256_sub_pd(_mm256_mul_pd(xq, yr), _mm256_mul_pd(yq, xr));
+    __m256d w = _mm256_sub_pd(_mm256_mul_pd(_mm256_permute4x64_pd(z, MESHER__P), qr),
+                              _mm256_mul_pd(_mm256_permute4x64_pd(z, MESHER__Q), pr));
+    w = _mm256_add_pd(w, _mm256_mul_pd(_mm256_permute4x64_pd(z, MESHER__R), pq));
+    return _mm256_xor_pd(w, _mm256_setr_pd(0.0, -0.0, 0.0, -0.0));
+}
+
+/* mesher__is_among. */
+__attribute__((target("avx2"))) static inline int mesher__is_among_avx2(const __m256d *row,
+                                                                        const double *x)
+{
+    const __m256d at = _mm256_setr_pd(x[0], x[1], x[2], 0),
+                  lo = _mm256_min_pd(_mm256_min_pd(row[0], row[1]), _mm256_min_pd(row[2], row[3])),
+                  hi = _mm256_max_pd(_mm256_max_pd(row[0], row[1]), _mm256_max_pd(row[2], row[3])),
+                  margin = _mm256_mul_pd(_mm256_set1_pd(1e-3), _mm256_sub_pd(hi, lo));
+    const __m256d out =
+        _mm256_or_pd(_mm256_cmp_pd(at, _mm256_sub_pd(lo, margin), _CMP_LT_OQ),
+                     _mm256_cmp_pd(at, _mm256_add_pd(hi, margin), _CMP_GT_OQ));
+    return (_mm256_movemask_pd(out) & 7) == 0;
+}
+
+/* The walk of mesher__find_home, as long as it is short and needs no exact signs. Returns 0 if that
+ * is not enough. */
+__attribute__((target("avx2"))) static delaunay_handle
+mesher__find_near(const mesher__field *field, const double *x, delaunay_handle t, double *w,
+                  int most_steps)
+{
+    delaunay_handle from = 0;
+    int step, i;
+    for (step = 0; step < most_steps; step++) {
+        const delaunay_tet *tet = field->tets + t;
+        mesher__corners corners;
+        __m256d weights;
+        int k = -1, out;
+        mesher__load_corners(&corners, field->vertices, tet->v);
+        weights = mesher__weights_avx2(&corners, x);
+        _mm256_storeu_pd(w, weights);
+        out = _mm256_movemask_pd(_mm256_cmp_pd(weights, _mm256_setzero_pd(), _CMP_LT_OQ));
+        for (i = 0; i < 4 && out; i++) {
+            int j = (i + step) & 3;
+            if (!(out >> j & 1) || !tet->n[j] || tet->n[j] >> 2 == from) continue;
+            if (k < 0 || w[j] < w[k]) k = j;
+        }
+        if (k < 0) return mesher__is_among_avx2(corners.row, x) ? t : 0;
+        from = t;
+        t = tet->n[k] >> 2;
+    }
+    return 0;
+}
+#endif
+
 /* The background's tetrahedron that contains x, by a walk from t, which is near; w: weights of its
  * corners, not negative, with the sum 1. Rounding may end the walk in a neighbour; as the field is
  * continuous, so is the answer. To avoid cycles, the walk does not go straight back, and each step
@@ -10164,8 +10259,17 @@ static delaunay_handle mesher__find_home(const mesher__field *field, const doubl
     delaunay_handle from = 0;
     const double *p[4];
     double sum = 0, least = 0;
-    int step, i, exact = 0;
-    for (step = 0; step < MESHER__LONG; step++) {
+    int step = 0, i, exact = 0;
+#ifdef MESHER__SIMD
+    if (field->simd) {
+        const delaunay_handle end = mesher__find_near(field, x, t, w, MESHER__SHORT);
+        if (end) {
+            t = end;
+            step = MESHER__LONG;
+        }
+    }
+#endif
+    for (; step < MESHER__LONG; step++) {
         const delaunay_tet *tet = field->tets + t;
         const unsigned first =
             step < MESHER__SHORT ? (unsigned)step : (unsigned)step * 0x9E3779B1u >> 30;
@@ -11674,9 +11778,7 @@ static void mesher__lose(delaunay_mesh *mesh, delaunay_handle t)
     mesh->flags[t] = (uint16_t)flags;
 }
 
-#if defined(__GNUC__) && defined(__x86_64__) && !defined(DELAUNAY_NO_SIMD)
-#define MESHER__SIMD
-
+#ifdef MESHER__SIMD
 /* Loads corner i of four tetrahedra, relative to p, and its squared distance from p. */
 #    define MESHER__LOAD(i, ox, oy, oz, l)                                                         \
       do {                                                                                         \
@@ -14127,7 +14229,7 @@ static mesher_result mesher__refiner_init(mesher__refiner *r, mesher_domain *dom
     r->options = &domain->options;
     r->crew.host = &r->options->host;
 #ifdef MESHER__SIMD
-    r->cavity.simd = __builtin_cpu_supports("avx2");
+    r->cavity.simd = r->field.simd = __builtin_cpu_supports("avx2");
 #endif
     r->start = delaunay_seconds(&r->options->host);
     if (!mesh->vertex_tet && delaunay_link_vertices(mesh) != DELAUNAY_OK)
