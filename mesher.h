@@ -12677,18 +12677,18 @@ static void mesher__thin_starts(mesher__refiner *r)
 static mesher_result mesher__lattices(mesher__refiner *r)
 {
     mesher_result result = MESHER_OK;
-    size_t k, thinned = 0, before;
+    size_t k, thinned = r->num_points, before; /* at first most have room */
     for (k = 0; k < r->num_starts && result == MESHER_OK; k++) {
         mesher__lattice_start *s = r->starts + r->order[k].value;
         int late = r->order[k].key >> 63 != 0;
         delaunay_handle met;
         mesher__proposal p;
         if (k + 16 < r->num_starts) MESHER__PREFETCH(r->starts + r->order[k + 16].value);
-        if (k == 0 || (k % 256 == 0 && r->num_points > thinned + thinned / 8)) {
+        if (k % 256 == 0 && r->num_points > thinned + thinned / 8) {
             mesher__thin_starts(r);
             thinned = r->num_points;
-            if (mesher__over_budget(r, 1) != MESHER_OK) break;
         }
+        if (k % 256 == 0 && mesher__over_budget(r, 1) != MESHER_OK) break;
         if (late && r->num_lattices > 0) break;
         if (!(s->h > 0) || !mesher__is_alone(&r->grid, s->x, s->h) ||
             !mesher__is_alone(&r->grid, s->x, MESHER__ROOM_TO_START * s->h))
