@@ -2772,6 +2772,7 @@ typedef struct mesher__window {
 /* Limits of flips in a copy of a few tetrahedra. */
 enum {
     MESHER__CELLS = 1024,      /* tetrahedra copied, and made by flips */
+    MESHER__CELL_BITS = 10,    /* of a cell's number */
     MESHER__CELL_SLOTS = 4096, /* a power of two */
     MESHER__RING = 20,         /* tetrahedra around an edge at most */
     MESHER__RING_FILLED = 7,   /* the same for an edge to be removed: of longer rings one in fifty
@@ -2853,7 +2854,7 @@ typedef struct mesher__flips {
     int          full;   /* something had no room */
     mesher__copy cells[MESHER__CELLS]; /* from 1 on */
     uint32_t     free_cells[MESHER__CELLS];
-    uint32_t     slots[MESHER__CELL_SLOTS], stamps[MESHER__CELL_SLOTS];
+    uint32_t     slots[MESHER__CELL_SLOTS]; /* of copies, hashed: epoch, and number of the cell */
     uint32_t     log[MESHER__FLIP_LOG]; /* of each flip: cells removed, made, how many of either */
     uint32_t     made[MESHER__FLIP_LOG / 3][2]; /* edges that the flips of the log make, in order */
     uint32_t     edges[MESHER__FLIP_DEPTH + 2][2]; /* those that wait to be removed */
@@ -4461,8 +4462,8 @@ static void mesher__flips_clear(mesher__flips *f, const delaunay_mesh *mesh, uin
     f->full = 0;
     f->start = 0;
     mesher__views_set(f);
-    if (++f->epoch != 0) return;
-    memset(f->stamps, 0, sizeof f->stamps);
+    if (++f->epoch < 1u << (32 - MESHER__CELL_BITS) && f->epoch) return;
+    memset(f->slots, 0, sizeof f->slots);
     memset(f->views, 0, sizeof f->views);
     f->epoch = 1;
 }
@@ -4476,13 +4477,23 @@ static void mesher__cells_link(mesher__flips *f, delaunay_handle g, delaunay_han
     d->linked = (uint8_t)(d->linked | 1u << h % 4);
 }
 
-/* The slot in the hash table that has the copy of a tetrahedron, or would have it. */
+/* The slot in the hash table that has the copy of a tetrahedron, or would have it. Tetrahedra with
+ * numbers near each other, which are mostly near each other in space, have their slots so, too. */
 static uint32_t mesher__cell_slot(const mesher__flips *f, delaunay_handle t)
 {
-    uint32_t j = (uint32_t)(((uint64_t)t * 0x9E3779B97F4A7C15u) >> 40) & (MESHER__CELL_SLOTS - 1);
-    while (f->stamps[j] == f->epoch && f->cells[f->slots[j]].from != t)
-        j = (j + 1) & (MESHER__CELL_SLOTS - 1);
-    return j;
+    uint32_t j = (uint32_t)t & (MESHER__CELL_SLOTS - 1), slot;
+    for (;; j = (j + 1) & (MESHER__CELL_SLOTS - 1)) {
+        slot = f->slots[j];
+        if (slot >> MESHER__CELL_BITS != f->epoch) return j;
+        if (f->cells[slot & (MESHER__CELLS - 1)].from == t) return j;
+    }
+}
+
+/* Asks for what a cell is copied from, which mostly is needed next. */
+static inline void mesher__cell_prefetch(const mesher__flips *f, delaunay_handle t)
+{
+    MESHER__PREFETCH(f->mesh->tets + t);
+    MESHER__PREFETCH(f->mesh->flags + t);
 }
 
 /* The cell that is the copy of a tetrahedron, which is made if need be; 0: no room. */
@@ -4490,21 +4501,20 @@ static uint32_t mesher__cell_of(mesher__flips *f, delaunay_handle t)
 {
     uint32_t j = mesher__cell_slot(f, t), number = f->num_cells, k;
     mesher__copy *c = &f->cells[number];
-    if (f->stamps[j] == f->epoch) return f->slots[j];
+    if (f->slots[j] >> MESHER__CELL_BITS == f->epoch) return f->slots[j] & (MESHER__CELLS - 1);
     if (number == MESHER__CELLS) {
         f->full = 1;
         return 0;
     }
     f->num_cells++;
-    f->stamps[j] = f->epoch;
-    f->slots[j] = number;
+    f->slots[j] = f->epoch << MESHER__CELL_BITS | number;
     memcpy(c->v, f->mesh->tets[t].v, sizeof c->v);
     memcpy(c->n, f->mesh->tets[t].n, sizeof c->n);
     c->from = t;
     c->flags = f->mesh->flags[t];
     c->linked = c->gone = 0;
-    for (k = 0; k < 4; k++) { /* mostly needed next */
-        MESHER__PREFETCH(f->mesh->tets + c->n[k] / 4);
+    for (k = 0; k < 4; k++) {
+        mesher__cell_prefetch(f, c->n[k] / 4);
         if (c->v[k] != DELAUNAY_GHOST) MESHER__PREFETCH(f->mesh->vertices + c->v[k]);
     }
     return number;
@@ -5300,6 +5310,35 @@ static int mesher__still_holds(const mesher__recovery *r, uint32_t e, const mesh
     return !touched;
 }
 
+/* Asks for the memory that flips for the next few edges of the list begin with: what is asked for
+ * at one edge is used at a later one to ask for more. */
+static void mesher__fetch_wanted(const mesher__recovery *r, uint32_t i)
+{
+    const delaunay_mesh *mesh = r->mesh;
+    if (i + 16 < r->num_wanted) MESHER__PREFETCH(r->edges + 2 * (size_t)r->wanted[i + 16]);
+    if (i + 12 < r->num_wanted) {
+        const uint32_t *v = r->edges + 2 * (size_t)r->wanted[i + 12];
+        MESHER__PREFETCH(mesh->vertex_tet + v[0]);
+        MESHER__PREFETCH(mesh->vertices + v[0]);
+        MESHER__PREFETCH(mesh->vertices + v[1]);
+    }
+    if (i + 8 < r->num_wanted) {
+        delaunay_handle t = mesh->vertex_tet[r->edges[2 * (size_t)r->wanted[i + 8]]];
+        MESHER__PREFETCH(mesh->tets + t);
+        MESHER__PREFETCH(mesh->flags + t);
+    }
+    if (i + 4 < r->num_wanted) {
+        const delaunay_tet *t =
+            mesh->tets + mesh->vertex_tet[r->edges[2 * (size_t)r->wanted[i + 4]]];
+        int k;
+        for (k = 0; k < 4; k++) {
+            MESHER__PREFETCH(mesh->tets + t->n[k] / 4);
+            MESHER__PREFETCH(mesh->flags + t->n[k] / 4);
+            MESHER__PREFETCH(mesh->vertices + t->v[k]);
+        }
+    }
+}
+
 /* The results of flips for the edges first .. end - 1 of the list, each for itself. The threads
  * share the mesh and the recovery, which they only read. */
 static void mesher__try_ahead(mesher__recovery *r, uint32_t first, uint32_t end, int depth,
@@ -5332,6 +5371,7 @@ static void mesher__flip_batch(mesher__recovery *r, uint32_t first, uint32_t end
     for (i = first; i < end && !mesher__stopped(r); i++) {
         mesher__flipped *p = r->flipped + (threads > 1 ? i - first : 0);
         uint32_t e = r->wanted[i];
+        mesher__fetch_wanted(r, i);
         if (r->edge_present[e]) continue;
         if (threads == 1 || !mesher__still_holds(r, e, p))
             mesher__try_flips(r, r->flips, e, depth, p);
