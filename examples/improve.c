@@ -380,7 +380,7 @@ static int improve(const arguments *args, meshio_mesh *m)
                 args->input, (unsigned long long)report.absent);
     written = write_mesh(args, m, all_facets);
     if (written != TOOL_OK) return written;
-    if (!args->quiet && !tool_is_stdout(args->output)) {
+    if (!args->quiet && !tool_is_stdout(args->output) && !tool_is_stdout(args->bad)) {
         print_statistics(&report);
         print_worst(&report);
         if (args->histogram) print_histograms(&report);

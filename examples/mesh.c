@@ -268,6 +268,32 @@ static meshio_format output_format(const settings *s)
     return meshio_format_of(name);
 }
 
+/* A path with another ending. */
+static void with_ending(const char *path, const char *ending, char *name, size_t size)
+{
+    const char *slash = strrchr(path, '/'), *dot = strrchr(path, '.');
+    size_t stem = dot && (!slash || dot > slash) ? (size_t)(dot - path) : strlen(path);
+    snprintf(name, size, "%.*s%s", (int)(stem < 900 ? stem : 900), path, ending);
+}
+
+/* Whether the nodes beside an .ele file that is written replace none beside a .poly or .smesh file
+ * that is read; if they would, says so. */
+static int spares_nodes(const settings *s, meshio_format format)
+{
+    const meshio_format input = s->input ? meshio_format_of(s->input) : MESHIO_FORMAT_AUTO;
+    char nodes[1024], written[1024];
+    FILE *f;
+    if (format != MESHIO_FORMAT_ELE || !s->output ||
+        (input != MESHIO_FORMAT_POLY && input != MESHIO_FORMAT_SMESH))
+        return 1;
+    with_ending(s->input, ".node", nodes, sizeof nodes);
+    with_ending(s->output, ".node", written, sizeof written);
+    f = fopen(nodes, "rb");
+    if (!f) return 1;
+    fclose(f);
+    return tool_is_apart("mesh", "the .node file of --output", written, nodes);
+}
+
 /* Whether the settings go together; if not, says which ones do not. */
 static int settings_fit(const settings *s)
 {
@@ -303,7 +329,7 @@ static int settings_fit(const settings *s)
                 s->output);
         return 0;
     }
-    return 1;
+    return spares_nodes(s, format);
 }
 
 /* Returns 0: go on; 1: done (--help, --version); 2: wrong usage. */
@@ -644,7 +670,7 @@ static int read_grid(job *j)
     for (k = 0, good = 1; k < 3 && good; k++) {
         unsigned long count;
         good = fscanf(f, "%lu", &count) == 1 && count >= 2 && count <= 100000 &&
-               n * count <= 1000000000;
+               count <= 1000000000 / n;
         g->count[k] = good ? (uint32_t)count : 0;
         n *= good ? count : 1;
     }
@@ -729,16 +755,9 @@ static int set_surface(job *j)
 /* The name of OUTPUT, or without -o that of the input without its folder, with another ending. */
 static void side_name(const job *j, const char *ending, char *name, size_t size)
 {
-    const char *output = j->set.output, *base, *dot, *slash;
-    size_t stem;
+    const char *output = j->set.output, *slash = strrchr(j->name, '/');
     if (output && strncmp(output, "/dev/", 5) == 0) output = NULL;
-    base = output ? output : j->name;
-    slash = strrchr(base, '/');
-    if (!output && slash) base = slash + 1;
-    slash = strrchr(base, '/');
-    dot = strrchr(base, '.');
-    stem = dot && (!slash || dot > slash) ? (size_t)(dot - base) : strlen(base);
-    snprintf(name, size, "%.*s%s", (int)(stem < 900 ? stem : 900), base, ending);
+    with_ending(output ? output : slash ? slash + 1 : j->name, ending, name, size);
 }
 
 /* Writes a file with the triangles of all findings: one cell for each, with the kind of the finding
@@ -855,8 +874,8 @@ static double nearly(const job *j)
         double lo = HUGE_VAL, hi = -HUGE_VAL;
         for (i = 0; i < corners + 2 * j->surface.num_edges; i++) {
             uint32_t v = i < corners ? j->surface.triangles[i] : j->surface.edges[i - corners];
-            lo = fmin(lo, j->in.xyz[3 * (size_t)v + (size_t)k]);
-            hi = fmax(hi, j->in.xyz[3 * (size_t)v + (size_t)k]);
+            lo = fmin(lo, j->surface.xyz[3 * (size_t)v + (size_t)k]);
+            hi = fmax(hi, j->surface.xyz[3 * (size_t)v + (size_t)k]);
         }
         extent = fmax(extent, hi - lo);
     }

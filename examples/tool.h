@@ -91,6 +91,30 @@ DELAUNAY_INLINE int tool_is_terminal(FILE *file)
 #endif
 }
 
+#ifdef TOOL_POSIX
+/* Whether two paths end in the same name, in the same folder: the files need not exist. */
+DELAUNAY_INLINE int tool_same_place(const char *a, const char *b)
+{
+    const char *path[2];
+    struct stat folder[2];
+    int k;
+    path[0] = a;
+    path[1] = b;
+    for (k = 0; k < 2; k++) {
+        const char *slash = strrchr(path[k], '/');
+        char name[1025];
+        size_t n = slash ? (size_t)(slash - path[k]) + 1 : 0;
+        if (n >= sizeof name) return 0;
+        memcpy(name, path[k], n);
+        strcpy(name + n, n ? "" : ".");
+        if (stat(name, &folder[k]) != 0) return 0;
+        path[k] += n;
+    }
+    return strcmp(path[0], path[1]) == 0 && folder[0].st_dev == folder[1].st_dev &&
+           folder[0].st_ino == folder[1].st_ino;
+}
+#endif
+
 /* Whether two names, either may be NULL, are those of one file. */
 DELAUNAY_INLINE int tool_same_file(const char *a, const char *b)
 {
@@ -101,9 +125,11 @@ DELAUNAY_INLINE int tool_same_file(const char *a, const char *b)
         if (stat(a, &of_a) == 0 && stat(b, &of_b) == 0)
             return of_a.st_dev == of_b.st_dev && of_a.st_ino == of_b.st_ino &&
                    S_ISREG(of_a.st_mode);
+        return strcmp(a, b) == 0 || tool_same_place(a, b);
     }
-#endif
+#else
     return strcmp(a, b) == 0;
+#endif
 }
 
 /* 0, and a sentence, if the file that an option names is another one's, too. */
