@@ -3936,15 +3936,38 @@ static const unsigned char *meshio__attribute(const unsigned char *tag, const un
     size_t n = strlen(name);
     const unsigned char *p, *q;
     for (p = tag + 1; p + n + 2 < end; p++) {
-        if (!meshio__is_space(p[-1]) || !meshio__same(p, n, name) || p[n] != '=') continue;
-        if (p[n + 1] != '"' && p[n + 1] != '\'') continue;
-        q = (const unsigned char *)memchr(p + n + 2, p[n + 1],
-                                          (size_t)(end - p - (ptrdiff_t)n - 2));
+        if (!meshio__is_space(p[-1]) || !meshio__same(p, n, name)) continue;
+        q = p + n;
+        while (q < end && meshio__is_space(*q)) q++;
+        if (q == end || *q++ != '=') continue;
+        while (q < end && meshio__is_space(*q)) q++;
+        if (q == end || (*q != '"' && *q != '\'')) continue;
+        p = q + 1;
+        q = (const unsigned char *)memchr(p, *q, (size_t)(end - p));
         if (!q) return NULL;
-        *length = (size_t)(q - (p + n + 2));
-        return p + n + 2;
+        *length = (size_t)(q - p);
+        return p;
     }
     return NULL;
+}
+
+/* The '>' that ends the XML tag or comment at p; NULL if there is none. In a quoted value it ends
+ * nothing. */
+static const unsigned char *meshio__tag_end(const unsigned char *p, const unsigned char *end)
+{
+    const int comment = end - p > 6 && memcmp(p, "<!--", 4) == 0;
+    const unsigned char *q;
+    if (comment) {
+        for (q = p + 4; q + 2 < end; q++)
+            if (memcmp(q, "-->", 3) == 0) return q + 2;
+        return NULL;
+    }
+    for (q = p; q < end && *q != '>'; q++)
+        if (*q == '"' || *q == '\'') {
+            q = (const unsigned char *)memchr(q + 1, *q, (size_t)(end - q - 1));
+            if (!q) return NULL;
+        }
+    return q < end ? q : NULL;
 }
 
 static meshio_result meshio__attribute_int(meshio__reader *r, const unsigned char *tag,
@@ -4198,7 +4221,7 @@ static meshio_result meshio__vtu_corners(meshio__reader *r, const meshio__vtu *v
     if (!tag || r->cells.ends.num != (uint64_t)vtu->cells ||
         r->cells.types.num != (uint64_t)vtu->cells)
         return meshio__expected(r, "connectivity, offsets and types of the cells");
-    end = (const unsigned char *)memchr(tag, '>', (size_t)(r->end - tag));
+    end = meshio__tag_end(tag, r->end);
     MESHIO__TRY(meshio__vtu_open(r, vtu, tag, end, size, &type, &binary));
     MESHIO__TRY(meshio__fits(r, (int64_t)(size & INT64_MAX), binary ? meshio__type_size(type) : 2,
                              "corners"));
@@ -4287,7 +4310,7 @@ static meshio_result meshio__read_vtu(meshio__reader *r)
     for (p = r->begin; (p = (const unsigned char *)memchr(p, '<', (size_t)(r->end - p))) != NULL;
          p = end + 1) {
         if (p == appended) break;
-        end = (const unsigned char *)memchr(p, '>', (size_t)(r->end - p));
+        end = meshio__tag_end(p, r->end);
         r->p = p;
         if (!end) return meshio__fail(r, MESHIO_ERROR_TRUNCATED, p, "a tag that does not end");
         for (length = 1; p + length < end && !meshio__is_space(p[length]) && p[length] != '/';)

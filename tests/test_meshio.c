@@ -1565,6 +1565,32 @@ static void grid_bytes(unsigned char bytes[5][512], size_t sizes[5])
 }
 
 /* Without compression, header and values encoded at once. */
+/* Comments, spaces around '=', and '>' in a value, as XML allows them. */
+static void vtu_tags_may_be_of_any_style(void)
+{
+    static const char text[] =
+        "<?xml version=\"1.0\"?>\n<!-- was <Points> in <Piece> 'once' -->\n"
+        "<VTKFile Comment = \"a > b\" type\n=\n'UnstructuredGrid'><UnstructuredGrid>"
+        "<Piece NumberOfPoints= \"4\" NumberOfCells =\"1\"><Points>"
+        "<!-- <DataArray> --><DataArray type = \"Float64\" NumberOfComponents=\"3\" note='->'>"
+        "0 0 0 1 0 0 0 1 0 0 0 1</DataArray></Points><Cells>"
+        "<DataArray type=\"Int32\" Name = \"connectivity\" note='>'>0 1 2 3</DataArray>"
+        "<DataArray type=\"Int32\" Name=\"offsets\">4</DataArray>"
+        "<DataArray type=\"UInt8\" Name=\"types\">10</DataArray></Cells></Piece>"
+        "</UnstructuredGrid></VTKFile>";
+    static const char *const torn[] = {"<!-- no end", "<VTKFile type=\"UnstructuredGrid>",
+                                       "<VTKFile type", "<VTKFile type= ", "<VTKFile type=\"", "<!--"};
+    meshio_mesh m;
+    meshio_report report;
+    size_t k;
+    CHECK(meshio_read_memory(text, strlen(text), MESHIO_FORMAT_VTU, &m, &report) == MESHIO_OK);
+    CHECK(m.num_vertices == 4 && m.num_tets == 1 && m.tets[3] == 3 && m.xyz[11] == 1);
+    meshio_free(&m);
+    for (k = 0; k < sizeof torn / sizeof *torn; k++)
+        CHECK(meshio_read_memory(torn[k], strlen(torn[k]), MESHIO_FORMAT_VTU, &m, &report) ==
+              MESHIO_ERROR_TRUNCATED);
+}
+
 static void vtu_data_may_be_encoded(void)
 {
     static char text[8192], plain[5][1024];
@@ -2578,6 +2604,7 @@ int main(void)
     vtk_curved_cells_are_their_corners();
     vtu_data_may_be_compressed();
     vtu_data_may_be_encoded();
+    vtu_tags_may_be_of_any_style();
     torn_encoded_data_never_crash();
     stl_text_may_hold_several_solids();
     stl_normals_may_be_anything();
