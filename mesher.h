@@ -10114,7 +10114,7 @@ MESHER_API mesher_result mesher_size(mesher_domain *domain, mesher_report *repor
 
 /* A vertex of the background, with all that the field needs of it. */
 typedef struct mesher__field_vertex {
-    double   x[3], size; /* domain->size */
+    double   x[3], size; /* domain->size; these four are loaded as one vector */
     double   own;        /* domain->own_size */
     uint32_t source;    /* domain->size_source */
 } mesher__field_vertex;

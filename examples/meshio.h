@@ -34,9 +34,9 @@
  *   STL (ASCII, binary; equal corners become one vertex), OFF, OBJ, PLY (ASCII, both byte orders),
  *   Medit .mesh and .meshb (versions 1-4, both byte orders), MSH 1 (ASCII), 2.x, 4.0 and 4.1
  *   (ASCII, binary), legacy VTK (ASCII, binary), VTU (ASCII, binary and appended, raw and base64,
- *   compressed by zlib or not), TetGen .node .ele (with .face) .poly .smesh, Abaqus and CalculiX .inp (nodes,
- *   elements, surfaces made of element facets; parts, if each has one instance only), and points:
- *   .xyz (text), .bin (raw little-endian doubles).
+ *   compressed by zlib or not), TetGen .node .ele (with .face) .poly .smesh, Abaqus and CalculiX
+ *   .inp (nodes, elements, surfaces made of element facets; parts, if each has one instance only),
+ *   and points: .xyz (text), .bin (raw little-endian doubles).
  * Writes
  *   Medit .mesh .meshb, MSH 2.2 and 4.1, VTU, legacy VTK, .inp, .node + .ele + .face, STL, OFF,
  *   OBJ. An .inp file has the regions as element sets, the triangles as surfaces and as node sets,
@@ -4555,7 +4555,8 @@ static meshio_result meshio__read_faces(meshio__reader *r, int64_t first, int qu
             MESHIO__TRY(meshio__int_or_double(r, &index));
             if (num < 6) values[num] = index;
         }
-        MESHIO__TRY(meshio__add_triangle(r, v[0], v[1], v[2], markers && num > at ? values[at] : 0));
+        index = markers && num > at ? values[at] : 0;
+        MESHIO__TRY(meshio__add_triangle(r, v[0], v[1], v[2], index));
     }
     return MESHIO_OK;
 }
@@ -6691,7 +6692,7 @@ typedef struct meshio__file {
 /* The file that is read, and those beside it that belong to it in TetGen's formats. */
 enum { MESHIO__ITSELF, MESHIO__NODES, MESHIO__FACES, MESHIO__FILES };
 
-/* Reads one of the files; where that of the nodes or of the faces is wrong, the message names it. */
+/* Reads one of the files. Where that of the nodes or the faces is wrong, the message names it. */
 static meshio_result meshio__read_file(meshio__reader *r, const meshio__file *files, int which,
                                        meshio_format format, meshio__loops *loops)
 {

@@ -33,7 +33,7 @@ command -v g++ > /dev/null && compilers="$compilers g++-c++11"
 command -v clang++ > /dev/null && compilers="$compilers clang++-c++11"
 [ -n "$compilers" ] || compilers="cc-c99"
 folders=". dist"
-every=12 # of the orders of the five headers that many apart are built in every way
+every=12 # one in so many orders of the five headers is built in both ways
 if [ -n "${FAST:-}" ]; then
     compilers="${compilers%%-*}-c99 ${compilers##* }"
     folders=dist # the headers themselves are built below

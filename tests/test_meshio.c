@@ -1579,7 +1579,8 @@ static void vtu_tags_may_be_of_any_style(void)
         "<DataArray type=\"UInt8\" Name=\"types\">10</DataArray></Cells></Piece>"
         "</UnstructuredGrid></VTKFile>";
     static const char *const torn[] = {"<!-- no end", "<VTKFile type=\"UnstructuredGrid>",
-                                       "<VTKFile type", "<VTKFile type= ", "<VTKFile type=\"", "<!--"};
+                                       "<VTKFile type", "<VTKFile type= ", "<VTKFile type=\"",
+                                       "<!--"};
     meshio_mesh m;
     meshio_report report;
     size_t k;
