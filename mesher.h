@@ -11193,7 +11193,7 @@ typedef struct mesher__proposal {
     delaunay_handle home;   /* the tetrahedron of the background that contains it */
     uint32_t        region;
     uint32_t        vertex; /* its vertex number, which is given beforehand where threads insert */
-    uint32_t        hint;   /* a vertex of its section near it, or 0 */
+    delaunay_handle start;  /* a slot of its section, near it if it is in use, or 0 */
     int32_t         state;  /* what became of it: MESHER__DONE .. */
 } mesher__proposal;
 
@@ -11252,7 +11252,7 @@ typedef struct mesher__cavity {
     int              simd;      /* the processor has AVX2 */
     int shared; /* other threads insert too: no allocation, and only in its own section */
     uint32_t         section;   /* that section: vertices[].key of its vertices */
-    uint32_t         last;      /* the vertex inserted last, or 0 */
+    delaunay_handle  nearby;    /* a tetrahedron near the point tried last, or 0 */
     uint32_t         most;      /* a cavity of more tetrahedra is given up */
     struct mesher__section *pool; /* where new tetrahedra come from, if shared */
     int              row;       /* a row of the matrix has 2^row entries */
@@ -11267,7 +11267,7 @@ typedef struct mesher__section {
     delaunay_handle *slots;         /* a stack of free ones */
     uint32_t         num_slots, cap_slots;
     delaunay_handle  fresh, fresh_end; /* free ones that have never been used */
-    uint32_t         start;         /* a vertex of the section, or 0 */
+    delaunay_handle  start;         /* a tetrahedron that it has at first, or 0 */
     uint64_t         inserted, born, dead; /* vertices; tetrahedra made and removed */
     uint64_t         lost;          /* tetrahedra looked at for points that were given up */
 } mesher__section;
@@ -11746,7 +11746,8 @@ static int mesher__propose(const mesher__refiner *r, delaunay_handle t, mesher__
     p->source = t;
     p->stamp = mesher__stamp(mesh, t);
     p->region = mesh->color[t];
-    p->vertex = p->hint = 0;
+    p->vertex = 0;
+    p->start = 0;
     p->state = 0;
     if (rr >= 0 && h && mesher__in_box(r, p->x) &&
         mesher__is_crowded(&h->grid, p->x, sum / 4))
@@ -12228,7 +12229,8 @@ static int mesher__place(const mesher__refiner *r, mesher__proposal *p, const do
     p->home = home;
     p->region = region;
     p->source = p->tet = 0;
-    p->vertex = p->hint = 0;
+    p->vertex = 0;
+    p->start = 0;
     p->state = 0;
     p->h = mesher__field_at(&r->field, x, &p->home, &found);
     return found && r->field.color[p->home] == region;
@@ -12946,34 +12948,41 @@ static inline int mesher__is_mine(const mesher__cavity *c, const delaunay_mesh *
     return !c->shared || mesh->vertices[v].key == c->section;
 }
 
-/* Walks, by exact signs, to a tetrahedron that contains x or has it on its boundary. Returns 0 if
- * the walk leaves the mesh, cycles, or leaves the section (then *later is set). */
-static delaunay_handle mesher__walk(const mesher__cavity *c, const delaunay_mesh *mesh,
-                                    const double *x, delaunay_handle t, int *later)
+enum { MESHER__BLOCKED = 3 }; /* a walk goes round so many facets at most */
+
+/* Walks, by exact signs, to a tetrahedron that contains x or has it on its boundary. It goes round
+ * a facet behind which the section ends. Returns 0 if the walk leaves the mesh, cycles, or does not
+ * get on in the section (then *later is set). c->nearby is the last tetrahedron that it reached. */
+static delaunay_handle mesher__walk(mesher__cavity *c, const delaunay_mesh *mesh, const double *x,
+                                    delaunay_handle t, int *later)
 {
     delaunay_handle from = 0;
     uint32_t turn = 0;
-    int step, i, k;
+    int step, i, k, blocked = 0, before;
     for (step = 0; step < MESHER__WALK_STEPS; step++) {
         const delaunay_tet *tet = mesh->tets + t;
         if (tet->v[3] == DELAUNAY_GHOST) return 0;
+        c->nearby = t;
         turn = turn * 1664525u + 1013904223u;
-        for (i = 0, k = 0; k < 4; k++) {
+        for (before = blocked, i = 0, k = 0; k < 4; k++) {
             const uint8_t *f;
+            delaunay_handle n;
             i = (int)((turn >> 30) + (uint32_t)k) & 3;
             f = delaunay_facet_order(i);
-            if (tet->n[i] && tet->n[i] >> 2 == from) continue;
-            if (mesher__sees(x, mesh->vertices[tet->v[f[0]]].x, mesh->vertices[tet->v[f[2]]].x,
-                             mesh->vertices[tet->v[f[1]]].x)) break;
+            n = tet->n[i];
+            if ((n && n >> 2 == from) ||
+                !mesher__sees(x, mesh->vertices[tet->v[f[0]]].x, mesh->vertices[tet->v[f[2]]].x,
+                              mesh->vertices[tet->v[f[1]]].x))
+                continue;
+            if (!n) return 0;
+            if (mesher__is_mine(c, mesh, mesh->tets[n >> 2].v[n & 3])) break;
+            blocked++;
         }
-        if (k == 4) return t;
-        if (!tet->n[i]) return 0;
+        if (k == 4 && blocked == before) return t;
+        *later = k == 4 || blocked > MESHER__BLOCKED;
+        if (*later) return 0;
         from = t;
         t = tet->n[i] >> 2;
-        if (c->shared && !mesher__is_mine(c, mesh, mesh->tets[t].v[tet->n[i] & 3])) {
-            *later = 1;
-            return 0;
-        }
     }
     return 0;
 }
@@ -13721,28 +13730,17 @@ static int mesher__carve(mesher__cavity *c, delaunay_mesh *mesh, const double *p
 }
 
 /* Where the walk to a point of a section starts: at a tetrahedron of the section, near the point if
- * possible. Tries one tetrahedron at each of up to three vertices of the section; returns 0 if none
- * of them belongs to it. A tetrahedron with any vertex in the section belongs to the section or to
- * none, so it can be read. */
+ * possible. Returns 0 if the section has none. */
 static delaunay_handle mesher__start(const mesher__cavity *c, const delaunay_mesh *mesh,
                                      const mesher__proposal *p)
 {
-    uint32_t v[3];
-    int i, k;
-    v[0] = p->hint;
-    v[1] = c->last;
-    v[2] = c->pool->start;
-    for (i = 0; i < 3; i++) {
-        delaunay_handle t = v[i] ? mesh->vertex_tet[v[i]] : 0;
-        for (k = 0; k < 4 && t && mesher__is_mine(c, mesh, mesh->tets[t].v[k]); k++) {}
-        if (k == 4) return t;
-    }
-    return 0;
+    if (p->start && !delaunay_is_deleted(mesh, p->start)) return p->start;
+    return c->nearby ? c->nearby : c->pool->start;
 }
 
 /* The tetrahedron that contains the point. Returns 0 if it is not found or, with *later set, is not
  * in this section. */
-static delaunay_handle mesher__find(const mesher__refiner *r, const mesher__cavity *c,
+static delaunay_handle mesher__find(const mesher__refiner *r, mesher__cavity *c,
                                     const mesher__proposal *p, int *later)
 {
     const delaunay_mesh *mesh = r->mesh;
@@ -13756,7 +13754,7 @@ static delaunay_handle mesher__find(const mesher__refiner *r, const mesher__cavi
         return t;
     }
     if (!t || delaunay_is_deleted(mesh, t))
-        t = mesh->vertex_tet[c->last ? c->last : r->field.tets[p->home].v[0]];
+        t = c->nearby ? c->nearby : mesh->vertex_tet[r->field.tets[p->home].v[0]];
     t = mesher__walk(c, mesh, p->x, t, later);
     for (k = 0; !t && k < 4; k++) /* a hole or a cycle was in the way: starts elsewhere */
         t = mesher__walk(c, mesh, p->x, mesh->vertex_tet[r->field.tets[p->home].v[k]], later);
@@ -13798,7 +13796,6 @@ static int mesher__insert(mesher__refiner *r, mesher__cavity *c, const mesher__p
     memcpy(mesh->vertices[p->vertex].x, p->x, sizeof p->x);
     r->domain->size[p->vertex] = p->h;
     r->home[p->vertex] = p->home;
-    c->last = p->vertex;
     if (c->shared) {
         c->pool->inserted++;
         c->pool->born += c->num_facets;
@@ -13809,6 +13806,7 @@ static int mesher__insert(mesher__refiner *r, mesher__cavity *c, const mesher__p
         r->num_tets -= c->num_tets;
     }
     mesher__fill(c, mesh, p->vertex);
+    c->nearby = mesh->vertex_tet[p->vertex];
     return MESHER__DONE;
 }
 
@@ -13911,8 +13909,19 @@ static uint32_t mesher__cut_curve(mesher__refiner *r, size_t begin, size_t count
     return parts;
 }
 
-/* Finds, for each point, a vertex of its section near it, if there is one, and a vertex of each
- * section. Nobody changes the mesh meanwhile. */
+/* Is tetrahedron t there, with all its vertices in the section of this number? Its slot then stays
+ * with the section for the whole pass, whatever becomes of it. */
+static int mesher__is_of(const delaunay_mesh *mesh, delaunay_handle t, uint32_t section)
+{
+    const uint32_t *v = mesh->tets[t].v;
+    int j;
+    if (!t || delaunay_is_deleted(mesh, t)) return 0;
+    for (j = 0; j < 4 && mesh->vertices[v[j]].key == section; j++) {}
+    return j == 4;
+}
+
+/* Finds a tetrahedron of each section and, for each point, one of its section near it, if there is
+ * one. Nobody changes the mesh meanwhile. */
 static void mesher__find_hints(mesher__refiner *r, uint32_t parts)
 {
     delaunay_mesh *mesh = r->mesh;
@@ -13921,13 +13930,10 @@ static void mesher__find_hints(mesher__refiner *r, uint32_t parts)
     int i, j;
     for (v = 1; v < mesh->num_vertices && found < parts; v++) {
         mesher__section *s = r->sections + mesh->vertices[v].key;
-        const uint32_t *corner = mesh->tets[mesh->vertex_tet[v]].v;
-        if (s->start || !mesh->vertex_tet[v] || s >= r->sections + parts) continue;
-        for (j = 0; j < 4 && mesh->vertices[corner[j]].key == mesh->vertices[v].key; j++) {}
-        if (j == 4) {
-            s->start = v;
-            found++;
-        }
+        if (s >= r->sections + parts || s->start) continue;
+        if (!mesher__is_of(mesh, mesh->vertex_tet[v], mesh->vertices[v].key)) continue;
+        s->start = mesh->vertex_tet[v];
+        found++;
     }
     (void)threads;
     /* Shared: the mesh, read only; points are written by section. */
@@ -13936,10 +13942,11 @@ static void mesher__find_hints(mesher__refiner *r, uint32_t parts)
         size_t k;
         for (k = r->sections[i].first; k < r->sections[i].end; k++) {
             mesher__proposal *p = r->points + r->order[k].value;
-            p->hint = 0;
-            for (j = 0; j < 4 && p->tet && !delaunay_is_deleted(mesh, p->tet); j++)
-                if (mesh->vertices[mesh->tets[p->tet].v[j]].key == (uint32_t)i)
-                    p->hint = mesh->tets[p->tet].v[j];
+            p->start = mesher__is_of(mesh, p->tet, (uint32_t)i) ? p->tet : 0;
+            for (j = 0; j < 4 && p->tet && !p->start && !delaunay_is_deleted(mesh, p->tet); j++) {
+                delaunay_handle t = mesh->vertex_tet[mesh->tets[p->tet].v[j]];
+                if (mesher__is_of(mesh, t, (uint32_t)i)) p->start = t;
+            }
         }
     }
 }
@@ -14012,7 +14019,7 @@ static void mesher__insert_section(mesher__refiner *r, mesher__cavity *c, uint32
     c->section = i;
     c->most = mesher__largest(r);
     c->pool = s;
-    c->last = 0;
+    c->nearby = 0;
     for (k = s->first; k < s->end; k++) {
         mesher__proposal *p = r->points + r->order[k].value;
         p->state = MESHER__LATER;
@@ -14189,9 +14196,9 @@ static mesher_result mesher__insert_many(mesher__refiner *r, size_t begin, size_
     mesher__number_points(r, begin, count);
     for (pass = 0; pass < MESHER__PASSES && count >= MESHER__FEW && result == MESHER_OK; pass++)
         result = mesher__insert_in_sections(r, begin, &count, pass);
+    r->cavity.nearby = 0; /* the sections may have removed it */
     if (result == MESHER_OK) result = mesher__insert_serially(r, begin, begin + count);
     closed = mesher__close_gaps(r, first);
-    r->cavity.last = 0;
     return closed != MESHER_OK ? closed : result;
 }
 
