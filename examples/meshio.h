@@ -4910,6 +4910,11 @@ static meshio_result meshio__inp_elements(meshio__reader *r, meshio__inp *inp,
             MESHIO__TRY(meshio__inp_id(r, inp, &node));
             MESHIO__TRY(meshio__id_find(r, where, node, &v[k]));
         }
+        if (type == 2 && nodes == 3) { /* the second node of a line is the one in the middle */
+            const uint32_t middle = v[1];
+            v[1] = v[2];
+            v[2] = middle;
+        }
         corners = type < 0 ? -type : type;
         MESHIO__TRY(meshio__add_spare(r, v + corners, (size_t)(nodes - corners)));
         if (type < 0) {

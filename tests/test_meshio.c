@@ -730,6 +730,19 @@ static void inp_elements_have_kinds(void)
     CHECK(live_blocks == 0);
 }
 
+static void inp_lines_of_three_nodes_have_the_second_in_the_middle(void)
+{
+    meshio_mesh m;
+    CHECK(read_text(MESHIO_FORMAT_INP, "*Node\n1, 0, 0, 0\n2, 1, 0, 0\n3, 2, 0, 0\n4, 0, 1, 0\n"
+                    "5, 0, 2, 0\n*Element, type=B32\n1, 1, 2, 3\n*Element, type=T3D3\n2, 1, 4, 5\n",
+                    &m, NULL) == MESHIO_OK);
+    CHECK(m.num_edges == 2);
+    if (m.num_edges == 2)
+        CHECK(m.edges[0] == 0 && m.edges[1] == 2 && m.edges[2] == 0 && m.edges[3] == 4);
+    meshio_free(&m);
+    CHECK(live_blocks == 0);
+}
+
 static void inp_refuses_what_it_does_not_know(void)
 {
     meshio_mesh m;
@@ -2582,6 +2595,7 @@ int main(void)
     inp_parts_have_their_places();
     inp_sets_have_numbers();
     inp_elements_have_kinds();
+    inp_lines_of_three_nodes_have_the_second_in_the_middle();
     inp_refuses_what_it_does_not_know();
     surface_formats_keep_the_triangles();
     stl_is_written_in_little_endian_order();
