@@ -12152,7 +12152,8 @@ static mesher_result mesher__no_memory(mesher__refiner *r)
 #  define MESHER__SAME 0.03
 /* A lattice starts only where there is room for a point of this many times the size. */
 #  define MESHER__ROOM_TO_START 1.5
-/* If there would be more points than this, all are left to the sweeps, which stop at budgets. */
+/* If there would be more points than this, the host is warned, and all are left to the sweeps,
+ * which stop at budgets. */
 #  define MESHER__LATTICE_MOST 3e8
 
 /* Sets h[t] to the size wanted at the centroid of each tetrahedron from first to end - 1 (a batch,
@@ -12762,6 +12763,20 @@ static double mesher__within_budgets(const mesher__refiner *r, double points)
     return most;
 }
 
+/* Warns the host that the sizes ask for this many points, far more than there will be time or
+ * memory for: sizes in the wrong unit, or tiny sizes interpolated across a large gap. */
+static void mesher__warn_of_many(const mesher__refiner *r, double points)
+{
+    const mesher_options *o = r->options;
+    const delaunay_host *host = &o->host;
+    const int asked = o->size > 0 || o->growth > 1 || mesher__has_wishes(o);
+    char text[160];
+    if (!host->log) return;
+    snprintf(text, sizeof text, "refine: the sizes ask for about %.0e tetrahedra%s", 7 * points,
+             asked ? "" : "; with growth 1.3, they become larger inside");
+    host->log(host->user, DELAUNAY_LOG_WARNING, text);
+}
+
 /* Makes the points of body-centred lattices all over the inside, away from the surface, wherever
  * the size is nearly uniform: their Delaunay tetrahedra are all alike and good, and need no trials.
  */
@@ -12773,6 +12788,7 @@ static mesher_result mesher__lattice(mesher__refiner *r)
     r->num_points = 0;
     if (!mesher__find_starts(r, &points)) return mesher__no_memory(r);
     if (!(points >= 8) || points > MESHER__LATTICE_MOST) {
+        if (points > MESHER__LATTICE_MOST) mesher__warn_of_many(r, points);
         mesher__lattice_free(r);
         return MESHER_OK;
     }

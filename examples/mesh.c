@@ -419,7 +419,8 @@ static int on_progress(void *user, const char *phase, double fraction)
 static void on_log(void *user, int level, const char *text)
 {
     const job *j = (const job *)user;
-    if (level <= DELAUNAY_LOG_WARNING || j->set.verbose) fprintf(stderr, "mesh: %s\n", text);
+    const int most = j->set.quiet ? DELAUNAY_LOG_ERROR : DELAUNAY_LOG_WARNING;
+    if (level <= most || j->set.verbose) fprintf(stderr, "mesh: %s\n", text);
 }
 
 static void clear_progress(const job *j)

@@ -910,6 +910,33 @@ static void failing_allocations_leave_a_valid_mesh(void)
     CHECK(!failed && k > 20);
 }
 
+static void note_warning(void *user, int level, const char *text)
+{
+    if (level == DELAUNAY_LOG_WARNING) snprintf((char *)user, 200, "%s", text);
+}
+
+static void sizes_that_ask_for_far_too_much_are_warned_of(void)
+{
+    static const double sizes[2] = {0.1, 1e-4};
+    mesher_domain d;
+    mesher_report r;
+    mesher_options o;
+    char text[200];
+    int k;
+    memset(&o, 0, sizeof o);
+    o.max_tets = 2000;
+    o.host.log = note_warning;
+    o.host.user = text;
+    for (k = 0; k < 2; k++) {
+        o.size = sizes[k];
+        text[0] = 0;
+        CHECK(box(&d, 2, 2, 2, 1, 9, &o));
+        CHECK(refine_and_check(&d, &r) == MESHER_STOPPED_BY_BUDGET);
+        CHECK((strstr(text, "the sizes ask for about") != NULL) == (k == 1));
+        mesher_domain_free(&d);
+    }
+}
+
 static void budgets_leave_a_valid_mesh(void)
 {
     static const char *const budgets[4] = {"max_vertices, 500", "max_tets, 2000",
@@ -1739,6 +1766,7 @@ int main(void)
     bounds_and_gradation();
     slow_growth_reaches_far();
     sizes_have_a_floor();
+    sizes_that_ask_for_far_too_much_are_warned_of();
     budgets_leave_a_valid_mesh();
     a_raised_budget_lets_it_go_on();
     a_cancelled_mesh_is_valid();
