@@ -433,10 +433,11 @@ DELAUNAY_INLINE int delaunay_orient3d(const double *a, const double *b, const do
     double det = bx * (cy * dz - cz * dy) + by * (cz * dx - cx * dz) + bz * (cx * dy - cy * dx);
     double lb = bx * bx + by * by + bz * bz, lc = cx * cx + cy * cy + cz * cz;
     double ld = dx * dx + dy * dy + dz * dz;
-    double low = lb < lc ? lb : lc, high = lb < lc ? lc : lb;
+    double low = lb < lc ? lb : lc, high = lb > lc ? lb : lc; /* no branches */
     low = low < ld ? low : ld;
-    high = high < ld ? ld : high;
-    if (det * det > 2e-30 * lb * lc * ld && low > 1e-90 && high < 1e100) return det > 0 ? 1 : -1;
+    high = high > ld ? high : ld;
+    if (det * det > 2e-30 * lb * lc * ld && low > 1e-90 && high < 1e100)
+        return (det > 0) - (det < 0);
     return delaunay_orient3d_exact(a, b, c, d);
 }
 /* Positive: e inside the sphere through the positive tetrahedron (a,b,c,d). */

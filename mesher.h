@@ -2780,6 +2780,7 @@ enum {
     MESHER__WAY = 64,          /* faces and edges that the missing edge crosses at most */
     MESHER__FLIP_LOG = 8192,
     MESHER__VIEWS = 128,       /* a power of two */
+    MESHER__RINGS = 64,        /* the same */
     MESHER__FLIP_DEPTH = 16,
     /* For a point that is to be removed: tetrahedra around it at most, edges at it that may be
      * tried, and how deep removals of edges nest. */
@@ -2835,6 +2836,14 @@ typedef struct mesher__ring {
     uint32_t p, q, n, r[MESHER__RING], cells[MESHER__RING];
 } mesher__ring;
 
+/* The triangulation that was found for a ring: apex[i][j] is the third vertex of the triangle at
+ * chord ij, i < j. */
+typedef struct mesher__ring_filled {
+    uint32_t epoch, p, q, ear, n, r[MESHER__RING_FILLED];
+    int      filled; /* 0: there is none */
+    uint8_t  apex[MESHER__RING_FILLED][MESHER__RING_FILLED];
+} mesher__ring_filled;
+
 /* The view of a vertex: its projection along the missing edge, approximate, in units of the edge's
  * length. */
 typedef struct mesher__view {
@@ -2847,6 +2856,7 @@ typedef struct mesher__flips {
     uint32_t     a, b;   /* the missing edge */
     double       across[2][3], per_length; /* the axes of views, and 1, divided by its length */
     mesher__view views[MESHER__VIEWS]; /* of the vertices last asked for */
+    mesher__ring_filled rings[MESHER__RINGS], *ring; /* rings last asked for; the last one */
     uint32_t     num_cells, num_free, num_log, num_made, epoch;
     uint32_t     start;  /* a cell at a, where the way last began; 0: none */
     uint32_t     budget; /* edges that may be tried */
@@ -2854,12 +2864,11 @@ typedef struct mesher__flips {
     int          full;   /* something had no room */
     mesher__copy cells[MESHER__CELLS]; /* from 1 on */
     uint32_t     free_cells[MESHER__CELLS];
+    uint32_t     changed[MESHER__CELLS / 32]; /* bits: cells that flips removed or made */
     uint32_t     slots[MESHER__CELL_SLOTS]; /* of copies, hashed: epoch, and number of the cell */
     uint32_t     log[MESHER__FLIP_LOG]; /* of each flip: cells removed, made, how many of either */
     uint32_t     made[MESHER__FLIP_LOG / 3][2]; /* edges that the flips of the log make, in order */
     uint32_t     edges[MESHER__FLIP_DEPTH + 2][2]; /* those that wait to be removed */
-    uint16_t     cost[MESHER__FLIP_DEPTH + 2][MESHER__RING_FILLED][MESHER__RING_FILLED];
-    uint8_t      apex[MESHER__FLIP_DEPTH + 2][MESHER__RING_FILLED][MESHER__RING_FILLED];
     mesher__way  way[2];                 /* the current one, and that after flips */
     uint64_t     tried[3 * MESHER__WAY]; /* edges tried since the way last changed */
     uint32_t     num_tried;
@@ -3548,30 +3557,32 @@ static void mesher__account_new_edges(mesher__recovery *r, const delaunay_handle
         mesher__set_edge_present(r, (uint32_t)r->came.items[i], 1);
 }
 
-/* The same for facets; the edges of the new tetrahedra are marked already. */
+/* Counts a facet of a new tetrahedron as present, and marks it, if it is a missing one. */
+static void mesher__account_facet(mesher__recovery *r, delaunay_handle t, int k)
+{
+    const uint8_t *o = delaunay_facet_order(k);
+    const uint32_t *v = r->mesh->tets[t].v, *missing = r->missing_facets_at;
+    unsigned flags = r->mesh->flags[t], edges = mesher__facet_edges(k);
+    uint32_t f;
+    int j;
+    if ((flags & edges) != edges) return;
+    for (j = 0; j < 3; j++)
+        if (v[o[j]] >= r->cap_at || !missing[v[o[j]]]) return;
+    f = mesher__facet_index(r, v[o[0]], v[o[1]], v[o[2]]);
+    if (f == MESHER__ABSENT) return;
+    mesher__set_facet_present(r, f, 1);
+    if (!(flags & DELAUNAY_FACET_BIT(k)))
+        delaunay_mark_facet(r->mesh, 4 * t + (delaunay_handle)k, 1);
+}
+
+/* The same for all facets of new tetrahedra, whose edges are marked already. */
 static void mesher__account_new_facets(mesher__recovery *r, const delaunay_handle *slots,
                                        size_t count)
 {
-    delaunay_mesh *mesh = r->mesh;
     size_t i;
     int k;
     for (i = 0; i < count && r->num_missing_facets; i++)
-        for (k = 0; k < 4; k++) {
-            const uint8_t *o = delaunay_facet_order(k);
-            const uint32_t *v = mesh->tets[slots[i]].v;
-            unsigned flags = mesh->flags[slots[i]], edges = mesher__facet_edges(k);
-            int j;
-            uint32_t f;
-            if ((flags & edges) != edges) continue;
-            for (j = 0; j < 3; j++)
-                if (v[o[j]] >= r->cap_at || !r->missing_facets_at[v[o[j]]]) break;
-            if (j < 3) continue;
-            f = mesher__facet_index(r, v[o[0]], v[o[1]], v[o[2]]);
-            if (f == MESHER__ABSENT) continue;
-            mesher__set_facet_present(r, f, 1);
-            if (!(flags & DELAUNAY_FACET_BIT(k)))
-                delaunay_mark_facet(mesh, 4 * slots[i] + (delaunay_handle)k, 1);
-        }
+        for (k = 0; k < 4; k++) mesher__account_facet(r, slots[i], k);
 }
 
 /* Counts the constraints of new tetrahedra as present, and marks those that this commit made; the
@@ -4443,12 +4454,12 @@ static int mesher__turn(mesher__flips *f, uint32_t p, uint32_t q)
 {
     const mesher__view *v = mesher__view_of(f, p);
     double x = v->x, y = v->y, distant = v->distant, turn, bound;
+    int sign;
     v = mesher__view_of(f, q); /* may take the slot of the other view */
     turn = x * v->y - y * v->x;
     bound = distant * v->distant * 1e-14 + 1e-290;
-    if (turn > bound) return 1;
-    if (turn < -bound) return -1;
-    return mesher__flip_orient(f, f->a, f->b, p, q);
+    sign = (turn > bound) - (turn < -bound);
+    return sign ? sign : mesher__flip_orient(f, f->a, f->b, p, q);
 }
 
 /* Starts with an empty copy, for missing edge ab. */
@@ -4461,10 +4472,12 @@ static void mesher__flips_clear(mesher__flips *f, const delaunay_mesh *mesh, uin
     f->num_free = f->num_log = f->num_made = 0;
     f->full = 0;
     f->start = 0;
+    memset(f->changed, 0, sizeof f->changed);
     mesher__views_set(f);
     if (++f->epoch < 1u << (32 - MESHER__CELL_BITS) && f->epoch) return;
     memset(f->slots, 0, sizeof f->slots);
     memset(f->views, 0, sizeof f->views);
+    memset(f->rings, 0, sizeof f->rings);
     f->epoch = 1;
 }
 
@@ -4535,26 +4548,41 @@ static delaunay_handle mesher__beyond(mesher__flips *f, uint32_t cell, uint32_t 
     return c->n[k];
 }
 
+/* The place of a vertex in a cell; -1: it is not there. No branch depends on the place. */
 static int mesher__cell_index(const mesher__copy *c, uint32_t v)
 {
-    return c->v[0] == v ? 0 : c->v[1] == v ? 1 : c->v[2] == v ? 2 : c->v[3] == v ? 3 : -1;
+    int i = (c->v[1] == v) + 2 * (c->v[2] == v) + 3 * (c->v[3] == v);
+    return c->v[i] == v ? i : -1;
 }
 
-/* Is the edge between two vertices of a cell constrained? */
+/* The same for a vertex that is there. */
+static uint32_t mesher__cell_place(const mesher__copy *c, uint32_t v)
+{
+    return (uint32_t)((c->v[1] == v) + 2 * (c->v[2] == v) + 3 * (c->v[3] == v));
+}
+
+/* Is the edge between two places of a cell constrained? */
+static uint8_t mesher__edge_bit(const mesher__copy *c, uint32_t i, uint32_t j)
+{
+    return (c->flags & DELAUNAY_EDGE_BIT(delaunay_edge_between((int)i, (int)j))) != 0;
+}
+
+/* The same for two vertices of a cell. */
 static unsigned mesher__cell_edge(const mesher__copy *c, uint32_t a, uint32_t b)
 {
-    int e = delaunay_edge_between(mesher__cell_index(c, a), mesher__cell_index(c, b));
-    return (c->flags & DELAUNAY_EDGE_BIT(e)) != 0;
+    return mesher__edge_bit(c, mesher__cell_place(c, a), mesher__cell_place(c, b));
 }
 
 /* A cell that has vertices a and b, which may be equal; 0: there is none. */
 static uint32_t mesher__cell_with(const mesher__flips *f, uint32_t a, uint32_t b)
 {
     uint32_t i;
-    for (i = f->num_cells; i-- > 1;)
-        if (!f->cells[i].gone && mesher__cell_index(&f->cells[i], a) >= 0 &&
-            mesher__cell_index(&f->cells[i], b) >= 0)
-            return i;
+    for (i = f->num_cells; i-- > 1;) {
+        const mesher__copy *c = &f->cells[i];
+        int has_a = (c->v[0] == a) | (c->v[1] == a) | (c->v[2] == a) | (c->v[3] == a);
+        int has_b = (c->v[0] == b) | (c->v[1] == b) | (c->v[2] == b) | (c->v[3] == b);
+        if (has_a & has_b & !c->gone) return i;
+    }
     return 0;
 }
 
@@ -4566,6 +4594,12 @@ static int mesher__flip_room(mesher__flips *f, uint32_t gone, uint32_t made)
         return 1;
     f->full = 1;
     return 0;
+}
+
+static void mesher__log_cell(mesher__flips *f, uint32_t cell)
+{
+    f->log[f->num_log++] = cell;
+    f->changed[cell / 32] |= 1u << cell % 32;
 }
 
 static uint32_t mesher__new_cell(mesher__flips *f, uint32_t a, uint32_t b, uint32_t c, uint32_t d,
@@ -4580,7 +4614,7 @@ static uint32_t mesher__new_cell(mesher__flips *f, uint32_t a, uint32_t b, uint3
     cell->from = 0;
     cell->flags = (uint16_t)flags;
     cell->linked = cell->gone = 0;
-    f->log[f->num_log++] = i;
+    mesher__log_cell(f, i);
     return i;
 }
 
@@ -4595,7 +4629,7 @@ static void mesher__edge_made(mesher__flips *f, uint32_t a, uint32_t b)
 static void mesher__cell_goes(mesher__flips *f, uint32_t cell)
 {
     f->cells[cell].gone = 1;
-    f->log[f->num_log++] = cell;
+    mesher__log_cell(f, cell);
 }
 
 static void mesher__flip_done(mesher__flips *f, uint32_t gone, uint32_t made)
@@ -4626,31 +4660,14 @@ static void mesher__flips_undo(mesher__flips *f, uint32_t length)
     }
 }
 
-/* Does the missing edge cross a face, or one of its edges? As delaunay_segment_crosses, but with
- * the turns first, which are fast. */
-static unsigned mesher__in_way(mesher__flips *f, uint32_t p, uint32_t q, uint32_t r)
-{
-    uint32_t a = f->a, b = f->b;
-    int x, y, z, side;
-    if (a == b) return 0; /* nothing is missing */
-    if (a == p || a == q || a == r || b == p || b == q || b == r) return 0;
-    x = mesher__turn(f, p, q);
-    y = mesher__turn(f, q, r);
-    if (x * y < 0) return 0;
-    z = mesher__turn(f, r, p);
-    if (x * z < 0 || y * z < 0) return 0;
-    side = mesher__flip_orient(f, p, q, r, a);
-    return side != 0 && side * mesher__flip_orient(f, p, q, r, b) < 0;
-}
-
 /* The ring of edge pq of a cell. 0: pq cannot be removed, as it is a constraint, has too many
  * tetrahedra, or is on the hull. */
 static int mesher__ring_of(mesher__flips *f, uint32_t cell, uint32_t p, uint32_t q,
                            mesher__ring *ring)
 {
     const mesher__copy *c = &f->cells[cell];
-    const uint8_t *o = delaunay_facet_order(mesher__cell_index(c, p));
-    uint32_t k = c->v[o[0]] == q ? 0 : c->v[o[1]] == q ? 1 : 2, next, out;
+    const uint8_t *o = delaunay_facet_order((int)mesher__cell_place(c, p));
+    uint32_t k = (uint32_t)((c->v[o[1]] == q) + 2 * (c->v[o[2]] == q)), next, out;
     delaunay_handle h;
     if (mesher__cell_edge(c, p, q)) return 0;
     ring->p = p;
@@ -4661,7 +4678,7 @@ static int mesher__ring_of(mesher__flips *f, uint32_t cell, uint32_t p, uint32_t
     out = ring->r[0];
     for (ring->n = 1; next != ring->r[0]; ring->n++) {
         if (ring->n == MESHER__RING) return 0;
-        h = mesher__beyond(f, cell, (uint32_t)mesher__cell_index(&f->cells[cell], out));
+        h = mesher__beyond(f, cell, mesher__cell_place(&f->cells[cell], out));
         cell = (uint32_t)(h / 4);
         if (!h || f->cells[cell].v[3] == DELAUNAY_GHOST) return 0;
         out = next;
@@ -4672,55 +4689,301 @@ static int mesher__ring_of(mesher__flips *f, uint32_t cell, uint32_t p, uint32_t
     return 1;
 }
 
-/* Is r[i] r[k] r[j] strictly between p and q? */
-static int mesher__ring_between(const mesher__flips *f, const mesher__ring *g, uint32_t i,
-                                uint32_t k, uint32_t j)
+/* The vectors from p and q to the vertices of a ring, side by side, and the squares of their
+ * lengths, infinite where the filter of an orientation would not be certain. */
+typedef struct mesher__spokes {
+    double at[MESHER__RING_FILLED][3][2], length2[MESHER__RING_FILLED][2];
+} mesher__spokes;
+
+static void mesher__spokes_set(const mesher__flips *f, const mesher__ring *g, mesher__spokes *s)
+{
+    const delaunay_vertex *x = f->mesh->vertices;
+    const double *p = x[g->p].x, *q = x[g->q].x;
+    uint32_t i, k;
+    for (i = 0; i < g->n; i++) {
+        const double *r = x[g->r[i]].x;
+        double(*d)[2] = s->at[i], *length2 = s->length2[i];
+        for (k = 0; k < 3; k++) {
+            d[k][0] = r[k] - p[k];
+            d[k][1] = r[k] - q[k];
+        }
+        for (k = 0; k < 2; k++) {
+            length2[k] = d[0][k] * d[0][k] + d[1][k] * d[1][k] + d[2][k] * d[2][k];
+            length2[k] = length2[k] > 1e-90 && length2[k] < 1e100 ? length2[k] : HUGE_VAL;
+        }
+    }
+}
+
+/* Is r[i] r[k] r[j] strictly between p and q? With the filter of delaunay_orient3d; -1: it is not
+ * certain of that, and the exact predicate is needed. */
+static int mesher__seems_between(const mesher__spokes *s, uint32_t i, uint32_t k, uint32_t j)
+{
+    const double(*b)[2] = s->at[i], (*c)[2] = s->at[k], (*d)[2] = s->at[j];
+    double det[2], bound[2];
+    int n, sure_p, sure_q;
+    for (n = 0; n < 2; n++) {
+        det[n] = b[0][n] * (c[1][n] * d[2][n] - c[2][n] * d[1][n]) +
+                 b[1][n] * (c[2][n] * d[0][n] - c[0][n] * d[2][n]) +
+                 b[2][n] * (c[0][n] * d[1][n] - c[1][n] * d[0][n]);
+        bound[n] = 2e-30 * s->length2[i][n] * s->length2[k][n] * s->length2[j][n];
+    }
+    sure_p = det[0] * det[0] > bound[0];
+    sure_q = det[1] * det[1] > bound[1];
+    if (sure_p & sure_q) return (det[0] > 0) & (det[1] < 0);
+    return (sure_p & (det[0] < 0)) | (sure_q & (det[1] > 0)) ? 0 : -1;
+}
+
+static int mesher__is_between(const mesher__flips *f, const mesher__ring *g, uint32_t i, uint32_t k,
+                              uint32_t j)
 {
     return mesher__flip_orient(f, g->p, g->r[i], g->r[k], g->r[j]) > 0 &&
            mesher__flip_orient(f, g->q, g->r[i], g->r[k], g->r[j]) < 0;
 }
 
-/* The triangulation of the ring whose new faces are crossed least by the missing edge, and which
- * has no chord at vertex ear (0: any), by dynamic programming over the ring's chords [Klincsek
- * 1980]: into f->apex[level]. 0: there is none. */
-static int mesher__triangulate_ring(mesher__flips *f, const mesher__ring *g, uint32_t ear,
-                                    int level)
+/* Can a ring of more than three vertices be triangulated, if these are the vertices at which a
+ * triangle cuts off a corner? Two of them, not neighbors, have one in every triangulation. */
+static int mesher__enough_ears(unsigned ears, uint32_t n)
 {
-    uint16_t (*cost)[MESHER__RING_FILLED] = f->cost[level];
-    uint8_t (*apex)[MESHER__RING_FILLED] = f->apex[level];
-    uint32_t i, j, k, width, n = g->n, sum;
-    if (n < 3 || n > MESHER__RING_FILLED) return 0;
-    if (n == 3) {
-        f->work += 2;
-        apex[0][2] = 1;
-        return mesher__ring_between(f, g, 0, 1, 2);
+    unsigned low = ears & (~ears + 1), around = low << 1 | low >> 1 | low;
+    around |= (low & 1) << (n - 1) | low >> (n - 1);
+    return (ears & ~around) != 0 || (ears & (around ^ low)) == (around ^ low);
+}
+
+/* The vertices of a ring at which a triangle cuts off a corner, as bits; 0: too few of them for a
+ * triangulation, or none at vertex number ear, if that is one of the ring. */
+static unsigned mesher__ring_ears(const mesher__flips *f, const mesher__ring *g,
+                                  const mesher__spokes *s, uint32_t ear)
+{
+    uint32_t i, n = g->n;
+    unsigned ears = 0, unsure = 0, wanted = ear < n ? 1u << ear : 0;
+    for (i = 0; i < n; i++) {
+        int between = mesher__seems_between(s, i ? i - 1 : n - 1, i, i + 1 < n ? i + 1 : 0);
+        ears |= (unsigned)(between != 0) << i;
+        unsure |= (unsigned)(between < 0) << i;
     }
+    if (wanted & ~ears || !mesher__enough_ears(ears, n)) return 0;
+    if (!unsure) return ears;
+    for (i = 0; i < n; i++)
+        if (unsure >> i & 1 &&
+            !mesher__is_between(f, g, i ? i - 1 : n - 1, i, i + 1 < n ? i + 1 : 0))
+            ears &= ~(1u << i);
+    return wanted & ~ears || !mesher__enough_ears(ears, n) ? 0 : ears;
+}
+
+/* What may be the triangulations of a ring, by its chords ij, i < j: the possible apexes of the
+ * triangle at the chord, as bits, and the number of ways to fill what is between chord and ring. */
+typedef struct mesher__chords {
+    uint8_t apexes[MESHER__RING_FILLED][MESHER__RING_FILLED];
+    uint8_t ways[MESHER__RING_FILLED][MESHER__RING_FILLED];
+} mesher__chords;
+
+/* Finds the possible apexes at chord ij. apexes: those to which both ends of the chord have chords,
+ * or are neighbors, as bits. */
+static void mesher__chord_set(mesher__flips *f, const mesher__ring *g, const mesher__spokes *s,
+                              unsigned ears, uint32_t i, uint32_t j, unsigned apexes,
+                              mesher__chords *c)
+{
+    unsigned left = apexes, ways = 0, n = g->n;
+    for (; left; left &= left - 1) {
+        uint32_t k = mesher__row_bit(left);
+        int between;
+        if (j == i + 2) between = ears >> k & 1;
+        else if (j - i == n - 1 && k == 1) between = ears & 1;
+        else if (j - i == n - 1 && k == n - 2) between = ears >> j & 1;
+        else {
+            f->work += 2;
+            between = mesher__seems_between(s, i, k, j);
+            if (between < 0) between = mesher__is_between(f, g, i, k, j);
+        }
+        apexes &= ~((unsigned)!between << k);
+        ways += between ? (unsigned)c->ways[i][k] * c->ways[k][j] : 0;
+    }
+    c->ways[i][j] = (uint8_t)ways;
+    c->apexes[i][j] = (uint8_t)apexes;
+}
+
+/* The same for a ring of four: it has two chords, each with the ears beside it. */
+static int mesher__list_two_chords(unsigned ears, unsigned no_chord, mesher__chords *c)
+{
+    unsigned even = (ears & 10) == 10 && !(no_chord & 5), odd = (ears & 5) == 5 && !(no_chord & 10);
+    c->apexes[0][2] = 1 << 1;
+    c->apexes[1][3] = 1 << 2;
+    c->apexes[0][3] = (uint8_t)(odd << 1 | even << 2);
+    return (int)(odd + even);
+}
+
+/* Lists all triangulations of a ring, with no chord at vertex number ear. Returns their number. */
+static int mesher__list_chords(mesher__flips *f, const mesher__ring *g, uint32_t ear,
+                               mesher__chords *c)
+{
+    mesher__spokes s;
+    uint32_t i, j, width, n = g->n;
+    unsigned ears, up[MESHER__RING_FILLED], down[MESHER__RING_FILLED];
+    mesher__spokes_set(f, g, &s);
+    f->work += 2 * n;
+    ears = mesher__ring_ears(f, g, &s, ear);
+    if (!ears) return 0;
+    if (n == 4) return mesher__list_two_chords(ears, 1u << ear, c);
+    for (i = 0; i < n; i++) {
+        up[i] = 1u << (i + 1);
+        down[i] = i ? 1u << (i - 1) : 0;
+        if (i) c->ways[i - 1][i] = 1;
+    }
+    for (width = 2; width < n; width++)
+        for (i = 0; i + width < n; i++) {
+            unsigned apexes = up[i] & down[i + width];
+            j = i + width;
+            if (width + 1 < n && (i == ear || j == ear)) continue;
+            if (!apexes) continue;
+            mesher__chord_set(f, g, &s, ears, i, j, apexes, c);
+            up[i] |= (unsigned)(c->ways[i][j] > 0) << j;
+            down[j] |= (unsigned)(c->ways[i][j] > 0) << i;
+        }
+    return up[0] >> (n - 1) & 1 ? c->ways[0][n - 1] : 0;
+}
+
+/* The views of the vertices of a ring, then of p and q. */
+typedef struct mesher__sights {
+    uint32_t     v[MESHER__RING_FILLED + 2];
+    mesher__view view[MESHER__RING_FILLED + 2];
+} mesher__sights;
+
+static void mesher__sights_set(mesher__flips *f, const mesher__ring *g, mesher__sights *s)
+{
+    uint32_t i, n = g->n;
+    memcpy(s->v, g->r, n * sizeof *s->v);
+    s->v[n] = g->p;
+    s->v[n + 1] = g->q;
+    for (i = 0; i < n + 2; i++) s->view[i] = *mesher__view_of(f, s->v[i]);
+}
+
+/* mesher__turn, but 0 where the views do not suffice. */
+static int mesher__seems_turn(const mesher__view *p, const mesher__view *q)
+{
+    double turn = p->x * q->y - p->y * q->x, bound = p->distant * q->distant * 1e-14 + 1e-290;
+    return (turn > bound) - (turn < -bound);
+}
+
+/* Does the missing edge cross a face, or one of its edges? As delaunay_segment_crosses, but with
+ * the turns first, which are fast. The face is given by the numbers of its vertices. */
+static unsigned mesher__in_way(const mesher__flips *f, const mesher__sights *s, uint32_t i,
+                               uint32_t j, uint32_t k)
+{
+    uint32_t a = f->a, b = f->b, p = s->v[i], q = s->v[j], r = s->v[k];
+    int x = mesher__seems_turn(&s->view[i], &s->view[j]), side;
+    int y = mesher__seems_turn(&s->view[j], &s->view[k]);
+    int z = mesher__seems_turn(&s->view[k], &s->view[i]);
+    if ((x * y < 0) | (x * z < 0) | (y * z < 0)) return 0;
+    if ((a == p) | (a == q) | (a == r) | (b == p) | (b == q) | (b == r)) return 0;
+    if (!x) x = mesher__flip_orient(f, a, b, p, q);
+    if (!y) y = mesher__flip_orient(f, a, b, q, r);
+    if (x * y < 0) return 0;
+    if (!z) z = mesher__flip_orient(f, a, b, r, p);
+    if (x * z < 0 || y * z < 0) return 0;
+    side = mesher__flip_orient(f, p, q, r, a);
+    return side != 0 && side * mesher__flip_orient(f, p, q, r, b) < 0;
+}
+
+/* Chooses, of all triangulations of a ring, the one whose new faces are crossed least by the
+ * missing edge, by dynamic programming over the ring's chords [Klincsek 1980]. */
+static void mesher__least_crossed(mesher__flips *f, const mesher__ring *g, const mesher__chords *c,
+                                  uint8_t (*apex)[MESHER__RING_FILLED])
+{
+    uint16_t cost[MESHER__RING_FILLED][MESHER__RING_FILLED];
+    uint8_t needed[MESHER__RING_FILLED]; /* of i: the chords ij of a triangulation, as bits */
+    mesher__sights s;
+    uint32_t i, j, k, width, n = g->n, sum;
+    unsigned left;
+    mesher__sights_set(f, g, &s);
+    memset(needed, 0, sizeof needed);
+    needed[0] = (uint8_t)(1u << (n - 1));
+    for (width = n - 1; width > 2; width--)
+        for (i = 0; i + width < n; i++)
+            if (j = i + width, needed[i] >> j & 1)
+                for (left = c->apexes[i][j]; left; left &= left - 1) {
+                    k = mesher__row_bit(left);
+                    needed[i] = (uint8_t)(needed[i] | 1u << k);
+                    needed[k] = (uint8_t)(needed[k] | 1u << j);
+                }
     for (i = 0; i + 1 < n; i++) cost[i][i + 1] = 0;
     for (width = 2; width < n; width++)
         for (i = 0; i + width < n; i++) {
-            int chord = width + 1 < n;
-            unsigned own = 0, known = 0;
+            unsigned own = 0, known = width + 1 == n;
             j = i + width;
+            if (!(needed[i] >> j & 1)) continue;
             cost[i][j] = MESHER__NEVER;
-            if (chord && ear && (g->r[i] == ear || g->r[j] == ear)) continue;
-            for (k = i + 1; k < j; k++) {
-                if (cost[i][k] == MESHER__NEVER || cost[k][j] == MESHER__NEVER) continue;
+            for (left = c->apexes[i][j]; left; left &= left - 1) {
+                k = mesher__row_bit(left);
                 sum = (uint32_t)cost[i][k] + cost[k][j];
                 if (sum >= cost[i][j]) continue;
-                f->work += 2;
-                if (!mesher__ring_between(f, g, i, k, j)) continue;
-                if (chord && !known) {
-                    own = mesher__in_way(f, g->p, g->r[i], g->r[j]) +
-                          mesher__in_way(f, g->q, g->r[i], g->r[j]);
-                    known = 1;
-                }
-                sum += own + mesher__in_way(f, g->r[i], g->r[k], g->r[j]);
+                if (!known)
+                    own = mesher__in_way(f, &s, n, i, j) + mesher__in_way(f, &s, n + 1, i, j);
+                known = 1;
+                sum += own + mesher__in_way(f, &s, i, k, j);
                 if (sum >= cost[i][j]) continue;
                 cost[i][j] = (uint16_t)sum;
                 apex[i][j] = (uint8_t)k;
             }
         }
-    return cost[0][n - 1] != MESHER__NEVER;
+}
+
+/* Chooses the first apex everywhere between chord ij and the ring: where there is only one, or if
+ * nothing is missing. */
+static void mesher__first_apexes(const mesher__chords *c, uint32_t i, uint32_t j,
+                                 uint8_t (*apex)[MESHER__RING_FILLED])
+{
+    while (j > i + 1) {
+        uint32_t k = mesher__row_bit(c->apexes[i][j]);
+        apex[i][j] = (uint8_t)k;
+        mesher__first_apexes(c, i, k, apex);
+        i = k;
+    }
+}
+
+/* The place for the triangulation of a ring, with what it depends on. *known: it is there. Attempts
+ * at one missing edge often come to the same ring again. */
+static mesher__ring_filled *mesher__ring_place(mesher__flips *f, const mesher__ring *g,
+                                               uint32_t ear, int *known)
+{
+    uint32_t hash = (g->p * 5 + g->q * 3 + g->r[0]) ^ ear << 2 ^ g->r[g->n / 2] << 3, i;
+    mesher__ring_filled *t = &f->rings[hash & (MESHER__RINGS - 1)];
+    unsigned differ = (t->epoch ^ f->epoch) | (t->p ^ g->p) | (t->q ^ g->q) | (t->n ^ g->n);
+    differ |= t->ear ^ ear;
+    for (i = 0; i < g->n; i++) differ |= t->r[i] ^ g->r[i];
+    *known = !differ;
+    if (!differ) return t;
+    t->epoch = f->epoch;
+    t->p = g->p;
+    t->q = g->q;
+    t->ear = ear;
+    t->n = g->n;
+    memcpy(t->r, g->r, g->n * sizeof *t->r);
+    return t;
+}
+
+/* The triangulation of the ring whose new faces are crossed least by the missing edge, and which
+ * has no chord at vertex ear (0: any), into *f->ring. 0: there is none. */
+static int mesher__triangulate_ring(mesher__flips *f, const mesher__ring *g, uint32_t ear)
+{
+    mesher__chords c;
+    mesher__ring_filled *t;
+    uint32_t i, n = g->n, number = MESHER__RING_FILLED;
+    int known, ways;
+    if (n < 3 || n > MESHER__RING_FILLED) return 0;
+    t = f->ring = mesher__ring_place(f, g, ear, &known);
+    if (known) return t->filled;
+    if (n == 3) {
+        f->work += 2;
+        t->apex[0][2] = 1;
+        return t->filled = mesher__is_between(f, g, 0, 1, 2);
+    }
+    for (i = 0; i < n && ear; i++)
+        if (g->r[i] == ear) number = i;
+    ways = mesher__list_chords(f, g, number, &c);
+    t->filled = ways > 0;
+    if (ways > 1 && f->a != f->b) mesher__least_crossed(f, g, &c, t->apex);
+    else if (ways) mesher__first_apexes(&c, 0, n - 1, t->apex);
+    return t->filled;
 }
 
 /* What stays of a ring whose edge is removed: the facets beyond the cells, opposite q and p, and
@@ -4734,7 +4997,7 @@ typedef struct mesher__ring_marks {
 /* Makes the two cells at chord ij, and all that are between the chord and the ring. sides: facets
  * p r[i] r[j] and q r[i] r[j], which the caller links. */
 static void mesher__fill_ring(mesher__flips *f, const mesher__ring *g, const mesher__ring_marks *m,
-                              int level, uint32_t i, uint32_t j, delaunay_handle *sides)
+                              uint32_t i, uint32_t j, delaunay_handle *sides)
 {
     uint32_t k, c, d;
     unsigned rim_ij, rim_ik, rim_kj, flags;
@@ -4744,7 +5007,7 @@ static void mesher__fill_ring(mesher__flips *f, const mesher__ring *g, const mes
         sides[1] = m->beyond_p[i];
         return;
     }
-    k = f->apex[level][i][j];
+    k = f->ring->apex[i][j];
     rim_ij = i == 0 && j == g->n - 1 ? m->rim[j] : 0;
     rim_ik = k == i + 1 ? m->rim[i] : 0;
     rim_kj = j == k + 1 ? m->rim[k] : 0;
@@ -4764,8 +5027,8 @@ static void mesher__fill_ring(mesher__flips *f, const mesher__ring *g, const mes
     if (i == 0 && j == g->n - 1) flags |= DELAUNAY_FACET_BIT(3) * m->facet_p[j];
     d = mesher__new_cell(f, g->q, g->r[i], g->r[j], g->r[k], flags);
     mesher__cells_link(f, 4 * c, 4 * d);
-    mesher__fill_ring(f, g, m, level, i, k, below);
-    mesher__fill_ring(f, g, m, level, k, j, above);
+    mesher__fill_ring(f, g, m, i, k, below);
+    mesher__fill_ring(f, g, m, k, j, above);
     mesher__cells_link(f, 4 * c + 3, below[0]);
     mesher__cells_link(f, 4 * d + 2, below[1]);
     mesher__cells_link(f, 4 * c + 1, above[0]);
@@ -4774,8 +5037,8 @@ static void mesher__fill_ring(mesher__flips *f, const mesher__ring *g, const mes
     sides[1] = 4 * d + 3;
 }
 
-/* Removes the edge of a ring, by the triangulation that was found for the ring. 0: no room. */
-static int mesher__flip_ring(mesher__flips *f, const mesher__ring *g, int level)
+/* Removes the edge of a ring, by the triangulation that was just found for the ring. 0: no room. */
+static int mesher__flip_ring(mesher__flips *f, const mesher__ring *g)
 {
     mesher__ring_marks m;
     uint32_t i, n = g->n;
@@ -4783,20 +5046,20 @@ static int mesher__flip_ring(mesher__flips *f, const mesher__ring *g, int level)
     if (!mesher__flip_room(f, n, 2 * (n - 2))) return 0;
     for (i = 0; i < n; i++) {
         const mesher__copy *c = &f->cells[g->cells[i]];
-        uint32_t p = (uint32_t)mesher__cell_index(c, g->p);
-        uint32_t q = (uint32_t)mesher__cell_index(c, g->q);
+        uint32_t p = mesher__cell_place(c, g->p), q = mesher__cell_place(c, g->q);
+        uint32_t v = mesher__cell_place(c, g->r[i]), next = 6 - p - q - v;
         m.beyond_q[i] = mesher__beyond(f, g->cells[i], q);
         m.beyond_p[i] = mesher__beyond(f, g->cells[i], p);
         if (!m.beyond_q[i] || !m.beyond_p[i]) return 0;
-        m.at_p[i] = (uint8_t)mesher__cell_edge(c, g->p, g->r[i]);
-        m.at_q[i] = (uint8_t)mesher__cell_edge(c, g->q, g->r[i]);
-        m.rim[i] = (uint8_t)mesher__cell_edge(c, g->r[i], g->r[(i + 1) % n]);
+        m.at_p[i] = mesher__edge_bit(c, p, v);
+        m.at_q[i] = mesher__edge_bit(c, q, v);
+        m.rim[i] = mesher__edge_bit(c, v, next);
         m.facet_q[i] = c->flags >> q & 1;
         m.facet_p[i] = c->flags >> p & 1;
     }
     if (!mesher__flip_room(f, n, 2 * (n - 2))) return 0; /* copies may have been made */
     for (i = 0; i < n; i++) mesher__cell_goes(f, g->cells[i]);
-    mesher__fill_ring(f, g, &m, level, 0, n - 1, sides);
+    mesher__fill_ring(f, g, &m, 0, n - 1, sides);
     mesher__cells_link(f, sides[0], m.beyond_q[n - 1]);
     mesher__cells_link(f, sides[1], m.beyond_p[n - 1]);
     mesher__flip_done(f, n, 2 * (n - 2));
@@ -4810,7 +5073,7 @@ static int mesher__flip_face(mesher__flips *f, uint32_t cell, uint32_t k)
     const uint8_t *o = delaunay_facet_order((int)k);
     const mesher__copy *c = &f->cells[cell], *b;
     delaunay_handle h = mesher__beyond(f, cell, k), out[3][2];
-    uint32_t d = c->v[k], e, w[3], made[3], i, j;
+    uint32_t d = c->v[k], e, w[3], in_b[3], made[3], i, j;
     unsigned flags[3];
     if (!h || (c->flags & DELAUNAY_FACET_BIT(k))) return 0;
     b = &f->cells[h / 4];
@@ -4820,20 +5083,20 @@ static int mesher__flip_face(mesher__flips *f, uint32_t cell, uint32_t k)
     f->work += 3;
     for (i = 0; i < 3; i++)
         if (mesher__flip_orient(f, d, w[i], w[(i + 1) % 3], e) <= 0) return 0;
+    for (i = 0; i < 3; i++) in_b[i] = mesher__cell_place(b, w[i]);
     for (i = 0; i < 3; i++) {
-        uint32_t x = w[i], y = w[(i + 1) % 3], z = w[(i + 2) % 3];
-        uint32_t in_c = (uint32_t)mesher__cell_index(c, z);
-        uint32_t in_b = (uint32_t)mesher__cell_index(b, z);
-        out[i][0] = mesher__beyond(f, cell, in_c);
-        out[i][1] = mesher__beyond(f, (uint32_t)(h / 4), in_b);
+        uint32_t x = o[i], y = o[(i + 1) % 3], z = o[(i + 2) % 3]; /* places in c, then in b */
+        uint32_t bx = in_b[i], by = in_b[(i + 1) % 3], bz = in_b[(i + 2) % 3];
+        out[i][0] = mesher__beyond(f, cell, z);
+        out[i][1] = mesher__beyond(f, (uint32_t)(h / 4), bz);
         if (!out[i][0] || !out[i][1]) return 0;
-        flags[i] = DELAUNAY_EDGE_BIT(0) * mesher__cell_edge(c, d, x) |
-                   DELAUNAY_EDGE_BIT(1) * mesher__cell_edge(c, d, y) |
-                   DELAUNAY_EDGE_BIT(3) * mesher__cell_edge(c, x, y) |
-                   DELAUNAY_EDGE_BIT(4) * mesher__cell_edge(b, x, e) |
-                   DELAUNAY_EDGE_BIT(5) * mesher__cell_edge(b, y, e);
-        if (c->flags >> in_c & 1) flags[i] |= DELAUNAY_FACET_BIT(3);
-        if (b->flags >> in_b & 1) flags[i] |= DELAUNAY_FACET_BIT(0);
+        flags[i] = DELAUNAY_EDGE_BIT(0) * mesher__edge_bit(c, k, x) |
+                   DELAUNAY_EDGE_BIT(1) * mesher__edge_bit(c, k, y) |
+                   DELAUNAY_EDGE_BIT(3) * mesher__edge_bit(c, x, y) |
+                   DELAUNAY_EDGE_BIT(4) * mesher__edge_bit(b, bx, (uint32_t)(h % 4)) |
+                   DELAUNAY_EDGE_BIT(5) * mesher__edge_bit(b, by, (uint32_t)(h % 4)) |
+                   DELAUNAY_FACET_BIT(3) * (c->flags >> z & 1u) |
+                   DELAUNAY_FACET_BIT(0) * (b->flags >> bz & 1u);
     }
     if (!mesher__flip_room(f, 2, 3)) return 0;
     mesher__cell_goes(f, cell);
@@ -4888,7 +5151,7 @@ static int mesher__remove_edge(mesher__flips *f, uint32_t cell, uint32_t p, uint
     f->budget--;
     if (!mesher__ring_of(f, cell, p, q, &g)) return 0;
     f->work += g.n;
-    if (mesher__triangulate_ring(f, &g, ear, level)) return mesher__flip_ring(f, &g, level);
+    if (mesher__triangulate_ring(f, &g, ear)) return mesher__flip_ring(f, &g);
     if (depth == 0) return 0;
     f->edges[level][0] = p;
     f->edges[level][1] = q;
@@ -4903,7 +5166,7 @@ static int mesher__remove_edge(mesher__flips *f, uint32_t cell, uint32_t p, uint
             n = g.n;
             mesher__remove_edge(f, g.cells[i], s, y, t, level + 1, depth - 1);
             if (f->num_log == mark || !mesher__ring_again(f, mark, &g)) continue;
-            if (mesher__triangulate_ring(f, &g, ear, level)) return mesher__flip_ring(f, &g, level);
+            if (mesher__triangulate_ring(f, &g, ear)) return mesher__flip_ring(f, &g);
             if (g.n < n) i = UINT32_MAX; /* the ring is smaller: start again */
             break;
         }
@@ -4987,8 +5250,9 @@ static int mesher__way_from_face(mesher__flips *f, mesher__way *way)
     if (zeros > 1) return -1;
     for (i = 0; i < 3; i++)
         if (t[i] < 0 && t[(i + 1) % 3] > 0)
-            return mesher__way_add(f, way, (uint32_t)(h / 4), mesher__cell_index(c, w[(i + 2) % 3]),
-                                   w[i], w[(i + 1) % 3], e)
+            return mesher__way_add(f, way, (uint32_t)(h / 4),
+                                   (int)mesher__cell_place(c, w[(i + 2) % 3]), w[i], w[(i + 1) % 3],
+                                   e)
                        ? 1
                        : -1;
     return zeros && mesher__way_add(f, way, (uint32_t)(h / 4), -1, w[zero], e, 0) ? 1 : -1;
@@ -5011,7 +5275,7 @@ static int mesher__way_through(mesher__flips *f, mesher__way *way, uint32_t cell
     for (i = 0; i < 2; i++) {
         uint32_t p = i ? y : x, other = i ? x : y;
         if (mesher__turn(f, p, u) != s || mesher__turn(f, v, p) != s) continue;
-        return mesher__way_add(f, way, cell, mesher__cell_index(c, other), p, s > 0 ? u : v,
+        return mesher__way_add(f, way, cell, (int)mesher__cell_place(c, other), p, s > 0 ? u : v,
                                s > 0 ? v : u)
                    ? 1
                    : -1;
@@ -5147,37 +5411,45 @@ static void mesher__flip_edge(mesher__flips *f, const delaunay_mesh *mesh, uint3
     while (f->way[0].count > 0 && mesher__flip_once(f, depth)) {}
 }
 
-/* Lists the tetrahedra that flips removed, and numbers the cells that they made. 0: too many. */
-static int mesher__list_flips(const mesher__flips *f, mesher__flipped *p, uint32_t *number)
+/* Lists the tetrahedra that flips removed, and the cells that they made, and numbers these. 0: too
+ * many. */
+static int mesher__list_flips(const mesher__flips *f, mesher__flipped *p, uint32_t *made,
+                              uint32_t *number)
 {
-    uint32_t i;
+    uint32_t i, word;
     p->num_old = p->num_new = 0;
-    for (i = 1; i < f->num_cells; i++) {
-        const mesher__copy *c = &f->cells[i];
-        if (c->from ? !c->gone : c->gone) continue;
-        if ((c->from ? p->num_old : p->num_new) == MESHER__FLIPPED) return 0;
-        if (c->from) p->old[p->num_old++] = c->from;
-        else number[i] = p->num_new++;
-    }
+    memset(number, 0, f->num_cells * sizeof *number);
+    for (i = 0; i < f->num_cells; i += 32)
+        for (word = f->changed[i / 32]; word; word &= word - 1) {
+            uint32_t cell = i + mesher__row_bit(word);
+            const mesher__copy *c = &f->cells[cell];
+            if (c->from ? !c->gone : c->gone) continue;
+            if ((c->from ? p->num_old : p->num_new) == MESHER__FLIPPED) return 0;
+            if (c->from) {
+                p->old[p->num_old++] = c->from;
+            } else {
+                number[cell] = p->num_new;
+                made[p->num_new++] = cell;
+            }
+        }
     return 1;
 }
 
-/* Lists the cells that flips made, with their links, all of which the copy has. */
-static void mesher__list_made(const mesher__flips *f, mesher__flipped *p, const uint32_t *number)
+/* Describes the cells that flips made, with their links, all of which the copy has. */
+static void mesher__list_made(const mesher__flips *f, mesher__flipped *p, const uint32_t *made,
+                              const uint32_t *number)
 {
-    uint32_t i, j = 0, k;
-    for (i = 1; i < f->num_cells; i++) {
-        const mesher__copy *c = &f->cells[i];
-        if (c->from || c->gone) continue;
+    uint32_t j, k;
+    for (j = 0; j < p->num_new; j++) {
+        const mesher__copy *c = &f->cells[made[j]];
         memcpy(p->vertices + 4 * (size_t)j, c->v, sizeof c->v);
         p->flags[j] = c->flags;
         for (k = 0; k < 4; k++) {
             uint32_t other = (uint32_t)(c->n[k] / 4), side = (uint32_t)(c->n[k] % 4);
             delaunay_handle from = f->cells[other].from;
-            p->link[4 * (size_t)j + k] = 4 * (from ? from : number[other]) + side;
+            p->link[4 * (size_t)j + k] = 4 * (from + number[other]) + side; /* one of them is 0 */
             p->inside[4 * (size_t)j + k] = !from;
         }
-        j++;
     }
 }
 
@@ -5202,9 +5474,9 @@ static int mesher__list_edges_made(const mesher__recovery *r, const mesher__flip
 /* Takes the result of flips out of the copy. 0: too large, it counts as no flips. */
 static int mesher__flips_take(const mesher__recovery *r, const mesher__flips *f, mesher__flipped *p)
 {
-    uint32_t number[MESHER__CELLS];
-    int fits = mesher__list_flips(f, p, number) && mesher__list_edges_made(r, f, p);
-    if (fits) mesher__list_made(f, p, number);
+    uint32_t made[MESHER__FLIPPED], number[MESHER__CELLS];
+    int fits = mesher__list_flips(f, p, made, number) && mesher__list_edges_made(r, f, p);
+    if (fits) mesher__list_made(f, p, made, number);
     else p->num_old = p->num_new = 0;
     return fits;
 }
@@ -5236,6 +5508,28 @@ static int mesher__list_read(const mesher__flips *f, mesher__flipped *p)
     return 1;
 }
 
+/* The facets of a tetrahedron that have three constrained edges, as bits. */
+static unsigned mesher__closed_facets(unsigned flags)
+{
+    unsigned e = flags / DELAUNAY_EDGE_BIT(0); /* (01)(02)(03)(12)(13)(23) */
+    return (e >> 3 & e >> 4 & e >> 5 & 1) | (e >> 1 & e >> 2 & e >> 5 & 1) << 1 |
+           (e & e >> 2 & e >> 4 & 1) << 2 | (e & e >> 1 & e >> 3 & 1) << 3;
+}
+
+/* Counts the missing facets among those that flips have made, which are between two new
+ * tetrahedra, as present. */
+static void mesher__account_flipped_facets(mesher__recovery *r, const mesher__flipped *p)
+{
+    uint32_t i;
+    for (i = 0; i < p->num_new && r->num_missing_facets; i++) {
+        unsigned flags = r->mesh->flags[r->slots[i]], left = mesher__closed_facets(flags);
+        for (left &= ~flags; left; left &= left - 1) {
+            uint32_t k = mesher__row_bit(left);
+            if (p->inside[4 * i + k]) mesher__account_facet(r, r->slots[i], (int)k);
+        }
+    }
+}
+
 /* Marks the missing edges and facets that flips have brought in, in the flags of the new
  * tetrahedra: all tetrahedra around such an edge are new. */
 static void mesher__account_flips(mesher__recovery *r, const mesher__flipped *p)
@@ -5255,7 +5549,7 @@ static void mesher__account_flips(mesher__recovery *r, const mesher__flipped *p)
         }
         if (there) mesher__set_edge_present(r, e, 1);
     }
-    mesher__account_new_facets(r, r->slots, p->num_new);
+    mesher__account_flipped_facets(r, p);
 }
 
 /* Commits the result of flips to the mesh, outside transactions: it removes no constraint. */
