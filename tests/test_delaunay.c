@@ -591,7 +591,7 @@ static void grids_with_residues(void)
     int run, n = 6, i;
     memcpy(xyz, first, sizeof first);
     for (run = 0; run < 1500; run++) {
-        delaunay_mesh mesh;
+        delaunay_mesh mesh = {0};
         delaunay_report report;
         delaunay_result result = delaunay_tetrahedralize(&mesh, xyz, (size_t)n, NULL, &report);
         CHECK(result == DELAUNAY_OK || result == DELAUNAY_ERROR_DIMENSION);
