@@ -4445,6 +4445,13 @@ static inline const mesher__view *mesher__view_of(mesher__flips *f, uint32_t v)
     return view;
 }
 
+/* mesher__turn, but 0 where the views do not suffice. */
+static int mesher__seems_turn(const mesher__view *p, const mesher__view *q)
+{
+    double turn = p->x * q->y - p->y * q->x, bound = p->distant * q->distant * 1e-14 + 1e-290;
+    return (turn > bound) - (turn < -bound);
+}
+
 /* Which way pq turns about the missing edge ab: the sign of ab . (ap x aq), by the views where they
  * suffice. Bound of their error, in units of 2^-53 and lengths of ab: differences are off by 1
  * each, the axes by 8, sums of three products by 3, so a view by 12 times its distance, and the
@@ -4452,13 +4459,8 @@ static inline const mesher__view *mesher__view_of(mesher__flips *f, uint32_t v)
  * product; what underflows or overflows is left to the exact predicate, too. */
 static int mesher__turn(mesher__flips *f, uint32_t p, uint32_t q)
 {
-    const mesher__view *v = mesher__view_of(f, p);
-    double x = v->x, y = v->y, distant = v->distant, turn, bound;
-    int sign;
-    v = mesher__view_of(f, q); /* may take the slot of the other view */
-    turn = x * v->y - y * v->x;
-    bound = distant * v->distant * 1e-14 + 1e-290;
-    sign = (turn > bound) - (turn < -bound);
+    const mesher__view view = *mesher__view_of(f, p); /* that of q may take its slot */
+    int sign = mesher__seems_turn(&view, mesher__view_of(f, q));
     return sign ? sign : mesher__flip_orient(f, f->a, f->b, p, q);
 }
 
@@ -4855,13 +4857,6 @@ static void mesher__sights_set(mesher__flips *f, const mesher__ring *g, mesher__
     s->v[n] = g->p;
     s->v[n + 1] = g->q;
     for (i = 0; i < n + 2; i++) s->view[i] = *mesher__view_of(f, s->v[i]);
-}
-
-/* mesher__turn, but 0 where the views do not suffice. */
-static int mesher__seems_turn(const mesher__view *p, const mesher__view *q)
-{
-    double turn = p->x * q->y - p->y * q->x, bound = p->distant * q->distant * 1e-14 + 1e-290;
-    return (turn > bound) - (turn < -bound);
 }
 
 /* Does the missing edge cross a face, or one of its edges? As delaunay_segment_crosses, but with
@@ -5511,9 +5506,10 @@ static int mesher__list_read(const mesher__flips *f, mesher__flipped *p)
 /* The facets of a tetrahedron that have three constrained edges, as bits. */
 static unsigned mesher__closed_facets(unsigned flags)
 {
-    unsigned e = flags / DELAUNAY_EDGE_BIT(0); /* (01)(02)(03)(12)(13)(23) */
-    return (e >> 3 & e >> 4 & e >> 5 & 1) | (e >> 1 & e >> 2 & e >> 5 & 1) << 1 |
-           (e & e >> 2 & e >> 4 & 1) << 2 | (e & e >> 1 & e >> 3 & 1) << 3;
+    unsigned closed = 0;
+    int k;
+    for (k = 0; k < 4; k++) closed |= (unsigned)!(mesher__facet_edges(k) & ~flags) << k;
+    return closed;
 }
 
 /* Counts the missing facets among those that flips have made, which are between two new
@@ -14232,7 +14228,7 @@ static int mesher__is_of(const delaunay_mesh *mesh, delaunay_handle t, uint32_t 
 
 /* Finds a tetrahedron of each section and, for each point, one of its section near it, if there is
  * one. Nobody changes the mesh meanwhile. */
-static void mesher__find_hints(mesher__refiner *r, uint32_t parts)
+static void mesher__set_walk_starts(mesher__refiner *r, uint32_t parts)
 {
     delaunay_mesh *mesh = r->mesh;
     int threads = delaunay_threads(&r->options->host);
@@ -14392,7 +14388,7 @@ static mesher_result mesher__insert_in_sections(mesher__refiner *r, size_t begin
     int i;
     if (!parts || !mesher__cavities(r, threads) || !mesher__deal_slots(r, parts))
         return mesher__no_memory(r);
-    mesher__find_hints(r, parts);
+    mesher__set_walk_starts(r, parts);
     /* Shared: the mesh, by the rules above, and r->points by section; private: a cavity for each
      * thread. */
     MESHER__OMP(omp parallel for schedule(dynamic, 1) num_threads(threads))

@@ -1577,7 +1577,6 @@ static void grid_bytes(unsigned char bytes[5][512], size_t sizes[5])
     sizes[1] = 480, sizes[2] = 160, sizes[3] = sizes[4] = 40;
 }
 
-/* Without compression, header and values encoded at once. */
 /* Comments, spaces around '=', and '>' in a value, as XML allows them. */
 static void vtu_tags_may_be_of_any_style(void)
 {
@@ -1605,6 +1604,7 @@ static void vtu_tags_may_be_of_any_style(void)
               MESHIO_ERROR_TRUNCATED);
 }
 
+/* Without compression, header and values encoded at once. */
 static void vtu_data_may_be_encoded(void)
 {
     static char text[8192], plain[5][1024];
