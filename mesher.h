@@ -2878,14 +2878,14 @@ typedef struct mesher__flips {
 /* The result of flips around a missing edge, independent of the copy that they were tried in. */
 typedef struct mesher__flipped {
     uint32_t        num_old, num_new; /* tetrahedra removed, and made; 0: no flips */
-    uint32_t        num_edges, num_read;
+    uint32_t        num_edges, num_facets, num_read;
     uint64_t        work;
     delaunay_handle start;  /* where the star of the edge's first end was entered */
     int             whole;  /* nothing had to be left out, neither here nor of read */
     /* tetrahedra removed, and those that the result depends on */
     delaunay_handle old[MESHER__FLIPPED], read[MESHER__FLIPPED_READ];
-    uint32_t        edges[MESHER__FLIPPED_EDGES]; /* missing edges that flips made, and may have
-                                                     removed again */
+    uint32_t        edges[MESHER__FLIPPED_EDGES]; /* missing edges that flips made, some twice */
+    uint32_t        facets[2 * MESHER__FLIPPED];  /* missing facets that they made */
     /* as delaunay_replace_linked takes them */
     uint32_t        vertices[4 * MESHER__FLIPPED];
     delaunay_handle link[4 * MESHER__FLIPPED];
@@ -3557,18 +3557,23 @@ static void mesher__account_new_edges(mesher__recovery *r, const delaunay_handle
         mesher__set_edge_present(r, (uint32_t)r->came.items[i], 1);
 }
 
+/* Facet k of a tetrahedron with vertices v as a missing facet, or MESHER__ABSENT. */
+static uint32_t mesher__missing_facet(const mesher__recovery *r, const uint32_t *v, int k)
+{
+    const uint8_t *o = delaunay_facet_order(k);
+    int j;
+    for (j = 0; j < 3; j++)
+        if (v[o[j]] >= r->cap_at || !r->missing_facets_at[v[o[j]]]) return MESHER__ABSENT;
+    return mesher__facet_index(r, v[o[0]], v[o[1]], v[o[2]]);
+}
+
 /* Counts a facet of a new tetrahedron as present, and marks it, if it is a missing one. */
 static void mesher__account_facet(mesher__recovery *r, delaunay_handle t, int k)
 {
-    const uint8_t *o = delaunay_facet_order(k);
-    const uint32_t *v = r->mesh->tets[t].v, *missing = r->missing_facets_at;
     unsigned flags = r->mesh->flags[t], edges = mesher__facet_edges(k);
     uint32_t f;
-    int j;
     if ((flags & edges) != edges) return;
-    for (j = 0; j < 3; j++)
-        if (v[o[j]] >= r->cap_at || !missing[v[o[j]]]) return;
-    f = mesher__facet_index(r, v[o[0]], v[o[1]], v[o[2]]);
+    f = mesher__missing_facet(r, r->mesh->tets[t].v, k);
     if (f == MESHER__ABSENT) return;
     mesher__set_facet_present(r, f, 1);
     if (!(flags & DELAUNAY_FACET_BIT(k)))
@@ -5466,14 +5471,72 @@ static int mesher__list_edges_made(const mesher__recovery *r, const mesher__flip
     return 1;
 }
 
+/* Which vertex of a tetrahedron x is, or -1. */
+static int mesher__corner_of(const uint32_t *v, uint32_t x)
+{
+    return v[0] == x ? 0 : v[1] == x ? 1 : v[2] == x ? 2 : v[3] == x ? 3 : -1;
+}
+
+/* Marks the missing edges that are among those of the new tetrahedra: all tetrahedra around such an
+ * edge are new. Those that flips have removed again leave the list. */
+static void mesher__mark_edges_made(const mesher__recovery *r, mesher__flipped *p)
+{
+    uint32_t i, k, n = 0;
+    for (k = 0; k < p->num_edges; k++) {
+        uint32_t e = p->edges[k], a = r->edges[2 * (size_t)e], b = r->edges[2 * (size_t)e + 1];
+        int there = 0;
+        for (i = 0; i < p->num_new; i++) {
+            int at_a = mesher__corner_of(p->vertices + 4 * i, a),
+                at_b = mesher__corner_of(p->vertices + 4 * i, b);
+            if (at_a < 0 || at_b < 0) continue;
+            p->flags[i] = (uint16_t)(p->flags[i] |
+                                     DELAUNAY_EDGE_BIT(delaunay_edge_between(at_a, at_b)));
+            there = 1;
+        }
+        if (there) p->edges[n++] = e;
+    }
+    p->num_edges = n;
+}
+
+/* The facets of a tetrahedron that have three constrained edges, as bits. */
+static unsigned mesher__closed_facets(unsigned flags)
+{
+    unsigned closed = 0;
+    int k;
+    for (k = 0; k < 4; k++) closed |= (unsigned)!(mesher__facet_edges(k) & ~flags) << k;
+    return closed;
+}
+
+/* Lists and marks the missing facets that flips have made, which are between two new tetrahedra.
+ * The marks of edges are there already. */
+static void mesher__mark_facets_made(const mesher__recovery *r, mesher__flipped *p)
+{
+    uint32_t i;
+    p->num_facets = 0;
+    for (i = 0; i < p->num_new && r->num_missing_facets; i++) {
+        unsigned left = mesher__closed_facets(p->flags[i]);
+        for (left &= ~(unsigned)p->flags[i]; left; left &= left - 1) {
+            uint32_t k = mesher__row_bit(left), other = (uint32_t)(p->link[4 * i + k] / 4), f;
+            if (!p->inside[4 * i + k]) continue;
+            f = mesher__missing_facet(r, p->vertices + 4 * i, (int)k);
+            if (f == MESHER__ABSENT) continue;
+            p->flags[i] = (uint16_t)(p->flags[i] | DELAUNAY_FACET_BIT(k));
+            if (i < other) p->facets[p->num_facets++] = f; /* once, of two sides */
+        }
+    }
+}
+
 /* Takes the result of flips out of the copy. 0: too large, it counts as no flips. */
 static int mesher__flips_take(const mesher__recovery *r, const mesher__flips *f, mesher__flipped *p)
 {
     uint32_t made[MESHER__FLIPPED], number[MESHER__CELLS];
     int fits = mesher__list_flips(f, p, made, number) && mesher__list_edges_made(r, f, p);
-    if (fits) mesher__list_made(f, p, made, number);
-    else p->num_old = p->num_new = 0;
-    return fits;
+    if (!fits) p->num_old = p->num_new = 0;
+    if (!fits) return 0;
+    mesher__list_made(f, p, made, number);
+    mesher__mark_edges_made(r, p);
+    mesher__mark_facets_made(r, p);
+    return 1;
 }
 
 /* The result of flips around missing edge e; 0: it is too large. Several threads may do this at
@@ -5503,55 +5566,11 @@ static int mesher__list_read(const mesher__flips *f, mesher__flipped *p)
     return 1;
 }
 
-/* The facets of a tetrahedron that have three constrained edges, as bits. */
-static unsigned mesher__closed_facets(unsigned flags)
-{
-    unsigned closed = 0;
-    int k;
-    for (k = 0; k < 4; k++) closed |= (unsigned)!(mesher__facet_edges(k) & ~flags) << k;
-    return closed;
-}
-
-/* Counts the missing facets among those that flips have made, which are between two new
- * tetrahedra, as present. */
-static void mesher__account_flipped_facets(mesher__recovery *r, const mesher__flipped *p)
-{
-    uint32_t i;
-    for (i = 0; i < p->num_new && r->num_missing_facets; i++) {
-        unsigned flags = r->mesh->flags[r->slots[i]], left = mesher__closed_facets(flags);
-        for (left &= ~flags; left; left &= left - 1) {
-            uint32_t k = mesher__row_bit(left);
-            if (p->inside[4 * i + k]) mesher__account_facet(r, r->slots[i], (int)k);
-        }
-    }
-}
-
-/* Marks the missing edges and facets that flips have brought in, in the flags of the new
- * tetrahedra: all tetrahedra around such an edge are new. */
-static void mesher__account_flips(mesher__recovery *r, const mesher__flipped *p)
-{
-    uint32_t i, k;
-    for (k = 0; k < p->num_edges; k++) {
-        uint32_t e = p->edges[k], a = r->edges[2 * (size_t)e], b = r->edges[2 * (size_t)e + 1];
-        int there = 0;
-        for (i = 0; i < p->num_new && !r->edge_present[e]; i++) {
-            const delaunay_tet *t = &r->mesh->tets[r->slots[i]];
-            int at_a = delaunay_local_index(t, a), at_b = delaunay_local_index(t, b);
-            unsigned bit;
-            if (at_a < 0 || at_b < 0) continue;
-            bit = DELAUNAY_EDGE_BIT(delaunay_edge_between(at_a, at_b));
-            r->mesh->flags[r->slots[i]] = (uint16_t)(r->mesh->flags[r->slots[i]] | bit);
-            there = 1;
-        }
-        if (there) mesher__set_edge_present(r, e, 1);
-    }
-    mesher__account_flipped_facets(r, p);
-}
-
 /* Commits the result of flips to the mesh, outside transactions: it removes no constraint. */
 static int mesher__commit_flips(mesher__recovery *r, const mesher__flipped *p)
 {
     delaunay_links links;
+    uint32_t i;
     if (p->num_new == 0) return 0;
     links.link = p->link;
     links.inside = p->inside;
@@ -5559,7 +5578,8 @@ static int mesher__commit_flips(mesher__recovery *r, const mesher__flipped *p)
     mesher__note_failure(r, delaunay_replace_linked(r->mesh, r->worker, p->old, p->num_old,
                                                     p->vertices, &links, p->num_new, r->slots));
     if (r->status != MESHER_OK) return 0;
-    mesher__account_flips(r, p);
+    for (i = 0; i < p->num_edges; i++) mesher__set_edge_present(r, p->edges[i], 1);
+    for (i = 0; i < p->num_facets; i++) mesher__set_facet_present(r, p->facets[i], 1);
     mesher__note_new(r, p->num_new);
     return r->status == MESHER_OK;
 }
