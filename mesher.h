@@ -5661,7 +5661,7 @@ static void mesher__try_ahead(mesher__recovery *r, uint32_t first, uint32_t end,
     {
         double begin = delaunay_cpu_seconds();
         mesher__flips *f = r->flips + MESHER__THREAD();
-        MESHER__OMP(omp for schedule(dynamic, 1))
+        MESHER__OMP(omp for schedule(dynamic, 1) nowait)
         for (i = first; i < (int64_t)end; i++) {
             mesher__flipped *p = r->flipped + (i - first);
             p->whole = mesher__try_flips(r, f, r->wanted[i], depth, p) && mesher__list_read(f, p);
