@@ -41,10 +41,11 @@
  *      be tried for it. From the cheapest on, these are: edge removal; smoothing of a vertex, by
  *      golden section and then by an ascent of the worst quality of the star; reconnection of a
  *      cavity that grows around the tetrahedron to 7 to 10 points; removal of one of its vertices,
- *      if necessary with a cavity larger than the star; insertion of a vertex inside it or on one
- *      of its edges, unless reconnection gains as much; reconnection of cavities of up to 16, then
- *      up to 32 points; and for the very worst, in the end, insertion and reconnection again with
- *      a longer search. A level runs only when no tetrahedron waits at a cheaper one. A change
+ *      if necessary with a cavity larger than the star (of more than 20 points only until such
+ *      searches have been in vain for long); insertion of a vertex inside it or on one of its
+ *      edges, unless reconnection gains as much; reconnection of cavities of up to 16, then up to
+ *      32 points; and for the very worst, in the end, insertion and reconnection again with a
+ *      longer search. A level runs only when no tetrahedron waits at a cheaper one. A change
  *      sends the bad tetrahedra that it touches back to the first level, a limited number of
  *      times; edges and vertices around which nothing has changed are not tried again. A
  *      tetrahedron that is as good as its facets on the surface allow is not tried at all.
@@ -631,6 +632,7 @@ typedef struct spr__state {
     uint32_t         first_new, max_new; /* vertices from first_new on are new: max_new at most */
     uint32_t         room_new;    /* max_new may grow to this */
     uint64_t         gone, max_gone; /* vertices that SPR__REMOVE has removed, and may remove */
+    int64_t          refill_credit; /* nodes that large refills may still visit in vain */
     delaunay_list    bad, items;  /* the work list of bad tetrahedra; those of this round */
     int              sweep;       /* the level that is running */
     uint64_t         num_bad;     /* bad tetrahedra at present */
@@ -2043,6 +2045,7 @@ static void spr__swap(delaunay_list *a, delaunay_list *b)
 
 /* Indices of delaunay_plan.data: what a plan tells spr__done. */
 enum {
+    SPR__COST = 0,    /* of large refills: twice the nodes visited; plus 1 if one is the plan */
     SPR__GOAL = 1,    /* the quality that is worth trying for, a double */
     SPR__IN_VAIN = 2, /* bit i: vertex i of the tetrahedron has no better position, or must stay */
     SPR__VAIN = 3,    /* from here on: keys of cavities that were searched in vain; or 0 */
@@ -3021,26 +3024,39 @@ static int spr__plan_contraction(const spr__state *s, delaunay_plan *plan, const
 
 enum {
     SPR__REFILL_POINTS = 26, /* of the cavity around a vertex that is removed, at most */
+    SPR__REFILL_LARGE = 21,  /* from so many points on, searches seldom succeed */
     SPR__REFILL_STEP = 4,    /* points by which this cavity grows between two searches */
-    SPR__REFILL_NODES = 3000, /* limit of a search: of the star alone */
-    SPR__REFILL_MORE = 1000   /* limit of a search: of a larger cavity */
+    SPR__REFILL_NODES = 1000 /* limit of a search */
+};
+
+/* Credit of large refills: nodes that they may visit in vain, in all. Where triangles are large
+ * beside the edges inside, they would otherwise take most of the time. */
+enum {
+    SPR__REFILL_BEGIN = 200000, /* of a mesh, besides some for each tetrahedron: */
+    SPR__REFILL_EACH = 6,
+    SPR__REFILL_PATCH = 2000,   /* of an attempt at a patch */
+    SPR__REFILL_LIFT = 100000,  /* at least, of a turn of lifting */
+    SPR__REFILL_GAIN = 5000     /* that each success adds */
 };
 
 /* Retriangulates the star of v, which is in plan->star, without v: first the star alone, then
- * larger and larger cavities around it. */
+ * larger and larger cavities around it, large ones as long as there is credit. */
 static int spr__plan_refill(const spr__state *s, delaunay_worker *worker, uint32_t v,
                             delaunay_plan *plan)
 {
     spr__cavity c;
     delaunay_window window;
     delaunay_search search;
-    int next = 0, more = spr__cavity_set(s, &c, plan->star.items, plan->star.count);
+    int next = 0, more = spr__cavity_set(s, &c, plan->star.items, plan->star.count), answer;
     while (more && next <= SPR__REFILL_POINTS) {
+        const int large = c.num_vertices >= SPR__REFILL_LARGE;
+        if (large && s->refill_credit <= 0) break;
         if (c.num_vertices >= next) {
-            if (spr__reconnect(s, worker, c.t, c.num_tets, v, c.before,
-                               next ? SPR__REFILL_MORE : SPR__REFILL_NODES, &window,
-                               &search) == SPR__FOUND)
-                return delaunay_plan_window(plan, &window, &search);
+            search.nodes = 0;
+            answer = spr__reconnect(s, worker, c.t, c.num_tets, v, c.before, SPR__REFILL_NODES,
+                                    &window, &search);
+            if (large) plan->data[SPR__COST] += 2 * (uint64_t)search.nodes + (answer == SPR__FOUND);
+            if (answer == SPR__FOUND) return delaunay_plan_window(plan, &window, &search);
             next = c.num_vertices + SPR__REFILL_STEP;
         }
         more = c.scanned == 0 ? spr__cavity_scan(s, &c) : spr__cavity_grow(s, &c);
@@ -3686,6 +3702,14 @@ static uint8_t spr__next_level(const spr__state *s, delaunay_handle t, int level
     return spr__level_from(s, SPR__UTMOST);
 }
 
+/* Takes what a plan has cost from the credit of large refills, and adds what a success gains. */
+static void spr__charge_refill(spr__state *s, const delaunay_plan *plan)
+{
+    const uint64_t cost = plan->data[SPR__COST];
+    s->refill_credit -= (int64_t)(cost / 2);
+    if (cost & 1) s->refill_credit += SPR__REFILL_GAIN;
+}
+
 static int spr__done(void *user, delaunay_mesh *m, delaunay_worker *worker, size_t item,
                      const delaunay_plan *plan)
 {
@@ -3693,6 +3717,7 @@ static int spr__done(void *user, delaunay_mesh *m, delaunay_worker *worker, size
     delaunay_handle t = s->items.items[item];
     size_t i;
     (void)worker;
+    spr__charge_refill(s, plan);
     if (!spr__fit(s)) {
         s->failure = SPR_ERROR_OUT_OF_MEMORY;
         return 1;
@@ -3834,7 +3859,10 @@ static void spr__set_allowance(spr__state *s, uint64_t num_tets)
     s->allowance[SPR__MEDIUM] = 5000 + num_tets / 50;
     s->allowance[SPR__LARGE] = SPR__LARGE_PLANS + num_tets / 400;
     s->allowance[SPR__UTMOST] = num_tets < 16000 ? 16 + num_tets / 100 : 176;
-    if (s->is_patch) s->allowance[SPR__LARGE] = s->allowance[SPR__UTMOST] = 0;
+    s->refill_credit = SPR__REFILL_BEGIN + SPR__REFILL_EACH * (int64_t)num_tets;
+    if (!s->is_patch) return;
+    s->allowance[SPR__LARGE] = s->allowance[SPR__UTMOST] = 0;
+    s->refill_credit = SPR__REFILL_PATCH;
 }
 
 enum { SPR__FEW = 32 }; /* of the worst, which are tried by SPR__UTMOST at a time */
@@ -4022,6 +4050,7 @@ static int spr__lift(spr__state *s)
     for (level = SPR__REMOVE; level < SPR__HOPELESS; level++)
         if (s->allowance[level] < UINT64_MAX / 2)
             s->allowance[level] += SPR__LIFT_PLANS * (uint64_t)s->items.count;
+    if (s->refill_credit < SPR__REFILL_LIFT) s->refill_credit = SPR__REFILL_LIFT;
     for (i = 0; i < s->items.count; i++) {
         delaunay_handle t = s->items.items[i];
         s->at[t].listed = 1;
