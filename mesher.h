@@ -5530,9 +5530,10 @@ static void mesher__mark_facets_made(const mesher__recovery *r, mesher__flipped 
 static int mesher__flips_take(const mesher__recovery *r, const mesher__flips *f, mesher__flipped *p)
 {
     uint32_t made[MESHER__FLIPPED], number[MESHER__CELLS];
-    int fits = mesher__list_flips(f, p, made, number) && mesher__list_edges_made(r, f, p);
-    if (!fits) p->num_old = p->num_new = 0;
-    if (!fits) return 0;
+    if (!mesher__list_flips(f, p, made, number) || !mesher__list_edges_made(r, f, p)) {
+        p->num_old = p->num_new = 0;
+        return 0;
+    }
     mesher__list_made(f, p, made, number);
     mesher__mark_edges_made(r, p);
     mesher__mark_facets_made(r, p);
