@@ -1135,34 +1135,38 @@ DELAUNAY_API delaunay_engine *delaunay_engine_new_lent(delaunay_mesh *mesh,
 
 /* ---- >>memory ----------------------------------------------------------------------------- */
 
-/* Large blocks get huge pages where the system has them: fewer page faults, fewer TLB misses. */
+/* Large blocks get huge pages where the system has them, from their beginning to their end, as the
+ * first access to a page of 4 KB costs more than all work on its contents: blocks of at least half
+ * a huge page begin at one, and one of which they use at least half is theirs. */
 enum { DELAUNAY__HUGE_PAGE = 2 << 20 };
 
-static void delaunay__ask_for_huge_pages(void *block, size_t size)
+static void *delaunay__malloc(void *user, size_t size)
 {
-#  if defined(MADV_HUGEPAGE)
-    if (block && size >= 2 * (size_t)DELAUNAY__HUGE_PAGE) {
+    (void)user;
+#if defined(MADV_HUGEPAGE)
+    if (size >= DELAUNAY__HUGE_PAGE / 2 && size <= SIZE_MAX - DELAUNAY__HUGE_PAGE) {
+        void *block;
+        size_t whole =
+            (size + DELAUNAY__HUGE_PAGE / 2) / DELAUNAY__HUGE_PAGE * DELAUNAY__HUGE_PAGE;
+        if (posix_memalign(&block, DELAUNAY__HUGE_PAGE, whole > size ? whole : size) != 0)
+            return NULL;
+        (void)madvise(block, whole, MADV_HUGEPAGE); /* a hint: may fail */
+        return block;
+    }
+#endif
+    return malloc(size);
+}
+/* Zeroed memory: what the system has just cleared is not cleared again. */
+static void *delaunay__calloc(size_t size)
+{
+    void *block = calloc(1, size);
+#if defined(MADV_HUGEPAGE)
+    if (block && size >= 2 * DELAUNAY__HUGE_PAGE) {
         size_t skip = DELAUNAY__HUGE_PAGE - (size_t)((uintptr_t)block % DELAUNAY__HUGE_PAGE);
         (void)madvise((char *)block + skip,
                       (size - skip) / DELAUNAY__HUGE_PAGE * DELAUNAY__HUGE_PAGE, MADV_HUGEPAGE);
     }
-#  else
-    (void)block;
-    (void)size;
-#  endif
-}
-
-static void *delaunay__malloc(void *user, size_t size)
-{
-    void *block = malloc(size);
-    (void)user;
-    delaunay__ask_for_huge_pages(block, size);
-    return block;
-}
-static void *delaunay__calloc(size_t size)
-{
-    void *block = calloc(1, size);
-    delaunay__ask_for_huge_pages(block, size);
+#endif
     return block;
 }
 static void delaunay__free(void *user, void *block)
@@ -7457,7 +7461,7 @@ DELAUNAY_API delaunay_result delaunay_voronoi_of(delaunay_voronoi *voronoi,
     result = delaunay__query_begin(mesh, host, m);
     if (result != DELAUNAY_OK) return result;
     for (t = 1; t < mesh->num_tets; t++)
-        if (!delaunay_is_deleted(mesh, t)) corners += delaunay_is_ghost(mesh, t) ? 3 : 6;
+        if (!delaunay_is_deleted(mesh, t)) corners += delaunay_is_ghost(mesh, t) ? 3u : 6u;
     delaunay__voronoi_faces(voronoi, mesh);
     faces = voronoi->num_faces;
     voronoi->num_cells = mesh->num_vertices;
