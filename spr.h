@@ -4313,15 +4313,15 @@ static double spr__random(uint64_t *state)
 
 /* Inserts a vertex at the centroid of one of the bad tetrahedra of a patch's own mesh, unless
  * rounding leaves no room there. Returns 0 if out of memory. */
-static int spr__patch_sow(const spr__state *s, const spr__patch *p, delaunay_mesh *m)
+static int spr__patch_sow(const spr__state *s, const spr__patch *p, delaunay_mesh *m,
+                          delaunay_worker *worker)
 {
     uint64_t state = ~(uint64_t)p->seed;
-    int which = (int)(0.5 * (1 + spr__random(&state)) * p->was_bad), k, j, ok;
+    int which = (int)(0.5 * (1 + spr__random(&state)) * p->was_bad), k, j;
     const double *corner[4];
     double x[3];
     uint32_t v[4][4], added;
     delaunay_handle t = 0;
-    delaunay_worker *worker;
     size_t i;
     for (i = 0; i < p->num_tets && t == 0; i++)
         if (s->value[p->t[i]] < s->target && which-- == 0) t = (delaunay_handle)i + 1;
@@ -4331,15 +4331,12 @@ static int spr__patch_sow(const spr__state *s, const spr__patch *p, delaunay_mes
         for (j = 0; j < 4; j++) corner[j] = j == k ? x : spr__point(m, m->tets[t].v[j]);
         if (!(delaunay_orient3d(corner[0], corner[1], corner[2], corner[3]) > 0)) return 1;
     }
-    worker = delaunay_worker_new(&m->memory);
-    added = worker ? delaunay_add_vertex(m, x, DELAUNAY_NO_ID) : 0;
+    added = delaunay_add_vertex(m, x, DELAUNAY_NO_ID);
     for (k = 0; k < 4; k++) {
         memcpy(v[k], m->tets[t].v, sizeof v[k]);
         v[k][k] = added;
     }
-    ok = added && delaunay_replace(m, worker, &t, 1, v[0], 4, NULL) == DELAUNAY_OK;
-    delaunay_worker_free(worker);
-    return ok;
+    return added && delaunay_replace(m, worker, &t, 1, v[0], 4, NULL) == DELAUNAY_OK;
 }
 
 /* Moves the vertices of a patch's own mesh that are inner or new at random, one by one; a move that
@@ -4557,7 +4554,7 @@ static void spr__patch_try(const spr__state *s, spr__patch *p)
     own.memory = &memory;
     result = delaunay_memory_init(&memory, &own.options.host);
     if (result == DELAUNAY_OK) result = spr__patch_mesh(s, p, &own.options.host, &mesh);
-    if (result == DELAUNAY_OK && sows && !spr__patch_sow(s, p, &mesh))
+    if (result == DELAUNAY_OK && sows && !spr__patch_sow(s, p, &mesh, own.lent))
         result = DELAUNAY_ERROR_OUT_OF_MEMORY;
     if (result == DELAUNAY_OK) {
         const uint32_t sown = mesh.num_vertices - 1 - (uint32_t)p->num_vertices;

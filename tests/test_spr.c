@@ -924,6 +924,7 @@ static void test_a_vertex_is_sown_in_a_bad_tetrahedron(void)
     static spr__patch p;
     delaunay_mesh m[2], own;
     delaunay_host host;
+    delaunay_worker *worker;
     spr__state s;
     double *value;
     delaunay_handle t;
@@ -931,6 +932,7 @@ static void test_a_vertex_is_sown_in_a_bad_tetrahedron(void)
     int seed, k;
     memset(&host, 0, sizeof host);
     make_lattices(4, m);
+    worker = delaunay_worker_new(&m->memory); /* of another mesh, as improvement lends it */
     patch_of_mesh(&p, m);
     CHECK(p.num_tets <= SPR__PATCH_TETS && p.num_vertices == 64);
     for (t = 1; t < m->num_tets; t++)
@@ -953,7 +955,7 @@ static void test_a_vertex_is_sown_in_a_bad_tetrahedron(void)
             const uint32_t *v = own.tets[bad + 1].v;
             memcpy(own.vertices[v[0]].x, own.vertices[v[1]].x, sizeof own.vertices[0].x);
         }
-        CHECK(spr__patch_sow(&s, &p, &own));
+        CHECK(spr__patch_sow(&s, &p, &own, worker));
         CHECK(own.num_vertices == (seed % 2 ? 65 : 66));
         CHECK(own.num_tets - 1 == p.num_tets + (seed % 2 ? 0 : 3));
         CHECK(num_marks(&own) == num_marks(m));
@@ -964,6 +966,7 @@ static void test_a_vertex_is_sown_in_a_bad_tetrahedron(void)
         delaunay_mesh_free(&own);
     }
     free(value);
+    delaunay_worker_free(worker);
     delaunay_mesh_free(&m[0]);
     delaunay_mesh_free(&m[1]);
 }
