@@ -9393,14 +9393,13 @@ static void delaunay__commit_tets(delaunay_engine *e, delaunay_plan *p)
  * their number. */
 static int64_t delaunay__plan_first(delaunay_engine *e, const delaunay_speculation *job, int64_t n)
 {
-    double start = delaunay_seconds(&e->host), now = start;
+    const int alone = e->num_threads == 1; /* then the clock is not asked */
+    double start = alone ? 0 : delaunay_seconds(&e->host), now = start;
     int64_t i;
     for (i = 0; i < n; i++) {
-        if (e->num_threads > 1 && now - start >= DELAUNAY__LEAST_ALONE &&
-            now >= e->crew.alone_until)
-            break;
+        if (!alone && now - start >= DELAUNAY__LEAST_ALONE && now >= e->crew.alone_until) break;
         delaunay__plan_make(e, job, e->plans[i], 0);
-        if (e->num_threads > 1) now = delaunay_seconds(&e->host);
+        if (!alone) now = delaunay_seconds(&e->host);
     }
     return i;
 }
@@ -9427,8 +9426,8 @@ static void delaunay__plan_rest(delaunay_engine *e, const delaunay_speculation *
 /* The number of threads for one short step per plan. */
 static int delaunay__threads_to_share(const delaunay_engine *e, int64_t plans)
 {
-    int worth =
-        plans >= DELAUNAY__ALONE_PLANS && delaunay_seconds(&e->host) >= e->crew.alone_until;
+    int worth = e->num_threads > 1 && plans >= DELAUNAY__ALONE_PLANS &&
+                delaunay_seconds(&e->host) >= e->crew.alone_until;
     return worth ? e->num_threads : 1;
 }
 

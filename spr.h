@@ -5114,7 +5114,7 @@ static spr_result spr__schedule(spr__state *s)
     spr__set_allowance(s, s->report->before.num_tets);
     if (!s->is_patch) s->tidy_below = UINT64_MAX;
     for (sweeps = 0; result == SPR_OK; sweeps++) {
-        double start = delaunay_seconds(&s->options.host), took;
+        double start = s->is_patch ? 0 : delaunay_seconds(&s->options.host), took;
         if (s->options.max_rounds > 0 && sweeps >= s->options.max_rounds)
             return SPR_STOPPED_BY_BUDGET;
         level = spr__refresh(s);
@@ -5123,6 +5123,7 @@ static spr_result spr__schedule(spr__state *s)
             continue;
         }
         result = spr__run(s, level);
+        if (s->is_patch) continue;
         took = delaunay_seconds(&s->options.host) - start;
         if (level == SPR__EDGES) s->report->seconds_edge_removal += took;
         else if (level == SPR__SMOOTH) s->report->seconds_smoothing += took;
