@@ -1427,6 +1427,48 @@ static int spr__cone_of_star(const spr__state *s, spr__cone *cone, uint32_t v,
     return 1;
 }
 
+#if defined(SPR__TARGET)
+/* The qualities of n tetrahedra on facet abc, four at a time. */
+SPR__TARGET static void spr__apex_qualities_avx2(const spr__state *s, const double *a,
+                                                 const double *b, const double *c, size_t n,
+                                                 const double *apices, double *out)
+{
+    spr__facet4 four;
+    spr__v3 p;
+    size_t i;
+    spr__facet4_of(&four, spr__same4(a), spr__same4(b), spr__same4(c));
+    for (i = 0; i < n; i += 4) {
+        p.x = _mm256_loadu_pd(apices + i);
+        p.y = _mm256_loadu_pd(apices + i + DELAUNAY_WINDOW_VERTICES);
+        p.z = _mm256_loadu_pd(apices + i + 2 * DELAUNAY_WINDOW_VERTICES);
+        _mm256_storeu_pd(out + i, s->gamma ? spr__gamma4(&four, p, NULL)
+                                           : spr__all4(&four, p, &s->focus));
+    }
+}
+#endif
+
+/* delaunay_search.qualities: those of n tetrahedra on facet abc. */
+static void spr__search_qualities(void *user, const double *a, const double *b, const double *c,
+                                  size_t n, const double *apices, double *out)
+{
+    const spr__state *s = (const spr__state *)user;
+    spr__facet f;
+    size_t i;
+#if defined(SPR__TARGET)
+    if (s->simd) {
+        spr__apex_qualities_avx2(s, a, b, c, n, apices, out);
+        return;
+    }
+#endif
+    spr__facet_set(&f, a, b, c);
+    for (i = 0; i < n; i++) {
+        double p[3];
+        int k;
+        for (k = 0; k < 3; k++) p[k] = apices[i + (size_t)k * DELAUNAY_WINDOW_VERTICES];
+        out[i] = spr__facet_value(s, &f, p);
+    }
+}
+
 /* -- bounds: how good a tetrahedron on a facet of the surface can be */
 
 /* An apex must lie on the inner side of n planes: those of the surface facets that meet the facet
@@ -1452,20 +1494,23 @@ static int spr__wedge_has(const spr__wedge *w, const double *p)
 static double spr__best_apex(const spr__state *s, const spr__facet *f, const spr__wedge *w,
                              double *p, double enough)
 {
-    static const signed char way[14][3] = {
-        {1, 0, 0},    {-1, 0, 0}, {0, 1, 0},   {0, -1, 0}, {0, 0, 1},   {0, 0, -1}, {1, 1, 1},
-        {-1, -1, -1}, {1, -1, 1}, {-1, 1, -1}, {1, 1, -1}, {-1, -1, 1}, {-1, 1, 1}, {1, -1, -1}};
-    double step = 0.4 * sqrt(f->longest), least = 2e-3 * step, best = spr__facet_value(s, f, p),
-           q[3], value;
+    enum { WAYS = 14 };
+    static const signed char way[3][WAYS] = {{1, -1, 0, 0, 0, 0, 1, -1, 1, -1, 1, -1, -1, 1},
+                                             {0, 0, 1, -1, 0, 0, 1, -1, -1, 1, 1, -1, 1, -1},
+                                             {0, 0, 0, 0, 1, -1, 1, -1, 1, -1, -1, 1, 1, -1}};
+    double step = 0.4 * sqrt(f->longest), least = 2e-3 * step, best = spr__facet_value(s, f, p);
+    double apices[3 * DELAUNAY_WINDOW_VERTICES] = {0}, value[DELAUNAY_WINDOW_VERTICES], q[3];
     int i, k, tries, moved;
-    for (tries = 0; step > least && tries < 100; tries++) {
-        for (moved = i = 0; i < 14; i++) {
-            if (best >= enough) return best;
-            for (k = 0; k < 3; k++) q[k] = p[k] + step * way[i][k];
+    for (tries = 0; step > least && best < enough && tries < 100; tries++) {
+        for (k = 0; k < 3; k++)
+            for (i = 0; i < WAYS; i++)
+                apices[i + k * DELAUNAY_WINDOW_VERTICES] = p[k] + step * way[k][i];
+        spr__search_qualities((void *)(uintptr_t)s, f->a, f->b, f->c, WAYS, apices, value);
+        for (moved = i = 0; i < WAYS; i++) {
+            if (!(value[i] > best)) continue;
+            for (k = 0; k < 3; k++) q[k] = apices[i + k * DELAUNAY_WINDOW_VERTICES];
             if (!spr__wedge_has(w, q)) continue;
-            value = spr__facet_value(s, f, q);
-            if (value <= best) continue;
-            best = value;
+            best = value[i];
             memcpy(p, q, sizeof q);
             moved = 1;
         }
@@ -2671,48 +2716,6 @@ static double spr__search_quality(void *user, const double *a, const double *b, 
 {
     const spr__state *s = (const spr__state *)user;
     return spr__quality(s, a, b, c, d);
-}
-
-#if defined(SPR__TARGET)
-/* The qualities of n tetrahedra on facet abc, four at a time. */
-SPR__TARGET static void spr__apex_qualities_avx2(const spr__state *s, const double *a,
-                                                 const double *b, const double *c, size_t n,
-                                                 const double *apices, double *out)
-{
-    spr__facet4 four;
-    spr__v3 p;
-    size_t i;
-    spr__facet4_of(&four, spr__same4(a), spr__same4(b), spr__same4(c));
-    for (i = 0; i < n; i += 4) {
-        p.x = _mm256_loadu_pd(apices + i);
-        p.y = _mm256_loadu_pd(apices + i + DELAUNAY_WINDOW_VERTICES);
-        p.z = _mm256_loadu_pd(apices + i + 2 * DELAUNAY_WINDOW_VERTICES);
-        _mm256_storeu_pd(out + i, s->gamma ? spr__gamma4(&four, p, NULL)
-                                           : spr__all4(&four, p, &s->focus));
-    }
-}
-#endif
-
-/* delaunay_search.qualities: those of n tetrahedra on facet abc. */
-static void spr__search_qualities(void *user, const double *a, const double *b, const double *c,
-                                  size_t n, const double *apices, double *out)
-{
-    const spr__state *s = (const spr__state *)user;
-    spr__facet f;
-    size_t i;
-#if defined(SPR__TARGET)
-    if (s->simd) {
-        spr__apex_qualities_avx2(s, a, b, c, n, apices, out);
-        return;
-    }
-#endif
-    spr__facet_set(&f, a, b, c);
-    for (i = 0; i < n; i++) {
-        double p[3];
-        int k;
-        for (k = 0; k < 3; k++) p[k] = apices[i + (size_t)k * DELAUNAY_WINDOW_VERTICES];
-        out[i] = spr__facet_value(s, &f, p);
-    }
 }
 
 static double spr__search_weight(void *user, double quality)
