@@ -3849,23 +3849,34 @@ static int spr__set_vain(spr__state *s)
     return s->vain != NULL;
 }
 
-/* Sets how many plans each level may make in all. On a clean mesh no limit is reached. Where the
- * surface leaves thousands of bad tetrahedra in thin places, the expensive searches stop at a cost
- * that grows with the size of the mesh alone. So do the cheap operators, which the worst surfaces
- * would call a dozen times per tetrahedron: where a quality is smaller than its rounding error, two
- * flips that undo each other may both seem to gain. */
-static void spr__set_allowance(spr__state *s, uint64_t num_tets)
+/* How many plans a level may make in all. On a clean mesh no limit is reached. Where the surface
+ * leaves thousands of bad tetrahedra in thin places, the expensive searches stop at a cost that
+ * grows with the size of the mesh alone. So do the cheap operators, which the worst surfaces would
+ * call a dozen times per tetrahedron: where a quality is smaller than its rounding error, two flips
+ * that undo each other may both seem to gain. */
+static uint64_t spr__plans_of_level(const spr__state *s, int level)
+{
+    const uint64_t num_tets = s->report->before.num_tets;
+    if (s->is_patch && level >= SPR__LARGE) return 0;
+    switch (level) {
+    case SPR__REMOVE:
+    case SPR__INSERT: return 20000 + num_tets / 10;
+    case SPR__MEDIUM: return 5000 + num_tets / 50;
+    case SPR__LARGE: return SPR__LARGE_PLANS + num_tets / 400;
+    case SPR__UTMOST: return num_tets < 16000 ? 16 + num_tets / 100 : 176;
+    default: return 20000 + 50 * num_tets;
+    }
+}
+
+static void spr__set_allowance(spr__state *s)
 {
     int level;
-    for (level = 0; level < SPR__REMOVE; level++) s->allowance[level] = 20000 + 50 * num_tets;
-    s->allowance[SPR__REMOVE] = s->allowance[SPR__INSERT] = 20000 + num_tets / 10;
-    s->allowance[SPR__MEDIUM] = 5000 + num_tets / 50;
-    s->allowance[SPR__LARGE] = SPR__LARGE_PLANS + num_tets / 400;
-    s->allowance[SPR__UTMOST] = num_tets < 16000 ? 16 + num_tets / 100 : 176;
-    s->refill_credit = SPR__REFILL_BEGIN + SPR__REFILL_EACH * (int64_t)num_tets;
-    if (!s->is_patch) return;
-    s->allowance[SPR__LARGE] = s->allowance[SPR__UTMOST] = 0;
+    for (level = 0; level < SPR__HOPELESS; level++)
+        s->allowance[level] = spr__plans_of_level(s, level);
     s->refill_credit = SPR__REFILL_PATCH;
+    if (!s->is_patch)
+        s->refill_credit =
+            SPR__REFILL_BEGIN + SPR__REFILL_EACH * (int64_t)s->report->before.num_tets;
 }
 
 enum { SPR__FEW = 32 }; /* of the worst, which are tried by SPR__UTMOST at a time */
@@ -4065,11 +4076,18 @@ static int spr__lift(spr__state *s)
     return 1;
 }
 
-/* Begins tidying, when nothing more can be gained: fewer bad tetrahedra. */
+enum { SPR__TIDY_SHARE = 4 }; /* of the plans that a level has, one in so many are for tidying */
+
+/* Begins tidying, when nothing more can be gained: fewer bad tetrahedra. What went before may have
+ * used up the plans. */
 static void spr__tidy(spr__state *s)
 {
     size_t i;
+    int level;
     s->tidy = 1;
+    for (level = SPR__REMOVE; level < SPR__HOPELESS && !s->is_patch; level++)
+        if (s->allowance[level] < spr__plans_of_level(s, level) / SPR__TIDY_SHARE)
+            s->allowance[level] = spr__plans_of_level(s, level) / SPR__TIDY_SHARE;
     for (i = 0; i < s->bad.count; i++) spr__begin_again(s, s->bad.items[i]);
     memset(s->stays, 0, s->cap_vertices * sizeof *s->stays);
 }
@@ -5114,7 +5132,7 @@ static spr_result spr__schedule(spr__state *s)
 {
     spr_result result = SPR_OK;
     int sweeps, level, shaken = 0;
-    spr__set_allowance(s, s->report->before.num_tets);
+    spr__set_allowance(s);
     if (!s->is_patch) s->tidy_below = UINT64_MAX;
     for (sweeps = 0; result == SPR_OK; sweeps++) {
         double start = s->is_patch ? 0 : delaunay_seconds(&s->options.host), took;
