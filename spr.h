@@ -633,6 +633,7 @@ typedef struct spr__state {
     uint32_t         room_new;    /* max_new may grow to this */
     uint64_t         gone, max_gone; /* vertices that SPR__REMOVE has removed, and may remove */
     int64_t          refill_credit; /* nodes that large refills may still visit in vain */
+    int              credit_ended;  /* there was none at some time: not all was tried */
     delaunay_list    bad, items;  /* the work list of bad tetrahedra; those of this round */
     int              sweep;       /* the level that is running */
     uint64_t         num_bad;     /* bad tetrahedra at present */
@@ -3711,6 +3712,7 @@ static void spr__charge_refill(spr__state *s, const delaunay_plan *plan)
     const uint64_t cost = plan->data[SPR__COST];
     s->refill_credit -= (int64_t)(cost / 2);
     if (cost & 1) s->refill_credit += SPR__REFILL_GAIN;
+    s->credit_ended |= s->refill_credit <= 0;
 }
 
 static int spr__done(void *user, delaunay_mesh *m, delaunay_worker *worker, size_t item,
@@ -5206,7 +5208,7 @@ static spr_reason spr__reason(const spr__state *s, delaunay_handle t, int stoppe
     if (stopped ? spr__is_held(s, t) : (float)spr__goal(s, t) < (float)s->target)
         return SPR_BOUNDED;
     if (spr__is_fixed(s, t)) return SPR_FIXED;
-    if (s->gone >= s->max_gone) return SPR_BUDGET;
+    if (s->gone >= s->max_gone || s->credit_ended) return SPR_BUDGET;
     return s->at[t].level != SPR__HOPELESS ||
                    spr__has_changed(s, s->mesh->tets[t].v, spr__case_of(s, t)->tried + 1)
                ? SPR_BUDGET

@@ -971,6 +971,58 @@ static void test_a_vertex_is_sown_in_a_bad_tetrahedron(void)
     delaunay_mesh_free(&m[1]);
 }
 
+/* The removal of a vertex with many neighbours is searched for as long as there is credit; a search
+ * in vain is paid for, and when no credit is left, that is known. */
+static void test_large_refills_end_with_their_credit(void)
+{
+    enum { AROUND = 24 };
+    double xyz[3 * (AROUND + 1)] = {0};
+    delaunay_mesh m;
+    delaunay_list star;
+    spr__state s;
+    int i, credit;
+    for (i = 0; i < AROUND; i++) {
+        double z = (2 * i + 1) / (double)AROUND - 1, angle = 2.399963229728653 * i;
+        xyz[3 * i] = sqrt(1 - z * z) * cos(angle);
+        xyz[3 * i + 1] = sqrt(1 - z * z) * sin(angle);
+        xyz[3 * i + 2] = z;
+    }
+    xyz[3 * AROUND] = 0.3; /* the vertex: in each tetrahedron */
+    memset(&m, 0, sizeof m);
+    CHECK(delaunay_tetrahedralize(&m, xyz, AROUND + 1, NULL, NULL) == DELAUNAY_OK);
+    CHECK(delaunay_link_vertices(&m) == DELAUNAY_OK);
+    memset(&star, 0, sizeof star);
+    star.memory = &m.memory;
+    memset(&s, 0, sizeof s);
+    s.mesh = &m;
+    s.memory = &m.memory;
+    s.gamma = 1;
+    s.target = 0.99; /* beyond reach */
+    s.value = (double *)calloc(m.num_tets, sizeof *s.value);
+    for (i = 1; i < (int)m.num_tets; i++)
+        if (is_real(&m, (delaunay_handle)i)) {
+            s.value[i] = 0.95; /* so that no search succeeds */
+            CHECK(delaunay_list_push(&star, (delaunay_handle)i) == DELAUNAY_OK);
+        }
+    for (credit = 1; credit >= 0; credit--) {
+        delaunay_worker *worker = delaunay_worker_new(&m.memory);
+        delaunay_plan *plan = (delaunay_plan *)delaunay_alloc(&m.memory, 1, sizeof *plan);
+        memset(plan, 0, sizeof *plan);
+        plan->star = star;
+        s.refill_credit = credit;
+        s.credit_ended = 0;
+        CHECK(spr__plan_refill(&s, worker, m.vertex_of[AROUND], plan) == DELAUNAY_PLAN_NOTHING);
+        CHECK((plan->data[SPR__COST] > 0) == credit);
+        spr__charge_refill(&s, plan);
+        CHECK(s.credit_ended && s.refill_credit <= 0);
+        delaunay_release(&m.memory, plan);
+        delaunay_worker_free(worker);
+    }
+    free(s.value);
+    delaunay_list_free(&star);
+    delaunay_mesh_free(&m);
+}
+
 /* Walls one tetrahedron thick, of shaken squares: all that is bad can be good without new vertices,
  * which are few then. */
 static void test_walls_need_few_vertices(void)
@@ -2198,6 +2250,7 @@ int main(void)
     test_room_for_a_new_vertex();
     test_parts_with_few_bad_ones_are_shaken_first();
     test_a_vertex_is_sown_in_a_bad_tetrahedron();
+    test_large_refills_end_with_their_credit();
     test_a_flat_one_among_good_ones();
     test_flat_ones_over_bent_polygons();
     test_where_hardly_anything_can_be_good();
