@@ -2608,10 +2608,11 @@ typedef struct spr__cavity {
     int             num_ahead;
 } spr__cavity;
 
-static int spr__cavity_has_tet(const spr__cavity *c, delaunay_handle t)
+/* Whether t is among the tetrahedra from this position on. */
+static int spr__cavity_has_tet(const spr__cavity *c, int from, delaunay_handle t)
 {
     int i;
-    for (i = c->num_tets; i-- > 0;)
+    for (i = c->num_tets; i-- > from;)
         if (c->t[i] == t) return 1;
     return 0;
 }
@@ -2637,12 +2638,13 @@ static int spr__cavity_add(const spr__state *s, spr__cavity *c, delaunay_handle 
 static int spr__cavity_scan(const spr__state *s, spr__cavity *c)
 {
     const delaunay_mesh *m = s->mesh;
+    const int from = c->scanned; /* those before were known when the facets ahead were listed */
     int i, k;
     for (; c->scanned < c->num_tets; c->scanned++)
         for (i = 0; i < 4; i++) {
             delaunay_handle t = c->t[c->scanned], n = m->tets[t].n[i];
             uint32_t apex;
-            if (spr__is_wall(m, t, i) || spr__cavity_has_tet(c, n / 4)) continue;
+            if (spr__is_wall(m, t, i) || spr__cavity_has_tet(c, 0, n / 4)) continue;
             apex = m->tets[n / 4].v[n % 4];
             if (spr__cavity_has_vertex(c, apex)) {
                 if (!spr__cavity_add(s, c, n / 4)) return 0;
@@ -2652,7 +2654,7 @@ static int spr__cavity_scan(const spr__state *s, spr__cavity *c)
             }
         }
     for (i = k = 0; i < c->num_ahead; i++) { /* forget those that have joined */
-        if (spr__cavity_has_tet(c, c->behind[i])) continue;
+        if (spr__cavity_has_tet(c, from, c->behind[i])) continue;
         c->ahead[k] = c->ahead[i];
         c->behind[k++] = c->behind[i];
     }
@@ -2706,7 +2708,7 @@ static int spr__cavity_grow(const spr__state *s, spr__cavity *c)
     if (most == 0) return 0;
     c->v[c->num_vertices++] = best;
     for (i = 0; i < c->num_ahead; i++)
-        if (c->ahead[i] == best && !spr__cavity_has_tet(c, c->behind[i]) &&
+        if (c->ahead[i] == best && !spr__cavity_has_tet(c, c->scanned, c->behind[i]) &&
             !spr__cavity_add(s, c, c->behind[i]))
             return 0;
     return spr__cavity_scan(s, c);
