@@ -1136,15 +1136,17 @@ DELAUNAY_API delaunay_engine *delaunay_engine_new_lent(delaunay_mesh *mesh,
 /* ---- >>memory ----------------------------------------------------------------------------- */
 
 /* Large blocks get huge pages where the system has them, from their beginning to their end, as the
- * first access to a page of 4 KB costs more than all work on its contents: blocks of at least half
- * a huge page begin at one, and one of which they use at least half is theirs. */
+ * first access to a page of 4 KB costs more than all work on its contents: they begin at one, and
+ * the last of which they use at least half is theirs. Large is two huge pages, or half a one for an
+ * account that holds several: blocks of small meshes come again and again, often used in part. */
 enum { DELAUNAY__HUGE_PAGE = 2 << 20 };
 
-static void *delaunay__malloc(void *user, size_t size)
+static void *delaunay__malloc_beside(size_t held, size_t size)
 {
-    (void)user;
 #if defined(MADV_HUGEPAGE)
-    if (size >= DELAUNAY__HUGE_PAGE / 2 && size <= SIZE_MAX - DELAUNAY__HUGE_PAGE) {
+    const size_t large = held < 8 * DELAUNAY__HUGE_PAGE ? 2 * DELAUNAY__HUGE_PAGE
+                                                        : DELAUNAY__HUGE_PAGE / 2;
+    if (size >= large && size <= SIZE_MAX - DELAUNAY__HUGE_PAGE) {
         void *block;
         size_t whole =
             (size + DELAUNAY__HUGE_PAGE / 2) / DELAUNAY__HUGE_PAGE * DELAUNAY__HUGE_PAGE;
@@ -1154,7 +1156,13 @@ static void *delaunay__malloc(void *user, size_t size)
         return block;
     }
 #endif
+    (void)held;
     return malloc(size);
+}
+static void *delaunay__malloc(void *user, size_t size)
+{
+    (void)user;
+    return delaunay__malloc_beside(0, size);
 }
 /* Zeroed memory: what the system has just cleared is not cleared again. */
 static void *delaunay__calloc(size_t size)
@@ -1203,7 +1211,7 @@ DELAUNAY_API delaunay_result delaunay_memory_init(delaunay_memory *memory,
 static void *delaunay__alloc(delaunay_memory *memory, size_t count, size_t size, int zeroed)
 {
     size_t total;
-    int cleared;
+    int own, cleared;
     char *base, *block;
     delaunay__block *head;
     if (size != 0 && count > (SIZE_MAX - 2 * DELAUNAY__ALIGN) / size) return NULL;
@@ -1215,8 +1223,10 @@ static void *delaunay__alloc(delaunay_memory *memory, size_t count, size_t size,
     if (memory->limit_bytes &&
         (total > memory->limit_bytes || memory->bytes > memory->limit_bytes - total))
         return NULL;
-    cleared = zeroed && memory->allocator.alloc == delaunay__malloc;
+    own = memory->allocator.alloc == delaunay__malloc;
+    cleared = zeroed && own;
     base = (char *)(cleared ? delaunay__calloc(total)
+                    : own   ? delaunay__malloc_beside(memory->bytes, total)
                             : memory->allocator.alloc(memory->allocator.user, total));
     if (!base) return NULL;
     block = base + (2 * DELAUNAY__ALIGN - (size_t)((uintptr_t)base % DELAUNAY__ALIGN));
