@@ -1448,7 +1448,8 @@ SPR__TARGET static void spr__apex_qualities_avx2(const spr__state *s, const doub
 }
 #endif
 
-/* delaunay_search.qualities: those of n tetrahedra on facet abc. */
+/* delaunay_search.qualities: those of n tetrahedra on facet abc. A function of the caller is called
+ * for each. */
 static void spr__search_qualities(void *user, const double *a, const double *b, const double *c,
                                   size_t n, const double *apices, double *out)
 {
@@ -1456,7 +1457,7 @@ static void spr__search_qualities(void *user, const double *a, const double *b, 
     spr__facet f;
     size_t i;
 #if defined(SPR__TARGET)
-    if (s->simd) {
+    if (s->simd && (s->gamma || s->rounding)) {
         spr__apex_qualities_avx2(s, a, b, c, n, apices, out);
         return;
     }

@@ -971,6 +971,33 @@ static void test_a_vertex_is_sown_in_a_bad_tetrahedron(void)
     delaunay_mesh_free(&m[1]);
 }
 
+/* The bound of a facet is one of the quality that is asked for, with AVX2 or without. */
+static double cube_of_gamma(void *user, const double *a, const double *b, const double *c,
+                            const double *d)
+{
+    double gamma = spr_gamma(a, b, c, d);
+    (void)user;
+    return gamma * gamma * gamma;
+}
+
+static void test_bounds_are_of_the_callers_quality(void)
+{
+    static const double flat[3][3] = {{0, 0, 0}, {1, 0, 0}, {0.4, 0.1, 0}};
+    double bound[2], gamma = spr_gamma_bound(flat[0], flat[1], flat[2]);
+    spr__state s;
+    spr__facet f;
+    int simd;
+    memset(&s, 0, sizeof s);
+    s.quality = cube_of_gamma;
+    spr__facet_set(&f, flat[0], flat[1], flat[2]);
+    for (simd = 0; simd < 2; simd++) {
+        s.simd = simd;
+        bound[simd] = spr__facet_bound(&s, &f, NULL, NULL, HUGE_VAL);
+        CHECK(fabs(bound[simd] - gamma * gamma * gamma) < 0.01 * bound[simd]);
+    }
+    CHECK(bound[0] == bound[1]);
+}
+
 /* The removal of a vertex with many neighbours is searched for as long as there is credit; a search
  * in vain is paid for, and when no credit is left, that is known. */
 static void test_large_refills_end_with_their_credit(void)
@@ -2251,6 +2278,7 @@ int main(void)
     test_parts_with_few_bad_ones_are_shaken_first();
     test_a_vertex_is_sown_in_a_bad_tetrahedron();
     test_large_refills_end_with_their_credit();
+    test_bounds_are_of_the_callers_quality();
     test_a_flat_one_among_good_ones();
     test_flat_ones_over_bent_polygons();
     test_where_hardly_anything_can_be_good();
