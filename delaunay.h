@@ -1141,28 +1141,28 @@ DELAUNAY_API delaunay_engine *delaunay_engine_new_lent(delaunay_mesh *mesh,
  * account that holds several: blocks of small meshes come again and again, often used in part. */
 enum { DELAUNAY__HUGE_PAGE = 2 << 20 };
 
-static void *delaunay__malloc_beside(size_t held, size_t size)
+/* Returns where a block of size bytes begins; *base is what to free. (glibc's heap would grow with
+ * each block if malloc were asked for aligned ones: it does not look for them among freed ones.) */
+static void *delaunay__malloc_beside(size_t held, size_t size, void **base)
 {
 #if defined(MADV_HUGEPAGE)
-    const size_t large = held < 8 * DELAUNAY__HUGE_PAGE ? 2 * DELAUNAY__HUGE_PAGE
-                                                        : DELAUNAY__HUGE_PAGE / 2;
-    if (size >= large && size <= SIZE_MAX - DELAUNAY__HUGE_PAGE) {
-        void *block;
-        size_t whole =
-            (size + DELAUNAY__HUGE_PAGE / 2) / DELAUNAY__HUGE_PAGE * DELAUNAY__HUGE_PAGE;
-        if (posix_memalign(&block, DELAUNAY__HUGE_PAGE, whole > size ? whole : size) != 0)
-            return NULL;
+    const size_t page = DELAUNAY__HUGE_PAGE, large = held < 8 * page ? 2 * page : page / 2;
+    if (size >= large && size <= SIZE_MAX - 2 * page) {
+        size_t whole = (size + page / 2) / page * page;
+        char *block = (char *)(*base = malloc((whole > size ? whole : size) + page));
+        if (!block) return NULL;
+        block += (page - (size_t)((uintptr_t)block % page)) % page;
         (void)madvise(block, whole, MADV_HUGEPAGE); /* a hint: may fail */
         return block;
     }
 #endif
     (void)held;
-    return malloc(size);
+    return *base = malloc(size);
 }
 static void *delaunay__malloc(void *user, size_t size)
 {
     (void)user;
-    return delaunay__malloc_beside(0, size);
+    return malloc(size);
 }
 /* Zeroed memory: what the system has just cleared is not cleared again. */
 static void *delaunay__calloc(size_t size)
@@ -1211,8 +1211,9 @@ DELAUNAY_API delaunay_result delaunay_memory_init(delaunay_memory *memory,
 static void *delaunay__alloc(delaunay_memory *memory, size_t count, size_t size, int zeroed)
 {
     size_t total;
-    int own, cleared;
-    char *base, *block;
+    int own;
+    void *base;
+    char *from, *block;
     delaunay__block *head;
     if (size != 0 && count > (SIZE_MAX - 2 * DELAUNAY__ALIGN) / size) return NULL;
     if (!memory->allocator.alloc) { /* a zeroed account */
@@ -1224,18 +1225,21 @@ static void *delaunay__alloc(delaunay_memory *memory, size_t count, size_t size,
         (total > memory->limit_bytes || memory->bytes > memory->limit_bytes - total))
         return NULL;
     own = memory->allocator.alloc == delaunay__malloc;
-    cleared = zeroed && own;
-    base = (char *)(cleared ? delaunay__calloc(total)
-                    : own   ? delaunay__malloc_beside(memory->bytes, total)
-                            : memory->allocator.alloc(memory->allocator.user, total));
-    if (!base) return NULL;
-    block = base + (2 * DELAUNAY__ALIGN - (size_t)((uintptr_t)base % DELAUNAY__ALIGN));
+    if (own && !zeroed) {
+        from = (char *)delaunay__malloc_beside(memory->bytes, total, &base);
+    } else {
+        base = own ? delaunay__calloc(total)
+                   : memory->allocator.alloc(memory->allocator.user, total);
+        from = (char *)base;
+    }
+    if (!from) return NULL;
+    block = from + (2 * DELAUNAY__ALIGN - (size_t)((uintptr_t)from % DELAUNAY__ALIGN));
     head = (delaunay__block *)(void *)(block - DELAUNAY__ALIGN);
     head->base = base;
     head->size = total;
     memory->bytes += total;
     if (memory->bytes > memory->peak_bytes) memory->peak_bytes = memory->bytes;
-    if (zeroed && !cleared) memset(block, 0, count * size);
+    if (zeroed && !own) memset(block, 0, count * size);
     return block;
 }
 

@@ -1023,9 +1023,54 @@ static void results_have_sentences(void)
     }
 }
 
+#if defined(__linux__) && defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__)
+static size_t pages_of_process(void)
+{
+    unsigned long pages = 0;
+    FILE *file = fopen("/proc/self/statm", "r");
+    if (!file) return 0;
+    CHECK(fscanf(file, "%lu", &pages) == 1);
+    fclose(file);
+    return (size_t)pages;
+}
+
+/* Blocks like those of a triangulation, again and again, fit where the first ones were. */
+static void freed_blocks_are_used_again(void)
+{
+    const size_t mb = 1 << 20;
+    delaunay_memory m;
+    size_t before = 0;
+    int i;
+    delaunay_memory_init(&m, NULL);
+    for (i = 0; i < 12; i++) {
+        void *keys = delaunay_alloc(&m, 16, mb), *values = delaunay_alloc(&m, 8, mb);
+        void *vertices, *tets, *moved, *spare;
+        delaunay_release(&m, values);
+        values = delaunay_alloc(&m, 16, mb);
+        vertices = delaunay_alloc(&m, 28, mb);
+        delaunay_release(&m, keys);
+        delaunay_release(&m, values);
+        tets = delaunay_alloc(&m, 210, mb);
+        moved = delaunay_alloc(&m, 26, mb);
+        spare = delaunay_alloc(&m, 30, mb);
+        CHECK(vertices && tets && moved && spare);
+        delaunay_release(&m, moved);
+        delaunay_release(&m, spare);
+        delaunay_release(&m, vertices);
+        delaunay_release(&m, tets);
+        CHECK(m.bytes == 0);
+        if (i == 2) before = pages_of_process();
+    }
+    CHECK(pages_of_process() < before + (64 << 20) / 4096);
+}
+#endif
+
 int main(void)
 {
     CHECK(delaunay_selftest() == DELAUNAY_OK);
+#if defined(__linux__) && defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__)
+    freed_blocks_are_used_again();
+#endif
     results_have_sentences();
     small_lattices();
     all_kinds_are_delaunay();
