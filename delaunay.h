@@ -4298,6 +4298,8 @@ typedef struct delaunay__numbering {
     uint32_t *keys;         /* of each slot: its delaunay__short_key; finally spare memory */
     size_t *counts;         /* of each thread and chunk of vertices: real tetrahedra and ghosts */
     size_t num_chunks;
+    uint16_t *owner;        /* of each chunk: the thread that fills and sorts its buckets */
+    delaunay_handle *others; /* of each thread: a list of its slots that go to others' buckets */
     delaunay__large_bucket *large;
     size_t num_large;
     delaunay_handle *spare; /* memory of keys and heads: a handle for each slot, and each vertex */
@@ -4347,14 +4349,25 @@ DELAUNAY_INLINE uint32_t delaunay__short_key(uint32_t second, uint32_t third)
     return (second * 0x9e3779b1u + third * 0x85ebca6bu) & DELAUNAY__SHORT_KEY_MASK;
 }
 
-/* For slots t to end-1: puts rotations into mark, keys into keys, and real tetrahedra into their
- * buckets; counts real ones and ghosts. The bucket of vertex 0 has the deleted slots. */
-static DELAUNAY__NOINLINE void delaunay__find_plain(const delaunay__numbering *c, size_t t,
-                                                    size_t end, size_t *counts)
+/* The head of the list to which a slot belongs: the bucket of its greatest vertex, if that is the
+ * thread's own or there is only one thread; else the list of slots for others' buckets. */
+DELAUNAY_INLINE delaunay_handle *delaunay__head_of(const delaunay__numbering *c, size_t greatest,
+                                                   int thread, delaunay_handle *others,
+                                                   const int shared)
+{
+    if (shared && c->owner[greatest / DELAUNAY__CHUNK] != thread) return others;
+    return &c->heads[greatest];
+}
+
+/* For slots t to end-1, the share of a thread: puts rotations into mark, keys into keys, and real
+ * tetrahedra into their buckets; counts real ones and ghosts. The bucket of vertex 0 has the
+ * deleted slots. Returns the first of the slots that belong to others' buckets, a list. */
+static DELAUNAY__NOINLINE delaunay_handle delaunay__find_plain(const delaunay__numbering *c,
+                                                               size_t t, size_t end, size_t *counts,
+                                                               int thread)
 {
     const delaunay_mesh *mesh = c->mesh;
-    const int shared = c->threads > 1;
-    delaunay_handle ghosts = 0; /* head of a list that nobody reads */
+    delaunay_handle others = 0, ghosts = 0; /* ghosts: head of a list that nobody reads */
     while (end-- > t) {
         const uint32_t *v = mesh->tets[end].v;
         unsigned r = v[0] ? c->rotations.index[delaunay__rotation_code(v)] : 0;
@@ -4362,23 +4375,25 @@ static DELAUNAY__NOINLINE void delaunay__find_plain(const delaunay__numbering *c
         size_t greatest = v[order[0]], ghost = r >= DELAUNAY__GHOST_ROTATION;
         mesh->mark[end] = (uint8_t)r;
         c->keys[end] = delaunay__short_key(v[order[1]], v[order[2]]);
-        c->moved[end] = delaunay__put_first(ghost ? &ghosts : &c->heads[greatest],
-                                            (delaunay_handle)end, shared);
+        c->moved[end] = delaunay__put_first(
+            ghost ? &ghosts : delaunay__head_of(c, greatest, thread, &others, c->threads > 1),
+            (delaunay_handle)end, 0);
         counts[2 * (greatest / DELAUNAY__CHUNK) + ghost] += r != 0;
     }
+    return others;
 }
 
 #  if defined(DELAUNAY__AVX2) && !defined(DELAUNAY_INDEX64)
 /* The same with all comparisons at once. They are signed, so the first bits are flipped. */
-DELAUNAY__TARGET DELAUNAY__ALWAYS_INLINE void
+DELAUNAY__TARGET DELAUNAY__ALWAYS_INLINE delaunay_handle
 delaunay__find_avx2_in(const delaunay__numbering *c, size_t t, size_t end, size_t *counts,
-                       const int shared)
+                       int thread, const int shared)
 {
     const __m128i first_bit = _mm_set1_epi32(INT32_MIN), zero = _mm_setzero_si128();
     const delaunay_tet *tets = c->mesh->tets;
     const uint8_t *index = c->rotations.index;
     uint8_t *mark = c->mesh->mark;
-    delaunay_handle *moved = c->moved, *heads = c->heads, ghosts = 0;
+    delaunay_handle *moved = c->moved, others = 0, ghosts = 0;
     uint32_t *keys = c->keys;
     while (end-- > t) {
         __m128i v = _mm_loadu_si128((const __m128i *)(const void *)tets[end].v);
@@ -4392,40 +4407,88 @@ delaunay__find_avx2_in(const delaunay__numbering *c, size_t t, size_t end, size_
         const uint8_t *order = c->rotations.order[r];
         size_t greatest = tets[end].v[order[0]]; /* of a deleted one: v[0], which is 0 */
         size_t ghost = r >= DELAUNAY__GHOST_ROTATION;
+        delaunay_handle *head = delaunay__head_of(c, greatest, thread, &others, shared);
         mark[end] = (uint8_t)r;
         keys[end] = delaunay__short_key(tets[end].v[order[1]], tets[end].v[order[2]]);
-        moved[end] = delaunay__put_first(ghost ? &ghosts : &heads[greatest], (delaunay_handle)end,
-                                         shared) |
+        moved[end] = delaunay__put_first(ghost ? &ghosts : head, (delaunay_handle)end, 0) |
                      r << DELAUNAY__PACKED_BITS;
         counts[2 * (greatest / DELAUNAY__CHUNK) + ghost] += r != 0;
     }
+    return others;
 }
 
-static DELAUNAY__TARGET DELAUNAY__NOINLINE void
-delaunay__find_avx2(const delaunay__numbering *c, size_t t, size_t end, size_t *counts)
+static DELAUNAY__TARGET DELAUNAY__NOINLINE delaunay_handle
+delaunay__find_avx2(const delaunay__numbering *c, size_t t, size_t end, size_t *counts, int thread)
 {
-    if (c->threads > 1) delaunay__find_avx2_in(c, t, end, counts, 1);
-    else delaunay__find_avx2_in(c, t, end, counts, 0);
+    if (c->threads > 1) return delaunay__find_avx2_in(c, t, end, counts, thread, 1);
+    return delaunay__find_avx2_in(c, t, end, counts, thread, 0);
 }
 #  endif
 
+/* Makes each chunk the own one of the thread that has most of its tetrahedra, as samples show. */
+static void delaunay__choose_owners(const delaunay__numbering *c)
+{
+    enum { DELAUNAY__SAMPLE = 256 }; /* slots; a chunk has some 27000 tetrahedra */
+    const size_t each = 2 * c->num_chunks;
+    size_t chunk;
+    int i;
+    memset(c->owner, 0, c->num_chunks * sizeof *c->owner);
+    if (c->threads == 1) return;
+    DELAUNAY__OMP(omp parallel for num_threads(c->threads) schedule(static, 1))
+    for (i = 0; i < c->threads; i++) {
+        size_t t, end, *counts = c->counts + each * (size_t)i;
+        delaunay__slots_of(c, i, &t, &end);
+        for (; t < end; t += DELAUNAY__SAMPLE) {
+            const uint32_t *v = c->mesh->tets[t].v;
+            uint8_t order[4];
+            if (v[0] == 0) continue; /* deleted: the others may be anything */
+            delaunay__canonical_rotation(v, order);
+            counts[2 * (v[order[0]] / DELAUNAY__CHUNK)]++;
+        }
+    }
+    for (chunk = 0; chunk < c->num_chunks; chunk++) {
+        const size_t *counts = c->counts + 2 * chunk;
+        for (i = 1; i < c->threads; i++)
+            if (counts[each * (size_t)i] > counts[each * c->owner[chunk]])
+                c->owner[chunk] = (uint16_t)i;
+    }
+    memset(c->counts, 0, each * (size_t)c->threads * sizeof *c->counts);
+}
+
+/* Puts the slots of a list into their buckets; other threads do the same. */
+static void delaunay__list_others(const delaunay__numbering *c, delaunay_handle t)
+{
+    while (t) {
+        delaunay_handle *moved = &c->moved[t], rotation = *moved & ~c->slot_mask,
+                        next = *moved & c->slot_mask;
+        uint32_t greatest = c->mesh->tets[t].v[c->rotations.order[c->mesh->mark[t]][0]];
+        *moved = rotation | delaunay__put_first(&c->heads[greatest], t, 1);
+        t = next;
+    }
+}
+
+/* At first each thread fills the buckets of its own vertices, without any communication. Where the
+ * slots are nearly in order, few tetrahedra remain for the buckets of others. */
 static DELAUNAY__NOINLINE void delaunay__find_rotations(const delaunay__numbering *c)
 {
     delaunay_mesh *mesh = c->mesh;
     int i;
+    delaunay__choose_owners(c);
     DELAUNAY__OMP(omp parallel for num_threads(c->threads) schedule(static, 1) if(c->threads > 1))
     for (i = 0; i < c->threads; i++) {
         size_t t, end, *counts = c->counts + 2 * c->num_chunks * (size_t)i;
         delaunay__slots_of(c, i, &t, &end);
 #  if defined(DELAUNAY__AVX2) && !defined(DELAUNAY_INDEX64)
-        if (c->simd) delaunay__find_avx2(c, t, end, counts);
+        if (c->simd) c->others[i] = delaunay__find_avx2(c, t, end, counts, i);
         else
 #  endif
-            delaunay__find_plain(c, t, end, counts);
+            c->others[i] = delaunay__find_plain(c, t, end, counts, i);
         for (; mesh->flags && t < end; t++)
             mesh->flags[t] =
                 delaunay__rotate_flags(mesh->flags[t], c->rotations.order[mesh->mark[t]]);
     }
+    DELAUNAY__OMP(omp parallel for num_threads(c->threads) schedule(static, 1) if(c->threads > 1))
+    for (i = 0; i < c->threads; i++) delaunay__list_others(c, c->others[i]);
 }
 
 /* Replaces the counts of the first thread by the first new slot of each chunk; ghosts come after
@@ -4680,16 +4743,21 @@ static void delaunay__sort_chunk(delaunay__numbering *c, uint32_t v, uint32_t en
     }
 }
 
-/* New slots for the tetrahedra in all buckets, which are those of real ones or of ghosts. */
+/* New slots for the tetrahedra in all buckets, which are those of real ones or of ghosts. Each
+ * thread goes through its own chunks. */
 static DELAUNAY__NOINLINE void delaunay__sort_buckets(delaunay__numbering *c, int ghosts)
 {
     const uint32_t n = c->mesh->num_vertices;
-    int64_t chunk, num = (int64_t)c->num_chunks;
-    DELAUNAY__OMP(omp parallel for num_threads(c->threads) schedule(dynamic, 1) if(c->threads > 1))
-    for (chunk = 0; chunk < num; chunk++) {
-        uint32_t v = (uint32_t)chunk * DELAUNAY__CHUNK,
-                 end = n - v < DELAUNAY__CHUNK ? n : v + DELAUNAY__CHUNK;
-        delaunay__sort_chunk(c, v ? v : 1, end, c->counts[2 * chunk + (ghosts != 0)]);
+    int i;
+    DELAUNAY__OMP(omp parallel for num_threads(c->threads) schedule(static, 1) if(c->threads > 1))
+    for (i = 0; i < c->threads; i++) {
+        size_t chunk;
+        for (chunk = 0; chunk < c->num_chunks; chunk++) {
+            uint32_t v = (uint32_t)chunk * DELAUNAY__CHUNK,
+                     end = n - v < DELAUNAY__CHUNK ? n : v + DELAUNAY__CHUNK;
+            if (c->owner[chunk] == i)
+                delaunay__sort_chunk(c, v ? v : 1, end, c->counts[2 * chunk + (ghosts != 0)]);
+        }
     }
 }
 
@@ -5090,7 +5158,9 @@ static int delaunay__numbering_init(delaunay__numbering *c, delaunay_mesh *mesh,
     c->counts = (size_t *)delaunay_alloc(m, c->num_chunks, num_counts * sizeof *c->counts);
     c->large = (delaunay__large_bucket *)delaunay_alloc(m, slots / DELAUNAY__MANY_TETS + 1,
                                                         sizeof *c->large);
-    if (!c->moved || !c->spare || !c->counts || !c->large) return 0;
+    c->owner = (uint16_t *)delaunay_alloc(m, c->num_chunks, sizeof *c->owner);
+    c->others = (delaunay_handle *)delaunay_alloc(m, (size_t)c->threads, sizeof *c->others);
+    if (!c->moved || !c->spare || !c->counts || !c->large || !c->owner || !c->others) return 0;
     c->keys = (uint32_t *)(void *)c->spare;
     c->heads = c->spare + slots;
     memset(c->heads, 0, mesh->num_vertices * sizeof *c->heads);
@@ -5106,6 +5176,8 @@ static void delaunay__numbering_free(delaunay__numbering *c)
     delaunay_release(m, c->spare);
     delaunay_release(m, c->counts);
     delaunay_release(m, c->large);
+    delaunay_release(m, c->owner);
+    delaunay_release(m, c->others);
 }
 
 /* Finds the new slot of every tetrahedron; returns the end of the new slots. */

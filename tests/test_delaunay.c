@@ -192,9 +192,23 @@ static void order_of_the_input_does_not_matter(void)
     }
 }
 
+/* Memory as it comes from a heap that has been in use: with anything in it. */
+static void *used_alloc(void *user, size_t size)
+{
+    void *block = malloc(size);
+    if (block) memset(block, (int)(++*(unsigned *)user % 256), size);
+    return block;
+}
+static void used_release(void *user, void *block)
+{
+    (void)user;
+    free(block);
+}
+
 static void threads_do_not_matter(void)
 {
     static const int threads[] = {1, 2, 3, 5, 8};
+    unsigned blocks = 0;
     int kind, i;
     for (kind = 0; kind < NUM_KINDS; kind++) {
         size_t n = kind == LINES ? 400 : kind == UNIFORM ? 120000 : 20000;
@@ -205,6 +219,9 @@ static void threads_do_not_matter(void)
             delaunay_options options;
             memset(&options, 0, sizeof options);
             options.host.num_threads = threads[i];
+            options.host.allocator.alloc = used_alloc;
+            options.host.allocator.release = used_release;
+            options.host.allocator.user = &blocks;
             CHECK(delaunay_tetrahedralize(&mesh, xyz, n, &options, NULL) == DELAUNAY_OK);
             hash[i] = hash_mesh(&mesh);
             CHECK(hash[i] == hash[0]);
