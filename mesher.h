@@ -12467,8 +12467,8 @@ static mesher_result mesher__no_memory(mesher__refiner *r)
  * which stop at budgets. */
 #  define MESHER__LATTICE_MOST 3e8
 
-/* Sets h[t] to the size wanted at the centroid of each tetrahedron from first to end - 1 (a batch,
- * or fewer), 0 for those not inside. The background still has the same tetrahedra as the mesh.
+/* Sets h to the sizes wanted at the centroids of the tetrahedra from first to end - 1 (a batch, or
+ * fewer), 0 for those not inside. The background still has the same tetrahedra as the mesh.
  * Returns how many answers of the size function were no size. */
 static uint64_t mesher__sizes_in(const mesher__refiner *r, delaunay_handle first,
                                  delaunay_handle end, double *h)
@@ -12493,10 +12493,10 @@ static uint64_t mesher__sizes_in(const mesher__refiner *r, delaunay_handle first
         size[n++] = mesher__field_at(&r->field, x, &home, &found);
     }
     ignored = n ? mesher__wishes(r->options, n, xyz, region, size) : 0;
-    for (n = 0, t = first; t < end; t++) {
-        h[t] = 0;
+    for (n = 0, t = first; t < end; t++, h++) {
+        *h = 0;
         if (!mesher__is_inside(mesh, t)) continue;
-        h[t] = mesher__floored(&r->field, size[n]);
+        *h = mesher__floored(&r->field, size[n]);
         n++;
     }
     return ignored;
@@ -12792,25 +12792,30 @@ typedef struct mesher__lattice_start {
     delaunay_handle tet;     /* a tetrahedron at or near x */
 } mesher__lattice_start;
 
-/* Keeps a place x where a lattice may start. Places with a larger ratio, of the radius of the empty
- * sphere to the size, come first; late ones come after all others. Returns 0 without memory. */
-static int mesher__keep_start(mesher__refiner *r, delaunay_handle t, const double *x, double h,
-                              double ratio, int late)
+/* Makes room for count more starts. Returns 0 without memory. */
+static int mesher__starts_room(mesher__refiner *r, size_t count)
 {
     size_t n = r->num_starts;
+    return mesher__room(r->memory, &r->order, &r->cap_order, n, n + count, sizeof *r->order) &&
+           mesher__room(r->memory, &r->starts, &r->cap_starts, n, n + count, sizeof *r->starts);
+}
+
+/* What starts are sorted by: those with a larger ratio, of the radius of the empty sphere to the
+ * size, come first; late ones come after all others. */
+static uint64_t mesher__start_key(double ratio, int late)
+{
     uint64_t bits;
-    if (!mesher__in_box(r, x)) return 1;
-    if (!mesher__room(r->memory, &r->order, &r->cap_order, n, n + 1, sizeof *r->order) ||
-        !mesher__room(r->memory, &r->starts, &r->cap_starts, n, n + 1, sizeof *r->starts))
-        return 0;
-    memcpy(r->starts[n].x, x, sizeof r->starts[n].x);
-    r->starts[n].h = h;
-    r->starts[n].tet = t;
     memcpy(&bits, &ratio, sizeof bits);
-    r->order[n].key = (~bits & (UINT64_MAX >> 1)) | (uint64_t)(late != 0) << 63;
+    return (~bits & (UINT64_MAX >> 1)) | (uint64_t)(late != 0) << 63;
+}
+
+/* Adds a start, for which there is room. */
+static void mesher__add_start(mesher__refiner *r, const mesher__lattice_start *s, uint64_t key)
+{
+    size_t n = r->num_starts++;
+    r->starts[n] = *s;
+    r->order[n].key = key;
     r->order[n].value = n;
-    r->num_starts++;
-    return 1;
 }
 
 /* The least height of a tetrahedron. */
@@ -12832,9 +12837,30 @@ static double mesher__least_height(const double *const *p)
     return area > 0 ? volume / sqrt(area) : 0;
 }
 
-/* Keeps the places that tetrahedron t, of size h, offers: its circumcentre and, if it is large
- * enough, as a late one its centroid, in case something is in the way of all circumcentres. */
-static int mesher__keep_starts(mesher__refiner *r, delaunay_handle t, double h)
+/* The starts in a batch of tetrahedra, at most two in each, and their keys. */
+typedef struct mesher__batch_of_starts {
+    mesher__lattice_start start[2 * MESHER__BATCH];
+    uint64_t              key[2 * MESHER__BATCH];
+    size_t                num;
+    double                points;  /* how many points a lattice all over the batch would have */
+    uint64_t              ignored; /* answers of the size function that were no size */
+} mesher__batch_of_starts;
+
+static void mesher__put_start(const mesher__refiner *r, mesher__batch_of_starts *b,
+                              delaunay_handle t, const double *x, double h, uint64_t key)
+{
+    mesher__lattice_start *s = b->start + b->num;
+    if (!mesher__in_box(r, x)) return;
+    memcpy(s->x, x, sizeof s->x);
+    s->h = h;
+    s->tet = t;
+    b->key[b->num++] = key;
+}
+
+/* Puts into the batch what tetrahedron t, of size h, offers: its circumcentre and, if it is large
+ * enough, as a late start its centroid, in case something is in the way of all circumcentres. */
+static void mesher__put_starts(const mesher__refiner *r, mesher__batch_of_starts *b,
+                               delaunay_handle t, double h)
 {
     const uint32_t *v = r->mesh->tets[t].v;
     const double *p[4];
@@ -12842,26 +12868,84 @@ static int mesher__keep_starts(mesher__refiner *r, delaunay_handle t, double h)
     int i;
     for (i = 0; i < 4; i++) p[i] = r->mesh->vertices[v[i]].x;
     ratio = sqrt(mesher__circumcentre(p[0], p[1], p[2], p[3], x)) / h;
-    if (!(ratio > 1.5)) return 1;
-    if (!mesher__keep_start(r, t, x, h, ratio, 0)) return 0;
-    if (mesher__least_height(p) < 2 * h) return 1;
+    if (!(ratio > 1.5)) return;
+    mesher__put_start(r, b, t, x, h, mesher__start_key(ratio, 0));
+    if (mesher__least_height(p) < 2 * h) return;
     for (i = 0; i < 3; i++) x[i] = (p[0][i] + p[1][i] + p[2][i] + p[3][i]) / 4;
-    return mesher__keep_start(r, t, x, h, ratio, 1);
+    mesher__put_start(r, b, t, x, h, mesher__start_key(ratio, 1));
+}
+
+/* Finds the starts in the tetrahedra from first to end - 1, a batch or fewer. */
+static void mesher__starts_in(const mesher__refiner *r, mesher__batch_of_starts *b,
+                              delaunay_handle first, delaunay_handle end)
+{
+    const delaunay_mesh *mesh = r->mesh;
+    double h[MESHER__BATCH], w[4];
+    delaunay_handle t;
+    b->num = 0;
+    b->points = 0;
+    b->ignored = mesher__sizes_in(r, first, end, h);
+    for (t = first; t < end; t++) {
+        double edge = MESHER__CUBE * h[t - first];
+        if (!(edge > 0)) continue;
+        mesher__weights(mesh->vertices, mesh->tets[t].v, mesh->vertices[mesh->tets[t].v[0]].x, w);
+        b->points += w[0] / 3 / (edge * edge * edge);
+        mesher__put_starts(r, b, t, h[t - first]);
+    }
+}
+
+/* Finds the starts in all tetrahedra, some batches at a time, in the order of the tetrahedra.
+ * Returns 0 without memory. */
+static int mesher__start_in_tets(mesher__refiner *r, double *points)
+{
+    const int64_t batches = ((int64_t)r->mesh->num_tets + MESHER__BATCH - 1) / MESHER__BATCH;
+    int threads = batches > 4 ? delaunay_threads(&r->options->host) : 1, k,
+        some = threads > 1 ? 4 * threads : 1, enough = 1;
+    mesher__batch_of_starts *batch =
+        (mesher__batch_of_starts *)delaunay_alloc(r->memory, (size_t)some, sizeof *batch);
+    int64_t begin;
+    if (!batch) return 0;
+    for (begin = 0; begin < batches && enough; begin += some) {
+        const int count = batches - begin < some ? (int)(batches - begin) : some;
+        /* Shared: the mesh and the field, read only; private: a batch of starts. */
+        MESHER__OMP(omp parallel for schedule(dynamic, 1) num_threads(threads) if(count > 1))
+        for (k = 0; k < count; k++) {
+            const int64_t b = begin + k;
+            delaunay_handle first = (delaunay_handle)(b * MESHER__BATCH),
+                            end = b + 1 < batches ? first + MESHER__BATCH : r->mesh->num_tets;
+            mesher__starts_in(r, batch + k, first ? first : 1, end);
+        }
+        for (k = 0; k < count && enough; k++) {
+            const mesher__batch_of_starts *b = batch + k;
+            size_t i;
+            *points += b->points;
+            r->ignored += b->ignored;
+            enough = mesher__starts_room(r, b->num);
+            for (i = 0; i < b->num && enough; i++) mesher__add_start(r, b->start + i, b->key[i]);
+        }
+    }
+    delaunay_release(r->memory, batch);
+    return enough;
 }
 
 /* Keeps place x, with the size that is wanted there, if it is inside. *t: in, a tetrahedron to
  * search from; out, the one that contains x. Returns 0 without memory. */
 static int mesher__start_at(mesher__refiner *r, const double *x, delaunay_handle *t)
 {
+    mesher__lattice_start s;
     delaunay_handle home;
-    double h;
     int found;
     if (!mesher__in_box(r, x)) return 1;
     *t = home = delaunay_locate(r->mesh, x, *t);
     if (!home || !mesher__is_inside(r->mesh, home)) return 1;
-    h = mesher__field_at(&r->field, x, &home, &found);
-    r->ignored += mesher__wishes(r->options, 1, x, r->mesh->color + *t, &h);
-    return mesher__keep_start(r, *t, x, mesher__floored(&r->field, h), 1.5, 0);
+    if (!mesher__starts_room(r, 1)) return 0;
+    memcpy(s.x, x, sizeof s.x);
+    s.h = mesher__field_at(&r->field, x, &home, &found);
+    r->ignored += mesher__wishes(r->options, 1, x, r->mesh->color + *t, &s.h);
+    s.h = mesher__floored(&r->field, s.h);
+    s.tet = *t;
+    mesher__add_start(r, &s, mesher__start_key(1.5, 0));
+    return 1;
 }
 
 enum {
@@ -12946,36 +13030,11 @@ static int mesher__start_in_gaps(mesher__refiner *r)
  * without memory. */
 static int mesher__find_starts(mesher__refiner *r, double *points)
 {
-    const delaunay_mesh *mesh = r->mesh;
-    int64_t b, batches = ((int64_t)mesh->num_tets + MESHER__BATCH - 1) / MESHER__BATCH;
-    int threads = delaunay_threads(&r->options->host);
-    double *h = (double *)delaunay_alloc(r->memory, mesh->num_tets, sizeof *h), w[4];
-    uint64_t ignored = 0;
-    delaunay_handle t;
     *points = 0;
-    if (!h) return 0;
-    (void)threads;
     if (!r->memory->limit_bytes) /* often half of the tetrahedra have one */
-        (void)mesher__grow(r->memory, &r->starts, &r->cap_starts, 0, mesh->num_tets / 2 + 1,
-                           sizeof *r->starts);
-    /* Shared: the mesh and the field, read only; each batch has its part of the sizes. */
-    MESHER__OMP(omp parallel for schedule(dynamic, 1) num_threads(threads)                         \
-                    reduction(+ : ignored) if(batches > 4))
-    for (b = 0; b < batches; b++) {
-        delaunay_handle first = (delaunay_handle)(b * MESHER__BATCH),
-                        end = b + 1 < batches ? first + MESHER__BATCH : mesh->num_tets;
-        ignored += mesher__sizes_in(r, first ? first : 1, end, h);
-    }
-    r->ignored += ignored;
-    for (t = 1; t < mesh->num_tets; t++) {
-        double edge = MESHER__CUBE * h[t];
-        if (!(h[t] > 0)) continue;
-        mesher__weights(mesh->vertices, mesh->tets[t].v, mesh->vertices[mesh->tets[t].v[0]].x, w);
-        *points += w[0] / 3 / (edge * edge * edge);
-        if (!mesher__keep_starts(r, t, h[t])) break;
-    }
-    delaunay_release(r->memory, h);
-    return t == mesh->num_tets && mesher__start_at_sources(r) && mesher__start_in_gaps(r) &&
+        (void)mesher__starts_room(r, r->mesh->num_tets / 2);
+    return mesher__start_in_tets(r, points) && mesher__start_at_sources(r) &&
+           mesher__start_in_gaps(r) &&
            mesher__sort(r->domain, r->order, r->num_starts) == MESHER_OK;
 }
 
