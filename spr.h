@@ -655,6 +655,8 @@ typedef struct spr__state {
     double           fair, mean;  /* flips: what is below fair is tried; mean before */
     int              is_patch;    /* the mesh is a patch that is shaken */
     delaunay_worker *lent;        /* the worker lent to the patch */
+    struct spr__pool *pools;      /* memory for patches, one of each thread */
+    size_t           num_pools;
     uint64_t         shakes;      /* plans that patches have taken so far */
     int64_t          shake_credit; /* plans that patches may still take in vain */
     double           least;       /* worst of the mesh before shaking, rounding or thinning */
@@ -4183,8 +4185,8 @@ typedef struct spr__patch {
     double          xyz[SPR__PATCH_VERTICES + SPR__PATCH_NEW][3];
 } spr__patch;
 
-/* The allocator of patches: allocations of several threads, one after the other. While there are
- * patches, that of the mesh, from which the workers lent to them allocate, is behind the same gate:
+/* Allocations of several threads, one after the other. While there are patches, the allocator of
+ * the mesh, from which the workers lent to them allocate, is behind the same gate:
  * the caller's allocator must be called by one thread at a time. */
 static void *spr__gate_alloc(void *user, size_t size)
 {
@@ -4192,11 +4194,6 @@ static void *spr__gate_alloc(void *user, size_t size)
     SPR__OMP(omp critical(spr__gate))
     block = delaunay_alloc((delaunay_memory *)user, size, 1);
     return block;
-}
-static void spr__gate_release(void *user, void *block)
-{
-    SPR__OMP(omp critical(spr__gate))
-    delaunay_release((delaunay_memory *)user, block);
 }
 static void *spr__gate_mesh_alloc(void *user, size_t size)
 {
@@ -4211,6 +4208,70 @@ static void spr__gate_mesh_release(void *user, void *block)
     const delaunay_allocator *of_mesh = (const delaunay_allocator *)user;
     SPR__OMP(omp critical(spr__gate))
     of_mesh->release(of_mesh->user, block);
+}
+
+/* The allocator of the patches of a thread. Attempts at patches need much the same blocks again and
+ * again: those that are released are kept for the next attempt, by powers of two. */
+enum { SPR__POOL_LEAST = 64, SPR__POOL_SIZES = 31 };
+typedef union spr__spare {
+    struct {
+        union spr__spare *next; /* of the same size */
+        size_t size;            /* number of the size: SPR__POOL_LEAST << size bytes */
+    } as;
+    double align[2];
+} spr__spare;
+typedef struct spr__pool {
+    delaunay_memory *memory;
+    spr__spare *spare[SPR__POOL_SIZES];
+} spr__pool;
+
+static void *spr__pool_alloc(void *user, size_t bytes)
+{
+    spr__pool *pool = (spr__pool *)user;
+    spr__spare *block;
+    size_t size = 0, room = SPR__POOL_LEAST;
+    if (bytes > SIZE_MAX / 4) return NULL;
+    for (; room < bytes + sizeof *block; room *= 2) size++;
+    if (size >= SPR__POOL_SIZES) return NULL;
+    block = pool->spare[size];
+    if (block) pool->spare[size] = block->as.next;
+    else block = (spr__spare *)spr__gate_alloc(pool->memory, room);
+    if (!block) return NULL;
+    block->as.size = size;
+    return block + 1;
+}
+static void spr__pool_release(void *user, void *memory)
+{
+    spr__pool *pool = (spr__pool *)user;
+    spr__spare *block = (spr__spare *)memory - 1;
+    block->as.next = pool->spare[block->as.size];
+    pool->spare[block->as.size] = block;
+}
+
+/* Makes a pool for each of the threads. Returns 0 without memory. */
+static int spr__pools_init(spr__state *s, size_t threads)
+{
+    spr__pool *pools;
+    if (threads <= s->num_pools) return 1;
+    pools = (spr__pool *)delaunay_grow_zeroed(s->memory, s->pools, s->num_pools, threads,
+                                              sizeof *pools);
+    if (!pools) return 0;
+    for (s->pools = pools; s->num_pools < threads; s->num_pools++)
+        pools[s->num_pools].memory = s->memory;
+    return 1;
+}
+
+static void spr__pools_free(spr__state *s)
+{
+    size_t i, k;
+    for (i = 0; i < s->num_pools; i++)
+        for (k = 0; k < SPR__POOL_SIZES; k++)
+            while (s->pools[i].spare[k]) {
+                spr__spare *block = s->pools[i].spare[k];
+                s->pools[i].spare[k] = block->as.next;
+                delaunay_release(s->memory, block);
+            }
+    delaunay_release(s->memory, s->pools);
 }
 
 static uint32_t spr__patch_hash(uint64_t key)
@@ -4530,9 +4591,9 @@ static spr_options spr__patch_options(const spr__state *s, const uint8_t *fixed)
 {
     spr_options o = s->options;
     memset(&o.host, 0, sizeof o.host);
-    o.host.allocator.alloc = spr__gate_alloc;
-    o.host.allocator.release = spr__gate_release;
-    o.host.allocator.user = s->memory;
+    o.host.allocator.alloc = spr__pool_alloc;
+    o.host.allocator.release = spr__pool_release;
+    o.host.allocator.user = &s->pools[SPR__THREAD()];
     o.host.num_threads = 1;
     o.max_rounds = 0;
     o.free_vertices = 1;
@@ -4827,7 +4888,7 @@ static int spr__patches_shake(spr__state *s, spr__patch *patch, int num)
     int threads = delaunay_threads_for(&s->options.host, SIZE_MAX), found = 0, i;
     delaunay_allocator *allocator = &s->mesh->memory.allocator, of_mesh = *allocator;
     size_t k;
-    (void)threads;
+    if (!spr__pools_init(s, (size_t)threads)) return SPR_ERROR_OUT_OF_MEMORY;
     allocator->alloc = spr__gate_mesh_alloc;
     allocator->release = spr__gate_mesh_release;
     allocator->user = &of_mesh;
@@ -5632,6 +5693,7 @@ static void spr__compact(spr__state *s)
 
 static void spr__close(spr__state *s)
 {
+    spr__pools_free(s);
     delaunay_engine_free(s->engine);
     delaunay_list_free(&s->bad);
     delaunay_list_free(&s->items);
