@@ -9517,42 +9517,58 @@ static int delaunay__threads_to_share(const delaunay_engine *e, int64_t plans)
     return worth ? e->num_threads : 1;
 }
 
+/* Does one short step for each of n plans; the threads share them, a range each. One thread alone
+ * makes no team: its start and end take longer than some steps. */
+static void delaunay__each_plan(delaunay_engine *e, int64_t n, int threads,
+                                void (*step)(delaunay_engine *e, size_t position))
+{
+    int64_t i;
+    if (threads == 1) {
+        for (i = 0; i < n; i++) step(e, (size_t)i);
+        return;
+    }
+    DELAUNAY__OMP(omp parallel for schedule(static) num_threads(threads))
+    for (i = 0; i < n; i++) step(e, (size_t)i);
+}
+
+static void delaunay__step_reserve(delaunay_engine *e, size_t i)
+{
+    delaunay__plan_reserve(e, e->plans[i], delaunay__claim(i));
+}
+static void delaunay__step_decide(delaunay_engine *e, size_t i)
+{
+    delaunay__plan_decide(e, e->plans[i], delaunay__claim(i));
+}
+static void delaunay__step_commit_vertices(delaunay_engine *e, size_t i)
+{
+    delaunay__commit_vertices(e, e->plans[i]);
+}
+static void delaunay__step_commit_tets(delaunay_engine *e, size_t i)
+{
+    delaunay__commit_tets(e, e->plans[i]);
+    delaunay__plan_release_owners(e, e->plans[i]);
+}
+
 /* Makes the plans, reserves what they write, and decides which win. Shared by the threads: the mesh
- * and the versions, which are only read; the owners, written by atomic maximum, and read after a
- * barrier. Each plan belongs to the thread that has its iteration. */
+ * and the versions, which are only read; the owners, written by atomic maximum, and read after all
+ * have written. Each plan belongs to the thread that has its iteration. */
 static void delaunay__round_plan(delaunay_engine *e, const delaunay_speculation *job, size_t num)
 {
-    int64_t i, n = (int64_t)num, first = delaunay__plan_first(e, job, n);
+    int64_t n = (int64_t)num, first = delaunay__plan_first(e, job, n);
     int threads;
     if (first < n) delaunay__plan_rest(e, job, first, n);
     threads = delaunay__threads_to_share(e, n);
-    (void)threads;
-    DELAUNAY__OMP(omp parallel num_threads(threads))
-    {
-        DELAUNAY__OMP(omp for schedule(static))
-        for (i = 0; i < n; i++) delaunay__plan_reserve(e, e->plans[i], delaunay__claim((size_t)i));
-        DELAUNAY__OMP(omp for schedule(static))
-        for (i = 0; i < n; i++) delaunay__plan_decide(e, e->plans[i], delaunay__claim((size_t)i));
-    }
+    delaunay__each_plan(e, n, threads, delaunay__step_reserve);
+    delaunay__each_plan(e, n, threads, delaunay__step_decide);
 }
 
-/* Commits the winners. Their writes are disjoint except for vertex_tet (atomic); a barrier
- * separates the reading of old tetrahedra from the writing of new ones. Resets the owners to 0. */
+/* Commits the winners. Their writes are disjoint except for vertex_tet (atomic); all have read the
+ * old tetrahedra before new ones are written. Resets the owners to 0. */
 static void delaunay__round_commit(delaunay_engine *e, size_t num)
 {
-    int64_t i, n = (int64_t)num;
-    int threads = delaunay__threads_to_share(e, n);
-    (void)threads;
-    DELAUNAY__OMP(omp parallel num_threads(threads))
-    {
-        DELAUNAY__OMP(omp for schedule(static))
-        for (i = 0; i < n; i++) delaunay__commit_vertices(e, e->plans[i]);
-        DELAUNAY__OMP(omp for schedule(static))
-        for (i = 0; i < n; i++) {
-            delaunay__commit_tets(e, e->plans[i]);
-            delaunay__plan_release_owners(e, e->plans[i]);
-        }
-    }
+    int threads = delaunay__threads_to_share(e, (int64_t)num);
+    delaunay__each_plan(e, (int64_t)num, threads, delaunay__step_commit_vertices);
+    delaunay__each_plan(e, (int64_t)num, threads, delaunay__step_commit_tets);
 }
 
 /* The step from one item to the next in scattered order: about 0.618 of the number of items (the
