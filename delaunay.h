@@ -9609,7 +9609,8 @@ DELAUNAY_API delaunay_result delaunay_speculate(delaunay_engine *engine, delauna
     size_t batch = job->batch ? job->batch : (size_t)DELAUNAY__DEFAULT_BATCH, flight = batch,
            next = 0, num = 0, i, position = 0;
     size_t step = job->scatter && job->num_items > 1 ? delaunay__scatter_step(job->num_items) : 1;
-    delaunay_result result = delaunay__engine_plans(e, batch);
+    delaunay_result result =
+        delaunay__engine_plans(e, batch < job->num_items ? batch : job->num_items);
     int stop = 0;
     job->rounds = job->plans = job->commits = job->conflicts = 0;
     while (result == DELAUNAY_OK && !stop && (num > 0 || next < job->num_items)) {
