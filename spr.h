@@ -4186,8 +4186,8 @@ typedef struct spr__patch {
 } spr__patch;
 
 /* Allocations of several threads, one after the other. While there are patches, the allocator of
- * the mesh, from which the workers lent to them allocate, is behind the same gate:
- * the caller's allocator must be called by one thread at a time. */
+ * the mesh, from which the workers lent to them allocate, is behind the same gate: the caller's
+ * allocator must be called by one thread at a time. */
 static void *spr__gate_alloc(void *user, size_t size)
 {
     void *block;

@@ -1040,7 +1040,19 @@ static void results_have_sentences(void)
     }
 }
 
-#if defined(__linux__) && defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__)
+/* The address sanitizers of gcc and clang keep what is freed for a while. */
+#if defined(__SANITIZE_ADDRESS__)
+#  define KEEPS_WHAT_IS_FREED
+#elif defined(__has_feature)
+#  if __has_feature(address_sanitizer)
+#    define KEEPS_WHAT_IS_FREED
+#  endif
+#endif
+#if defined(__linux__) && defined(__GLIBC__) && !defined(KEEPS_WHAT_IS_FREED)
+#  define HEAP_IS_GLIBCS
+#endif
+
+#if defined(HEAP_IS_GLIBCS)
 static size_t pages_of_process(void)
 {
     unsigned long pages = 0;
@@ -1085,7 +1097,7 @@ static void freed_blocks_are_used_again(void)
 int main(void)
 {
     CHECK(delaunay_selftest() == DELAUNAY_OK);
-#if defined(__linux__) && defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__)
+#if defined(HEAP_IS_GLIBCS)
     freed_blocks_are_used_again();
 #endif
     results_have_sentences();

@@ -991,7 +991,7 @@ static void test_bounds_are_of_the_callers_quality(void)
     s.quality = cube_of_gamma;
     spr__facet_set(&f, flat[0], flat[1], flat[2]);
     for (simd = 0; simd < 2; simd++) {
-        s.simd = simd;
+        s.simd = simd && SPR__AVX2;
         bound[simd] = spr__facet_bound(&s, &f, NULL, NULL, HUGE_VAL);
         CHECK(fabs(bound[simd] - gamma * gamma * gamma) < 0.01 * bound[simd]);
     }
