@@ -9024,9 +9024,9 @@ enum {
 
 enum { DELAUNAY__DEFAULT_BATCH = 1024, DELAUNAY__LEAST_BATCH = 32 };
 
-/* In a round the calling thread works alone as long as this pays: it makes plans for at least 2e-4
+/* In a round the calling thread works alone as long as this pays: it makes plans for at least 5e-5
  * seconds, and it reserves, decides and commits if there are fewer than 256 plans. */
-#  define DELAUNAY__LEAST_ALONE 2e-4
+#  define DELAUNAY__LEAST_ALONE 5e-5
 enum { DELAUNAY__ALONE_PLANS = 256 };
 
 struct delaunay_engine {
