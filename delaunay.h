@@ -5281,11 +5281,26 @@ static int delaunay__is_finite(const double *x)
     return x[0] - x[0] == 0 && x[1] - x[1] == 0 && x[2] - x[2] == 0;
 }
 
+/* Whether all of some numbers are finite. */
+static int delaunay__are_finite(const double *x, size_t count, int threads)
+{
+    const int64_t n = (int64_t)count;
+    int64_t i;
+    int odd = 0;
+    (void)threads;
+    DELAUNAY__OMP(omp parallel for schedule(static) num_threads(threads) reduction(| : odd) \
+                  if(threads > 1))
+    for (i = 0; i < n; i++) odd |= !(x[i] - x[i] == 0);
+    return !odd;
+}
+
 /* Reports up to four points with a coordinate that is not finite. */
 static delaunay_result delaunay__check_finite(const double *xyz, size_t count,
-                                              delaunay_report *report)
+                                              const delaunay_host *host, delaunay_report *report)
 {
     size_t i;
+    if (delaunay__are_finite(xyz, 3 * count, delaunay_threads_for(host, count)))
+        return DELAUNAY_OK;
     for (i = 0; i < count && report->num_ids < 4; i++) {
         const double *x = xyz + 3 * i;
         if (delaunay__is_finite(x)) continue;
@@ -5406,7 +5421,7 @@ DELAUNAY_API delaunay_result delaunay_import(delaunay_mesh *mesh, const double *
         return DELAUNAY_ERROR_TOO_LARGE;
     delaunay_mesh_free(mesh);
     result = delaunay_memory_init(&mesh->memory, host);
-    if (result == DELAUNAY_OK) result = delaunay__check_finite(xyz, num_points, report);
+    if (result == DELAUNAY_OK) result = delaunay__check_finite(xyz, num_points, host, report);
     if (result == DELAUNAY_OK) result = delaunay_reserve(mesh, num_points + 1, num_tets + 1);
     if (result != DELAUNAY_OK) goto done;
     mesh->vertex_of =
@@ -10209,7 +10224,8 @@ static delaunay_result delaunay__take_points(delaunay_mesh *mesh, const delaunay
     delaunay__packed packed;
     size_t count = points->count;
     delaunay_result result = delaunay__unpack(&packed, &mesh->memory, points);
-    if (result == DELAUNAY_OK) result = delaunay__check_finite(packed.xyz, count, report);
+    if (result == DELAUNAY_OK)
+        result = delaunay__check_finite(packed.xyz, count, &options->host, report);
     if (result == DELAUNAY_OK) result = delaunay__check_weights(&packed, count, report);
     if (result == DELAUNAY_OK)
         result = delaunay__sort(mesh, packed.xyz, packed.weights, count,
@@ -10480,7 +10496,7 @@ DELAUNAY_API delaunay_result delaunay_insert(delaunay_mesh *mesh, const double *
     if (count >= UINT32_MAX - 16 - (mesh->num_vertices > mesh->num_points ? mesh->num_vertices
                                                                           : mesh->num_points))
         return delaunay__say(report, DELAUNAY_ERROR_TOO_LARGE, "too many points");
-    result = delaunay__check_finite(xyz, count, report);
+    result = delaunay__check_finite(xyz, count, &options->host, report);
     if (result == DELAUNAY_OK && count)
         result = delaunay__insert_points(mesh, xyz, count, options, report);
     report->num_points = mesh->num_points;
