@@ -72,7 +72,9 @@
  *      alone. A much better angle may cost one more bad tetrahedron for each dozen bad ones in the
  *      patch, and at the most extreme of the mesh six more, if all the bad ones together weigh no
  *      more than 1.05 times as much.
- *   6. The mean. Edges and facets of tetrahedra below the mean quality (if they are too many: of
+ *   6. If nothing is bad now, and the target is not the caller's: the worst few, one in 500, are
+ *      bad once more, for a target that all others reach.
+ *   7. The mean. Edges and facets of tetrahedra below the mean quality (if they are too many: of
  *      the worst, about 20000 and one in 64) are flipped where that makes nothing worse that is
  *      bad or extreme. One sweep along a space-filling curve, in blocks that are processed in
  *      parallel, then moves all vertices that gain by it.
@@ -173,7 +175,8 @@ typedef struct spr_worst {
 typedef struct spr_options {
     delaunay_host host;
     spr_measure   measure;
-    double        target;      /* tetrahedra of a lower quality are bad; 0: 0.35 */
+    double        target;      /* tetrahedra of a lower quality are bad; 0: 0.35, and if that is
+                                * reached everywhere, the worst few become better than that */
     double        max_seconds; /* 0: no limit; checked between rounds of plans, about 0.1 s apart */
     int           max_rounds;  /* sweeps over the list of bad ones; 0: until nothing changes */
     /* Nonzero turns an operator off. no_smoothing also turns off shaking, step 5 of HOW IT WORKS
@@ -644,6 +647,7 @@ typedef struct spr__state {
     size_t           in_flight;   /* changes in a round at most */
     int              tidy;        /* tidying: fewer bad ones count as a gain */
     int              thins;       /* thinning: the same, even if the worst there falls */
+    int              raises;      /* raising: the target is higher than the caller's */
     int              lift;        /* lifting: a change need only raise the worst; for a few only */
     int              lifts;       /* turns of lifting so far */
     uint64_t         changes, lifted; /* changes so far; the same at the last turn of lifting */
@@ -3623,6 +3627,17 @@ static int spr__list(spr__state *s, delaunay_handle t)
     return delaunay_list_push(&s->bad, t) == DELAUNAY_OK;
 }
 
+/* Lists the bad tetrahedra. Returns 0 if out of memory. */
+static int spr__find_bad(spr__state *s)
+{
+    delaunay_handle t;
+    int ok = 1;
+    for (t = 1; t < s->mesh->num_tets && ok; t++)
+        if (s->value[t] < s->target) ok = spr__list(s, t);
+    s->num_bad = s->bad.count;
+    return ok;
+}
+
 /* Sets the quality of a slot, HUGE_VAL if it is empty, and keeps num_bad up to date. */
 static void spr__set_value(spr__state *s, delaunay_handle t, double value)
 {
@@ -3663,7 +3678,7 @@ static void spr__set_may_add(spr__state *s)
              most = begun > s->lifted_bad ? begun : s->lifted_bad,
              nil = most > s->num_bad ? most - s->num_bad : 0;
     if (s->lifts > 2 && s->is_lifting) spare = 0;
-    s->may_add = s->tidy ? 0 : s->is_patch || spare > SPR__MAX_STAR ? SPR__MAX_STAR : (int)spare;
+    s->may_add = s->tidy || s->raises ? 0 : s->is_patch || spare > SPR__MAX_STAR ? SPR__MAX_STAR : (int)spare;
     s->lift_adds = lifted > SPR__MAX_STAR ? SPR__MAX_STAR : (int)lifted;
     s->nil_adds = nil > SPR__MAX_STAR ? SPR__MAX_STAR : (int)nil;
 }
@@ -5194,6 +5209,18 @@ static spr_result spr__next_stage(spr__state *s, int *shaken)
     return SPR_OK;
 }
 
+/* Runs a level, and adds its time to the report. */
+static spr_result spr__run_timed(spr__state *s, int level)
+{
+    double start = delaunay_seconds(&s->options.host), took;
+    spr_result result = spr__run(s, level);
+    took = delaunay_seconds(&s->options.host) - start;
+    if (level == SPR__EDGES) s->report->seconds_edge_removal += took;
+    else if (level == SPR__SMOOTH) s->report->seconds_smoothing += took;
+    else s->report->seconds_reconnection += took;
+    return result;
+}
+
 static spr_result spr__schedule(spr__state *s)
 {
     spr_result result = SPR_OK;
@@ -5201,22 +5228,90 @@ static spr_result spr__schedule(spr__state *s)
     spr__set_allowance(s);
     if (!s->is_patch) s->tidy_below = UINT64_MAX;
     for (sweeps = 0; result == SPR_OK; sweeps++) {
-        double start = s->is_patch ? 0 : delaunay_seconds(&s->options.host), took;
         if (s->options.max_rounds > 0 && sweeps >= s->options.max_rounds)
             return SPR_STOPPED_BY_BUDGET;
         level = spr__refresh(s);
-        if (level == SPR__HOPELESS) {
-            result = spr__next_stage(s, &shaken);
-            continue;
-        }
-        result = spr__run(s, level);
-        if (s->is_patch) continue;
-        took = delaunay_seconds(&s->options.host) - start;
-        if (level == SPR__EDGES) s->report->seconds_edge_removal += took;
-        else if (level == SPR__SMOOTH) s->report->seconds_smoothing += took;
-        else s->report->seconds_reconnection += took;
+        if (level == SPR__HOPELESS) result = spr__next_stage(s, &shaken);
+        else result = s->is_patch ? spr__run(s, level) : spr__run_timed(s, level);
     }
     return result == SPR_GOAL_NOT_MET ? SPR_OK : result;
+}
+
+/* -- raising: of a mesh without bad tetrahedra the worst few are improved beyond the target */
+
+enum {
+    SPR__RAISED = 500,     /* one tetrahedron in so many is raised, */
+    SPR__RAISED_MORE = 4,  /* and so many more, */
+    SPR__RAISE_PLANS = 16  /* by so many plans of each level for each of them */
+};
+
+/* The quality that no more than the worst few do not reach: of two rows of bins the second divides
+ * one of the first. */
+static double spr__aim(const spr__state *s)
+{
+    enum { SPR__BINS = 128 };
+    uint64_t left = s->report->before.num_tets / SPR__RAISED + SPR__RAISED_MORE;
+    double aim = s->target, width = 1 - s->target;
+    delaunay_handle t;
+    int row, i;
+    for (row = i = 0; row < 2 && i < SPR__BINS; row++) {
+        uint64_t num[SPR__BINS] = {0};
+        width /= (double)SPR__BINS;
+        for (t = 1; t < s->mesh->num_tets; t++) {
+            double bin = (s->value[t] - aim) / width;
+            if (bin >= 0 && bin < (double)SPR__BINS) num[(int)bin]++;
+        }
+        for (i = 0; i < SPR__BINS && num[i] <= left; i++) left -= num[i];
+        aim += width * i;
+    }
+    return aim;
+}
+
+/* Forgets what was found out about bad tetrahedra, of which there are none. */
+static void spr__forget_cases(spr__state *s)
+{
+    delaunay_handle t;
+    for (t = 1; t < s->mesh->num_tets; t++) {
+        s->at[t].number = 0;
+        s->at[t].listed = s->at[t].restarts = 0;
+    }
+    s->bad.count = s->free_cases.count = 0;
+    s->num_cases = 1;
+    memset(s->stays, 0, s->cap_vertices * sizeof *s->stays);
+    memset(s->still, 0, s->cap_vertices * sizeof *s->still);
+    memset(s->vain, 0, ((size_t)1 << s->vain_bits) * sizeof *s->vain);
+}
+
+/* Only without a target of the caller's, which ends the improvement where it is reached. */
+static int spr__may_raise(const spr__state *s)
+{
+    return s->num_bad == 0 && !(s->options.target > 0) && s->options.max_rounds == 0;
+}
+
+/* Raises the target to what nearly all tetrahedra reach, and improves those that do not. */
+static spr_result spr__raise(spr__state *s)
+{
+    const double aim = spr__aim(s);
+    spr_result result = SPR_OK;
+    int level;
+    if (!(aim > s->target)) return SPR_OK;
+    s->target = aim;
+    s->raises = 1;
+    s->tidy = s->thins = 0;
+    spr__forget_cases(s);
+    if (!spr__find_bad(s)) return SPR_ERROR_OUT_OF_MEMORY;
+    for (level = 0; level < SPR__HOPELESS; level++)
+        s->allowance[level] = SPR__RAISE_PLANS * (uint64_t)s->bad.count;
+    while (result == SPR_OK && (level = spr__refresh(s)) != SPR__HOPELESS)
+        result = spr__run_timed(s, level);
+    return result;
+}
+
+static void spr__end_raising(spr__state *s, double target)
+{
+    s->target = target;
+    s->num_bad = 0;
+    s->raises = 0;
 }
 
 /* The quality below which flips are tried: the greatest multiple of 1/20, hardly above the mean,
@@ -5610,17 +5705,6 @@ static void spr__find_movable(spr__state *s)
     if (least < most) spr__pin_borders(s, threads);
 }
 
-/* Lists the bad tetrahedra. Returns 0 if out of memory. */
-static int spr__find_bad(spr__state *s)
-{
-    delaunay_handle t;
-    int ok = 1;
-    for (t = 1; t < s->mesh->num_tets && ok; t++)
-        if (s->value[t] < s->target) ok = spr__list(s, t);
-    s->num_bad = s->bad.count;
-    return ok;
-}
-
 static void spr__describe(const spr__state *s, spr_worst *w, delaunay_handle t, spr_reason reason)
 {
     w->tet = t;
@@ -5718,6 +5802,7 @@ enum { SPR__TETS_A_VERTEX = 60, SPR__TETS_A_GONE = 12 };
 static spr_result spr__improve(spr__state *s, uint32_t max_new)
 {
     spr_result result = SPR_ERROR_OUT_OF_MEMORY, after;
+    const double target = s->target;
     uint64_t most;
     s->bad.memory = s->items.memory = s->free_cases.memory = s->memory;
     if (s->mesh->num_tets < 2) return SPR_OK;
@@ -5735,7 +5820,9 @@ static spr_result spr__improve(spr__state *s, uint32_t max_new)
     if (!spr__find_bad(s) || !spr__set_vain(s)) return SPR_ERROR_OUT_OF_MEMORY;
     result = spr__schedule(s);
     if (result == SPR_OK && s->gamma && !s->options.no_smoothing) result = spr__round(s);
+    if (result == SPR_OK && spr__may_raise(s)) result = spr__raise(s);
     if (result == SPR_OK && !s->options.no_edge_removal) result = spr__flip_for_mean(s);
+    if (s->raises) spr__end_raising(s, target);
     if (result < 0 && result != SPR_CANCELLED) {
         /* the arrays may be smaller than the mesh, and the values in them out of date */
         if (!s->options.keep_vertices && spr__fit(s)) spr__compact(s);

@@ -87,7 +87,7 @@ static const char help_options[] =
     "\n"
     "goals and budgets (exit 1 if one is not met; the mesh is valid all the same)\n"
     "  --target Q           gamma of the worst tetrahedron; default: improve what is below 0.35 as\n"
-    "                       far as possible, without a goal\n"
+    "                       far as possible, then the worst few, without a goal\n"
     "  --max-seconds S, --max-tets N, --max-vertices N, --max-memory MB\n"
     "\n"
     "  --threads N          default: what OpenMP chooses; the result does not depend on it, except\n"

@@ -1120,6 +1120,28 @@ static void test_relaxes_a_lattice(void)
     }
 }
 
+/* Where nothing is bad any more, the worst few are raised beyond the target, but not if it is the
+ * caller's. */
+static void test_raises_the_worst_where_none_is_bad(void)
+{
+    int trial, raised = 0;
+    for (trial = 0; trial < 6; trial++) {
+        delaunay_mesh m[2];
+        spr_report r[2];
+        int k;
+        make_lattices(9, m);
+        for (k = 0; k < 2; k++) {
+            spr_options o = open_options();
+            o.target = k ? 0.35 : 0;
+            improve_and_check(&m[k], &o, &r[k], SPR_OK);
+            CHECK(r[k].before.num_below > 0 && r[k].after.num_below == 0 && r[k].num_worst == 0);
+            delaunay_mesh_free(&m[k]);
+        }
+        raised += r[0].after.min > r[1].after.min + 0.004;
+    }
+    CHECK(raised >= 4);
+}
+
 /* An octahedron about a vertex, all of it good: on average it can be better only at the price of
  * the worst, which must not fall. */
 static void test_relaxing_spares_the_worst(void)
@@ -1135,6 +1157,7 @@ static void test_relaxing_spares_the_worst(void)
         spr_report r;
         memset(&o, 0, sizeof o);
         o.measure = SPR_SICN;
+        o.target = 0.35; /* the worst is not raised before */
         for (i = 0; i < 21; i++) xyz[i] += 0.24 * (random_double() - 0.5);
         for (i = 0; i < 8; i++) {
             for (k = 0; k < 3; k++) tets[i][k] = facets[i][k];
@@ -2267,6 +2290,7 @@ int main(void)
     test_statistics_by_vectors_and_the_plain_way_agree();
     test_same_bytes_for_any_number_of_threads();
     test_relaxes_a_lattice();
+    test_raises_the_worst_where_none_is_bad();
     test_relaxing_spares_the_worst();
     test_a_hub_goes();
     test_flips_for_the_mean();
