@@ -72,8 +72,8 @@
  *      alone. A much better angle may cost one more bad tetrahedron for each dozen bad ones in the
  *      patch, and at the most extreme of the mesh six more, if all the bad ones together weigh no
  *      more than 1.05 times as much.
- *   6. If nothing is bad now, and the target is not the caller's: the worst few, one in 500, are
- *      bad once more, for a target that all others reach.
+ *   6. If nothing is bad now, and the caller has set neither target nor max_rounds: the worst few,
+ *      one in 500, are bad once more, for a target that all others reach.
  *   7. The mean. Edges and facets of tetrahedra below the mean quality (if they are too many: of
  *      the worst, about 20000 and one in 64) are flipped where that makes nothing worse that is
  *      bad or extreme. One sweep along a space-filling curve, in blocks that are processed in
@@ -3677,8 +3677,8 @@ static void spr__set_may_add(spr__state *s)
              lifted = s->lifted_bad > s->num_bad ? s->lifted_bad - s->num_bad : 0,
              most = begun > s->lifted_bad ? begun : s->lifted_bad,
              nil = most > s->num_bad ? most - s->num_bad : 0;
-    if (s->lifts > 2 && s->is_lifting) spare = 0;
-    s->may_add = s->tidy || s->raises ? 0 : s->is_patch || spare > SPR__MAX_STAR ? SPR__MAX_STAR : (int)spare;
+    if ((s->lifts > 2 && s->is_lifting) || s->raises) spare = 0;
+    s->may_add = s->tidy ? 0 : s->is_patch || spare > SPR__MAX_STAR ? SPR__MAX_STAR : (int)spare;
     s->lift_adds = lifted > SPR__MAX_STAR ? SPR__MAX_STAR : (int)lifted;
     s->nil_adds = nil > SPR__MAX_STAR ? SPR__MAX_STAR : (int)nil;
 }
@@ -5282,7 +5282,7 @@ static void spr__forget_cases(spr__state *s)
     memset(s->vain, 0, ((size_t)1 << s->vain_bits) * sizeof *s->vain);
 }
 
-/* Only without a target of the caller's, which ends the improvement where it is reached. */
+/* Only without a target or max_rounds of the caller's, which end the improvement. */
 static int spr__may_raise(const spr__state *s)
 {
     return s->num_bad == 0 && !(s->options.target > 0) && s->options.max_rounds == 0;
@@ -5307,6 +5307,7 @@ static spr_result spr__raise(spr__state *s)
     return result;
 }
 
+/* Back to the caller's target, below which there was nothing. */
 static void spr__end_raising(spr__state *s, double target)
 {
     s->target = target;
