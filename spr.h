@@ -4138,7 +4138,8 @@ enum {
     SPR__PATCH_TABLE = 1024, /* size of the hash tables of a patch: a power of 2 */
     SPR__PATCH_VAIN = 12,    /* bits of the table of cavities that were searched in vain */
     SPR__PATCHES = 16,      /* patches at a time */
-    SPR__SHAKES = 4,        /* attempts at a patch, and patches around one tetrahedron, at most */
+    SPR__SHAKES = 3,        /* attempts at a patch, at most */
+    SPR__VISITS = 12,       /* patches around one tetrahedron, at most */
     SPR__ROUNDED = 0x40,    /* bit of spr__slot.shaken: its angles were tried */
     SPR__CLAIMED = 0x80,    /* bit of spr__slot.shaken: it is in a current patch */
     SPR__CROWD = 256,       /* limit of the number of bad ones around that is counted */
@@ -4149,7 +4150,10 @@ enum {
     SPR__SPARE = 12,        /* one more bad one for so many, if a value is much better */
     SPR__SPARE_FEW = 6,     /* and so many more for the few worst, if all of them weigh less */
     SPR__SHAKE_CREDIT = 20000, /* plans in vain at most */
-    SPR__SHAKE_GAIN = 1000  /* plans that a success is worth, and each bad one less */
+    SPR__SHAKE_GAIN = 1000, /* plans that a success is worth, and each bad one less */
+    SPR__SHAKE_BEGIN = 40000, /* plans in all at most, besides some for each tetrahedron: */
+    SPR__SHAKE_EACH = 4,
+    SPR__SELDOM = 24        /* no further turn if not one patch in so many was improved */
 };
 
 /* How far a vertex is moved at most, along each axis, as a part of the shortest edge at it. */
@@ -4177,7 +4181,7 @@ typedef struct spr__patch {
     uint8_t         inner[SPR__PATCH_VERTICES]; /* it may move, and all its tetrahedra are here */
     uint16_t        tet_at[SPR__PATCH_TABLE], vertex_at[SPR__PATCH_TABLE]; /* hashed: index + 1 */
     size_t          num_tets, num_vertices, num_inner;
-    uint32_t        max_new, seed;
+    uint32_t        max_new, visit, seed; /* seed: of this attempt */
     uint64_t        plans;    /* that its attempts have taken */
     uint32_t        vain[1 << SPR__PATCH_VAIN]; /* spr__state.vain, for all its attempts */
     double          before;   /* its worst quality */
@@ -4679,7 +4683,7 @@ static void spr__patch_shake(const spr__state *s, spr__patch *p)
     int i, n = p->rounding && p->few ? 2 * SPR__SHAKES : SPR__SHAKES;
     memset(p->vain, 0, sizeof p->vain);
     for (i = 0; i < n && !p->no_memory && (p->rounding ? p->lack > 0 : p->num_bad > 0); i++) {
-        p->seed = p->seed * SPR__SHAKES + (uint32_t)i;
+        p->seed = p->visit * SPR__SHAKES + (uint32_t)i;
         p->focused = p->rounding && i % 2 == 1;
         if (p->rounding) memset(p->vain, 0, sizeof p->vain);
         plans = p->plans;
@@ -4752,7 +4756,7 @@ static int spr__is_shakable(const spr__state *s, delaunay_handle t)
     const float held = spr__case_of(s, t)->goal;
     const double goal = (double)held;
     return !delaunay_is_deleted(s->mesh, t) && s->value[t] < s->target &&
-           s->at[t].shaken < SPR__SHAKES &&
+           s->at[t].shaken < SPR__VISITS &&
            (held >= (float)s->target || s->value[t] < SPR__FAR_BELOW * goal);
 }
 
@@ -4874,7 +4878,7 @@ static int spr__patches_set(spr__state *s, spr__patch *patch, spr__around *aroun
             answer = spr__patch_set(s, delaunay_engine_worker(s->engine, 0), &patch[num], t, one_in,
                                     star);
         if (answer < 0) return answer;
-        patch[num].seed = s->at[t].shaken++;
+        patch[num].visit = s->at[t].shaken++;
         if (answer == 0) continue;
         patch[num].few = few-- > 0;
         patch[num].max_new = left < new_ ? left : new_;
@@ -4935,14 +4939,14 @@ static int64_t spr__most_credit(const spr__state *s)
     return most < SPR__SHAKE_CREDIT ? (int64_t)most : (int64_t)SPR__SHAKE_CREDIT;
 }
 
-/* Whether to end: shaking has taken two plans per tetrahedron of the mesh, or seldom helps. Each
- * plan costs credit, each success adds some, and there is never more than at the start. */
+/* Whether to end: shaking has taken all the plans it may, or seldom helps. Each plan costs credit,
+ * each success adds some, and there is never more than at the start. */
 static int spr__has_shaken_enough(spr__state *s)
 {
-    uint64_t num_tets = s->report->before.num_tets;
+    uint64_t most_plans = SPR__SHAKE_BEGIN + SPR__SHAKE_EACH * s->report->before.num_tets;
     int64_t most = spr__most_credit(s);
     if (s->shakes == 0 || s->shake_credit > most) s->shake_credit = most;
-    return s->shake_credit <= 0 || s->shakes > 2 * num_tets + 5000;
+    return s->shake_credit <= 0 || s->shakes > most_plans;
 }
 
 /* After the few worst, whose surroundings may be mostly bad, at least half of the credit is left to
@@ -4997,7 +5001,7 @@ static spr_result spr__shake(spr__state *s)
     delaunay_list_free(&list);
     delaunay_release(s->memory, around.num);
     delaunay_release(s->memory, patch);
-    return result != SPR_OK || 4 * found > tried ? result : SPR_GOAL_NOT_MET;
+    return result != SPR_OK || SPR__SELDOM * found > tried ? result : SPR_GOAL_NOT_MET;
 }
 
 /* -- extreme angles: patches around them are improved by spr__measure_all */
@@ -5134,7 +5138,7 @@ static int spr__round_set(spr__state *s, spr__patch *patch, delaunay_list *star,
         s->at[y->t[i / 3]].shaken |= SPR__ROUNDED;
         p->max_new = left < new_ ? left : new_;
         left -= p->max_new;
-        p->seed = 0;
+        p->visit = 0;
         p->rounding = 1;
         p->kind = (i + first) % 3;
         p->few = y->value[i / 3] < SPR__RISEN * s->extreme[p->kind];
