@@ -30,9 +30,9 @@
  *   A sharp angle or a needle-shaped triangle of the surface therefore bounds the quality that can
  *   be reached; the report says where it does.
  *   Element sizes are preserved, not created. At most about one vertex is added for every 60
- *   tetrahedra, none where that makes an edge much shorter than those around it; at most about one
- *   is removed for every 12 tetrahedra, besides a few in each shaken patch, and no edge contraction
- *   makes an edge much longer.
+ *   tetrahedra (20 if options.effort is 3 or more), none where that makes an edge much shorter than
+ *   those around it; at most about one is removed for every 12 tetrahedra, besides a few in each
+ *   shaken patch, and no edge contraction makes an edge much longer.
  *   Limits: those of delaunay.h. The measures are correct for edges of 1e-75 to 1e75; tetrahedra
  *   with edges beyond that count as bad.
  *
@@ -179,6 +179,10 @@ typedef struct spr_options {
                                 * reached everywhere, the worst few become better than that */
     double        max_seconds; /* 0: no limit; checked between rounds of plans, about 0.1 s apart */
     int           max_rounds;  /* sweeps over the list of bad ones; 0: until nothing changes */
+    /* How long to try where tetrahedra are bad and remain so: 0.01 to 100; 0: 1. Twice the effort
+     * takes up to twice the time there, and leaves fewer of them. It may bring up to so many times
+     * as many new vertices, but no more than 3 times. */
+    double        effort;
     /* Nonzero turns an operator off. no_smoothing also turns off shaking, step 5 of HOW IT WORKS
      * and the final sweep; no_edge_removal also turns off the flips for the mean. */
     int           no_smoothing, no_edge_removal, no_reconnection;
@@ -615,6 +619,7 @@ typedef struct spr__state {
     spr__function    quality;
     void            *quality_user;
     double           target;
+    double           effort;      /* of the options, or 1 */
     double           deadline;    /* by the host's clock; 0: none */
     double          *value;       /* by slot: quality; HUGE_VAL: not to be improved */
     spr__slot       *at;          /* by slot; freed before the relaxation */
@@ -657,6 +662,7 @@ typedef struct spr__state {
     double           held;        /* with lift: what is below this may become many */
     double           relax_floor; /* relaxation: the worst of a star may fall to this */
     double           fair, mean;  /* flips: what is below fair is tried; mean before */
+    int              visits;      /* patches to be shaken around one tetrahedron, at most */
     int              is_patch;    /* the mesh is a patch that is shaken */
     delaunay_worker *lent;        /* the worker lent to the patch */
     struct spr__pool *pools;      /* memory for patches, one of each thread */
@@ -3871,6 +3877,12 @@ static int spr__set_vain(spr__state *s)
     return s->vain != NULL;
 }
 
+/* What the effort makes of a limit; nothing, for a patch. */
+static uint64_t spr__by_effort(const spr__state *s, uint64_t limit)
+{
+    return (uint64_t)(s->effort * (double)limit);
+}
+
 /* How many plans a level may make in all. On a clean mesh no limit is reached. Where the surface
  * leaves thousands of bad tetrahedra in thin places, the expensive searches stop at a cost that
  * grows with the size of the mesh alone. So do the cheap operators, which the worst surfaces would
@@ -3882,11 +3894,11 @@ static uint64_t spr__plans_of_level(const spr__state *s, int level)
     if (s->is_patch && level >= SPR__LARGE) return 0;
     switch (level) {
     case SPR__REMOVE:
-    case SPR__INSERT: return 20000 + num_tets / 10;
-    case SPR__MEDIUM: return 5000 + num_tets / 50;
-    case SPR__LARGE: return SPR__LARGE_PLANS + num_tets / 400;
-    case SPR__UTMOST: return num_tets < 16000 ? 16 + num_tets / 100 : 176;
-    default: return 20000 + 50 * num_tets;
+    case SPR__INSERT: return spr__by_effort(s, 20000 + num_tets / 10);
+    case SPR__MEDIUM: return spr__by_effort(s, 5000 + num_tets / 50);
+    case SPR__LARGE: return spr__by_effort(s, SPR__LARGE_PLANS + num_tets / 400);
+    case SPR__UTMOST: return spr__by_effort(s, num_tets < 16000 ? 16 + num_tets / 100 : 176);
+    default: return spr__by_effort(s, 20000 + 50 * num_tets);
     }
 }
 
@@ -3897,8 +3909,8 @@ static void spr__set_allowance(spr__state *s)
         s->allowance[level] = spr__plans_of_level(s, level);
     s->refill_credit = SPR__REFILL_PATCH;
     if (!s->is_patch)
-        s->refill_credit =
-            SPR__REFILL_BEGIN + SPR__REFILL_EACH * (int64_t)s->report->before.num_tets;
+        s->refill_credit = (int64_t)spr__by_effort(
+            s, SPR__REFILL_BEGIN + SPR__REFILL_EACH * s->report->before.num_tets);
 }
 
 enum { SPR__FEW = 32 }; /* of the worst, which are tried by SPR__UTMOST at a time */
@@ -4138,8 +4150,9 @@ enum {
     SPR__PATCH_TABLE = 1024, /* size of the hash tables of a patch: a power of 2 */
     SPR__PATCH_VAIN = 12,    /* bits of the table of cavities that were searched in vain */
     SPR__PATCHES = 16,      /* patches at a time */
-    SPR__SHAKES = 3,        /* attempts at a patch, at most */
-    SPR__VISITS = 12,       /* patches around one tetrahedron, at most */
+    SPR__SHAKES = 3,        /* attempts at a patch, and */
+    SPR__VISITS = 11,       /* patches around one tetrahedron, after the first; at most */
+    SPR__VISITS_MOST = 60,  /* with more effort, for which there is room in spr__slot.shaken */
     SPR__ROUNDED = 0x40,    /* bit of spr__slot.shaken: its angles were tried */
     SPR__CLAIMED = 0x80,    /* bit of spr__slot.shaken: it is in a current patch */
     SPR__CROWD = 256,       /* limit of the number of bad ones around that is counted */
@@ -4642,6 +4655,7 @@ static void spr__patch_try(const spr__state *s, spr__patch *p)
     own.quality = s->quality;
     own.quality_user = s->quality_user;
     own.target = s->target;
+    own.effort = 1;
     own.gamma = s->gamma && !p->rounding;
     own.rounding = p->rounding;
     own.simd = s->simd;
@@ -4756,7 +4770,7 @@ static int spr__is_shakable(const spr__state *s, delaunay_handle t)
     const float held = spr__case_of(s, t)->goal;
     const double goal = (double)held;
     return !delaunay_is_deleted(s->mesh, t) && s->value[t] < s->target &&
-           s->at[t].shaken < SPR__VISITS &&
+           s->at[t].shaken < s->visits &&
            (held >= (float)s->target || s->value[t] < SPR__FAR_BELOW * goal);
 }
 
@@ -4936,14 +4950,16 @@ static int spr__patches_shake(spr__state *s, spr__patch *patch, int num)
 static int64_t spr__most_credit(const spr__state *s)
 {
     uint64_t most = 4000 + s->report->before.num_tets / 2;
-    return most < SPR__SHAKE_CREDIT ? (int64_t)most : (int64_t)SPR__SHAKE_CREDIT;
+    if (most > SPR__SHAKE_CREDIT) most = SPR__SHAKE_CREDIT;
+    return (int64_t)spr__by_effort(s, most);
 }
 
 /* Whether to end: shaking has taken all the plans it may, or seldom helps. Each plan costs credit,
  * each success adds some, and there is never more than at the start. */
 static int spr__has_shaken_enough(spr__state *s)
 {
-    uint64_t most_plans = SPR__SHAKE_BEGIN + SPR__SHAKE_EACH * s->report->before.num_tets;
+    uint64_t most_plans =
+        spr__by_effort(s, SPR__SHAKE_BEGIN + SPR__SHAKE_EACH * s->report->before.num_tets);
     int64_t most = spr__most_credit(s);
     if (s->shakes == 0 || s->shake_credit > most) s->shake_credit = most;
     return s->shake_credit <= 0 || s->shakes > most_plans;
@@ -4987,6 +5003,7 @@ static spr_result spr__shake(spr__state *s)
     memset(&list, 0, sizeof list);
     list.memory = s->memory;
     s->least = spr__worst_of(s, s->bad.items, s->bad.count);
+    s->visits = 1 + (int)spr__min(s->effort * (double)SPR__VISITS, (double)SPR__VISITS_MOST);
     if (result == SPR_OK && !spr__find_shakable(s, &around)) result = SPR_ERROR_OUT_OF_MEMORY;
     while (result == SPR_OK && num > 0 && !spr__has_shaken_enough(s)) {
         num = spr__patches_set(s, patch, &around, &list, tried == 0 ? SPR__SHAKE_FEW : 0,
@@ -5001,7 +5018,9 @@ static spr_result spr__shake(spr__state *s)
     delaunay_list_free(&list);
     delaunay_release(s->memory, around.num);
     delaunay_release(s->memory, patch);
-    return result != SPR_OK || SPR__SELDOM * found > tried ? result : SPR_GOAL_NOT_MET;
+    if (result != SPR_OK || spr__by_effort(s, SPR__SELDOM * (uint64_t)found) > (uint64_t)tried)
+        return result;
+    return SPR_GOAL_NOT_MET;
 }
 
 /* -- extreme angles: patches around them are improved by spr__measure_all */
@@ -5163,12 +5182,12 @@ static spr_result spr__round(spr__state *s)
     spr__extreme x[3];
     delaunay_list list;
     spr_result result = patch && spr__find_extremes(s) ? SPR_OK : SPR_ERROR_OUT_OF_MEMORY;
-    int turn, i, num, found = 1;
+    int turn, turns = (int)spr__by_effort(s, SPR__ROUNDS), i, num, found = 1;
     memset(&list, 0, sizeof list);
     list.memory = s->memory;
     s->least = spr__worst_of(s, s->bad.items, s->bad.count);
     s->shake_credit = 2 * spr__most_credit(s);
-    for (turn = 0; turn < SPR__ROUNDS && result == SPR_OK && s->shake_credit > 0; turn++) {
+    for (turn = 0; turn < turns && result == SPR_OK && s->shake_credit > 0; turn++) {
         if (turn > 2 && found == 0) break;
         spr__worst_extremes(s, x);
         found = num = spr__round_set(s, patch, &list, x, turn % 3, turn == 0 ? 6 : 3);
@@ -5305,7 +5324,7 @@ static spr_result spr__raise(spr__state *s)
     spr__forget_cases(s);
     if (!spr__find_bad(s)) return SPR_ERROR_OUT_OF_MEMORY;
     for (level = 0; level < SPR__HOPELESS; level++)
-        s->allowance[level] = SPR__RAISE_PLANS * (uint64_t)s->bad.count;
+        s->allowance[level] = spr__by_effort(s, SPR__RAISE_PLANS * (uint64_t)s->bad.count);
     while (result == SPR_OK && (level = spr__refresh(s)) != SPR__HOPELESS)
         result = spr__run_timed(s, level);
     return result;
@@ -5597,9 +5616,11 @@ static spr_result spr__open(spr__state *s, const delaunay_mesh *mesh, const spr_
     s->mesh = (delaunay_mesh *)(uintptr_t)mesh;
     if (!mesh || s->options.measure < SPR_GAMMA || s->options.measure > SPR_USER ||
         !(s->options.target >= 0) || !(s->options.max_seconds >= 0) || s->options.max_rounds < 0 ||
+        (s->options.effort != 0 && !(s->options.effort >= 0.01 && s->options.effort <= 100)) ||
         (s->options.measure == SPR_USER && !s->options.quality))
         return SPR_ERROR_INVALID_ARGUMENT;
     s->target = s->options.target > 0 ? s->options.target : 0.35;
+    s->effort = s->options.effort > 0 ? s->options.effort : 1;
     s->gamma = s->options.measure == SPR_GAMMA;
     s->simd = SPR__AVX2 != 0;
     s->quality = s->options.measure == SPR_GAMMA  ? spr__measure_gamma
@@ -5801,7 +5822,11 @@ static void spr__close(spr__state *s)
 /* A new vertex brings about six tetrahedra: one new vertex per 60 tetrahedra keeps the mesh within
  * a tenth of its size. More may be removed: between walls that are close to each other every vertex
  * makes more tetrahedra bad, and those that refinement put there are best removed. */
-enum { SPR__TETS_A_VERTEX = 60, SPR__TETS_A_GONE = 12 };
+enum {
+    SPR__TETS_A_VERTEX = 60,
+    SPR__MORE_NEW = 3, /* up to so many times as many with more effort */
+    SPR__TETS_A_GONE = 12
+};
 
 /* Everything between spr__open and spr__close. */
 static spr_result spr__improve(spr__state *s, uint32_t max_new)
@@ -5818,6 +5843,7 @@ static spr_result spr__improve(spr__state *s, uint32_t max_new)
     if (result != SPR_OK) return result;
     s->first_new = s->mesh->num_vertices;
     most = s->report->before.num_tets / SPR__TETS_A_VERTEX + 6;
+    if (s->effort > 1) most = (uint64_t)(spr__min(s->effort, (double)SPR__MORE_NEW) * (double)most);
     s->max_gone = s->report->before.num_tets / SPR__TETS_A_GONE + 6;
     s->room_new = s->options.keep_vertices ? 0 : max_new;
     s->max_new = most < s->room_new ? (uint32_t)most : s->room_new;

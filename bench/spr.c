@@ -1,7 +1,7 @@
 /* spr.c - times and qualities of improvement
  *
- *     build/bench_spr [-v] [--threads N] [--rounds N] [--target Q] [--measure gamma|sicn|dihedral]
- *                     [--off smooth|edge|spr|vertices].. MESH ..
+ *     build/bench_spr [-v] [--threads N] [--rounds N] [--target Q] [--effort E]
+ *                     [--measure gamma|sicn|dihedral] [--off smooth|edge|spr|vertices].. MESH ..
  *
  * Each MESH is a tetrahedral mesh in any format of meshio.h; its border and interfaces stay. Prints
  * one CSV line before and one after improvement; the seconds are those of spr_improve alone. --off
@@ -93,6 +93,7 @@ int main(int argc, char **argv)
             options.host.num_threads = atoi(argv[++i]);
         else if (i + 1 < argc && !strcmp(argv[i], "--rounds")) options.max_rounds = atoi(argv[++i]);
         else if (i + 1 < argc && !strcmp(argv[i], "--target")) options.target = atof(argv[++i]);
+        else if (i + 1 < argc && !strcmp(argv[i], "--effort")) options.effort = atof(argv[++i]);
         else if (i + 1 < argc && !strcmp(argv[i], "--measure")) {
             i++;
             options.measure = !strcmp(argv[i], "sicn")       ? SPR_SICN

@@ -28,6 +28,8 @@ static const char help[] =
     "                       few. If it is given and one is left, the exit code is 1\n"
     "  --keep-vertices      add no vertex and take none away\n"
     "  --no-smoothing       do not move vertices\n"
+    "  --effort E           0.01 to 100, default 1: how long to try where bad ones are left; more\n"
+    "                       leaves fewer\n"
     "  --max-seconds S      stop after about S seconds\n"
     "  --threads N          default: what OpenMP chooses\n"
     "  --bad FILE           list the bad tetrahedra that are left, as CSV: middle, measure, the best\n"
@@ -102,6 +104,9 @@ static int parse(int argc, char **argv, arguments *args)
         } else if (strcmp(a, "--target") == 0 && tool_number(argv[i + 1], 1e-9, 1, &value)) {
             args->options.target = value;
             args->options.require_target = 1;
+            i++;
+        } else if (strcmp(a, "--effort") == 0 && tool_number(argv[i + 1], 0.01, 100, &value)) {
+            args->options.effort = value;
             i++;
         } else if (strcmp(a, "--max-seconds") == 0 &&
                    tool_number(argv[i + 1], 0.001, 1e9, &value)) {

@@ -88,6 +88,8 @@ static const char help_options[] =
     "goals and budgets (exit 1 if one is not met; the mesh is valid all the same)\n"
     "  --target Q           gamma of the worst tetrahedron; default: improve what is below 0.35 as\n"
     "                       far as possible, then the worst few, without a goal\n"
+    "  --effort E           0.01 to 100, default 1: how long to try to improve where tetrahedra\n"
+    "                       below 0.35 are left; more leaves fewer\n"
     "  --max-seconds S, --max-tets N, --max-vertices N, --max-memory MB\n"
     "\n"
     "  --threads N          default: what OpenMP chooses; the result does not depend on it, except\n"
@@ -232,7 +234,9 @@ static int parse_number(const char *a, const char *text, settings *s)
     else if (strcmp(a, "--target") == 0 && tool_number(text, 1e-9, 1, &v)) {
         s->spr.target = v;
         s->spr.require_target = 1;
-    } else if (strcmp(a, "--max-seconds") == 0 && tool_number(text, 1e-6, 1e9, &v))
+    } else if (strcmp(a, "--effort") == 0 && tool_number(text, 0.01, 100, &v))
+        s->spr.effort = v;
+    else if (strcmp(a, "--max-seconds") == 0 && tool_number(text, 1e-6, 1e9, &v))
         s->max_seconds = v;
     else if (strcmp(a, "--max-tets") == 0 && tool_number(text, 1, 1e18, &v))
         s->mesher.max_tets = (uint64_t)v;

@@ -839,6 +839,7 @@ static void test_shaking_keeps_within_its_plans(void)
     memset(&s, 0, sizeof s);
     s.report = &r;
     r.before.num_tets = 2000;
+    s.effort = 1;
     s.shake_credit = 1000;
     CHECK(spr__max_patches(&s, 0, 0) == SPR__SHAKE_FEW);
     CHECK(spr__max_patches(&s, 4, 4 * 499) == 3);
@@ -2251,6 +2252,36 @@ static void test_budgets(void)
     }
 }
 
+static void test_more_effort_leaves_fewer(void)
+{
+    static const double effort[] = {0.02, 1, 3}, refused[] = {-1, 0.001, 101, NAN, INFINITY};
+    uint64_t left[3] = {0, 0, 0}, seed = small_state;
+    delaunay_mesh m;
+    spr_report r;
+    int k, trial;
+    for (trial = 1; trial <= 3; trial++)
+        for (k = 0; k < 3; k++) {
+            spr_options o = open_options();
+            small_state = (uint64_t)trial;
+            o.effort = effort[k];
+            CHECK(random_mesh(&m, 600, 1, NULL));
+            color_mesh(&m, 2);
+            improve_and_check(&m, &o, &r, SPR_OK);
+            CHECK(effort[k] > 1 || r.vertices_inserted <= r.before.num_tets / 50 + 6);
+            left[k] += r.after.num_below;
+            delaunay_mesh_free(&m);
+        }
+    CHECK(11 * left[1] < 10 * left[0] && left[2] <= left[1]);
+    CHECK(random_mesh(&m, 50, 0, NULL));
+    for (k = 0; k < 5; k++) {
+        spr_options o = open_options();
+        o.effort = refused[k];
+        CHECK(spr_improve(&m, &o, &r) == SPR_ERROR_INVALID_ARGUMENT);
+    }
+    delaunay_mesh_free(&m);
+    small_state = seed;
+}
+
 static void test_nothing_to_do(void)
 {
     delaunay_mesh m;
@@ -2323,6 +2354,7 @@ int main(void)
     test_one_thread_at_a_time_allocates();
     test_cancel();
     test_budgets();
+    test_more_effort_leaves_fewer();
     test_nothing_to_do();
     test_walls_need_few_vertices();
     test_a_vertex_goes_with_more_than_its_star();

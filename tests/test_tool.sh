@@ -439,6 +439,10 @@ says 'more tetrahedra than'
 # ---- improve ----
 code 0 $improve --help
 code 2 $improve "$T/cube.mesh" --target 7
+code 2 $improve "$T/cube.mesh" --effort 0
+code 2 $mesh "$T/cube.off" --effort 101
+code 0 $mesh "$T/cube.off" --effort 0.1 -q -o "$T/little.mesh"
+code 0 $improve "$T/little.mesh" --effort 2
 code 3 $improve "$T/missing.mesh"
 code 5 $improve "$T/cube.off"
 code 1 $improve "$T/t1.mesh" --target 0.99 --histogram --bad "$T/bad.csv"
