@@ -64,7 +64,8 @@
  *      (the worst few first, then those with the fewest bad ones beside them) is copied, its
  *      vertices are moved at random, in every second attempt beside a new one, and the copy is
  *      improved. It replaces the patch if it has fewer bad tetrahedra, or if they weigh less. This
- *      goes on as long as it succeeds often enough. Finally, vertices are removed where that
+ *      goes on as long as it succeeds often enough. (This, and the expensive levels before, have
+ *      limits, which are proportional to options.effort.) Finally, vertices are removed where that
  *      leaves fewer bad tetrahedra of a smaller total weight, although the worst quality there may
  *      fall by two fifths (that of the mesh does not fall).
  *   5. Angles, if the measure is gamma. The same is done around the few tetrahedra with the most
@@ -179,9 +180,9 @@ typedef struct spr_options {
                                 * reached everywhere, the worst few become better than that */
     double        max_seconds; /* 0: no limit; checked between rounds of plans, about 0.1 s apart */
     int           max_rounds;  /* sweeps over the list of bad ones; 0: until nothing changes */
-    /* How long to try where tetrahedra are bad and remain so: 0.01 to 100; 0: 1. Twice the effort
-     * takes up to twice the time there, and leaves fewer of them. It may bring up to so many times
-     * as many new vertices, but no more than 3 times. */
+    /* How long to try on what is bad after the cheapest operators: 0.01 to 100; 0: 1. Twice the
+     * effort takes up to twice the time there and leaves fewer bad ones. It may also bring up to
+     * so many times as many new vertices, but no more than 3 times. */
     double        effort;
     /* Nonzero turns an operator off. no_smoothing also turns off shaking, step 5 of HOW IT WORKS
      * and the final sweep; no_edge_removal also turns off the flips for the mean. */
@@ -3885,9 +3886,9 @@ static uint64_t spr__by_effort(const spr__state *s, uint64_t limit)
 
 /* How many plans a level may make in all. On a clean mesh no limit is reached. Where the surface
  * leaves thousands of bad tetrahedra in thin places, the expensive searches stop at a cost that
- * grows with the size of the mesh alone. So do the cheap operators, which the worst surfaces would
- * call a dozen times per tetrahedron: where a quality is smaller than its rounding error, two flips
- * that undo each other may both seem to gain. */
+ * grows with the size of the mesh and the effort alone. So do, at any effort, the cheap operators,
+ * which the worst surfaces would call a dozen times per tetrahedron: where a quality is smaller
+ * than its rounding error, two flips that undo each other may both seem to gain. */
 static uint64_t spr__plans_of_level(const spr__state *s, int level)
 {
     const uint64_t num_tets = s->report->before.num_tets;
@@ -3898,7 +3899,7 @@ static uint64_t spr__plans_of_level(const spr__state *s, int level)
     case SPR__MEDIUM: return spr__by_effort(s, 5000 + num_tets / 50);
     case SPR__LARGE: return spr__by_effort(s, SPR__LARGE_PLANS + num_tets / 400);
     case SPR__UTMOST: return spr__by_effort(s, num_tets < 16000 ? 16 + num_tets / 100 : 176);
-    default: return spr__by_effort(s, 20000 + 50 * num_tets);
+    default: return 20000 + 50 * num_tets;
     }
 }
 
