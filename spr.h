@@ -254,8 +254,9 @@ SPR_API const char *spr_result_string(spr_result result);
  *
  * Returns  SPR_OK; a positive code: stopped by a budget, or the target is not met
  * Cost     depends on what is bad: 0.4-2 us per tetrahedron of a clean mesh, 0.1-2 ms where most
- *          are bad and stay so; memory: 32 bytes per slot, 17 per vertex and up to 32 per bad
- *          tetrahedron; in the final sweep 24 per slot and 46 per vertex
+ *          are bad and stay so (up to 8 in the worst small meshes); memory: 32 bytes per slot, 17
+ *          per vertex and up to 32 per bad tetrahedron; in the final sweep 24 per slot and 46 per
+ *          vertex
  * Threads  options->host.num_threads; distinct meshes may be improved at once
  * Repeats  same bytes for any number of threads, except under max_seconds or a memory limit
  * Source   Marot 2020, chapter 6 */
@@ -3879,7 +3880,7 @@ static int spr__set_vain(spr__state *s)
     return s->vain != NULL;
 }
 
-/* What the effort makes of a limit; nothing, for a patch. */
+/* A limit times the effort, which is 1 for a patch. */
 static uint64_t spr__by_effort(const spr__state *s, uint64_t limit)
 {
     return (uint64_t)(s->effort * (double)limit);
