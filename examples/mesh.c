@@ -400,6 +400,7 @@ typedef struct job {
     spr_report spr;
     spr_statistics quality;
     mesher_output out;
+    uint64_t num_large; /* triangles that --refine-surface had better divided */
     double seconds[NUM_PHASES], start;
     int code;          /* exit code so far */
     char message[640]; /* the last one of complain() */
@@ -1205,8 +1206,38 @@ static void note_region_sizes(const job *j)
     }
 }
 
+static int asks_for_sizes(const mesher_options *o)
+{
+    return o->size > 0 || o->max_size > 0 || o->layers > 0 || o->curvature_degrees > 0 ||
+           o->size_grid || o->num_sources > 0 || o->num_region_sizes > 0;
+}
+
+/* The number of triangles with an edge more than three times as long as is wanted at its ends. */
+static uint64_t num_large(const job *j)
+{
+    const mesher_domain *domain = &j->domain;
+    uint64_t count = 0;
+    size_t i;
+    int k, c;
+    for (i = 0; i < j->surface.num_triangles; i++)
+        for (k = 0; k < 3; k++) {
+            const uint32_t *v = j->surface.triangles + 3 * i;
+            const uint32_t p = v[k], q = v[(k + 1) % 3];
+            const double *a = j->surface.xyz + 3 * (size_t)p, *b = j->surface.xyz + 3 * (size_t)q;
+            const double g = domain->size[domain->mesh.vertex_of[p]],
+                         h = domain->size[domain->mesh.vertex_of[q]], most = 3 * (g + h) / 2;
+            double ll = 0;
+            for (c = 0; c < 3; c++) ll += (b[c] - a[c]) * (b[c] - a[c]);
+            if (!(g > 0 && h > 0 && ll > most * most)) continue; /* 0: in no region */
+            count++;
+            break;
+        }
+    return count;
+}
+
 static int mesh_surface(job *j)
 {
+    const mesher_options *o = &j->set.mesher;
     mesher_result result;
     double left = j->set.max_seconds - j->seconds[PHASE_SURFACE];
     j->set.mesher.max_seconds = j->set.max_seconds > 0 ? (left > 1e-3 ? left : 1e-3) : 0;
@@ -1228,6 +1259,8 @@ static int mesh_surface(job *j)
     j->seconds[PHASE_REGIONS] = j->report.seconds_regions;
     j->seconds[PHASE_SIZE] = j->report.seconds_size;
     j->seconds[PHASE_REFINE] = j->report.seconds_refine;
+    if (asks_for_sizes(o) && !o->no_refine && !j->set.refine_surface && !j->set.refine_mesh)
+        j->num_large = num_large(j);
     trim_memory();
     improve(j);
     clear_progress(j);
@@ -1492,42 +1525,17 @@ static void print_sizes(const job *j)
                (unsigned long long)r->size_ignored);
 }
 
-/* The number of triangles with an edge more than `times` as long as --size asks for. */
-static size_t num_large(const job *j, double times)
-{
-    double most = times * j->set.mesher.size;
-    size_t count = 0, i;
-    int k, c;
-    for (i = 0; i < j->surface.num_triangles; i++)
-        for (k = 0; k < 3; k++) {
-            const uint32_t *v = j->surface.triangles + 3 * i;
-            const double *a = j->surface.xyz + 3 * (size_t)v[k];
-            const double *b = j->surface.xyz + 3 * (size_t)v[(k + 1) % 3];
-            double ll = 0;
-            for (c = 0; c < 3; c++) ll += (b[c] - a[c]) * (b[c] - a[c]);
-            if (!(ll > most * most)) continue;
-            count++;
-            break;
-        }
-    return count;
-}
-
 /* Prints what --refine-surface made of the triangles, or a note if the mesh would gain by it. */
 static void print_division(const job *j)
 {
-    size_t large;
-    if (j->set.refine_surface) {
+    if (j->set.refine_surface)
         printf("surface     %llu vertices, %llu triangles, divided\n",
                (unsigned long long)j->surface.num_vertices,
                (unsigned long long)j->surface.num_triangles);
-        return;
-    }
-    if (!(j->set.mesher.size > 0) || j->set.refine_mesh) return;
-    large = num_large(j, 3);
-    if (large > 0)
-        printf("note        %llu triangles have edges more than three times as long as --size;\n"
-               "            tetrahedra under them are flat. --refine-surface divides them\n",
-               (unsigned long long)large);
+    if (j->num_large > 0)
+        printf("note        %llu triangles have edges more than three times as long as is asked\n"
+               "            for; tetrahedra under them are flat. --refine-surface divides them\n",
+               (unsigned long long)j->num_large);
 }
 
 static void print_statistics(const job *j)

@@ -280,7 +280,14 @@ code 5 $mesh "$T/cube.off" --refine-mesh
 
 # ---- a surface divided first ----
 code 0 $mesh "$T/cube.off" --size 0.1
+prints '12 triangles have edges more than three times as long'
 prints 'refine-surface divides them'
+code 0 $mesh "$T/cube.off" --layers 4 --effort 0.01
+prints 'refine-surface divides them'
+code 0 $mesh "$T/cube.off" --ball 0,0,0,0.1,0.05 --effort 0.01
+prints '6 triangles have edges more than three times as long'
+code 0 $mesh "$T/cube.off"
+ok 'nothing to divide' sh -c "! grep -q refine-surface '$T/out'"
 code 0 $mesh "$T/cube.off" --size 0.1 --refine-surface -o "$T/f1.mesh" --json "$T/f.json" --threads 1
 prints 'triangles, divided'
 prints '; 0 below 0.35'
