@@ -4311,6 +4311,7 @@ typedef struct delaunay__numbering {
 
 enum {
     DELAUNAY__MANY_TETS = 300, /* more in a bucket are worth a radix sort */
+    DELAUNAY__BATCH = 512,     /* buckets at most in a batch, and about so many tetrahedra */
     DELAUNAY__CHUNK = 4096,    /* vertices; a power of two */
     DELAUNAY__PACKED_BITS = 28
 };
@@ -4678,7 +4679,6 @@ static void delaunay__keep_large(delaunay__numbering *c, delaunay_handle head, s
 }
 
 /* A batch: several buckets, one after the other in one array. */
-enum { DELAUNAY__BATCH = 512 };
 typedef struct delaunay__batch_of_lists {
     delaunay_handle slot[DELAUNAY__BATCH + DELAUNAY__MANY_TETS];
     uint32_t key[DELAUNAY__BATCH + DELAUNAY__MANY_TETS + 32];

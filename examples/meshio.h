@@ -2536,7 +2536,7 @@ static meshio_result meshio__medit_entries(meshio__reader *r, const meshio__medi
 {
     double xyz[3], d;
     int64_t n, tag, index;
-    uint32_t v[8], other;
+    uint32_t v[8], other = 0;
     int k, nodes = version ? keyword->nodes : meshio__medit_nodes(r, keyword, count);
     meshio__type integer = version >= 4 ? MESHIO__I64 : MESHIO__I32;
     meshio__type real = version == 1 ? MESHIO__F32 : MESHIO__F64;
