@@ -232,7 +232,8 @@ typedef struct mesher_options {
      * its sizes */
     double growth;
     /* > 0: about so many tetrahedra, or more, between facets that face each other; not between
-     * facets that share a vertex */
+     * facets that share a vertex, and no smaller than a 64th of a facet's longest edge (this bound
+     * does not hold for mesher_refine_surface, which divides such facets) */
     double layers;
     /* > 0: an edge at a curved surface spans at most this angle of it; facets beyond a crease of
      * more than 45 degrees do not count */
@@ -10176,6 +10177,20 @@ static int mesher__on_surface(const delaunay_mesh *mesh, delaunay_handle t, int 
            mesher__inward(mesh, t, i, n, middle);
 }
 
+/* The longest edge of facet i of t. */
+static double mesher__facet_extent(const delaunay_mesh *mesh, delaunay_handle t, int i)
+{
+    const uint8_t *f = delaunay_facet_order(i);
+    double longest = 0;
+    int k;
+    for (k = 0; k < 3; k++) {
+        double l = mesher__distance(mesh->vertices[mesh->tets[t].v[f[k]]].x,
+                                    mesh->vertices[mesh->tets[t].v[f[(k + 1) % 3]]].x);
+        longest = l > longest ? l : longest;
+    }
+    return longest;
+}
+
 /* Do facets i of t and j of u share a vertex? */
 static int mesher__facets_touch(const delaunay_mesh *mesh, delaunay_handle t, int i,
                                 delaunay_handle u, int j)
@@ -10215,17 +10230,19 @@ static void mesher__facet_at_most(mesher_domain *domain, delaunay_handle t, int 
 }
 
 /* Bounds the sizes at each facet by its distance from the facet opposite, divided by the number of
- * layers. */
-static void mesher__gap_sizes(mesher_domain *domain)
+ * layers, but not by less than its longest edge times least. */
+static void mesher__gap_sizes(mesher_domain *domain, double least)
 {
     const delaunay_mesh *mesh = &domain->mesh;
     delaunay_handle t, met;
-    double n[3], x[3], h;
+    double n[3], x[3], h, lowest;
     int i, j;
     for (t = 1; t < mesh->num_tets; t++)
         for (i = 0; i < 4 && mesher__is_inside(mesh, t); i++) {
             h = mesher__gap(mesh, t, i, n, x, &met, &j) / domain->options.layers;
             if (!(h > 0)) continue;
+            lowest = least * mesher__facet_extent(mesh, t, i);
+            if (h < lowest) h = lowest;
             mesher__facet_at_most(domain, t, i, h);
             mesher__facet_at_most(domain, met, j, h);
         }
@@ -10388,7 +10405,10 @@ static mesher_result mesher__limit_gradation(mesher_domain *domain)
     return MESHER_OK;
 }
 
-MESHER_API mesher_result mesher_size(mesher_domain *domain, mesher_report *report)
+/* Computes the sizes at the vertices; those for layers are at least least_layer times as long as
+ * the facets' edges. */
+static mesher_result mesher__find_sizes(mesher_domain *domain, double least_layer,
+                                        mesher_report *report)
 {
     delaunay_mesh *mesh;
     double start, least;
@@ -10407,7 +10427,8 @@ MESHER_API mesher_result mesher_size(mesher_domain *domain, mesher_report *repor
     }
     result = mesher__edge_sizes(domain);
     if (result == MESHER_OK) result = mesher__spread_sizes(domain);
-    if (result == MESHER_OK && domain->options.layers > 0) mesher__gap_sizes(domain);
+    if (result == MESHER_OK && domain->options.layers > 0)
+        mesher__gap_sizes(domain, least_layer);
     if (result == MESHER_OK && domain->options.curvature_degrees > 0)
         result = mesher__curvature_sizes(domain);
     if (result == MESHER_OK) result = mesher__wish_at_vertices(domain, &ignored);
@@ -10421,6 +10442,15 @@ MESHER_API mesher_result mesher_size(mesher_domain *domain, mesher_report *repor
         report->seconds_size = delaunay_seconds(&domain->options.host) - start;
     }
     return MESHER_OK;
+}
+
+/* Where two large facets nearly touch, layers between them would be so many tetrahedra that they
+ * take minutes, all flat on such facets. */
+#  define MESHER__LEAST_LAYER (1.0 / 64)
+
+MESHER_API mesher_result mesher_size(mesher_domain *domain, mesher_report *report)
+{
+    return mesher__find_sizes(domain, MESHER__LEAST_LAYER, report);
 }
 
 /* A vertex of the background, with all that the field needs of it. */
@@ -12992,20 +13022,6 @@ static int mesher__start_at_sources(mesher__refiner *r)
     return kept;
 }
 
-/* The longest edge of facet i of t. */
-static double mesher__facet_extent(const delaunay_mesh *mesh, delaunay_handle t, int i)
-{
-    const uint8_t *f = delaunay_facet_order(i);
-    double longest = 0;
-    int k;
-    for (k = 0; k < 3; k++) {
-        double l = mesher__distance(mesh->vertices[mesh->tets[t].v[f[k]]].x,
-                                    mesh->vertices[mesh->tets[t].v[f[(k + 1) % 3]]].x);
-        longest = l > longest ? l : longest;
-    }
-    return longest;
-}
-
 /* Keeps places half way between facets that face each other, if these are larger than the size that
  * is wanted between them: there are no circumcentres there. Returns 0 without memory. */
 static int mesher__start_in_gaps(mesher__refiner *r)
@@ -15326,7 +15342,7 @@ MESHER_API mesher_result mesher_refine_surface(mesher_fine_surface *fine,
     report->seconds_check = delaunay_seconds(options ? &options->host : NULL) - start;
     if (result != MESHER_OK) return result;
     result = mesher__mesh_surface(&domain, report);
-    if (result >= 0) result = mesher_size(&domain, report);
+    if (result >= 0) result = mesher__find_sizes(&domain, 0, report);
     if (result >= 0)
         result = (mesher_result)delaunay_memory_init(&fine->memory, &domain.options.host);
     if (result >= 0) {

@@ -1005,6 +1005,28 @@ static void plates_have_layers(void)
     }
 }
 
+/* A sheet so thin that tetrahedra of its thickness would be thousands of millions. */
+static void thin_sheets_are_not_filled(void)
+{
+    mesher_surface s;
+    mesher_domain domain;
+    mesher_options o;
+    uint32_t v;
+    int k;
+    clear();
+    add_box(0, 0, 0, 1);
+    for (k = 0; k < 8; k++) shape.xyz[3 * k + 2] *= 1e-5;
+    s = surface_of(&shape);
+    memset(&o, 0, sizeof o);
+    o.layers = 4;
+    o.max_vertices = 20000; /* would end it, with another result */
+    CHECK(mesher_mesh(&domain, &s, &o, NULL) == MESHER_OK);
+    for (v = 1; v <= domain.mesh.num_points; v++)
+        if (domain.size[v] > 0) CHECK(domain.size[v] >= 0.99 / 64);
+    CHECK(delaunay_validate(&domain.mesh, DELAUNAY_VALIDATE_GEOMETRY, NULL) == DELAUNAY_OK);
+    mesher_domain_free(&domain);
+}
+
 static uint64_t hash_bytes(uint64_t h, const void *bytes, size_t n)
 {
     const unsigned char *p = (const unsigned char *)bytes;
@@ -1259,6 +1281,7 @@ int main(void)
     every_allocation_may_fail();
     small_wishes_beside_large_triangles();
     plates_have_layers();
+    thin_sheets_are_not_filled();
     progress_cancels(0);
     progress_cancels(1);
     same_bytes_for_any_threads();
