@@ -6144,9 +6144,10 @@ struct delaunay_worker {
     size_t            cap_link;
     uint32_t         *commit;      /* vertices of new tetrahedra, for delaunay_window_apply */
     delaunay__search_tables *tables;
+    int                      has_tables; /* they are prepared */
 };
 
-static delaunay__search_tables *delaunay__tables_new(delaunay_memory *memory);
+static size_t delaunay__size_of_tables(void);
 
 static size_t delaunay__hash(uint64_t key, int bits)
 {
@@ -6220,7 +6221,7 @@ DELAUNAY_API delaunay_worker *delaunay_worker_new(delaunay_memory *memory)
     w->faces =
         (delaunay__face *)delaunay_alloc(memory, (size_t)1 << w->face_bits, sizeof *w->faces);
     w->commit = (uint32_t *)delaunay_alloc(memory, 4 * DELAUNAY_WINDOW_TETS, sizeof *w->commit);
-    w->tables = delaunay__tables_new(memory);
+    w->tables = (delaunay__search_tables *)delaunay_alloc(memory, 1, delaunay__size_of_tables());
     if (!w->set || !w->faces || !w->commit || !w->tables) {
         delaunay_worker_free(w);
         return NULL;
@@ -7832,12 +7833,18 @@ struct delaunay__search_tables {
     int      found;
 };
 
-static delaunay__search_tables *delaunay__tables_new(delaunay_memory *memory)
+static size_t delaunay__size_of_tables(void) { return sizeof(delaunay__search_tables); }
+
+/* Prepares tables for their first search. It takes a while, and most workers never search. */
+static void delaunay__tables_init(delaunay__search_tables *s)
 {
-    delaunay__search_tables *s = (delaunay__search_tables *)delaunay_alloc(memory, 1, sizeof *s);
+    /* what comes before, and is kept from search to search, is valid as far as num_known says */
+    const size_t from = offsetof(delaunay__search_tables, choice);
     uint32_t i, j, k, r = 0;
-    if (!s) return NULL;
-    memset(s, 0, sizeof *s);
+    memset((char *)s + from, 0, sizeof *s - from);
+    s->num_known = 0;
+    s->known_quality = NULL;
+    s->known_user = NULL;
     for (i = 0; i <= DELAUNAY__MAX_POINTS; i++) {
         s->choose1[i] = i;
         s->choose2[i] = i * (i - (i > 0)) / 2;
@@ -7856,7 +7863,6 @@ static delaunay__search_tables *delaunay__tables_new(delaunay_memory *memory)
 #endif
     for (i = 0; i < 2 * DELAUNAY__NUM_TRIPLES; i++)
         s->random[i] = delaunay__mix((i + 1) * UINT64_C(0x9E3779B97F4A7C15));
-    return s;
 }
 
 /* The number of oriented triangle abc; sorts the vertices without branches. */
@@ -8627,6 +8633,8 @@ DELAUNAY_API int delaunay_reconnect(const delaunay_mesh *mesh, delaunay_worker *
     uint32_t n = window->num_vertices;
     delaunay__tally tally;
     int result;
+    if (!worker->has_tables) delaunay__tables_init(s);
+    worker->has_tables = 1;
     s->mesh = mesh;
     s->window = window;
     s->out = search;
