@@ -1726,7 +1726,11 @@ SPR__TARGET static void spr__four_set_avx2(spr__four *f)
 }
 #endif
 
-enum { SPR__STATISTICS_BLOCKS = 256, SPR__FINE = 320 }; /* FINE: of [0, 1]; a multiple of 20 */
+enum {
+    SPR__STATISTICS_BLOCKS = 256,
+    SPR__LEAST_BLOCK = 1024, /* slots */
+    SPR__FINE = 320          /* parts of [0, 1]; a multiple of 20 */
+};
 
 /* What is summed up over a block of slots. */
 typedef struct spr__part {
@@ -1746,7 +1750,7 @@ static int spr__fine(double value)
 typedef struct spr__blocks {
     spr__part *part, all;
     size_t     slots, each;
-    int        threads;
+    int        num, threads;
 } spr__blocks;
 
 static delaunay_handle spr__block_begin(const spr__blocks *blocks, int b)
@@ -1870,13 +1874,13 @@ static int spr__quantile(const spr__state *s, const spr__blocks *blocks, uint64_
     for (i = 0; k >= fine[i]; i++) k -= fine[i];
     values = (double *)delaunay_alloc(s->memory, (size_t)fine[i], sizeof *values);
     if (!values) return 0;
-    for (b = 0; b < SPR__STATISTICS_BLOCKS; n += (size_t)blocks->part[b++].fine[i]) begin[b] = n;
+    for (b = 0; b < blocks->num; n += (size_t)blocks->part[b++].fine[i]) begin[b] = n;
     /* each thread writes the values of its blocks; the values of all are read */
     SPR__OMP(omp parallel for schedule(static) num_threads(blocks->threads))
-    for (b = 0; b < SPR__STATISTICS_BLOCKS; b++)
+    for (b = 0; b < blocks->num; b++)
         num[b] = spr__values_of_part(s, spr__block_begin(blocks, b),
                                      spr__block_begin(blocks, b + 1), i, values + begin[b]);
-    for (n = 0, b = 0; b < SPR__STATISTICS_BLOCKS; n += num[b++]) /* without infinite values */
+    for (n = 0, b = 0; b < blocks->num; n += num[b++]) /* without infinite values */
         memmove(values + n, values + begin[b], num[b] * sizeof *values);
     if (k < n) *out = spr__select(values, n, (size_t)k); /* always, unless values are infinite */
     delaunay_release(s->memory, values);
@@ -1925,17 +1929,18 @@ static spr_result spr__statistics(const spr__state *s, spr_statistics *out)
     memset(out, 0, sizeof *out);
     blocks.slots = s->mesh->num_tets;
     blocks.each = blocks.slots / SPR__STATISTICS_BLOCKS + 1;
+    if (blocks.each < SPR__LEAST_BLOCK) blocks.each = SPR__LEAST_BLOCK;
+    blocks.num = (int)(blocks.slots / blocks.each) + 1; /* STATISTICS_BLOCKS at most */
     blocks.threads = delaunay_threads_for(&s->options.host, blocks.slots);
-    blocks.part =
-        (spr__part *)delaunay_alloc(s->memory, SPR__STATISTICS_BLOCKS, sizeof *blocks.part);
+    blocks.part = (spr__part *)delaunay_alloc(s->memory, (size_t)blocks.num, sizeof *blocks.part);
     if (!blocks.part) return SPR_ERROR_OUT_OF_MEMORY;
     /* each thread writes its blocks' parts and their slots' values; the mesh is read */
     SPR__OMP(omp parallel for schedule(dynamic, 4) num_threads(blocks.threads))
-    for (b = 0; b < SPR__STATISTICS_BLOCKS; b++)
+    for (b = 0; b < blocks.num; b++)
         spr__part_of(s, &blocks.part[b], spr__block_begin(&blocks, b),
                      spr__block_begin(&blocks, b + 1));
     spr__part_begin(&blocks.all);
-    for (b = 0; b < SPR__STATISTICS_BLOCKS; b++) spr__part_merge(&blocks.all, &blocks.part[b]);
+    for (b = 0; b < blocks.num; b++) spr__part_merge(&blocks.all, &blocks.part[b]);
     ok = spr__summarize(s, &blocks, out);
     delaunay_release(s->memory, blocks.part);
     return ok ? SPR_OK : SPR_ERROR_OUT_OF_MEMORY;
@@ -2303,9 +2308,10 @@ typedef struct spr__ring {
     spr__burden     was; /* of the present tetrahedra */
 } spr__ring;
 
-/* Fills the ring of edge e of t. Returns 0 if the edge is constrained or on a wall, or if more than
- * most tetrahedra are around it. */
-static int spr__ring_set(const spr__state *s, spr__ring *r, delaunay_handle t, int e, int most)
+/* Fills the ring of edge e of t. Returns 0 if the edge is constrained or on a wall, if more than
+ * most tetrahedra are around it, or if one of them is worse than least. */
+static int spr__ring_set(const spr__state *s, spr__ring *r, delaunay_handle t, int e, int most,
+                         double least)
 {
     const delaunay_mesh *m = s->mesh;
     int i = delaunay_edge_order(e)[0], j = delaunay_edge_order(e)[1];
@@ -2329,7 +2335,7 @@ static int spr__ring_set(const spr__state *s, spr__ring *r, delaunay_handle t, i
         r->v[r->n] = x->v[k];
         r->before = spr__min(r->before, s->value[t]);
         spr__burden_add(s, &r->was, s->value[t]);
-        if (spr__is_wall(m, t, k)) return 0;
+        if (r->before < least || spr__is_wall(m, t, k)) return 0;
         t = x->n[k] / 4;
         if (t == first) {
             r->n++;
@@ -2437,8 +2443,8 @@ static int spr__plan_edges(const spr__state *s, delaunay_handle t, delaunay_plan
     for (e = 0; e < 6; e++) {
         const uint8_t *o = delaunay_edge_order(e);
         if (s->stamp[v[o[0]]] < kept || s->stamp[v[o[1]]] < kept) continue;
-        if (!spr__ring_set(s, &ring, t, e, SPR__MAX_RING) || !spr__ring_solve(s, &ring) ||
-            ring.after <= best.after)
+        if (!spr__ring_set(s, &ring, t, e, SPR__MAX_RING, -HUGE_VAL) ||
+            !spr__ring_solve(s, &ring) || ring.after <= best.after)
             continue;
         n = spr__ring_tets(&ring, 0, ring.n - 1, tets);
         if (!spr__all_positive(s->mesh, tets, n)) continue;
@@ -2481,7 +2487,7 @@ static int spr__ring_solve_mean(const spr__state *s, spr__ring *r)
     const delaunay_mesh *m = s->mesh;
     double best[SPR__MAX_RING][SPR__MAX_RING], q, sum;
     int n = r->n, i, j, k, span;
-    if (n < 3 || n > SPR__MEAN_RING) return 0;
+    if (n < 3) return 0;
     for (i = 0; i + 1 < n; i++) best[i][i + 1] = 0;
     for (span = 2; span < n; span++)
         for (i = 0; i + span < n; i++) {
@@ -2550,12 +2556,14 @@ static int spr__is_exchange_better(const spr__state *s, spr__exchange *x)
            spr__exchange_spares_angles(s, x) && spr__all_positive(s->mesh, x->tets, x->num_new);
 }
 
+/* The removal of edge e of t. Returns 1 if it is better, and t the worst around the edge. */
 static int spr__exchange_edge(const spr__state *s, delaunay_handle t, int e, spr__exchange *x)
 {
     spr__ring r;
     double sum = 0;
     int i;
-    if (!spr__ring_set(s, &r, t, e, SPR__MAX_RING) || !spr__ring_solve_mean(s, &r)) return 0;
+    if (!spr__ring_set(s, &r, t, e, SPR__MEAN_RING, s->value[t]) || !spr__ring_solve_mean(s, &r))
+        return 0;
     for (i = 0; i < r.n; i++) sum += s->value[r.t[i]] - s->mean;
     if (!(r.after - sum > SPR__MEAN_GAIN)) return 0;
     x->num_old = r.n;
@@ -2564,8 +2572,8 @@ static int spr__exchange_edge(const spr__state *s, delaunay_handle t, int e, spr
     return spr__is_exchange_better(s, x);
 }
 
-/* The flip of facet i to the edge between the two vertices opposite it. Returns 1 if it is better.
- */
+/* The flip of facet i to the edge between the two vertices opposite it. Returns 1 if it is better,
+ * and t the worse of the two. */
 static int spr__exchange_facet(const spr__state *s, delaunay_handle t, int i, spr__exchange *x)
 {
     const delaunay_mesh *m = s->mesh;
@@ -2573,7 +2581,7 @@ static int spr__exchange_facet(const spr__state *s, delaunay_handle t, int i, sp
     const uint32_t *v = m->tets[t].v;
     delaunay_handle n = m->tets[t].n[i];
     int k;
-    if (spr__is_wall(m, t, i)) return 0;
+    if (spr__is_wall(m, t, i) || s->value[n / 4] < s->value[t]) return 0;
     x->num_old = 2;
     x->num_new = 3;
     x->t[0] = t;
@@ -3414,7 +3422,8 @@ static int spr__pit_set(const spr__state *s, spr__pit *c, delaunay_handle t, int
         c->xyz[i] = (spr__point(m, v[delaunay_edge_order(k - 1)[0]])[i] +
                      spr__point(m, v[delaunay_edge_order(k - 1)[1]])[i]) /
                     2;
-    if (!spr__ring_set(s, &ring, t, k - 1, s->is_lifting ? SPR__WIDE_RING : SPR__MAX_RING))
+    if (!spr__ring_set(s, &ring, t, k - 1, s->is_lifting ? SPR__WIDE_RING : SPR__MAX_RING,
+                       -HUGE_VAL))
         return 0;
     for (i = 0; i < ring.n; i++)
         if (!spr__pit_add(s, c, ring.t[i])) return 0;
