@@ -1736,7 +1736,7 @@ enum {
 typedef struct spr__part {
     spr_statistics s;
     double         sum, cosine[2]; /* greatest and least */
-    uint64_t       fine[SPR__FINE];
+    uint64_t       fine[SPR__FINE], inverted;
 } spr__part;
 
 static int spr__fine(double value)
@@ -1784,6 +1784,7 @@ static void spr__part_add(const spr__state *s, spr__part *part, spr__four *four,
         out->min = spr__min(out->min, value);
         out->gamma_min = spr__min(out->gamma_min, four->gamma[k]);
         out->sicn_min = spr__min(out->sicn_min, four->sicn[k]);
+        if (four->gamma[k] < 0) part->inverted += delaunay_orient3d(p[0], p[1], p[2], p[3]) <= 0;
         for (i = 0; i < 6; i++) {
             part->cosine[0] = spr__max(part->cosine[0], four->cosine[i][k]);
             part->cosine[1] = spr__min(part->cosine[1], four->cosine[i][k]);
@@ -1840,6 +1841,7 @@ static void spr__part_merge(spr__part *all, const spr__part *part)
     out->gamma_min = spr__min(out->gamma_min, part->s.gamma_min);
     out->sicn_min = spr__min(out->sicn_min, part->s.sicn_min);
     all->sum += part->sum;
+    all->inverted += part->inverted;
     all->cosine[0] = spr__max(all->cosine[0], part->cosine[0]);
     all->cosine[1] = spr__min(all->cosine[1], part->cosine[1]);
     for (i = 0; i < SPR__FINE; i++) all->fine[i] += part->fine[i];
@@ -1887,11 +1889,11 @@ static int spr__quantile(const spr__state *s, const spr__blocks *blocks, uint64_
     return 1;
 }
 
-/* The tetrahedra of a valid mesh are exactly positive: a quality just below 0 is a rounding error.
- */
-static double spr__unrounded(double quality)
+/* Where no tetrahedron is inverted, a quality below 0 is a rounding error: of four points that are
+ * nearly on a line it can be large. */
+static double spr__unrounded(const spr__part *all, double quality)
 {
-    return quality < 0 && quality > -1e-9 ? 0 : quality;
+    return quality < 0 && all->inverted == 0 ? 0 : quality;
 }
 
 /* The statistics, from the sums over all blocks. Returns 0 if out of memory. */
@@ -1911,12 +1913,12 @@ static int spr__summarize(const spr__state *s, const spr__blocks *blocks, spr_st
     if (!spr__quantile(s, blocks, out->num_tets / 100, &out->p01) ||
         !spr__quantile(s, blocks, out->num_tets / 1000, &out->p001))
         return 0;
-    out->gamma_min = spr__unrounded(out->gamma_min);
-    out->sicn_min = spr__unrounded(out->sicn_min);
+    out->gamma_min = spr__unrounded(all, out->gamma_min);
+    out->sicn_min = spr__unrounded(all, out->sicn_min);
     if (s->options.measure != SPR_USER) {
-        out->min = spr__unrounded(out->min);
-        out->p01 = spr__unrounded(out->p01);
-        out->p001 = spr__unrounded(out->p001);
+        out->min = spr__unrounded(all, out->min);
+        out->p01 = spr__unrounded(all, out->p01);
+        out->p001 = spr__unrounded(all, out->p001);
     }
     return 1;
 }

@@ -251,6 +251,32 @@ static void test_statistics_against_sorting(void)
 
 /* ---- improvement --------------------------------------------------------------------------- */
 
+/* Of four points that are nearly on a line rounding may make the quality negative, though they are
+ * in positive order. The statistics do not report that as an inverted tetrahedron. */
+static void test_rounding_inverts_nothing(void)
+{
+    static const uint32_t tet[4] = {0, 1, 2, 3};
+    uint32_t tried = 0, found = 0;
+    while (found < 5 && tried++ < 100000) {
+        delaunay_mesh m;
+        spr_statistics s;
+        double x[12];
+        int i;
+        for (i = 0; i < 12; i++)
+            x[i] = (i / 3 + 1) * 0.1 * (i % 3 + 1) * (1 + small_random(8) * 1e-16);
+        if (delaunay_orient3d(x, x + 3, x + 6, x + 9) <= 0 ||
+            spr_gamma(x, x + 3, x + 6, x + 9) > -1e-6)
+            continue;
+        memset(&m, 0, sizeof m);
+        CHECK(delaunay_import(&m, x, 4, tet, NULL, 1, NULL, NULL) == DELAUNAY_OK);
+        CHECK(spr_measure_mesh(&m, NULL, &s) == SPR_OK);
+        CHECK(s.num_tets == 1 && s.gamma_min == 0 && s.min == 0 && s.sicn_min >= 0);
+        delaunay_mesh_free(&m);
+        found++;
+    }
+    CHECK(found == 5);
+}
+
 /* Improves, and checks what must hold whatever the options are. */
 static void improve_and_check(delaunay_mesh *m, const spr_options *options, spr_report *report,
                               spr_result expected)
@@ -2310,6 +2336,7 @@ int main(void)
     test_measures_of_known_shapes();
     test_bound_of_triangles();
     test_statistics_against_sorting();
+    test_rounding_inverts_nothing();
     test_improves_a_cube_and_a_ball();
     test_keeps_the_callers_points_by_default();
     test_rounds_extreme_angles();
