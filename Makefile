@@ -42,12 +42,16 @@ benches: $(BENCHES)
 $(BUILD):
 	mkdir -p $@
 
+# Sections smaller than those that pay, so that the tests have more of them.
+SECTIONS = -DDELAUNAY__ITEMS_A_SECTION=1500
+
 $(BUILD)/test_%: tests/test_%.c $(HEADERS) | $(BUILD)
-	$(CC) $(TESTFLAGS) $(OPENMP) -I. -Iexamples -Itests $< $(LINKED) -o $@ $(LDLIBS)
+	$(CC) $(TESTFLAGS) $(OPENMP) $(SECTIONS) -I. -Iexamples -Itests $< $(LINKED) -o $@ $(LDLIBS)
 
 # Tests that use only the interface of a header share its implementation, which is compiled once.
 $(BUILD)/linked_%.o: %.h $(HEADERS) | $(BUILD)
-	$(CC) $(TESTFLAGS) $(OPENMP) -I. -D$(shell echo $* | tr a-z A-Z)_IMPLEMENTATION -include $< \
+	$(CC) $(TESTFLAGS) $(OPENMP) $(SECTIONS) -I. \
+	  -D$(shell echo $* | tr a-z A-Z)_IMPLEMENTATION -include $< \
 	  -x c -c /dev/null -o $@
 MESHER_TESTS := $(addprefix $(BUILD)/test_,check divide hard mesher refine)
 DELAUNAY_TESTS := $(addprefix $(BUILD)/test_,changing editing extremes partition queries reconnect \

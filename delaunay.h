@@ -5479,9 +5479,11 @@ done:
  * claims: the curve is cut into many short pieces, cells; a thread claims a cell when it first
  * needs it and soon releases it again. Threads that hold some hundred cells each seldom collide,
  * whereas with sixteen sections of two million points a quarter of the points is near a border. */
+#  ifndef DELAUNAY__ITEMS_A_SECTION
+#    define DELAUNAY__ITEMS_A_SECTION 6000 /* fewer do not pay, as each thread reads what another */
+#  endif                                   /* has just written; less: for tests */
 enum {
     DELAUNAY__KEY_BITS = 32,
-    DELAUNAY__ITEMS_A_SECTION = 1500, /* a section with fewer items does not pay */
     DELAUNAY__MAX_ATTEMPTS = 8,       /* after these the rest is inserted one by one */
     DELAUNAY__BETWEEN_PROGRESS = 4096
 };
@@ -5943,7 +5945,7 @@ static delaunay_result delaunay__begin_claims(delaunay__partitions *p, uint32_t 
 static int64_t delaunay__run_claims(delaunay__partitions *p, uint32_t begin, uint32_t count,
                                     size_t num_items)
 {
-    enum { DELAUNAY__ITEMS_A_CLAIMER = 200, DELAUNAY__ATTEMPTS = 4 };
+    enum { DELAUNAY__ITEMS_A_CLAIMER = 1000, DELAUNAY__ATTEMPTS = 4 };
     int64_t left = (int64_t)num_items;
     int attempt, num = p->num_kernels;
     if (left < 2 * DELAUNAY__ITEMS_A_CLAIMER) return left;

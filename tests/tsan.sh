@@ -10,7 +10,8 @@ trap 'rm -rf "$work"' EXIT
 
 # Compiles FILE.c and runs it; 0 if it ends well and nothing is reported.
 under_tsan() { # FILE.c
-    $CLANG -O1 -g -fsanitize=thread -fopenmp -DPARALLEL_ONLY -I. -Iexamples -Itests "$1" -o "$work/program" -lm &&
+    $CLANG -O1 -g -fsanitize=thread -fopenmp -DPARALLEL_ONLY -DDELAUNAY__ITEMS_A_SECTION=1500 \
+        -I. -Iexamples -Itests "$1" -o "$work/program" -lm &&
         TSAN_OPTIONS='ignore_noninstrumented_modules=1' OMP_NUM_THREADS=4 "$work/program"
 }
 
