@@ -5479,14 +5479,16 @@ done:
  * claims: the curve is cut into many short pieces, cells; a thread claims a cell when it first
  * needs it and soon releases it again. Threads that hold some hundred cells each seldom collide,
  * whereas with sixteen sections of two million points a quarter of the points is near a border. */
-#  ifndef DELAUNAY__ITEMS_A_SECTION
-#    define DELAUNAY__ITEMS_A_SECTION 6000 /* fewer do not pay, as each thread reads what another */
-#  endif                                   /* has just written; less: for tests */
 enum {
     DELAUNAY__KEY_BITS = 32,
     DELAUNAY__MAX_ATTEMPTS = 8,       /* after these the rest is inserted one by one */
     DELAUNAY__BETWEEN_PROGRESS = 4096
 };
+
+/* A section with fewer items does not pay: its thread reads what others have just written. */
+#  ifndef DELAUNAY__ITEMS_A_SECTION
+#    define DELAUNAY__ITEMS_A_SECTION 6000 /* less: for tests */
+#  endif
 
 /* A section in the current attempt, or the share of one thread where cells are claimed. */
 typedef struct delaunay__cut {

@@ -249,8 +249,6 @@ static void test_statistics_against_sorting(void)
     delaunay_mesh_free(&m);
 }
 
-/* ---- improvement --------------------------------------------------------------------------- */
-
 /* Of four points that are nearly on a line rounding may make the quality negative, though they are
  * in positive order. The statistics do not report that as an inverted tetrahedron. */
 static void test_rounding_inverts_nothing(void)
@@ -276,6 +274,8 @@ static void test_rounding_inverts_nothing(void)
     }
     CHECK(found == 5);
 }
+
+/* ---- improvement --------------------------------------------------------------------------- */
 
 /* Improves, and checks what must hold whatever the options are. */
 static void improve_and_check(delaunay_mesh *m, const spr_options *options, spr_report *report,
