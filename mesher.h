@@ -2614,7 +2614,8 @@ MESHER_API mesher_result mesher_empty_mesh(mesher_domain *domain, mesher_report 
         return MESHER_OK;
     }
     if (report)
-        snprintf(report->message, sizeof report->message, "empty mesh: %.400s", inner.message);
+        snprintf(report->message, sizeof report->message, "empty mesh: %.400s",
+                 inner.message[0] ? inner.message : delaunay_result_string(result));
     delaunay_mesh_free(&domain->mesh);
     return mesher__from_delaunay(result);
 }
@@ -2975,7 +2976,8 @@ typedef struct mesher__recovery {
     delaunay_search search;
     mesher__plane   plane;
     uint32_t        near_edges[MESHER__NEAR];
-    double          lp[5][720][5];      /* rows of the linear program, by its dimension */
+    /* rows of the linear program, by its dimension: in each at most one more than in the next */
+    double          lp[5][DELAUNAY_WINDOW_FACETS + 4][5];
 } mesher__recovery;
 
 /* -- sets */
@@ -7632,8 +7634,8 @@ static int mesher__points_for_edge(mesher__recovery *r, uint32_t e)
     return changed;
 }
 
-/* Runs the intersection test, once, before hard work: if the surface intersects itself, nothing can
- * help, and the findings say why. */
+/* Runs the intersection test, once in an attempt, before hard work: if the surface intersects
+ * itself, nothing can help, and the findings say why. */
 static void mesher__ask_for_defects(mesher__recovery *r)
 {
     mesher_report none;
@@ -9344,7 +9346,7 @@ static void mesher__measure_cells(mesher_domain *domain, mesher__coloring *work)
         work->cells[c].key = UINT64_MAX;
         work->cells[c].facet = DELAUNAY_NO_ID;
     }
-    memset(work->sides, 0xff, domain->num_facets * 2 * sizeof *work->sides); /* NO_ID */
+    memset(work->sides, 0xff, 2 * sizeof *work->sides * domain->num_facets); /* NO_ID */
     MESHER__OMP(omp parallel for schedule(dynamic, 1) num_threads(threads))
     for (k = 0; k < n; k++) mesher__find_sides(domain, work, (size_t)k);
     for (f = 0; f < domain->num_facets; f++)
@@ -9855,7 +9857,7 @@ static mesher_result mesher__spread_sizes(mesher_domain *domain)
     sum = (double *)delaunay_alloc(&mesh->memory, mesh->num_vertices, 2 * sizeof *sum);
     if (!sum) return MESHER_ERROR_OUT_OF_MEMORY;
     while (found) {
-        memset(sum, 0, mesh->num_vertices * 2 * sizeof *sum);
+        memset(sum, 0, 2 * sizeof *sum * mesh->num_vertices);
         for (t = 1; t < mesh->num_tets; t++) {
             int i, j;
             if (!mesher__is_inside(mesh, t)) continue;
@@ -13980,6 +13982,21 @@ static void mesher__give_slot(mesher__cavity *c, delaunay_mesh *mesh, delaunay_h
     else mesh->free_tets[mesh->num_free++] = t;
 }
 
+/* A capacity for at least so many, and for some to spare as far as the most allows. */
+static size_t mesher__with_spare(size_t least, size_t spare, size_t most)
+{
+    if (least >= most) return least;
+    return spare < most - least ? least + spare : most;
+}
+
+/* Makes room in the mesh for so many tetrahedra and some more; 0: cannot. */
+static int mesher__tet_room(delaunay_mesh *mesh, size_t tets, size_t spare)
+{
+    const size_t most = (size_t)((delaunay_handle)-1) / 4 - 1;
+    return tets <= mesh->cap_tets ||
+           delaunay_reserve(mesh, 0, mesher__with_spare(tets, spare, most)) == DELAUNAY_OK;
+}
+
 /* Makes room in the mesh for the ball on the cavity's boundary. */
 static int mesher__ball_room(mesher__refiner *r, mesher__cavity *c)
 {
@@ -13992,8 +14009,7 @@ static int mesher__ball_room(mesher__refiner *r, mesher__cavity *c)
         return c->num_facets <= c->num_tets + slots &&
                c->num_tets + pool->num_slots <= c->num_facets + pool->cap_slots;
     }
-    if (tets > mesh->cap_tets && delaunay_reserve(mesh, 0, tets + tets / 4) != DELAUNAY_OK)
-        return 0;
+    if (!mesher__tet_room(mesh, tets, tets / 4)) return 0;
     if (c->num_tets > c->num_facets &&
         mesh->cap_free - mesh->num_free < c->num_tets - c->num_facets) {
         cap = mesh->cap_free;
@@ -14011,7 +14027,8 @@ static int mesher__vertex_room(mesher__refiner *r, size_t count)
     delaunay_mesh *mesh = r->mesh;
     size_t vertices = (size_t)mesh->num_vertices + count, cap;
     if (vertices > mesh->cap_vertices &&
-        delaunay_reserve(mesh, vertices + vertices / 4, 0) != DELAUNAY_OK)
+        delaunay_reserve(mesh, mesher__with_spare(vertices, vertices / 4, UINT32_MAX - 1), 0) !=
+            DELAUNAY_OK)
         return 0;
     if (mesh->cap_vertices > r->domain->cap_size) {
         cap = r->domain->cap_size;
@@ -14357,14 +14374,12 @@ static void mesher__set_walk_starts(mesher__refiner *r, uint32_t parts)
 static int mesher__deal_slots(mesher__refiner *r, uint32_t parts)
 {
     delaunay_mesh *mesh = r->mesh;
-    size_t total = 0, fresh, used = 0;
+    size_t total = 0, fresh, used = 0, tets;
     uint32_t i;
     for (i = 0; i < parts; i++) total += 8 * (r->sections[i].end - r->sections[i].first) + 256;
     fresh = total > mesh->num_free ? total - mesh->num_free : 0;
-    if (mesh->num_tets + fresh > mesh->cap_tets &&
-        delaunay_reserve(mesh, 0, mesh->num_tets + fresh + (mesh->num_tets + fresh) / 8) !=
-            DELAUNAY_OK)
-        return 0;
+    tets = mesh->num_tets + fresh;
+    if (!mesher__tet_room(mesh, tets, tets / 8)) return 0;
     if (!mesher__room(r->memory, &r->slots, &r->cap_slots, 0, 2 * total, sizeof *r->slots))
         return 0;
     for (i = 0; i < parts; i++) {

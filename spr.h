@@ -3553,7 +3553,7 @@ static int spr__plan(void *user, const delaunay_mesh *m, delaunay_worker *worker
 /* Makes room for one more case, and for case 0. Returns 0 if out of memory. */
 static int spr__case_room(spr__state *s)
 {
-    size_t cap = s->cap_cases + s->cap_cases / 2 + 64;
+    size_t cap = (size_t)s->cap_cases + s->cap_cases / 2 + 64;
     spr__case *cases;
     if (s->num_cases && s->num_cases < s->cap_cases) return 1;
     if (cap > UINT32_MAX) return 0;
@@ -5454,7 +5454,8 @@ static spr_result spr__sweep_order(const spr__state *s, spr__sweep *w, int threa
     w->vertex = (uint32_t *)delaunay_alloc(s->memory, m->num_vertices, sizeof *w->vertex);
     w->place = (uint32_t *)delaunay_alloc(s->memory, m->num_vertices, sizeof *w->place);
     if (!keys || !w->vertex || !w->place) goto done;
-    (void)hilbert_box_fit3(&box, m->vertices[0].x, sizeof *m->vertices, m->num_vertices, threads);
+    (void)hilbert_box_fit3(&box, m->vertices[1].x, sizeof *m->vertices, m->num_vertices - 1,
+                           threads);
     hilbert_box_cube(&box);
     box.depth = SPR__CURVE_DEPTH;
     if (hilbert_keys3(keys, m->vertices[0].x, sizeof *m->vertices, m->num_vertices, &box,
@@ -5854,6 +5855,8 @@ static spr_result spr__improve(spr__state *s, uint32_t max_new)
     s->bad.memory = s->items.memory = s->free_cases.memory = s->memory;
     if (s->mesh->num_tets < 2) return SPR_OK;
     if (!s->mesh->vertex_tet && delaunay_link_vertices(s->mesh) != DELAUNAY_OK) return result;
+    /* one number for all steps: OpenMP's maximum may change, and the engine keeps its workers */
+    s->options.host.num_threads = delaunay_threads(&s->options.host);
     s->engine = delaunay_engine_new(s->mesh, &s->options.host);
     if (!s->engine || !spr__fit(s)) return result;
     result = spr__statistics(s, &s->report->before);
@@ -5894,8 +5897,7 @@ static spr_result spr__improve_patch(spr__state *s, uint32_t max_new)
     delaunay_handle t;
     s->bad.memory = s->items.memory = s->free_cases.memory = s->memory;
     if (delaunay_link_vertices(s->mesh) != DELAUNAY_OK) return SPR_ERROR_OUT_OF_MEMORY;
-    s->engine = s->lent ? delaunay_engine_new_lent(s->mesh, &s->options.host, s->lent)
-                        : delaunay_engine_new(s->mesh, &s->options.host);
+    s->engine = delaunay_engine_new_lent(s->mesh, &s->options.host, s->lent);
     if (!s->engine || !spr__fit(s)) return SPR_ERROR_OUT_OF_MEMORY;
     for (t = 1, s->value[0] = HUGE_VAL; t < m->num_tets; t++)
         s->value[t] = spr__quality_of(s, m->tets[t].v);

@@ -2221,6 +2221,57 @@ static int cancel_later(void *user, const char *phase, double fraction)
     return --*(int *)user <= 0;
 }
 
+static void set_max_threads(int threads)
+{
+#ifdef _OPENMP
+    omp_set_num_threads(threads);
+#else
+    (void)threads;
+#endif
+}
+
+static int get_max_threads(void)
+{
+#ifdef _OPENMP
+    return omp_get_max_threads();
+#else
+    return 1;
+#endif
+}
+
+/* A host whose maximum of threads rises meanwhile. */
+static int more_threads(void *user, const char *phase, double fraction)
+{
+    (void)phase;
+    (void)fraction;
+    set_max_threads(4);
+    ++*(int *)user;
+    return 0;
+}
+
+/* With num_threads 0, what OpenMP said at first counts. */
+static void test_max_threads_changes_meanwhile(void)
+{
+    const int was = get_max_threads();
+    const uint64_t state = small_state;
+    int calls = 0;
+    spr_options o = open_options();
+    delaunay_mesh m;
+    spr_report r;
+    set_max_threads(1);
+    o.host.num_threads = 0;
+    o.host.progress = more_threads;
+    o.host.user = &calls;
+    small_state = 4711;
+    CHECK(random_mesh(&m, 250, 1, NULL));
+    color_mesh(&m, 1);
+    improve_and_check(&m, &o, &r, SPR_OK);
+    CHECK(calls > 0 && r.shaken > 0);
+    delaunay_mesh_free(&m);
+    set_max_threads(was);
+    small_state = state;
+}
+
 static double ticking(void *user) { return (*(double *)user) += 1; }
 
 /* All time is up as soon as it is cancelled. */
@@ -2379,6 +2430,7 @@ int main(void)
     test_failing_allocations();
     test_failing_allocations_while_the_mesh_grows();
     test_one_thread_at_a_time_allocates();
+    test_max_threads_changes_meanwhile();
     test_cancel();
     test_budgets();
     test_more_effort_leaves_fewer();
