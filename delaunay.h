@@ -169,10 +169,14 @@ typedef struct delaunay_host {
     delaunay_allocator allocator;
     size_t             memory_limit_bytes;  /* 0: none. Beyond it allocations fail. It applies to
                                              * each object (a mesh, a domain, the working memory of
-                                             * a call) by itself */
+                                             * a call) by itself. A mesh keeps the allocator that it
+                                             * was made with; delaunay_insert and spr_improve put
+                                             * their limit in place of its own; the two engines take
+                                             * memory from the mesh alone, within its limit */
     int                num_threads;         /* 0: omp_get_max_threads() at each call; more than 1024
                                              * count as 1024 */
-    void (*log)(void *user, int level, const char *text);              /* NULL: silent */
+    /* NULL: silent. So far mesher.h alone has warnings and, for debugging, what it does */
+    void (*log)(void *user, int level, const char *text);
     /* fraction: how much of the phase is done, negative if unknown; a nonzero result cancels */
     int  (*progress)(void *user, const char *phase, double fraction);
     double (*clock)(void *user);            /* seconds; NULL: omp_get_wtime(), else clock() */
@@ -257,7 +261,8 @@ typedef struct delaunay_report {
     uint64_t num_duplicates;                /* points beyond the first one at each place */
     uint64_t num_tets, num_ghosts;
     uint64_t num_hidden;                    /* vertices that weights keep out of all tetrahedra */
-    int      dimension;                     /* affine dimension of the points; -1: no points */
+    int      dimension;                     /* affine dimension of the points; -1: no points, or an
+                                             * import without tetrahedra */
     uint32_t ids[4]; int num_ids;           /* what is wrong: point ids; in the validator slots; in
                                              * delaunay_import also indices of tetrahedra */
     double   xyz[3];                        /* where */
@@ -330,7 +335,7 @@ DELAUNAY_API delaunay_result delaunay_tetrahedralize_points(delaunay_mesh *mesh,
  *          has weights or marks
  * Cost     O(count log count), and one pass over the mesh; for a few points use a delaunay_editor
  * Threads  options->host.num_threads; calls on distinct meshes may run at the same time. The
- *          allocator is the mesh's, not the host's
+ *          allocator is the mesh's, not the host's; the memory limit is the host's, from now on
  * Repeats  same bytes for the same mesh and points, with any number of threads; with
  *          options->any_order as in delaunay_tetrahedralize
  */
@@ -5294,8 +5299,9 @@ static int delaunay__are_finite(const double *x, size_t count, int threads)
     return !odd;
 }
 
-/* Reports up to four points with a coordinate that is not finite. */
-static delaunay_result delaunay__check_finite(const double *xyz, size_t count,
+/* Reports up to four points with a coordinate that is not finite; first: the id of the first point.
+ */
+static delaunay_result delaunay__check_finite(const double *xyz, size_t count, uint32_t first,
                                               const delaunay_host *host, delaunay_report *report)
 {
     size_t i;
@@ -5305,9 +5311,13 @@ static delaunay_result delaunay__check_finite(const double *xyz, size_t count,
         const double *x = xyz + 3 * i;
         if (delaunay__is_finite(x)) continue;
         if (report->num_ids == 0) memcpy(report->xyz, x, sizeof report->xyz);
-        report->ids[report->num_ids++] = (uint32_t)i;
+        report->ids[report->num_ids++] = first + (uint32_t)i;
     }
-    return report->num_ids ? DELAUNAY_ERROR_NOT_FINITE : DELAUNAY_OK;
+    if (!report->num_ids) return DELAUNAY_OK;
+    snprintf(report->message, sizeof report->message,
+             "point %lu at (%.9g, %.9g, %.9g): a coordinate is not finite",
+             (unsigned long)report->ids[0], report->xyz[0], report->xyz[1], report->xyz[2]);
+    return DELAUNAY_ERROR_NOT_FINITE;
 }
 
 static uint32_t delaunay__facet_hash(const uint32_t *v)
@@ -5415,13 +5425,14 @@ DELAUNAY_API delaunay_result delaunay_import(delaunay_mesh *mesh, const double *
     int turn = 0;
     if (!report) report = &unused;
     memset(report, 0, sizeof *report);
+    report->dimension = num_tets ? 3 : -1;
     if (!mesh || (num_points && !xyz) || (num_tets && !tets))
-        return DELAUNAY_ERROR_INVALID_ARGUMENT;
+        return delaunay__say(report, DELAUNAY_ERROR_INVALID_ARGUMENT, "a null pointer");
     if (num_points >= UINT32_MAX - 16 || num_tets >= (size_t)((delaunay_handle)-1) / 4 - 16)
-        return DELAUNAY_ERROR_TOO_LARGE;
+        return delaunay__say(report, DELAUNAY_ERROR_TOO_LARGE, "too many points or tetrahedra");
     delaunay_mesh_free(mesh);
     result = delaunay_memory_init(&mesh->memory, host);
-    if (result == DELAUNAY_OK) result = delaunay__check_finite(xyz, num_points, host, report);
+    if (result == DELAUNAY_OK) result = delaunay__check_finite(xyz, num_points, 0, host, report);
     if (result == DELAUNAY_OK) result = delaunay_reserve(mesh, num_points + 1, num_tets + 1);
     if (result != DELAUNAY_OK) goto done;
     mesh->vertex_of =
@@ -5445,11 +5456,7 @@ DELAUNAY_API delaunay_result delaunay_import(delaunay_mesh *mesh, const double *
     mesh->num_tets = (delaunay_handle)num_tets + 1;
     if (result == DELAUNAY_OK) result = delaunay__link_tets(mesh, report);
 done:
-    if (result == DELAUNAY_ERROR_NOT_FINITE)
-        snprintf(report->message, sizeof report->message,
-                 "vertex %lu at (%.9g, %.9g, %.9g): a coordinate is not finite",
-                 (unsigned long)report->ids[0], report->xyz[0], report->xyz[1], report->xyz[2]);
-    else if (result != DELAUNAY_OK && report->num_ids)
+    if (result != DELAUNAY_OK && result != DELAUNAY_ERROR_NOT_FINITE && report->num_ids)
         delaunay__say_tet(report, xyz, num_points, tets, report->ids[0]);
     report->num_points = num_points;
     report->num_vertices = mesh->num_vertices ? mesh->num_vertices - 1 : 0;
@@ -9894,7 +9901,7 @@ DELAUNAY_API delaunay_result delaunay_validate_on(const delaunay_mesh *mesh, int
     delaunay_result result = DELAUNAY_OK;
     int l, threads;
     if (report) memset(report, 0, sizeof *report);
-    if (!mesh) return DELAUNAY_ERROR_INVALID_ARGUMENT;
+    if (!mesh) return delaunay__say(report, DELAUNAY_ERROR_INVALID_ARGUMENT, "a null pointer");
     threads = delaunay_threads_for(host, (size_t)mesh->num_tets);
     if (level > DELAUNAY_VALIDATE_DELAUNAY) level = DELAUNAY_VALIDATE_DELAUNAY;
     for (l = DELAUNAY_VALIDATE_TOPOLOGY; l <= level && result == DELAUNAY_OK; l++) {
@@ -10237,7 +10244,7 @@ static delaunay_result delaunay__take_points(delaunay_mesh *mesh, const delaunay
     size_t count = points->count;
     delaunay_result result = delaunay__unpack(&packed, &mesh->memory, points);
     if (result == DELAUNAY_OK)
-        result = delaunay__check_finite(packed.xyz, count, &options->host, report);
+        result = delaunay__check_finite(packed.xyz, count, 0, &options->host, report);
     if (result == DELAUNAY_OK) result = delaunay__check_weights(&packed, count, report);
     if (result == DELAUNAY_OK)
         result = delaunay__sort(mesh, packed.xyz, packed.weights, count,
@@ -10508,15 +10515,16 @@ DELAUNAY_API delaunay_result delaunay_insert(delaunay_mesh *mesh, const double *
     if (count >= UINT32_MAX - 16 - (mesh->num_vertices > mesh->num_points ? mesh->num_vertices
                                                                           : mesh->num_points))
         return delaunay__say(report, DELAUNAY_ERROR_TOO_LARGE, "too many points");
-    result = delaunay__check_finite(xyz, count, &options->host, report);
+    mesh->memory.limit_bytes = options->host.memory_limit_bytes;
+    result = delaunay__check_finite(xyz, count, mesh->num_points, &options->host, report);
     if (result == DELAUNAY_OK && count)
         result = delaunay__insert_points(mesh, xyz, count, options, report);
     report->num_points = mesh->num_points;
     report->num_vertices = mesh->num_vertices - 1;
     report->peak_bytes = mesh->memory.peak_bytes;
     delaunay__count(mesh, report, 0, delaunay_threads(&options->host));
-    return result == DELAUNAY_OK ? result
-                                 : delaunay__say(report, result, delaunay_result_string(result));
+    if (result == DELAUNAY_OK || report->message[0]) return result;
+    return delaunay__say(report, result, delaunay_result_string(result));
 }
 
 #endif /* DELAUNAY_IMPLEMENTATION */

@@ -162,7 +162,7 @@ typedef struct mesher_surface {
     size_t          num_edges;
     /* 3*num_seeds: for MESHER_REGIONS_SEEDS, points in cells that are to be kept or removed */
     const double   *seeds;
-    /* num_seeds, or NULL: 1, 2, ..; the number of the region around the seed; 0: a hole */
+    /* num_seeds, or NULL: 1, 2, ..; the number of the region around the seed; 0 or less: a hole */
     const int32_t  *seed_tags;
     size_t          num_seeds;
 } mesher_surface;
@@ -176,7 +176,7 @@ typedef enum mesher_regions {
     MESHER_REGIONS_WINDING,
     /* cells that contain a seed with a tag > 0 are kept; if there is no such seed, all cells but
      * the holes. If a cell contains several seeds, the first one counts; seeds in no bounded cell
-     * are noted */
+     * are noted. Which cell a seed on a facet is in is not defined */
     MESHER_REGIONS_SEEDS
 } mesher_regions;
 
@@ -213,8 +213,9 @@ typedef struct mesher_options {
     /* where nothing else helps, leave points on edges and facets of the surface; they are counted
      * and listed in the report */
     int    allow_surface_steiner;
-    /* no search for intersecting pairs in mesher_check, nor in mesher_mesh after the cheap checks
-     * have found a defect; where recovery takes long or fails, mesher_mesh makes it anyway */
+    /* no search for intersecting pairs in mesher_check, which then does not look at cells either,
+     * nor in mesher_mesh after the cheap checks have found a defect; where recovery takes long or
+     * fails, mesher_mesh makes it anyway */
     int    no_intersection_test;
     /* vertices in no triangle or line are left out of the mesh; 0: they are nodes of it */
     int    drop_unused;
@@ -329,7 +330,8 @@ typedef struct mesher_report {
     char     message[512];
 } mesher_report;
 
-/* A bounded cell. */
+/* A bounded cell. After mesher_refine_mesh a region of the caller's; then first_facet, depth and
+ * winding say nothing. */
 typedef struct mesher_region {
     uint32_t number;        /* colour of its tetrahedra, 1 ..; 0: not kept */
     uint32_t first_facet;   /* smallest of the caller's triangles on its boundary, or NO_ID */
@@ -411,7 +413,8 @@ typedef struct mesher_output {
      * counter-clockwise as seen from in front); 0: the outside, or a cell that is not kept; both 0:
      * no tetrahedron has it */
     uint32_t *triangle_regions;
-    uint32_t *edges;     uint64_t num_edges;     /* 2*num_edges: the caller's lines, in order */
+    /* 2*num_edges: the caller's lines, in order, also those whose ends are equal */
+    uint32_t *edges;     uint64_t num_edges;
     int32_t  *edge_tags;                         /* num_edges */
     delaunay_memory memory;
 } mesher_output;
@@ -555,8 +558,8 @@ MESHER_API void mesher_domain_free(mesher_domain *domain);
 MESHER_API mesher_result mesher_options_resolve(mesher_options *out, const mesher_options *in);
 
 /* ---- >>expert: the stages, in order; each takes the domain valid and leaves it so ----------
- * A stage called out of order returns MESHER_ERROR_INVALID_ARGUMENT and changes nothing. After any
- * other error the domain can only be freed, by mesher_domain_free. */
+ * A stage called before those that it needs returns MESHER_ERROR_INVALID_ARGUMENT and changes
+ * nothing. After any other error the domain can only be freed, by mesher_domain_free. */
 
 /* Cheap checks, survivors of duplicate vertices, distinct facets and edges. */
 MESHER_API mesher_result mesher_domain_init(mesher_domain *domain, const mesher_surface *surface,
@@ -572,7 +575,9 @@ MESHER_API mesher_result mesher_recover(mesher_domain *domain, mesher_report *re
  * numbers are the caller's. */
 MESHER_API mesher_result mesher_color(mesher_domain *domain, mesher_report *report);
 /* The distinct tags of the triangles around region i (an index in domain->regions), ascending, as
- * many as there is room for; *count: the number of all of them. tags may be NULL. */
+ * many as there is room for; *count: the number of all of them. tags may be NULL.
+ * Returns  MESHER_OK; _ERROR_INVALID_ARGUMENT: no such region, or no mesher_color before (so after
+ *          mesher_refine_mesh); _ERROR_OUT_OF_MEMORY */
 MESHER_API mesher_result mesher_region_tags(mesher_domain *domain, uint32_t i, int32_t *tags,
                                             size_t cap, size_t *count);
 /* Computes the sizes at the vertices, domain->size. */
@@ -581,7 +586,8 @@ MESHER_API mesher_result mesher_size(mesher_domain *domain, mesher_report *repor
 MESHER_API double mesher_source_size(const mesher_source *source, double gradation,
                                      const double *x);
 MESHER_API double mesher_size_grid_at(const mesher_size_grid *grid, const double *x);
-/* Inserts points until edges have the wanted length. */
+/* Inserts points until edges have about the wanted length. It begins with mesher_size, if that has
+ * not been called. If called again, it may insert more. */
 MESHER_API mesher_result mesher_refine(mesher_domain *domain, mesher_report *report);
 /* Extracts a small part of a surface on which mesher_mesh fails in the same way as on the whole, to
  * be sent with a report of the failure.
@@ -11656,6 +11662,7 @@ typedef struct mesher__refiner {
     int budget;    /* the MESHER__BUDGET_.. that was exhausted last */
     uint64_t         inserted, num_tets, ignored; /* ignored: answers that were no size */
     uint64_t         lost;       /* tetrahedra looked at for points that were given up */
+    double           asked_tets; /* see mesher__has_numbers */
     double           start;
 } mesher__refiner;
 
@@ -13165,6 +13172,44 @@ static void mesher__warn_of_many(const mesher__refiner *r, double points)
     host->log(host->user, DELAUNAY_LOG_WARNING, text);
 }
 
+/* The largest size that may be wanted in a tetrahedron. */
+static double mesher__largest_size(const mesher__refiner *r, const uint32_t *v)
+{
+    const mesher__field_vertex *x = r->field.vertices;
+    double most = 0, way = 0, d;
+    int i;
+    for (i = 0; i < 4; i++) {
+        most = x[v[i]].size > most ? x[v[i]].size : most;
+        most = x[v[i]].own > most ? x[v[i]].own : most;
+        d = mesher__distance(x[v[0]].x, x[v[i]].x);
+        way = d > way ? d : way;
+    }
+    if (!(most > 0)) return HUGE_VAL; /* no corner has a size */
+    if (r->options->growth > 1) most += 2 * (r->options->growth - 1) * way;
+    most = r->options->min_size > most ? r->options->min_size : most;
+    return mesher__floored(&r->field, most);
+}
+
+/* Are there numbers for all tetrahedra that the sizes ask for at the very least: half as many as on
+ * lattices of the largest sizes? It does not matter if there is a budget, which ends refinement. */
+static int mesher__has_numbers(mesher__refiner *r)
+{
+    const mesher_options *o = r->options;
+    const delaunay_mesh *mesh = r->mesh;
+    double points = 0, w[4];
+    delaunay_handle t;
+    if (o->max_vertices || o->max_tets || o->max_seconds > 0 || r->memory->limit_bytes) return 1;
+    for (t = 1; t < mesh->num_tets; t++) {
+        double edge;
+        if (!mesher__is_inside(mesh, t)) continue;
+        edge = MESHER__CUBE * mesher__largest_size(r, mesh->tets[t].v);
+        mesher__weights(mesh->vertices, mesh->tets[t].v, mesh->vertices[mesh->tets[t].v[0]].x, w);
+        points += w[0] / 3 / (edge * edge * edge);
+    }
+    r->asked_tets = 6 * points;
+    return points / 2 < UINT32_MAX && r->asked_tets / 2 < (double)((delaunay_handle)-1 / 4);
+}
+
 /* Makes the points of body-centred lattices all over the inside, away from the surface, wherever
  * the size is nearly uniform: their Delaunay tetrahedra are all alike and good, and need no trials.
  */
@@ -13176,9 +13221,13 @@ static mesher_result mesher__lattice(mesher__refiner *r)
     r->num_points = 0;
     if (!mesher__find_starts(r, &points)) return mesher__no_memory(r);
     if (!(points >= 8) || points > MESHER__LATTICE_MOST) {
-        if (points > MESHER__LATTICE_MOST) mesher__warn_of_many(r, points);
+        result = MESHER_OK;
+        if (points > MESHER__LATTICE_MOST) {
+            mesher__warn_of_many(r, points);
+            if (!mesher__has_numbers(r)) result = MESHER_ERROR_TOO_LARGE;
+        }
         mesher__lattice_free(r);
-        return MESHER_OK;
+        return result;
     }
     points = mesher__within_budgets(r, points);
     if (!mesher__grid_reset(&r->grid, r->memory, (size_t)points + r->mesh->num_vertices))
@@ -14833,6 +14882,11 @@ static mesher_result mesher__refine(mesher_domain *domain, mesher_report *report
             report->peak_bytes = domain->mesh.memory.peak_bytes;
         if (result == MESHER_STOPPED_BY_BUDGET)
             mesher__say_budget(report, "refinement", r.budget, r.options);
+        if (result == MESHER_ERROR_TOO_LARGE)
+            snprintf(report->message, sizeof report->message,
+                     "refine: the sizes ask for about %.0e tetrahedra, and there are numbers for "
+                     "%.0e: make them larger, or set a budget", r.asked_tets,
+                     (double)((delaunay_handle)-1 / 4));
     }
     return result;
 }

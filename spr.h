@@ -32,7 +32,8 @@
  *   Element sizes are preserved, not created. At most about one vertex is added for every 60
  *   tetrahedra (20 if options.effort is 3 or more), none where that makes an edge much shorter than
  *   those around it; at most about one is removed for every 12 tetrahedra, besides a few in each
- *   shaken patch, and no edge contraction makes an edge much longer.
+ *   shaken patch (where most of the mesh is bad, that may be half of all vertices;
+ *   options.keep_vertices prevents it), and no edge contraction makes an edge much longer.
  *   Limits: those of delaunay.h. The measures are correct for edges of 1e-75 to 1e75; tetrahedra
  *   with edges beyond that count as bad.
  *
@@ -185,7 +186,8 @@ typedef struct spr_options {
      * so many times as many new vertices, but no more than 3 times. */
     double        effort;
     /* Nonzero turns an operator off. no_smoothing also turns off shaking, step 5 of HOW IT WORKS
-     * and the final sweep; no_edge_removal also turns off the flips for the mean. */
+     * and the final sweep; no_edge_removal also turns off the flips for the mean. Vertices are
+     * inserted and removed all the same; keep_vertices turns that off. */
     int           no_smoothing, no_edge_removal, no_reconnection;
     int           keep_vertices;  /* no vertex is added or removed; they may move */
     /* Vertices with an id, which are the caller's own points, may be moved and removed too; by
@@ -203,7 +205,8 @@ typedef struct spr_options {
     const uint8_t *fixed_vertices;
     /* Of spr_improve_arrays: triangles and edges (3 and 2 vertices each) that must stay although
      * they lie inside one region. Those that the mesh does not have are ignored and counted in
-     * report->absent. spr_improve uses the constraint marks of its mesh instead. */
+     * report->absent; a vertex number out of range is an error. spr_improve uses the constraint
+     * marks of its mesh instead. */
     const uint32_t *kept_triangles, *kept_edges;
     size_t          num_kept_triangles, num_kept_edges;
     /* Called at the end for every bad tetrahedron that is left, by the calling thread, in the same
@@ -256,7 +259,9 @@ SPR_API const char *spr_result_string(spr_result result);
  * Cost     depends on what is bad: 0.4-2 us per tetrahedron of a clean mesh, 0.1-2 ms where most
  *          are bad and stay so (up to 8 in the worst small meshes); memory: 32 bytes per slot, 17
  *          per vertex and up to 32 per bad tetrahedron; in the final sweep 24 per slot and 46 per
- *          vertex
+ *          vertex; from the allocator of the mesh 1-8 MB for each thread, and what the mesh grows
+ *          by. options->host.memory_limit_bytes applies to this working memory and, from now on,
+ *          to the mesh, each by itself
  * Threads  options->host.num_threads; distinct meshes may be improved at once
  * Repeats  same bytes for any number of threads, except under max_seconds or a memory limit
  * Source   Marot 2020, chapter 6 */
@@ -279,7 +284,8 @@ SPR_API spr_result spr_measure_mesh(const delaunay_mesh *mesh, const spr_options
  *                         NULL
  *
  * Returns SPR_ERROR_TOO_LARGE, with the arrays unchanged, if the result needs more than cap_tets;
- *         SPR_ERROR_INVALID_MESH with the place in report->message; else as spr_improve */
+ *         SPR_ERROR_INVALID_MESH, and SPR_ERROR_INVALID_ARGUMENT for a vertex number out of range,
+ *         with the place in report->message; else as spr_improve */
 SPR_API spr_result spr_improve_arrays(double *xyz, size_t *num_vertices, size_t cap_vertices,
                                       uint32_t *tets, uint32_t *colors, size_t *num_tets,
                                       size_t cap_tets, const uint8_t *fixed,
@@ -6087,6 +6093,7 @@ static spr_result spr__improve_mesh(delaunay_mesh *mesh, const spr_options *opti
         snprintf(report->message, sizeof report->message, "%s", spr_result_string(result));
         return result;
     }
+    mesh->memory.limit_bytes = s.options.host.memory_limit_bytes;
     report->seconds = -delaunay_seconds(&s.options.host);
     if (s.options.max_seconds > 0) s.deadline = s.options.max_seconds - report->seconds;
     result = spr__improve(&s, max_new);

@@ -347,7 +347,8 @@ static void what_is_refused(void)
     mesh.num_vertices--;
     delaunay_editor_free(editor);
     CHECK(delaunay_insert(&mesh, xyz + 12, 1, NULL, &report) == DELAUNAY_ERROR_NOT_FINITE);
-    CHECK(report.num_ids == 1 && report.message[0] && mesh.num_points == 4);
+    CHECK(report.num_ids == 1 && report.ids[0] == 4 && mesh.num_points == 4);
+    CHECK(strstr(report.message, "point 4 at ") != NULL);
     CHECK(delaunay_enable_marks(&mesh) == DELAUNAY_OK);
     CHECK(delaunay_insert(&mesh, xyz, 1, NULL, &report) == DELAUNAY_ERROR_INVALID_ARGUMENT);
     delaunay_mesh_free(&mesh);
@@ -378,7 +379,7 @@ static void again_after_failure(int for_memory)
         countdown = i;
         options.host.progress = for_memory ? NULL : stop_at_call;
         options.host.user = &countdown;
-        mesh.memory.limit_bytes = for_memory ? 1500000 + (size_t)i * 500000 : 0;
+        options.host.memory_limit_bytes = for_memory ? 1500000 + (size_t)i * 500000 : 0;
         result = delaunay_insert(&mesh, xyz + 3 * OLD, COUNT - OLD, &options, &report);
         stopped += result != DELAUNAY_OK;
         CHECK(delaunay_validate(&mesh, DELAUNAY_VALIDATE_DELAUNAY, NULL) == DELAUNAY_OK);

@@ -238,7 +238,7 @@ static void what_is_not_finite_is_refused(void)
             xyz[k] = bad[i];
             CHECK(delaunay_import(&mesh, xyz, 5, tet, NULL, 1, NULL, &report) ==
                   DELAUNAY_ERROR_NOT_FINITE);
-            snprintf(name, sizeof name, "vertex %d ", k / 3);
+            snprintf(name, sizeof name, "point %d ", k / 3);
             CHECK(strstr(report.message, name) && report.ids[0] == (uint32_t)(k / 3));
             CHECK(report.num_ids == 1 && mesh.tets == NULL);
         }

@@ -915,7 +915,7 @@ static void note_warning(void *user, int level, const char *text)
     if (level == DELAUNAY_LOG_WARNING) snprintf((char *)user, 200, "%s", text);
 }
 
-static void sizes_that_ask_for_far_too_much_are_warned_of(void)
+static void sizes_that_ask_for_far_too_much_are_told(void)
 {
     static const double sizes[2] = {0.1, 1e-4};
     mesher_domain d;
@@ -935,6 +935,13 @@ static void sizes_that_ask_for_far_too_much_are_warned_of(void)
         CHECK((strstr(text, "the sizes ask for about") != NULL) == (k == 1));
         mesher_domain_free(&d);
     }
+    o.max_tets = 0; /* without a budget, more than there are numbers for is refused */
+    o.size = 1e-9;
+    memset(&r, 0, sizeof r);
+    CHECK(box(&d, 2, 2, 2, 1, 9, &o));
+    CHECK(mesher_refine(&d, &r) == MESHER_ERROR_TOO_LARGE);
+    CHECK(strstr(r.message, "the sizes ask for about") != NULL);
+    mesher_domain_free(&d);
 }
 
 static void budgets_leave_a_valid_mesh(void)
@@ -1766,7 +1773,7 @@ int main(void)
     bounds_and_gradation();
     slow_growth_reaches_far();
     sizes_have_a_floor();
-    sizes_that_ask_for_far_too_much_are_warned_of();
+    sizes_that_ask_for_far_too_much_are_told();
     budgets_leave_a_valid_mesh();
     a_raised_budget_lets_it_go_on();
     a_cancelled_mesh_is_valid();

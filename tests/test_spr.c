@@ -1643,7 +1643,7 @@ static void test_arrays_without_room_or_sense(void)
     s.xyz[7] = (double)NAN;
     CHECK(spr_improve_arrays(s.xyz, &s.nv, s.nv, s.tets, s.colors, &s.nt, s.nt, NULL, NULL, &r) ==
               SPR_ERROR_INVALID_MESH &&
-          strstr(r.message, "vertex 2 "));
+          strstr(r.message, "point 2 "));
     s.xyz[7] = was;
     memcpy(s.tets, s.tets + 4, 4 * sizeof *s.tets); /* the same tetrahedron twice */
     CHECK(spr_improve_arrays(s.xyz, &s.nv, s.nv, s.tets, s.colors, &s.nt, s.nt, NULL, NULL, &r) ==
@@ -2215,6 +2215,29 @@ static void test_one_thread_at_a_time_allocates(void)
     delaunay_mesh_free(&m);
 }
 
+/* The limit that the mesh was made with gives way to that of the call. */
+static void test_the_limit_is_that_of_the_call(void)
+{
+    delaunay_host tight;
+    spr_options o = open_options();
+    delaunay_mesh m;
+    spr_report r;
+    memset(&tight, 0, sizeof tight);
+    tight.num_threads = 1;
+    small_state = 4711; /* the same mesh twice */
+    CHECK(random_mesh(&m, 300, 1, &tight));
+    tight.memory_limit_bytes = m.memory.peak_bytes;
+    delaunay_mesh_free(&m);
+    small_state = 4711;
+    CHECK(random_mesh(&m, 300, 1, &tight));
+    CHECK(m.memory.limit_bytes == tight.memory_limit_bytes);
+    o.host.memory_limit_bytes = tight.memory_limit_bytes;
+    CHECK(spr_improve(&m, &o, &r) == SPR_ERROR_OUT_OF_MEMORY && r.message[0]);
+    o.host.memory_limit_bytes = 0;
+    improve_and_check(&m, &o, &r, SPR_OK);
+    delaunay_mesh_free(&m);
+}
+
 static int cancel_later(void *user, const char *phase, double fraction)
 {
     CHECK(phase != NULL && fraction >= 0 && fraction <= 1);
@@ -2430,6 +2453,7 @@ int main(void)
     test_failing_allocations();
     test_failing_allocations_while_the_mesh_grows();
     test_one_thread_at_a_time_allocates();
+    test_the_limit_is_that_of_the_call();
     test_max_threads_changes_meanwhile();
     test_cancel();
     test_budgets();
