@@ -71,7 +71,8 @@
  *
  * LIMITS
  *   Coordinates up to 1e60, an extent of 1e-60 at least; 2^32 - 25 vertices, 1.4 * 10^9 triangles
- *   and lines together. The number of tetrahedra is limited as in delaunay.h.
+ *   and lines together. The number of tetrahedra is limited as in delaunay.h. A thread needs up to
+ *   128 KB of stack.
  *
  * COMPILE-TIME SWITCHES
  *   MESHER_IMPLEMENTATION     implementation file  the bodies (and those of the three it needs)

@@ -35,7 +35,7 @@
  *   shaken patch (where most of the mesh is bad, that may be half of all vertices;
  *   options.keep_vertices prevents it), and no edge contraction makes an edge much longer.
  *   Limits: those of delaunay.h. The measures are correct for edges of 1e-75 to 1e75; tetrahedra
- *   with edges beyond that count as bad.
+ *   with edges beyond that count as bad. A thread needs up to 128 KB of stack.
  *
  * HOW IT WORKS
  *   1. Bad tetrahedra are those below the target quality. Each has a level: the next operator to

@@ -79,9 +79,9 @@ static int parse(int argc, char **argv, arguments *args)
                    DELAUNAY_VERSION % 100);
             return 1;
         } else if ((strcmp(a, "-o") == 0 || strcmp(a, "--output") == 0) && i + 1 < argc) {
-            args->output = argv[++i];
+            args->output = tool_output_name(argv[++i]);
         } else if (strcmp(a, "--hull") == 0 && i + 1 < argc) {
-            args->hull = argv[++i];
+            args->hull = tool_output_name(argv[++i]);
         } else if (strcmp(a, "--weights") == 0 && i + 1 < argc) {
             args->weights = argv[++i];
         } else if (strcmp(a, "--threads") == 0 && tool_number(argv[i + 1], 1, 4096, &value)) {
@@ -325,7 +325,7 @@ int main(int argc, char **argv)
     memset(&args, 0, sizeof args);
     code = parse(argc, argv, &args);
     if (code) return tool_end("delaunay", code == 1 ? TOOL_OK : TOOL_USAGE);
-    signal(SIGINT, tool_on_interrupt);
+    tool_catch_signals();
     start = tool_seconds();
     result = meshio_read(args.input, MESHIO_FORMAT_AUTO, &points, &report);
     if (result != MESHIO_OK) {

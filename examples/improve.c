@@ -97,7 +97,7 @@ static int parse(int argc, char **argv, arguments *args)
                    SPR_VERSION % 100);
             return 1;
         } else if ((strcmp(a, "-o") == 0 || strcmp(a, "--output") == 0) && i + 1 < argc) {
-            args->output = argv[++i];
+            args->output = tool_output_name(argv[++i]);
         } else if (strcmp(a, "--measure") == 0 &&
                    parse_measure(argv[i + 1], &args->options.measure)) {
             i++;
@@ -118,7 +118,7 @@ static int parse(int argc, char **argv, arguments *args)
         } else if (strcmp(a, "--keep-vertices") == 0) {
             args->options.keep_vertices = 1;
         } else if (strcmp(a, "--bad") == 0 && i + 1 < argc) {
-            args->bad = argv[++i];
+            args->bad = tool_output_name(argv[++i]);
         } else if (strcmp(a, "--histogram") == 0) {
             args->histogram = 1;
         } else if (strcmp(a, "--no-smoothing") == 0) {
@@ -403,7 +403,7 @@ int main(int argc, char **argv)
     memset(&args, 0, sizeof args);
     code = parse(argc, argv, &args);
     if (code) return tool_end("improve", code == 1 ? TOOL_OK : TOOL_USAGE);
-    signal(SIGINT, tool_on_interrupt);
+    tool_catch_signals();
     args.options.host.progress = progress;
     result = meshio_read(args.input, MESHIO_FORMAT_AUTO, &mesh, &report);
     if (result != MESHIO_OK) {

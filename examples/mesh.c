@@ -49,7 +49,8 @@ static const char help_usage[] =
     "                       around balls, boxes and segments\n"
     "  --growth R           > 1: sizes grow by this ratio from edge to edge, away from the surface\n"
     "  --coarse             few, well-shaped tetrahedra: the same as --growth 1.3\n"
-    "  --region-size N=H    H in region N (1 .. 1000); this and the next three may be repeated\n"
+    "  --region-size N=H    H in region N (1 .. 1000); this and the next three may be repeated, the\n"
+    "                       three 64 times in all\n"
     "  --ball X,Y,Z,R,H     H within R of the point X,Y,Z, growing from there by the gradation\n"
     "  --box X,Y,Z,X,Y,Z,H  H in the box with these opposite corners, growing in the same way\n"
     "  --segment X,Y,Z,X,Y,Z,R,H\n"
@@ -94,10 +95,13 @@ static const char help_options[] =
     "\n"
     "  --threads N          default: what OpenMP chooses; the result does not depend on it, except\n"
     "                       under --max-seconds and --max-memory\n"
-    "  --json FILE          write the statistics in a form for programs\n"
+    "  --json FILE          write the statistics and all findings in a form for programs; - is where\n"
+    "                       the program prints, here and for OUTPUT with --format\n"
     "  -v, --verbose        say what is being done, and list all regions\n"
     "  -q, --quiet          print nothing but errors\n"
     "  --help, --version\n"
+    "\n"
+    "In messages, vertices and triangles count from 0, in the order of the file.\n"
     "\n"
     "exit codes: 0 ok, 1 valid mesh but a goal or budget not met, 2 usage, 3 cannot read, 4 cannot\n"
     "write, 5 the surface is invalid, 6 a facet could not be recovered, 7 memory, 8 interrupted,\n"
@@ -254,8 +258,8 @@ static int parse_number(const char *a, const char *text, settings *s)
 static int parse_word(const char *a, const char *text, settings *s)
 {
     if (!text) return 0;
-    if (strcmp(a, "-o") == 0 || strcmp(a, "--output") == 0) s->output = text;
-    else if (strcmp(a, "--json") == 0) s->json = text;
+    if (strcmp(a, "-o") == 0 || strcmp(a, "--output") == 0) s->output = tool_output_name(text);
+    else if (strcmp(a, "--json") == 0) s->json = tool_output_name(text);
     else if (strcmp(a, "--size-grid") == 0) s->size_grid = text;
     else if (strcmp(a, "--format") == 0) s->format = text;
     else if (strcmp(a, "--regions") == 0 && parse_regions(text, &s->mesher.regions))
@@ -272,12 +276,17 @@ static meshio_format output_format(const settings *s)
     return meshio_format_of(name);
 }
 
-/* A path with another ending. */
-static void with_ending(const char *path, const char *ending, char *name, size_t size)
+enum { MAX_NAME = 1024 };
+
+/* A path with another ending. Returns 0 if it is too long. */
+static int with_ending(const char *path, const char *ending, char name[MAX_NAME])
 {
     const char *slash = strrchr(path, '/'), *dot = strrchr(path, '.');
     size_t stem = dot && (!slash || dot > slash) ? (size_t)(dot - path) : strlen(path);
-    snprintf(name, size, "%.*s%s", (int)(stem < 900 ? stem : 900), path, ending);
+    if (stem + strlen(ending) >= MAX_NAME) return 0;
+    memcpy(name, path, stem);
+    strcpy(name + stem, ending);
+    return 1;
 }
 
 /* Whether the nodes beside an .ele file that is written replace none beside a .poly or .smesh file
@@ -285,13 +294,15 @@ static void with_ending(const char *path, const char *ending, char *name, size_t
 static int spares_nodes(const settings *s, meshio_format format)
 {
     const meshio_format input = s->input ? meshio_format_of(s->input) : MESHIO_FORMAT_AUTO;
-    char nodes[1024], written[1024];
+    char nodes[MAX_NAME], written[MAX_NAME];
     FILE *f;
     if (format != MESHIO_FORMAT_ELE || !s->output ||
         (input != MESHIO_FORMAT_POLY && input != MESHIO_FORMAT_SMESH))
         return 1;
-    with_ending(s->input, ".node", nodes, sizeof nodes);
-    with_ending(s->output, ".node", written, sizeof written);
+    if (!with_ending(s->input, ".node", nodes) || !with_ending(s->output, ".node", written)) {
+        fprintf(stderr, "mesh: a name is longer than %d characters\n", MAX_NAME);
+        return 0;
+    }
     f = fopen(nodes, "rb");
     if (!f) return 1;
     fclose(f);
@@ -323,8 +334,12 @@ static int settings_fit(const settings *s)
         !tool_is_apart("mesh", "--json", s->json, s->size_grid))
         return 0;
     if (s->output && !meshio_holds_tetrahedra(format)) {
-        fprintf(stderr, "mesh: no tetrahedra can be written to '%s'; try .mesh, .msh or .vtu\n",
-                s->output);
+        fprintf(stderr, "mesh: no tetrahedra can be written %s'%s'; try .mesh, .msh or .vtu\n",
+                s->format ? "in the format " : "to ", s->format ? s->format : s->output);
+        return 0;
+    }
+    if (s->ascii && s->binary) {
+        fprintf(stderr, "mesh: --ascii and --binary; try --help\n");
         return 0;
     }
     if (s->output && s->order == 2 && format != MESHIO_FORMAT_MSH && format != MESHIO_FORMAT_VTU &&
@@ -367,8 +382,10 @@ static int parse(int argc, char **argv, settings *s)
         } else if (a[0] != '-' && !s->input) {
             s->input = a;
         } else {
-            fprintf(stderr, "mesh: cannot make sense of '%s'%s%s; try --help\n", a,
-                    next ? " before " : "", next ? next : "");
+            fprintf(stderr, "mesh: cannot make sense of '%s'%s%s%s; try --help\n", a,
+                    next ? " before " : "", next ? next : "",
+                    s->mesher.num_sources == MAX_SOURCES
+                        ? ", or there are more than 64 balls, boxes and segments" : "");
             return 2;
         }
     }
@@ -550,17 +567,16 @@ static tet_side *sort_sides(const meshio_mesh *m, size_t n)
 }
 
 /* Adds to the file's triangles the missing facets on the border of its tetrahedra and between their
- * regions; none at all if the border lacks none, unless `always` is set. Region 0 gets a number
- * that no other region has: 1 if there is no other. Returns 0 if memory runs out. */
-static int add_border(job *j, int always)
+ * regions. Region 0 gets a number that no other region has: 1 if there is no other. Returns 0 if
+ * memory runs out. */
+static int add_border(job *j)
 {
     meshio_mesh *m = &j->in;
-    size_t count = m->num_triangles, n = count + 4 * m->num_tets, i, k;
+    size_t n = m->num_triangles + 4 * m->num_tets, i, k;
     tet_side *all, *s;
     uint32_t *triangles, *v;
     int32_t *tags;
     int32_t spare = tool_unused_tag(m->tet_tags, m->num_tets);
-    int lacks = always;
     for (i = 0; i < m->num_tets; i++)
         if (m->tet_tags[i] == 0) m->tet_tags[i] = spare;
     all = sort_sides(m, n);
@@ -572,7 +588,6 @@ static int add_border(job *j, int always)
         int there = all[i].of_file;
         for (k = i + 1; k < n && compare_sides(all + i, all + k) == 0; k++) there |= all[k].of_file;
         if (there || (k == i + 2 && all[i].tag == all[i + 1].tag)) continue;
-        lacks |= k == i + 1;
         s = all[i].tag < all[k - 1].tag ? all + i : all + k - 1;
         v = m->triangles + 3 * m->num_triangles;
         v[0] = s->v[0];
@@ -580,7 +595,6 @@ static int add_border(job *j, int always)
         v[2] = s->v[2 - s->odd];
         m->triangle_tags[m->num_triangles++] = s->tag;
     }
-    if (!lacks) m->num_triangles = count;
     free(all);
     if (!tags) complain(j, "out of memory");
     return tags != NULL;
@@ -600,7 +614,7 @@ static int bound_tets(job *j)
         return TOOL_NO_MEMORY;
     }
     if (!open) return TOOL_OK;
-    if (!m->num_solids) return add_border(j, refines) ? TOOL_OK : TOOL_NO_MEMORY;
+    if (!m->num_solids) return add_border(j) ? TOOL_OK : TOOL_NO_MEMORY;
     snprintf(text, sizeof text,
              "%llu hexahedra, prisms, pyramids or the like beside the tetrahedra are not read, and "
              "%s",
@@ -661,7 +675,7 @@ static int weld(job *j)
 static int read_grid(job *j)
 {
     mesher_size_grid *g = &j->grid;
-    char text[300];
+    char text[300], more;
     FILE *f;
     size_t n = 1, i;
     int k, good;
@@ -690,11 +704,13 @@ static int read_grid(job *j)
         return TOOL_NO_MEMORY;
     }
     for (i = 0; i < n && good; i++) good = fscanf(f, "%lf", &j->grid_sizes[i]) == 1;
+    good = good && fscanf(f, " %c", &more) != 1;
     fclose(f);
     if (!good) {
         snprintf(
             text, sizeof text,
-            "'%.200s' is no size grid: it must hold NX NY NZ, X Y Z, DX DY DZ and NX*NY*NZ sizes",
+            "'%.200s' is no size grid: it must hold NX NY NZ, X Y Z, DX DY DZ and NX*NY*NZ sizes, "
+            "and nothing else",
             j->set.size_grid);
         complain(j, text);
         return TOOL_CANNOT_READ;
@@ -758,12 +774,15 @@ static int set_surface(job *j)
 
 /* ---- findings ---- */
 
-/* The name of OUTPUT, or without -o that of the input without its folder, with another ending. */
-static void side_name(const job *j, const char *ending, char *name, size_t size)
+/* The name of OUTPUT, or without -o that of the input without its folder, with another ending.
+ * Returns 0, and says so, if it is too long. */
+static int side_name(const job *j, const char *ending, char name[MAX_NAME])
 {
     const char *output = j->set.output, *slash = strrchr(j->name, '/');
     if (output && strncmp(output, "/dev/", 5) == 0) output = NULL;
-    with_ending(output ? output : slash ? slash + 1 : j->name, ending, name, size);
+    if (with_ending(output ? output : slash ? slash + 1 : j->name, ending, name)) return 1;
+    fprintf(stderr, "mesh: the name of OUTPUT is too long for a %s file beside it\n", ending);
+    return 0;
 }
 
 /* Writes a file with the triangles of all findings: one cell for each, with the kind of the finding
@@ -774,7 +793,7 @@ static void write_defects(const job *j)
     meshio_report io;
     meshio_write_options options;
     meshio_field fields[2];
-    char name[1024];
+    char name[MAX_NAME];
     size_t n = j->report.num_findings, i, k = 0;
     uint32_t *triangles = (uint32_t *)malloc((6 * n + 1) * sizeof(uint32_t));
     double *kinds = (double *)malloc((2 * n + 1) * sizeof(double));
@@ -797,7 +816,9 @@ static void write_defects(const job *j)
             kinds[k] = f->kind;
             numbers[k++] = t;
         }
-    if (k > 0) {
+    if (!triangles || !kinds || !numbers)
+        fprintf(stderr, "mesh: no memory for the file with the findings\n");
+    if (k > 0 && side_name(j, ".defects.vtu", name)) {
         m.xyz = (double *)j->surface.xyz; /* read only */
         m.num_vertices = j->surface.num_vertices;
         m.triangles = triangles;
@@ -809,7 +830,6 @@ static void write_defects(const job *j)
         options.fields = fields;
         options.num_fields = 2;
         options.format = MESHIO_FORMAT_VTU;
-        side_name(j, ".defects.vtu", name, sizeof name);
         if (meshio_write(name, &m, &options, &io) != MESHIO_OK)
             fprintf(stderr, "mesh: %s\n", io.message);
         else if (!j->set.quiet) printf("findings    %s\n", name);
@@ -831,11 +851,13 @@ static void write_reproducer(const job *j, mesher_result failure)
     meshio_mesh m;
     meshio_report io;
     meshio_write_options options;
-    char name[1024];
+    char name[MAX_NAME];
     if (xyz && triangles && j->report.num_findings)
         result = mesher_reproduce(&j->surface, &j->set.mesher, failure, j->report.findings[0].xyz,
                                   xyz, triangles, &part);
-    if (result >= 0) {
+    if (result == MESHER_ERROR_OUT_OF_MEMORY)
+        fprintf(stderr, "mesh: no memory for a file that reproduces the failure\n");
+    if (result >= 0 && side_name(j, ".reproducer.off", name)) {
         memset(&m, 0, sizeof m);
         memset(&options, 0, sizeof options);
         m.xyz = xyz;
@@ -843,7 +865,6 @@ static void write_reproducer(const job *j, mesher_result failure)
         m.triangles = triangles;
         m.num_triangles = part.num_triangles;
         options.format = MESHIO_FORMAT_OFF;
-        side_name(j, ".reproducer.off", name, sizeof name);
         if (meshio_write(name, &m, &options, &io) != MESHIO_OK)
             fprintf(stderr, "mesh: %s\n", io.message);
         else if (!j->set.quiet)
@@ -858,15 +879,17 @@ static void write_reproducer(const job *j, mesher_result failure)
 
 static void print_findings(const job *j, int defects)
 {
-    size_t i, shown = 0;
+    size_t i, count = 0;
     char text[512];
-    for (i = 0; i < j->report.num_findings && shown < SHOWN_FINDINGS; i++) {
+    for (i = 0; i < j->report.num_findings; i++) {
         const mesher_finding *f = &j->report.findings[i];
-        if (mesher_is_defect(f->kind) != defects) continue;
+        if (mesher_is_defect(f->kind) != defects || count++ >= SHOWN_FINDINGS) continue;
         mesher_finding_string(text, sizeof text, &j->report, f);
         printf("            %s\n", text);
-        shown++;
     }
+    if (count > SHOWN_FINDINGS)
+        printf("            and others: --json FILE lists %s\n",
+               j->report.num_findings < MAX_FINDINGS ? "all" : "the first 100000");
 }
 
 /* The smallest distance with which --weld joins all that MESHER_NOTE_NEAR_VERTEX calls nearly
@@ -981,7 +1004,8 @@ static int fail(job *j, mesher_result result)
     }
     if (code == TOOL_NOT_RECOVERED) write_reproducer(j, result);
     snprintf(text, sizeof text, "%s%s",
-             j->report.message[0] ? j->report.message : mesher_result_string(result),
+             code == TOOL_STOPPED   ? "interrupted"
+             : j->report.message[0] ? j->report.message : mesher_result_string(result),
              code == TOOL_BAD_SURFACE && line_is_defective(j)
                  ? "; --no-lines leaves the lines of the input out, if they are not needed" : "");
     complain(j, text);
@@ -1635,6 +1659,42 @@ static void json_left(FILE *f, const spr_report *r)
             (unsigned long long)r->stuck, (unsigned long long)r->unfinished);
 }
 
+/* Writes the numbers of an array that lie in [low, high), less low. */
+static void json_ids(FILE *f, const char *name, const uint32_t *ids, int n, size_t low, size_t high)
+{
+    int i, any = 0;
+    fprintf(f, ", \"%s\": [", name);
+    for (i = 0; i < n; i++)
+        if (ids[i] != DELAUNAY_NO_ID && ids[i] >= low && ids[i] < high)
+            fprintf(f, "%s%llu", any++ ? ", " : "", (unsigned long long)(ids[i] - low));
+    fprintf(f, "]");
+}
+
+/* Writes every finding that was kept, defects first, with its ids and its place. */
+static void json_findings(FILE *f, const job *j)
+{
+    const size_t lines = j->surface.num_triangles;
+    size_t i;
+    int k;
+    fprintf(f, "  \"places\": [");
+    for (i = 0; i < j->report.num_findings; i++) {
+        const mesher_finding *w = &j->report.findings[i];
+        fprintf(f, "%s\n    {\"kind\": \"", i ? "," : "");
+        json_text(f, mesher_kind_string(w->kind));
+        fprintf(f, "\", \"defect\": %s", mesher_is_defect(w->kind) ? "true" : "false");
+        json_ids(f, "triangles", w->triangles, 2, 0, lines);
+        json_ids(f, "lines", w->triangles, 2, lines, DELAUNAY_NO_ID);
+        json_ids(f, w->kind == MESHER_NOTE_OUTSIDE_SEED ? "seeds" : "vertices", w->vertices, 3, 0,
+                 DELAUNAY_NO_ID);
+        fprintf(f, ", \"xyz\": [");
+        for (k = 0; k < 3; k++)
+            if (w->xyz[k] - w->xyz[k] == 0) fprintf(f, "%s%.17g", k ? ", " : "", w->xyz[k]);
+            else fprintf(f, "%snull", k ? ", " : "");
+        fprintf(f, "]}");
+    }
+    fprintf(f, "],\n");
+}
+
 static void json_body(FILE *f, const job *j, int code)
 {
     int k, any = 0;
@@ -1650,7 +1710,9 @@ static void json_body(FILE *f, const job *j, int code)
         json_text(f, mesher_kind_string((mesher_kind)k));
         fprintf(f, "\": %llu", (unsigned long long)j->report.counts[k]);
     }
-    fprintf(f, "},\n  \"welded_vertices\": %llu, \"nodes_left_out\": %llu,",
+    fprintf(f, "},\n");
+    json_findings(f, j);
+    fprintf(f, "  \"welded_vertices\": %llu, \"nodes_left_out\": %llu,",
             (unsigned long long)j->num_welded, (unsigned long long)j->in.num_spare);
     fprintf(f, "\n  \"surface_vertices\": %llu, \"surface_triangles\": %llu,",
             (unsigned long long)j->surface.num_vertices,
@@ -1758,7 +1820,7 @@ int main(int argc, char **argv)
     }
     if (tool_is_stdout(j->set.output) || tool_is_stdout(j->set.json)) j->set.quiet = 1;
     return_large_blocks();
-    signal(SIGINT, tool_on_interrupt);
+    tool_catch_signals();
     j->name = "";
     j->start = tool_seconds();
     j->set.progress = !j->set.quiet && tool_is_terminal(stderr);

@@ -41,6 +41,25 @@ DELAUNAY_INLINE void tool_on_interrupt(int number)
     signal(number, SIG_DFL);
 }
 
+/* The first interrupt is noted; a file that becomes too large is an error of writing, not the end.
+ */
+DELAUNAY_INLINE void tool_catch_signals(void)
+{
+    signal(SIGINT, tool_on_interrupt);
+#ifdef SIGXFSZ
+    signal(SIGXFSZ, SIG_IGN);
+#endif
+}
+
+/* The name of a file to write; "-" is where the program prints. */
+DELAUNAY_INLINE const char *tool_output_name(const char *text)
+{
+#ifdef TOOL_POSIX
+    if (text && strcmp(text, "-") == 0) return "/dev/stdout";
+#endif
+    return text;
+}
+
 /* A decimal number that fills the whole argument and lies in [low, high]; 0 if it does not. */
 DELAUNAY_INLINE int tool_number(const char *text, double low, double high, double *value)
 {

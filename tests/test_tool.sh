@@ -224,6 +224,17 @@ code 0 $mesh "$T/nested.off" --regions parity --json "$T/nested.json"
 ok "JSON" grep -q '"cells": 1' "$T/nested.json"
 code 5 $mesh "$T/open.off" -q --json "$T/open.json"
 ok "JSON after a failure" grep -q '"exit_code": 5' "$T/open.json"
+ok "JSON has the place of each finding" test "$(grep -c '"kind": ".*"defect": true, "triangles": \[[0-9]' "$T/open.json")" -gt 0
+code 5 $mesh "$T/open.off" -q --json -
+prints '"exit_code": 5'
+code 0 $mesh "$T/cube.off" -o - --format mesh
+prints '^Tetrahedra'
+absent ./-
+code 2 $mesh "$T/cube.off" -o - --format bogus
+says "in the format 'bogus'"
+code 2 $mesh "$T/cube.off" -o "$T/both.vtu" --ascii --binary
+code 7 $mesh "$T/cube.off" -q --size 1e-9
+says 'the sizes ask for about'
 code 0 $mesh "$T/cube.off" --no-refine --json "$T/small.json"
 ok "no new vertices in a cube" grep -q '"vertices": 8' "$T/small.json"
 code 0 $mesh "$T/angle.off"
@@ -274,6 +285,9 @@ ok "a ball of small sizes makes more tetrahedra" test "$(count "$T/s2.mesh")" -g
 code 2 $mesh "$T/cube.off" --ball 0.5,0.5,0.5
 code 2 $mesh "$T/cube.off" --region-size 0=1
 code 3 $mesh "$T/cube.off" --size-grid "$T/missing.txt"
+echo '2 2 2  0 0 0  1 1 1  1 1 1 1 1 1 1 1 9' > "$T/long.txt"
+code 3 $mesh "$T/cube.off" --size-grid "$T/long.txt"
+says 'and nothing else'
 code 0 $mesh "$T/s1.mesh" --refine-mesh --ball 0.5,0.5,0.5,0.1,0.05 -q -o "$T/s3.mesh"
 ok "a mesh is refined" test "$(count "$T/s3.mesh")" -gt "$(count "$T/s1.mesh")"
 code 5 $mesh "$T/cube.off" --refine-mesh
