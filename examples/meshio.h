@@ -1978,9 +1978,9 @@ static int64_t meshio__stl_solids(const meshio__reader *r)
     return p == r->end ? solids : 0;
 }
 
-static meshio_result meshio__read_stl_binary(meshio__reader *r, int64_t solid)
+static meshio_result meshio__read_stl_binary(meshio__reader *r, uint64_t count, int64_t solid)
 {
-    uint64_t i, count = meshio__stl_count(r->p);
+    uint64_t i;
     int k, c;
     r->p += 84;
     for (i = 0; i < count; i++) {
@@ -2000,7 +2000,8 @@ static meshio_result meshio__read_stl_binary(meshio__reader *r, int64_t solid)
 
 /* The file is binary if its size agrees with the counts in it; else text if it begins with "solid"
  * and has no zero byte in its first 1024 bytes; else binary with extra bytes at the end. (Many
- * binary files begin with "solid", too.) */
+ * binary files begin with "solid", too.) If the count of a binary file is 0, its size counts:
+ * programs that write while they compute do not always go back to it. */
 static meshio_result meshio__read_stl(meshio__reader *r)
 {
     size_t size = (size_t)(r->end - r->begin), head = size < 1024 ? size : 1024;
@@ -2009,8 +2010,9 @@ static meshio_result meshio__read_stl(meshio__reader *r)
     int64_t solids = meshio__stl_solids(r), i;
     r->swap = !meshio__little_endian();
     r->p = r->begin; /* a binary header may be any bytes */
-    if (solids == 1) return meshio__read_stl_binary(r, 0);
-    for (i = 1; i <= solids; i++) MESHIO__TRY(meshio__read_stl_binary(r, i));
+    if (solids == 1) return meshio__read_stl_binary(r, count, 0);
+    for (i = 1; i <= solids; i++)
+        MESHIO__TRY(meshio__read_stl_binary(r, meshio__stl_count(r->p), i));
     if (solids) return MESHIO_OK;
     while (meshio__is_space(*text)) text++;
     if (r->end - text >= 5 && meshio__same(text, 5, "solid") && !memchr(r->begin, 0, head)) {
@@ -2025,7 +2027,8 @@ static meshio_result meshio__read_stl(meshio__reader *r)
         return meshio__fail(r, MESHIO_ERROR_COUNT, r->begin + 80,
                             "binary STL claims %llu triangles, but holds at most %llu",
                             (unsigned long long)count, (unsigned long long)((size - 84) / 50));
-    return meshio__read_stl_binary(r, 0);
+    if (count == 0 && (size - 84) % 50 == 0) count = (size - 84) / 50;
+    return meshio__read_stl_binary(r, count, 0);
 }
 
 /* ---- >>off ---------------------------------------------------------------------------------- */

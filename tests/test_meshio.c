@@ -1736,6 +1736,13 @@ static void stl_binary_is_known_by_its_size(void)
     CHECK(meshio_read_memory(bytes, sizeof bytes, MESHIO_FORMAT_STL, &m, NULL) == MESHIO_OK);
     CHECK(m.num_triangles == 1);
     meshio_free(&m);
+    bytes[80] = 0; /* never filled in */
+    CHECK(meshio_read_memory(bytes, 84 + 50, MESHIO_FORMAT_STL, &m, NULL) == MESHIO_OK);
+    CHECK(m.num_triangles == 1);
+    meshio_free(&m);
+    CHECK(meshio_read_memory(bytes, 84 + 57, MESHIO_FORMAT_STL, &m, NULL) == MESHIO_OK);
+    CHECK(m.num_triangles == 0);
+    meshio_free(&m);
     bytes[80] = 2;
     CHECK(meshio_read_memory(bytes, sizeof bytes, MESHIO_FORMAT_STL, &m, NULL) ==
           MESHIO_ERROR_COUNT);
