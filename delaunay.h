@@ -1040,6 +1040,7 @@ typedef struct delaunay_speculation {
     int scatter; /* nonzero: take the items in a scattered order, so that few plans conflict where
                   * neighbours in the list are neighbours in space */
     const char *phase;   /* for the host's progress callback */
+    double from, to;     /* the first and the last fraction that it reports; both 0: 0 and 1 */
     size_t max_vertices; /* of the mesh, including the ghost: a plan that would exceed it counts as
                           * DELAUNAY_PLAN_NOTHING; 0: no limit but that of 32-bit numbers */
     uint64_t rounds, plans, commits, conflicts; /* out; a conflict: an item waits for another one */
@@ -9637,6 +9638,13 @@ static size_t delaunay__round_finish(delaunay_engine *e, delaunay_speculation *j
     return left;
 }
 
+/* The fraction of the phase after so many items. */
+static double delaunay__fraction(const delaunay_speculation *job, size_t items)
+{
+    const double part = (double)items / (double)(job->num_items ? job->num_items : 1);
+    return job->from + part * (job->to > job->from ? job->to - job->from : 1);
+}
+
 DELAUNAY_API delaunay_result delaunay_speculate(delaunay_engine *engine, delaunay_speculation *job)
 {
     delaunay_engine *e = engine;
@@ -9683,7 +9691,7 @@ DELAUNAY_API delaunay_result delaunay_speculate(delaunay_engine *engine, delauna
         num = left;
         if (e->host.progress &&
             e->host.progress(e->host.user, job->phase ? job->phase : "edit",
-                             (double)(next - num) / (double)(job->num_items ? job->num_items : 1)))
+                             delaunay__fraction(job, next - num)))
             result = DELAUNAY_CANCELLED;
     }
     if (result == DELAUNAY_OK && stop) result = DELAUNAY_STOPPED_BY_BUDGET;

@@ -650,6 +650,7 @@ typedef struct spr__state {
     uint64_t         gone, max_gone; /* vertices that SPR__REMOVE has removed, and may remove */
     int64_t          refill_credit; /* nodes that large refills may still visit in vain */
     int              credit_ended;  /* there was none at some time: not all was tried */
+    double           shown;       /* the fraction of progress so far */
     delaunay_list    bad, items;  /* the work list of bad tetrahedra; those of this round */
     int              sweep;       /* the level that is running */
     uint64_t         num_bad;     /* bad tetrahedra at present */
@@ -3870,6 +3871,13 @@ static int spr__refresh(spr__state *s)
     return lowest;
 }
 
+/* The fraction of the progress after one more pass. How many will follow is not known: each takes a
+ * tenth of what is left, so that it never falls. */
+static double spr__next_shown(const spr__state *s)
+{
+    return s->shown + (1 - s->shown) / 10;
+}
+
 static spr_result spr__speculate(spr__state *s, delaunay_speculation *job)
 {
     delaunay_result result;
@@ -3877,6 +3885,8 @@ static spr_result spr__speculate(spr__state *s, delaunay_speculation *job)
     job->user = s;
     job->scatter = 1;
     job->phase = "improve";
+    job->from = s->shown;
+    job->to = s->shown = spr__next_shown(s);
     job->max_vertices = (size_t)s->first_new + s->max_new;
     result = delaunay_speculate(s->engine, job);
     s->report->rounds += job->rounds;
@@ -5004,10 +5014,10 @@ static int spr__max_patches(const spr__state *s, int tried, uint64_t plans)
 }
 
 /* Reports progress. Returns SPR_OK, or why the call ends. */
-static spr_result spr__look_up(const spr__state *s, double part)
+static spr_result spr__look_up(const spr__state *s)
 {
     const delaunay_host *host = &s->options.host;
-    if (host->progress && host->progress(host->user, "improve", part)) return SPR_CANCELLED;
+    if (host->progress && host->progress(host->user, "improve", s->shown)) return SPR_CANCELLED;
     return s->deadline > 0 && delaunay_seconds(host) > s->deadline ? SPR_STOPPED_BY_BUDGET : SPR_OK;
 }
 
@@ -5034,7 +5044,7 @@ static spr_result spr__shake(spr__state *s)
         if (tried == 0) spr__spare_credit(s);
         tried += num;
         found += answer;
-        if (result == SPR_OK) result = spr__look_up(s, 0.9);
+        if (result == SPR_OK) result = spr__look_up(s);
     }
     delaunay_list_free(&list);
     delaunay_release(s->memory, around.num);
@@ -5222,7 +5232,7 @@ static spr_result spr__round(spr__state *s)
         for (i = 0; i < num && result == SPR_OK; i++)
             if (!spr__list_patch(s, &patch[i])) result = SPR_ERROR_OUT_OF_MEMORY;
         if (num <= 0) break;
-        if (result == SPR_OK) result = spr__look_up(s, 0.95);
+        if (result == SPR_OK) result = spr__look_up(s);
     }
     delaunay_list_free(&list);
     delaunay_release(s->memory, patch);
@@ -5553,23 +5563,21 @@ static void spr__sweep_next(spr__sweep *w)
  * depends on the blocks alone. The first block never waits, so that each pass leaves fewer. */
 static spr_result spr__relax_pass(spr__state *s, const spr__sweep *w, int threads)
 {
-    const delaunay_host *host = &s->options.host;
     int64_t blocks = (int64_t)((w->left + SPR__RELAX_BLOCK - 1) / SPR__RELAX_BLOCK), first, i;
+    spr_result result = SPR_OK;
     (void)threads;
     memset(w->rests, 0, w->left);
-    for (first = 0; first < blocks; first += SPR__RELAX_BLOCKS) {
+    for (first = 0; first < blocks && result == SPR_OK; first += SPR__RELAX_BLOCKS) {
         int64_t last = first + SPR__RELAX_BLOCKS < blocks ? first + SPR__RELAX_BLOCKS : blocks;
         uint64_t moved = 0;
         SPR__OMP(omp parallel for schedule(dynamic, 1) num_threads(threads) reduction(+ : moved))
         for (i = first; i < last; i++)
             moved += spr__relax_block(s, w, (size_t)i * SPR__RELAX_BLOCK);
         s->report->relaxed += moved;
-        if (host->progress &&
-            host->progress(host->user, "improve", 1 - (double)w->left / (double)w->num))
-            return SPR_CANCELLED;
-        if (s->deadline > 0 && delaunay_seconds(host) > s->deadline) return SPR_STOPPED_BY_BUDGET;
+        result = spr__look_up(s);
     }
-    return SPR_OK;
+    s->shown = spr__next_shown(s);
+    return result;
 }
 
 /* relax_floor: half way from the target to 1, or the worst of the mesh if that is better. The worst
@@ -5875,7 +5883,8 @@ static spr_result spr__improve(spr__state *s, uint32_t max_new)
     s->max_new = most < s->room_new ? (uint32_t)most : s->room_new;
     spr__find_movable(s);
     if (!spr__find_bad(s) || !spr__set_vain(s)) return SPR_ERROR_OUT_OF_MEMORY;
-    result = spr__schedule(s);
+    result = spr__look_up(s);
+    if (result == SPR_OK) result = spr__schedule(s);
     if (result == SPR_OK && s->gamma && !s->options.no_smoothing) result = spr__round(s);
     if (result == SPR_OK && spr__may_raise(s)) result = spr__raise(s);
     if (result == SPR_OK && !s->options.no_edge_removal) result = spr__flip_for_mean(s);

@@ -2262,13 +2262,20 @@ static int get_max_threads(void)
 #endif
 }
 
-/* A host whose maximum of threads rises meanwhile. */
+typedef struct pulse {
+    int calls;
+    double last;
+} pulse;
+
+/* A host whose maximum of threads rises meanwhile. Progress never falls. */
 static int more_threads(void *user, const char *phase, double fraction)
 {
+    pulse *t = (pulse *)user;
     (void)phase;
-    (void)fraction;
     set_max_threads(4);
-    ++*(int *)user;
+    CHECK(fraction >= t->last && fraction <= 1);
+    t->last = fraction;
+    t->calls++;
     return 0;
 }
 
@@ -2277,19 +2284,19 @@ static void test_max_threads_changes_meanwhile(void)
 {
     const int was = get_max_threads();
     const uint64_t state = small_state;
-    int calls = 0;
+    pulse t = {0, 0};
     spr_options o = open_options();
     delaunay_mesh m;
     spr_report r;
     set_max_threads(1);
     o.host.num_threads = 0;
     o.host.progress = more_threads;
-    o.host.user = &calls;
+    o.host.user = &t;
     small_state = 4711;
     CHECK(random_mesh(&m, 250, 1, NULL));
     color_mesh(&m, 1);
     improve_and_check(&m, &o, &r, SPR_OK);
-    CHECK(calls > 0 && r.shaken > 0);
+    CHECK(t.calls > 40 && t.last > 0.5 && r.shaken > 0);
     delaunay_mesh_free(&m);
     set_max_threads(was);
     small_state = state;
