@@ -2339,6 +2339,7 @@ static mesher_result mesher__sweep_again(mesher_domain *domain, const mesher__sp
     if (!more) return MESHER_OK;
     *out = large = (mesher_finding *)delaunay_alloc(&domain->memory, more, sizeof *large);
     if (!large) return MESHER_ERROR_OUT_OF_MEMORY;
+    /* Shared: the boxes, read only; each block has its own part of the findings. */
     MESHER__OMP(omp parallel for schedule(dynamic, 1) num_threads(threads))
     for (b = 0; b < n; b++)
         if (keep[b] > MESHER__BLOCK_FINDINGS)
@@ -2964,7 +2965,7 @@ typedef struct mesher__recovery {
         uint32_t  num_buckets, *rows, *edges;
     } grid;                             /* over the missing edges of the list */
     uint64_t        random;
-    int             attempt, first;    /* first: this is one of the attempts by flips */
+    int             attempt, by_flips; /* by_flips: this is one of the attempts by flips */
     uint64_t        nodes, searches, ticks;
     uint64_t        work, max_work;    /* predicates, about: a bound that depends on no clock */
     uint8_t        *hopeless;           /* of each edge: points that brought it no nearer */
@@ -3125,7 +3126,7 @@ static int mesher__lacks(const mesher__recovery *r)
 static int mesher__stopped(mesher__recovery *r)
 {
     const delaunay_host *host = &r->domain->options.host;
-    if (r->status != MESHER_OK || r->work > r->max_work || (r->first && r->vain > r->max_vain))
+    if (r->status != MESHER_OK || r->work > r->max_work || (r->by_flips && r->vain > r->max_vain))
         return 1;
     if (host->progress && (r->ticks++ & 63) == 0) {
         uint32_t all = r->num_edges + r->num_facets + 1;
@@ -6090,9 +6091,9 @@ static void mesher__edge_levels(mesher__recovery *r)
             if (l == 2 && r->num_missing_edges > MESHER__FEW_EDGES) return;
             mesher__list_edges(r, 1);
             if (r->defects || r->absent) return;
-            if (r->first && r->num_missing_edges > MESHER__FEW_EDGES) return;
+            if (r->by_flips && r->num_missing_edges > MESHER__FEW_EDGES) return;
             for (i = 0; i < r->num_wanted && !mesher__stopped(r); i++) {
-                if (r->first && r->order[i] >> 32 > MESHER__LONG_PIPE) break;
+                if (r->by_flips && r->order[i] >> 32 > MESHER__LONG_PIPE) break;
                 progress |= mesher__recover_edge(r, r->wanted[i], &efforts[l]);
             }
             mesher__tell(r, "edges at level", (int)l);
@@ -7330,6 +7331,8 @@ static void mesher__plane_levels(mesher__recovery *r)
     } while (n > 0 && r->num_missing_edges < before && !mesher__stopped(r));
 }
 
+/* -- points inside, each where it removes the most crossings; and their removal */
+
 /* The best place for a new point so far, with its window. */
 typedef struct mesher__site {
     int      window;
@@ -7536,15 +7539,15 @@ static int mesher__point_for_edge(mesher__recovery *r, uint32_t e, int level, in
 {
     const uint32_t *ab = r->edges + 2 * (size_t)e;
     mesher__site best;
-    uint32_t i, tested = 0, most = r->first ? MESHER__SITES_FIRST : MESHER__SITES;
+    uint32_t i, tested = 0, most = r->by_flips ? MESHER__SITES_FIRST : MESHER__SITES;
     best.window = -1;
     best.gain = -1e9;
     mesher__windows_of_edge(r, level, DELAUNAY_WINDOW_VERTICES);
     mesher__windows_by_share(r, 0);
     for (i = 0; i < r->num_windows && tested < most && !mesher__stopped(r); i++) {
         const mesher__window *w = &r->windows[mesher__window_at(r, i)];
-        if (tested >= (r->first ? MESHER__FEW_SITES : MESHER__MANY_SITES) &&
-            best.gain + r->first >= r->pipe.num_crossings)
+        if (tested >= (r->by_flips ? MESHER__FEW_SITES : MESHER__MANY_SITES) &&
+            best.gain + r->by_flips >= r->pipe.num_crossings)
             break; /* attempts by flips: one crossing may be left */
         double lo[3] = {HUGE_VAL, HUGE_VAL, HUGE_VAL}, hi[3] = {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL},
                deep[3], depth;
@@ -7615,18 +7618,18 @@ static int mesher__points_for_edge(mesher__recovery *r, uint32_t e)
     static const mesher__effort after = {10, 1000, 1, 1}, last = {12, 2000, 2, 1};
     const uint32_t *v = r->edges + 2 * (size_t)e;
     int i, changed = 0;
-    for (i = 0; i < (r->first ? MESHER__FEW_POINTS : 40) && !mesher__stopped(r); i++) {
+    for (i = 0; i < (r->by_flips ? MESHER__FEW_POINTS : 40) && !mesher__stopped(r); i++) {
         double gain = 0;
         if (r->edge_present[e]) return 1;
-        if (r->first && (i > 0 || !r->notes || mesher__way_changed(r, v)) &&
+        if (r->by_flips && (i > 0 || !r->notes || mesher__way_changed(r, v)) &&
             mesher__recover_by_flips(r, e, MESHER__FLIP_DEPTH / 2))
             return 1;
         if (i > 0 && mesher__recover_edge(r, e, &after) == 2) return 1;
         mesher__walk_edge(r, v[0], v[1]);
         if (r->status != MESHER_OK || mesher__report_edge(r, e)) return changed;
         if (r->pipe.too_long || r->pipe.num_crossings == 0) return changed;
-        if (r->first && r->pipe.num_crossings > MESHER__LONG_PIPE) return changed;
-        if (!(r->first && mesher__point_for_edge(r, e, 5, 1, 1, &gain)) &&
+        if (r->by_flips && r->pipe.num_crossings > MESHER__LONG_PIPE) return changed;
+        if (!(r->by_flips && mesher__point_for_edge(r, e, 5, 1, 1, &gain)) &&
             !mesher__point_for_edge(r, e, 4, 1, -1e9, &gain)) {
             if (r->status != MESHER_OK) return 0;
             if (!mesher__point_for_edge(r, e, 4, 0, -1e9, &gain)) return changed;
@@ -7665,7 +7668,7 @@ static int mesher__edge_points(mesher__recovery *r)
         uint32_t before = r->num_missing_edges;
         int changed = 0;
         mesher__list_edges(r, 0);
-        r->notes = r->first && !r->domain->options.no_refine;
+        r->notes = r->by_flips && !r->domain->options.no_refine;
         for (i = 0; i < r->num_wanted && !mesher__stopped(r); i++)
             if (!r->edge_present[r->wanted[i]] && r->hopeless[r->wanted[i]] < MESHER__HOPELESS)
                 changed |= mesher__points_for_edge(r, r->wanted[i]);
@@ -7675,7 +7678,7 @@ static int mesher__edge_points(mesher__recovery *r)
         if (r->num_missing_edges && round == (r->num_missing_edges > MESHER__FEW_EDGES ? 1 : 3))
             mesher__ask_for_defects(r);
         if (r->status != MESHER_OK || r->defects || r->absent) return any;
-        if (r->first) mesher__flip_levels(r);
+        if (r->by_flips) mesher__flip_levels(r);
         mesher__edge_levels(r);
         any |= changed;
         if (!changed) break;
@@ -8059,7 +8062,7 @@ static int mesher__edge_split_point(mesher__recovery *r, uint32_t a, uint32_t b,
 {
     int longer = r->pipe.num_crossings > MESHER__LONG_PIPE, level, found = 0;
     if (longer) mesher__pipe_middle(&r->pipe);
-    for (level = longer || r->first ? 5 : 4; level >= 4 && !found; level--) {
+    for (level = longer || r->by_flips ? 5 : 4; level >= 4 && !found; level--) {
         mesher__windows_of_edge(r, level, DELAUNAY_WINDOW_VERTICES);
         mesher__windows_by_share(r, 0);
         found = mesher__splitting_point(r, mesher__x(r, a), mesher__x(r, b), 0, x);
@@ -8180,11 +8183,11 @@ static int mesher__course_fails(mesher__course *c, uint32_t missing)
  * bring in. Returns 1 if anything changed. */
 static int mesher__last_edge_points(mesher__recovery *r)
 {
-    int first = r->first, changed;
+    int by_flips = r->by_flips, changed;
     if (!r->num_missing_edges || r->num_missing_edges > MESHER__LAST_EDGES) return 0;
-    r->first = r->stuck = 0;
+    r->by_flips = r->stuck = 0;
     changed = mesher__edge_points(r);
-    r->first = first;
+    r->by_flips = by_flips;
     return changed;
 }
 
@@ -8205,7 +8208,7 @@ static void mesher__split_all(mesher__recovery *r)
         mesher__list_edges(r, 0);
         for (i = 0; i < r->num_wanted && !mesher__stopped(r); i++)
             if (!r->edge_present[r->wanted[i]]) changed |= mesher__split_edge(r, r->wanted[i]);
-        if (r->num_missing_edges && r->first) mesher__flip_levels(r);
+        if (r->num_missing_edges && r->by_flips) mesher__flip_levels(r);
         if (r->num_missing_edges) mesher__edge_levels(r);
         if (r->num_missing_edges == 0 && !mesher__ends(r)) {
             mesher__facet_levels(r);
@@ -8215,7 +8218,7 @@ static void mesher__split_all(mesher__recovery *r)
                     changed |= mesher__split_facet(r, r->wanted[i]);
         }
         mesher__tell(r, "split, round", round);
-        if (r->first && r->num_missing_edges > most) return;
+        if (r->by_flips && r->num_missing_edges > most) return;
         if (mesher__course_fails(&course, r->num_missing_edges)) return;
         if (!changed && relaxed) {
             if (last || !mesher__last_edge_points(r)) return;
@@ -8865,10 +8868,11 @@ static void mesher__recover_all(mesher__recovery *r)
 {
     int round;
     uint32_t before;
-    if (r->first && r->num_missing_edges > r->num_edges / 64) r->plane.tolerance = mesher__bend(r);
-    if (r->first) mesher__plane_levels(r);
-    if (r->first) mesher__flip_levels(r);
-    if (r->first) mesher__plane_levels(r);
+    if (r->by_flips && r->num_missing_edges > r->num_edges / 64)
+        r->plane.tolerance = mesher__bend(r);
+    if (r->by_flips) mesher__plane_levels(r);
+    if (r->by_flips) mesher__flip_levels(r);
+    if (r->by_flips) mesher__plane_levels(r);
     r->max_vain = MESHER__VAIN + r->num_missing_edges / MESHER__VAIN;
     mesher__edge_levels(r);
     if (mesher__ends(r)) return;
@@ -8948,7 +8952,7 @@ static mesher_result mesher__report_splits(mesher__recovery *r)
  * anyway. */
 static int mesher__worth_splits(const mesher__recovery *r)
 {
-    return !r->first || r->num_missing_edges <= MESHER__FEW_SPLITS;
+    return !r->by_flips || r->num_missing_edges <= MESHER__FEW_SPLITS;
 }
 
 /* Brings in what is missing, if need be by points on the surface, which are then taken off it. If
@@ -8980,7 +8984,7 @@ static void mesher__clear_points(mesher__recovery *r)
  * other one to make, reports why. */
 static mesher_result mesher__outcome(mesher__recovery *r, int attempt, int *again)
 {
-    int worthwhile = r->first ? r->work < r->max_work : r->work < MESHER__WORK_FIRST;
+    int worthwhile = r->by_flips ? r->work < r->max_work : r->work < MESHER__WORK_FIRST;
     if (r->status != MESHER_OK) return r->status;
     if (r->defects) {
         if (r->report)
@@ -8995,7 +8999,7 @@ static mesher_result mesher__outcome(mesher__recovery *r, int attempt, int *agai
     }
     if (!mesher__lacks(r) && !mesher__points_on_surface(r)) return MESHER_OK;
     if (worthwhile && attempt < MESHER__ATTEMPTS - 1) {
-        *again = r->first && r->unmoved ? 1 + MESHER__FLIP_ATTEMPTS - attempt : 2;
+        *again = r->by_flips && r->unmoved ? 1 + MESHER__FLIP_ATTEMPTS - attempt : 2;
         return MESHER_OK;
     }
     if (!mesher__lacks(r)) return mesher__report_splits(r);
@@ -9015,8 +9019,8 @@ static mesher_result mesher__recover_once(mesher_domain *domain, mesher_report *
     double start;
     *again = 0;
     if (!r) return MESHER_ERROR_OUT_OF_MEMORY;
-    r->first = attempt < MESHER__FLIP_ATTEMPTS;
-    r->attempt = r->first ? attempt : attempt - MESHER__FLIP_ATTEMPTS;
+    r->by_flips = attempt < MESHER__FLIP_ATTEMPTS;
+    r->attempt = r->by_flips ? attempt : attempt - MESHER__FLIP_ATTEMPTS;
     r->random += 2 * (uint64_t)r->attempt;
     mesher__do_both(r, mesher__build_edge_rows, mesher__build_facet_rows);
     start = delaunay_seconds(&domain->options.host);
@@ -9302,6 +9306,7 @@ static mesher_result mesher__find_cells(mesher_domain *domain, mesher__coloring 
         uint32_t root = work->parent[p] == p ? p : mesher__root(work->parent, p);
         work->stack[p] = root == p ? work->num_cells++ : work->stack[root];
     }
+    /* Shared: the numbers of the cells, read only; colours are written by interval. */
     MESHER__OMP(omp parallel for schedule(dynamic, 1) num_threads(threads))
     for (k = 0; k < n; k++) {
         delaunay_handle t = mesher__interval(mesh, (size_t)k),
@@ -9354,6 +9359,7 @@ static void mesher__measure_cells(mesher_domain *domain, mesher__coloring *work)
         work->cells[c].facet = DELAUNAY_NO_ID;
     }
     memset(work->sides, 0xff, 2 * sizeof *work->sides * domain->num_facets); /* NO_ID */
+    /* Shared: the mesh, read only; the sides of a facet are written by one of its tetrahedra. */
     MESHER__OMP(omp parallel for schedule(dynamic, 1) num_threads(threads))
     for (k = 0; k < n; k++) mesher__find_sides(domain, work, (size_t)k);
     for (f = 0; f < domain->num_facets; f++)
@@ -9662,15 +9668,18 @@ MESHER_API mesher_result mesher_color(mesher_domain *domain, mesher_report *repo
     mesher__coloring work;
     mesher_report local;
     mesher_result result;
+    double start;
     if (!domain || domain->stage < MESHER__STAGE_INIT || domain->stage == MESHER__STAGE_EMPTY ||
         !domain->mesh.tets || !domain->mesh.vertex_of || domain->keeps_mesh)
         return MESHER_ERROR_INVALID_ARGUMENT;
+    start = delaunay_seconds(&domain->options.host);
     memset(&work, 0, sizeof work);
     memset(&local, 0, sizeof local);
     memory = &domain->memory;
     result = (mesher_result)delaunay_enable_marks(&domain->mesh);
     if (result == MESHER_OK) result = mesher__color_with(domain, &work, report ? report : &local);
     if (result == MESHER_OK) domain->stage = MESHER__STAGE_COLORED;
+    if (report) report->seconds_regions = delaunay_seconds(&domain->options.host) - start;
     delaunay_release(memory, work.number);
     delaunay_release(memory, work.cells);
     delaunay_release(memory, work.stack);
@@ -12589,7 +12598,8 @@ static int mesher__place(const mesher__refiner *r, mesher__proposal *p, const do
 }
 
 /* The neighbour of a node in one of eight directions. A node of a lattice is three coordinates of
- * 16 bits, in halves of the cube's width, and the lattice's number in the highest 16 bits. */
+ * 16 bits, in halves of the cube's width, and the lattice's number modulo 2^15 in the highest 16.
+ * Of two nodes that this makes equal the second one counts as tried; the sweeps fill the gap. */
 static uint64_t mesher__next_node(uint64_t node, int direction)
 {
     uint64_t x = (node & 0xffff) + (direction & 1 ? 1u : 0xffffu),
@@ -13245,6 +13255,8 @@ static mesher_result mesher__lattice(mesher__refiner *r)
     mesher__lattice_free(r);
     return result;
 }
+
+/* -- the filter */
 
 /* What is in the way of a point. */
 enum { MESHER__FREE, MESHER__NEAR_CORNER, MESHER__NEAR_POINT };
@@ -14697,6 +14709,8 @@ static mesher_result mesher__insert_all(mesher__refiner *r, int rounds)
     return result;
 }
 
+/* -- the whole refinement */
+
 /* Copies the mesh as it is into the background of the field. Returns 0 without memory. */
 static int mesher__set_background(mesher__refiner *r)
 {
@@ -15353,24 +15367,17 @@ static mesher_result mesher__explain_failure(mesher_domain *domain, mesher_repor
 /* The stages up to a valid mesh with regions. */
 static mesher_result mesher__mesh_surface(mesher_domain *domain, mesher_report *report)
 {
-    const delaunay_host *host = &domain->options.host;
-    double t0 = delaunay_seconds(host), t1;
     mesher_result result;
     if (mesher__progress(&domain->options, "empty mesh", 0)) return MESHER_CANCELLED;
     result = mesher_empty_mesh(domain, report);
-    t1 = delaunay_seconds(host);
-    report->seconds_empty = t1 - t0;
     if (result < 0) return result;
     if (mesher__progress(&domain->options, "recover", 0)) return MESHER_CANCELLED;
     result = mesher_recover(domain, report);
-    t0 = delaunay_seconds(host);
-    report->seconds_recover = t0 - t1;
     if (result == MESHER_ERROR_RECOVERY || result == MESHER_ERROR_SURFACE)
         return mesher__explain_failure(domain, report, result);
     if (result < 0) return result;
     if (mesher__progress(&domain->options, "regions", 0)) return MESHER_CANCELLED;
     result = mesher_color(domain, report);
-    report->seconds_regions = delaunay_seconds(host) - t0;
     if (result == MESHER_ERROR_SURFACE) mesher__message_finish(report);
     return result;
 }
@@ -15378,18 +15385,12 @@ static mesher_result mesher__mesh_surface(mesher_domain *domain, mesher_report *
 /* The stages that bring it to the wanted sizes. */
 static mesher_result mesher__mesh_size(mesher_domain *domain, mesher_report *report)
 {
-    const delaunay_host *host = &domain->options.host;
-    double t0 = delaunay_seconds(host), t1;
     mesher_result result;
     if (mesher__progress(&domain->options, "size", 0)) return MESHER_CANCELLED;
     result = mesher_size(domain, report);
-    t1 = delaunay_seconds(host);
-    report->seconds_size = t1 - t0;
     if (result < 0) return result;
     if (mesher__progress(&domain->options, "refine", 0)) return MESHER_CANCELLED;
-    result = mesher__refine(domain, report);
-    report->seconds_refine = delaunay_seconds(host) - t1;
-    return result;
+    return mesher__refine(domain, report);
 }
 
 MESHER_API mesher_result mesher_refine_surface(mesher_fine_surface *fine,

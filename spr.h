@@ -638,7 +638,7 @@ typedef struct spr__state {
     uint32_t        *stamp;       /* by vertex: round of the last change around it */
     uint32_t        *still;       /* by vertex: round in which no better place was found */
     uint32_t        *stays;       /* by vertex: round in which it could not be removed */
-    uint32_t        *vain;        /* hash table of cavities that were searched in vain; or NULL */
+    uint32_t        *vain;        /* hash table of cavities that were searched in vain */
     int              vain_bits;   /* the table has 2 to the power of this entries */
     uint64_t         allowance[8]; /* plans left to each level */
     uint64_t         kept_allowance[8]; /* a copy, restored after lifting */
@@ -1518,8 +1518,8 @@ static int spr__wedge_has(const spr__wedge *w, const double *p)
 static double spr__best_apex(const spr__state *s, const spr__facet *f, const spr__wedge *w,
                              double *p, double enough)
 {
-    enum { WAYS = 14 };
-    static const signed char way[3][WAYS] = {{1, -1, 0, 0, 0, 0, 1, -1, 1, -1, 1, -1, -1, 1},
+    enum { SPR__WAYS = 14 };
+    static const signed char way[3][SPR__WAYS] = {{1, -1, 0, 0, 0, 0, 1, -1, 1, -1, 1, -1, -1, 1},
                                              {0, 0, 1, -1, 0, 0, 1, -1, -1, 1, 1, -1, 1, -1},
                                              {0, 0, 0, 0, 1, -1, 1, -1, 1, -1, -1, 1, 1, -1}};
     double step = 0.4 * sqrt(f->longest), least = 2e-3 * step, best = spr__facet_value(s, f, p);
@@ -1527,10 +1527,10 @@ static double spr__best_apex(const spr__state *s, const spr__facet *f, const spr
     int i, k, tries, moved;
     for (tries = 0; step > least && best < enough && tries < 100; tries++) {
         for (k = 0; k < 3; k++)
-            for (i = 0; i < WAYS; i++)
+            for (i = 0; i < SPR__WAYS; i++)
                 apices[i + k * DELAUNAY_WINDOW_VERTICES] = p[k] + step * way[k][i];
-        spr__search_qualities((void *)(uintptr_t)s, f->a, f->b, f->c, WAYS, apices, value);
-        for (moved = i = 0; i < WAYS; i++) {
+        spr__search_qualities((void *)(uintptr_t)s, f->a, f->b, f->c, SPR__WAYS, apices, value);
+        for (moved = i = 0; i < SPR__WAYS; i++) {
             if (!(value[i] > best)) continue;
             for (k = 0; k < 3; k++) q[k] = apices[i + k * DELAUNAY_WINDOW_VERTICES];
             if (!spr__wedge_has(w, q)) continue;
@@ -2428,6 +2428,19 @@ static int spr__ring_tets(const spr__ring *r, int i, int j, uint32_t (*out)[4])
     return n;
 }
 
+/* Plans to replace some tetrahedra by others, given by their vertices. Returns what a plan function
+ * returns. */
+static int spr__plan_exchange(delaunay_plan *plan, const delaunay_handle *old, size_t num_old,
+                              uint32_t (*tets)[4], int num_new)
+{
+    int answer = DELAUNAY_PLAN_COMMIT, i;
+    size_t j;
+    for (j = 0; j < num_old && answer > 0; j++) answer = delaunay_plan_remove(plan, old[j]);
+    for (i = 0; i < num_new && answer > 0; i++)
+        answer = delaunay_plan_add(plan, tets[i][0], tets[i][1], tets[i][2], tets[i][3]);
+    return answer;
+}
+
 static int spr__all_positive(const delaunay_mesh *m, uint32_t (*v)[4], int n)
 {
     int i;
@@ -2446,7 +2459,7 @@ static int spr__plan_edges(const spr__state *s, delaunay_handle t, delaunay_plan
     uint32_t tets[2 * SPR__MAX_RING][4];
     const uint32_t kept = spr__case_of(s, t)->kept;
     spr__ring ring, best;
-    int e, i, n, answer = DELAUNAY_PLAN_COMMIT;
+    int e, n;
     best.n = 0;
     best.after = -HUGE_VAL;
     for (e = 0; e < 6; e++) {
@@ -2462,10 +2475,7 @@ static int spr__plan_edges(const spr__state *s, delaunay_handle t, delaunay_plan
     }
     if (best.n == 0) return DELAUNAY_PLAN_NOTHING;
     n = spr__ring_tets(&best, 0, best.n - 1, tets);
-    for (i = 0; i < best.n && answer > 0; i++) answer = delaunay_plan_remove(plan, best.t[i]);
-    for (i = 0; i < n && answer > 0; i++)
-        answer = delaunay_plan_add(plan, tets[i][0], tets[i][1], tets[i][2], tets[i][3]);
-    return answer;
+    return spr__plan_exchange(plan, best.t, (size_t)best.n, tets, n);
 }
 
 /* -- flips for the mean quality */
@@ -2610,7 +2620,7 @@ static int spr__plan_mean(void *user, const delaunay_mesh *m, delaunay_worker *w
     const spr__state *s = (const spr__state *)user;
     delaunay_handle t = s->items.items[item];
     spr__exchange best, x;
-    int i, answer = DELAUNAY_PLAN_COMMIT;
+    int i;
     (void)worker;
     if (delaunay_is_deleted(m, t) || s->value[t] >= s->fair) return DELAUNAY_PLAN_NOTHING;
     best.num_old = best.num_new = 0;
@@ -2619,12 +2629,7 @@ static int spr__plan_mean(void *user, const delaunay_mesh *m, delaunay_worker *w
             x.gain > best.gain)
             best = x;
     if (!(best.gain > 0)) return DELAUNAY_PLAN_NOTHING;
-    for (i = 0; i < best.num_old && answer > 0; i++)
-        answer = delaunay_plan_remove(plan, best.t[i]);
-    for (i = 0; i < best.num_new && answer > 0; i++)
-        answer = delaunay_plan_add(plan, best.tets[i][0], best.tets[i][1], best.tets[i][2],
-                                   best.tets[i][3]);
-    return answer;
+    return spr__plan_exchange(plan, best.t, (size_t)best.num_old, best.tets, best.num_new);
 }
 
 /* ---- >>reconnection ----------------------------------------------------------------------- */
@@ -2913,8 +2918,8 @@ static uint32_t *spr__vain_slot(const spr__state *s, uint64_t key)
 
 static int spr__is_vain(const spr__state *s, spr__key key)
 {
-    return s->vain && (*spr__vain_slot(s, key.set) == (uint32_t)key.set ||
-                       *spr__vain_slot(s, key.way) == (uint32_t)key.way);
+    return *spr__vain_slot(s, key.set) == (uint32_t)key.set ||
+           *spr__vain_slot(s, key.way) == (uint32_t)key.way;
 }
 
 /* Reconnects a cavity that grows around t. Cavities that were searched in vain before, around this
@@ -3045,7 +3050,7 @@ static int spr__plan_contraction(const spr__state *s, delaunay_plan *plan, const
 {
     const delaunay_mesh *m = s->mesh;
     uint32_t tets[SPR__MAX_HUB][4];
-    int n = 0, i, answer = DELAUNAY_PLAN_COMMIT;
+    int n = 0;
     size_t j;
     for (j = 0; j < plan->star.count; j++) {
         delaunay_handle t = plan->star.items[j];
@@ -3054,11 +3059,7 @@ static int spr__plan_contraction(const spr__state *s, delaunay_plan *plan, const
         tets[n++][3] = offer->ring;
     }
     if (!spr__all_positive(m, tets, n)) return DELAUNAY_PLAN_NOTHING;
-    for (j = 0; j < plan->star.count && answer > 0; j++)
-        answer = delaunay_plan_remove(plan, plan->star.items[j]);
-    for (i = 0; i < n && answer > 0; i++)
-        answer = delaunay_plan_add(plan, tets[i][0], tets[i][1], tets[i][2], tets[i][3]);
-    return answer;
+    return spr__plan_exchange(plan, plan->star.items, plan->star.count, tets, n);
 }
 
 enum {
@@ -3791,7 +3792,7 @@ static int spr__done(void *user, delaunay_mesh *m, delaunay_worker *worker, size
         for (i = 0; i < 4; i++)
             if (plan->data[SPR__IN_VAIN] >> i & 1)
                 (s->sweep == SPR__REMOVE ? s->stays : s->still)[m->tets[t].v[i]] = round_;
-        for (i = 0; i < SPR__MAX_VAIN && s->vain; i++)
+        for (i = 0; i < SPR__MAX_VAIN; i++)
             if (plan->data[SPR__VAIN + i])
                 *spr__vain_slot(s, plan->data[SPR__VAIN + i]) =
                     (uint32_t)plan->data[SPR__VAIN + i];
@@ -5371,6 +5372,8 @@ static void spr__end_raising(spr__state *s, double target)
     s->raises = 0;
 }
 
+/* -- flips for the mean: their passes */
+
 /* The quality below which flips are tried: the greatest multiple of 1/20, hardly above the mean,
  * with no more tetrahedra below it than one pass may try. */
 static double spr__fair(const spr__state *s)
@@ -5535,6 +5538,7 @@ static spr_result spr__sweep_stars(const spr__state *s, spr__sweep *w, int threa
     }
     w->star = (delaunay_handle *)delaunay_alloc(s->memory, sum, sizeof *w->star);
     if (!w->star) return SPR_ERROR_OUT_OF_MEMORY;
+    /* each thread writes the rows and stars of its places */
     SPR__OMP(omp parallel for schedule(static) num_threads(threads))
     for (i = 0; i < threads; i++)
         spr__sweep_count(s, w, (size_t)i * share, (size_t)(i + 1) * share, 1);
@@ -5570,6 +5574,7 @@ static spr_result spr__relax_pass(spr__state *s, const spr__sweep *w, int thread
     for (first = 0; first < blocks && result == SPR_OK; first += SPR__RELAX_BLOCKS) {
         int64_t last = first + SPR__RELAX_BLOCKS < blocks ? first + SPR__RELAX_BLOCKS : blocks;
         uint64_t moved = 0;
+        /* a thread moves vertices of its block, whose neighbours nobody else moves or reads now */
         SPR__OMP(omp parallel for schedule(dynamic, 1) num_threads(threads) reduction(+ : moved))
         for (i = first; i < last; i++)
             moved += spr__relax_block(s, w, (size_t)i * SPR__RELAX_BLOCK);
@@ -5751,6 +5756,7 @@ static void spr__find_movable(spr__state *s)
     for (v = 1; v < m->num_vertices && s->options.fixed_vertices; v++)
         if (s->options.fixed_vertices[v]) s->movable[v] = 0;
     s->movable[0] = 0;
+    /* several threads may clear the same movable[v]: by atomic writes */
     SPR__OMP(omp parallel for schedule(static) num_threads(threads) reduction(min : least) \
              reduction(max : most))
     for (t = 1; t < num; t++) {
