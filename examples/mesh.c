@@ -1398,6 +1398,15 @@ static int raise_order(meshio_mesh *m, raised *to)
     return 1;
 }
 
+/* Drops the names of groups of tetrahedra, unless these are kept: the regions are other ones. */
+static void drop_names(meshio_mesh *in, int keeps_tets)
+{
+    size_t i, n = 0;
+    for (i = 0; i < in->num_names; i++)
+        if (keeps_tets || in->names[i].dimension < 3) in->names[n++] = in->names[i];
+    in->num_names = n;
+}
+
 /* Writes OUTPUT. The formats of viewers get the tetrahedra and their quality, the other formats the
  * tetrahedra and the surface. */
 static int write_output(job *j)
@@ -1419,6 +1428,9 @@ static int write_output(job *j)
     m.tets = j->out.tets;
     m.tet_tags = (int32_t *)j->out.regions; /* the same 32 bits */
     m.num_tets = (size_t)j->out.num_tets;
+    drop_names(&j->in, j->set.refine_mesh);
+    m.names = j->in.names;
+    m.num_names = j->in.num_names;
     if (!viewer) {
         m.triangles = j->out.triangles;
         m.triangle_tags = j->out.triangle_tags;

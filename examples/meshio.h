@@ -144,6 +144,14 @@ typedef enum meshio_format {
  *              the name of their section's set; else the number of the part, from 1, if several
  *              parts have nodes; else 0. A name that does not end in a number stands for the number
  *              of the first card with this name, where only cards with such names count, from 1. */
+/* The name of a physical group of Gmsh: all elements of a dimension (1: lines, 2: triangles, 3:
+ * tetrahedra) with this tag. */
+typedef struct meshio_name {
+    int dimension;
+    int32_t tag;
+    char text[128]; /* the first 127 bytes, without quotes */
+} meshio_name;
+
 typedef struct meshio_mesh {
     double *xyz;            /* 3*num_vertices */
     int32_t *vertex_tags;   /* num_vertices */
@@ -166,6 +174,8 @@ typedef struct meshio_mesh {
      * of a circle. */
     uint8_t *spare;
     size_t num_spare;
+    meshio_name *names;     /* num_names: from and for .msh of versions 2 and 4 */
+    size_t num_names;
     /* For the writers of .msh (2.2), .vtu and .inp; readers leave it 0. Nonzero: edges, triangles
      * and tets have 3, 6 and 10 vertices an element. The corners come first, then the midpoints of
      * the edges, of triangles in the order 01 12 20, of tets 01 12 02 03 13 23, whatever the order
@@ -338,7 +348,7 @@ typedef struct meshio__reader {
     const unsigned char *begin, *p, *end; /* *end is a readable zero */
     meshio_mesh *mesh;
     size_t cap_xyz, cap_vertex_tags, cap_edges, cap_edge_tags, cap_triangles, cap_triangle_tags,
-        cap_tets, cap_tet_tags, cap_holes, cap_regions;
+        cap_tets, cap_tet_tags, cap_holes, cap_regions, cap_names;
     meshio_report *report;
     const unsigned char *aside; /* if p and end are in decoded bytes: the tag of the array in the
                                  * file that they come from, for messages; else NULL */
@@ -3158,6 +3168,46 @@ static meshio_result meshio__msh_skip(meshio__reader *r, const unsigned char *na
     return meshio__fail(r, MESHIO_ERROR_TRUNCATED, name, "this section does not end");
 }
 
+/* Keeps the name of a physical group, if the line has one: its dimension, its tag, and the name in
+ * quotes. */
+static meshio_result meshio__msh_name(meshio__reader *r, const char *line)
+{
+    meshio_mesh *m = r->mesh;
+    void *data = m->names;
+    meshio_name name;
+    double tag; /* of at most 11 characters, so that no number overflows */
+    memset(&name, 0, sizeof name);
+    if (sscanf(line, "%2d %11lf \"%127[^\"]", &name.dimension, &tag, name.text) != 3 ||
+        name.dimension < 0 || name.dimension > 3 || !(tag >= INT32_MIN && tag <= INT32_MAX))
+        return MESHIO_OK;
+    name.tag = (int32_t)tag;
+    if (m->num_names == r->cap_names) {
+        if (!meshio__reserve(&data, &r->cap_names, m->num_names + 1, sizeof name))
+            return meshio__no_memory(r);
+        m->names = (meshio_name *)data;
+    }
+    m->names[m->num_names++] = name;
+    return MESHIO_OK;
+}
+
+/* Reads the names of physical groups, which are text in binary files, too. */
+static meshio_result meshio__msh_names(meshio__reader *r)
+{
+    const unsigned char *p = r->p;
+    while (p < r->end && *p != '$') {
+        const unsigned char *end = (const unsigned char *)memchr(p, '\n', (size_t)(r->end - p));
+        char line[256];
+        size_t length;
+        if (!end) end = r->end;
+        length = (size_t)(end - p) < sizeof line ? (size_t)(end - p) : sizeof line - 1;
+        memcpy(line, p, length);
+        line[length] = 0;
+        MESHIO__TRY(meshio__msh_name(r, line));
+        p = end < r->end ? end + 1 : end;
+    }
+    return MESHIO_OK;
+}
+
 /* Reads a section whose name has been read. */
 static meshio_result meshio__msh_section(meshio__reader *r, meshio__msh *msh,
                                          const unsigned char *name, size_t length)
@@ -3180,6 +3230,7 @@ static meshio_result meshio__msh_section(meshio__reader *r, meshio__msh *msh,
         MESHIO__TRY(meshio__msh_entities(r, msh, partitioned));
         end = partitioned ? "$endpartitionedentities" : "$endentities";
     } else {
+        if (meshio__same(name, length, "$physicalnames")) MESHIO__TRY(meshio__msh_names(r));
         return meshio__msh_skip(r, name, length);
     }
     return meshio__expect(r, end);
@@ -5699,6 +5750,17 @@ static void meshio__write_msh_header(meshio__writer *w, const char *version, int
     meshio__puts(w, "$EndMeshFormat\n");
 }
 
+static void meshio__write_msh_names(meshio__writer *w, const meshio_mesh *m)
+{
+    size_t i;
+    if (!m->num_names) return;
+    meshio__printf(w, "$PhysicalNames\n%llu\n", (unsigned long long)m->num_names);
+    for (i = 0; i < m->num_names; i++)
+        meshio__printf(w, "%d %ld \"%.127s\"\n", m->names[i].dimension, (long)m->names[i].tag,
+                       m->names[i].text);
+    meshio__puts(w, "$EndPhysicalNames\n");
+}
+
 /* A list of nodes or elements in an MSH 2.2 file. */
 typedef struct meshio__msh2_list {
     const meshio_mesh *mesh;
@@ -5764,6 +5826,7 @@ static void meshio__write_msh2(meshio__writer *w, const meshio_mesh *m, int bina
     list.id = 0;
     list.binary = binary;
     meshio__write_msh_header(w, "2.2", binary);
+    meshio__write_msh_names(w, m);
     meshio__printf(w, "$Nodes\n%llu\n", (unsigned long long)m->num_vertices);
     meshio__put_list(w, &list, m->num_vertices, meshio__put_msh2_nodes);
     meshio__printf(w, "%s$EndNodes\n$Elements\n%llu\n", binary ? "\n" : "",
@@ -5904,6 +5967,7 @@ static meshio_result meshio__write_msh4(meshio__writer *w, const meshio_mesh *m,
     if (ok) {
         meshio__bounding_box(m, box);
         meshio__write_msh_header(w, "4.1", binary);
+        meshio__write_msh_names(w, m);
         meshio__write_msh4_entities(w, groups, box, binary);
         meshio__write_msh4_nodes(w, m, groups, binary);
         meshio__puts(w, "$Elements\n");
@@ -6562,6 +6626,7 @@ MESHIO_API void meshio_free(meshio_mesh *mesh)
     MESHIO_FREE(mesh->holes);
     MESHIO_FREE(mesh->regions);
     MESHIO_FREE(mesh->spare);
+    MESHIO_FREE(mesh->names);
     memset(mesh, 0, sizeof *mesh);
 }
 

@@ -1752,6 +1752,40 @@ static void stl_binary_is_known_by_its_size(void)
     CHECK(m.xyz == NULL && m.num_vertices == 0);
 }
 
+/* Names of physical groups, cut off at 127 bytes; lines that are none are passed over. */
+static void msh_names_are_read_and_written(void)
+{
+    static const char head[] = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n4\n"
+                               "2 7 \"outer skin\"\n3 -1 \"a\"\nnonsense\n9 1 \"b\"\n1 2 \"",
+                      tail[] = "\"\n$EndPhysicalNames\n$Nodes\n1\n1 0 0 0\n$EndNodes\n";
+    char text[sizeof head + sizeof tail + 400];
+    meshio_mesh m, again;
+    meshio_write_options options;
+    int k;
+    memset(&options, 0, sizeof options);
+    memset(text, 'x', sizeof text);
+    memcpy(text, head, sizeof head - 1);
+    memcpy(text + sizeof head - 1 + 400, tail, sizeof tail);
+    CHECK(read_text(MESHIO_FORMAT_MSH, text, &m, NULL) == MESHIO_OK);
+    CHECK(m.num_names == 3 && m.num_vertices == 1);
+    if (m.num_names == 3) {
+        CHECK(m.names[0].dimension == 2 && m.names[0].tag == 7);
+        CHECK(strcmp(m.names[0].text, "outer skin") == 0 && m.names[1].tag == -1);
+        CHECK(strlen(m.names[2].text) == 127 && m.names[2].dimension == 1);
+    }
+    for (k = 0; k < 4; k++) {
+        const char *name = file_name(k < 2 ? "msh" : "msh4");
+        options.binary = k & 1;
+        CHECK(meshio_write(name, &m, &options, NULL) == MESHIO_OK);
+        CHECK(meshio_read(name, MESHIO_FORMAT_AUTO, &again, NULL) == MESHIO_OK);
+        CHECK(again.num_names == m.num_names &&
+              memcmp(again.names, m.names, m.num_names * sizeof *m.names) == 0);
+        meshio_free(&again);
+        remove(name);
+    }
+    meshio_free(&m);
+}
+
 /* ---- facets of .poly files ---- */
 
 static void stl_binary_may_hold_several_solids(void)
@@ -2633,6 +2667,7 @@ int main(void)
     stl_text_may_end_after_a_facet();
     stl_binary_is_known_by_its_size();
     stl_binary_may_hold_several_solids();
+    msh_names_are_read_and_written();
     facets_may_be_concave_and_have_holes();
     facets_may_begin_with_a_segment();
     facets_may_have_many_holes();

@@ -225,6 +225,19 @@ ok "JSON" grep -q '"cells": 1' "$T/nested.json"
 code 5 $mesh "$T/open.off" -q --json "$T/open.json"
 ok "JSON after a failure" grep -q '"exit_code": 5' "$T/open.json"
 ok "JSON has the place of each finding" test "$(grep -c '"kind": ".*"defect": true, "triangles": \[[0-9]' "$T/open.json")" -gt 0
+{ printf '$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n3\n2 7 "outer skin"\n'
+  printf '3 1 "steel"\n1 3 "a seam"\n$EndPhysicalNames\n$Nodes\n4\n1 0 0 0\n2 1 0 0\n'
+  printf '3 0 1 0\n4 0 0 1\n$EndNodes\n$Elements\n4\n1 2 2 7 1 1 3 2\n2 2 2 7 1 1 2 4\n'
+  printf '3 2 2 7 1 2 3 4\n4 2 2 7 1 1 4 3\n$EndElements\n'; } > "$T/named.msh"
+for format in msh msh4; do
+    for kind in --ascii --binary; do
+        code 0 $mesh "$T/named.msh" -q -o "$T/name.$format" $kind
+        ok "the name of a group of triangles stays" grep -aq '^2 7 "outer skin"' "$T/name.$format"
+        ok "that of other tetrahedra does not" sh -c "! grep -aq steel '$T/name.$format'"
+        code 0 $mesh "$T/name.$format" -q -o "$T/again.msh"
+        ok "it is read again" grep -q '^1 3 "a seam"' "$T/again.msh"
+    done
+done
 code 5 $mesh "$T/open.off" -q --json -
 prints '"exit_code": 5'
 code 0 $mesh "$T/cube.off" -o - --format mesh
