@@ -231,6 +231,64 @@ static void threads_do_not_matter(void)
     }
 }
 
+/* In any order the tetrahedra are the same ones: the canonical order makes the same bytes of them. */
+static void any_order_is_the_same_set(void)
+{
+    const size_t n = 20000;
+    double *xyz = make_points(UNIFORM, n);
+    delaunay_options options;
+    uint64_t hash = 0, other = 0;
+    int any, equal = 0;
+    memset(&options, 0, sizeof options);
+    options.host.num_threads = 2;
+    for (any = 0; any < 2; any++) {
+        delaunay_mesh mesh = {0};
+        options.any_order = any;
+        CHECK(delaunay_tetrahedralize(&mesh, xyz, n, &options, NULL) == DELAUNAY_OK);
+        CHECK(delaunay_validate(&mesh, DELAUNAY_VALIDATE_DELAUNAY, NULL) == DELAUNAY_OK);
+        other = hash_mesh(&mesh);
+        CHECK(delaunay_canonicalize(&mesh, &options.host) == DELAUNAY_OK);
+        equal += other == hash_mesh(&mesh);
+        CHECK(any == 0 || hash == hash_mesh(&mesh));
+        hash = hash_mesh(&mesh);
+        delaunay_mesh_free(&mesh);
+    }
+    CHECK(equal == 1); /* that of any order was another order */
+    free(xyz);
+}
+
+/* Blocks grow with what is in them; sizes beyond memory, and beyond the limit, give none. */
+static void memory_is_counted(void)
+{
+    delaunay_host host;
+    delaunay_memory memory;
+    unsigned char *block, *larger;
+    unsigned blocks = 0;
+    size_t i, sum = 0;
+    memset(&host, 0, sizeof host);
+    host.allocator.alloc = used_alloc;
+    host.allocator.release = used_release;
+    host.allocator.user = &blocks;
+    host.memory_limit_bytes = 100000;
+    CHECK(delaunay_memory_init(&memory, &host) == DELAUNAY_OK);
+    block = (unsigned char *)delaunay_alloc_zeroed(&memory, 100, 3);
+    CHECK(block && (uintptr_t)block % 64 == 0);
+    for (i = 0; block && i < 300; i++) sum += block[i];
+    CHECK(sum == 0);
+    if (block) memset(block, 7, 300);
+    larger = (unsigned char *)delaunay_grow_zeroed(&memory, block, 100, 200, 3);
+    for (i = 0; larger && i < 600; i++) sum += larger[i];
+    CHECK(larger && sum == 7 * 300);
+    block = (unsigned char *)delaunay_grow(&memory, larger, 200, 300, 3);
+    for (i = 0; block && i < 600; i++) sum -= block[i];
+    CHECK(block && sum == 0 && memory.bytes >= 900 && memory.peak_bytes >= 1500);
+    CHECK(!delaunay_alloc(&memory, 100001, 1) && !delaunay_alloc(&memory, SIZE_MAX / 2, 3));
+    CHECK(!delaunay_grow(&memory, block, 300, SIZE_MAX / 2, 3) && block && block[599] == 0);
+    delaunay_release(&memory, block);
+    delaunay_release(&memory, NULL);
+    CHECK(memory.bytes == 0);
+}
+
 /* Three of four points on a plane across an axis, the fourth beside it; on a line, too: the turn in
  * the plane says what the long way does. */
 static void three_points_of_a_plane(void)
@@ -1105,6 +1163,8 @@ int main(void)
     all_kinds_are_delaunay();
     order_of_the_input_does_not_matter();
     threads_do_not_matter();
+    any_order_is_the_same_set();
+    memory_is_counted();
     grids_with_residues();
     few_and_flat_points();
     wrong_arguments_leave_the_mesh();
