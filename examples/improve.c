@@ -35,6 +35,8 @@ static const char help[] =
     "  --bad FILE           list the bad tetrahedra that are left, as CSV: middle, measure, the best\n"
     "                       that their facets on the surface allow, and why they are left\n"
     "  --histogram          of the measure and of the dihedral angles, before and after\n"
+    "  --json FILE          write the statistics before and after in a form for programs; - is where\n"
+    "                       the program prints\n"
     "  -q, --quiet          print nothing but errors\n"
     "  --help, --version\n"
     "\n"
@@ -43,7 +45,7 @@ static const char help[] =
     "error\n";
 
 typedef struct arguments {
-    const char *input, *output, *bad;
+    const char *input, *output, *bad, *json;
     spr_options options;
     int quiet, histogram;
 } arguments;
@@ -72,7 +74,10 @@ static int arguments_fit(const arguments *args)
         return 0;
     }
     if (!tool_is_apart("improve", "--bad", args->bad, args->input) ||
-        !tool_is_apart("improve", "--bad", args->bad, args->output))
+        !tool_is_apart("improve", "--bad", args->bad, args->output) ||
+        !tool_is_apart("improve", "--json", args->json, args->input) ||
+        !tool_is_apart("improve", "--json", args->json, args->output) ||
+        !tool_is_apart("improve", "--json", args->json, args->bad))
         return 0;
     if (args->output && !meshio_holds_tetrahedra(meshio_format_of(args->output))) {
         fprintf(stderr, "improve: no tetrahedra can be written to '%s'; try .mesh, .msh or .vtu\n",
@@ -119,6 +124,8 @@ static int parse(int argc, char **argv, arguments *args)
             args->options.keep_vertices = 1;
         } else if (strcmp(a, "--bad") == 0 && i + 1 < argc) {
             args->bad = tool_output_name(argv[++i]);
+        } else if (strcmp(a, "--json") == 0 && i + 1 < argc) {
+            args->json = tool_output_name(argv[++i]);
         } else if (strcmp(a, "--histogram") == 0) {
             args->histogram = 1;
         } else if (strcmp(a, "--no-smoothing") == 0) {
@@ -214,6 +221,66 @@ static void print_histograms(const spr_report *r)
 {
     print_counts("measure", 0, 0.05, r->before.histogram, r->after.histogram, 20);
     print_counts("degrees", 0, 10, r->before.dihedral_histogram, r->after.dihedral_histogram, 18);
+}
+
+static void json_counts(FILE *f, const char *name, const uint64_t *count, int n)
+{
+    int i;
+    fprintf(f, ",\n    \"%s\": [", name);
+    for (i = 0; i < n; i++) fprintf(f, "%s%llu", i ? ", " : "", (unsigned long long)count[i]);
+    fprintf(f, "]");
+}
+
+static void json_statistics(FILE *f, const char *when, const spr_statistics *s)
+{
+    fprintf(f,
+            "  \"%s\": {\"tets\": %llu, \"min\": %.9g, \"p001\": %.9g, \"p01\": %.9g, "
+            "\"mean\": %.9g, \"low\": %llu,\n",
+            when, (unsigned long long)s->num_tets, s->min, s->p001, s->p01, s->mean,
+            (unsigned long long)s->num_below);
+    fprintf(f, "    \"sicn_min\": %.9g, \"dih_min\": %.9g, \"dih_max\": %.9g", s->sicn_min,
+            s->dihedral_min_degrees, s->dihedral_max_degrees);
+    json_counts(f, "histogram", s->histogram, 20);
+    json_counts(f, "dihedral_histogram", s->dihedral_histogram, 18);
+    fprintf(f, "},\n");
+}
+
+/* Writes the file of --json, also after a failure, whose exit code and sentence are in it. Returns
+ * the exit code. */
+static int write_json(const arguments *args, const spr_report *r, int code)
+{
+    static const char *const measures[] = {"gamma", "sicn", "dihedral"};
+    FILE *f = args->json ? fopen(args->json, "w") : NULL;
+    int i, failed;
+    if (!args->json) return code;
+    if (!f) {
+        fprintf(stderr, "improve: cannot create '%s': %s\n", args->json, strerror(errno));
+        return TOOL_CANNOT_WRITE;
+    }
+    fprintf(f, "{\n  \"input\": \"");
+    tool_json_text(f, args->input);
+    fprintf(f, "\", \"exit_code\": %d, \"message\": \"", code);
+    tool_json_text(f, r->message);
+    fprintf(f, "\",\n  \"measure\": \"%s\",\n", measures[args->options.measure]);
+    json_statistics(f, "before", &r->before);
+    json_statistics(f, "after", &r->after);
+    fprintf(f,
+            "  \"left\": {\"surface\": %llu, \"fixed\": %llu, \"stuck\": %llu, "
+            "\"untried\": %llu},\n  \"worst\": [",
+            (unsigned long long)r->bounded, (unsigned long long)r->fixed,
+            (unsigned long long)r->stuck, (unsigned long long)r->unfinished);
+    for (i = 0; i < r->num_worst; i++)
+        fprintf(f,
+                "%s\n    {\"value\": %.9g, \"bound\": %.9g, \"reason\": \"%s\", "
+                "\"xyz\": [%.17g, %.17g, %.17g]}",
+                i ? "," : "", r->worst[i].quality, r->worst[i].bound, reason[r->worst[i].reason],
+                r->worst[i].xyz[0], r->worst[i].xyz[1], r->worst[i].xyz[2]);
+    fprintf(f, "],\n  \"seconds\": %.6f\n}\n", r->seconds);
+    failed = ferror(f);
+    if (fclose(f) != 0) failed = 1;
+    if (!failed) return code;
+    fprintf(stderr, "improve: cannot write '%s'\n", args->json);
+    return TOOL_CANNOT_WRITE;
 }
 
 /* Enlarges the arrays for what the improvement may add. Returns 0 if memory runs out. */
@@ -346,17 +413,15 @@ static int write_mesh(const arguments *args, meshio_mesh *m, int all_facets)
     return TOOL_CANNOT_WRITE;
 }
 
-static int improve(const arguments *args, meshio_mesh *m)
+static int improve(const arguments *args, meshio_mesh *m, spr_report *report)
 {
     const size_t cap_vertices = m->num_vertices + m->num_vertices / 4 + 1000;
     const size_t cap_tets = 2 * m->num_tets + 10000;
     const int all_facets = lists_all_facets(m);
     spr_options options = args->options;
     FILE *bad = NULL;
-    spr_report report;
     spr_result result;
     int code, written;
-    memset(&report, 0, sizeof report);
     if (!tool_can_create("improve", args->output)) return TOOL_CANNOT_WRITE;
     if (!make_room(m, cap_vertices, cap_tets)) {
         fprintf(stderr, "improve: out of memory\n");
@@ -372,23 +437,24 @@ static int improve(const arguments *args, meshio_mesh *m)
     options.num_kept_triangles = all_facets ? 0 : m->num_triangles;
     options.kept_edges = m->edges;
     options.num_kept_edges = m->num_edges;
-    result = improve_arrays(m, cap_vertices, cap_tets, &options, &report);
+    result = improve_arrays(m, cap_vertices, cap_tets, &options, report);
     code = exit_code(result);
     if (bad && !close_bad(bad, args->bad)) return TOOL_CANNOT_WRITE;
     if (code != TOOL_OK)
         fprintf(stderr, "improve: %s: %s\n", args->input,
-                report.message[0] ? report.message : spr_result_string(result));
+                report->message[0] ? report->message : spr_result_string(result));
     if (code != TOOL_OK && code != TOOL_GOAL_NOT_MET) return code;
-    if (report.absent)
+    if (report->absent)
         fprintf(stderr,
                 "improve: %s: %llu triangles and lines are no facets and edges of tetrahedra\n",
-                args->input, (unsigned long long)report.absent);
+                args->input, (unsigned long long)report->absent);
     written = write_mesh(args, m, all_facets);
     if (written != TOOL_OK) return written;
-    if (!args->quiet && !tool_is_stdout(args->output) && !tool_is_stdout(args->bad)) {
-        print_statistics(&report);
-        print_worst(&report);
-        if (args->histogram) print_histograms(&report);
+    if (!args->quiet && !tool_is_stdout(args->output) && !tool_is_stdout(args->bad) &&
+        !tool_is_stdout(args->json)) {
+        print_statistics(report);
+        print_worst(report);
+        if (args->histogram) print_histograms(report);
     }
     return code;
 }
@@ -399,8 +465,10 @@ int main(int argc, char **argv)
     meshio_mesh mesh;
     meshio_report report;
     meshio_result result;
+    spr_report improved;
     int code;
     memset(&args, 0, sizeof args);
+    memset(&improved, 0, sizeof improved);
     code = parse(argc, argv, &args);
     if (code) return tool_end("improve", code == 1 ? TOOL_OK : TOOL_USAGE);
     tool_catch_signals();
@@ -420,7 +488,7 @@ int main(int argc, char **argv)
                 args.input, (unsigned long long)mesh.num_solids);
         code = TOOL_CANNOT_READ;
     } else {
-        code = improve(&args, &mesh);
+        code = write_json(&args, &improved, improve(&args, &mesh, &improved));
     }
     meshio_free(&mesh);
     return tool_end("improve", code);

@@ -1596,34 +1596,6 @@ static void print_statistics(const job *j)
     print_quality(j);
 }
 
-/* The number of bytes of the UTF-8 character at the start of a text; 0 if there is no valid one. */
-static int utf8_length(const unsigned char *c)
-{
-    int n = c[0] < 128 ? 1 : c[0] >= 0xC2 && c[0] < 0xE0 ? 2 : c[0] >= 0xE0 && c[0] < 0xF0 ? 3
-                         : c[0] >= 0xF0 && c[0] < 0xF5   ? 4
-                                                         : 0,
-        i;
-    for (i = 1; i < n; i++)
-        if ((c[i] & 0xC0) != 0x80) return 0;
-    if (n == 3 && ((c[0] == 0xE0 && c[1] < 0xA0) || (c[0] == 0xED && c[1] > 0x9F))) return 0;
-    return n == 4 && ((c[0] == 0xF0 && c[1] < 0x90) || (c[0] == 0xF4 && c[1] > 0x8F)) ? 0 : n;
-}
-
-/* Writes the inside of a JSON string. File names may have any bytes: what is not UTF-8 becomes
- * U+FFFD. */
-static void json_text(FILE *f, const char *text)
-{
-    const unsigned char *c = (const unsigned char *)text;
-    while (*c) {
-        int n = utf8_length(c);
-        if (*c == '"' || *c == '\\') fprintf(f, "\\%c", *c);
-        else if (*c < 32) fprintf(f, "\\u%04x", *c);
-        else if (n == 0) fputs("\\ufffd", f);
-        else fwrite(c, 1, (size_t)n, f);
-        c += n ? n : 1;
-    }
-}
-
 static void json_quality(FILE *f, const spr_statistics *q)
 {
     int k;
@@ -1692,7 +1664,7 @@ static void json_findings(FILE *f, const job *j)
     for (i = 0; i < j->report.num_findings; i++) {
         const mesher_finding *w = &j->report.findings[i];
         fprintf(f, "%s\n    {\"kind\": \"", i ? "," : "");
-        json_text(f, mesher_kind_string(w->kind));
+        tool_json_text(f, mesher_kind_string(w->kind));
         fprintf(f, "\", \"defect\": %s", mesher_is_defect(w->kind) ? "true" : "false");
         json_ids(f, "triangles", w->triangles, 2, 0, lines);
         json_ids(f, "lines", w->triangles, 2, lines, DELAUNAY_NO_ID);
@@ -1711,15 +1683,15 @@ static void json_body(FILE *f, const job *j, int code)
 {
     int k, any = 0;
     fprintf(f, "{\n  \"input\": \"");
-    json_text(f, j->name);
+    tool_json_text(f, j->name);
     fprintf(f, "\", \"exit_code\": %d, \"message\": \"", code);
-    json_text(f, j->message);
+    tool_json_text(f, j->message);
     fprintf(f, "\",\n  \"input_vertices\": %llu, \"input_triangles\": %llu,\n  \"findings\": {",
             (unsigned long long)j->in.num_vertices, (unsigned long long)j->in.num_triangles);
     for (k = 0; k < MESHER_NUM_KINDS; k++) {
         if (!j->report.counts[k]) continue;
         fprintf(f, "%s\"", any++ ? ", " : "");
-        json_text(f, mesher_kind_string((mesher_kind)k));
+        tool_json_text(f, mesher_kind_string((mesher_kind)k));
         fprintf(f, "\": %llu", (unsigned long long)j->report.counts[k]);
     }
     fprintf(f, "},\n");

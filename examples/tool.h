@@ -223,6 +223,34 @@ DELAUNAY_INLINE int tool_can_create(const char *tool, const char *path)
     return 1;
 }
 
+/* The number of bytes of the UTF-8 character at the start of a text; 0 if there is no valid one. */
+DELAUNAY_INLINE int tool_utf8_length(const unsigned char *c)
+{
+    int n = c[0] < 128 ? 1 : c[0] >= 0xC2 && c[0] < 0xE0 ? 2 : c[0] >= 0xE0 && c[0] < 0xF0 ? 3
+                         : c[0] >= 0xF0 && c[0] < 0xF5   ? 4
+                                                         : 0,
+        i;
+    for (i = 1; i < n; i++)
+        if ((c[i] & 0xC0) != 0x80) return 0;
+    if (n == 3 && ((c[0] == 0xE0 && c[1] < 0xA0) || (c[0] == 0xED && c[1] > 0x9F))) return 0;
+    return n == 4 && ((c[0] == 0xF0 && c[1] < 0x90) || (c[0] == 0xF4 && c[1] > 0x8F)) ? 0 : n;
+}
+
+/* Writes the inside of a JSON string. File names may have any bytes: what is not UTF-8 becomes
+ * U+FFFD. */
+DELAUNAY_INLINE void tool_json_text(FILE *f, const char *text)
+{
+    const unsigned char *c = (const unsigned char *)text;
+    while (*c) {
+        int n = tool_utf8_length(c);
+        if (*c == '"' || *c == '\\') fprintf(f, "\\%c", *c);
+        else if (*c < 32) fprintf(f, "\\u%04x", *c);
+        else if (n == 0) fputs("\\ufffd", f);
+        else fwrite(c, 1, (size_t)n, f);
+        c += n ? n : 1;
+    }
+}
+
 /* The exit code, when all is printed. */
 DELAUNAY_INLINE int tool_end(const char *tool, int code)
 {

@@ -238,6 +238,13 @@ for format in msh msh4; do
         ok "it is read again" grep -q '^1 3 "a seam"' "$T/again.msh"
     done
 done
+code 0 $mesh "$T/cube.off" --size 0.3 --no-improve -q -o "$T/raw.mesh"
+code 0 $improve "$T/raw.mesh" --json -
+prints '"exit_code": 0'
+prints '"before": {"tets": [1-9]'
+prints '"after": {"tets": [1-9]'
+code 2 $improve "$T/raw.mesh" --json "$T/raw.mesh"
+code 4 $improve "$T/raw.mesh" --json "$T/no/such/folder/a.json"
 code 5 $mesh "$T/open.off" -q --json -
 prints '"exit_code": 5'
 code 0 $mesh "$T/cube.off" -o - --format mesh
