@@ -1540,9 +1540,10 @@ static void print_quality(const job *j)
            q->p001, q->p01, q->mean, (unsigned long long)below(q, 7));
     if (!j->set.no_improve && below(q, 7) > 0)
         printf(":\n            %llu held by the surface, %llu with all vertices fixed,\n"
-               "            %llu that nothing helps, %llu for which not everything was tried",
+               "            %llu that nothing helps, %llu for which not everything was tried%s",
                (unsigned long long)j->spr.bounded, (unsigned long long)j->spr.fixed,
-               (unsigned long long)j->spr.stuck, (unsigned long long)j->spr.unfinished);
+               (unsigned long long)j->spr.stuck, (unsigned long long)j->spr.unfinished,
+               j->spr.unfinished && !(j->set.spr.effort > 1) ? " (--effort 4 tries more)" : "");
     printf("\nSICN        min %.4f\ndihedral    %.2f .. %.2f degrees\n", q->sicn_min,
            q->dihedral_min_degrees, q->dihedral_max_degrees);
     print_bars("gamma", q->histogram, 20, 0.05);
