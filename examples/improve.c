@@ -223,14 +223,6 @@ static void print_histograms(const spr_report *r)
     print_counts("degrees", 0, 10, r->before.dihedral_histogram, r->after.dihedral_histogram, 18);
 }
 
-static void json_counts(FILE *f, const char *name, const uint64_t *count, int n)
-{
-    int i;
-    fprintf(f, ",\n    \"%s\": [", name);
-    for (i = 0; i < n; i++) fprintf(f, "%s%llu", i ? ", " : "", (unsigned long long)count[i]);
-    fprintf(f, "]");
-}
-
 static void json_statistics(FILE *f, const char *when, const spr_statistics *s)
 {
     fprintf(f,
@@ -238,25 +230,19 @@ static void json_statistics(FILE *f, const char *when, const spr_statistics *s)
             "\"mean\": %.9g, \"low\": %llu,\n",
             when, (unsigned long long)s->num_tets, s->min, s->p001, s->p01, s->mean,
             (unsigned long long)s->num_below);
-    fprintf(f, "    \"sicn_min\": %.9g, \"dih_min\": %.9g, \"dih_max\": %.9g", s->sicn_min,
+    fprintf(f, "    \"sicn_min\": %.9g, \"dih_min\": %.9g, \"dih_max\": %.9g,\n    ", s->sicn_min,
             s->dihedral_min_degrees, s->dihedral_max_degrees);
-    json_counts(f, "histogram", s->histogram, 20);
-    json_counts(f, "dihedral_histogram", s->dihedral_histogram, 18);
+    tool_json_counts(f, "histogram", s->histogram, 20);
+    fprintf(f, ",\n    ");
+    tool_json_counts(f, "dihedral_histogram", s->dihedral_histogram, 18);
     fprintf(f, "},\n");
 }
 
-/* Writes the file of --json, also after a failure, whose exit code and sentence are in it. Returns
- * the exit code. */
-static int write_json(const arguments *args, const spr_report *r, int code)
+/* Writes what goes into the file of --json: the exit code, also of a failure, and the report. */
+static void write_json(FILE *f, const arguments *args, const spr_report *r, int code)
 {
     static const char *const measures[] = {"gamma", "sicn", "dihedral"};
-    FILE *f = args->json ? fopen(args->json, "w") : NULL;
-    int i, failed;
-    if (!args->json) return code;
-    if (!f) {
-        fprintf(stderr, "improve: cannot create '%s': %s\n", args->json, strerror(errno));
-        return TOOL_CANNOT_WRITE;
-    }
+    int i;
     fprintf(f, "{\n  \"input\": \"");
     tool_json_text(f, args->input);
     fprintf(f, "\", \"exit_code\": %d, \"message\": \"", code);
@@ -276,11 +262,6 @@ static int write_json(const arguments *args, const spr_report *r, int code)
                 i ? "," : "", r->worst[i].quality, r->worst[i].bound, reason[r->worst[i].reason],
                 r->worst[i].xyz[0], r->worst[i].xyz[1], r->worst[i].xyz[2]);
     fprintf(f, "],\n  \"seconds\": %.6f\n}\n", r->seconds);
-    failed = ferror(f);
-    if (fclose(f) != 0) failed = 1;
-    if (!failed) return code;
-    fprintf(stderr, "improve: cannot write '%s'\n", args->json);
-    return TOOL_CANNOT_WRITE;
 }
 
 /* Enlarges the arrays for what the improvement may add. Returns 0 if memory runs out. */
@@ -361,18 +342,16 @@ static void swap_regions(meshio_mesh *m, int32_t a, int32_t b)
         m->tet_tags[i] = m->tet_tags[i] == a ? b : m->tet_tags[i] == b ? a : m->tet_tags[i];
 }
 
-/* Opens the file of --bad. Returns NULL, and says so, if it cannot be written. */
-static FILE *open_bad(const char *name)
+/* Opens the file of --bad or --json. Returns NULL, and says so, if it cannot be written. */
+static FILE *open_file(const char *name)
 {
     FILE *f = fopen(name, "w");
-    if (f && fputs("x,y,z,measure,bound,reason\n", f) >= 0) return f;
-    if (f) fclose(f);
-    fprintf(stderr, "improve: cannot write '%s'\n", name);
-    return NULL;
+    if (!f) fprintf(stderr, "improve: cannot write '%s': %s\n", name, strerror(errno));
+    return f;
 }
 
 /* Closes it. Returns 0, and says so, if something of it was lost. */
-static int close_bad(FILE *f, const char *name)
+static int close_file(FILE *f, const char *name)
 {
     int lost = ferror(f);
     if (fclose(f) != 0) lost = 1;
@@ -428,8 +407,9 @@ static int improve(const arguments *args, meshio_mesh *m, spr_report *report)
         return TOOL_NO_MEMORY;
     }
     if (args->bad) {
-        bad = open_bad(args->bad);
+        bad = open_file(args->bad);
         if (!bad) return TOOL_CANNOT_WRITE;
+        fputs("x,y,z,measure,bound,reason\n", bad);
         options.left = list_bad;
         options.left_user = bad;
     }
@@ -439,7 +419,7 @@ static int improve(const arguments *args, meshio_mesh *m, spr_report *report)
     options.num_kept_edges = m->num_edges;
     result = improve_arrays(m, cap_vertices, cap_tets, &options, report);
     code = exit_code(result);
-    if (bad && !close_bad(bad, args->bad)) return TOOL_CANNOT_WRITE;
+    if (bad && !close_file(bad, args->bad)) return TOOL_CANNOT_WRITE;
     if (code != TOOL_OK)
         fprintf(stderr, "improve: %s: %s\n", args->input,
                 report->message[0] ? report->message : spr_result_string(result));
@@ -459,16 +439,28 @@ static int improve(const arguments *args, meshio_mesh *m, spr_report *report)
     return code;
 }
 
+/* Improves the mesh, and writes the file of --json, if any, which is opened before. */
+static int improve_and_tell(const arguments *args, meshio_mesh *m)
+{
+    FILE *json = args->json ? open_file(args->json) : NULL;
+    spr_report report;
+    int code;
+    if (args->json && !json) return TOOL_CANNOT_WRITE;
+    memset(&report, 0, sizeof report);
+    code = improve(args, m, &report);
+    if (!json) return code;
+    write_json(json, args, &report, code);
+    return close_file(json, args->json) ? code : TOOL_CANNOT_WRITE;
+}
+
 int main(int argc, char **argv)
 {
     arguments args;
     meshio_mesh mesh;
     meshio_report report;
     meshio_result result;
-    spr_report improved;
     int code;
     memset(&args, 0, sizeof args);
-    memset(&improved, 0, sizeof improved);
     code = parse(argc, argv, &args);
     if (code) return tool_end("improve", code == 1 ? TOOL_OK : TOOL_USAGE);
     tool_catch_signals();
@@ -488,7 +480,7 @@ int main(int argc, char **argv)
                 args.input, (unsigned long long)mesh.num_solids);
         code = TOOL_CANNOT_READ;
     } else {
-        code = write_json(&args, &improved, improve(&args, &mesh, &improved));
+        code = improve_and_tell(&args, &mesh);
     }
     meshio_free(&mesh);
     return tool_end("improve", code);

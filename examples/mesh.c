@@ -1599,7 +1599,6 @@ static void print_statistics(const job *j)
 
 static void json_quality(FILE *f, const spr_statistics *q)
 {
-    int k;
     fprintf(f,
             "  \"gamma_min\": %.9g, \"gamma_p001\": %.9g, \"gamma_p01\": %.9g, "
             "\"gamma_mean\": %.9g,\n",
@@ -1609,13 +1608,11 @@ static void json_quality(FILE *f, const spr_statistics *q)
             "\"dih_min\": %.9g, \"dih_max\": %.9g,\n",
             (unsigned long long)below(q, 7), (unsigned long long)below(q, 6), q->sicn_min,
             q->dihedral_min_degrees, q->dihedral_max_degrees);
-    fprintf(f, "  \"gamma_histogram\": [");
-    for (k = 0; k < 20; k++)
-        fprintf(f, "%s%llu", k ? ", " : "", (unsigned long long)q->histogram[k]);
-    fprintf(f, "],\n  \"dihedral_histogram\": [");
-    for (k = 0; k < 18; k++)
-        fprintf(f, "%s%llu", k ? ", " : "", (unsigned long long)q->dihedral_histogram[k]);
-    fprintf(f, "],\n");
+    fprintf(f, "  ");
+    tool_json_counts(f, "gamma_histogram", q->histogram, 20);
+    fprintf(f, ",\n  ");
+    tool_json_counts(f, "dihedral_histogram", q->dihedral_histogram, 18);
+    fprintf(f, ",\n");
 }
 
 /* Writes the kept regions. */

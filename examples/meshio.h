@@ -144,8 +144,8 @@ typedef enum meshio_format {
  *              the name of their section's set; else the number of the part, from 1, if several
  *              parts have nodes; else 0. A name that does not end in a number stands for the number
  *              of the first card with this name, where only cards with such names count, from 1. */
-/* The name of a physical group of Gmsh: all elements of a dimension (1: lines, 2: triangles, 3:
- * tetrahedra) with this tag. */
+/* The name of a physical group of Gmsh: all elements of a dimension (0: points, 1: lines, 2:
+ * triangles, 3: tetrahedra) with this tag. */
 typedef struct meshio_name {
     int dimension;
     int32_t tag;

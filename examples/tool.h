@@ -251,6 +251,15 @@ DELAUNAY_INLINE void tool_json_text(FILE *f, const char *text)
     }
 }
 
+/* Writes an array of counts as a member of a JSON object. */
+DELAUNAY_INLINE void tool_json_counts(FILE *f, const char *name, const uint64_t *count, int n)
+{
+    int i;
+    fprintf(f, "\"%s\": [", name);
+    for (i = 0; i < n; i++) fprintf(f, "%s%llu", i ? ", " : "", (unsigned long long)count[i]);
+    fprintf(f, "]");
+}
+
 /* The exit code, when all is printed. */
 DELAUNAY_INLINE int tool_end(const char *tool, int code)
 {
