@@ -2525,11 +2525,13 @@ static mesher_result mesher__from_delaunay(delaunay_result result)
 }
 
 /* On every axis the box reaches this many times the points' largest extent beyond the points; then
- * it is rounded outwards to coordinates of few bits. It has to be this large: at a large flat facet
- * on the outside of the surface, a sphere through its corners that has none of the points behind
- * the facet inside bulges far out; were a corner of the box in it, the Delaunay triangulation would
- * lack the facet. */
-#  define MESHER__BOX_EXTENTS 16
+ * it is rounded outwards to coordinates of few bits. It has to be this large: through the corners
+ * of a large flat facet on the outside of the surface and a corner of the box goes a sphere that
+ * bulges beyond the facet, the less the farther the corner is. Points in the bulge have edges to
+ * that corner, through the facet; where a dense part of the surface lies closely behind a large
+ * flat one, they are thousands, which are hard to flip away. Ten bits of the 21 an axis that the
+ * points are sorted by go into the empty space; the ten and more that are left are enough. */
+#  define MESHER__BOX_EXTENTS 1024
 
 static void mesher__box(const mesher_domain *domain, double *lo, double *hi)
 {

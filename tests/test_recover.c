@@ -307,6 +307,45 @@ static void needles_in_planes_need_one_attempt(void)
     shape_free(&s);
 }
 
+/* A relief, with a flat side closely behind it that has vertices on two of its edges only. Hardly
+ * any point of the relief may have an edge through the flat side to a corner of the box. */
+static void reliefs_before_flat_sides_need_few_points(void)
+{
+    enum { N = 200 };
+    shape s = {0};
+    uint32_t i, j, flat;
+    long points;
+    for (i = 0; i <= N; i++)
+        for (j = 0; j <= N; j++)
+            add_vertex(&s, i, j, 0.1 + (i % N && j % N ? 3 * pow(random_unit(), 4) : 0));
+    for (i = 0; i < N; i++)
+        for (j = 0; j < N; j++) {
+            uint32_t a = (N + 1) * i + j, b = a + N + 1;
+            add_triangle(&s, a, b, b + 1);
+            add_triangle(&s, a, b + 1, a + 1);
+        }
+    flat = (uint32_t)s.num_vertices;
+    for (i = 0; i <= N; i++)
+        for (j = 0; j < 2; j++) add_vertex(&s, i, j * N, 0);
+    for (i = 0; i < N; i++) {
+        uint32_t a = flat + 2 * i, b = (N + 1) * i;
+        add_triangle(&s, a, a + 3, a + 2);
+        add_triangle(&s, a, a + 1, a + 3);
+        add_triangle(&s, a, a + 2, b + N + 1);
+        add_triangle(&s, a, b + N + 1, b);
+        add_triangle(&s, a + 3, a + 1, b + N);
+        add_triangle(&s, a + 3, b + N, b + 2 * N + 1);
+        add_triangle(&s, flat, i, i + 1); /* the sides without vertices below */
+        add_triangle(&s, flat + 2 * N, (N + 1) * N + i + 1, (N + 1) * N + i);
+    }
+    add_triangle(&s, flat, N, flat + 1);
+    add_triangle(&s, flat + 2 * N, flat + 2 * N + 1, (N + 1) * N + N);
+    CHECK(attempts_at(&s, 1) == 1);
+    points = recovered(&s, "a relief before a flat side");
+    CHECK(points >= 0 && points <= 10); /* 2; with corners 16 extents away 48 */
+    shape_free(&s);
+}
+
 static void one_attempt_is_enough(const shape *s, const char *what)
 {
     long points;
@@ -786,6 +825,7 @@ int main(int argc, char **argv)
         edges_that_came_beside_their_points_are_marked();
         turned_needles_need_few_attempts();
         needles_in_planes_need_one_attempt();
+        reliefs_before_flat_sides_need_few_points();
         needles_in_bent_planes_need_one_attempt();
         needles_in_planes_of_single_precision_need_one_attempt();
         twisted_tubes_need_few_attempts();
