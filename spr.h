@@ -672,7 +672,6 @@ typedef struct spr__state {
     double           relax_floor; /* relaxation: the worst of a star may fall to this */
     double           fair, mean;  /* flips: what is below fair is tried; mean before */
     int              visits;      /* patches to be shaken around one tetrahedron, at most */
-    uint64_t         patches;     /* shaken so far */
     int              is_patch;    /* the mesh is a patch that is shaken */
     delaunay_worker *lent;        /* the worker lent to the patch */
     struct spr__pool *pools;      /* memory for patches, one of each thread */
@@ -4197,8 +4196,8 @@ enum {
     SPR__SHAKE_GAIN = 1000, /* plans that a success is worth, and each bad one less */
     SPR__SHAKE_BEGIN = 40000, /* plans in all at most, besides some for each tetrahedron: */
     SPR__SHAKE_EACH = 4,
-    SPR__SELDOM = 24        /* no further turn if there were so many patches in all, and not one in
-                             * so many was improved in this one */
+    SPR__SHAKE_PATIENCE = 12000, /* no further turn after so many plans in all if not one patch in */
+    SPR__SELDOM = 24        /* so many was improved in this one */
 };
 
 /* How far a vertex is moved at most, along each axis, as a part of the shortest edge at it. */
@@ -5050,9 +5049,8 @@ static spr_result spr__shake(spr__state *s)
     delaunay_list_free(&list);
     delaunay_release(s->memory, around.num);
     delaunay_release(s->memory, patch);
-    s->patches += (uint64_t)tried;
     if (result != SPR_OK || spr__by_effort(s, SPR__SELDOM * (uint64_t)found) > (uint64_t)tried ||
-        (tried > 0 && s->patches < spr__by_effort(s, SPR__SELDOM)))
+        (tried > 0 && s->shakes < spr__by_effort(s, SPR__SHAKE_PATIENCE)))
         return result;
     return SPR_GOAL_NOT_MET;
 }
