@@ -2529,8 +2529,8 @@ static mesher_result mesher__from_delaunay(delaunay_result result)
  * of a large flat facet on the outside of the surface and a corner of the box goes a sphere that
  * bulges beyond the facet, the less the farther the corner is. Points in the bulge have edges to
  * that corner, through the facet; where a dense part of the surface lies closely behind a large
- * flat one, they are thousands, which are hard to flip away. Ten bits of the 21 an axis that the
- * points are sorted by go into the empty space; the ten and more that are left are enough. */
+ * flat one, they are thousands, which are hard to flip away. (The order of insertion does not
+ * suffer: points that share a cell of the curve are sorted in a bounding box of their own.) */
 #  define MESHER__BOX_EXTENTS 1024
 
 static void mesher__box(const mesher_domain *domain, double *lo, double *hi)

@@ -4196,8 +4196,8 @@ enum {
     SPR__SHAKE_GAIN = 1000, /* plans that a success is worth, and each bad one less */
     SPR__SHAKE_BEGIN = 40000, /* plans in all at most, besides some for each tetrahedron: */
     SPR__SHAKE_EACH = 4,
-    SPR__SHAKE_PATIENCE = 12000, /* no further turn after so many plans in all if not one patch in */
-    SPR__SELDOM = 24        /* so many was improved in this one */
+    SPR__SHAKE_PATIENCE = 12000, /* after so many plans in all, no further turn if */
+    SPR__SELDOM = 24        /* not one patch in so many was improved in this one */
 };
 
 /* How far a vertex is moved at most, along each axis, as a part of the shortest edge at it. */
