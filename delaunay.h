@@ -25,7 +25,9 @@
  *   >>predicates      orient3d and inSphere, exact; the symbolic perturbation
  *   >>mesh            the mesh object
  *   >>insertion       walk, cavity, ball                         [Marot 2020, 3.3-3.7]
- *   >>build           order of insertion, duplicates, canonical numbering
+ *   >>build           order of insertion, duplicates
+ *   >>numbering       the same slots for any number of threads
+ *   >>import          a mesh from arrays
  *   >>partitions      engine (a): sections of the Moore curve    [Marot 2020, 4.2-4.6]
  *   >>editing         stars, replacement of a cavity, constraint marks, locate
  *   >>changing        insertion and removal of points in a finished triangulation
@@ -52,7 +54,6 @@
  *   Ties between cospherical points are broken by a symbolic perturbation of the lifting, in
  *   lexicographic order of the coordinates. So the triangulation depends on the set of points
  *   alone, not on their order or on the number of threads.
- *   [Marot 2020] is C. Marot, Parallel tetrahedral mesh generation, thesis, 2020.
  *
  * COMPILE-TIME SWITCHES
  *   DELAUNAY_IMPLEMENTATION   implementation file  compile the bodies, also of hilbert.h, hxtsort.h
@@ -60,6 +61,15 @@
  *   DELAUNAY_STATIC           implementation file  make everything static
  *   DELAUNAY_NO_SIMD          implementation file  use plain C only; same results
  *   DELAUNAY_INDEX64          whole program        64-bit handles: more than 2^30 tetrahedra
+ *
+ * SOURCES
+ *   [Amenta 2003]    N. Amenta, S. Choi, G. Rote, Incremental constructions con BRIO, Symposium on
+ *                    Computational Geometry
+ *   [Dekker 1971]    T. J. Dekker, A floating-point technique for extending the available
+ *                    precision, Numerische Mathematik 18
+ *   [Marot 2020]     C. Marot, Parallel tetrahedral mesh generation, thesis
+ *   [Shewchuk 1997]  J. R. Shewchuk, Adaptive precision floating-point arithmetic and fast robust
+ *                    geometric predicates, Discrete & Computational Geometry 18
  *
  * LICENCE: MIT or public domain, at the end of the file.
  * SPDX-License-Identifier: MIT OR Unlicense
@@ -3903,8 +3913,8 @@ static void delaunay__first_tet(delaunay_mesh *mesh)
     mesh->num_tets = 6;
 }
 
-/* ---- >>build  order of insertion, duplicates, canonical numbering -------------------------- */
-/* Points are inserted in rounds [BRIO, Amenta 2003]: the last one has most of them, each earlier
+/* ---- >>build  order of insertion, duplicates ---------------------------------------------- */
+/* Points are inserted in rounds (a BRIO) [Amenta 2003]: the last one has most of them, each earlier
  * one an eighth of the next; within a round they follow the curve. The round comes from a hash of
  * the coordinates, so equal points are in one round, and the order depends on the set of points
  * alone. */
@@ -4192,7 +4202,7 @@ static int delaunay__exact_in_doubles(const delaunay_mesh *mesh)
     return 1;
 }
 
-/* -- canonical numbering */
+/* ---- >>numbering  the same slots for any number of threads -------------------------------- */
 
 /* The rotation (even permutation) of a tetrahedron that puts its greatest vertex first and, if it
  * is real, the greatest of the others second; the ghost stays last. out[i]: which corner becomes
@@ -5260,7 +5270,7 @@ done:
     return result;
 }
 
-/* -- import from arrays */
+/* ---- >>import  a mesh from arrays --------------------------------------------------------- */
 
 static delaunay_result delaunay__say(delaunay_report *report, delaunay_result result,
                                      const char *message)

@@ -26,11 +26,22 @@
  *   >>surface         cheap checks; unique facets and edges
  *   >>check           every defect of a surface, with ids and coordinates
  *   >>empty           Delaunay triangulation of the vertices in a box    [Marot 2020, 5]
- *   >>recover         every edge and facet of the input becomes one of the mesh
+ *   >>recover         every edge and facet of the input becomes one of the mesh: what is missing
+ *     >>pipes           what a missing edge or facet crosses; windows of the mesh around it
+ *     >>flips           of what a missing edge crosses                   [Si 2015]
+ *     >>searches        closure searches for edges and facets            [Marot 2020, 6.2]
+ *     >>kernels         where a point sees all of a window               [Seidel 1991]
+ *     >>planes          flips within a plane of the surface
+ *     >>points          Steiner points inside, and their removal
+ *     >>splits          points on the surface, for a while               [George et al. 2003]
+ *     >>attempts        the order of all these
  *   >>regions         cells, found by flood fill; which of them are kept
  *   >>size            the wanted edge length as a function of the place  [Marot 2020, 7]
  *   >>divide          a surface with shorter edges, before it is meshed  [Rivara 1984]
- *   >>refine          lattices; points proposed, filtered, inserted      [Marot 2020, 5]
+ *   >>refine          sweeps: points proposed where tetrahedra are large [Marot 2020, 5]
+ *     >>lattice         points far from the surface, before all sweeps
+ *     >>insert          points filtered, then inserted                   [Marot 2020, 4]
+ *     >>sweeps          the whole refinement
  *   >>public          the everyday functions
  *
  * WHAT IT DOES NOT DO
@@ -79,6 +90,23 @@
  *   MESHER_NO_DEPENDENCIES    implementation file  other files have the bodies of those three
  *   MESHER_STATIC             implementation file  everything static
  *   DELAUNAY_NO_SIMD, DELAUNAY_INDEX64: see delaunay.h
+ *
+ * SOURCES
+ *   [George et al. 2003]  P.-L. George, H. Borouchaki, E. Saltel, 'Ultimate' robustness in meshing
+ *                         an arbitrary polyhedron, Int. J. Numer. Meth. Engng 58
+ *   [Klincsek 1980]       G. T. Klincsek, Minimal triangulations of polygonal domains, Annals of
+ *                         Discrete Mathematics 9
+ *   [Lawson 1977]         C. L. Lawson, Software for C1 surface interpolation, in: Mathematical
+ *                         Software III
+ *   [Marot 2020]          C. Marot, Parallel tetrahedral mesh generation, thesis
+ *   [Rivara 1984]         M.-C. Rivara, Algorithms for refining triangular grids suitable for
+ *                         adaptive and multigrid techniques, Int. J. Numer. Meth. Engng 20
+ *   [Seidel 1991]         R. Seidel, Small-dimensional linear programming and convex hulls made
+ *                         easy, Discrete & Computational Geometry 6
+ *   [Shewchuk 2002]       J. R. Shewchuk, Two discrete optimization algorithms for the topological
+ *                         improvement of tetrahedral meshes, manuscript
+ *   [Si 2015]             H. Si, TetGen, a Delaunay-based quality tetrahedral mesh generator, ACM
+ *                         Transactions on Mathematical Software 41
  *
  * LICENCE: MIT or public domain, at the end of the file.
  * SPDX-License-Identifier: MIT OR Unlicense
@@ -3715,7 +3743,7 @@ static void mesher__roll_back(mesher__recovery *r)
     }
 }
 
-/* -- the pipe: what a missing edge or facet crosses in the mesh */
+/* ---- >>pipes  what a missing edge or facet crosses; windows around it --------------------- */
 
 static const double *mesher__x(const mesher__recovery *r, uint32_t v)
 {
@@ -4406,10 +4434,11 @@ static int mesher__report_facet(mesher__recovery *r, uint32_t f)
     return 1;
 }
 
-/* -- flips, in a copy of a few tetrahedra around a missing edge. What the edge crosses is flipped
- * away there; edges that prevent a flip are removed before it, and so on, recursively [Si 2015,
- * 4.2]. An edge is removed by the triangulation of its link that the missing edge crosses least
- * [Shewchuk 2002]. Only the copy is written meanwhile; the mesh is updated once, at the end. */
+/* ---- >>flips  of what a missing edge crosses ----------------------------------------------
+ * All in a copy of a few tetrahedra around the missing edge. What the edge crosses is flipped away
+ * there; edges that prevent a flip are removed before it, and so on, recursively [Si 2015, 4.2]. An
+ * edge is removed by the triangulation of its link that the missing edge crosses least [Shewchuk
+ * 2002]. Only the copy is written meanwhile; the mesh is updated once, at the end. */
 #  define MESHER__NEVER UINT16_MAX
 
 static int mesher__flip_orient(const mesher__flips *f, uint32_t a, uint32_t b, uint32_t c,
@@ -5785,6 +5814,8 @@ static void mesher__flip_levels(mesher__recovery *r)
     }
 }
 
+/* ---- >>searches  closure searches for edges and facets ------------------------------------ */
+
 /* -- edges */
 
 /* Lowers the number of crossings of a missing edge step by step. Returns 1 if it is in the mesh
@@ -6163,7 +6194,7 @@ static void mesher__facet_levels(mesher__recovery *r)
         }
 }
 
-/* -- interior points */
+/* ---- >>kernels  where a point sees all of a window ---------------------------------------- */
 
 /* Xorshift. */
 static uint32_t mesher__random(mesher__recovery *r)
@@ -6388,14 +6419,15 @@ static int mesher__commit_pool(mesher__recovery *r, uint32_t num_new)
     return done;
 }
 
-/* -- flips in a plane, for a missing edge that crosses nothing but rungs: edges of the mesh in one
- * plane with it, as where the surface triangulates a flat side in another way than the mesh does.
- * The rungs are flipped within the plane. A flip removes the tetrahedra around a rung, and fills
- * the half of their space on either side of the plane again: by tetrahedra between the rung's ends
- * and its link, or, where there is no such filling, around a Steiner point. There is always a place
- * for this: a point of the rung sees all of the half's boundary from within but what lies in the
- * plane, and a point near it, on that side, sees that, too. The point is put as far from the plane
- * as possible, and replaces other Steiner points that are in its way; if points were put nearer and
+/* ---- >>planes  flips within a plane -------------------------------------------------------
+ * For a missing edge that crosses nothing but rungs: edges of the mesh in one plane with it, as
+ * where the surface triangulates a flat side in another way than the mesh does. The rungs are
+ * flipped within the plane. A flip removes the tetrahedra around a rung, and fills the half of
+ * their space on either side of the plane again: by tetrahedra between the rung's ends and its
+ * link, or, where there is no such filling, around a Steiner point. There is always a place for
+ * this: a point of the rung sees all of the half's boundary from within but what lies in the plane,
+ * and a point near it, on that side, sees that, too. The point is put as far from the plane as
+ * possible, and replaces other Steiner points that are in its way; if points were put nearer and
  * nearer to the plane instead, they would obstruct each other.
  *
  * Rounding bends the planes of a part that was rotated: its vertices are off them by some units in
@@ -7333,7 +7365,7 @@ static void mesher__plane_levels(mesher__recovery *r)
     } while (n > 0 && r->num_missing_edges < before && !mesher__stopped(r));
 }
 
-/* -- points inside, each where it removes the most crossings; and their removal */
+/* ---- >>points  inside, each where it removes the most crossings; their removal ------------ */
 
 /* The best place for a new point so far, with its window. */
 typedef struct mesher__site {
@@ -7876,11 +7908,12 @@ static void mesher__pack_points(mesher__recovery *r)
     mesh->num_vertices = n;
 }
 
-/* -- split and suppress: for what is still missing. A split puts a point on a missing edge or
- * facet, which comes in as pieces; then the points are taken off the surface again (suppressed),
- * the last one first. The star of a point is filled again, with the edge or facet whole, by a
- * search over all of the star, or sector by sector, by a search or around a new point within the
- * sector. A sector is a part of the star between constrained facets. [George et al. 2003] */
+/* ---- >>splits  points on missing edges and facets, for a while ----------------------------
+ * For what is still missing. A split puts a point on a missing edge or facet, which comes in as
+ * pieces; then the points are taken off the surface again (suppressed), the last one first. The
+ * star of a point is filled again, with the edge or facet whole, by a search over all of the star,
+ * or sector by sector, by a search or around a new point within the sector. A sector is a part of
+ * the star between constrained facets. [George et al. 2003] */
 
 /* Makes an edge no constraint any more, or a constraint again, which counts as missing then. */
 static void mesher__retire_edge(mesher__recovery *r, uint32_t e, int retired)
@@ -8736,7 +8769,7 @@ static uint32_t mesher__points_on_surface(const mesher__recovery *r)
     return n;
 }
 
-/* -- the whole recovery */
+/* ---- >>attempts  the whole recovery ------------------------------------------------------- */
 
 static void mesher__recovery_free(mesher__recovery *r)
 {
@@ -12503,7 +12536,7 @@ static mesher_result mesher__no_memory(mesher__refiner *r)
     return r->memory->limit_bytes ? MESHER_STOPPED_BY_BUDGET : MESHER_ERROR_OUT_OF_MEMORY;
 }
 
-/* -- lattice: far from the surface, before all sweeps */
+/* ---- >>lattice  far from the surface, before all sweeps ----------------------------------- */
 
 /* The width of the cubes of the body-centred lattice, relative to the wanted size: the edges of its
  * tetrahedra are 1.04 and 1.2 times that size. */
@@ -13257,6 +13290,8 @@ static mesher_result mesher__lattice(mesher__refiner *r)
     mesher__lattice_free(r);
     return result;
 }
+
+/* ---- >>insert  points filtered, then inserted --------------------------------------------- */
 
 /* -- the filter */
 
@@ -14711,7 +14746,7 @@ static mesher_result mesher__insert_all(mesher__refiner *r, int rounds)
     return result;
 }
 
-/* -- the whole refinement */
+/* ---- >>sweeps  the whole refinement ------------------------------------------------------- */
 
 /* Copies the mesh as it is into the background of the field. Returns 0 without memory. */
 static int mesher__set_background(mesher__refiner *r)

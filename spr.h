@@ -19,11 +19,10 @@
  *                     raise the mean quality
  *   >>reconnection    SPR of a growing cavity                     [Marot 2020, 6.2, 6.3]; removal
  *                     and insertion of vertices
- *   >>schedule        which operator is tried when                [Marot 2020, Algorithm 5];
- *                     shaking, extreme angles, the final sweep for the mean quality
+ *   >>schedule        which operator is tried when                [Marot 2020, Algorithm 5]
+ *   >>shaking         several changes at once, at random
+ *   >>stages          the whole schedule; extreme angles, the final sweep for the mean quality
  *   >>public          the everyday functions; reconnection of a polyhedron in arrays
- *
- *   [Marot 2020]: C. Marot, Parallel tetrahedral mesh generation, thesis, 2020.
  *
  * WHAT IT DOES NOT DO
  *   The surface, the interfaces between regions, and constrained edges and facets are not changed.
@@ -89,6 +88,15 @@
  *   SPR_NO_DEPENDENCIES       implementation file  the bodies of those three are in other files
  *   SPR_STATIC                implementation file  all functions are static
  *   DELAUNAY_NO_SIMD, DELAUNAY_INDEX64: see delaunay.h
+ *
+ * SOURCES
+ *   [Freitag 1995]   L. Freitag, M. Jones, P. Plassmann, An efficient parallel algorithm for mesh
+ *                    smoothing, International Meshing Roundtable 4
+ *   [Klincsek 1980]  G. T. Klincsek, Minimal triangulations of polygonal domains, Annals of
+ *                    Discrete Mathematics 9
+ *   [Marot 2020]     C. Marot, Parallel tetrahedral mesh generation, thesis
+ *   [Shewchuk 2002]  J. R. Shewchuk, Two discrete optimization algorithms for the topological
+ *                    improvement of tetrahedral meshes, manuscript
  *
  * LICENCE: MIT or public domain, at the end of the file.
  * SPDX-License-Identifier: MIT OR Unlicense
@@ -1993,8 +2001,8 @@ static double spr__laplacian(const spr__state *s, const spr__cone *cone, double 
     return best_value;
 }
 
-/* The shortest vector in the convex hull of n gradients; all n qualities rise along it [Freitag,
- * Jones, Plassmann 1995]. Returns its squared length. */
+/* The shortest vector in the convex hull of n gradients; all n qualities rise along it [Freitag
+ * 1995]. Returns its squared length. */
 static double spr__common_ascent(double (*g)[3], int n, double *x)
 {
     double d[3], t, xx, least;
@@ -4167,10 +4175,11 @@ static void spr__thin(spr__state *s)
     memset(s->stays, 0, s->cap_vertices * sizeof *s->stays);
 }
 
-/* -- shaking: where no single change gains, several at once may. The tetrahedra around a bad one, a
- * patch, are copied, the vertices of the copy are moved at random, in every second attempt beside a
- * new one, and the schedule improves the copy from this worse beginning. It replaces the patch if
- * it has fewer bad tetrahedra, if they weigh less, or if its worst quality is better. */
+/* ---- >>shaking  several changes at once, at random ----------------------------------------
+ * Where no single change gains, several at once may. The tetrahedra around a bad one, a patch, are
+ * copied, the vertices of the copy are moved at random, in every second attempt beside a new one,
+ * and the schedule improves the copy from this worse beginning. It replaces the patch if it has
+ * fewer bad tetrahedra, if they weigh less, or if its worst quality is better. */
 
 enum {
     SPR__PATCH_TETS = 500,
@@ -5054,6 +5063,8 @@ static spr_result spr__shake(spr__state *s)
         return result;
     return SPR_GOAL_NOT_MET;
 }
+
+/* ---- >>stages  the whole schedule --------------------------------------------------------- */
 
 /* -- extreme angles: patches around them are improved by spr__measure_all */
 
