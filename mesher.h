@@ -234,6 +234,16 @@ typedef struct mesher_size_grid {
     const double *size;
 } mesher_size_grid;
 
+/* Sizes at the vertices of a tetrahedral mesh, such as the one that a field was computed on before;
+ * interpolated linearly within its tetrahedra; outside all of them, the size at their nearest
+ * place. Zero it, set the arrays, which are not copied, and call mesher_size_mesh_init. */
+typedef struct mesher_size_mesh {
+    const double   *xyz;  size_t num_vertices;
+    const uint32_t *tets; size_t num_tets; /* 4 vertices each, in any orientation */
+    const double   *size; /* 1 a vertex; <= 0 or NaN: nothing asked for around this vertex */
+    void           *tree; /* made by mesher_size_mesh_init */
+} mesher_size_mesh;
+
 typedef struct mesher_options {
     delaunay_host  host;
     mesher_regions regions;
@@ -271,11 +281,12 @@ typedef struct mesher_options {
     /* Sizes that the caller asks for. vertex_sizes: one for each vertex of the surface, instead of
      * the mean length of the surface's edges there; <= 0 or NaN: that mean; NULL: all by the mean.
      * Of these and all the following the minimum counts: region_sizes[number - 1] in each region
-     * (<= 0: nothing asked for), sources, a grid (or NULL), and size_function. */
+     * (<= 0: nothing asked for), sources, a grid, a mesh (or NULL), and size_function. */
     const double           *vertex_sizes;
     const double           *region_sizes; size_t num_region_sizes;
     const mesher_source    *sources;      size_t num_sources;
     const mesher_size_grid *size_grid;
+    const mesher_size_mesh *size_mesh;
     /* A size field, asked in batches, by several threads at once; or NULL. out[i] = size at
      * xyz + 3*i, which is in the region of number region[i]; <= 0 or NaN: nothing asked for. The
      * same place must always get the same answer. */
@@ -611,10 +622,24 @@ MESHER_API mesher_result mesher_region_tags(mesher_domain *domain, uint32_t i, i
                                             size_t cap, size_t *count);
 /* Computes the sizes at the vertices, domain->size. */
 MESHER_API mesher_result mesher_size(mesher_domain *domain, mesher_report *report);
-/* The size that a source, or a grid (0: none), asks for at x. */
+/* Makes the tree of bounding boxes with which a size mesh is searched: 16 to 28 bytes a
+ * tetrahedron; the time is that of sorting the tetrahedra. Any number of threads may then use the
+ * size mesh at once.
+ *   host     in      NULL: defaults; its allocator is kept until mesher_size_mesh_free
+ *   report   out     may be NULL
+ * Returns  MESHER_OK; _ERROR_INVALID_ARGUMENT: no tetrahedra, a vertex that does not exist, or a
+ *          coordinate that is not within 1e60 of 0; _ERROR_OUT_OF_MEMORY; _ERROR_TOO_LARGE: 2^32
+ *          tetrahedra or more. After an error there is nothing to free */
+MESHER_API mesher_result mesher_size_mesh_init(mesher_size_mesh *mesh, const delaunay_host *host,
+                                               mesher_report *report);
+/* Releases the tree; the arrays are the caller's. */
+MESHER_API void mesher_size_mesh_free(mesher_size_mesh *mesh);
+/* The size that a source, a grid or a mesh (of the latter two, 0: none) asks for at x. The time of
+ * a search in a mesh grows with the logarithm of its size. */
 MESHER_API double mesher_source_size(const mesher_source *source, double gradation,
                                      const double *x);
 MESHER_API double mesher_size_grid_at(const mesher_size_grid *grid, const double *x);
+MESHER_API double mesher_size_mesh_at(const mesher_size_mesh *mesh, const double *x);
 /* Inserts points until edges have about the wanted length. It begins with mesher_size, if that has
  * not been called. If called again, it may insert more. */
 MESHER_API mesher_result mesher_refine(mesher_domain *domain, mesher_report *report);
@@ -716,15 +741,21 @@ static int mesher__room(delaunay_memory *memory, void *array, size_t *cap, size_
 }
 
 /* Sorts pairs by key; the sort is stable. */
-static mesher_result mesher__sort(mesher_domain *domain, hxtsort_pair *pairs, size_t count)
+static mesher_result mesher__sort_pairs(delaunay_memory *memory, int num_threads,
+                                        hxtsort_pair *pairs, size_t count)
 {
     hxtsort_options options;
     memset(&options, 0, sizeof options);
-    options.num_threads = domain->options.host.num_threads;
+    options.num_threads = num_threads;
     options.allocator.alloc = mesher__sort_alloc;
     options.allocator.release = mesher__sort_release;
-    options.allocator.user = &domain->memory;
+    options.allocator.user = memory;
     return (mesher_result)hxtsort_pairs(pairs, count, &options);
+}
+
+static mesher_result mesher__sort(mesher_domain *domain, hxtsort_pair *pairs, size_t count)
+{
+    return mesher__sort_pairs(&domain->memory, domain->options.host.num_threads, pairs, count);
 }
 
 /* mesher_domain.stage: the last stage that the domain has been through; 0: none, or its arrays were
@@ -1017,13 +1048,19 @@ static void mesher__add_vertex_finding(mesher_report *report, mesher_kind kind,
                       mesher__point(surface, v));
 }
 
-static void mesher__centroid(const mesher_surface *surface, const uint32_t *v, int n, double *xyz)
+/* The centroid of n of the vertices whose coordinates are in xyz. */
+static void mesher__centroid_of(const double *xyz, const uint32_t *v, int n, double *out)
 {
     int i, j;
     for (i = 0; i < 3; i++) {
-        xyz[i] = 0;
-        for (j = 0; j < n; j++) xyz[i] += mesher__point(surface, v[j])[i] / n;
+        out[i] = 0;
+        for (j = 0; j < n; j++) out[i] += xyz[3 * (size_t)v[j] + (size_t)i] / n;
     }
+}
+
+static void mesher__centroid(const mesher_surface *surface, const uint32_t *v, int n, double *xyz)
+{
+    mesher__centroid_of(surface->xyz, v, n, xyz);
 }
 
 static void mesher__add_edge_finding(mesher_report *report, mesher_kind kind,
@@ -1654,7 +1691,15 @@ static void mesher__box_join(mesher__bounds *a, const mesher__bounds *b)
     }
 }
 
-static mesher__bounds mesher__box_of(const mesher__space *space, const uint32_t *v, uint32_t n)
+/* A coordinate of a box; x <= y gives mesher__rounded(x) <= mesher__rounded(y). */
+static float mesher__rounded(double x)
+{
+    return x > 1e30 ? 1e30f : x < -1e30 ? -1e30f : (float)x;
+}
+
+/* The box of n of the vertices whose coordinates are in xyz. */
+static mesher__bounds mesher__box_around(const double *xyz, const uint32_t *v, uint32_t n,
+                                         const double *origin, double scale)
 {
     mesher__bounds box;
     uint32_t i;
@@ -1662,13 +1707,34 @@ static mesher__bounds mesher__box_of(const mesher__space *space, const uint32_t 
     mesher__box_clear(&box);
     for (i = 0; i < n; i++)
         for (j = 0; j < 3; j++) {
-            double at =
-                (mesher__point(space->surface, v[i])[j] - space->origin[j]) * space->scale;
-            float x = at > 1e30 ? 1e30f : at < -1e30 ? -1e30f : (float)at;
+            float x = mesher__rounded((xyz[3 * (size_t)v[i] + (size_t)j] - origin[j]) * scale);
             if (x < box.lo[j]) box.lo[j] = x;
             if (x > box.hi[j]) box.hi[j] = x;
         }
     return box;
+}
+
+static mesher__bounds mesher__box_of(const mesher__space *space, const uint32_t *v, uint32_t n)
+{
+    return mesher__box_around(space->surface->xyz, v, n, space->origin, space->scale);
+}
+
+/* The number of leaves of a complete binary tree with room for so many items. */
+static size_t mesher__leaf_nodes(size_t num_items)
+{
+    size_t leaves = (num_items + MESHER__LEAF_ITEMS - 1) / MESHER__LEAF_ITEMS, nodes = 1;
+    while (nodes < leaves) nodes *= 2;
+    return nodes;
+}
+
+/* Sets the boxes above those of the leaves. */
+static void mesher__join_leaves(mesher__bounds *nodes, size_t num_leaf_nodes)
+{
+    size_t i;
+    for (i = num_leaf_nodes; i-- > 1;) {
+        nodes[i] = nodes[2 * i];
+        mesher__box_join(nodes + i, nodes + 2 * i + 1);
+    }
 }
 
 static void mesher__space_free(delaunay_memory *memory, mesher__space *space)
@@ -1706,37 +1772,41 @@ static size_t mesher__count_items(const mesher_domain *domain)
     return n;
 }
 
+/* Sets pairs to the order of n points along the Hilbert curve: value is the number of a point. */
+static mesher_result mesher__order_points(delaunay_memory *memory, int num_threads,
+                                          const double *xyz, size_t n, hxtsort_pair *pairs)
+{
+    mesher_result result = MESHER_ERROR_INTERNAL;
+    uint64_t *keys = (uint64_t *)delaunay_alloc(memory, n, sizeof *keys);
+    size_t i;
+    if (!keys) return MESHER_ERROR_OUT_OF_MEMORY;
+    if (hilbert_keys3(keys, xyz, 0, n, NULL, num_threads) == HILBERT_OK) {
+        for (i = 0; i < n; i++) {
+            pairs[i].key = keys[i];
+            pairs[i].value = i;
+        }
+        result = mesher__sort_pairs(memory, num_threads, pairs, n);
+    }
+    delaunay_release(memory, keys);
+    return result;
+}
+
 /* Sorts the items by the places of their centroids along the Hilbert curve. */
 static mesher_result mesher__order_items(mesher_domain *domain, const mesher__item *items, size_t n,
                                          mesher__item *sorted)
 {
     delaunay_memory *memory = &domain->memory;
     mesher_result result = MESHER_ERROR_OUT_OF_MEMORY;
-    double *middles = NULL;
-    uint64_t *keys = NULL;
-    hxtsort_pair *pairs = NULL;
+    double *middles = (double *)delaunay_alloc(memory, n, 3 * sizeof *middles);
+    hxtsort_pair *pairs = (hxtsort_pair *)delaunay_alloc(memory, n, sizeof *pairs);
     size_t i;
-    middles = (double *)delaunay_alloc(memory, n, 3 * sizeof *middles);
-    if (!middles) goto done;
-    keys = (uint64_t *)delaunay_alloc(memory, n, sizeof *keys);
-    if (!keys) goto done;
-    pairs = (hxtsort_pair *)delaunay_alloc(memory, n, sizeof *pairs);
-    if (!pairs) goto done;
-    for (i = 0; i < n; i++)
-        mesher__centroid(&domain->surface, items[i].v, (int)items[i].n, middles + 3 * i);
-    result = MESHER_ERROR_INTERNAL;
-    if (hilbert_keys3(keys, middles, 0, n, NULL, domain->options.host.num_threads) != HILBERT_OK)
-        goto done;
-    for (i = 0; i < n; i++) {
-        pairs[i].key = keys[i];
-        pairs[i].value = i;
+    if (middles && pairs) {
+        for (i = 0; i < n; i++)
+            mesher__centroid(&domain->surface, items[i].v, (int)items[i].n, middles + 3 * i);
+        result = mesher__order_points(memory, domain->options.host.num_threads, middles, n, pairs);
     }
-    result = mesher__sort(domain, pairs, n);
-    if (result != MESHER_OK) goto done;
-    for (i = 0; i < n; i++) sorted[i] = items[pairs[i].value];
-done:
+    for (i = 0; i < n && result == MESHER_OK; i++) sorted[i] = items[pairs[i].value];
     delaunay_release(memory, pairs);
-    delaunay_release(memory, keys);
     delaunay_release(memory, middles);
     return result;
 }
@@ -1750,10 +1820,7 @@ static void mesher__build_tree(mesher__space *space)
         mesher__box_join(space->nodes + space->num_leaf_nodes + i / MESHER__LEAF_ITEMS,
                          space->boxes + i);
     }
-    for (i = space->num_leaf_nodes; i-- > 1;) {
-        space->nodes[i] = space->nodes[2 * i];
-        mesher__box_join(space->nodes + i, space->nodes + 2 * i + 1);
-    }
+    mesher__join_leaves(space->nodes, space->num_leaf_nodes);
 }
 
 static mesher_result mesher__space_init(mesher_domain *domain, mesher__space *space)
@@ -1767,8 +1834,7 @@ static mesher_result mesher__space_init(mesher_domain *domain, mesher__space *sp
     space->surface = &domain->surface;
     space->num_items = n;
     space->num_leaves = (n + MESHER__LEAF_ITEMS - 1) / MESHER__LEAF_ITEMS;
-    for (space->num_leaf_nodes = 1; space->num_leaf_nodes < space->num_leaves;)
-        space->num_leaf_nodes *= 2;
+    space->num_leaf_nodes = mesher__leaf_nodes(n);
     if (!items) goto done;
     space->items = (mesher__item *)delaunay_alloc(memory, n, sizeof *space->items);
     if (!space->items) goto done;
@@ -9940,10 +10006,11 @@ static double mesher__slope(const mesher_options *o)
     return (o->gradation > 0 ? o->gradation : MESHER__GRADATION) - 1;
 }
 
-/* Do the options have sizes for any place: of a function, regions, sources or a grid? */
+/* Do the options have sizes for any place: of a function, regions, sources, a grid or a mesh? */
 static int mesher__has_wishes(const mesher_options *o)
 {
-    return o->size_function || o->num_region_sizes || o->num_sources || o->size_grid;
+    return o->size_function || o->num_region_sizes || o->num_sources || o->size_grid ||
+           o->size_mesh;
 }
 
 /* The point of segment a-b that is nearest to x, as a parameter from 0 (a) to 1 (b). */
@@ -9968,13 +10035,13 @@ static double mesher__segment_distance(const double *a, const double *b, const d
 }
 
 /* The distance from x to a triangle: if x projects into its interior, the height above its plane,
- * else the distance to the nearest side. */
+ * else the distance to the nearest side. w: weights of the corners at the nearest place. */
 static double mesher__triangle_distance(const double *a, const double *b, const double *c,
-                                     const double *x)
+                                        const double *x, double *w)
 {
     const double *p[4];
-    double n[3], u[3], v[3], d, best, inside = 1, height = 0, nn = 0;
-    int i, k;
+    double n[3], u[3], v[3], side[3], best = 0, height = 0, nn = 0;
+    int i, k, inside = 1;
     p[0] = p[3] = a;
     p[1] = b;
     p[2] = c;
@@ -9988,19 +10055,28 @@ static double mesher__triangle_distance(const double *a, const double *b, const 
         height += n[i] * (x[i] - a[i]);
         nn += n[i] * n[i];
     }
-    best = mesher__segment_distance(a, b, x);
     for (k = 0; k < 3; k++) {
-        double side = 0;
+        side[k] = 0;
         for (i = 0; i < 3; i++) {
             int j = (i + 1) % 3, l = (i + 2) % 3;
-            side += n[i] * ((p[k + 1][j] - p[k][j]) * (x[l] - p[k][l]) -
-                            (p[k + 1][l] - p[k][l]) * (x[j] - p[k][j]));
+            side[k] += n[i] * ((p[k + 1][j] - p[k][j]) * (x[l] - p[k][l]) -
+                               (p[k + 1][l] - p[k][l]) * (x[j] - p[k][j]));
         }
-        if (side < 0) inside = 0;
-        d = mesher__segment_distance(p[k], p[k + 1], x);
-        if (d < best) best = d;
+        if (side[k] < 0) inside = 0;
     }
-    return inside > 0 && nn > 0 ? fabs(height) / sqrt(nn) : best;
+    if (inside && nn > 0) {
+        for (k = 0; k < 3; k++) w[(k + 2) % 3] = side[k] / nn;
+        return fabs(height) / sqrt(nn);
+    }
+    for (k = 0; k < 3; k++) {
+        double d = mesher__segment_distance(p[k], p[k + 1], x);
+        if (k > 0 && !(d < best)) continue;
+        best = d;
+        w[(k + 1) % 3] = mesher__along(p[k], p[k + 1], x);
+        w[k] = 1 - w[(k + 1) % 3];
+        w[(k + 2) % 3] = 0;
+    }
+    return best;
 }
 
 static double mesher__box_distance(const double *a, const double *b, const double *x)
@@ -10017,24 +10093,39 @@ static double mesher__box_distance(const double *a, const double *b, const doubl
 
 MESHER_API double mesher_source_size(const mesher_source *s, double gradation, const double *x)
 {
-    double d = 0, slope = s->slope > 0
-                              ? s->slope
-                              : (gradation > 0 ? gradation : MESHER__GRADATION_OF_SOURCES) - 1;
+    double w[3], d = 0,
+           slope = s->slope > 0
+                       ? s->slope
+                       : (gradation > 0 ? gradation : MESHER__GRADATION_OF_SOURCES) - 1;
     switch (s->shape) {
     case MESHER_SHAPE_BALL: d = mesher__distance(s->xyz, x); break;
     case MESHER_SHAPE_BOX: d = mesher__box_distance(s->xyz, s->xyz + 3, x); break;
     case MESHER_SHAPE_SEGMENT: d = mesher__segment_distance(s->xyz, s->xyz + 3, x); break;
     case MESHER_SHAPE_TRIANGLE:
-        d = mesher__triangle_distance(s->xyz, s->xyz + 3, s->xyz + 6, x);
+        d = mesher__triangle_distance(s->xyz, s->xyz + 3, s->xyz + 6, x, w);
         break;
     }
     d -= s->radius;
     return d > 0 ? s->size + slope * d : s->size;
 }
 
+/* The mean of n sizes by shares that add up to 1, of those that ask for something; 0 if these have
+ * no more than half of the shares. */
+static double mesher__mean_size(const double *share, const double *size, int n)
+{
+    double sum = 0, weight = 0;
+    int i;
+    for (i = 0; i < n; i++) {
+        if (!(size[i] > 0) || size[i] > DBL_MAX || !(share[i] > 0)) continue;
+        sum += share[i] * size[i];
+        weight += share[i];
+    }
+    return weight > 0.5 ? sum / weight : 0;
+}
+
 MESHER_API double mesher_size_grid_at(const mesher_size_grid *g, const double *x)
 {
-    double w[3], sum = 0, weight = 0;
+    double w[3], share[8], size[8];
     size_t cell[3], k;
     int i;
     for (i = 0; i < 3; i++) {
@@ -10045,16 +10136,332 @@ MESHER_API double mesher_size_grid_at(const mesher_size_grid *g, const double *x
         w[i] = at - (double)cell[i];
     }
     for (k = 0; k < 8; k++) {
-        double share =
+        share[k] =
             (k & 1 ? w[0] : 1 - w[0]) * (k & 2 ? w[1] : 1 - w[1]) * (k & 4 ? w[2] : 1 - w[2]);
-        double h = g->size[cell[0] + (k & 1) +
-                           g->count[0] * (cell[1] + (k >> 1 & 1) +
-                                          (size_t)g->count[1] * (cell[2] + (k >> 2)))];
-        if (!(h > 0) || h > DBL_MAX || !(share > 0)) continue;
-        sum += share * h;
-        weight += share;
+        size[k] = g->size[cell[0] + (k & 1) +
+                          g->count[0] * (cell[1] + (k >> 1 & 1) +
+                                         (size_t)g->count[1] * (cell[2] + (k >> 2)))];
     }
-    return weight > 0.5 ? sum / weight : 0;
+    return mesher__mean_size(share, size, 8);
+}
+
+/* The barycentric coordinates of x in the tetrahedron with corners p, not normalised: w[i] is six
+ * times the signed volume that x makes with the facet opposite corner i. */
+static inline void mesher__weights_of(const double *const *p, const double *x, double *w)
+{
+    double d[4][3], ab, ac, ad, bc, bd, cd; /* minors of the first two columns */
+    int i, j;
+    for (i = 0; i < 4; i++)
+        for (j = 0; j < 3; j++) d[i][j] = p[i][j] - x[j];
+    ab = d[0][0] * d[1][1] - d[0][1] * d[1][0];
+    ac = d[0][0] * d[2][1] - d[0][1] * d[2][0];
+    ad = d[0][0] * d[3][1] - d[0][1] * d[3][0];
+    bc = d[1][0] * d[2][1] - d[1][1] * d[2][0];
+    bd = d[1][0] * d[3][1] - d[1][1] * d[3][0];
+    cd = d[2][0] * d[3][1] - d[2][1] * d[3][0];
+    w[0] = d[1][2] * cd - d[2][2] * bd + d[3][2] * bc;
+    w[1] = -(d[0][2] * cd - d[2][2] * ad + d[3][2] * ac);
+    w[2] = d[0][2] * bd - d[1][2] * ad + d[3][2] * ab;
+    w[3] = -(d[0][2] * bc - d[1][2] * ac + d[2][2] * ab);
+}
+
+/* Is x in the bounding box of the corners, with some margin? If so, the rounded weights are
+ * reliable. */
+static int mesher__is_among(const double *const *p, const double *x)
+{
+    int i, k;
+    for (k = 0; k < 3; k++) {
+        double lo = p[0][k], hi = lo, margin;
+        for (i = 1; i < 4; i++) {
+            lo = p[i][k] < lo ? p[i][k] : lo;
+            hi = p[i][k] > hi ? p[i][k] : hi;
+        }
+        margin = 1e-3 * (hi - lo);
+        if (x[k] < lo - margin || x[k] > hi + margin) return 0;
+    }
+    return 1;
+}
+
+/* -- a size mesh: its tetrahedra along the Hilbert curve, below a tree of bounding boxes */
+
+typedef struct mesher__size_tree {
+    delaunay_memory memory;
+    uint32_t       *order; /* of the tetrahedra; each leaf has MESHER__LEAF_ITEMS of them */
+    mesher__bounds *nodes; /* 2*num_leaf_nodes; [0] unused */
+    size_t          num_leaf_nodes;
+    double          origin[3], scale;
+} mesher__size_tree;
+
+MESHER_API void mesher_size_mesh_free(mesher_size_mesh *mesh)
+{
+    mesher__size_tree *tree = mesh ? (mesher__size_tree *)mesh->tree : NULL;
+    delaunay_memory memory;
+    if (!tree) return;
+    memory = tree->memory;
+    delaunay_release(&memory, tree->order);
+    delaunay_release(&memory, tree->nodes);
+    delaunay_release(&memory, tree);
+    mesh->tree = NULL;
+}
+
+/* Sets the order and the boxes of a size mesh whose tetrahedra have been checked. */
+static mesher_result mesher__size_tree_set(const mesher_size_mesh *mesh, mesher__size_tree *tree,
+                                   int num_threads)
+{
+    delaunay_memory *memory = &tree->memory;
+    const size_t n = mesh->num_tets;
+    mesher_result result = MESHER_ERROR_OUT_OF_MEMORY;
+    double *middles = (double *)delaunay_alloc(memory, n, 3 * sizeof *middles);
+    hxtsort_pair *pairs = (hxtsort_pair *)delaunay_alloc(memory, n, sizeof *pairs);
+    size_t i;
+    tree->num_leaf_nodes = mesher__leaf_nodes(n);
+    tree->order = (uint32_t *)delaunay_alloc(memory, n, sizeof *tree->order);
+    tree->nodes =
+        (mesher__bounds *)delaunay_alloc(memory, 2 * tree->num_leaf_nodes, sizeof *tree->nodes);
+    if (middles && pairs && tree->order && tree->nodes) {
+        for (i = 0; i < n; i++)
+            mesher__centroid_of(mesh->xyz, mesh->tets + 4 * i, 4, middles + 3 * i);
+        result = mesher__order_points(memory, num_threads, middles, n, pairs);
+    }
+    for (i = 0; result == MESHER_OK && i < 2 * tree->num_leaf_nodes; i++)
+        mesher__box_clear(tree->nodes + i);
+    for (i = 0; result == MESHER_OK && i < n; i++) {
+        const uint32_t t = (uint32_t)pairs[i].value;
+        mesher__bounds box = mesher__box_around(mesh->xyz, mesh->tets + 4 * (size_t)t, 4,
+                                                tree->origin, tree->scale);
+        tree->order[i] = t;
+        mesher__box_join(tree->nodes + tree->num_leaf_nodes + i / MESHER__LEAF_ITEMS, &box);
+    }
+    if (result == MESHER_OK) mesher__join_leaves(tree->nodes, tree->num_leaf_nodes);
+    delaunay_release(memory, pairs);
+    delaunay_release(memory, middles);
+    return result;
+}
+
+/* Says in the report what is wrong with a size mesh. */
+static mesher_result mesher__bad_size_mesh(mesher_report *report, const char *format,
+                                           unsigned long which, unsigned long vertex)
+{
+    char text[160];
+    snprintf(text, sizeof text, format, which, vertex);
+    mesher__say(report, text);
+    return MESHER_ERROR_INVALID_ARGUMENT;
+}
+
+/* Checks the arrays of a size mesh, and sets lo and hi to the box of its tetrahedra. */
+static mesher_result mesher__check_size_mesh(const mesher_size_mesh *mesh, double *lo, double *hi,
+                                             mesher_report *report)
+{
+    size_t i;
+    int k;
+    if (!mesh->xyz || !mesh->tets || !mesh->size || mesh->num_tets == 0) {
+        mesher__say(report, "invalid argument: the size mesh has no tetrahedra or no sizes");
+        return MESHER_ERROR_INVALID_ARGUMENT;
+    }
+    if (mesh->num_tets > UINT32_MAX) return MESHER_ERROR_TOO_LARGE;
+    for (i = 0; i < 4 * mesh->num_tets; i++) {
+        const uint32_t v = mesh->tets[i];
+        if (v >= mesh->num_vertices)
+            return mesher__bad_size_mesh(report,
+                                         "invalid argument: tetrahedron %lu of the size mesh has "
+                                         "vertex %lu, which does not exist",
+                                         (unsigned long)(i / 4), v);
+        for (k = 0; k < 3; k++) {
+            const double x = mesh->xyz[3 * (size_t)v + (size_t)k];
+            if (!(fabs(x) <= MESHER__LARGEST_COORDINATE))
+                return mesher__bad_size_mesh(report,
+                                             "invalid argument: tetrahedron %lu of the size mesh "
+                                             "has vertex %lu, which is not within 1e60 of 0",
+                                             (unsigned long)(i / 4), v);
+            if (i == 0 || x < lo[k]) lo[k] = x;
+            if (i == 0 || x > hi[k]) hi[k] = x;
+        }
+    }
+    return MESHER_OK;
+}
+
+MESHER_API mesher_result mesher_size_mesh_init(mesher_size_mesh *mesh, const delaunay_host *host,
+                                               mesher_report *report)
+{
+    mesher__size_tree tree, *kept = NULL;
+    mesher_result result;
+    double hi[3], extent = 0;
+    int k;
+    memset(&tree, 0, sizeof tree);
+    mesher__say(report, "");
+    if (!mesh) return MESHER_ERROR_INVALID_ARGUMENT;
+    mesh->tree = NULL;
+    result = (mesher_result)delaunay_memory_init(&tree.memory, host);
+    if (result == MESHER_OK) result = mesher__check_size_mesh(mesh, tree.origin, hi, report);
+    if (result == MESHER_ERROR_TOO_LARGE) mesher__say(report, mesher_result_string(result));
+    if (result != MESHER_OK) return result;
+    for (k = 0; k < 3; k++)
+        if (hi[k] - tree.origin[k] > extent) extent = hi[k] - tree.origin[k];
+    tree.scale = extent > 0 ? 1 / extent : 1;
+    result = mesher__size_tree_set(mesh, &tree, host ? host->num_threads : 0);
+    if (result == MESHER_OK) {
+        kept = (mesher__size_tree *)delaunay_alloc(&tree.memory, 1, sizeof *kept);
+        if (!kept) result = MESHER_ERROR_OUT_OF_MEMORY;
+    }
+    if (kept) {
+        *kept = tree;
+        mesh->tree = kept;
+    } else {
+        delaunay_release(&tree.memory, tree.order);
+        delaunay_release(&tree.memory, tree.nodes);
+        mesher__say(report, mesher_result_string(result));
+    }
+    return result;
+}
+
+/* The corners of tetrahedron t of a size mesh, and their sizes. */
+static void mesher__size_corners(const mesher_size_mesh *mesh, uint32_t t, const double **p,
+                                 double *size)
+{
+    int k;
+    for (k = 0; k < 4; k++) {
+        const size_t v = mesh->tets[4 * (size_t)t + (size_t)k];
+        p[k] = mesh->xyz + 3 * v;
+        size[k] = mesh->size[v];
+    }
+}
+
+/* Whether x is in a tetrahedron; if so, w becomes the weights of its corners. */
+static int mesher__is_in_tet(const double *const *p, const double *x, double *w)
+{
+    double volume;
+    int i;
+    if (!mesher__is_among(p, x)) return 0;
+    mesher__weights_of(p, x, w);
+    volume = w[0] + w[1] + w[2] + w[3];
+    if (volume == 0) return 0;
+    for (i = 0; i < 4; i++) {
+        w[i] /= volume;
+        if (w[i] < 0) return 0;
+    }
+    return 1;
+}
+
+/* The distance from x to a tetrahedron that it is not in; w: weights of its corners at the nearest
+ * place. */
+static double mesher__tet_distance(const double *const *p, const double *x, double *w)
+{
+    double best = DBL_MAX, of_facet[3];
+    int i, k;
+    for (i = 0; i < 4; i++) {
+        double d = mesher__triangle_distance(p[(i + 1) & 3], p[(i + 2) & 3], p[(i + 3) & 3], x,
+                                             of_facet);
+        if (d >= best) continue;
+        best = d;
+        w[i] = 0;
+        for (k = 0; k < 3; k++) w[(i + 1 + k) & 3] = of_facet[k];
+    }
+    return best;
+}
+
+/* The distance from a place to a box, both in the tree's units. */
+static double mesher__distance_to_box(const double *at, const mesher__bounds *box)
+{
+    double sum = 0;
+    int k;
+    for (k = 0; k < 3; k++) {
+        const float x = mesher__rounded(at[k]);
+        const double d = x < box->lo[k] ? (double)box->lo[k] - at[k]
+                       : x > box->hi[k] ? at[k] - (double)box->hi[k] : 0;
+        sum += d * d;
+    }
+    return sqrt(sum);
+}
+
+/* Finds a tetrahedron of a size mesh that x is in. Returns 0 if there is none, else sets the size
+ * at x. */
+static int mesher__size_within(const mesher_size_mesh *mesh, const double *x, const double *at,
+                               double *size)
+{
+    const mesher__size_tree *tree = (const mesher__size_tree *)mesh->tree;
+    mesher__bounds place;
+    size_t stack[66], i;
+    int top = 0, k;
+    for (k = 0; k < 3; k++) place.lo[k] = place.hi[k] = mesher__rounded(at[k]);
+    stack[top++] = 1;
+    while (top) {
+        const size_t node = stack[--top];
+        if (!mesher__boxes_meet(&place, tree->nodes + node)) continue;
+        if (node < tree->num_leaf_nodes) {
+            stack[top++] = 2 * node + 1;
+            stack[top++] = 2 * node;
+            continue;
+        }
+        i = (node - tree->num_leaf_nodes) * MESHER__LEAF_ITEMS;
+        for (k = 0; k < MESHER__LEAF_ITEMS && i < mesh->num_tets; k++, i++) {
+            const double *p[4];
+            double w[4], h[4];
+            mesher__size_corners(mesh, tree->order[i], p, h);
+            if (!mesher__is_in_tet(p, x, w)) continue;
+            *size = mesher__mean_size(w, h, 4);
+            return 1;
+        }
+    }
+    return 0;
+}
+
+/* Searches the tetrahedra of a leaf for one that is nearer to x than *best. */
+static void mesher__search_leaf(const mesher_size_mesh *mesh, size_t leaf, const double *x,
+                                const double *at, double *best, double *size)
+{
+    const mesher__size_tree *tree = (const mesher__size_tree *)mesh->tree;
+    const size_t end = (leaf + 1) * MESHER__LEAF_ITEMS;
+    size_t i;
+    for (i = leaf * MESHER__LEAF_ITEMS; i < end && i < mesh->num_tets; i++) {
+        const uint32_t t = tree->order[i];
+        const mesher__bounds box = mesher__box_around(mesh->xyz, mesh->tets + 4 * (size_t)t, 4,
+                                                      tree->origin, tree->scale);
+        const double *p[4];
+        double w[4], h[4], d;
+        if (mesher__distance_to_box(at, &box) >= *best * tree->scale) continue;
+        mesher__size_corners(mesh, t, p, h);
+        d = mesher__tet_distance(p, x, w);
+        if (d >= *best) continue;
+        *best = d;
+        *size = mesher__mean_size(w, h, 4);
+    }
+}
+
+/* The size at the place of the mesh that is nearest to x. */
+static double mesher__size_nearest(const mesher_size_mesh *mesh, const double *x, const double *at)
+{
+    const mesher__size_tree *tree = (const mesher__size_tree *)mesh->tree;
+    double best = DBL_MAX, size = 0, away[66];
+    size_t stack[66];
+    int top = 0, k;
+    stack[0] = 1;
+    away[top++] = 0;
+    while (top && best > 0) {
+        const size_t node = stack[--top];
+        double d[2];
+        if (away[top] >= best * tree->scale) continue;
+        if (node >= tree->num_leaf_nodes) {
+            mesher__search_leaf(mesh, node - tree->num_leaf_nodes, x, at, &best, &size);
+            continue;
+        }
+        for (k = 0; k < 2; k++)
+            d[k] = mesher__distance_to_box(at, tree->nodes + 2 * node + k);
+        for (k = 0; k < 2; k++) { /* the nearer one last, to be searched first */
+            const int child = (d[1] > d[0]) ^ k;
+            stack[top] = 2 * node + (size_t)child;
+            away[top++] = d[child];
+        }
+    }
+    return size;
+}
+
+MESHER_API double mesher_size_mesh_at(const mesher_size_mesh *mesh, const double *x)
+{
+    const mesher__size_tree *tree = (const mesher__size_tree *)mesh->tree;
+    double at[3], size;
+    int k;
+    for (k = 0; k < 3; k++) at[k] = (x[k] - tree->origin[k]) * tree->scale;
+    return mesher__size_within(mesh, x, at, &size) ? size : mesher__size_nearest(mesh, x, at);
 }
 
 /* h, or the caller's size for this region if that is less. */
@@ -10066,8 +10473,7 @@ static double mesher__region_wish(const mesher_options *o, uint32_t region, doub
     return wish > 0 && wish < h ? wish : h;
 }
 
-/* h, or the least of the caller's sizes at x (of region, sources and grid, not of the function) if
- * that is less. */
+/* h, or the least of the caller's sizes at x (all but the function's) if that is less. */
 static double mesher__wish_at(const mesher_options *o, const double *x, uint32_t region, double h)
 {
     double factor = o->size_factor > 0 ? o->size_factor : 1, wish;
@@ -10078,6 +10484,8 @@ static double mesher__wish_at(const mesher_options *o, const double *x, uint32_t
         if (wish < h) h = wish;
     }
     wish = o->size_grid ? factor * mesher_size_grid_at(o->size_grid, x) : 0;
+    if (wish > 0 && wish < h) h = wish;
+    wish = o->size_mesh ? factor * mesher_size_mesh_at(o->size_mesh, x) : 0;
     return wish > 0 && wish < h ? wish : h;
 }
 
@@ -10524,26 +10932,6 @@ typedef struct mesher__field {
     int                   simd; /* the processor has AVX2 */
 } mesher__field;
 
-/* The barycentric coordinates of x in the tetrahedron with corners p, not normalised: w[i] is six
- * times the signed volume that x makes with the facet opposite corner i. */
-static inline void mesher__weights_of(const double *const *p, const double *x, double *w)
-{
-    double d[4][3], ab, ac, ad, bc, bd, cd; /* minors of the first two columns */
-    int i, j;
-    for (i = 0; i < 4; i++)
-        for (j = 0; j < 3; j++) d[i][j] = p[i][j] - x[j];
-    ab = d[0][0] * d[1][1] - d[0][1] * d[1][0];
-    ac = d[0][0] * d[2][1] - d[0][1] * d[2][0];
-    ad = d[0][0] * d[3][1] - d[0][1] * d[3][0];
-    bc = d[1][0] * d[2][1] - d[1][1] * d[2][0];
-    bd = d[1][0] * d[3][1] - d[1][1] * d[3][0];
-    cd = d[2][0] * d[3][1] - d[2][1] * d[3][0];
-    w[0] = d[1][2] * cd - d[2][2] * bd + d[3][2] * bc;
-    w[1] = -(d[0][2] * cd - d[2][2] * ad + d[3][2] * ac);
-    w[2] = d[0][2] * bd - d[1][2] * ad + d[3][2] * ab;
-    w[3] = -(d[0][2] * bc - d[1][2] * ac + d[2][2] * ab);
-}
-
 static void mesher__weights(const delaunay_vertex *vertices, const uint32_t *v, const double *x,
                             double *w)
 {
@@ -10568,23 +10956,6 @@ static void mesher__signed_weights(const double *const *p, const double *x, doub
         q[i] = p[i];
         if ((w[i] > 0) - (w[i] < 0) != sign) w[i] = sign * DBL_MIN;
     }
-}
-
-/* Is x in the bounding box of the corners, with some margin? If so, the rounded weights are
- * reliable. */
-static int mesher__is_among(const double *const *p, const double *x)
-{
-    int i, k;
-    for (k = 0; k < 3; k++) {
-        double lo = p[0][k], hi = lo, margin;
-        for (i = 1; i < 4; i++) {
-            lo = p[i][k] < lo ? p[i][k] : lo;
-            hi = p[i][k] > hi ? p[i][k] : hi;
-        }
-        margin = 1e-3 * (hi - lo);
-        if (x[k] < lo - margin || x[k] > hi + margin) return 0;
-    }
-    return 1;
 }
 
 #if defined(__GNUC__) && defined(__x86_64__) && !defined(DELAUNAY_NO_SIMD)
@@ -15069,7 +15440,7 @@ static mesher_result mesher__check_grid(const mesher_size_grid *g, mesher_report
     return MESHER_OK;
 }
 
-/* Checks that region sizes, sources and the grid are as their declarations demand. */
+/* Checks that region sizes, sources, the grid and the mesh are as their declarations demand. */
 static mesher_result mesher__check_wishes(const mesher_options *o, mesher_report *report)
 {
     mesher_result result = MESHER_OK;
@@ -15085,7 +15456,12 @@ static mesher_result mesher__check_wishes(const mesher_options *o, mesher_report
     }
     for (i = 0; i < o->num_sources && result == MESHER_OK; i++)
         result = mesher__check_source(o, i, report);
-    return result == MESHER_OK && o->size_grid ? mesher__check_grid(o->size_grid, report) : result;
+    if (result == MESHER_OK && o->size_grid) result = mesher__check_grid(o->size_grid, report);
+    if (result == MESHER_OK && o->size_mesh && !o->size_mesh->tree) {
+        mesher__say(report, "invalid argument: options.size_mesh needs mesher_size_mesh_init");
+        return MESHER_ERROR_INVALID_ARGUMENT;
+    }
+    return result;
 }
 
 /* Checks that every number of the options is finite and 0 or more. */

@@ -58,6 +58,9 @@ static const char help_usage[] =
     "  --size-grid FILE     sizes at the nodes of a regular grid. FILE is text: the numbers of nodes\n"
     "                       NX NY NZ, the first node X Y Z, the spacings DX DY DZ, and NX*NY*NZ\n"
     "                       sizes, X fastest; 0 asks for nothing. Outside, as at the grid's border\n"
+    "  --size-mesh FILE     sizes at the nodes of FILE, a tetrahedral mesh; outside it, as on its\n"
+    "                       border. They are read from the file of the same name that ends in .sol\n"
+    "                       (Medit, Mmg: a scalar a node) or .mtr (TetGen); 0 asks for nothing\n"
     "  --layers N           about N tetrahedra or more between facets that face each other; with\n"
     "                       --growth 1.3 they become larger away from there\n"
     "  --curvature DEG      an edge beside a curved surface spans at most DEG degrees of it\n"
@@ -114,7 +117,7 @@ static const char help_options[] =
 enum { MAX_SOURCES = 64, MAX_REGION_SIZES = 1000 };
 
 typedef struct settings {
-    const char *input, *output, *json, *format, *size_grid;
+    const char *input, *output, *json, *format, *size_grid, *size_mesh;
     mesher_source sources[MAX_SOURCES];
     double region_sizes[MAX_REGION_SIZES];
     mesher_options mesher;
@@ -261,6 +264,7 @@ static int parse_word(const char *a, const char *text, settings *s)
     if (strcmp(a, "-o") == 0 || strcmp(a, "--output") == 0) s->output = tool_output_name(text);
     else if (strcmp(a, "--json") == 0) s->json = tool_output_name(text);
     else if (strcmp(a, "--size-grid") == 0) s->size_grid = text;
+    else if (strcmp(a, "--size-mesh") == 0) s->size_mesh = text;
     else if (strcmp(a, "--format") == 0) s->format = text;
     else if (strcmp(a, "--regions") == 0 && parse_regions(text, &s->mesher.regions))
         s->regions_given = 1;
@@ -331,7 +335,8 @@ static int settings_fit(const settings *s)
     }
     if (!tool_is_apart("mesh", "--json", s->json, s->input) ||
         !tool_is_apart("mesh", "--json", s->json, s->output) ||
-        !tool_is_apart("mesh", "--json", s->json, s->size_grid))
+        !tool_is_apart("mesh", "--json", s->json, s->size_grid) ||
+        !tool_is_apart("mesh", "--json", s->json, s->size_mesh))
         return 0;
     if (s->output && !meshio_holds_tetrahedra(format)) {
         fprintf(stderr, "mesh: no tetrahedra can be written %s'%s'; try .mesh, .msh or .vtu\n",
@@ -407,8 +412,10 @@ typedef struct job {
     meshio_mesh in;
     int32_t *seed_tags;
     size_t num_renamed; /* regions of the file whose attribute cannot be their number */
-    double *seeds, *grid_sizes;
+    double *seeds, *grid_sizes, *mesh_sizes;
     mesher_size_grid grid;
+    meshio_mesh background; /* of --size-mesh */
+    mesher_size_mesh size_mesh;
     uint64_t num_welded;    /* vertices that --weld put onto others */
     mesher_surface surface; /* the one to mesh: the input's, or fine.surface */
     mesher_fine_surface fine;
@@ -624,6 +631,11 @@ static int bound_tets(job *j)
     return TOOL_CANNOT_READ;
 }
 
+static int exit_code_of(meshio_result result)
+{
+    return result == MESHIO_ERROR_OUT_OF_MEMORY ? TOOL_NO_MEMORY : TOOL_CANNOT_READ;
+}
+
 static int read_input(job *j)
 {
     meshio_report io;
@@ -640,7 +652,7 @@ static int read_input(job *j)
         result = meshio_read(j->set.input, MESHIO_FORMAT_AUTO, &j->in, &io);
         if (result != MESHIO_OK) {
             complain(j, io.message);
-            return result == MESHIO_ERROR_OUT_OF_MEMORY ? TOOL_NO_MEMORY : TOOL_CANNOT_READ;
+            return exit_code_of(result);
         }
     }
     j->seconds[PHASE_READ] = tool_seconds() - start;
@@ -717,6 +729,65 @@ static int read_grid(job *j)
     }
     g->size = j->grid_sizes;
     j->set.mesher.size_grid = g;
+    return TOOL_OK;
+}
+
+/* Complains of a file beside the input. */
+static int complain_of(job *j, const char *file, const char *text, int code)
+{
+    char all[600];
+    snprintf(all, sizeof all, "%.250s: %.320s", file, text);
+    complain(j, all);
+    return code;
+}
+
+/* Reads the sizes at the nodes of the mesh of --size-mesh. */
+static int read_mesh_sizes(job *j)
+{
+    const char *file = j->set.size_mesh;
+    const size_t n = j->background.num_vertices;
+    char name[MAX_NAME];
+    meshio_report io;
+    meshio_result result = MESHIO_ERROR_OPEN;
+    j->mesh_sizes = (double *)malloc((n + 1) * sizeof(double));
+    if (!j->mesh_sizes) return complain_of(j, file, "out of memory", TOOL_NO_MEMORY);
+    if (with_ending(file, ".sol", name)) result = meshio_read_sizes(name, j->mesh_sizes, n, &io);
+    if (result == MESHIO_ERROR_OPEN && with_ending(file, ".mtr", name))
+        result = meshio_read_sizes(name, j->mesh_sizes, n, &io);
+    if (result == MESHIO_ERROR_OPEN)
+        return complain_of(j, file, "there is no .sol or .mtr file beside it that can be opened",
+                           TOOL_CANNOT_READ);
+    return result == MESHIO_OK ? TOOL_OK : complain_of(j, name, io.message, exit_code_of(result));
+}
+
+/* Reads the mesh of --size-mesh and its sizes, if there is one. */
+static int read_size_mesh(job *j)
+{
+    const char *file = j->set.size_mesh;
+    mesher_size_mesh *s = &j->size_mesh;
+    mesher_report report;
+    meshio_report io;
+    meshio_result read;
+    int code;
+    if (!file) return TOOL_OK;
+    read = meshio_read(file, MESHIO_FORMAT_AUTO, &j->background, &io);
+    if (read != MESHIO_OK) return complain_of(j, file, io.message, exit_code_of(read));
+    if (j->background.num_tets == 0)
+        return complain_of(j, file, "there are no tetrahedra in it", TOOL_CANNOT_READ);
+    code = read_mesh_sizes(j);
+    if (code != TOOL_OK) return code;
+    s->xyz = j->background.xyz;
+    s->num_vertices = j->background.num_vertices;
+    s->tets = j->background.tets;
+    s->num_tets = j->background.num_tets;
+    s->size = j->mesh_sizes;
+    memset(&report, 0, sizeof report);
+    switch (mesher_size_mesh_init(s, &j->set.mesher.host, &report)) {
+    case MESHER_OK: break;
+    case MESHER_ERROR_OUT_OF_MEMORY: return complain_of(j, file, report.message, TOOL_NO_MEMORY);
+    default: return complain_of(j, file, report.message, TOOL_CANNOT_READ);
+    }
+    j->set.mesher.size_mesh = s;
     return TOOL_OK;
 }
 
@@ -1233,7 +1304,7 @@ static void note_region_sizes(const job *j)
 static int asks_for_sizes(const mesher_options *o)
 {
     return o->size > 0 || o->max_size > 0 || o->layers > 0 || o->curvature_degrees > 0 ||
-           o->size_grid || o->num_sources > 0 || o->num_region_sizes > 0;
+           o->size_grid || o->size_mesh || o->num_sources > 0 || o->num_region_sizes > 0;
 }
 
 /* The number of triangles with an edge more than three times as long as is wanted at its ends. */
@@ -1766,6 +1837,7 @@ static int run(job *j)
     }
     if (j->set.check) return check_surface(j);
     code = read_grid(j);
+    if (code == TOOL_OK) code = read_size_mesh(j);
     if (code != TOOL_OK) return code;
     if (!tool_can_create("mesh", j->set.output)) return TOOL_CANNOT_WRITE;
     if (j->set.refine_surface) code = refine_surface(j);
@@ -1818,6 +1890,9 @@ int main(int argc, char **argv)
     free(j->report.findings);
     free(j->seeds);
     free(j->grid_sizes);
+    mesher_size_mesh_free(&j->size_mesh);
+    free(j->mesh_sizes);
+    meshio_free(&j->background);
     free(j->seed_tags);
     meshio_free(&j->in);
     return tool_end("mesh", code);

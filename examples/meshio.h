@@ -25,7 +25,8 @@
  *   >>binary        bounded reads, byte order
  *   >>facets        triangulation of planar facets with holes and several loops
  *   >>inflate       zlib streams, base64
- *   >>stl >>off >>obj >>ply >>medit >>msh >>cells >>vtk >>vtu >>tetgen >>inp >>points: readers
+ *   >>stl >>off >>obj >>ply >>medit >>msh >>cells >>vtk >>vtu >>tetgen >>inp >>points >>sizes:
+ *                   readers
  *   >>output        a buffered file that remembers its first error
  *   >>writers       one function for each format
  *   >>public        the functions declared at the top
@@ -36,7 +37,8 @@
  *   (ASCII, binary), legacy VTK (ASCII, binary), VTU (ASCII, binary and appended, raw and base64,
  *   compressed by zlib or not), TetGen .node .ele (with .face) .poly .smesh, Abaqus and CalculiX
  *   .inp (nodes, elements, surfaces made of element facets; parts, if each has one instance only),
- *   and points: .xyz (text), .bin (raw little-endian doubles).
+ *   and points: .xyz (text), .bin (raw little-endian doubles). Sizes at vertices: .sol of Medit and
+ *   Mmg (text), .mtr of TetGen.
  * Writes
  *   Medit .mesh .meshb, MSH 2.2 and 4.1, VTU, legacy VTK, .inp, .node + .ele + .face, STL, OFF,
  *   OBJ. An .inp file has the regions as element sets, the triangles as surfaces and as node sets,
@@ -230,6 +232,18 @@ MESHIO_API meshio_result meshio_read(const char *path, meshio_format format, mes
  * file, or a .poly file without nodes of its own, fails for want of its .node file. */
 MESHIO_API meshio_result meshio_read_memory(const void *bytes, size_t size, meshio_format format,
                                             meshio_mesh *mesh, meshio_report *report);
+
+/* Read one number for each vertex of a mesh, such as a size, from a file of its own.
+ *
+ *   path    in   .sol (text; one scalar a vertex) or .mtr
+ *   values  out  count numbers; undefined on failure
+ *   count   in   how many the file must have: one for each vertex of the mesh
+ *   report  out  may be NULL
+ *
+ * Returns  MESHIO_OK; _ERROR_COUNT: the file has another number of values; _ERROR_UNSUPPORTED:
+ *          vectors or tensors, or several numbers a vertex; and as meshio_read */
+MESHIO_API meshio_result meshio_read_sizes(const char *path, double *values, size_t count,
+                                           meshio_report *report);
 
 /* Write a file: first under a temporary name beside it (path + ".part"), which is renamed when the
  * file is complete. On failure nothing is left, and an older file of that name is untouched.
@@ -5275,6 +5289,72 @@ static meshio_result meshio__read_bin(meshio__reader *r)
     return MESHIO_OK;
 }
 
+/* ---- >>sizes --------------------------------------------------------------------------------- */
+
+/* Reads how many values there are, which must be as many as the mesh has vertices. */
+static meshio_result meshio__sizes_count(meshio__reader *r, size_t wanted)
+{
+    const unsigned char *where;
+    int64_t count;
+    meshio__skip(r);
+    where = r->p;
+    MESHIO__TRY(meshio__int(r, &count));
+    if (count >= 0 && (uint64_t)count == wanted) return MESHIO_OK;
+    return meshio__fail(r, MESHIO_ERROR_COUNT, where, "%lld values for a mesh of %llu vertices",
+                        (long long)count, (unsigned long long)wanted);
+}
+
+/* Reads up to the values of a .sol file. */
+static meshio_result meshio__sol_header(meshio__reader *r, size_t wanted)
+{
+    const unsigned char *where;
+    int64_t version, dimension, fields, type = 1;
+    MESHIO__TRY(meshio__expect(r, "meshversionformatted"));
+    MESHIO__TRY(meshio__int(r, &version));
+    MESHIO__TRY(meshio__expect(r, "dimension"));
+    MESHIO__TRY(meshio__int(r, &dimension));
+    if (dimension != 3)
+        return meshio__fail(r, MESHIO_ERROR_UNSUPPORTED, r->p, "only Dimension 3 is read");
+    MESHIO__TRY(meshio__expect(r, "solatvertices"));
+    MESHIO__TRY(meshio__sizes_count(r, wanted));
+    meshio__skip(r);
+    where = r->p;
+    MESHIO__TRY(meshio__int(r, &fields));
+    if (fields == 1) MESHIO__TRY(meshio__int(r, &type));
+    if (fields == 1 && type == 1) return MESHIO_OK;
+    return meshio__fail(r, MESHIO_ERROR_UNSUPPORTED, where,
+                        "not one scalar a vertex; vectors and tensors are not read");
+}
+
+/* Reads up to the values of a .mtr file. */
+static meshio_result meshio__mtr_header(meshio__reader *r, size_t wanted)
+{
+    const unsigned char *where;
+    int64_t numbers;
+    MESHIO__TRY(meshio__sizes_count(r, wanted));
+    meshio__skip(r);
+    where = r->p;
+    MESHIO__TRY(meshio__int(r, &numbers));
+    if (numbers == 1) return MESHIO_OK;
+    return meshio__fail(r, MESHIO_ERROR_UNSUPPORTED, where,
+                        "%lld numbers a vertex; one is needed, tensors are not read",
+                        (long long)numbers);
+}
+
+static meshio_result meshio__read_sizes(meshio__reader *r, int sol, double *values, size_t count)
+{
+    size_t i, length;
+    const unsigned char *word;
+    r->text = 1;
+    r->comment = '#';
+    MESHIO__TRY(sol ? meshio__sol_header(r, count) : meshio__mtr_header(r, count));
+    for (i = 0; i < count; i++) MESHIO__TRY(meshio__double(r, &values[i]));
+    word = meshio__word(r, &length);
+    if (length == 0 || (sol && meshio__same(word, length, "end"))) return MESHIO_OK;
+    r->p = word;
+    return meshio__expected(r, "the end of the file");
+}
+
 /* ---- >>output  a buffered file that remembers its first error -------------------------------- */
 
 typedef struct meshio__writer {
@@ -6899,6 +6979,34 @@ MESHIO_API meshio_result meshio_read(const char *path, meshio_format format, mes
     if (result == MESHIO_OK) result = meshio__read(files, format, mesh, report);
     for (k = 0; k < MESHIO__FILES; k++) MESHIO_FREE(files[k].bytes);
     if (result != MESHIO_OK) meshio_free(mesh);
+    return result;
+}
+
+MESHIO_API meshio_result meshio_read_sizes(const char *path, double *values, size_t count,
+                                           meshio_report *report)
+{
+    meshio_report unused;
+    meshio_result result;
+    meshio__reader r;
+    const char *dot = path ? strrchr(path, '.') : NULL;
+    unsigned char *bytes;
+    size_t size;
+    int sol, mtr;
+    if (!report) report = &unused;
+    memset(report, 0, sizeof *report);
+    if (!path || (!values && count))
+        return meshio__report_words(report, MESHIO_ERROR_INVALID_ARGUMENT,
+                                    "the path or the array is NULL");
+    sol = dot && meshio__same((const unsigned char *)dot, strlen(dot), ".sol");
+    mtr = dot && meshio__same((const unsigned char *)dot, strlen(dot), ".mtr");
+    if (!sol && !mtr)
+        return meshio__report_plain(report, MESHIO_ERROR_FORMAT, "unknown extension of", path, 0);
+    MESHIO__TRY(meshio__load(path, &bytes, &size, report));
+    memset(&r, 0, sizeof r);
+    r.report = report;
+    meshio__aim(&r, bytes, size);
+    result = meshio__read_sizes(&r, sol, values, count);
+    MESHIO_FREE(bytes);
     return result;
 }
 

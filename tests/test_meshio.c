@@ -2610,6 +2610,62 @@ static void failures_have_a_sentence_however_early(void)
     fail_at = -1;
 }
 
+/* Writes a text into a file of this extension and reads two sizes from it. */
+static meshio_result sizes_of(const char *extension, const char *text, double *sizes,
+                              meshio_report *report)
+{
+    FILE *f = fopen(file_name(extension), "wb");
+    meshio_result result;
+    CHECK(f && fputs(text, f) >= 0 && fclose(f) == 0);
+    sizes[0] = sizes[1] = -1;
+    result = meshio_read_sizes(file_name(extension), sizes, 2, report);
+    remove(file_name(extension));
+    return result;
+}
+
+static void sizes_are_read_beside_a_mesh(void)
+{
+    static const struct {
+        const char *extension, *text;
+        meshio_result result;
+        const char *message;
+    } bad[] = {
+        {"sol", "MeshVersionFormatted 2 Dimension 3 SolAtVertices 3 1 1 1 1 1", MESHIO_ERROR_COUNT,
+         "3 values for a mesh of 2 vertices"},
+        {"sol", "MeshVersionFormatted 2 Dimension 3\nSolAtVertices 2 1 3", MESHIO_ERROR_UNSUPPORTED,
+         "line 2: not one scalar"},
+        {"sol", "MeshVersionFormatted 2 Dimension 3 SolAtVertices 2 2 1 1",
+         MESHIO_ERROR_UNSUPPORTED, "not one scalar"},
+        {"sol", "MeshVersionFormatted 2 Dimension 2 SolAtVertices 2 1 1", MESHIO_ERROR_UNSUPPORTED,
+         "only Dimension 3"},
+        {"sol", "MeshVersionFormatted 2 Dimension 3 Vertices 2", MESHIO_ERROR_SYNTAX,
+         "expected 'solatvertices', found 'Vertices'"},
+        {"sol", "MeshVersionFormatted 2 Dimension 3 SolAtVertices 2 1 1\n1", MESHIO_ERROR_TRUNCATED,
+         "line 2: the file ends where a number is due"},
+        {"mtr", "2 1\n1\n2\n3\n", MESHIO_ERROR_SYNTAX, "line 4: expected the end of the file"},
+        {"mtr", "2 6\n1 0 1 0 0 1\n1 0 1 0 0 1\n", MESHIO_ERROR_UNSUPPORTED,
+         "line 1: 6 numbers a vertex"},
+        {"mtr", "1 1\n1\n", MESHIO_ERROR_COUNT, "1 values"},
+        {"mtr", "2 1\n1\nx\n", MESHIO_ERROR_SYNTAX, "line 3: expected a number, found 'x'"},
+        {"mtr", "", MESHIO_ERROR_TRUNCATED, "the file ends where an integer is due"},
+        {"txt", "2 1\n1\n2\n", MESHIO_ERROR_FORMAT, "unknown extension"}};
+    double sizes[2];
+    meshio_report report;
+    size_t i;
+    CHECK(sizes_of("sol", "MeshVersionFormatted 2\n# by hand\nDimension\n3\nSolAtVertices\n2\n1 1\n"
+                          "0.25\n1e-3\nEnd\n", sizes, &report) == MESHIO_OK);
+    CHECK(sizes[0] == 0.25 && sizes[1] == 1e-3 && report.message[0] == 0);
+    CHECK(sizes_of("MTR", "# two\n2 1\r\n3\r\n0\r\n", sizes, NULL) == MESHIO_OK);
+    CHECK(sizes[0] == 3 && sizes[1] == 0);
+    for (i = 0; i < sizeof bad / sizeof bad[0]; i++) {
+        CHECK(sizes_of(bad[i].extension, bad[i].text, sizes, &report) == bad[i].result);
+        CHECK(report.result == bad[i].result && strstr(report.message, bad[i].message));
+    }
+    CHECK(meshio_read_sizes(file_name("sol"), sizes, 2, &report) == MESHIO_ERROR_OPEN);
+    CHECK(meshio_read_sizes(NULL, sizes, 2, &report) == MESHIO_ERROR_INVALID_ARGUMENT);
+    CHECK(live_blocks == 0);
+}
+
 static void every_status_has_words(void)
 {
     int i;
@@ -2685,6 +2741,7 @@ int main(void)
     counts_beyond_32_bits_are_refused();
     read_errors_are_reported();
     failures_have_a_sentence_however_early();
+    sizes_are_read_beside_a_mesh();
     every_status_has_words();
     return check_report();
 }

@@ -533,6 +533,144 @@ static void a_grid_of_sizes(void)
     CHECK(mesher_options_resolve(&o, &o) == MESHER_ERROR_INVALID_ARGUMENT);
 }
 
+/* An L of cubes of edge 0.5, 2 high, each of six tetrahedra, some turned over, and a flat one; its
+ * sizes are those of tilted(). */
+typedef struct tilted_mesh {
+    mesher_size_mesh mesh;
+    double  xyz[3 * 125], size[125];
+    uint32_t tets[4 * 400];
+} tilted_mesh;
+
+static double tilted(const double *x) { return 0.5 + 0.1 * x[0] + 0.05 * x[1] - 0.15 * x[2]; }
+
+static int tilted_mesh_set(tilted_mesh *l)
+{
+    static const int n[3] = {4, 4, 4};
+    mesher_domain d;
+    delaunay_handle t;
+    uint32_t v, num = 0;
+    int k;
+    memset(l, 0, sizeof *l);
+    if (!box_domain(&d, n, 0.5, NULL) || d.mesh.num_vertices != 126) return 0;
+    for (v = 0; v < 125; v++) {
+        memcpy(l->xyz + 3 * v, d.mesh.vertices[v + 1].x, 3 * sizeof(double));
+        l->size[v] = tilted(l->xyz + 3 * v);
+    }
+    for (t = 1; t < d.mesh.num_tets; t++) {
+        double middle[2] = {0, 0};
+        for (k = 0; k < 4; k++) {
+            middle[0] += d.mesh.vertices[d.mesh.tets[t].v[k]].x[0] / 4;
+            middle[1] += d.mesh.vertices[d.mesh.tets[t].v[k]].x[1] / 4;
+        }
+        if (delaunay_is_deleted(&d.mesh, t) || (middle[0] > 1 && middle[1] > 1)) continue;
+        for (k = 0; k < 4; k++)
+            l->tets[4 * num + (uint32_t)(t % 3 ? k : k ^ (k < 2))] = d.mesh.tets[t].v[k] - 1;
+        num++;
+    }
+    for (k = 0; k < 4; k++) l->tets[4 * num + (uint32_t)k] = (uint32_t)k; /* on a line */
+    mesher_domain_free(&d);
+    l->mesh.xyz = l->xyz;
+    l->mesh.num_vertices = 125;
+    l->mesh.tets = l->tets;
+    l->mesh.num_tets = num + 1;
+    l->mesh.size = l->size;
+    return num == 288;
+}
+
+/* Moves x into the box from 0 to hi; returns the distance. */
+static double clamp_to(const double *hi, double *x)
+{
+    double sum = 0;
+    int k;
+    for (k = 0; k < 3; k++) {
+        double was = x[k];
+        x[k] = x[k] < 0 ? 0 : x[k] > hi[k] ? hi[k] : x[k];
+        sum += (was - x[k]) * (was - x[k]);
+    }
+    return sqrt(sum);
+}
+
+static void a_mesh_of_sizes(void)
+{
+    static tilted_mesh l;
+    static const double arms[2][3] = {{1, 2, 2}, {2, 1, 2}}, far_away[3] = {1e70, -1e70, 1},
+                        lo[3] = {0, 0, 1.2}, hi[3] = {2, 0.8, 2};
+    mesher_size_mesh *s = &l.mesh;
+    mesher_domain d;
+    mesher_report r;
+    mesher_options o;
+    int i, k, inside = 0;
+    memset(&o, 0, sizeof o);
+    memset(&r, 0, sizeof r);
+    o.size_mesh = s;
+    CHECK(tilted_mesh_set(&l));
+    CHECK(mesher_options_resolve(&o, &o) == MESHER_ERROR_INVALID_ARGUMENT);
+    CHECK(mesher_size_mesh_init(s, NULL, &r) == MESHER_OK && r.message[0] == 0);
+    for (i = 0; i < 20000; i++) {
+        double x[3], at[2][3], distance[2], found;
+        for (k = 0; k < 3; k++) x[k] = -1 + small_random(4000001) * 1e-6;
+        for (k = 0; k < 3 && i % 3 == 0; k++) x[k] = floor(4 * x[k]) / 4; /* on borders as well */
+        for (k = 0; k < 2; k++) {
+            memcpy(at[k], x, sizeof x);
+            distance[k] = clamp_to(arms[k], at[k]);
+        }
+        found = mesher_size_mesh_at(s, x);
+        inside += distance[0] == 0 || distance[1] == 0;
+        CHECK((distance[0] < distance[1] + 1e-6 && fabs(found - tilted(at[0])) < 1e-6) ||
+              (distance[1] < distance[0] + 1e-6 && fabs(found - tilted(at[1])) < 1e-6));
+    }
+    CHECK(inside > 1000);
+    CHECK(mesher_size_mesh_at(s, far_away) > 0.3);
+    /* The sizes are obeyed; the surface alone would ask for more. */
+    CHECK(box(&d, 2, 2, 2, 1, 9, &o));
+    CHECK(refine_and_check(&d, &r) == MESHER_OK);
+    CHECK(mean_edge(&d, lo, hi) > 0.3 && mean_edge(&d, lo, hi) < 0.55);
+    mesher_domain_free(&d);
+    for (i = 0; i < 125; i++) l.size[i] = i & 1 ? (double)NAN : -1; /* asks for nothing */
+    CHECK(mesher_size_mesh_at(s, lo) == 0);
+    mesher_size_mesh_free(s);
+    CHECK(s->tree == NULL);
+    mesher_size_mesh_free(s);
+    mesher_size_mesh_free(NULL);
+}
+
+static void bad_meshes_of_sizes_are_refused(void)
+{
+    static tilted_mesh l;
+    mesher_size_mesh *s = &l.mesh;
+    mesher_report r;
+    delaunay_host host;
+    small_allocator a;
+    int k, failed = 1;
+    memset(&host, 0, sizeof host);
+    memset(&a, 0, sizeof a);
+    memset(&r, 0, sizeof r);
+    host.allocator.alloc = small_alloc;
+    host.allocator.release = small_release;
+    host.allocator.user = &a;
+    CHECK(tilted_mesh_set(&l));
+    for (k = 0; k < 50 && failed; k++) {
+        a.countdown = k;
+        failed = mesher_size_mesh_init(s, &host, &r) == MESHER_ERROR_OUT_OF_MEMORY;
+        CHECK(failed ? s->tree == NULL && r.message[0] : s->tree != NULL && !r.message[0]);
+        a.countdown = -1;
+        mesher_size_mesh_free(s);
+        CHECK(a.outstanding == 0);
+    }
+    CHECK(!failed && k > 4);
+    l.tets[4 * 17 + 2] = 125;
+    CHECK(mesher_size_mesh_init(s, NULL, &r) == MESHER_ERROR_INVALID_ARGUMENT);
+    CHECK(strstr(r.message, "tetrahedron 17 of the size mesh has vertex 125, which does not"));
+    l.tets[4 * 17 + 2] = 60;
+    l.xyz[3 * 60 + 1] = (double)NAN;
+    CHECK(mesher_size_mesh_init(s, NULL, &r) == MESHER_ERROR_INVALID_ARGUMENT);
+    CHECK(strstr(r.message, "has vertex 60, which is not within 1e60"));
+    s->num_tets = 0;
+    CHECK(mesher_size_mesh_init(s, NULL, &r) == MESHER_ERROR_INVALID_ARGUMENT);
+    CHECK(strstr(r.message, "no tetrahedra"));
+    CHECK(mesher_size_mesh_init(NULL, NULL, NULL) == MESHER_ERROR_INVALID_ARGUMENT);
+}
+
 /* The wish of a source, or of the same as a function. */
 static void source_wish(void *user, size_t count, const double *xyz, const uint32_t *region,
                         double *out)
@@ -1764,6 +1902,8 @@ int main(void)
     sources_have_their_sizes();
     regions_and_vertices_have_their_sizes();
     a_grid_of_sizes();
+    a_mesh_of_sizes();
+    bad_meshes_of_sizes_are_refused();
     layers_between_facets();
     small_sources_are_seen();
     regions_share_their_border();

@@ -308,6 +308,23 @@ code 3 $mesh "$T/cube.off" --size-grid "$T/missing.txt"
 echo '2 2 2  0 0 0  1 1 1  1 1 1 1 1 1 1 1 9' > "$T/long.txt"
 code 3 $mesh "$T/cube.off" --size-grid "$T/long.txt"
 says 'and nothing else'
+code 0 $mesh "$T/cube.off" --size 0.3 -q -o "$T/old.mesh"
+code 3 $mesh "$T/cube.off" --size-mesh "$T/old.mesh"
+says 'there is no .sol or .mtr file beside it'
+nodes=$(awk '/^Vertices/ { getline; print $1; exit }' "$T/old.mesh")
+{ echo "$nodes 1"; yes 0.15 | head -n "$nodes"; } > "$T/old.mtr"
+code 0 $mesh "$T/cube.off" --size-mesh "$T/old.mesh" -q -o "$T/new.mesh"
+ok "sizes at the nodes of a mesh" test "$(count "$T/new.mesh")" -gt "$((4 * $(count "$T/old.mesh")))"
+{ echo 'MeshVersionFormatted 2 Dimension 3 SolAtVertices' "$nodes" '1 1'; yes 0 | head -n "$nodes"
+} > "$T/old.sol" # asks for nothing, and is read instead
+code 0 $mesh "$T/cube.off" --size-mesh "$T/old.mesh" -q -o "$T/new.mesh"
+code 0 $mesh "$T/cube.off" -q -o "$T/old2.mesh"
+ok "sizes that ask for nothing" cmp "$T/new.mesh" "$T/old2.mesh"
+echo 2 > "$T/old.sol"
+code 3 $mesh "$T/cube.off" --size-mesh "$T/old.mesh"
+says "old.sol: line 1: expected 'meshversionformatted'"
+code 3 $mesh "$T/cube.off" --size-mesh "$T/cube.off"
+says 'there are no tetrahedra in it'
 code 0 $mesh "$T/s1.mesh" --refine-mesh --ball 0.5,0.5,0.5,0.1,0.05 -q -o "$T/s3.mesh"
 ok "a mesh is refined" test "$(count "$T/s3.mesh")" -gt "$(count "$T/s1.mesh")"
 code 5 $mesh "$T/cube.off" --refine-mesh
