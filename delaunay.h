@@ -104,8 +104,9 @@
 #include <stdint.h>
 #include <float.h>
 
-#if defined(__FAST_MATH__) || defined(__ASSOCIATIVE_MATH__) || defined(_M_FP_FAST)
-#  error "delaunay.h: exact predicates need IEEE arithmetic; no -ffast-math, no -Ofast"
+#if defined(__FAST_MATH__) || defined(__ASSOCIATIVE_MATH__) || defined(_M_FP_FAST) ||              \
+    (defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__ > 0)
+#  error "delaunay.h: exact predicates need IEEE arithmetic; no -ffast-math, nor any of its parts"
 #endif
 /* Values 0, 1 and 16 round the result of every operation on doubles to double. (16 is C23's, on
  * processors with half precision, and differs from 0 for that type only.) */

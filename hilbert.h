@@ -79,8 +79,9 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#if defined(__FAST_MATH__)
-#  error "hilbert.h needs NaN and IEEE rounding: compile it without -ffast-math"
+#if defined(__FAST_MATH__) || defined(__ASSOCIATIVE_MATH__) || defined(_M_FP_FAST) ||              \
+    (defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__ > 0)
+#  error "hilbert.h needs NaN and IEEE rounding: no -ffast-math, nor any of its parts"
 #endif
 
 #ifndef HILBERT_API
@@ -238,6 +239,9 @@ HILBERT_API hilbert_result hilbert_argsort(size_t *order, const hilbert_points *
  *   memory   in/out  points->count records of points->stride bytes; the coordinates that points
  *                    describes lie in them (they need not be at the start of a record)
  *   order    out     order[i]: former index of the record now at i; may be NULL
+ *
+ * Returns  as hilbert_argsort; after an error the records are as they were
+ * Cost     that of hilbert_argsort, and a copy of the records
  */
 HILBERT_API hilbert_result hilbert_sort_points(void *memory, const hilbert_points *points,
                                                const hilbert_box *box, size_t *order,
@@ -282,6 +286,8 @@ typedef struct hilbert_kd {
 
 /* Builds the tree; the same points in another order give the same tree.
  *
+ * Returns  HILBERT_OK; _ERROR_INVALID_ARGUMENT, also for HILBERT_UINT32 and for levels out of range;
+ *          _ERROR_OUT_OF_MEMORY; _ERROR_TOO_LARGE: the size of the scratch exceeds a size_t
  * Cost     n * dimension * levels steps of selection in one thread: 0.3 us a point for 1e6 points
  *          and 4 levels in 3D. A key then takes 0.07 us a point; hilbert_keys takes 3 ns. Build the
  *          tree from a sample if that is too much. Scratch of 16 bytes a point; the tree has 8
@@ -1250,6 +1256,16 @@ HILBERT__AVX2 static inline __m128i hilbert__four_cells(__m256d v, const hilbert
     return _mm256_cvttpd_epi32(_mm256_floor_pd(u));
 }
 
+/* Two doubles at any addresses, aligned or not. */
+HILBERT__AVX2 static inline __m128d hilbert__load_two(const unsigned char *a,
+                                                      const unsigned char *b)
+{
+    double x, y;
+    memcpy(&x, a, sizeof x);
+    memcpy(&y, b, sizeof y);
+    return _mm_set_pd(y, x);
+}
+
 HILBERT__AVX2 static inline __m256d hilbert__four_of_axis(const hilbert_points *points, size_t p,
                                                           int axis)
 {
@@ -1274,8 +1290,8 @@ HILBERT__AVX2 static inline void hilbert__four_points(__m256d v[3], const hilber
                                           1);
         __m256d bd = _mm256_insertf128_pd(_mm256_castpd128_pd256(_mm_loadu_pd(b)), _mm_loadu_pd(d),
                                           1);
-        __m128d ab = _mm_loadh_pd(_mm_load_sd(a + 2), b + 2);
-        __m128d cd = _mm_loadh_pd(_mm_load_sd(c + 2), d + 2);
+        __m128d ab = hilbert__load_two(at + 16, at + s + 16);
+        __m128d cd = hilbert__load_two(at + 2 * s + 16, at + 3 * s + 16);
         v[0] = _mm256_unpacklo_pd(ac, bd);
         v[1] = _mm256_unpackhi_pd(ac, bd);
         v[2] = _mm256_insertf128_pd(_mm256_castpd128_pd256(ab), cd, 1);
@@ -1448,7 +1464,8 @@ HILBERT__AVX2 static int hilbert__fit_avx2(double box[6], const double *xyz, siz
     }
     for (p = to - (to - from) % 4; p < to; p++)
         for (i = 0; i < 3; i++) {
-            double v = xyz[3 * p + (size_t)i];
+            double v;
+            memcpy(&v, xyz + 3 * p + (size_t)i, sizeof v);
             if (v < box[i]) box[i] = v;
             if (v > box[i + 3]) box[i + 3] = v;
             s[0] += v - v;
@@ -2156,10 +2173,11 @@ HILBERT_API hilbert_result hilbert_argsort(size_t *order, const hilbert_points *
     size_t count, num_nonfinite, i;
     hilbert_result result;
 
-    if (!points || (points->count != 0 && !order)) return HILBERT_ERROR_INVALID_ARGUMENT;
-    count = points->count;
-    result = hilbert__resolve(&opt, options, count);
+    result = hilbert__resolve_points(&pts, points);
+    if (result == HILBERT_OK) result = hilbert__resolve(&opt, options, pts.count);
     if (result != HILBERT_OK) return result;
+    count = pts.count;
+    if (count != 0 && !order) return HILBERT_ERROR_INVALID_ARGUMENT;
     if (count > SIZE_MAX / 2 / sizeof *pairs) return HILBERT_ERROR_TOO_LARGE;
 
     result = HILBERT_ERROR_OUT_OF_MEMORY;
@@ -2168,7 +2186,6 @@ HILBERT_API hilbert_result hilbert_argsort(size_t *order, const hilbert_points *
     pairs = (hilbert__pair *)hilbert__alloc_array(&opt.allocator, count, 2 * sizeof *pairs);
     if (!pairs) goto done;
     result = hilbert_keys(keys, points, box, &num_nonfinite, options);
-    if (result == HILBERT_OK) result = hilbert__resolve_points(&pts, points);
     if (result != HILBERT_OK) goto done;
     hilbert__fill_pairs(pairs, keys, &pts, num_nonfinite);
     sorted = hilbert__sort(pairs, pairs + count, count);
@@ -2197,6 +2214,7 @@ HILBERT_API hilbert_result hilbert_sort_points(void *memory, const hilbert_point
     if (result != HILBERT_OK) return result;
     if (pts.count == 0) return HILBERT_OK;
     if (!memory) return HILBERT_ERROR_INVALID_ARGUMENT;
+    if (pts.count > SIZE_MAX / pts.stride) return HILBERT_ERROR_TOO_LARGE;
 
     result = HILBERT_ERROR_OUT_OF_MEMORY;
     copy = (unsigned char *)hilbert__alloc_array(&opt.allocator, pts.count, pts.stride);
@@ -2233,6 +2251,7 @@ HILBERT_API hilbert_result hilbert_kd_build(hilbert_kd *kd, const hilbert_points
     if (!kd || pts.scalar == HILBERT_UINT32 || levels < 1 ||
         levels > (pts.dimension == 3 ? 10 : 15))
         return HILBERT_ERROR_INVALID_ARGUMENT;
+    if (pts.count > SIZE_MAX / 16) return HILBERT_ERROR_TOO_LARGE;
 
     result = HILBERT_ERROR_OUT_OF_MEMORY;
     splits = (double *)hilbert__alloc_array(&opt.allocator, (size_t)1 << (pts.dimension * levels),

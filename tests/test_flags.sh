@@ -1,7 +1,7 @@
 #!/bin/sh
-# delaunay.h with compiler flags that change arithmetic: it must be right with contraction to fused
-# multiply-adds, without vector instructions and without OpenMP, and must refuse to compile with
-# fast-math. CC and TMPDIR can be set.
+# delaunay.h and hilbert.h with compiler flags that change arithmetic: they must be right with
+# contraction to fused multiply-adds, without vector instructions and without OpenMP, and must refuse
+# to compile with fast-math or a part of it. CC and TMPDIR can be set.
 cd "$(dirname "$0")/.." || exit 1
 CC=${CC:-cc}
 work=$(mktemp -d)
@@ -32,10 +32,18 @@ for flags in -mavx512fp16 -march=sapphirerapids; do
     $CC -O1 $flags -I. -fsyntax-only "$work/plain.c"
     check $? "$flags is refused"
 done
-for flags in -ffast-math -Ofast -mfpmath=387; do
+# clang cannot be asked whether it may reorder sums (__ASSOCIATIVE_MATH__)
+unsafe=$($CC -funsafe-math-optimizations -dM -E -xc /dev/null 2>/dev/null |
+    sed -n 's/.*__ASSOCIATIVE_MATH__.*/-funsafe-math-optimizations/p')
+for flags in -ffast-math -Ofast -mfpmath=387 -ffinite-math-only $unsafe; do
     $CC -O1 $flags -fsyntax-only -xc /dev/null 2>/dev/null || continue
     ! $CC -O1 $flags -I. -fsyntax-only "$work/plain.c" 2>/dev/null
     check $? "$flags is accepted"
+done
+echo '#include "hilbert.h"' >"$work/plain.c"
+for flags in -ffast-math -ffinite-math-only $unsafe; do
+    ! $CC -O1 $flags -I. -fsyntax-only "$work/plain.c" 2>/dev/null
+    check $? "$flags is accepted by hilbert.h"
 done
 echo "$passed passed, $failed failed"
 [ "$failed" -eq 0 ]

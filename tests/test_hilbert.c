@@ -827,6 +827,50 @@ static void allocation_failures(void)
     }
 }
 
+/* Records need not be aligned. */
+static void points_at_odd_addresses(void)
+{
+    enum { N = 67 };
+    static unsigned char records[N * 29 + 1];
+    static uint64_t keys[N], odd[N];
+    double xyz[N][3];
+    size_t stride, i;
+    for (i = 0; i < 3 * N; i++) xyz[i / 3][i % 3] = random_unit();
+    for (stride = 24; stride <= 29; stride += 5) {
+        hilbert_points points;
+        hilbert_box box, odd_box;
+        memset(&points, 0, sizeof points);
+        points.coordinates = xyz;
+        points.count = N;
+        CHECK(hilbert_keys(keys, &points, NULL, NULL, NULL) == HILBERT_OK);
+        CHECK(hilbert_box_fit(&box, &points, NULL, NULL) == HILBERT_OK);
+        for (i = 0; i < N; i++) memcpy(records + 1 + i * stride, xyz[i], sizeof xyz[i]);
+        points.coordinates = records + 1;
+        points.stride = stride;
+        CHECK(hilbert_keys(odd, &points, NULL, NULL, NULL) == HILBERT_OK);
+        CHECK(hilbert_box_fit(&odd_box, &points, NULL, NULL) == HILBERT_OK);
+        CHECK(memcmp(keys, odd, sizeof keys) == 0);
+        CHECK(memcmp(box.lo, odd_box.lo, sizeof box.lo) == 0);
+        CHECK(memcmp(box.hi, odd_box.hi, sizeof box.hi) == 0);
+    }
+}
+
+static void counts_that_no_memory_has(void)
+{
+    double one[3] = {0, 0, 0};
+    hilbert_points points;
+    hilbert_kd kd;
+    size_t order;
+    memset(&points, 0, sizeof points);
+    points.coordinates = one;
+    points.count = SIZE_MAX;
+    CHECK(hilbert_argsort(&order, &points, NULL, NULL, NULL) == HILBERT_ERROR_TOO_LARGE);
+    CHECK(hilbert_sort_points(one, &points, NULL, NULL, NULL) == HILBERT_ERROR_TOO_LARGE);
+    CHECK(hilbert_kd_build(&kd, &points, 1, NULL) == HILBERT_ERROR_TOO_LARGE);
+    points.dimension = 7;
+    CHECK(hilbert_argsort(&order, &points, NULL, NULL, NULL) == HILBERT_ERROR_INVALID_ARGUMENT);
+}
+
 static void bad_arguments(void)
 {
     double one[3] = {0, 0, 0};
@@ -885,6 +929,8 @@ int main(void)
     kd_cells_hold_equal_counts();
     deep_keys_refine_the_others();
     allocation_failures();
+    points_at_odd_addresses();
+    counts_that_no_memory_has();
     bad_arguments();
     return check_report();
 }
