@@ -37,7 +37,8 @@
  *   >>validate        a validator that takes nothing for granted
  *   >>public          the everyday functions
  *
- * WHAT IT DOES NOT DO: constraints (see mesher.h), quality improvement (see spr.h), 2D meshes.
+ * WHAT IT DOES NOT DO: constraints (see mesher.h), quality improvement (see spr.h), 2D meshes. A
+ * thread needs up to 60 KB of stack.
  *
  * HOW IT WORKS
  *   A mesh is two arrays. vertices[0] is the ghost, the vertex at infinity that closes the hull
@@ -185,7 +186,8 @@ typedef struct delaunay_host {
                                              * their limit in place of its own; the two engines take
                                              * memory from the mesh alone, within its limit */
     int                num_threads;         /* 0: omp_get_max_threads() at each call; more than 1024
-                                             * count as 1024 */
+                                             * count as 1024. Negative: everyday functions refuse
+                                             * it, to those for experts it is 0 */
     /* NULL: silent. So far mesher.h alone has warnings and, for debugging, what it does */
     void (*log)(void *user, int level, const char *text);
     /* fraction: how much of the phase is done, negative if unknown; a nonzero result cancels */
@@ -2246,7 +2248,7 @@ DELAUNAY_API uint64_t delaunay_count_tets(const delaunay_mesh *mesh)
 {
     uint64_t n = 0;
     delaunay_handle t;
-    for (t = 1; t < mesh->num_tets; t++)
+    for (t = 1; mesh && t < mesh->num_tets; t++)
         n += !delaunay_is_deleted(mesh, t) && !delaunay_is_ghost(mesh, t);
     return n;
 }
@@ -5523,7 +5525,8 @@ typedef struct delaunay__partitions {
     delaunay_partition *job;
     delaunay__kernel **kernels;
     delaunay__cut *cuts;
-    int num_kernels, num_cuts;
+    int num_kernels, num_cuts, num_sections; /* num_sections: the job's, if there are items for so
+                                              * many */
     hilbert_box box;
     uint64_t attempt;
     hxtsort_pair32 *items; /* key, vertex */
@@ -5569,7 +5572,9 @@ static delaunay_result delaunay__partitions_init(delaunay__partitions *p, delaun
     p->host = host;
     p->job = job;
     p->num_kernels = DELAUNAY__PARALLEL ? delaunay_threads(host) : 1;
-    p->num_cuts = p->num_kernels > job->num_sections ? p->num_kernels : job->num_sections;
+    p->num_sections = job->num_sections;
+    if ((size_t)p->num_sections > job->num_vertices) p->num_sections = (int)job->num_vertices;
+    p->num_cuts = p->num_kernels > p->num_sections ? p->num_kernels : p->num_sections;
     p->sort.num_threads = p->num_kernels;
     p->sort.allocator.alloc = delaunay__counted_alloc;
     p->sort.allocator.release = delaunay__counted_release;
@@ -5882,8 +5887,7 @@ static int64_t delaunay__attempt(delaunay__partitions *p, size_t num_items, int 
  * otherwise, and for the other attempts, a new one is computed. */
 static int delaunay__run_items(delaunay__partitions *p, uint32_t count, size_t num_items, int fresh)
 {
-    int num = p->job->num_sections ? p->job->num_sections : p->num_kernels, attempt,
-        result = DELAUNAY_OK;
+    int num = p->num_sections ? p->num_sections : p->num_kernels, attempt, result = DELAUNAY_OK;
     for (attempt = 0; attempt < DELAUNAY__MAX_ATTEMPTS; attempt++) {
         int64_t left;
         if ((size_t)num > num_items / DELAUNAY__ITEMS_A_SECTION)

@@ -24,7 +24,7 @@
  *   More than three dimensions; more than 21 bits an axis in a 64-bit 3D key (42 in a 128-bit one)
  *   or 32 in 2D. A point with a NaN or an infinity has no cell: it gets the key UINT64_MAX, comes
  *   last in the order, and is counted. A box wider than DBL_MAX/2 is legal, but its grid is coarse
- *   towards the ends.
+ *   towards the ends. A thread needs up to 40 KB of stack.
  *
  * How it works  (thesis: C. Marot, Parallel tetrahedral mesh generation, 2020, chapter 2)
  *   A curve is a state machine with a dozen states. From the top bit down, the octant of a point
@@ -286,8 +286,8 @@ typedef struct hilbert_kd {
 
 /* Builds the tree; the same points in another order give the same tree.
  *
- * Returns  HILBERT_OK; _ERROR_INVALID_ARGUMENT, also for HILBERT_UINT32 and for levels out of range;
- *          _ERROR_OUT_OF_MEMORY; _ERROR_TOO_LARGE: the size of the scratch exceeds a size_t
+ * Returns  HILBERT_OK; _ERROR_INVALID_ARGUMENT, also for HILBERT_UINT32, and for levels out of
+ *          range; _ERROR_OUT_OF_MEMORY; _ERROR_TOO_LARGE: the size of the scratch exceeds a size_t
  * Cost     n * dimension * levels steps of selection in one thread: 0.3 us a point for 1e6 points
  *          and 4 levels in 3D. A key then takes 0.07 us a point; hilbert_keys takes 3 ns. Build the
  *          tree from a sample if that is too much. Scratch of 16 bytes a point; the tree has 8

@@ -33,6 +33,7 @@
  *   Sort in place: it needs scratch as large as the data (from the caller or the allocator), twice
  *   that for keys and values in separate arrays, and up to 1.1 MB more for each thread. Sort by
  *   other keys than numbers of 32 and 64 bits. Order more than 2^32 - 1 keys of 4 bytes by argsort.
+ *   A thread needs up to 20 KB of stack.
  *
  * Order
  *   Stable, ascending or descending: equal keys keep their order, so the result does not depend on

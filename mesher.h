@@ -83,7 +83,7 @@
  * LIMITS
  *   Coordinates up to 1e60, an extent of 1e-60 at least; 2^32 - 25 vertices, 1.4 * 10^9 triangles
  *   and lines together. The number of tetrahedra is limited as in delaunay.h. A thread needs up to
- *   128 KB of stack.
+ *   160 KB of stack.
  *
  * COMPILE-TIME SWITCHES
  *   MESHER_IMPLEMENTATION     implementation file  the bodies (and those of the three it needs)
@@ -412,8 +412,10 @@ typedef struct mesher_domain {
     /* input vertex -> MESHER_VERTEX_..; those that are not ABSENT go into the triangulation */
     uint8_t        *vertex_used;
     /* size at each mesh vertex; NULL before mesher_size. If anything but mesher_refine has changed
-     * the vertices since (such as spr_improve), call mesher_size again before mesher_refine */
+     * the vertices since (such as spr_improve), call mesher_size again before mesher_refine; where
+     * their number has changed, mesher_refine does that itself */
     double         *size;
+    uint32_t        num_sizes;
     /* for the vertices that mesher_size has seen: the size before the gradation bounded it, and the
      * vertex whose size bounds it by the gradation (or the vertex itself) */
     double         *own_size;
@@ -599,7 +601,9 @@ MESHER_API mesher_result mesher_options_resolve(mesher_options *out, const meshe
 
 /* ---- >>expert: the stages, in order; each takes the domain valid and leaves it so ----------
  * A stage called before those that it needs returns MESHER_ERROR_INVALID_ARGUMENT and changes
- * nothing. After any other error the domain can only be freed, by mesher_domain_free. */
+ * nothing; so do mesher_empty_mesh and mesher_recover when called a second time (mesher_color,
+ * mesher_size and mesher_refine may be called again). After any other error the domain can only be
+ * freed, by mesher_domain_free. */
 
 /* Cheap checks, survivors of duplicate vertices, distinct facets and edges. */
 MESHER_API mesher_result mesher_domain_init(mesher_domain *domain, const mesher_surface *surface,
@@ -641,7 +645,8 @@ MESHER_API double mesher_source_size(const mesher_source *source, double gradati
 MESHER_API double mesher_size_grid_at(const mesher_size_grid *grid, const double *x);
 MESHER_API double mesher_size_mesh_at(const mesher_size_mesh *mesh, const double *x);
 /* Inserts points until edges have about the wanted length. It begins with mesher_size, if that has
- * not been called. If called again, it may insert more. */
+ * not been called or something else has changed the number of vertices since. If called again, it
+ * may insert more. */
 MESHER_API mesher_result mesher_refine(mesher_domain *domain, mesher_report *report);
 /* Extracts a small part of a surface on which mesher_mesh fails in the same way as on the whole, to
  * be sent with a report of the failure.
@@ -9860,6 +9865,7 @@ static double mesher__size_floor(const delaunay_mesh *mesh)
 static double mesher__clamp_size(const mesher_options *o, double h)
 {
     double wish = o->size_factor > 0 ? o->size_factor * o->size : o->size;
+    if (o->size > 0 && !(wish > 0)) wish = DBL_MIN; /* the product was too small for a double */
     if (wish > 0 && h > wish) h = wish;
     if (o->max_size > 0 && h > o->max_size) h = o->max_size;
     if (o->min_size > 0 && h < o->min_size) h = o->min_size;
@@ -10895,6 +10901,7 @@ static mesher_result mesher__find_sizes(mesher_domain *domain, double least_laye
     if (result == MESHER_OK) result = mesher__wish_at_vertices(domain, &ignored);
     if (result == MESHER_OK) result = mesher__limit_gradation(domain);
     if (result != MESHER_OK) return result;
+    domain->num_sizes = mesh->num_vertices;
     least = mesher__size_floor(mesh);
     for (v = 1; v < mesh->num_vertices; v++)
         if (domain->size[v] > 0 && domain->size[v] < least) domain->size[v] = least;
@@ -15280,7 +15287,7 @@ static mesher_result mesher__refine(mesher_domain *domain, mesher_report *report
     uint64_t sweeps = 0;
     if (!mesher__is_colored(domain)) return MESHER_ERROR_INVALID_ARGUMENT;
     first_new = domain->mesh.num_vertices;
-    if (!domain->size) result = mesher_size(domain, report);
+    if (!domain->size || domain->num_sizes != first_new) result = mesher_size(domain, report);
     if (result != MESHER_OK) return result;
     result = mesher__refiner_init(&r, domain);
     if (result == MESHER_OK) result = mesher__lattice(&r);
@@ -15294,6 +15301,7 @@ static mesher_result mesher__refine(mesher_domain *domain, mesher_report *report
         sweeps++;
     }
     mesher__refiner_free(&r);
+    domain->num_sizes = domain->mesh.num_vertices;
     if (report) {
         report->refined_vertices = r.inserted;
         report->refinement_sweeps = sweeps;
@@ -15538,6 +15546,7 @@ static mesher_result mesher__check_arguments(const mesher_surface *s, mesher_rep
     if (s->num_vertices > most - 8 || s->num_triangles > most / 3 ||
         s->num_edges > most / 3 - s->num_triangles)
         return MESHER_ERROR_TOO_LARGE;
+    if (s->num_seeds > most / 3) return MESHER_ERROR_TOO_LARGE;
     for (i = 0; i < 3 * s->num_seeds; i++)
         if (!(fabs(s->seeds[i]) <= MESHER__LARGEST_COORDINATE)) {
             snprintf(report->message, sizeof report->message,
@@ -15901,6 +15910,21 @@ static void mesher__count_output(mesher_domain *domain, mesher_report *report)
     report->num_tets = before[MESHER__OUTPUT_BLOCKS];
 }
 
+/* Ends a call that makes a domain: after an error nothing is left of it. */
+static mesher_result mesher__end(mesher_domain *domain, mesher_report *report,
+                                 mesher_result result)
+{
+    if (result < 0) {
+        mesher_domain_free(domain);
+        mesher__message_failure(report, result);
+        report->num_vertices = report->num_tets = 0;
+        return result;
+    }
+    if (result == MESHER_OK) report->message[0] = 0;
+    mesher__count_output(domain, report);
+    return result;
+}
+
 MESHER_API mesher_result mesher_refine(mesher_domain *domain, mesher_report *report)
 {
     mesher_result result = mesher__refine(domain, report);
@@ -15930,14 +15954,7 @@ MESHER_API mesher_result mesher_mesh(mesher_domain *domain, const mesher_surface
     if (result >= 0) result = mesher__mesh_surface(domain, report);
     if (result >= 0 && !domain->options.no_refine) result = mesher__mesh_size(domain, report);
     report->peak_bytes = domain->memory.peak_bytes + domain->mesh.memory.peak_bytes;
-    if (result < 0) {
-        mesher_domain_free(domain);
-        mesher__message_failure(report, result);
-        return result;
-    }
-    if (result == MESHER_OK) report->message[0] = 0;
-    mesher__count_output(domain, report);
-    return result;
+    return mesher__end(domain, report, result);
 }
 
 /* -- a small part of a surface that fails like the whole: mesher_reproduce */
@@ -16352,6 +16369,10 @@ MESHER_API mesher_result mesher_refine_mesh(mesher_domain *domain, const mesher_
         mesher__say(report, "there are no tetrahedra to refine");
         return MESHER_ERROR_INVALID_ARGUMENT;
     }
+    if (num_tets > (delaunay_handle)-1 / 4) {
+        mesher__message_failure(report, MESHER_ERROR_TOO_LARGE);
+        return MESHER_ERROR_TOO_LARGE;
+    }
     result = mesher__domain_init(domain, surface, tets, num_tets, options, report, &usable);
     if (result == MESHER_ERROR_SURFACE && usable &&
         mesher__count_defects(report) ==
@@ -16367,14 +16388,7 @@ MESHER_API mesher_result mesher_refine_mesh(mesher_domain *domain, const mesher_
         if (!domain->options.no_refine) result = mesher__mesh_size(domain, report);
     }
     report->peak_bytes = domain->memory.peak_bytes + domain->mesh.memory.peak_bytes;
-    if (result < 0) {
-        mesher_domain_free(domain);
-        mesher__message_failure(report, result);
-        return result;
-    }
-    if (result == MESHER_OK) report->message[0] = 0;
-    mesher__count_output(domain, report);
-    return result;
+    return mesher__end(domain, report, result);
 }
 
 /* Writes the region of kept tetrahedron t to its side of those facets that it has. */

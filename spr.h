@@ -34,7 +34,7 @@
  *   shaken patch (where most of the mesh is bad, that may be half of all vertices;
  *   options.keep_vertices prevents it), and no edge contraction makes an edge much longer.
  *   Limits: those of delaunay.h. The measures are correct for edges of 1e-75 to 1e75; tetrahedra
- *   with edges beyond that count as bad. A thread needs up to 128 KB of stack.
+ *   with edges beyond that count as bad. A thread needs up to 160 KB of stack.
  *
  * HOW IT WORKS
  *   1. Bad tetrahedra are those below the target quality. Each has a level: the next operator to
@@ -5652,6 +5652,32 @@ SPR_API const char *spr_result_string(spr_result result)
 }
 
 /* Checks the options, and sets the target, the measure and the memory account. */
+/* Says in the report which option is wrong, as text and as a number. */
+static spr_result spr__bad_option(spr_report *report, const char *what, double value)
+{
+    snprintf(report->message, sizeof report->message, "invalid argument: options.%s is %.9g", what,
+             value);
+    return SPR_ERROR_INVALID_ARGUMENT;
+}
+
+static spr_result spr__check_options(const spr_options *o, spr_report *report)
+{
+    const double effort = o->effort;
+    if (o->measure < SPR_GAMMA || o->measure > SPR_USER)
+        return spr__bad_option(report, "measure", (double)o->measure);
+    if (!(o->target >= 0)) return spr__bad_option(report, "target", o->target);
+    if (!(o->max_seconds >= 0)) return spr__bad_option(report, "max_seconds", o->max_seconds);
+    if (o->max_rounds < 0) return spr__bad_option(report, "max_rounds", o->max_rounds);
+    if (effort != 0 && !(effort >= 0.01 && effort <= 100))
+        return spr__bad_option(report, "effort, which should be 0 or 0.01 to 100,", effort);
+    if (o->host.num_threads < 0)
+        return spr__bad_option(report, "host.num_threads", o->host.num_threads);
+    if (o->measure != SPR_USER || o->quality) return SPR_OK;
+    snprintf(report->message, sizeof report->message,
+             "invalid argument: options.quality is NULL, the measure SPR_USER");
+    return SPR_ERROR_INVALID_ARGUMENT;
+}
+
 static spr_result spr__open(spr__state *s, const delaunay_mesh *mesh, const spr_options *options,
                             spr_report *report, delaunay_memory *memory)
 {
@@ -5660,10 +5686,7 @@ static spr_result spr__open(spr__state *s, const delaunay_mesh *mesh, const spr_
     s->report = report;
     s->memory = memory;
     s->mesh = (delaunay_mesh *)(uintptr_t)mesh;
-    if (!mesh || s->options.measure < SPR_GAMMA || s->options.measure > SPR_USER ||
-        !(s->options.target >= 0) || !(s->options.max_seconds >= 0) || s->options.max_rounds < 0 ||
-        (s->options.effort != 0 && !(s->options.effort >= 0.01 && s->options.effort <= 100)) ||
-        (s->options.measure == SPR_USER && !s->options.quality))
+    if (!mesh || spr__check_options(&s->options, report) != SPR_OK)
         return SPR_ERROR_INVALID_ARGUMENT;
     s->target = s->options.target > 0 ? s->options.target : 0.35;
     s->effort = s->options.effort > 0 ? s->options.effort : 1;
@@ -6114,7 +6137,8 @@ static spr_result spr__improve_mesh(delaunay_mesh *mesh, const spr_options *opti
     memset(report, 0, sizeof *report);
     result = spr__open(&s, mesh, options, report, &memory);
     if (result != SPR_OK) {
-        snprintf(report->message, sizeof report->message, "%s", spr_result_string(result));
+        if (!report->message[0])
+            snprintf(report->message, sizeof report->message, "%s", spr_result_string(result));
         return result;
     }
     mesh->memory.limit_bytes = s.options.host.memory_limit_bytes;
@@ -6171,8 +6195,17 @@ static spr_result spr__kept_init(spr__kept *k, delaunay_memory *memory, size_t n
 {
     size_t cap = 16, i;
     uint32_t j;
-    if (k->num_items >= UINT32_MAX / 2) return SPR_ERROR_TOO_LARGE;
-    if (k->num_items && !k->items) return SPR_ERROR_INVALID_ARGUMENT;
+    const char *name = k->size == 3 ? "triangles" : "edges";
+    if (k->num_items >= UINT32_MAX / 2) {
+        snprintf(report->message, sizeof report->message, "options.num_kept_%s is 2^31 - 1 or more",
+                 name);
+        return SPR_ERROR_TOO_LARGE;
+    }
+    if (k->num_items && !k->items) {
+        snprintf(report->message, sizeof report->message,
+                 "invalid argument: options.kept_%s is NULL, their number not 0", name);
+        return SPR_ERROR_INVALID_ARGUMENT;
+    }
     while (cap < 2 * k->num_items) cap *= 2;
     k->mask = cap - 1;
     k->slots = (uint32_t *)delaunay_alloc_zeroed(memory, cap, sizeof *k->slots);
@@ -6351,8 +6384,15 @@ SPR_API spr_result spr_improve_arrays(double *xyz, size_t *num_vertices, size_t 
     memset(&memory, 0, sizeof memory);
     result = SPR_ERROR_INVALID_ARGUMENT;
     if (!xyz || !tets || !num_vertices || !num_tets || cap_vertices < *num_vertices ||
-        cap_tets < *num_tets)
+        cap_tets < *num_tets) {
+        snprintf(report->message, sizeof report->message,
+                 "invalid argument: an array or its number is NULL, or there is less room in it "
+                 "than it has vertices or tetrahedra");
         goto done;
+    }
+    result = spr__check_options(&own, report);
+    if (result != SPR_OK) goto done;
+    result = SPR_ERROR_INVALID_ARGUMENT;
     if (colors && !spr__check_colors(colors, *num_tets, report)) goto done;
     room = cap_vertices - *num_vertices;
     result = (spr_result)delaunay_memory_init(&memory, &own.host);

@@ -1154,6 +1154,9 @@ static void bad_options_have_names(void)
     }
     CHECK(mesher_check(NULL, NULL, &last.report) == MESHER_ERROR_INVALID_ARGUMENT);
     CHECK(strstr(last.report.message, "no surface") != NULL);
+    s.seeds = sizes;
+    s.num_seeds = SIZE_MAX / 3 + 1; /* three times as many wrap around */
+    CHECK(mesher_check(&s, NULL, &last.report) == MESHER_ERROR_TOO_LARGE);
 }
 
 int main(void)

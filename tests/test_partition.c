@@ -6,6 +6,7 @@
 #endif
 #include "../delaunay.h"
 #include "check.h"
+#include <limits.h>
 #ifdef _OPENMP
 #  include <omp.h>
 #endif
@@ -336,6 +337,19 @@ static void the_host_may_end_it(const double *xyz)
     }
 }
 
+/* Sections without an item of their own take no memory. */
+static void sections_beyond_the_items_are_free(const double *xyz)
+{
+    delaunay_mesh m;
+    delaunay_host host;
+    delaunay_partition job;
+    set_up(&host, 2, &job, INT_MAX);
+    CHECK(run(&m, &host, xyz, FIRST + 50, &job, DELAUNAY_VALIDATE_DELAUNAY) == DELAUNAY_OK);
+    CHECK(m.memory.peak_bytes < 64 << 20);
+    delaunay_mesh_free(&m);
+    CHECK(delaunay_count_tets(NULL) == 0);
+}
+
 static void out_of_memory_is_reported(const double *xyz)
 {
     enum { COUNT = FIRST + 4000 };
@@ -405,6 +419,7 @@ int main(void)
     failures_leave_a_valid_mesh(xyz);
     fewer_than_no_sections_are_refused(xyz);
     the_host_may_end_it(xyz);
+    sections_beyond_the_items_are_free(xyz);
     out_of_memory_is_reported(xyz);
 #ifdef _OPENMP
     hosts_run_side_by_side(xyz);

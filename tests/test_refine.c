@@ -671,6 +671,41 @@ static void bad_meshes_of_sizes_are_refused(void)
     CHECK(mesher_size_mesh_init(NULL, NULL, NULL) == MESHER_ERROR_INVALID_ARGUMENT);
 }
 
+/* Vertices that came between two refinements get sizes. */
+static void a_mesh_that_has_grown_is_refined(void)
+{
+    mesher_domain d;
+    mesher_report r;
+    mesher_options o;
+    double x[3] = {0.5, 0.5, 0.5};
+    int i;
+    memset(&o, 0, sizeof o);
+    memset(&r, 0, sizeof r);
+    o.size = 0.3;
+    CHECK(box(&d, 2, 2, 2, 1, 9, &o));
+    CHECK(refine_and_check(&d, &r) == MESHER_OK);
+    for (i = 0; i < 5000; i++) CHECK(delaunay_add_vertex(&d.mesh, x, DELAUNAY_NO_ID) != 0);
+    CHECK(d.num_sizes + 5000 == d.mesh.num_vertices);
+    CHECK(mesher_refine(&d, &r) == MESHER_OK && small_valid(&d.mesh));
+    CHECK(d.num_sizes == d.mesh.num_vertices);
+    mesher_domain_free(&d);
+}
+
+/* A size that is 0 in doubles after its factor is not the same as none. */
+static void a_size_may_underflow(void)
+{
+    mesher_domain d;
+    mesher_report r;
+    mesher_options o;
+    memset(&o, 0, sizeof o);
+    o.size = 0.2;
+    o.size_factor = 5e-324;
+    o.min_size = 0.25;
+    CHECK(box(&d, 2, 2, 2, 1, 9, &o));
+    CHECK(refine_and_check(&d, &r) == MESHER_OK && r.refined_vertices > 100);
+    mesher_domain_free(&d);
+}
+
 /* The wish of a source, or of the same as a function. */
 static void source_wish(void *user, size_t count, const double *xyz, const uint32_t *region,
                         double *out)
@@ -1904,6 +1939,8 @@ int main(void)
     a_grid_of_sizes();
     a_mesh_of_sizes();
     bad_meshes_of_sizes_are_refused();
+    a_mesh_that_has_grown_is_refined();
+    a_size_may_underflow();
     layers_between_facets();
     small_sources_are_seen();
     regions_share_their_border();

@@ -1619,16 +1619,29 @@ static void test_arrays_without_room_or_sense(void)
     memcpy(old, s.tets, 4 * nt * sizeof *old);
     CHECK(spr_improve_arrays(s.xyz, &s.nv, s.nv, s.tets, s.colors, &s.nt, s.nt - 1, NULL, NULL,
                              &r) == SPR_ERROR_INVALID_ARGUMENT);
+    CHECK(strstr(r.message, "less room in it"));
     CHECK(spr_improve_arrays(NULL, &s.nv, s.nv, s.tets, s.colors, &s.nt, s.nt, NULL, NULL, &r) ==
           SPR_ERROR_INVALID_ARGUMENT);
     CHECK(spr_improve(NULL, NULL, &r) == SPR_ERROR_INVALID_ARGUMENT);
     o.target = -1;
     CHECK(spr_improve_arrays(s.xyz, &s.nv, s.nv, s.tets, s.colors, &s.nt, s.nt, NULL, &o, &r) ==
-          SPR_ERROR_INVALID_ARGUMENT);
+              SPR_ERROR_INVALID_ARGUMENT &&
+          strstr(r.message, "options.target is -1"));
     o.target = 0;
     o.measure = SPR_USER; /* no function */
     CHECK(spr_improve_arrays(s.xyz, &s.nv, s.nv, s.tets, s.colors, &s.nt, s.nt, NULL, &o, &r) ==
-          SPR_ERROR_INVALID_ARGUMENT);
+              SPR_ERROR_INVALID_ARGUMENT &&
+          strstr(r.message, "options.quality is NULL"));
+    o = open_options();
+    o.num_kept_edges = SIZE_MAX;
+    CHECK(spr_improve_arrays(s.xyz, &s.nv, s.nv, s.tets, s.colors, &s.nt, s.nt, NULL, &o, &r) ==
+              SPR_ERROR_TOO_LARGE &&
+          strstr(r.message, "options.num_kept_edges"));
+    o.num_kept_edges = 0;
+    o.num_kept_triangles = 1;
+    CHECK(spr_improve_arrays(s.xyz, &s.nv, s.nv, s.tets, s.colors, &s.nt, s.nt, NULL, &o, &r) ==
+              SPR_ERROR_INVALID_ARGUMENT &&
+          strstr(r.message, "options.kept_triangles is NULL"));
     s.colors[1] = UINT32_MAX;
     CHECK(spr_improve_arrays(s.xyz, &s.nv, s.nv, s.tets, s.colors, &s.nt, s.nt, NULL, NULL, &r) ==
               SPR_ERROR_INVALID_ARGUMENT &&
@@ -2384,6 +2397,7 @@ static void test_more_effort_leaves_fewer(void)
         spr_options o = open_options();
         o.effort = refused[k];
         CHECK(spr_improve(&m, &o, &r) == SPR_ERROR_INVALID_ARGUMENT);
+        CHECK(strstr(r.message, "options.effort, which should be 0 or 0.01 to 100, is "));
     }
     delaunay_mesh_free(&m);
     small_state = seed;
