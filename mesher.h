@@ -12925,6 +12925,8 @@ static mesher_result mesher__no_memory(mesher__refiner *r)
 #  define MESHER__SAME 0.03
 /* A lattice starts only where there is room for a point of this many times the size. */
 #  define MESHER__ROOM_TO_START 1.5
+/* With fewer points than this a lattice is not worth its while. */
+#  define MESHER__LATTICE_LEAST 8
 /* If there would be more points than this, the host is warned, and all are left to the sweeps,
  * which stop at budgets. */
 #  define MESHER__LATTICE_MOST 3e8
@@ -13391,23 +13393,25 @@ static int mesher__start_in_tets(mesher__refiner *r, double *points)
     return enough;
 }
 
-/* Keeps place x, with the size that is wanted there, if it is inside. *t: in, a tetrahedron to
- * search from; out, the one that contains x. Returns 0 without memory. */
+/* Keeps place x, with the size that is wanted there, if it is inside. A size that is not noticed
+ * from the vertices around comes before all other starts, whose points would be in its way. *t: in,
+ * a tetrahedron to search from; out, the one that contains x. Returns 0 without memory. */
 static int mesher__start_at(mesher__refiner *r, const double *x, delaunay_handle *t)
 {
     mesher__lattice_start s;
     delaunay_handle home;
+    double around;
     int found;
     if (!mesher__in_box(r, x)) return 1;
     *t = home = delaunay_locate(r->mesh, x, *t);
     if (!home || !mesher__is_inside(r->mesh, home)) return 1;
     if (!mesher__starts_room(r, 1)) return 0;
     memcpy(s.x, x, sizeof s.x);
-    s.h = mesher__field_at(&r->field, x, &home, &found);
+    s.h = around = mesher__field_at(&r->field, x, &home, &found);
     r->ignored += mesher__wishes(r->options, 1, x, r->mesh->color + *t, &s.h);
     s.h = mesher__floored(&r->field, s.h);
     s.tet = *t;
-    mesher__add_start(r, &s, mesher__start_key(1.5, 0));
+    mesher__add_start(r, &s, mesher__start_key(around > 2 * s.h ? HUGE_VAL : 1.5, 0));
     return 1;
 }
 
@@ -13479,12 +13483,15 @@ static int mesher__start_in_gaps(mesher__refiner *r)
  * without memory. */
 static int mesher__find_starts(mesher__refiner *r, double *points)
 {
+    size_t in_tets;
     *points = 0;
     if (!r->memory->limit_bytes) /* often half of the tetrahedra have one */
         (void)mesher__starts_room(r, r->mesh->num_tets / 2);
-    return mesher__start_in_tets(r, points) && mesher__start_at_sources(r) &&
-           mesher__start_in_gaps(r) &&
-           mesher__sort(r->domain, r->order, r->num_starts) == MESHER_OK;
+    if (!mesher__start_in_tets(r, points)) return 0;
+    in_tets = r->num_starts;
+    if (!mesher__start_at_sources(r) || !mesher__start_in_gaps(r)) return 0;
+    if (r->num_starts > in_tets && *points < MESHER__LATTICE_LEAST) *points = MESHER__LATTICE_LEAST;
+    return mesher__sort(r->domain, r->order, r->num_starts) == MESHER_OK;
 }
 
 /* Frees what only lattices need. */
@@ -13644,7 +13651,7 @@ static mesher_result mesher__lattice(mesher__refiner *r)
     mesher_result result;
     r->num_points = 0;
     if (!mesher__find_starts(r, &points)) return mesher__no_memory(r);
-    if (!(points >= 8) || points > MESHER__LATTICE_MOST) {
+    if (!(points >= MESHER__LATTICE_LEAST) || points > MESHER__LATTICE_MOST) {
         result = MESHER_OK;
         if (points > MESHER__LATTICE_MOST) {
             mesher__warn_of_many(r, points);

@@ -791,6 +791,37 @@ static void small_sources_are_seen(void)
     }
 }
 
+/* A ball beyond which nothing is asked for, in tetrahedra much larger than it, without a vertex in
+ * it. */
+static void steep_sources_are_seen(void)
+{
+    static const double around[2] = {0, 0.3}; /* size elsewhere */
+    int k, cubes;
+    for (k = 0; k < 2; k++)
+        for (cubes = 1; cubes <= 2; cubes++) {
+            mesher_domain d;
+            mesher_report r;
+            mesher_options o;
+            mesher_source ball;
+            size_t count;
+            double ratio;
+            memset(&o, 0, sizeof o);
+            memset(&ball, 0, sizeof ball);
+            ball.xyz[0] = ball.xyz[1] = ball.xyz[2] = 0.5;
+            ball.radius = 0.03;
+            ball.size = 0.005;
+            ball.slope = HUGE_VAL;
+            o.size = around[k];
+            o.sources = &ball;
+            o.num_sources = 1;
+            CHECK(box(&d, cubes, cubes, cubes, 1.0 / cubes, 9, &o));
+            CHECK(refine_and_check(&d, &r) == MESHER_OK && r.refined_vertices > 900);
+            ratio = length_around(&d, &ball, 0, 1, &count);
+            CHECK(count > 1000 && ratio > 0.85 && ratio < 1.25);
+            mesher_domain_free(&d);
+        }
+}
+
 /* What is between two regions has the sizes of either, whatever their numbers. */
 static void regions_share_their_border(void)
 {
@@ -1943,6 +1974,7 @@ int main(void)
     a_size_may_underflow();
     layers_between_facets();
     small_sources_are_seen();
+    steep_sources_are_seen();
     regions_share_their_border();
     flat_is_not_curved();
     a_factor_scales_all_sizes();
