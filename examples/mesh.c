@@ -67,7 +67,7 @@ static const char help_usage[] =
     "\n";
 static const char help_options[] =
     "what is done\n"
-    "  --check              look for defects of the surface, and stop\n"
+    "  --check              look for defects of the surface, and stop; there is no OUTPUT\n"
     "  --no-refine          recover the surface and stop: points inside only where recovery needs\n"
     "                       them, no improvement (the program improve can do that later)\n"
     "  --no-improve         stop after refinement\n"
@@ -417,6 +417,7 @@ typedef struct job {
     meshio_mesh background; /* of --size-mesh */
     mesher_size_mesh size_mesh;
     uint64_t num_welded;    /* vertices that --weld put onto others */
+    double cure;            /* distance for --weld that leaves no defect; 0: none is known */
     mesher_surface surface; /* the one to mesh: the input's, or fine.surface */
     mesher_fine_surface fine;
     mesher_domain domain;
@@ -427,7 +428,7 @@ typedef struct job {
     uint64_t num_large; /* triangles that --refine-surface had better divided */
     double seconds[NUM_PHASES], start;
     int code;          /* exit code so far */
-    char message[640]; /* the last one of complain() */
+    char message[768]; /* the last one of complain() */
 } job;
 
 static void complain(job *j, const char *text)
@@ -992,6 +993,43 @@ static double rounded_up(double x)
     return y < x ? y + pow(10, atoi(strchr(text, 'e') + 1) - 1) : y;
 }
 
+/* Whether the surface has no defect after --weld with this distance; -1: out of memory, or the user
+ * has interrupted. copy: room for the coordinates. */
+static int cures(const job *j, double distance, double *copy)
+{
+    mesher_surface welded = j->surface;
+    mesher_report report;
+    mesher_result result;
+    memcpy(copy, j->in.xyz, 3 * j->in.num_vertices * sizeof *copy);
+    welded.xyz = copy;
+    memset(&report, 0, sizeof report);
+    result = mesher_weld(copy, j->in.num_vertices, distance, &j->set.mesher.host, NULL);
+    if (result == MESHER_OK) result = mesher_check(&welded, &j->set.mesher, &report);
+    return result == MESHER_OK ? 1 : result == MESHER_ERROR_SURFACE ? 0 : -1;
+}
+
+/* Looks for a distance with which --weld leaves no defect, first about the one that joins all nearly
+ * equal vertices: where triangles are as small as that, some distances turn them over. */
+static double curing_weld(const job *j)
+{
+    static const double factor[] = {1, 2, 4, 0.5, 0.25, 8, 16, 32, 64, 128};
+    enum { TRIES = sizeof factor / sizeof factor[0] };
+    const double some = nearly(j), end = tool_seconds() + 5;
+    double *copy, found = 0;
+    int k, cured = 0;
+    if ((j->report.counts[MESHER_NOTE_NEAR_VERTEX] == 0 &&
+         j->report.counts[MESHER_NOTE_OPEN_EDGE] == 0) ||
+        j->set.weld > 0 || j->set.refine_mesh || j->surface.xyz != j->in.xyz || !(some > 0))
+        return 0;
+    copy = (double *)malloc(3 * j->in.num_vertices * sizeof *copy);
+    for (k = 0; k < TRIES && copy && cured == 0 && tool_seconds() < end; k++) {
+        found = rounded_up(factor[k] * some);
+        cured = cures(j, found, copy);
+    }
+    free(copy);
+    return cured > 0 ? found : 0;
+}
+
 /* Whether some defect involves a line: the numbers of lines follow those of the triangles. */
 static int line_is_defective(const job *j)
 {
@@ -1036,7 +1074,11 @@ static void print_counts(const job *j, const char *title, int defects)
                       : ": nodes of the mesh where they are in it; --drop-unused leaves them out",
                   stdout);
         if (k == MESHER_NOTE_NEAR_VERTEX)
-            printf(": --weld %.2g makes them equal", rounded_up(nearly(j)));
+            printf(": --weld %.2g makes them equal%s",
+                   j->cure > 0 ? j->cure : rounded_up(nearly(j)),
+                   j->cure > 0                     ? ", and leaves no defect"
+                   : j->code == TOOL_BAD_SURFACE ? ", but leaves defects"
+                                                   : "");
         putchar('\n');
     }
     if (any && (defects || j->set.verbose || j->set.check ||
@@ -1063,9 +1105,11 @@ static int code_of(mesher_result result)
 /* Reports a failure of the mesher. */
 static int fail(job *j, mesher_result result)
 {
-    char text[sizeof j->message];
+    char text[sizeof j->message], cure[60] = "";
     int code = code_of(result);
+    if (code == TOOL_BAD_SURFACE) j->cure = curing_weld(j);
     clear_progress(j);
+    j->code = code;
     if (code == TOOL_BAD_SURFACE || code == TOOL_NOT_RECOVERED) {
         if (!j->set.quiet) {
             print_counts(j, "defects", 1);
@@ -1074,11 +1118,13 @@ static int fail(job *j, mesher_result result)
         write_defects(j);
     }
     if (code == TOOL_NOT_RECOVERED) write_reproducer(j, result);
-    snprintf(text, sizeof text, "%s%s",
+    if (j->cure > 0) snprintf(cure, sizeof cure, "; --weld %.2g leaves no defect", j->cure);
+    snprintf(text, sizeof text, "%s%s%s",
              code == TOOL_STOPPED   ? "interrupted"
              : j->report.message[0] ? j->report.message : mesher_result_string(result),
              code == TOOL_BAD_SURFACE && line_is_defective(j)
-                 ? "; --no-lines leaves the lines of the input out, if they are not needed" : "");
+                 ? "; --no-lines leaves the lines of the input out, if they are not needed" : "",
+             cure);
     complain(j, text);
     return code;
 }
@@ -1765,8 +1811,8 @@ static void json_body(FILE *f, const job *j, int code)
     }
     fprintf(f, "},\n");
     json_findings(f, j);
-    fprintf(f, "  \"welded_vertices\": %llu, \"nodes_left_out\": %llu,",
-            (unsigned long long)j->num_welded, (unsigned long long)j->in.num_spare);
+    fprintf(f, "  \"welded_vertices\": %llu, \"weld_that_cures\": %.2g, \"nodes_left_out\": %llu,",
+            (unsigned long long)j->num_welded, j->cure, (unsigned long long)j->in.num_spare);
     fprintf(f, "\n  \"surface_vertices\": %llu, \"surface_triangles\": %llu,",
             (unsigned long long)j->surface.num_vertices,
             (unsigned long long)j->surface.num_triangles);

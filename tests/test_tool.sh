@@ -369,15 +369,26 @@ code 0 $mesh "$T/line.mesh" --no-lines -o "$T/n.mesh"
 ok 'no line is written' sh -c "! grep -q Edges '$T/n.mesh'"
 
 # ---- corners that a rounding has parted ----
-awk 'NR == FNR { if (FNR > 2 && FNR < 11) split($0, a, " "); for (k = 1; k <= 3; k++) x[FNR - 3, k] = a[k]; next }
-     FNR == 1 { print "solid cube" }
-     FNR > 10 { print "facet normal 0 0 0\nouter loop"
-                for (k = 2; k <= 4; k++)
-                    printf "vertex %.17g %.17g %.17g\n", x[$k, 1] + 1e-12 * FNR, x[$k, 2], x[$k, 3] - 1e-12 * FNR
-                print "endloop\nendfacet" }
-     END { print "endsolid cube" }' "$T/cube.off" "$T/cube.off" > "$T/parted.stl"
+parted() { # STEP: the cube as STL, its triangles moved apart by more and more steps
+    awk -v s="$1" 'NR == FNR { if (FNR > 2 && FNR < 11) split($0, a, " "); for (k = 1; k <= 3; k++) x[FNR - 3, k] = a[k]; next }
+         FNR == 1 { print "solid cube" }
+         FNR > 10 { print "facet normal 0 0 0\nouter loop"
+                    for (k = 2; k <= 4; k++)
+                        printf "vertex %.17g %.17g %.17g\n", x[$k, 1] + s * FNR, x[$k, 2], x[$k, 3] - s * FNR
+                    print "endloop\nendfacet" }
+         END { print "endsolid cube" }' "$T/cube.off" "$T/cube.off"
+}
+parted 1e-12 > "$T/parted.stl"
 code 5 $mesh "$T/parted.stl"
-prints 'nearly equal vertices: --weld 1.1e-06 makes them equal'
+prints 'nearly equal vertices: --weld 1.1e-06 makes them equal, and leaves no defect'
+says '; --weld 1.1e-06 leaves no defect'
+parted 1e-6 > "$T/wide.stl"
+code 5 $mesh "$T/wide.stl" -q --json "$T/w.json" # cracks of 1e-5 and more
+says 'open.*; --weld 1.7e-05 leaves no defect'
+ok 'JSON has the cure' grep -q '"weld_that_cures": 1.7e-05,' "$T/w.json"
+code 0 $mesh "$T/wide.stl" -q --weld 1.7e-05
+code 5 $mesh "$T/open.off" --json "$T/w.json"
+ok 'an open surface is not cured' grep -q '"weld_that_cures": 0,' "$T/w.json"
 code 0 $mesh "$T/parted.stl" --weld 1.1e-06 --json "$T/w.json"
 prints 'weld *28 vertices put onto others'
 ok 'JSON counts them' grep -q '"welded_vertices": 28' "$T/w.json"
