@@ -264,6 +264,14 @@ static void write_json(FILE *f, const arguments *args, const spr_report *r, int 
     fprintf(f, "],\n  \"seconds\": %.6f\n}\n", r->seconds);
 }
 
+/* Says what is wrong, also for the file of --json. Returns the exit code. */
+static int complain(const arguments *args, spr_report *report, const char *text, int code)
+{
+    fprintf(stderr, "improve: %s: %s\n", args->input, text);
+    snprintf(report->message, sizeof report->message, "%.255s", text);
+    return code;
+}
+
 /* Enlarges the arrays for what the improvement may add. Returns 0 if memory runs out. */
 static int make_room(meshio_mesh *m, size_t cap_vertices, size_t cap_tets)
 {
@@ -375,24 +383,39 @@ static spr_result improve_arrays(meshio_mesh *m, size_t cap_vertices, size_t cap
     return result;
 }
 
+/* Reads the mesh. */
+static int read_mesh(const arguments *args, meshio_mesh *m, spr_report *report)
+{
+    meshio_report io;
+    char text[200];
+    const meshio_result result = meshio_read(args->input, MESHIO_FORMAT_AUTO, m, &io);
+    if (result != MESHIO_OK)
+        return complain(args, report, io.message,
+                        result == MESHIO_ERROR_OUT_OF_MEMORY ? TOOL_NO_MEMORY : TOOL_CANNOT_READ);
+    if (m->num_tets == 0)
+        return complain(args, report, "no tetrahedra in this file", TOOL_BAD_SURFACE);
+    if (m->num_solids == 0) return TOOL_OK;
+    snprintf(text, sizeof text,
+             "%llu hexahedra, prisms, pyramids or the like are not read, and would be lost",
+             (unsigned long long)m->num_solids);
+    return complain(args, report, text, TOOL_CANNOT_READ);
+}
+
 /* Writes the improved mesh. all_facets: the file has listed the facets of all tetrahedra. */
-static int write_mesh(const arguments *args, meshio_mesh *m, int all_facets)
+static int write_mesh(const arguments *args, meshio_mesh *m, int all_facets, spr_report *report)
 {
     meshio_report io;
     if (all_facets && m->num_triangles) {
         fprintf(stderr, "improve: %s lists the facets of all tetrahedra; inner ones do not stay\n",
                 args->input);
-        if (!drop_triangles(m)) {
-            fprintf(stderr, "improve: out of memory\n");
-            return TOOL_NO_MEMORY;
-        }
+        if (!drop_triangles(m)) return complain(args, report, "out of memory", TOOL_NO_MEMORY);
     }
     if (!args->output || meshio_write(args->output, m, NULL, &io) == MESHIO_OK) return TOOL_OK;
-    fprintf(stderr, "improve: %s\n", io.message);
-    return TOOL_CANNOT_WRITE;
+    return complain(args, report, io.message, TOOL_CANNOT_WRITE);
 }
 
-static int improve(const arguments *args, meshio_mesh *m, spr_report *report)
+/* Improves the mesh that has been read, and writes it. */
+static int improve_mesh(const arguments *args, meshio_mesh *m, spr_report *report)
 {
     const size_t cap_vertices = m->num_vertices + m->num_vertices / 4 + 1000;
     const size_t cap_tets = 2 * m->num_tets + 10000;
@@ -402,10 +425,8 @@ static int improve(const arguments *args, meshio_mesh *m, spr_report *report)
     spr_result result;
     int code, written;
     if (!tool_can_create("improve", args->output)) return TOOL_CANNOT_WRITE;
-    if (!make_room(m, cap_vertices, cap_tets)) {
-        fprintf(stderr, "improve: out of memory\n");
-        return TOOL_NO_MEMORY;
-    }
+    if (!make_room(m, cap_vertices, cap_tets))
+        return complain(args, report, "out of memory", TOOL_NO_MEMORY);
     if (args->bad) {
         bad = open_file(args->bad);
         if (!bad) return TOOL_CANNOT_WRITE;
@@ -428,7 +449,7 @@ static int improve(const arguments *args, meshio_mesh *m, spr_report *report)
         fprintf(stderr,
                 "improve: %s: %llu triangles and lines are no facets and edges of tetrahedra\n",
                 args->input, (unsigned long long)report->absent);
-    written = write_mesh(args, m, all_facets);
+    written = write_mesh(args, m, all_facets, report);
     if (written != TOOL_OK) return written;
     if (!args->quiet && !tool_is_stdout(args->output) && !tool_is_stdout(args->bad) &&
         !tool_is_stdout(args->json)) {
@@ -439,15 +460,19 @@ static int improve(const arguments *args, meshio_mesh *m, spr_report *report)
     return code;
 }
 
-/* Improves the mesh, and writes the file of --json, if any, which is opened before. */
-static int improve_and_tell(const arguments *args, meshio_mesh *m)
+/* Does everything, and writes the file of --json, if any, which is opened before. */
+static int improve(const arguments *args)
 {
     FILE *json = args->json ? open_file(args->json) : NULL;
+    meshio_mesh mesh;
     spr_report report;
     int code;
     if (args->json && !json) return TOOL_CANNOT_WRITE;
+    memset(&mesh, 0, sizeof mesh);
     memset(&report, 0, sizeof report);
-    code = improve(args, m, &report);
+    code = read_mesh(args, &mesh, &report);
+    if (code == TOOL_OK) code = improve_mesh(args, &mesh, &report);
+    meshio_free(&mesh);
     if (!json) return code;
     write_json(json, args, &report, code);
     return close_file(json, args->json) ? code : TOOL_CANNOT_WRITE;
@@ -456,32 +481,11 @@ static int improve_and_tell(const arguments *args, meshio_mesh *m)
 int main(int argc, char **argv)
 {
     arguments args;
-    meshio_mesh mesh;
-    meshio_report report;
-    meshio_result result;
     int code;
     memset(&args, 0, sizeof args);
     code = parse(argc, argv, &args);
     if (code) return tool_end("improve", code == 1 ? TOOL_OK : TOOL_USAGE);
     tool_catch_signals();
     args.options.host.progress = progress;
-    result = meshio_read(args.input, MESHIO_FORMAT_AUTO, &mesh, &report);
-    if (result != MESHIO_OK) {
-        fprintf(stderr, "improve: %s: %s\n", args.input, report.message);
-        return result == MESHIO_ERROR_OUT_OF_MEMORY ? TOOL_NO_MEMORY : TOOL_CANNOT_READ;
-    }
-    if (mesh.num_tets == 0) {
-        fprintf(stderr, "improve: %s: no tetrahedra in this file\n", args.input);
-        code = TOOL_BAD_SURFACE;
-    } else if (mesh.num_solids > 0) {
-        fprintf(stderr,
-                "improve: %s: %llu hexahedra, prisms, pyramids or the like are not read, and would "
-                "be lost\n",
-                args.input, (unsigned long long)mesh.num_solids);
-        code = TOOL_CANNOT_READ;
-    } else {
-        code = improve_and_tell(&args, &mesh);
-    }
-    meshio_free(&mesh);
-    return tool_end("improve", code);
+    return tool_end("improve", improve(&args));
 }

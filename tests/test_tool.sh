@@ -245,6 +245,8 @@ prints '"before": {"tets": [1-9]'
 prints '"after": {"tets": [1-9]'
 code 2 $improve "$T/raw.mesh" --json "$T/raw.mesh"
 code 4 $improve "$T/raw.mesh" --json "$T/no/such/folder/a.json"
+code 3 $improve "$T/missing.mesh" --json "$T/a.json"
+ok "JSON says what could not be read" grep -q '"exit_code": 3, "message": "cannot open' "$T/a.json"
 code 5 $mesh "$T/open.off" -q --json -
 prints '"exit_code": 5'
 code 0 $mesh "$T/cube.off" -o - --format mesh
