@@ -107,7 +107,7 @@
 
 #if defined(__FAST_MATH__) || defined(__ASSOCIATIVE_MATH__) || defined(_M_FP_FAST) ||              \
     (defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__ > 0)
-#  error "delaunay.h: exact predicates need IEEE arithmetic; no -ffast-math, nor any of its parts"
+#  error "delaunay.h needs IEEE arithmetic: no -ffast-math, -fassociative-math, -ffinite-math-only"
 #endif
 /* Values 0, 1 and 16 round the result of every operation on doubles to double. (16 is C23's, on
  * processors with half precision, and differs from 0 for that type only.) */
@@ -359,7 +359,7 @@ DELAUNAY_API delaunay_result delaunay_insert(delaunay_mesh *mesh, const double *
 /* Frees all arrays and zeroes the object. Accepts a zeroed one. */
 DELAUNAY_API void delaunay_mesh_free(delaunay_mesh *mesh);
 
-/* Number of real tetrahedra: neither ghost nor deleted. O(slots). */
+/* Number of real tetrahedra: neither ghost nor deleted; 0 if the mesh is NULL. O(slots). */
 DELAUNAY_API uint64_t delaunay_count_tets(const delaunay_mesh *mesh);
 
 /* Writes the real tetrahedra, in the order of their slots, each as four ids of the caller's points.
@@ -2248,7 +2248,8 @@ DELAUNAY_API uint64_t delaunay_count_tets(const delaunay_mesh *mesh)
 {
     uint64_t n = 0;
     delaunay_handle t;
-    for (t = 1; mesh && t < mesh->num_tets; t++)
+    if (!mesh) return 0;
+    for (t = 1; t < mesh->num_tets; t++)
         n += !delaunay_is_deleted(mesh, t) && !delaunay_is_ghost(mesh, t);
     return n;
 }
@@ -5525,8 +5526,8 @@ typedef struct delaunay__partitions {
     delaunay_partition *job;
     delaunay__kernel **kernels;
     delaunay__cut *cuts;
-    int num_kernels, num_cuts, num_sections; /* num_sections: the job's, if there are items for so
-                                              * many */
+    int num_kernels, num_cuts;
+    int num_sections; /* the job's, or the number of items if that is less */
     hilbert_box box;
     uint64_t attempt;
     hxtsort_pair32 *items; /* key, vertex */

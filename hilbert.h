@@ -81,7 +81,7 @@
 
 #if defined(__FAST_MATH__) || defined(__ASSOCIATIVE_MATH__) || defined(_M_FP_FAST) ||              \
     (defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__ > 0)
-#  error "hilbert.h needs NaN and IEEE rounding: no -ffast-math, nor any of its parts"
+#  error "hilbert.h needs IEEE arithmetic: no -ffast-math, -fassociative-math, -ffinite-math-only"
 #endif
 
 #ifndef HILBERT_API

@@ -595,6 +595,24 @@ MESHER_API mesher_result mesher_export(mesher_domain *domain, mesher_output *out
 /* The domain may be NULL, or freed already. */
 MESHER_API void mesher_output_free(mesher_domain *domain, mesher_output *out);
 MESHER_API void mesher_domain_free(mesher_domain *domain);
+/* Prepares a size mesh for options.size_mesh: makes the tree of bounding boxes by which it is
+ * searched. Its arrays and the tree must be there as long as domains that use them are sized or
+ * refined. A size mesh that was prepared before is freed first.
+ *
+ *   mesh     in/out  the arrays set by the caller, the rest zero
+ *   host     in      NULL: defaults; its allocator is kept until mesher_size_mesh_free
+ *   report   out     may be NULL; the message says what is wrong
+ *
+ * Returns   MESHER_OK; _ERROR_INVALID_ARGUMENT: no tetrahedra, a vertex that does not exist, a
+ *           coordinate that is not within 1e60 of 0, an extent below 1e-60, or a wrong host;
+ *           _ERROR_OUT_OF_MEMORY; _ERROR_TOO_LARGE: 2^32 tetrahedra or more. After an error there
+ *           is nothing to free
+ * Cost      that of sorting the tetrahedra; 16 to 28 bytes for each stay, up to 110 meanwhile
+ * Threads   host->num_threads; afterwards any number may search the size mesh at once */
+MESHER_API mesher_result mesher_size_mesh_init(mesher_size_mesh *mesh, const delaunay_host *host,
+                                               mesher_report *report);
+/* Releases the tree; the arrays are the caller's. mesh may be NULL. */
+MESHER_API void mesher_size_mesh_free(mesher_size_mesh *mesh);
 /* Checks options and fills in defaults; MESHER_ERROR_INVALID_ARGUMENT if one is out of range. in
  * may be NULL: all defaults. */
 MESHER_API mesher_result mesher_options_resolve(mesher_options *out, const mesher_options *in);
@@ -626,20 +644,9 @@ MESHER_API mesher_result mesher_region_tags(mesher_domain *domain, uint32_t i, i
                                             size_t cap, size_t *count);
 /* Computes the sizes at the vertices, domain->size. */
 MESHER_API mesher_result mesher_size(mesher_domain *domain, mesher_report *report);
-/* Makes the tree of bounding boxes with which a size mesh is searched: 16 to 28 bytes a
- * tetrahedron; the time is that of sorting the tetrahedra. Any number of threads may then use the
- * size mesh at once.
- *   host     in      NULL: defaults; its allocator is kept until mesher_size_mesh_free
- *   report   out     may be NULL
- * Returns  MESHER_OK; _ERROR_INVALID_ARGUMENT: no tetrahedra, a vertex that does not exist, or a
- *          coordinate that is not within 1e60 of 0; _ERROR_OUT_OF_MEMORY; _ERROR_TOO_LARGE: 2^32
- *          tetrahedra or more. After an error there is nothing to free */
-MESHER_API mesher_result mesher_size_mesh_init(mesher_size_mesh *mesh, const delaunay_host *host,
-                                               mesher_report *report);
-/* Releases the tree; the arrays are the caller's. */
-MESHER_API void mesher_size_mesh_free(mesher_size_mesh *mesh);
 /* The size that a source, a grid or a mesh (of the latter two, 0: none) asks for at x. The time of
- * a search in a mesh grows with the logarithm of its size. */
+ * a search in a mesh grows with the logarithm of its size, unless most of its tetrahedra are
+ * smaller than 1e-7 of its extent. */
 MESHER_API double mesher_source_size(const mesher_source *source, double gradation,
                                      const double *x);
 MESHER_API double mesher_size_grid_at(const mesher_size_grid *grid, const double *x);
@@ -9862,10 +9869,17 @@ static double mesher__size_floor(const delaunay_mesh *mesh)
     return most * 1e-10;
 }
 
+/* A size that the caller asks for (0 or less, or NaN: none), times options.size_factor. A product
+ * that is too small for a double is not the same as none. */
+static double mesher__scaled(const mesher_options *o, double wish)
+{
+    double scaled = o->size_factor > 0 ? o->size_factor * wish : wish;
+    return wish > 0 && !(scaled > 0) ? DBL_MIN : scaled;
+}
+
 static double mesher__clamp_size(const mesher_options *o, double h)
 {
-    double wish = o->size_factor > 0 ? o->size_factor * o->size : o->size;
-    if (o->size > 0 && !(wish > 0)) wish = DBL_MIN; /* the product was too small for a double */
+    double wish = mesher__scaled(o, o->size);
     if (wish > 0 && h > wish) h = wish;
     if (o->max_size > 0 && h > o->max_size) h = o->max_size;
     if (o->min_size > 0 && h < o->min_size) h = o->min_size;
@@ -10212,7 +10226,7 @@ MESHER_API void mesher_size_mesh_free(mesher_size_mesh *mesh)
 
 /* Sets the order and the boxes of a size mesh whose tetrahedra have been checked. */
 static mesher_result mesher__size_tree_set(const mesher_size_mesh *mesh, mesher__size_tree *tree,
-                                   int num_threads)
+                                           int num_threads)
 {
     delaunay_memory *memory = &tree->memory;
     const size_t n = mesh->num_tets;
@@ -10244,12 +10258,14 @@ static mesher_result mesher__size_tree_set(const mesher_size_mesh *mesh, mesher_
     return result;
 }
 
-/* Says in the report what is wrong with a size mesh. */
-static mesher_result mesher__bad_size_mesh(mesher_report *report, const char *format,
-                                           unsigned long which, unsigned long vertex)
+/* Says in the report what is wrong with corner i of the tetrahedra of a size mesh. */
+static mesher_result mesher__bad_size_mesh(const mesher_size_mesh *mesh, size_t i, const char *what,
+                                           mesher_report *report)
 {
     char text[160];
-    snprintf(text, sizeof text, format, which, vertex);
+    snprintf(text, sizeof text,
+             "invalid argument: tetrahedron %lu of the size mesh has vertex %lu, which %s",
+             (unsigned long)(i / 4), (unsigned long)mesh->tets[i], what);
     mesher__say(report, text);
     return MESHER_ERROR_INVALID_ARGUMENT;
 }
@@ -10268,17 +10284,11 @@ static mesher_result mesher__check_size_mesh(const mesher_size_mesh *mesh, doubl
     for (i = 0; i < 4 * mesh->num_tets; i++) {
         const uint32_t v = mesh->tets[i];
         if (v >= mesh->num_vertices)
-            return mesher__bad_size_mesh(report,
-                                         "invalid argument: tetrahedron %lu of the size mesh has "
-                                         "vertex %lu, which does not exist",
-                                         (unsigned long)(i / 4), v);
+            return mesher__bad_size_mesh(mesh, i, "does not exist", report);
         for (k = 0; k < 3; k++) {
             const double x = mesh->xyz[3 * (size_t)v + (size_t)k];
             if (!(fabs(x) <= MESHER__LARGEST_COORDINATE))
-                return mesher__bad_size_mesh(report,
-                                             "invalid argument: tetrahedron %lu of the size mesh "
-                                             "has vertex %lu, which is not within 1e60 of 0",
-                                             (unsigned long)(i / 4), v);
+                return mesher__bad_size_mesh(mesh, i, "is not within 1e60 of 0", report);
             if (i == 0 || x < lo[k]) lo[k] = x;
             if (i == 0 || x > hi[k]) hi[k] = x;
         }
@@ -10294,16 +10304,23 @@ MESHER_API mesher_result mesher_size_mesh_init(mesher_size_mesh *mesh, const del
     double hi[3], extent = 0;
     int k;
     memset(&tree, 0, sizeof tree);
-    mesher__say(report, "");
-    if (!mesh) return MESHER_ERROR_INVALID_ARGUMENT;
-    mesh->tree = NULL;
+    if (!mesh) {
+        mesher__say(report, "invalid argument: no size mesh");
+        return MESHER_ERROR_INVALID_ARGUMENT;
+    }
+    mesher_size_mesh_free(mesh);
     result = (mesher_result)delaunay_memory_init(&tree.memory, host);
+    mesher__say(report, result == MESHER_OK ? "" : "invalid argument: the host");
     if (result == MESHER_OK) result = mesher__check_size_mesh(mesh, tree.origin, hi, report);
     if (result == MESHER_ERROR_TOO_LARGE) mesher__say(report, mesher_result_string(result));
     if (result != MESHER_OK) return result;
     for (k = 0; k < 3; k++)
         if (hi[k] - tree.origin[k] > extent) extent = hi[k] - tree.origin[k];
-    tree.scale = extent > 0 ? 1 / extent : 1;
+    if (extent < MESHER__SMALLEST_EXTENT) {
+        mesher__say(report, "invalid argument: the extent of the size mesh is below 1e-60");
+        return MESHER_ERROR_INVALID_ARGUMENT;
+    }
+    tree.scale = 1 / extent;
     result = mesher__size_tree_set(mesh, &tree, host ? host->num_threads : 0);
     if (result == MESHER_OK) {
         kept = (mesher__size_tree *)delaunay_alloc(&tree.memory, 1, sizeof *kept);
@@ -10332,15 +10349,20 @@ static void mesher__size_corners(const mesher_size_mesh *mesh, uint32_t t, const
     }
 }
 
-/* Whether x is in a tetrahedron; if so, w becomes the weights of its corners. */
+/* Whether x is in a tetrahedron that is not flat; if so, w becomes the weights of its corners. */
 static int mesher__is_in_tet(const double *const *p, const double *x, double *w)
 {
-    double volume;
-    int i;
+    double volume, box = 1;
+    int i, k;
     if (!mesher__is_among(p, x)) return 0;
     mesher__weights_of(p, x, w);
     volume = w[0] + w[1] + w[2] + w[3];
-    if (volume == 0) return 0;
+    for (k = 0; k < 3; k++) {
+        double most = 0;
+        for (i = 1; i < 4; i++) most = fmax(most, fabs(p[i][k] - p[0][k]));
+        box *= most;
+    }
+    if (!(fabs(volume) > 1e-13 * box)) return 0; /* or all of it is rounding */
     for (i = 0; i < 4; i++) {
         w[i] /= volume;
         if (w[i] < 0) return 0;
@@ -10473,25 +10495,25 @@ MESHER_API double mesher_size_mesh_at(const mesher_size_mesh *mesh, const double
 /* h, or the caller's size for this region if that is less. */
 static double mesher__region_wish(const mesher_options *o, uint32_t region, double h)
 {
-    double factor = o->size_factor > 0 ? o->size_factor : 1, wish;
+    double wish;
     if (region < 1 || region > o->num_region_sizes) return h;
-    wish = factor * o->region_sizes[region - 1];
+    wish = mesher__scaled(o, o->region_sizes[region - 1]);
     return wish > 0 && wish < h ? wish : h;
 }
 
 /* h, or the least of the caller's sizes at x (all but the function's) if that is less. */
 static double mesher__wish_at(const mesher_options *o, const double *x, uint32_t region, double h)
 {
-    double factor = o->size_factor > 0 ? o->size_factor : 1, wish;
+    double wish;
     size_t i;
     h = mesher__region_wish(o, region, h);
     for (i = 0; i < o->num_sources; i++) {
-        wish = factor * mesher_source_size(o->sources + i, o->gradation, x);
+        wish = mesher__scaled(o, mesher_source_size(o->sources + i, o->gradation, x));
         if (wish < h) h = wish;
     }
-    wish = o->size_grid ? factor * mesher_size_grid_at(o->size_grid, x) : 0;
+    wish = o->size_grid ? mesher__scaled(o, mesher_size_grid_at(o->size_grid, x)) : 0;
     if (wish > 0 && wish < h) h = wish;
-    wish = o->size_mesh ? factor * mesher_size_mesh_at(o->size_mesh, x) : 0;
+    wish = o->size_mesh ? mesher__scaled(o, mesher_size_mesh_at(o->size_mesh, x)) : 0;
     return wish > 0 && wish < h ? wish : h;
 }
 
@@ -10500,7 +10522,7 @@ static double mesher__wish_at(const mesher_options *o, const double *x, uint32_t
 static uint64_t mesher__wishes(const mesher_options *o, size_t count, const double *xyz,
                                const uint32_t *region, double *h)
 {
-    double wish[MESHER__BATCH], factor = o->size_factor > 0 ? o->size_factor : 1;
+    double wish[MESHER__BATCH];
     uint64_t ignored = 0;
     size_t first, i, n;
     for (first = 0; o->size_function && first < count; first += n) {
@@ -10510,7 +10532,7 @@ static uint64_t mesher__wishes(const mesher_options *o, size_t count, const doub
         o->size_function(o->size_user, n, xyz + 3 * first, region + first, wish);
         for (i = 0; i < n; i++)
             if (!(wish[i] > 0)) ignored++;
-            else if (factor * wish[i] < h[first + i]) h[first + i] = factor * wish[i];
+            else h[first + i] = fmin(h[first + i], mesher__scaled(o, wish[i]));
     }
     for (i = 0; i < count; i++)
         h[i] = mesher__clamp_size(o, mesher__wish_at(o, xyz + 3 * i, region[i], h[i]));
@@ -12072,6 +12094,7 @@ typedef struct mesher__refiner {
     struct mesher__lattice_start *starts;
     uint64_t         num_lattices;
     size_t           cap_nodes, num_seen, cap_seen, cap_front, num_starts, cap_starts;
+    size_t           num_unnoticed; /* starts whose sizes the vertices around know nothing of */
     mesher__cavity   cavity;     /* for insertion by one thread alone */
     mesher__section  sections[MESHER__SECTIONS];
     delaunay_handle *slots;      /* the lists of all sections */
@@ -12925,7 +12948,8 @@ static mesher_result mesher__no_memory(mesher__refiner *r)
 #  define MESHER__SAME 0.03
 /* A lattice starts only where there is room for a point of this many times the size. */
 #  define MESHER__ROOM_TO_START 1.5
-/* With fewer points than this a lattice is not worth its while. */
+/* With fewer points than this a lattice is not worth its while, unless there are starts that would
+ * not be noticed otherwise. */
 #  define MESHER__LATTICE_LEAST 8
 /* If there would be more points than this, the host is warned, and all are left to the sweeps,
  * which stop at budgets. */
@@ -13393,25 +13417,33 @@ static int mesher__start_in_tets(mesher__refiner *r, double *points)
     return enough;
 }
 
-/* Keeps place x, with the size that is wanted there, if it is inside. A size that is not noticed
- * from the vertices around comes before all other starts, whose points would be in its way. *t: in,
- * a tetrahedron to search from; out, the one that contains x. Returns 0 without memory. */
-static int mesher__start_at(mesher__refiner *r, const double *x, delaunay_handle *t)
+/* Places for mesher__start_at. A size may go unnoticed if it is less than half of that interpolated
+ * from the vertices around. A start with such a size in a source, or in a sample of a size mesh or
+ * grid, comes before all others, whose points would be in its way; samples are kept for that
+ * alone. */
+enum { MESHER__IN_GAP, MESHER__IN_SOURCE, MESHER__IN_SAMPLE };
+
+/* Keeps place x, if it is inside, with the size that is wanted there. *t: in, a tetrahedron to
+ * search from; out, the one that contains x. Returns 0 without memory. */
+static int mesher__start_at(mesher__refiner *r, const double *x, int where, delaunay_handle *t)
 {
     mesher__lattice_start s;
     delaunay_handle home;
     double around;
-    int found;
+    int found, unnoticed;
     if (!mesher__in_box(r, x)) return 1;
     *t = home = delaunay_locate(r->mesh, x, *t);
     if (!home || !mesher__is_inside(r->mesh, home)) return 1;
-    if (!mesher__starts_room(r, 1)) return 0;
     memcpy(s.x, x, sizeof s.x);
     s.h = around = mesher__field_at(&r->field, x, &home, &found);
     r->ignored += mesher__wishes(r->options, 1, x, r->mesh->color + *t, &s.h);
     s.h = mesher__floored(&r->field, s.h);
     s.tet = *t;
-    mesher__add_start(r, &s, mesher__start_key(around > 2 * s.h ? HUGE_VAL : 1.5, 0));
+    unnoticed = where != MESHER__IN_GAP && around > 2 * s.h;
+    if (where == MESHER__IN_SAMPLE && !unnoticed) return 1;
+    if (!mesher__starts_room(r, 1)) return 0;
+    mesher__add_start(r, &s, mesher__start_key(unnoticed ? HUGE_VAL : 1.5, 0));
+    r->num_unnoticed += (size_t)unnoticed;
     return 1;
 }
 
@@ -13438,9 +13470,9 @@ static void mesher__source_place(const mesher_source *source, int place, double 
     }
 }
 
-/* Keeps places in the sources, which come after all others that are not late. A source with a steep
- * gradation, none of whose surrounding tetrahedra has a corner near it, would not be noticed
- * otherwise. Returns 0 without memory. */
+/* Keeps places in the sources, which come after all others that are not late, or before them. A
+ * source with a steep gradation, none of whose surrounding tetrahedra has a corner near it, would
+ * not be noticed otherwise. Returns 0 without memory. */
 static int mesher__start_at_sources(mesher__refiner *r)
 {
     const mesher_options *o = r->options;
@@ -13454,8 +13486,37 @@ static int mesher__start_at_sources(mesher__refiner *r)
         for (place = 0; place < places && kept; place++) {
             if ((place == 1 || place == 2) && o->sources[i].shape != MESHER_SHAPE_SEGMENT) continue;
             mesher__source_place(o->sources + i, place, x);
-            kept = mesher__start_at(r, x, &t);
+            kept = mesher__start_at(r, x, MESHER__IN_SOURCE, &t);
         }
+    return kept;
+}
+
+/* Keeps those of MESHER__SOURCES places, spread over the size mesh and the size grid, whose sizes
+ * would not be noticed otherwise. Returns 0 without memory. */
+static int mesher__start_at_samples(mesher__refiner *r)
+{
+    const mesher_size_mesh *mesh = r->options->size_mesh;
+    const mesher_size_grid *grid = r->options->size_grid;
+    const size_t tets = mesh ? mesh->num_tets : 0,
+                 nodes = grid ? (size_t)grid->count[0] * grid->count[1] * grid->count[2] : 0;
+    delaunay_handle t = 0;
+    double x[3];
+    size_t i;
+    int k, kept = 1;
+    for (i = 0; i < tets && kept; i += 1 + tets / MESHER__SOURCES) {
+        const mesher__size_tree *tree = (const mesher__size_tree *)mesh->tree;
+        const uint32_t *v = mesh->tets + 4 * (size_t)tree->order[i];
+        mesher__centroid_of(mesh->xyz, v, 4, x);
+        kept = mesher__start_at(r, x, MESHER__IN_SAMPLE, &t);
+    }
+    for (i = 0; i < nodes && kept; i += 1 + nodes / MESHER__SOURCES) {
+        size_t node = i;
+        for (k = 0; k < 3; k++) {
+            x[k] = grid->origin[k] + grid->spacing[k] * (double)(node % grid->count[k]);
+            node /= grid->count[k];
+        }
+        kept = mesher__start_at(r, x, MESHER__IN_SAMPLE, &t);
+    }
     return kept;
 }
 
@@ -13473,25 +13534,23 @@ static int mesher__start_in_gaps(mesher__refiner *r)
             if (!(gap > 0 && gap < r->options->layers * mesher__facet_extent(mesh, t, i))) continue;
             for (k = 0; k < 3; k++) x[k] += gap / 2 * n[k];
             home = t;
-            kept = mesher__start_at(r, x, &home);
+            kept = mesher__start_at(r, x, MESHER__IN_GAP, &home);
         }
     return kept;
 }
 
-/* Finds all places where lattices may start, and sorts them: the widest sphere, relative to the
- * size, comes first. *points: how many points a lattice all over the inside would have. Returns 0
- * without memory. */
+/* Finds all places where lattices may start, and sorts them: after those that would not be noticed
+ * otherwise, the widest sphere, relative to the size, comes first. *points: how many points a
+ * lattice all over the inside would have. Returns 0 without memory. */
 static int mesher__find_starts(mesher__refiner *r, double *points)
 {
-    size_t in_tets;
     *points = 0;
+    r->num_unnoticed = 0;
     if (!r->memory->limit_bytes) /* often half of the tetrahedra have one */
         (void)mesher__starts_room(r, r->mesh->num_tets / 2);
-    if (!mesher__start_in_tets(r, points)) return 0;
-    in_tets = r->num_starts;
-    if (!mesher__start_at_sources(r) || !mesher__start_in_gaps(r)) return 0;
-    if (r->num_starts > in_tets && *points < MESHER__LATTICE_LEAST) *points = MESHER__LATTICE_LEAST;
-    return mesher__sort(r->domain, r->order, r->num_starts) == MESHER_OK;
+    return mesher__start_in_tets(r, points) && mesher__start_at_sources(r) &&
+           mesher__start_at_samples(r) && mesher__start_in_gaps(r) &&
+           mesher__sort(r->domain, r->order, r->num_starts) == MESHER_OK;
 }
 
 /* Frees what only lattices need. */
@@ -13651,7 +13710,8 @@ static mesher_result mesher__lattice(mesher__refiner *r)
     mesher_result result;
     r->num_points = 0;
     if (!mesher__find_starts(r, &points)) return mesher__no_memory(r);
-    if (!(points >= MESHER__LATTICE_LEAST) || points > MESHER__LATTICE_MOST) {
+    if ((!(points >= MESHER__LATTICE_LEAST) && r->num_unnoticed == 0) ||
+        points > MESHER__LATTICE_MOST) {
         result = MESHER_OK;
         if (points > MESHER__LATTICE_MOST) {
             mesher__warn_of_many(r, points);

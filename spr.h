@@ -5651,8 +5651,7 @@ SPR_API const char *spr_result_string(spr_result result)
     return "unknown spr_result";
 }
 
-/* Checks the options, and sets the target, the measure and the memory account. */
-/* Says in the report which option is wrong, as text and as a number. */
+/* Says in the report which option is wrong, by its name and value. */
 static spr_result spr__bad_option(spr_report *report, const char *what, double value)
 {
     snprintf(report->message, sizeof report->message, "invalid argument: options.%s is %.9g", what,
@@ -5660,6 +5659,7 @@ static spr_result spr__bad_option(spr_report *report, const char *what, double v
     return SPR_ERROR_INVALID_ARGUMENT;
 }
 
+/* Whether all options are in range; if not, the report says which one is not. */
 static spr_result spr__check_options(const spr_options *o, spr_report *report)
 {
     const double effort = o->effort;
@@ -5678,6 +5678,7 @@ static spr_result spr__check_options(const spr_options *o, spr_report *report)
     return SPR_ERROR_INVALID_ARGUMENT;
 }
 
+/* Checks the options, and sets the target, the measure and the memory account. */
 static spr_result spr__open(spr__state *s, const delaunay_mesh *mesh, const spr_options *options,
                             spr_report *report, delaunay_memory *memory)
 {

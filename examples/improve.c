@@ -424,12 +424,18 @@ static int improve_mesh(const arguments *args, meshio_mesh *m, spr_report *repor
     FILE *bad = NULL;
     spr_result result;
     int code, written;
-    if (!tool_can_create("improve", args->output)) return TOOL_CANNOT_WRITE;
+    if (!tool_can_create("improve", args->output)) {
+        snprintf(report->message, sizeof report->message, "OUTPUT cannot be created");
+        return TOOL_CANNOT_WRITE;
+    }
     if (!make_room(m, cap_vertices, cap_tets))
         return complain(args, report, "out of memory", TOOL_NO_MEMORY);
     if (args->bad) {
         bad = open_file(args->bad);
-        if (!bad) return TOOL_CANNOT_WRITE;
+        if (!bad) {
+            snprintf(report->message, sizeof report->message, "cannot write the file of --bad");
+            return TOOL_CANNOT_WRITE;
+        }
         fputs("x,y,z,measure,bound,reason\n", bad);
         options.left = list_bad;
         options.left_user = bad;

@@ -60,7 +60,8 @@ static const char help_usage[] =
     "                       sizes, X fastest; 0 asks for nothing. Outside, as at the grid's border\n"
     "  --size-mesh FILE     sizes at the nodes of FILE, a tetrahedral mesh; outside it, as on its\n"
     "                       border. They are read from the file of the same name that ends in .sol\n"
-    "                       (Medit, Mmg: a scalar a node) or .mtr (TetGen); 0 asks for nothing\n"
+    "                       (Medit, Mmg: a scalar a node) or, if there is none, in .mtr (TetGen);\n"
+    "                       0 asks for nothing\n"
     "  --layers N           about N tetrahedra or more between facets that face each other; with\n"
     "                       --growth 1.3 they become larger away from there\n"
     "  --curvature DEG      an edge beside a curved surface spans at most DEG degrees of it\n"
@@ -313,6 +314,19 @@ static int spares_nodes(const settings *s, meshio_format format)
     return tool_is_apart("mesh", "the .node file of --output", written, nodes);
 }
 
+/* Whether the file of --json replaces none of the sizes of --size-mesh; if it would, says so. */
+static int spares_sizes(const settings *s)
+{
+    static const char *const endings[2] = {".sol", ".mtr"};
+    char name[MAX_NAME];
+    int k;
+    for (k = 0; k < 2 && s->size_mesh && s->json; k++)
+        if (with_ending(s->size_mesh, endings[k], name) &&
+            !tool_is_apart("mesh", "--json", s->json, name))
+            return 0;
+    return 1;
+}
+
 /* Whether the settings go together; if not, says which ones do not. */
 static int settings_fit(const settings *s)
 {
@@ -336,7 +350,8 @@ static int settings_fit(const settings *s)
     if (!tool_is_apart("mesh", "--json", s->json, s->input) ||
         !tool_is_apart("mesh", "--json", s->json, s->output) ||
         !tool_is_apart("mesh", "--json", s->json, s->size_grid) ||
-        !tool_is_apart("mesh", "--json", s->json, s->size_mesh))
+        !tool_is_apart("mesh", "--json", s->json, s->size_mesh) ||
+        !spares_sizes(s))
         return 0;
     if (s->output && !meshio_holds_tetrahedra(format)) {
         fprintf(stderr, "mesh: no tetrahedra can be written %s'%s'; try .mesh, .msh or .vtu\n",
@@ -406,6 +421,14 @@ static const char *const phase_names[NUM_PHASES] = {
     "size", "refine",  "improve", "prove",    "write"};
 enum { MAX_FINDINGS = 100000, SHOWN_FINDINGS = 10 };
 
+/* A search for the distance of --weld that leaves no defect. */
+enum { CURE_UNKNOWN, CURE_NONE, CURE_FOUND }; /* unknown: it was not looked for to the end */
+typedef struct weld_cure {
+    int state;
+    double distance;
+    uint64_t num_gone; /* triangles that vanish with it */
+} weld_cure;
+
 typedef struct job {
     settings set;
     const char *name; /* of the input, for messages */
@@ -417,7 +440,7 @@ typedef struct job {
     meshio_mesh background; /* of --size-mesh */
     mesher_size_mesh size_mesh;
     uint64_t num_welded;    /* vertices that --weld put onto others */
-    double cure;            /* distance for --weld that leaves no defect; 0: none is known */
+    weld_cure cure;
     mesher_surface surface; /* the one to mesh: the input's, or fine.surface */
     mesher_fine_surface fine;
     mesher_domain domain;
@@ -993,41 +1016,78 @@ static double rounded_up(double x)
     return y < x ? y + pow(10, atoi(strchr(text, 'e') + 1) - 1) : y;
 }
 
-/* Whether the surface has no defect after --weld with this distance; -1: out of memory, or the user
- * has interrupted. copy: room for the coordinates. */
-static int cures(const job *j, double distance, double *copy)
+/* What try_cure needs. */
+typedef struct cure_search {
+    double *xyz; /* room for the coordinates */
+    double end;  /* when to give up */
+} cure_search;
+
+static int on_cure_progress(void *user, const char *phase, double fraction)
+{
+    (void)phase;
+    (void)fraction;
+    return tool_interrupted || tool_seconds() > ((const cure_search *)user)->end;
+}
+
+/* Tries a distance. Returns 1 if it leaves no defect, 0 if it does, -1 if that is not known. */
+static int try_cure(const job *j, weld_cure *c, cure_search *search)
 {
     mesher_surface welded = j->surface;
+    mesher_options options = j->set.mesher;
     mesher_report report;
     mesher_result result;
-    memcpy(copy, j->in.xyz, 3 * j->in.num_vertices * sizeof *copy);
-    welded.xyz = copy;
+    memcpy(search->xyz, j->in.xyz, 3 * j->in.num_vertices * sizeof *search->xyz);
     memset(&report, 0, sizeof report);
-    result = mesher_weld(copy, j->in.num_vertices, distance, &j->set.mesher.host, NULL);
-    if (result == MESHER_OK) result = mesher_check(&welded, &j->set.mesher, &report);
+    welded.xyz = search->xyz;
+    options.host.progress = on_cure_progress;
+    options.host.user = search;
+    options.host.log = NULL;
+    result = mesher_weld(search->xyz, j->in.num_vertices, c->distance, &options.host, NULL);
+    if (result == MESHER_OK) result = mesher_check(&welded, &options, &report);
+    c->num_gone = report.counts[MESHER_NOTE_REPEATED_INDEX];
+    if (c->num_gone > j->report.counts[MESHER_NOTE_REPEATED_INDEX])
+        c->num_gone -= j->report.counts[MESHER_NOTE_REPEATED_INDEX];
+    else c->num_gone = 0;
     return result == MESHER_OK ? 1 : result == MESHER_ERROR_SURFACE ? 0 : -1;
 }
 
-/* Looks for a distance with which --weld leaves no defect, first about the one that joins all nearly
- * equal vertices: where triangles are as small as that, some distances turn them over. */
-static double curing_weld(const job *j)
+/* Looks for a distance with which --weld leaves no defect, first about the one that joins all
+ * nearly equal vertices: where triangles are as small as that, some distances turn them over. It
+ * takes a few times as long as the check did, but not longer than some seconds. */
+static void find_cure(job *j)
 {
     static const double factor[] = {1, 2, 4, 0.5, 0.25, 8, 16, 32, 64, 128};
     enum { TRIES = sizeof factor / sizeof factor[0] };
-    const double some = nearly(j), end = tool_seconds() + 5;
-    double *copy, found = 0;
+    const double some = nearly(j), start = tool_seconds();
+    cure_search search;
     int k, cured = 0;
     if ((j->report.counts[MESHER_NOTE_NEAR_VERTEX] == 0 &&
          j->report.counts[MESHER_NOTE_OPEN_EDGE] == 0) ||
         j->set.weld > 0 || j->set.refine_mesh || j->surface.xyz != j->in.xyz || !(some > 0))
-        return 0;
-    copy = (double *)malloc(3 * j->in.num_vertices * sizeof *copy);
-    for (k = 0; k < TRIES && copy && cured == 0 && tool_seconds() < end; k++) {
-        found = rounded_up(factor[k] * some);
-        cured = cures(j, found, copy);
+        return;
+    search.end = start + fmin(5, 0.5 + 4 * fmax(j->report.seconds_check, j->seconds[PHASE_CHECK]));
+    if (j->set.max_seconds > 0) search.end = fmin(search.end, j->start + j->set.max_seconds);
+    search.xyz = (double *)malloc(3 * j->in.num_vertices * sizeof *search.xyz);
+    if (!search.xyz) return;
+    for (k = 0; k < TRIES && cured == 0; k++) {
+        j->cure.distance = rounded_up(factor[k] * some);
+        cured = try_cure(j, &j->cure, &search);
     }
-    free(copy);
-    return cured > 0 ? found : 0;
+    free(search.xyz);
+    j->cure.state = cured > 0 ? CURE_FOUND : cured < 0 ? CURE_UNKNOWN : CURE_NONE;
+}
+
+/* Prints what --weld would do about nearly equal vertices. */
+static void print_cure(const job *j)
+{
+    const weld_cure *c = &j->cure;
+    if (c->state != CURE_FOUND)
+        printf(": --weld %.2g makes them equal%s", rounded_up(nearly(j)),
+               c->state == CURE_NONE ? ", but leaves defects" : "");
+    else if (c->num_gone)
+        printf(": with --weld %.2g there is no defect, and %llu triangles vanish", c->distance,
+               (unsigned long long)c->num_gone);
+    else printf(": with --weld %.2g there is no defect", c->distance);
 }
 
 /* Whether some defect involves a line: the numbers of lines follow those of the triangles. */
@@ -1074,11 +1134,7 @@ static void print_counts(const job *j, const char *title, int defects)
                       : ": nodes of the mesh where they are in it; --drop-unused leaves them out",
                   stdout);
         if (k == MESHER_NOTE_NEAR_VERTEX)
-            printf(": --weld %.2g makes them equal%s",
-                   j->cure > 0 ? j->cure : rounded_up(nearly(j)),
-                   j->cure > 0                     ? ", and leaves no defect"
-                   : j->code == TOOL_BAD_SURFACE ? ", but leaves defects"
-                                                   : "");
+            print_cure(j);
         putchar('\n');
     }
     if (any && (defects || j->set.verbose || j->set.check ||
@@ -1105,11 +1161,10 @@ static int code_of(mesher_result result)
 /* Reports a failure of the mesher. */
 static int fail(job *j, mesher_result result)
 {
-    char text[sizeof j->message], cure[60] = "";
+    char text[sizeof j->message], advice[100] = "";
     int code = code_of(result);
-    if (code == TOOL_BAD_SURFACE) j->cure = curing_weld(j);
+    if (code == TOOL_BAD_SURFACE) find_cure(j);
     clear_progress(j);
-    j->code = code;
     if (code == TOOL_BAD_SURFACE || code == TOOL_NOT_RECOVERED) {
         if (!j->set.quiet) {
             print_counts(j, "defects", 1);
@@ -1118,13 +1173,18 @@ static int fail(job *j, mesher_result result)
         write_defects(j);
     }
     if (code == TOOL_NOT_RECOVERED) write_reproducer(j, result);
-    if (j->cure > 0) snprintf(cure, sizeof cure, "; --weld %.2g leaves no defect", j->cure);
+    if (j->cure.state == CURE_FOUND && j->cure.num_gone)
+        snprintf(advice, sizeof advice,
+                 "; with --weld %.2g there is none, and %llu triangles vanish", j->cure.distance,
+                 (unsigned long long)j->cure.num_gone);
+    else if (j->cure.state == CURE_FOUND)
+        snprintf(advice, sizeof advice, "; with --weld %.2g there is none", j->cure.distance);
     snprintf(text, sizeof text, "%s%s%s",
              code == TOOL_STOPPED   ? "interrupted"
              : j->report.message[0] ? j->report.message : mesher_result_string(result),
              code == TOOL_BAD_SURFACE && line_is_defective(j)
                  ? "; --no-lines leaves the lines of the input out, if they are not needed" : "",
-             cure);
+             advice);
     complain(j, text);
     return code;
 }
@@ -1811,8 +1871,13 @@ static void json_body(FILE *f, const job *j, int code)
     }
     fprintf(f, "},\n");
     json_findings(f, j);
-    fprintf(f, "  \"welded_vertices\": %llu, \"weld_that_cures\": %.2g, \"nodes_left_out\": %llu,",
-            (unsigned long long)j->num_welded, j->cure, (unsigned long long)j->in.num_spare);
+    fprintf(f,
+            "  \"welded_vertices\": %llu, \"weld_that_cures\": %.2g, \"triangles_it_drops\": %llu, "
+            "\"nodes_left_out\": %llu,",
+            (unsigned long long)j->num_welded,
+            j->cure.state == CURE_FOUND ? j->cure.distance : 0,
+            (unsigned long long)(j->cure.state == CURE_FOUND ? j->cure.num_gone : 0),
+            (unsigned long long)j->in.num_spare);
     fprintf(f, "\n  \"surface_vertices\": %llu, \"surface_triangles\": %llu,",
             (unsigned long long)j->surface.num_vertices,
             (unsigned long long)j->surface.num_triangles);
@@ -1885,7 +1950,10 @@ static int run(job *j)
     code = read_grid(j);
     if (code == TOOL_OK) code = read_size_mesh(j);
     if (code != TOOL_OK) return code;
-    if (!tool_can_create("mesh", j->set.output)) return TOOL_CANNOT_WRITE;
+    if (!tool_can_create("mesh", j->set.output)) {
+        snprintf(j->message, sizeof j->message, "OUTPUT cannot be created");
+        return TOOL_CANNOT_WRITE;
+    }
     if (j->set.refine_surface) code = refine_surface(j);
     if (code == TOOL_OK) code = mesh_surface(j);
     if (code != TOOL_OK) return code;

@@ -235,7 +235,8 @@ MESHIO_API meshio_result meshio_read_memory(const void *bytes, size_t size, mesh
 
 /* Read one number for each vertex of a mesh, such as a size, from a file of its own.
  *
- *   path    in   .sol (text; one scalar a vertex) or .mtr
+ *   path    in   .sol (text: MeshVersionFormatted, Dimension 3, SolAtVertices, in this order; one
+ *                scalar a vertex) or .mtr
  *   values  out  count numbers; undefined on failure
  *   count   in   how many the file must have: one for each vertex of the mesh
  *   report  out  may be NULL

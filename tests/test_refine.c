@@ -665,6 +665,13 @@ static void bad_meshes_of_sizes_are_refused(void)
     l.xyz[3 * 60 + 1] = (double)NAN;
     CHECK(mesher_size_mesh_init(s, NULL, &r) == MESHER_ERROR_INVALID_ARGUMENT);
     CHECK(strstr(r.message, "has vertex 60, which is not within 1e60"));
+    l.xyz[3 * 60 + 1] = 0;
+    host.num_threads = -1;
+    CHECK(mesher_size_mesh_init(s, &host, &r) == MESHER_ERROR_INVALID_ARGUMENT);
+    CHECK(strstr(r.message, "the host"));
+    for (k = 0; k < 375; k++) l.xyz[k] *= 1e-61;
+    CHECK(mesher_size_mesh_init(s, NULL, &r) == MESHER_ERROR_INVALID_ARGUMENT);
+    CHECK(strstr(r.message, "extent"));
     s->num_tets = 0;
     CHECK(mesher_size_mesh_init(s, NULL, &r) == MESHER_ERROR_INVALID_ARGUMENT);
     CHECK(strstr(r.message, "no tetrahedra"));
@@ -820,6 +827,70 @@ static void steep_sources_are_seen(void)
             CHECK(count > 1000 && ratio > 0.85 && ratio < 1.25);
             mesher_domain_free(&d);
         }
+}
+
+/* So are small sizes in the midst of a size mesh or a size grid. */
+static void steep_fields_are_seen(void)
+{
+    enum { N = 20, NODES = (N + 1) * (N + 1) * (N + 1) };
+    static const int n[3] = {N, N, N};
+    double *size = (double *)malloc(NODES * sizeof *size),
+           *xyz = (double *)malloc(3 * NODES * sizeof *xyz);
+    uint32_t *tets = (uint32_t *)malloc(24 * N * N * N * sizeof *tets), v, num = 0;
+    mesher_source ball;
+    mesher_size_mesh fine;
+    mesher_size_grid grid;
+    mesher_domain d;
+    delaunay_handle t;
+    int k, kind;
+    memset(&ball, 0, sizeof ball);
+    memset(&fine, 0, sizeof fine);
+    memset(&grid, 0, sizeof grid);
+    ball.xyz[0] = 0.3, ball.xyz[1] = 0.4, ball.xyz[2] = 0.7;
+    ball.radius = 0.11;
+    ball.size = 0.03;
+    CHECK(box_domain(&d, n, 1.0 / N, NULL) && d.mesh.num_vertices == NODES + 1);
+    for (v = 0; v < NODES; v++) {
+        double *x = d.mesh.vertices[v + 1].x, rr = 0;
+        for (k = 0; k < 3; k++) rr += pow(x[k] - ball.xyz[k], 2);
+        size[v] = rr <= 0.2 * 0.2 ? ball.size : 1;
+        memcpy(xyz + 3 * v, x, 3 * sizeof *x);
+    }
+    for (t = 1; t < d.mesh.num_tets; t++) {
+        if (delaunay_is_deleted(&d.mesh, t)) continue;
+        for (k = 0; k < 4; k++) tets[4 * num + (uint32_t)k] = d.mesh.tets[t].v[k] - 1;
+        num++;
+    }
+    mesher_domain_free(&d);
+    fine.xyz = xyz;
+    fine.num_vertices = NODES;
+    fine.tets = tets;
+    fine.num_tets = num;
+    grid.size = fine.size = size;
+    for (k = 0; k < 3; k++) {
+        grid.count[k] = N + 1;
+        grid.spacing[k] = 1.0 / N;
+    }
+    CHECK(mesher_size_mesh_init(&fine, NULL, NULL) == MESHER_OK);
+    for (kind = 0; kind < 4; kind++) {
+        mesher_report r;
+        mesher_options o;
+        size_t count;
+        double ratio;
+        memset(&o, 0, sizeof o);
+        if (kind & 1) o.size_mesh = &fine;
+        else o.size_grid = &grid;
+        o.size = kind & 2 ? 0.3 : 0;
+        CHECK(box(&d, 1, 1, 1, 1, 9, &o));
+        CHECK(refine_and_check(&d, &r) == MESHER_OK);
+        ratio = length_around(&d, &ball, 0, 1, &count);
+        CHECK(count > 500 && ratio > 0.85 && ratio < 1.25);
+        mesher_domain_free(&d);
+    }
+    mesher_size_mesh_free(&fine);
+    free(tets);
+    free(xyz);
+    free(size);
 }
 
 /* What is between two regions has the sizes of either, whatever their numbers. */
@@ -1975,6 +2046,7 @@ int main(void)
     layers_between_facets();
     small_sources_are_seen();
     steep_sources_are_seen();
+    steep_fields_are_seen();
     regions_share_their_border();
     flat_is_not_curved();
     a_factor_scales_all_sizes();

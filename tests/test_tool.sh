@@ -382,13 +382,23 @@ parted() { # STEP: the cube as STL, its triangles moved apart by more and more s
 }
 parted 1e-12 > "$T/parted.stl"
 code 5 $mesh "$T/parted.stl"
-prints 'nearly equal vertices: --weld 1.1e-06 makes them equal, and leaves no defect'
-says '; --weld 1.1e-06 leaves no defect'
+prints 'nearly equal vertices: with --weld 1.1e-06 there is no defect$'
+says '; with --weld 1.1e-06 there is none$'
 parted 1e-6 > "$T/wide.stl"
 code 5 $mesh "$T/wide.stl" -q --json "$T/w.json" # cracks of 1e-5 and more
-says 'open.*; --weld 1.7e-05 leaves no defect'
+says 'open.*; with --weld 1.7e-05 there is none$'
 ok 'JSON has the cure' grep -q '"weld_that_cures": 1.7e-05,' "$T/w.json"
 code 0 $mesh "$T/wide.stl" -q --weld 1.7e-05
+# a second cube, smaller than the cracks, is closed by itself
+{ parted 1e-6 | sed '$d'; awk 'NR > 2 && NR < 11 { split($0, a, " "); for (k = 1; k <= 3; k++) x[NR - 3, k] = 0.3 + 4e-6 * a[k] }
+    NR > 10 { print "facet normal 0 0 0\nouter loop"
+              for (k = 2; k <= 4; k++) printf "vertex %.17g %.17g %.17g\n", x[$k, 1], x[$k, 2], x[$k, 3]
+              print "endloop\nendfacet" }' "$T/cube.off"; echo 'endsolid cube'; } > "$T/powder.stl"
+code 5 $mesh "$T/powder.stl" --json "$T/w.json"
+says 'with --weld 1.7e-05 there is none, and 12 triangles vanish$'
+ok 'JSON has the loss' grep -q '"triangles_it_drops": 12,' "$T/w.json"
+code 5 $mesh "$T/parted.stl" --weld 1e-14
+prints 'nearly equal vertices: --weld 1.1e-06 makes them equal$'
 code 5 $mesh "$T/open.off" --json "$T/w.json"
 ok 'an open surface is not cured' grep -q '"weld_that_cures": 0,' "$T/w.json"
 code 0 $mesh "$T/parted.stl" --weld 1.1e-06 --json "$T/w.json"
