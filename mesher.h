@@ -289,7 +289,9 @@ typedef struct mesher_options {
     const mesher_size_mesh *size_mesh;
     /* A size field, asked in batches, by several threads at once; or NULL. out[i] = size at
      * xyz + 3*i, which is in the region of number region[i]; <= 0 or NaN: nothing asked for. The
-     * same place must always get the same answer. */
+     * same place must always get the same answer. It is asked at vertices and where a point may
+     * come; a small size that grows steeply, with none of these near, may go unnoticed: sources,
+     * grids and meshes are searched for such sizes. */
     void (*size_function)(void *user, size_t count, const double *xyz, const uint32_t *region,
                           double *out);
     void  *size_user;
