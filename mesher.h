@@ -417,7 +417,7 @@ typedef struct mesher_domain {
      * the vertices since (such as spr_improve), call mesher_size again before mesher_refine; where
      * their number has changed, mesher_refine does that itself */
     double         *size;
-    uint32_t        num_sizes;
+    uint32_t        num_sizes;    /* the mesh vertices that size was set for */
     /* for the vertices that mesher_size has seen: the size before the gradation bounded it, and the
      * vertex whose size bounds it by the gradation (or the vertex itself) */
     double         *own_size;
@@ -13450,7 +13450,8 @@ static int mesher__start_at(mesher__refiner *r, const double *x, int where, dela
 }
 
 enum {
-    MESHER__SOURCES = 10000,     /* in sources beyond this number no places are kept */
+    MESHER__SOURCES = 10000,     /* in sources beyond this number no places are kept; about so many
+                                    places of a size mesh or grid are looked at */
     MESHER__WIDE_SOURCES = 1000, /* if there are more, places 3 and up are left out */
     MESHER__PLACES = 11
 };
@@ -13493,8 +13494,8 @@ static int mesher__start_at_sources(mesher__refiner *r)
     return kept;
 }
 
-/* Keeps those of MESHER__SOURCES places, spread over the size mesh and the size grid, whose sizes
- * would not be noticed otherwise. Returns 0 without memory. */
+/* Keeps those of MESHER__SOURCES places, spread over the size mesh, and as many over the size grid,
+ * whose sizes would not be noticed otherwise. Returns 0 without memory. */
 static int mesher__start_at_samples(mesher__refiner *r)
 {
     const mesher_size_mesh *mesh = r->options->size_mesh;

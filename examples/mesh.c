@@ -421,7 +421,7 @@ static const char *const phase_names[NUM_PHASES] = {
     "size", "refine",  "improve", "prove",    "write"};
 enum { MAX_FINDINGS = 100000, SHOWN_FINDINGS = 10 };
 
-/* A search for the distance of --weld that leaves no defect. */
+/* What the search for a distance of --weld that leaves no defect has found. */
 enum { CURE_UNKNOWN, CURE_NONE, CURE_FOUND }; /* unknown: it was not looked for to the end */
 typedef struct weld_cure {
     int state;
@@ -1077,17 +1077,27 @@ static void find_cure(job *j)
     j->cure.state = cured > 0 ? CURE_FOUND : cured < 0 ? CURE_UNKNOWN : CURE_NONE;
 }
 
+/* Says what --weld would do, if a cure was found; none: a word for no defect. */
+static void say_cure(const weld_cure *c, const char *none, char text[100])
+{
+    int n;
+    text[0] = 0;
+    if (c->state != CURE_FOUND) return;
+    n = snprintf(text, 100, "with --weld %.2g there is %s", c->distance, none);
+    if (c->num_gone)
+        snprintf(text + n, 100 - (size_t)n, ", and %llu triangles vanish",
+                 (unsigned long long)c->num_gone);
+}
+
 /* Prints what --weld would do about nearly equal vertices. */
 static void print_cure(const job *j)
 {
-    const weld_cure *c = &j->cure;
-    if (c->state != CURE_FOUND)
+    char text[100];
+    say_cure(&j->cure, "no defect", text);
+    if (text[0]) printf(": %s", text);
+    else
         printf(": --weld %.2g makes them equal%s", rounded_up(nearly(j)),
-               c->state == CURE_NONE ? ", but leaves defects" : "");
-    else if (c->num_gone)
-        printf(": with --weld %.2g there is no defect, and %llu triangles vanish", c->distance,
-               (unsigned long long)c->num_gone);
-    else printf(": with --weld %.2g there is no defect", c->distance);
+               j->cure.state == CURE_NONE ? ", but leaves defects" : "");
 }
 
 /* Whether some defect involves a line: the numbers of lines follow those of the triangles. */
@@ -1161,7 +1171,7 @@ static int code_of(mesher_result result)
 /* Reports a failure of the mesher. */
 static int fail(job *j, mesher_result result)
 {
-    char text[sizeof j->message], advice[100] = "";
+    char text[sizeof j->message], advice[100];
     int code = code_of(result);
     if (code == TOOL_BAD_SURFACE) find_cure(j);
     clear_progress(j);
@@ -1173,18 +1183,13 @@ static int fail(job *j, mesher_result result)
         write_defects(j);
     }
     if (code == TOOL_NOT_RECOVERED) write_reproducer(j, result);
-    if (j->cure.state == CURE_FOUND && j->cure.num_gone)
-        snprintf(advice, sizeof advice,
-                 "; with --weld %.2g there is none, and %llu triangles vanish", j->cure.distance,
-                 (unsigned long long)j->cure.num_gone);
-    else if (j->cure.state == CURE_FOUND)
-        snprintf(advice, sizeof advice, "; with --weld %.2g there is none", j->cure.distance);
-    snprintf(text, sizeof text, "%s%s%s",
+    say_cure(&j->cure, "none", advice);
+    snprintf(text, sizeof text, "%s%s%s%s",
              code == TOOL_STOPPED   ? "interrupted"
              : j->report.message[0] ? j->report.message : mesher_result_string(result),
              code == TOOL_BAD_SURFACE && line_is_defective(j)
                  ? "; --no-lines leaves the lines of the input out, if they are not needed" : "",
-             advice);
+             advice[0] ? "; " : "", advice);
     complain(j, text);
     return code;
 }

@@ -847,13 +847,13 @@ static void steep_fields_are_seen(void)
     memset(&fine, 0, sizeof fine);
     memset(&grid, 0, sizeof grid);
     ball.xyz[0] = 0.3, ball.xyz[1] = 0.4, ball.xyz[2] = 0.7;
-    ball.radius = 0.11;
-    ball.size = 0.03;
+    ball.radius = 0.06;
+    ball.size = 0.02;
     CHECK(box_domain(&d, n, 1.0 / N, NULL) && d.mesh.num_vertices == NODES + 1);
     for (v = 0; v < NODES; v++) {
         double *x = d.mesh.vertices[v + 1].x, rr = 0;
         for (k = 0; k < 3; k++) rr += pow(x[k] - ball.xyz[k], 2);
-        size[v] = rr <= 0.2 * 0.2 ? ball.size : 1;
+        size[v] = rr <= 0.12 * 0.12 ? ball.size : 1;
         memcpy(xyz + 3 * v, x, 3 * sizeof *x);
     }
     for (t = 1; t < d.mesh.num_tets; t++) {
