@@ -13104,7 +13104,7 @@ static int mesher__lattice_room(mesher__refiner *r)
 
 /* A candidate: a node beside a point of a batch of up to MESHER__FRONT, all of whose neighbours are
  * tried together. */
-enum { MESHER__FRONT = 2048 };
+enum { MESHER__FRONT = 2048, MESHER__MANY_CANDIDATES = 1024 };
 typedef struct mesher__candidate {
     mesher__proposal p;
     uint64_t         node;
@@ -13175,12 +13175,17 @@ static void mesher__fetch_ahead(const mesher__refiner *r, const mesher__candidat
     }
 }
 
-/* Places or judges all candidates of a list, or both; the threads share them. */
+/* Places or judges all candidates of a list, or both; the threads share a long one. */
 static void mesher__judge_some(mesher__refiner *r, mesher__candidate *all, size_t count, int place,
                                int judge)
 {
-    int threads = delaunay_crew_begin(&r->crew, count >= 1024), i, n = (int)count;
+    int threads, i, n = (int)count;
     double work = 0;
+    if (n < MESHER__MANY_CANDIDATES) {
+        for (i = 0; i < n; i++) mesher__judge_one(r, all + i, place, judge);
+        return;
+    }
+    threads = delaunay_crew_begin(&r->crew, 1);
     (void)threads;
     MESHER__OMP(omp parallel num_threads(threads) if(threads > 1) reduction(+ : work))
     {
@@ -13589,6 +13594,13 @@ static void mesher__foresee(mesher__refiner *r, double expected)
     (void)delaunay_reserve(r->mesh, vertices, tets);
 }
 
+/* Have the points left room for a lattice at this start? */
+static int mesher__has_room(const mesher__refiner *r, const mesher__lattice_start *s)
+{
+    return s->h > 0 && mesher__is_alone(&r->grid, s->x, s->h) &&
+           mesher__is_alone(&r->grid, s->x, MESHER__ROOM_TO_START * s->h);
+}
+
 /* Drops the starts that by now have a point in their way; the threads share them. It goes in the
  * order of the mesh, in which one start reads the same part of the grid as the next. */
 static void mesher__thin_starts(mesher__refiner *r)
@@ -13598,15 +13610,29 @@ static void mesher__thin_starts(mesher__refiner *r)
     (void)threads;
     /* Shared: all, read only, but for the starts, each of one thread. */
     MESHER__OMP(omp parallel for schedule(dynamic, 1024) num_threads(threads) if(n > 4096))
-    for (k = 0; k < n; k++) {
-        mesher__lattice_start *s = r->starts + k;
-        if (s->h > 0 && !mesher__is_alone(&r->grid, s->x, s->h)) s->h = 0;
+    for (k = 0; k < n; k++)
+        if (!mesher__has_room(r, r->starts + k)) r->starts[k].h = 0;
+}
+
+/* Drops those of the starts begin to end of the order that have a point in their way. */
+static void mesher__thin_next(mesher__refiner *r, size_t begin, size_t end)
+{
+    int64_t k;
+    int threads = delaunay_threads(&r->options->host);
+    (void)threads;
+    /* Shared: all, read only, but for the starts, each of one thread. */
+    MESHER__OMP(omp parallel for schedule(dynamic, 64) num_threads(threads))
+    for (k = (int64_t)begin; k < (int64_t)end; k++) {
+        mesher__lattice_start *s = r->starts + r->order[k].value;
+        if (k + 8 < (int64_t)end) MESHER__PREFETCH(r->starts + r->order[k + 8].value);
+        if (!mesher__has_room(r, s)) s->h = 0;
     }
 }
 
 /* Makes the lattices of all starts, in their order. */
 static mesher_result mesher__lattices(mesher__refiner *r)
 {
+    enum { MESHER__NEXT = 4096 };
     mesher_result result = MESHER_OK;
     size_t k, thinned = r->num_points, before; /* at first most have room */
     for (k = 0; k < r->num_starts && result == MESHER_OK; k++) {
@@ -13619,11 +13645,12 @@ static mesher_result mesher__lattices(mesher__refiner *r)
             mesher__thin_starts(r);
             thinned = r->num_points;
         }
+        if (k && k % MESHER__NEXT == 0)
+            mesher__thin_next(r, k, k + MESHER__NEXT < r->num_starts ? k + MESHER__NEXT
+                                                                     : r->num_starts);
         if (k % 256 == 0 && mesher__over_budget(r, 1) != MESHER_OK) break;
         if (late && r->num_lattices > 0) break;
-        if (!(s->h > 0) || !mesher__is_alone(&r->grid, s->x, s->h) ||
-            !mesher__is_alone(&r->grid, s->x, MESHER__ROOM_TO_START * s->h))
-            continue;
+        if (!mesher__has_room(r, s)) continue;
         if (!mesher__see(r->mesh, s->x, s->tet, &met)) continue;
         if (!mesher__place(r, &p, s->x, s->tet, r->mesh->color[s->tet])) continue;
         r->ignored += mesher__wishes(r->options, 1, s->x, &p.region, &p.h);
