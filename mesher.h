@@ -2851,7 +2851,8 @@ enum {
     MESHER__SPIN = 128,    /* tetrahedra around a rung at most */
     MESHER__HALF = 24,     /* vertices of a half at most, to fill it without a Steiner point */
     MESHER__CAVE = 1000,   /* tetrahedra that make room for a point beside a plane at most */
-    MESHER__MANY_RUNGS = 24,  /* of a missing edge on average, for flips in planes to be used */
+    MESHER__MANY_RUNGS = 24,  /* of a missing edge on average, for flips in planes to be used at
+                                 once: where there are few, other steps need fewer points */
     MESHER__RUNG_SAMPLE = 256 /* missing edges, about, from which this is estimated first */
 };
 
@@ -3081,6 +3082,7 @@ typedef struct mesher__recovery {
     uint8_t        *hopeless;           /* of each edge: points that brought it no nearer */
     int             stuck;              /* interior points bring in few more edges */
     int             unmoved;            /* they brought in less than a quarter of many edges */
+    int             stuck_in_planes;    /* flips have left many of the edges that were in planes */
     uint32_t        vain, max_vain;     /* points that brought nothing */
     int             checked;            /* the intersection test has been run */
     uint32_t        added, removed;     /* Steiner points */
@@ -7425,14 +7427,21 @@ static uint32_t mesher__list_in_planes(mesher__recovery *r, uint32_t stride, uin
     return rungs < few * (uint64_t)n ? 0 : n;
 }
 
+/* About how many missing edges cross nothing but rungs. */
+static uint32_t mesher__num_in_planes(mesher__recovery *r)
+{
+    const uint32_t stride = 1 + r->num_missing_edges / MESHER__RUNG_SAMPLE;
+    return stride * mesher__list_in_planes(r, stride, 0);
+}
+
 /* Brings in missing edges that cross nothing but rungs by flips in planes, those with the fewest
- * rungs first, if they have many on average. Where they have few, other steps need fewer points. */
-static void mesher__plane_levels(mesher__recovery *r)
+ * rungs first, if they have few of them on average, or more. */
+static void mesher__plane_levels(mesher__recovery *r, uint32_t few)
 {
     const uint32_t stride = 1 + r->num_missing_edges / MESHER__RUNG_SAMPLE;
     uint32_t i, before, n;
-    if (!mesher__list_in_planes(r, stride, MESHER__MANY_RUNGS)) return;
-    n = mesher__list_in_planes(r, 1, MESHER__MANY_RUNGS);
+    if (!mesher__list_in_planes(r, stride, few)) return;
+    n = mesher__list_in_planes(r, 1, few);
     if (n == 0 || (!r->patches && !mesher__find_patches(r))) return;
     do {
         before = r->num_missing_edges;
@@ -8978,19 +8987,39 @@ static mesher__recovery *mesher__recovery_new(mesher_domain *domain, mesher_repo
     return r;
 }
 
+/* Brings in edges by flips, in planes and elsewhere. Flips elsewhere may leave edges that pierce a
+ * plane, which hinder those in it: if nearly all that was missing is in planes, the next attempt
+ * begins with flips there, however few the rungs. (The end of a fine cylinder is often a fan of
+ * its corners, which are on a circle: all of its edges are missing.) */
+static void mesher__edges_by_flips(mesher__recovery *r)
+{
+    const uint32_t first = r->attempt == 1 ? 0 : MESHER__MANY_RUNGS;
+    const uint32_t missing = r->num_missing_edges;
+    uint32_t in_planes;
+    if (missing > r->num_edges / 64) r->plane.tolerance = mesher__bend(r);
+    in_planes = mesher__num_in_planes(r);
+    mesher__plane_levels(r, first);
+    mesher__flip_levels(r);
+    mesher__plane_levels(r, MESHER__MANY_RUNGS);
+    r->max_vain = MESHER__VAIN + r->num_missing_edges / MESHER__VAIN;
+    mesher__edge_levels(r);
+    mesher__plane_levels(r, 0);
+    r->stuck_in_planes = r->attempt == 0 && in_planes > missing - missing / 8 &&
+                         r->num_missing_edges > MESHER__FEW_EDGES;
+}
+
 /* Brings in edges, then facets, and adds interior points for what is left, over and over. */
 static void mesher__recover_all(mesher__recovery *r)
 {
     int round;
     uint32_t before;
-    if (r->by_flips && r->num_missing_edges > r->num_edges / 64)
-        r->plane.tolerance = mesher__bend(r);
-    if (r->by_flips) mesher__plane_levels(r);
-    if (r->by_flips) mesher__flip_levels(r);
-    if (r->by_flips) mesher__plane_levels(r);
-    r->max_vain = MESHER__VAIN + r->num_missing_edges / MESHER__VAIN;
-    mesher__edge_levels(r);
-    if (mesher__ends(r)) return;
+    if (r->by_flips) {
+        mesher__edges_by_flips(r);
+    } else {
+        r->max_vain = MESHER__VAIN + r->num_missing_edges / MESHER__VAIN;
+        mesher__edge_levels(r);
+    }
+    if (mesher__ends(r) || r->stuck_in_planes) return;
     if (r->num_missing_edges > r->num_facets / 32) mesher__ask_for_defects(r);
     before = r->num_missing_edges;
     r->max_work = r->work + MESHER__WORK_THEN;
@@ -9075,6 +9104,7 @@ static int mesher__worth_splits(const mesher__recovery *r)
 static void mesher__bring_in(mesher__recovery *r)
 {
     mesher__recover_all(r);
+    if (r->stuck_in_planes) return;
     r->max_vain = UINT32_MAX;
     if (!mesher__ends(r) && mesher__worth_splits(r) && mesher__lacks(r)) {
         mesher__split_all(r);
@@ -9110,6 +9140,10 @@ static mesher_result mesher__outcome(mesher__recovery *r, int attempt, int *agai
     }
     if (r->absent) {
         *again = 1;
+        return MESHER_OK;
+    }
+    if (r->stuck_in_planes) {
+        *again = 2;
         return MESHER_OK;
     }
     if (!mesher__lacks(r) && !mesher__points_on_surface(r)) return MESHER_OK;

@@ -346,6 +346,65 @@ static void reliefs_before_flat_sides_need_few_points(void)
     shape_free(&s);
 }
 
+/* Triangle i of a convex polygon of n vertices: of a fan around the first one, or of a strip. */
+static void cap_triangle(uint32_t n, uint32_t i, int strip, uint32_t *v)
+{
+    v[0] = strip ? (i + 1) / 2 : 0;
+    v[1] = strip ? v[0] + 1 : i + 1;
+    v[2] = strip ? n - 1 - i / 2 : i + 2;
+    if (strip && i % 2) { /* between n - 1 - (i - 1) / 2 and the vertex before it */
+        v[1] = n - 2 - i / 2;
+        v[2] = n - 1 - i / 2;
+    }
+}
+
+/* A cylinder of radius 1 with n sides; its ends are fans or strips. */
+static void fine_cylinder(shape *s, uint32_t n, double height, const int *strip)
+{
+    uint32_t i, v[3];
+    int top;
+    for (top = 0; top < 2; top++)
+        for (i = 0; i < n; i++) {
+            double angle = 2 * 3.14159265358979 * i / n;
+            add_vertex(s, cos(angle), sin(angle), top * height);
+        }
+    for (i = 0; i < n; i++) {
+        uint32_t j = (i + 1) % n;
+        add_triangle(s, i, j, n + j);
+        add_triangle(s, i, n + j, n + i);
+    }
+    for (i = 0; i + 2 < n; i++) {
+        cap_triangle(n, i, strip[0], v);
+        add_triangle(s, v[0], v[2], v[1]);
+        cap_triangle(n, i, strip[1], v);
+        add_triangle(s, n + v[0], n + v[1], n + v[2]);
+    }
+}
+
+/* The mesh triangulates the ends in another way, as their vertices are on a circle; all edges of a
+ * fan or strip are missing then. One attempt begins with flips elsewhere, the next one with flips
+ * in the planes. Turned, the ends are bent by rounding. */
+static void fine_cylinders_need_few_attempts(void)
+{
+    static const uint32_t sides[4] = {200, 200, 500, 1000};
+    static const double heights[4] = {50, 3, 0.3, 0.05};
+    static const int strips[4][2] = {{0, 0}, {0, 1}, {0, 1}, {0, 0}};
+    int i, turned, attempts;
+    long points;
+    for (i = 0; i < 4; i++)
+        for (turned = 0; turned < 2; turned++) {
+            shape s = {0};
+            fine_cylinder(&s, sides[i], heights[i], strips[i]);
+            CHECK(s.num_triangles == 4 * (size_t)sides[i] - 4);
+            if (turned) transform(&s, 0.7 + i, 1, 3);
+            attempts = attempts_at(&s, 1);
+            CHECK(attempts >= 1 && attempts <= 2);
+            points = recovered(&s, "a fine cylinder");
+            CHECK(points >= 0 && points <= 40);
+            shape_free(&s);
+        }
+}
+
 static void one_attempt_is_enough(const shape *s, const char *what)
 {
     long points;
@@ -826,6 +885,7 @@ int main(int argc, char **argv)
         turned_needles_need_few_attempts();
         needles_in_planes_need_one_attempt();
         reliefs_before_flat_sides_need_few_points();
+        fine_cylinders_need_few_attempts();
         needles_in_bent_planes_need_one_attempt();
         needles_in_planes_of_single_precision_need_one_attempt();
         twisted_tubes_need_few_attempts();
