@@ -8987,25 +8987,27 @@ static mesher__recovery *mesher__recovery_new(mesher_domain *domain, mesher_repo
     return r;
 }
 
-/* Brings in edges by flips, in planes and elsewhere. Flips elsewhere may leave edges that pierce a
- * plane, which hinder those in it: if nearly all that was missing is in planes, the next attempt
- * begins with flips there, however few the rungs. (The end of a fine cylinder is often a fan of
- * its corners, which are on a circle: all of its edges are missing.) */
-static void mesher__edges_by_flips(mesher__recovery *r)
+/* Brings in edges by searches and, in attempts by flips, by flips before and after, in planes and
+ * elsewhere. Flips elsewhere may leave edges that pierce a plane, which hinder those in it: if
+ * nearly all that was missing is in planes, the next attempt begins with flips there, however few
+ * the rungs. (The end of a fine cylinder is often a fan of its corners, which are on a circle: all
+ * of its edges are missing.) */
+static void mesher__bring_in_edges(mesher__recovery *r)
 {
-    const uint32_t first = r->attempt == 1 ? 0 : MESHER__MANY_RUNGS;
-    const uint32_t missing = r->num_missing_edges;
-    uint32_t in_planes;
-    if (missing > r->num_edges / 64) r->plane.tolerance = mesher__bend(r);
-    in_planes = mesher__num_in_planes(r);
-    mesher__plane_levels(r, first);
-    mesher__flip_levels(r);
-    mesher__plane_levels(r, MESHER__MANY_RUNGS);
+    const uint32_t first = r->attempt == 1 ? 0 : MESHER__MANY_RUNGS, missing = r->num_missing_edges;
+    uint32_t in_planes = 0;
+    if (r->by_flips) {
+        if (missing > r->num_edges / 64) r->plane.tolerance = mesher__bend(r);
+        if (r->attempt == 0) in_planes = mesher__num_in_planes(r);
+        mesher__plane_levels(r, first);
+        mesher__flip_levels(r);
+        mesher__plane_levels(r, MESHER__MANY_RUNGS);
+    }
     r->max_vain = MESHER__VAIN + r->num_missing_edges / MESHER__VAIN;
     mesher__edge_levels(r);
-    mesher__plane_levels(r, 0);
-    r->stuck_in_planes = r->attempt == 0 && in_planes > missing - missing / 8 &&
-                         r->num_missing_edges > MESHER__FEW_EDGES;
+    if (r->by_flips) mesher__plane_levels(r, 0);
+    r->stuck_in_planes =
+        in_planes > missing - missing / 8 && r->num_missing_edges > MESHER__FEW_EDGES;
 }
 
 /* Brings in edges, then facets, and adds interior points for what is left, over and over. */
@@ -9013,12 +9015,7 @@ static void mesher__recover_all(mesher__recovery *r)
 {
     int round;
     uint32_t before;
-    if (r->by_flips) {
-        mesher__edges_by_flips(r);
-    } else {
-        r->max_vain = MESHER__VAIN + r->num_missing_edges / MESHER__VAIN;
-        mesher__edge_levels(r);
-    }
+    mesher__bring_in_edges(r);
     if (mesher__ends(r) || r->stuck_in_planes) return;
     if (r->num_missing_edges > r->num_facets / 32) mesher__ask_for_defects(r);
     before = r->num_missing_edges;

@@ -350,12 +350,8 @@ static void reliefs_before_flat_sides_need_few_points(void)
 static void cap_triangle(uint32_t n, uint32_t i, int strip, uint32_t *v)
 {
     v[0] = strip ? (i + 1) / 2 : 0;
-    v[1] = strip ? v[0] + 1 : i + 1;
+    v[1] = !strip ? i + 1 : i % 2 ? n - 2 - i / 2 : v[0] + 1;
     v[2] = strip ? n - 1 - i / 2 : i + 2;
-    if (strip && i % 2) { /* between n - 1 - (i - 1) / 2 and the vertex before it */
-        v[1] = n - 2 - i / 2;
-        v[2] = n - 1 - i / 2;
-    }
 }
 
 /* A cylinder of radius 1 with n sides; its ends are fans or strips. */
