@@ -2745,6 +2745,7 @@ MESHER_API mesher_result mesher_empty_mesh(mesher_domain *domain, mesher_report 
  *   1. Flips bring in the missing edges one by one, in a copy of the tetrahedra around each, to
  *      growing depth; all threads try many edges at once. Where flat sides of the surface consist
  *      of needles, flips within their planes come first, with Steiner points beside the planes.
+ *      Where many edges are still missing then, flips go from their ends inwards, much deeper.
  *   2. Closure searches (delaunay_reconnect) follow for the few edges that are left, over windows:
  *      small sets of tetrahedra around the faces that an edge crosses. (When the attempts that
  *      start with flips have failed, in several orders, later ones use searches for all edges.) A
@@ -2896,13 +2897,22 @@ enum {
     MESHER__CELL_BITS = 10,    /* of a cell's number */
     MESHER__CELL_SLOTS = 4096, /* a power of two */
     MESHER__RING = 20,         /* tetrahedra around an edge at most */
-    MESHER__RING_FILLED = 7,   /* the same for an edge to be removed: of longer rings one in fifty
-                                  can be filled, at a high cost */
-    MESHER__WAY = 64,          /* faces and edges that the missing edge crosses at most */
+    MESHER__RING_FILLED = 16,  /* the same for an edge to be removed from an end of the way */
+    MESHER__RING_USUAL = 7,    /* the same elsewhere: of longer rings one in fifty can be filled, at
+                                  a high cost */
+    MESHER__WAY = 64,          /* faces and edges that the missing edge crosses at most, or that are
+                                  looked at from one of its ends */
     MESHER__FLIP_LOG = 8192,
     MESHER__VIEWS = 128,       /* a power of two */
     MESHER__RINGS = 64,        /* the same */
     MESHER__FLIP_DEPTH = 16,
+    /* Flips from the ends of missing edges: how deep removals nest, edges that may be tried for one
+     * obstacle, passes without success after which they end, and the length of the log at which
+     * they are committed. */
+    MESHER__END_DEPTH = 100,
+    MESHER__END_BUDGET = 1024,
+    MESHER__END_VAIN = 4,
+    MESHER__END_LOG = 400,
     /* For a point that is to be removed: tetrahedra around it at most, edges at it that may be
      * tried, and how deep removals of edges nest. */
     MESHER__THIN_STAR = 200,
@@ -2934,6 +2944,7 @@ typedef struct mesher__copy {
     delaunay_handle from; /* the original in the mesh; 0: made by a flip */
     uint16_t        flags;
     uint8_t         linked, gone;
+    uint8_t         rings; /* of edges that wait to be removed; those that it is in */
 } mesher__copy;
 
 /* A face (facet k of a cell, 0 <= k < 4) or an edge (k < 0) that the missing edge crosses. */
@@ -2950,6 +2961,7 @@ typedef struct mesher__obstacle {
 typedef struct mesher__way {
     mesher__obstacle at[MESHER__WAY];
     uint32_t         count;
+    int              cut; /* there are more */
 } mesher__way;
 
 /* The ring of an edge pq: cell i has p, q, r[i], r[i + 1], positive in this order. */
@@ -2981,15 +2993,17 @@ typedef struct mesher__flips {
     uint32_t     num_cells, num_free, num_log, num_made, epoch;
     uint32_t     start;  /* a cell at a, where the way last began; 0: none */
     uint32_t     budget; /* edges that may be tried */
+    uint32_t     ring_filled; /* vertices of a ring that is filled at most */
     uint64_t     work;
     int          full;   /* something had no room */
+    int          apart;  /* removals that nest may share two tetrahedra at most */
     mesher__copy cells[MESHER__CELLS]; /* from 1 on */
     uint32_t     free_cells[MESHER__CELLS];
     uint32_t     changed[MESHER__CELLS / 32]; /* bits: cells that flips removed or made */
     uint32_t     slots[MESHER__CELL_SLOTS]; /* of copies, hashed: epoch, and number of the cell */
     uint32_t     log[MESHER__FLIP_LOG]; /* of each flip: cells removed, made, how many of either */
     uint32_t     made[MESHER__FLIP_LOG / 3][2]; /* edges that the flips of the log make, in order */
-    uint32_t     edges[MESHER__FLIP_DEPTH + 2][2]; /* those that wait to be removed */
+    uint32_t     edges[MESHER__END_DEPTH + 2][2]; /* those that wait to be removed */
     mesher__way  way[2];                 /* the current one, and that after flips */
     uint64_t     tried[3 * MESHER__WAY]; /* edges tried since the way last changed */
     uint32_t     num_tried;
@@ -3076,6 +3090,9 @@ typedef struct mesher__recovery {
         uint32_t  num_buckets, *rows, *edges;
     } grid;                             /* over the missing edges of the list */
     uint64_t        random;
+    int             from_ends;         /* flips are from one end of the edge */
+    uint32_t        from_second;       /* 1: from the second one */
+    int             far_too;           /* obstacles behind the first one are tried, too */
     int             attempt, by_flips; /* by_flips: this is one of the attempts by flips */
     uint64_t        nodes, searches, ticks;
     uint64_t        work, max_work;    /* predicates, about: a bound that depends on no clock */
@@ -4602,6 +4619,8 @@ static void mesher__flips_clear(mesher__flips *f, const delaunay_mesh *mesh, uin
     f->num_cells = 1;
     f->num_free = f->num_log = f->num_made = 0;
     f->full = 0;
+    f->apart = 0;
+    f->ring_filled = MESHER__RING_USUAL;
     f->start = 0;
     memset(f->changed, 0, sizeof f->changed);
     mesher__views_set(f);
@@ -4656,7 +4675,7 @@ static uint32_t mesher__cell_of(mesher__flips *f, delaunay_handle t)
     memcpy(c->n, f->mesh->tets[t].n, sizeof c->n);
     c->from = t;
     c->flags = f->mesh->flags[t];
-    c->linked = c->gone = 0;
+    c->linked = c->gone = c->rings = 0;
     for (k = 0; k < 4; k++) {
         mesher__cell_prefetch(f, c->n[k] / 4);
         if (c->v[k] != DELAUNAY_GHOST) MESHER__PREFETCH(f->mesh->vertices + c->v[k]);
@@ -4744,7 +4763,7 @@ static uint32_t mesher__new_cell(mesher__flips *f, uint32_t a, uint32_t b, uint3
     cell->v[3] = d;
     cell->from = 0;
     cell->flags = (uint16_t)flags;
-    cell->linked = cell->gone = 0;
+    cell->linked = cell->gone = cell->rings = 0;
     mesher__log_cell(f, i);
     return i;
 }
@@ -4904,8 +4923,8 @@ static unsigned mesher__ring_ears(const mesher__flips *f, const mesher__ring *g,
 /* What may be the triangulations of a ring, by its chords ij, i < j: the possible apexes of the
  * triangle at the chord, as bits, and the number of ways to fill what is between chord and ring. */
 typedef struct mesher__chords {
-    uint8_t apexes[MESHER__RING_FILLED][MESHER__RING_FILLED];
-    uint8_t ways[MESHER__RING_FILLED][MESHER__RING_FILLED];
+    uint16_t apexes[MESHER__RING_FILLED][MESHER__RING_FILLED];
+    uint32_t ways[MESHER__RING_FILLED][MESHER__RING_FILLED];
 } mesher__chords;
 
 /* Finds the possible apexes at chord ij. apexes: those to which both ends of the chord have chords,
@@ -4927,10 +4946,10 @@ static void mesher__chord_set(mesher__flips *f, const mesher__ring *g, const mes
             if (between < 0) between = mesher__is_between(f, g, i, k, j);
         }
         apexes &= ~((unsigned)!between << k);
-        ways += between ? (unsigned)c->ways[i][k] * c->ways[k][j] : 0;
+        ways += between ? c->ways[i][k] * c->ways[k][j] : 0;
     }
-    c->ways[i][j] = (uint8_t)ways;
-    c->apexes[i][j] = (uint8_t)apexes;
+    c->ways[i][j] = ways;
+    c->apexes[i][j] = (uint16_t)apexes;
 }
 
 /* The same for a ring of four: it has two chords, each with the ears beside it. */
@@ -4939,7 +4958,7 @@ static int mesher__list_two_chords(unsigned ears, unsigned no_chord, mesher__cho
     unsigned even = (ears & 10) == 10 && !(no_chord & 5), odd = (ears & 5) == 5 && !(no_chord & 10);
     c->apexes[0][2] = 1 << 1;
     c->apexes[1][3] = 1 << 2;
-    c->apexes[0][3] = (uint8_t)(odd << 1 | even << 2);
+    c->apexes[0][3] = (uint16_t)(odd << 1 | even << 2);
     return (int)(odd + even);
 }
 
@@ -4970,7 +4989,7 @@ static int mesher__list_chords(mesher__flips *f, const mesher__ring *g, uint32_t
             up[i] |= (unsigned)(c->ways[i][j] > 0) << j;
             down[j] |= (unsigned)(c->ways[i][j] > 0) << i;
         }
-    return up[0] >> (n - 1) & 1 ? c->ways[0][n - 1] : 0;
+    return up[0] >> (n - 1) & 1 ? (int)c->ways[0][n - 1] : 0;
 }
 
 /* The views of the vertices of a ring, then of p and q. */
@@ -5014,20 +5033,20 @@ static void mesher__least_crossed(mesher__flips *f, const mesher__ring *g, const
                                   uint8_t (*apex)[MESHER__RING_FILLED])
 {
     uint16_t cost[MESHER__RING_FILLED][MESHER__RING_FILLED];
-    uint8_t needed[MESHER__RING_FILLED]; /* of i: the chords ij of a triangulation, as bits */
+    uint16_t needed[MESHER__RING_FILLED]; /* of i: the chords ij of a triangulation, as bits */
     mesher__sights s;
     uint32_t i, j, k, width, n = g->n, sum;
     unsigned left;
     mesher__sights_set(f, g, &s);
     memset(needed, 0, sizeof needed);
-    needed[0] = (uint8_t)(1u << (n - 1));
+    needed[0] = (uint16_t)(1u << (n - 1));
     for (width = n - 1; width > 2; width--)
         for (i = 0; i + width < n; i++)
             if (j = i + width, needed[i] >> j & 1)
                 for (left = c->apexes[i][j]; left; left &= left - 1) {
                     k = mesher__row_bit(left);
-                    needed[i] = (uint8_t)(needed[i] | 1u << k);
-                    needed[k] = (uint8_t)(needed[k] | 1u << j);
+                    needed[i] = (uint16_t)(needed[i] | 1u << k);
+                    needed[k] = (uint16_t)(needed[k] | 1u << j);
                 }
     for (i = 0; i + 1 < n; i++) cost[i][i + 1] = 0;
     for (width = 2; width < n; width++)
@@ -5093,7 +5112,7 @@ static int mesher__triangulate_ring(mesher__flips *f, const mesher__ring *g, uin
     mesher__ring_filled *t;
     uint32_t i, n = g->n, number = MESHER__RING_FILLED;
     int known, ways;
-    if (n < 3 || n > MESHER__RING_FILLED) return 0;
+    if (n < 3 || n > f->ring_filled) return 0;
     t = f->ring = mesher__ring_place(f, g, ear, &known);
     if (known) return t->filled;
     if (n == 3) {
@@ -5262,6 +5281,22 @@ static int mesher__ring_again(mesher__flips *f, uint32_t mark, mesher__ring *rin
     return 0;
 }
 
+/* Do the rings of edges that wait share more than two tetrahedra with a ring? The one that waits
+ * for this removal shares two. */
+static int mesher__ring_overlaps(const mesher__flips *f, const mesher__ring *g)
+{
+    uint32_t i, shared = 0;
+    for (i = 0; i < g->n; i++) shared += f->cells[g->cells[i]].rings;
+    return shared > 2;
+}
+
+static void mesher__ring_waits(mesher__flips *f, const mesher__ring *g, int add)
+{
+    uint32_t i;
+    for (i = 0; i < g->n; i++)
+        f->cells[g->cells[i]].rings = (uint8_t)(f->cells[g->cells[i]].rings + add);
+}
+
 /* Removes edge pq of a cell. If its ring has no triangulation, edges that prevent one are removed
  * first, recursively, to the given depth. ear: a vertex of the ring that may get no new edge (0:
  * none). Flips that do not lead to the removal stay: they may free what is stuck for a later
@@ -5269,12 +5304,13 @@ static int mesher__ring_again(mesher__flips *f, uint32_t mark, mesher__ring *rin
 static int mesher__remove_edge(mesher__flips *f, uint32_t cell, uint32_t p, uint32_t q,
                                uint32_t ear, int level, int depth)
 {
-    mesher__ring g;
-    uint32_t i, n, side, mark;
+    mesher__ring g, old;
+    uint32_t i, side, mark;
     if (f->budget == 0) return 0;
     f->budget--;
     if (!mesher__ring_of(f, cell, p, q, &g)) return 0;
     f->work += g.n;
+    if (f->apart && mesher__ring_overlaps(f, &g)) return 0;
     if (mesher__triangulate_ring(f, &g, ear)) return mesher__flip_ring(f, &g);
     if (depth == 0) return 0;
     f->edges[level][0] = p;
@@ -5287,11 +5323,13 @@ static int mesher__remove_edge(mesher__flips *f, uint32_t cell, uint32_t p, uint
             int sign = mesher__flip_orient(f, s, x, y, z);
             if ((side ? sign < 0 : sign > 0) || mesher__edge_waits(f, level, s, y)) continue;
             mark = f->num_log;
-            n = g.n;
+            old = g;
+            if (f->apart) mesher__ring_waits(f, &old, 1);
             mesher__remove_edge(f, g.cells[i], s, y, t, level + 1, depth - 1);
+            if (f->apart) mesher__ring_waits(f, &old, -1);
             if (f->num_log == mark || !mesher__ring_again(f, mark, &g)) continue;
             if (mesher__triangulate_ring(f, &g, ear)) return mesher__flip_ring(f, &g);
-            if (g.n < n) i = UINT32_MAX; /* the ring is smaller: start again */
+            if (g.n < old.n) i = UINT32_MAX; /* the ring is smaller: start again */
             break;
         }
     }
@@ -5305,7 +5343,10 @@ static int mesher__way_add(mesher__flips *f, mesher__way *way, uint32_t cell, in
 {
     mesher__obstacle *o = &way->at[way->count];
     const mesher__copy *c = &f->cells[cell];
-    if (way->count == MESHER__WAY) return 0;
+    if (way->count == MESHER__WAY) {
+        way->cut = 1;
+        return 0;
+    }
     if (k < 0 ? mesher__cell_edge(c, x, y) : (c->flags & DELAUNAY_FACET_BIT(k)) != 0) return 0;
     way->count++;
     o->cell = cell;
@@ -5429,15 +5470,18 @@ static int mesher__way_from_edge(mesher__flips *f, mesher__way *way)
 }
 
 /* The way of the missing edge: all that it crosses, from a on. Returns the number of obstacles; 0:
- * the edge is in the copy; MESHER__ABSENT: a constraint or a vertex is in the way, or no room. */
+ * the edge is in the copy; MESHER__ABSENT: a constraint or a vertex is in the way, or no room in
+ * the copy; more than MESHER__WAY: there are more than the way has room for. */
 static uint32_t mesher__find_way(mesher__flips *f, mesher__way *way)
 {
     int more;
     way->count = 0;
+    way->cut = 0;
     more = mesher__way_start(f, way);
     while (more > 0)
         more = way->at[way->count - 1].k < 0 ? mesher__way_from_edge(f, way)
                                              : mesher__way_from_face(f, way);
+    if (way->cut) return MESHER__WAY + 1;
     return more < 0 ? MESHER__ABSENT : way->count;
 }
 
@@ -5531,8 +5575,71 @@ static void mesher__flip_edge(mesher__flips *f, const delaunay_mesh *mesh, uint3
                               int depth)
 {
     mesher__flips_clear(f, mesh, a, b);
-    if (mesher__find_way(f, &f->way[0]) == MESHER__ABSENT) return;
+    if (mesher__find_way(f, &f->way[0]) > MESHER__WAY) return;
     while (f->way[0].count > 0 && mesher__flip_once(f, depth)) {}
+}
+
+/* How many faces of a cell the missing edge crosses. */
+static int mesher__faces_in_way(mesher__flips *f, uint32_t cell)
+{
+    const uint32_t *v = f->cells[cell].v;
+    mesher__sights s;
+    uint32_t i;
+    int count = 0;
+    for (i = 0; i < 4; i++) {
+        s.v[i] = v[i];
+        s.view[i] = *mesher__view_of(f, v[i]);
+    }
+    for (i = 0; i < 4; i++)
+        count += (int)mesher__in_way(f, &s, (i + 1) & 3, (i + 2) & 3, (i + 3) & 3);
+    return count;
+}
+
+/* By how many the flips of the log, from place mark on, lower the number of faces that the missing
+ * edge crosses; times two. */
+static int mesher__fewer_in_way(mesher__flips *f, uint32_t mark)
+{
+    uint32_t end = f->num_log, i;
+    int fewer = 0;
+    while (end > mark) {
+        uint32_t made = f->log[end - 1], gone = f->log[end - 2];
+        end -= 2;
+        for (i = 0; i < made; i++) fewer -= mesher__faces_in_way(f, f->log[--end]);
+        for (i = 0; i < gone; i++) fewer += mesher__faces_in_way(f, f->log[--end]);
+    }
+    return fewer;
+}
+
+/* Flips an obstacle of the way, one of the first count, and keeps flips by which there are fewer,
+ * or the edge is there. 0: impossible. */
+static int mesher__flip_first(mesher__flips *f, uint32_t count, int depth)
+{
+    uint32_t mark = f->num_log, made = f->num_made, i;
+    f->num_tried = 0;
+    f->budget = MESHER__END_BUDGET;
+    for (i = 0; i < 4 * count && f->budget && !f->full; i++) {
+        mesher__flip_obstacle(f, &f->way[0].at[i / 4], (int)(i % 4), depth);
+        if (f->num_log == mark) continue;
+        if (mesher__fewer_in_way(f, mark) > 0 || mesher__edge_is_made(f, made)) return 1;
+        mesher__flips_undo(f, mark);
+    }
+    return 0;
+}
+
+/* Flips from end a of missing edge ab on, one obstacle after the other; those behind the first one,
+ * too, if far_too is set. Removals that nest stay apart, which leaves few to try, and so they may
+ * be deep. */
+static void mesher__flip_from(mesher__flips *f, const delaunay_mesh *mesh, uint32_t a, uint32_t b,
+                              int far_too, int depth)
+{
+    mesher__flips_clear(f, mesh, a, b);
+    f->apart = 1;
+    f->ring_filled = MESHER__RING_FILLED;
+    while (f->num_log < MESHER__END_LOG) {
+        uint32_t n = mesher__find_way(f, &f->way[0]);
+        if (n == 0 || n == MESHER__ABSENT) return;
+        if (!mesher__flip_first(f, far_too ? f->way[0].count : 1, depth)) return;
+    }
 }
 
 /* Lists the tetrahedra that flips removed, and the cells that they made, and numbers these. 0: too
@@ -5669,11 +5776,12 @@ static int mesher__flips_take(const mesher__recovery *r, const mesher__flips *f,
 static int mesher__try_flips(const mesher__recovery *r, mesher__flips *f, uint32_t e, int depth,
                              mesher__flipped *p)
 {
-    const uint32_t *v = r->edges + 2 * (size_t)e;
+    const uint32_t *v = r->edges + 2 * (size_t)e, a = v[r->from_second], b = v[!r->from_second];
     f->budget = 16u << (depth < 4 ? depth : 4);
     f->work = 0;
-    p->start = r->mesh->vertex_tet[v[0]];
-    mesher__flip_edge(f, r->mesh, v[0], v[1], depth);
+    p->start = r->mesh->vertex_tet[a];
+    if (r->from_ends) mesher__flip_from(f, r->mesh, a, b, r->far_too, depth);
+    else mesher__flip_edge(f, r->mesh, a, b, depth);
     p->work = f->work;
     return mesher__flips_take(r, f, p);
 }
@@ -5740,7 +5848,8 @@ static int mesher__still_holds(const mesher__recovery *r, uint32_t e, const mesh
 {
     uint32_t i;
     unsigned touched = 0;
-    if (!p->whole || r->mesh->vertex_tet[r->edges[2 * (size_t)e]] != p->start) return 0;
+    if (!p->whole) return 0;
+    if (r->mesh->vertex_tet[r->edges[2 * (size_t)e + r->from_second]] != p->start) return 0;
     for (i = 0; i < p->num_read; i++) touched |= r->mesh->mark[p->read[i]];
     return !touched;
 }
@@ -5796,6 +5905,19 @@ static void mesher__try_ahead(mesher__recovery *r, uint32_t first, uint32_t end,
     delaunay_crew_end(&r->crew, work);
 }
 
+/* Goes on with flips from one end of an edge after a success, until there is none, or the edge is
+ * in. */
+static void mesher__flip_on(mesher__recovery *r, uint32_t e, int depth, int note)
+{
+    mesher__flipped *p = r->flipped;
+    while (!r->edge_present[e] && !mesher__stopped(r)) {
+        mesher__try_flips(r, r->flips, e, depth, p);
+        r->work += p->work;
+        if (!mesher__commit_flips(r, p)) return;
+        if (note) mesher__note_changes(r, p);
+    }
+}
+
 /* Flips for the edges first .. end - 1 of the list, tried by all threads at once if that pays. */
 static void mesher__flip_batch(mesher__recovery *r, uint32_t first, uint32_t end, int depth)
 {
@@ -5811,19 +5933,24 @@ static void mesher__flip_batch(mesher__recovery *r, uint32_t first, uint32_t end
         if (threads == 1 || !mesher__still_holds(r, e, p))
             mesher__try_flips(r, r->flips, e, depth, p);
         r->work += p->work;
-        if (mesher__commit_flips(r, p) && threads > 1) mesher__note_changes(r, p);
+        if (!mesher__commit_flips(r, p)) continue;
+        if (threads > 1) mesher__note_changes(r, p);
+        if (r->from_ends) mesher__flip_on(r, e, depth, threads > 1);
     }
     mesher__forget_changes(r);
 }
 
-/* Lists the missing edges: in their own order at the first attempt, shuffled at the others. */
+/* Lists the missing edges: in their own order at the first attempt, shuffled at the others, and for
+ * flips from the ends. */
 static void mesher__shuffle_edges(mesher__recovery *r)
 {
     uint32_t e, i, n = 0;
+    int shuffle = r->attempt || r->from_ends;
+    if (r->from_ends) r->random += 2;
     for (e = 0; e < r->num_edges; e++)
         if (!r->edge_present[e])
-            r->order[n++] = (r->attempt ? mesher__mix(e + r->random) << 32 : 0) | e;
-    if (r->attempt && n > 1) qsort(r->order, n, sizeof *r->order, mesher__compare_u64);
+            r->order[n++] = (shuffle ? mesher__mix(e + r->random) << 32 : 0) | e;
+    if (shuffle && n > 1) qsort(r->order, n, sizeof *r->order, mesher__compare_u64);
     for (i = 0; i < n; i++) r->wanted[i] = (uint32_t)r->order[i];
     r->num_wanted = n;
 }
@@ -5894,6 +6021,30 @@ static void mesher__flip_levels(mesher__recovery *r)
         mesher__tell(r, "edges by flips of depth", depth);
         if (depth > 3 && yield * (before - r->num_missing_edges) < before) return;
     }
+}
+
+/* Brings in missing edges, if there are many, by flips from their ends, in turn, in deeper and
+ * deeper passes. Where hundreds of long edges run beside each other, as on the sides of fine
+ * cylinders, nearly all of these passes bring in a few. */
+static void mesher__flip_ends(mesher__recovery *r)
+{
+    uint32_t before = r->num_missing_edges;
+    int depth, vain = 0;
+    if (before <= MESHER__FEW_EDGES) return;
+    r->from_ends = 1;
+    for (depth = 1; r->num_missing_edges && !mesher__stopped(r); depth++) {
+        mesher__flip_pass(r, depth < MESHER__END_DEPTH ? depth : MESHER__END_DEPTH);
+        mesher__tell(r, "edges by flips from ends of depth", depth);
+        vain = r->num_missing_edges < before ? 0 : vain + 1;
+        before = r->num_missing_edges;
+        r->from_second ^= 1;
+        if (vain < MESHER__END_VAIN) continue;
+        if (r->far_too || r->num_missing_edges <= MESHER__FEW_SPLITS) break;
+        r->far_too = 1;
+        vain = 0;
+    }
+    r->from_ends = r->far_too = 0;
+    r->from_second = 0;
 }
 
 /* ---- >>searches  closure searches for edges and facets ------------------------------------ */
@@ -7802,6 +7953,7 @@ static int mesher__edge_points(mesher__recovery *r)
             mesher__ask_for_defects(r);
         if (r->status != MESHER_OK || r->defects || r->absent) return any;
         if (r->by_flips) mesher__flip_levels(r);
+        if (r->by_flips) mesher__flip_ends(r);
         mesher__edge_levels(r);
         any |= changed;
         if (!changed) break;
@@ -9008,6 +9160,10 @@ static void mesher__bring_in_edges(mesher__recovery *r)
     if (r->by_flips) mesher__plane_levels(r, 0);
     r->stuck_in_planes =
         in_planes > missing - missing / 8 && r->num_missing_edges > MESHER__FEW_EDGES;
+    if (!r->by_flips || r->stuck_in_planes || r->num_missing_edges <= MESHER__FEW_EDGES) return;
+    mesher__flip_ends(r);
+    mesher__edge_levels(r);
+    mesher__plane_levels(r, 0);
 }
 
 /* Brings in edges, then facets, and adds interior points for what is left, over and over. */

@@ -354,26 +354,27 @@ static void cap_triangle(uint32_t n, uint32_t i, int strip, uint32_t *v)
     v[2] = strip ? n - 1 - i / 2 : i + 2;
 }
 
-/* A cylinder of radius 1 with n sides; its ends are fans or strips. */
-static void fine_cylinder(shape *s, uint32_t n, double height, const int *strip)
+/* A cylinder of radius 1 with n sides, whose axis begins at a point; its ends are fans or
+ * strips. */
+static void fine_cylinder(shape *s, uint32_t n, double height, const int *strip, const double *at)
 {
-    uint32_t i, v[3];
+    uint32_t a = (uint32_t)s->num_vertices, b = a + n, i, v[3];
     int top;
     for (top = 0; top < 2; top++)
         for (i = 0; i < n; i++) {
             double angle = 2 * 3.14159265358979 * i / n;
-            add_vertex(s, cos(angle), sin(angle), top * height);
+            add_vertex(s, at[0] + cos(angle), at[1] + sin(angle), at[2] + top * height);
         }
     for (i = 0; i < n; i++) {
         uint32_t j = (i + 1) % n;
-        add_triangle(s, i, j, n + j);
-        add_triangle(s, i, n + j, n + i);
+        add_triangle(s, a + i, a + j, b + j);
+        add_triangle(s, a + i, b + j, b + i);
     }
     for (i = 0; i + 2 < n; i++) {
         cap_triangle(n, i, strip[0], v);
-        add_triangle(s, v[0], v[2], v[1]);
+        add_triangle(s, a + v[0], a + v[2], a + v[1]);
         cap_triangle(n, i, strip[1], v);
-        add_triangle(s, n + v[0], n + v[1], n + v[2]);
+        add_triangle(s, b + v[0], b + v[1], b + v[2]);
     }
 }
 
@@ -385,12 +386,13 @@ static void fine_cylinders_need_few_attempts(void)
     static const uint32_t sides[4] = {200, 200, 500, 1000};
     static const double heights[4] = {50, 3, 0.3, 0.05};
     static const int strips[4][2] = {{0, 0}, {0, 1}, {0, 1}, {0, 0}};
+    static const double origin[3] = {0, 0, 0};
     int i, turned, attempts;
     long points;
     for (i = 0; i < 4; i++)
         for (turned = 0; turned < 2; turned++) {
             shape s = {0};
-            fine_cylinder(&s, sides[i], heights[i], strips[i]);
+            fine_cylinder(&s, sides[i], heights[i], strips[i], origin);
             CHECK(s.num_triangles == 4 * (size_t)sides[i] - 4);
             if (turned) transform(&s, 0.7 + i, 1, 3);
             attempts = attempts_at(&s, 1);
@@ -399,6 +401,30 @@ static void fine_cylinders_need_few_attempts(void)
             CHECK(points >= 0 && points <= 40);
             shape_free(&s);
         }
+}
+
+/* Tall and flat ones beside each other: most edges of the tall ones' sides are missing, and each
+ * crosses hundreds of tetrahedra. */
+static void fine_cylinders_beside_each_other(void)
+{
+    static const double heights[4] = {50, 0.3, 2, 0.05};
+    static const int strips[2] = {0, 1};
+    shape s = {0};
+    long points;
+    int i, j;
+    for (i = 0; i < 4; i++)
+        for (j = 0; j < 4; j++) {
+            double at[3];
+            at[0] = 2.5 * i;
+            at[1] = 2.5 * j;
+            at[2] = 0.3 * ((i + j) % 2);
+            fine_cylinder(&s, 128, heights[j], strips, at);
+        }
+    CHECK(s.num_triangles == 16 * 508);
+    CHECK(attempts_at(&s, 1) == 1);
+    points = recovered(&s, "fine cylinders beside each other");
+    CHECK(points >= 0 && points <= 120);
+    shape_free(&s);
 }
 
 static void one_attempt_is_enough(const shape *s, const char *what)
@@ -882,6 +908,7 @@ int main(int argc, char **argv)
         needles_in_planes_need_one_attempt();
         reliefs_before_flat_sides_need_few_points();
         fine_cylinders_need_few_attempts();
+        fine_cylinders_beside_each_other();
         needles_in_bent_planes_need_one_attempt();
         needles_in_planes_of_single_precision_need_one_attempt();
         twisted_tubes_need_few_attempts();
