@@ -5290,6 +5290,7 @@ static int mesher__ring_overlaps(const mesher__flips *f, const mesher__ring *g)
     return shared > 2;
 }
 
+/* Notes that the edge of a ring waits to be removed (add is 1), or does not any more (-1). */
 static void mesher__ring_waits(mesher__flips *f, const mesher__ring *g, int add)
 {
     uint32_t i;
@@ -5304,8 +5305,8 @@ static void mesher__ring_waits(mesher__flips *f, const mesher__ring *g, int add)
 static int mesher__remove_edge(mesher__flips *f, uint32_t cell, uint32_t p, uint32_t q,
                                uint32_t ear, int level, int depth)
 {
-    mesher__ring g, old;
-    uint32_t i, side, mark;
+    mesher__ring g;
+    uint32_t i, n, side, mark;
     if (f->budget == 0) return 0;
     f->budget--;
     if (!mesher__ring_of(f, cell, p, q, &g)) return 0;
@@ -5323,13 +5324,13 @@ static int mesher__remove_edge(mesher__flips *f, uint32_t cell, uint32_t p, uint
             int sign = mesher__flip_orient(f, s, x, y, z);
             if ((side ? sign < 0 : sign > 0) || mesher__edge_waits(f, level, s, y)) continue;
             mark = f->num_log;
-            old = g;
-            if (f->apart) mesher__ring_waits(f, &old, 1);
+            n = g.n;
+            if (f->apart) mesher__ring_waits(f, &g, 1);
             mesher__remove_edge(f, g.cells[i], s, y, t, level + 1, depth - 1);
-            if (f->apart) mesher__ring_waits(f, &old, -1);
+            if (f->apart) mesher__ring_waits(f, &g, -1);
             if (f->num_log == mark || !mesher__ring_again(f, mark, &g)) continue;
             if (mesher__triangulate_ring(f, &g, ear)) return mesher__flip_ring(f, &g);
-            if (g.n < old.n) i = UINT32_MAX; /* the ring is smaller: start again */
+            if (g.n < n) i = UINT32_MAX; /* the ring is smaller: start again */
             break;
         }
     }
@@ -6025,7 +6026,8 @@ static void mesher__flip_levels(mesher__recovery *r)
 
 /* Brings in missing edges, if there are many, by flips from their ends, in turn, in deeper and
  * deeper passes. Where hundreds of long edges run beside each other, as on the sides of fine
- * cylinders, nearly all of these passes bring in a few. */
+ * cylinders, nearly all of these passes bring in a few. If so many are left at last that points on
+ * them would not be tried, the obstacles behind the first one are. */
 static void mesher__flip_ends(mesher__recovery *r)
 {
     uint32_t before = r->num_missing_edges;
