@@ -176,7 +176,8 @@ enum { DELAUNAY_LOG_ERROR, DELAUNAY_LOG_WARNING, DELAUNAY_LOG_INFO, DELAUNAY_LOG
 
 /* What the host program provides for a call; all zeros is the recommended setting.
  * The allocator is called by one thread at a time: the calling thread or a worker thread. The other
- * callbacks are called by the calling thread only. */
+ * callbacks are called by the calling thread only. Every callback of these headers must return: no
+ * C++ exception and no longjmp may leave it; to stop a call, progress returns nonzero. */
 typedef struct delaunay_host {
     delaunay_allocator allocator;
     size_t             memory_limit_bytes;  /* 0: none. Beyond it allocations fail. It applies to
@@ -256,7 +257,8 @@ typedef struct delaunay_mesh {
     delaunay_handle  cap_free;
 
     uint32_t        *vertex_of;    /* caller's point -> vertex; equal points have the same vertex;
-                                      0: hidden by weights, in no tetrahedron */
+                                      0: hidden by weights, in no tetrahedron. An editor does not
+                                      change it */
     uint32_t         num_points;   /* length of vertex_of */
 
     delaunay_memory  memory;
@@ -500,10 +502,11 @@ DELAUNAY_API uint32_t delaunay_add_vertex(delaunay_mesh *mesh, const double *xyz
 /* Makes a mesh from arrays, which may come from another program. tets holds 4 indices into xyz for
  * each tetrahedron; these are all positive as defined above, or all negative (then they are
  * reversed). A facet that has just one tetrahedron gets no neighbour, handle 0. colors may be NULL.
- * Returns  DELAUNAY_OK; _ERROR_INVALID_ARGUMENT: NULL, or an index out of range; _NOT_FINITE: NaN
- *          or infinity, report->ids are up to four such points, in a tetrahedron or not;
- *          _TOO_LARGE; _OUT_OF_MEMORY; _INVALID_MESH: a flat tetrahedron, both orientations, more
- *          than two tetrahedra at a facet, or two on the same side of it: report->ids[0] is the
+ * Returns  DELAUNAY_OK; _ERROR_INVALID_ARGUMENT: an index out of range, or NULL with a count that
+ *          is not 0; _NOT_FINITE: NaN or infinity, report->ids are up to four such points, in a
+ *          tetrahedron or not; _TOO_LARGE; _OUT_OF_MEMORY; _INVALID_MESH: a flat tetrahedron, both
+ *          orientations, more than two tetrahedra at a facet, or two on the same side of it:
+ *          report->ids[0] is the
  *          tetrahedron. Other overlaps are not detected. On failure the mesh is zeroed, except that
  *          it stays as it was if an argument is NULL or a count is too large */
 DELAUNAY_API delaunay_result delaunay_import(delaunay_mesh *mesh, const double *xyz,
@@ -574,7 +577,8 @@ DELAUNAY_API delaunay_handle delaunay_find_edge(const delaunay_mesh *mesh, delau
 DELAUNAY_API delaunay_handle delaunay_find_facet(const delaunay_mesh *mesh, delaunay_worker *worker,
                                                  uint32_t a, uint32_t b, uint32_t c);
 /* A tetrahedron that contains the point, in its interior or on its boundary; else a ghost whose
- * hull facet the point is beyond; else 0: the point is outside of a mesh without ghosts there.
+ * hull facet the point is beyond; else 0: the point is outside of a mesh without ghosts there, or a
+ * coordinate is NaN or infinite.
  * Exact: a visibility walk with a bound on its steps, then a scan. hint may be 0. */
 DELAUNAY_API delaunay_handle delaunay_locate(const delaunay_mesh *mesh, const double *xyz,
                                              delaunay_handle hint);
@@ -661,8 +665,10 @@ DELAUNAY_API delaunay_plainness delaunay_plain_cavity(delaunay_plain *plain, del
 /* -- an editor inserts and removes single points of a Delaunay triangulation. After each call the
  * mesh is the triangulation of its vertices that delaunay_tetrahedralize would make, ties included;
  * only the order of the slots differs (see delaunay_canonicalize). A mesh has one editor at a time.
- * The editor keeps vertex_tet up to date. Between its calls the mesh may be edited in other ways,
- * and delaunay_canonicalize may be called. Constraint marks do not survive an insertion, whose new
+ * The editor keeps vertex_tet up to date, but not vertex_of and num_points: delaunay_insert and, for
+ * vertices without an id, delaunay_export_tets number on from num_points, whatever ids the editor
+ * was given. Between its calls the mesh may be edited in other ways, and
+ * delaunay_canonicalize may be called. Constraint marks do not survive an insertion, whose new
  * tetrahedra are DELAUNAY_OUTSIDE. Those of a removal have the colour of a real tetrahedron that
  * they replace; ghosts, that of a ghost. */
 typedef struct delaunay_editor delaunay_editor;
@@ -752,7 +758,8 @@ DELAUNAY_API delaunay_result delaunay_alpha_of(delaunay_alpha *alpha, const dela
 DELAUNAY_API void delaunay_alpha_free(delaunay_alpha *alpha);
 
 /* The vertex nearest to a point, exactly (one of them, if there are several). 0: out of memory, an
- * empty mesh, one with weights or without vertex_tet, or a point outside a mesh without its hull.
+ * empty mesh, one with weights or without vertex_tet, a point outside a mesh without its hull, or a
+ * coordinate that is NaN or infinite.
  * hint: a tetrahedron nearby, or 0.
  * Source: a vertex that is not the nearest has a Delaunay neighbour that is nearer. */
 DELAUNAY_API uint32_t delaunay_nearest(const delaunay_mesh *mesh, delaunay_worker *worker,
@@ -6444,6 +6451,7 @@ DELAUNAY_API delaunay_handle delaunay_locate(const delaunay_mesh *mesh, const do
 {
     delaunay_handle t = hint, from = 0, steps, limit = mesh->num_tets + 1000;
     uint32_t random = 2463534242u;
+    if (!delaunay__is_finite(xyz)) return 0;
     if (t == 0 || t >= mesh->num_tets || delaunay_is_deleted(mesh, t))
         for (t = mesh->num_tets ? mesh->num_tets - 1 : 0; t > 0 && delaunay_is_deleted(mesh, t);
              t--) {}

@@ -136,8 +136,8 @@ typedef struct hxtsort_pair32 {
 HXTSORT_API const char *hxtsort_result_string(hxtsort_result result);
 
 /* The bytes of scratch that are enough for any sort of count elements with num_threads threads; 0
- * if they do not fit a size_t. element_bytes is the size of a key and its value together; it is 16
- * for hxtsort_argsort. */
+ * if they do not fit a size_t. element_bytes is the size of a key and its value together; that of a
+ * record for hxtsort_records, hxtsort_reorder and the template; 16 for hxtsort_argsort. */
 HXTSORT_API size_t hxtsort_scratch_bytes(size_t element_bytes, size_t count, int num_threads);
 
 /* Sorts keys alone. On failure they are as before the call. */

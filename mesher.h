@@ -266,7 +266,7 @@ typedef struct mesher_options {
     double min_size, max_size;    /* bounds of all sizes; 0: none */
     /* largest ratio of the sizes at both ends of an edge that has the smaller size as its length
      * (sizes grow by gradation - 1 per unit of length); 0: 2 in general, as the lengths of a
-     * surface's edges may change abruptly, and 1.4 around sources */
+     * surface's edges may change abruptly, and 1.4 around sources; else 1 or more */
     double gradation;
     /* > 1: away from the surface sizes grow by this ratio, instead of being interpolated between
      * its sizes */
@@ -15639,7 +15639,7 @@ MESHER_API const char *mesher_kind_string(mesher_kind kind)
     switch (kind) {
     case MESHER_NOTE_DUPLICATE_VERTEX: return "duplicate vertex";
     case MESHER_NOTE_UNUSED_VERTEX: return "unused vertex";
-    case MESHER_NOTE_REPEATED_INDEX: return "repeated vertex in a triangle";
+    case MESHER_NOTE_REPEATED_INDEX: return "repeated vertex in a triangle or line";
     case MESHER_NOTE_DUPLICATE_TRIANGLE: return "duplicate triangle";
     case MESHER_NOTE_OPPOSITE_TRIANGLE: return "opposite triangle";
     case MESHER_NOTE_FLIPPED_TRIANGLE: return "inconsistent orientation";

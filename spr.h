@@ -185,8 +185,8 @@ typedef struct spr_worst {
 typedef struct spr_options {
     delaunay_host host;
     spr_measure   measure;
-    double        target;      /* tetrahedra of a lower quality are bad; 0: 0.35, and if that is
-                                * reached everywhere, the worst few become better than that */
+    double        target;      /* tetrahedra of a lower quality are bad; at most 1; 0: 0.35, and if
+                                * that is reached everywhere, the worst few become better still */
     double        max_seconds; /* 0: no limit; checked between rounds of plans, about 0.1 s apart */
     int           max_rounds;  /* sweeps over the list of bad ones; 0: until nothing changes */
     /* How long to try on what is bad after the cheapest operators: 0.01 to 100; 0: 1. Twice the
@@ -5665,7 +5665,8 @@ static spr_result spr__check_options(const spr_options *o, spr_report *report)
     const double effort = o->effort;
     if (o->measure < SPR_GAMMA || o->measure > SPR_USER)
         return spr__bad_option(report, "measure", (double)o->measure);
-    if (!(o->target >= 0)) return spr__bad_option(report, "target", o->target);
+    if (!(o->target >= 0 && o->target <= 1))
+        return spr__bad_option(report, "target, which should be 0 to 1,", o->target);
     if (!(o->max_seconds >= 0)) return spr__bad_option(report, "max_seconds", o->max_seconds);
     if (o->max_rounds < 0) return spr__bad_option(report, "max_rounds", o->max_rounds);
     if (effort != 0 && !(effort >= 0.01 && effort <= 100))

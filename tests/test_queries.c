@@ -283,6 +283,11 @@ static void check_nearest(delaunay_mesh *mesh, uint32_t lattice)
         ties += (uint32_t)tie;
     }
     CHECK(!lattice || ties > 20);
+    for (i = 0; i < 9; i++) {
+        double q[3] = {0.5, 0.5, 0.5};
+        q[i % 3] = i < 3 ? (double)NAN : i < 6 ? (double)INFINITY : -(double)INFINITY;
+        CHECK(delaunay_locate(mesh, q, 0) == 0 && delaunay_nearest(mesh, worker, q, 0) == 0);
+    }
     delaunay_worker_free(worker);
 }
 

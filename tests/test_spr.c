@@ -1615,6 +1615,7 @@ static void test_arrays_without_room_or_sense(void)
     spr_options o = open_options();
     size_t nt = s.nt, nv = s.nv;
     double was;
+    int k;
     uint32_t *old = (uint32_t *)malloc(4 * nt * sizeof *old);
     memcpy(old, s.tets, 4 * nt * sizeof *old);
     CHECK(spr_improve_arrays(s.xyz, &s.nv, s.nv, s.tets, s.colors, &s.nt, s.nt - 1, NULL, NULL,
@@ -1623,10 +1624,13 @@ static void test_arrays_without_room_or_sense(void)
     CHECK(spr_improve_arrays(NULL, &s.nv, s.nv, s.tets, s.colors, &s.nt, s.nt, NULL, NULL, &r) ==
           SPR_ERROR_INVALID_ARGUMENT);
     CHECK(spr_improve(NULL, NULL, &r) == SPR_ERROR_INVALID_ARGUMENT);
-    o.target = -1;
-    CHECK(spr_improve_arrays(s.xyz, &s.nv, s.nv, s.tets, s.colors, &s.nt, s.nt, NULL, &o, &r) ==
-              SPR_ERROR_INVALID_ARGUMENT &&
-          strstr(r.message, "options.target is -1"));
+    for (k = -1; k <= 2; k += 3) {
+        o.target = k;
+        CHECK(spr_improve_arrays(s.xyz, &s.nv, s.nv, s.tets, s.colors, &s.nt, s.nt, NULL, &o,
+                                 &r) == SPR_ERROR_INVALID_ARGUMENT &&
+              strstr(r.message, "options.target, which should be 0 to 1, is") &&
+              strstr(r.message, k < 0 ? " -1" : " 2"));
+    }
     o.target = 0;
     o.measure = SPR_USER; /* no function */
     CHECK(spr_improve_arrays(s.xyz, &s.nv, s.nv, s.tets, s.colors, &s.nt, s.nt, NULL, &o, &r) ==
