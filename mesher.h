@@ -12300,6 +12300,7 @@ typedef struct mesher__refiner {
     uint64_t         inserted, num_tets, ignored; /* ignored: answers that were no size */
     uint64_t         lost;       /* tetrahedra looked at for points that were given up */
     double           asked_tets; /* see mesher__has_numbers */
+    double           most_points; /* of the lattices, for the memory limit */
     double           start;
 } mesher__refiner;
 
@@ -13120,6 +13121,16 @@ static mesher_result mesher__over_budget(mesher__refiner *r, int look_at_clock)
     return MESHER_STOPPED_BY_BUDGET;
 }
 
+/* How many more points, about, there is memory for within the limit that the caller has set. A
+ * point adds seven tetrahedra; the rest is for the lists of points and for arrays that grow. */
+static double mesher__memory_for(const mesher__refiner *r)
+{
+    const size_t limit = r->memory->limit_bytes, used = r->memory->bytes;
+    const double point = 16.0 * sizeof(delaunay_tet) + 256;
+    if (!limit) return HUGE_VAL;
+    return used < limit ? (double)(limit - used) / point : 0;
+}
+
 /* The result of running out of memory. If the caller has set a limit, that is a budget, as the mesh
  * is valid. */
 static mesher_result mesher__no_memory(mesher__refiner *r)
@@ -13430,6 +13441,7 @@ static mesher_result mesher__grow_lattice(mesher__refiner *r, size_t p)
             p - r->mesh->num_vertices > r->options->max_vertices)
             break;
         if (r->options->max_tets && p > r->mesh->num_vertices + r->options->max_tets / 5) break;
+        if ((double)p > (double)r->mesh->num_vertices + r->most_points) break;
         end = r->num_points - p > MESHER__FRONT ? p + MESHER__FRONT : r->num_points;
         for (count = 0, k = p; k < end; k++)
             for (d = 0; d < 8; d++) {
@@ -13864,7 +13876,7 @@ static double mesher__within_budgets(const mesher__refiner *r, double points)
         most = (double)o->max_tets / 5 + some;
     if (o->max_seconds > 0 && 2e6 * o->max_seconds + some < most)
         most = 2e6 * o->max_seconds + some;
-    return most;
+    return most < r->most_points ? most : r->most_points;
 }
 
 /* Warns the host that the sizes ask for this many points, far more than there will be time or
@@ -13928,6 +13940,7 @@ static mesher_result mesher__lattice(mesher__refiner *r)
     size_t first;
     mesher_result result;
     r->num_points = 0;
+    r->most_points = mesher__memory_for(r);
     if (!mesher__find_starts(r, &points)) return mesher__no_memory(r);
     if ((!(points >= MESHER__LATTICE_LEAST) && r->num_unnoticed == 0) ||
         points > MESHER__LATTICE_MOST) {
@@ -15391,6 +15404,7 @@ static mesher_result mesher__insert_range(mesher__refiner *r, size_t begin, size
     int many = n >= MESHER__FEW;
     if (o->max_tets && r->num_tets + 10 * (uint64_t)n > o->max_tets) many = 0;
     if (o->max_vertices && (uint64_t)r->mesh->num_vertices + n > o->max_vertices) many = 0;
+    if ((double)n > mesher__memory_for(r)) many = 0;
     if ((uint64_t)r->mesh->num_vertices + n >= UINT32_MAX - 16) many = 0;
     if ((uint64_t)r->mesh->num_tets + 10 * (uint64_t)n >= ((delaunay_handle)-1) / 4) many = 0;
     return many ? mesher__insert_many(r, begin, end) : mesher__insert_serially(r, begin, end);

@@ -1219,6 +1219,26 @@ static void sizes_that_ask_for_far_too_much_are_told(void)
     mesher_domain_free(&d);
 }
 
+/* The lattices that the sizes ask for do not fit the limit; what fits is made all the same. */
+static void a_memory_limit_is_used_up(void)
+{
+    static const double sizes[3] = {0.06, 0.03, 0.015};
+    mesher_domain d;
+    mesher_report r;
+    mesher_options o;
+    int k;
+    memset(&o, 0, sizeof o);
+    for (k = 0; k < 6; k++) {
+        o.size = sizes[k % 3];
+        o.host.memory_limit_bytes = k < 3 ? 10000000 : 20000000;
+        CHECK(box(&d, 2, 2, 2, 1, 9, &o));
+        CHECK(refine_and_check(&d, &r) == MESHER_STOPPED_BY_BUDGET);
+        CHECK(r.num_tets > o.host.memory_limit_bytes / 250);
+        CHECK(r.peak_bytes <= o.host.memory_limit_bytes);
+        mesher_domain_free(&d);
+    }
+}
+
 static void budgets_leave_a_valid_mesh(void)
 {
     static const char *const budgets[4] = {"max_vertices, 500", "max_tets, 2000",
@@ -2055,6 +2075,7 @@ int main(void)
     slow_growth_reaches_far();
     sizes_have_a_floor();
     sizes_that_ask_for_far_too_much_are_told();
+    a_memory_limit_is_used_up();
     budgets_leave_a_valid_mesh();
     a_raised_budget_lets_it_go_on();
     a_cancelled_mesh_is_valid();
