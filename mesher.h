@@ -572,9 +572,10 @@ MESHER_API mesher_result mesher_refine_mesh(mesher_domain *domain, const mesher_
  *                   fine->vertex_sizes as vertex_sizes
  *   report    out   may be NULL
  *
- * Returns   MESHER_OK; _STOPPED_BY_BUDGET: by max_vertices, by max_seconds, or by half as many
- *           triangles as max_tets; the surface is valid all the same; others as mesher_mesh, with
- *           findings
+ * Returns   MESHER_OK; _STOPPED_BY_BUDGET: by half of max_vertices, by max_seconds, by half as many
+ *           triangles as max_tets, or by a quarter of host.memory_limit_bytes; the surface is valid
+ *           all the same; _ERROR_TOO_LARGE, without budgets: to fill it, the sizes ask for more
+ *           tetrahedra than there are numbers for; others as mesher_mesh, with findings
  * Cost      of a mesh without refinement, and a microsecond or two for each triangle made, in one
  *           thread
  * Repeats   same bytes for any number of threads, unless max_seconds or a memory limit ends it */
@@ -11867,6 +11868,7 @@ static uint32_t mesher__wall_beside(const mesher__divider *d, uint32_t side)
 static mesher_result mesher__divide_at(mesher__divider *d, uint32_t side)
 {
     const mesher_options *o = &d->domain->options;
+    const size_t limit = o->host.memory_limit_bytes; /* to mesh the surface takes more */
     size_t count = mesher__ring_to_split(d, side), walls;
     uint32_t wall;
     if (count == 0 || !mesher__is_worth_it(d, side)) return MESHER_OK;
@@ -11876,8 +11878,10 @@ static mesher_result mesher__divide_at(mesher__divider *d, uint32_t side)
         side = wall;
         count = walls;
     }
-    if (o->max_vertices && d->num_vertices >= o->max_vertices) d->budget = MESHER__BUDGET_VERTICES;
+    if (o->max_vertices && d->num_vertices >= o->max_vertices / 2)
+        d->budget = MESHER__BUDGET_VERTICES;
     if (o->max_tets && d->num + count > o->max_tets / 2) d->budget = MESHER__BUDGET_TETS;
+    if (limit && d->memory->bytes > limit / 4) d->budget = MESHER__BUDGET_MEMORY;
     if (d->budget) return MESHER_STOPPED_BY_BUDGET;
     if (d->num_vertices >= UINT32_MAX - 32 || d->num + count >= UINT32_MAX / 3 - 16)
         return MESHER_ERROR_TOO_LARGE;
@@ -12299,7 +12303,6 @@ typedef struct mesher__refiner {
     int budget;    /* the MESHER__BUDGET_.. that was exhausted last */
     uint64_t         inserted, num_tets, ignored; /* ignored: answers that were no size */
     uint64_t         lost;       /* tetrahedra looked at for points that were given up */
-    double           asked_tets; /* see mesher__has_numbers */
     double           most_points; /* of the lattices, for the memory limit */
     double           start;
 } mesher__refiner;
@@ -13894,47 +13897,65 @@ static void mesher__warn_of_many(const mesher__refiner *r, double points)
 }
 
 /* The largest size that may be wanted in a tetrahedron. */
-static double mesher__largest_size(const mesher__refiner *r, const uint32_t *v)
+static double mesher__largest_size(const mesher_domain *domain, const uint32_t *v)
 {
-    const mesher__field_vertex *x = r->field.vertices;
+    const mesher_options *o = &domain->options;
+    const delaunay_vertex *x = domain->mesh.vertices;
+    const int has_own = domain->num_own_sizes == domain->mesh.num_vertices;
     double most = 0, way = 0, d;
     int i;
     for (i = 0; i < 4; i++) {
-        most = x[v[i]].size > most ? x[v[i]].size : most;
-        most = x[v[i]].own > most ? x[v[i]].own : most;
+        most = domain->size[v[i]] > most ? domain->size[v[i]] : most;
+        if (has_own) most = domain->own_size[v[i]] > most ? domain->own_size[v[i]] : most;
         d = mesher__distance(x[v[0]].x, x[v[i]].x);
         way = d > way ? d : way;
     }
     if (!(most > 0)) return HUGE_VAL; /* no corner has a size */
-    if (r->options->growth > 1) most += 2 * (r->options->growth - 1) * way;
-    most = r->options->min_size > most ? r->options->min_size : most;
-    return mesher__floored(&r->field, most);
+    if (o->growth > 1) most += 2 * (o->growth - 1) * way;
+    return o->min_size > most ? o->min_size : most;
 }
 
-/* Are there numbers for all tetrahedra that the sizes ask for at the very least: half as many as on
- * lattices of the largest sizes? It does not matter if there is a budget, which ends refinement. */
-static int mesher__has_numbers(mesher__refiner *r)
+/* How many tetrahedra the sizes ask for before refinement: as many as on lattices of the largest
+ * sizes. */
+static double mesher__asked_tets(const mesher_domain *domain)
 {
-    const mesher_options *o = r->options;
-    const delaunay_mesh *mesh = r->mesh;
+    const delaunay_mesh *mesh = &domain->mesh;
+    const double least = mesher__size_floor(mesh);
     double points = 0, w[4];
     delaunay_handle t;
-    if (o->max_vertices || o->max_tets || o->max_seconds > 0 || r->memory->limit_bytes) return 1;
     for (t = 1; t < mesh->num_tets; t++) {
+        const uint32_t *v = mesh->tets[t].v;
         double edge;
         if (!mesher__is_inside(mesh, t)) continue;
-        edge = MESHER__CUBE * mesher__largest_size(r, mesh->tets[t].v);
-        mesher__weights(mesh->vertices, mesh->tets[t].v, mesh->vertices[mesh->tets[t].v[0]].x, w);
+        edge = mesher__largest_size(domain, v);
+        edge = MESHER__CUBE * (edge > least ? edge : least);
+        mesher__weights(mesh->vertices, v, mesh->vertices[v[0]].x, w);
         points += w[0] / 3 / (edge * edge * edge);
     }
-    r->asked_tets = 6 * points;
-    return points / 2 < UINT32_MAX && r->asked_tets / 2 < (double)((delaunay_handle)-1 / 4);
+    return 6 * points;
+}
+
+/* Are there numbers for half of the tetrahedra that the sizes ask for? If not, the report says so.
+ * It does not matter if there is a budget, which ends the work. */
+static int mesher__has_numbers(const mesher_domain *domain, const char *stage,
+                               mesher_report *report)
+{
+    const mesher_options *o = &domain->options;
+    const double most = (double)((delaunay_handle)-1 / 4), asked = mesher__asked_tets(domain);
+    if (o->max_vertices || o->max_tets || o->max_seconds > 0 || o->host.memory_limit_bytes)
+        return 1;
+    if (asked / 12 < UINT32_MAX && asked / 2 < most) return 1;
+    if (report)
+        snprintf(report->message, sizeof report->message,
+                 "%s: the sizes ask for about %.0e tetrahedra, and there are numbers for %.0e: "
+                 "make them larger, or set a budget", stage, asked, most);
+    return 0;
 }
 
 /* Makes the points of body-centred lattices all over the inside, away from the surface, wherever
  * the size is nearly uniform: their Delaunay tetrahedra are all alike and good, and need no trials.
  */
-static mesher_result mesher__lattice(mesher__refiner *r)
+static mesher_result mesher__lattice(mesher__refiner *r, mesher_report *report)
 {
     double points;
     size_t first;
@@ -13947,7 +13968,7 @@ static mesher_result mesher__lattice(mesher__refiner *r)
         result = MESHER_OK;
         if (points > MESHER__LATTICE_MOST) {
             mesher__warn_of_many(r, points);
-            if (!mesher__has_numbers(r)) result = MESHER_ERROR_TOO_LARGE;
+            if (!mesher__has_numbers(r->domain, "refine", report)) result = MESHER_ERROR_TOO_LARGE;
         }
         mesher__lattice_free(r);
         return result;
@@ -15590,7 +15611,7 @@ static mesher_result mesher__refine(mesher_domain *domain, mesher_report *report
     if (!domain->size || domain->num_sizes != first_new) result = mesher_size(domain, report);
     if (result != MESHER_OK) return result;
     result = mesher__refiner_init(&r, domain);
-    if (result == MESHER_OK) result = mesher__lattice(&r);
+    if (result == MESHER_OK) result = mesher__lattice(&r, report);
     if (result == MESHER_OK && !mesher__sort_points(&r, 1)) result = mesher__no_memory(&r);
     if (result == MESHER_OK) result = mesher__insert_all(&r, 1);
     while (result == MESHER_OK) {
@@ -15613,11 +15634,6 @@ static mesher_result mesher__refine(mesher_domain *domain, mesher_report *report
             report->peak_bytes = domain->mesh.memory.peak_bytes;
         if (result == MESHER_STOPPED_BY_BUDGET)
             mesher__say_budget(report, "refinement", r.budget, r.options);
-        if (result == MESHER_ERROR_TOO_LARGE)
-            snprintf(report->message, sizeof report->message,
-                     "refine: the sizes ask for about %.0e tetrahedra, and there are numbers for "
-                     "%.0e: make them larger, or set a budget", r.asked_tets,
-                     (double)((delaunay_handle)-1 / 4));
     }
     return result;
 }
@@ -16136,6 +16152,8 @@ MESHER_API mesher_result mesher_refine_surface(mesher_fine_surface *fine,
     if (result != MESHER_OK) return result;
     result = mesher__mesh_surface(&domain, report);
     if (result >= 0) result = mesher__find_sizes(&domain, 0, report);
+    if (result >= 0 && !mesher__has_numbers(&domain, "surface", report))
+        result = MESHER_ERROR_TOO_LARGE;
     if (result >= 0)
         result = (mesher_result)delaunay_memory_init(&fine->memory, &domain.options.host);
     if (result >= 0) {

@@ -379,10 +379,17 @@ static void test_failures(void)
     given = surface_of(&s);
     o.max_vertices = 100;
     CHECK(mesher_refine_surface(&fine, &given, &o, NULL) == MESHER_STOPPED_BY_BUDGET);
-    CHECK(fine.surface.num_vertices == 100 && is_closed(&fine.surface));
+    CHECK(fine.surface.num_vertices == 50 && is_closed(&fine.surface));
     CHECK(fabs(measure(&fine.surface).volume - 1) < 1e-13);
     mesher_fine_surface_free(&fine);
     o = sized(1e-5);
+    CHECK(mesher_refine_surface(&fine, &given, &o, &report) == MESHER_ERROR_TOO_LARGE);
+    CHECK(strstr(report.message, "surface: the sizes ask for about") && fine.xyz == NULL);
+    o.host.memory_limit_bytes = 4000000;
+    CHECK(mesher_refine_surface(&fine, &given, &o, &report) == MESHER_STOPPED_BY_BUDGET);
+    CHECK(strstr(report.message, "host.memory_limit_bytes") && is_closed(&fine.surface));
+    CHECK(fine.surface.num_triangles > 1000);
+    mesher_fine_surface_free(&fine);
     o.host.memory_limit_bytes = 1000000;
     CHECK(mesher_refine_surface(&fine, &given, &o, NULL) == MESHER_ERROR_OUT_OF_MEMORY);
     CHECK(fine.xyz == NULL && fine.surface.num_triangles == 0);
