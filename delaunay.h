@@ -665,9 +665,9 @@ DELAUNAY_API delaunay_plainness delaunay_plain_cavity(delaunay_plain *plain, del
 /* -- an editor inserts and removes single points of a Delaunay triangulation. After each call the
  * mesh is the triangulation of its vertices that delaunay_tetrahedralize would make, ties included;
  * only the order of the slots differs (see delaunay_canonicalize). A mesh has one editor at a time.
- * The editor keeps vertex_tet up to date, but not vertex_of and num_points: delaunay_insert and, for
- * vertices without an id, delaunay_export_tets number on from num_points, whatever ids the editor
- * was given. Between its calls the mesh may be edited in other ways, and
+ * The editor keeps vertex_tet up to date, but not vertex_of and num_points: delaunay_insert and,
+ * for vertices without an id, delaunay_export_tets number on from num_points, whatever ids the
+ * editor was given. Between its calls the mesh may be edited in other ways, and
  * delaunay_canonicalize may be called. Constraint marks do not survive an insertion, whose new
  * tetrahedra are DELAUNAY_OUTSIDE. Those of a removal have the colour of a real tetrahedron that
  * they replace; ghosts, that of a ghost. */
