@@ -7018,19 +7018,6 @@ static void mesher__foot(const mesher__recovery *r, uint32_t p, uint32_t q, cons
     for (k = 0; k < 3; k++) foot[k] = xp[k] + t * u[k];
 }
 
-/* A hinge: an edge of a facet, and the vertex opposite it. */
-typedef struct mesher__hinge {
-    uint64_t edge;
-    uint32_t facet, apex;
-} mesher__hinge;
-
-static int mesher__compare_hinges(const void *a, const void *b)
-{
-    const mesher__hinge *x = (const mesher__hinge *)a, *y = (const mesher__hinge *)b;
-    if (x->edge != y->edge) return x->edge < y->edge ? -1 : 1;
-    return x->facet < y->facet ? -1 : x->facet > y->facet;
-}
-
 static uint32_t mesher__root(uint32_t *parent, uint32_t v)
 {
     while (parent[v] != v) v = parent[v] = parent[parent[v]];
@@ -7046,26 +7033,25 @@ static void mesher__join(uint32_t *parent, uint32_t a, uint32_t b)
     else parent[a] = b;
 }
 
-/* Joins neighbouring facets that are in one plane, up to rounding. */
-static void mesher__join_patches(mesher__recovery *r, mesher__hinge *hinges, uint32_t *parent)
+/* Joins neighbouring facets that are in one plane, up to rounding. hinges: room for the corners of
+ * all facets, each with the edge opposite it as the key. */
+static void mesher__join_patches(mesher__recovery *r, hxtsort_pair *hinges, uint32_t *parent)
 {
-    const uint32_t n = r->domain->num_facets;
-    size_t i, count = 0;
-    uint32_t f, k;
-    for (f = 0; f < n; f++)
-        for (parent[f] = f, k = 0; k < 3; k++, count++) {
-            const uint32_t *v = r->facets + 3 * (size_t)f;
-            hinges[count].edge = mesher__pair(v[k], v[(k + 1) % 3]);
-            hinges[count].facet = f;
-            hinges[count].apex = v[(k + 2) % 3];
-        }
-    qsort(hinges, count, sizeof *hinges, mesher__compare_hinges);
-    for (i = 1; i < count; i++) {
-        uint32_t a = (uint32_t)(hinges[i].edge >> 32), b = (uint32_t)hinges[i].edge;
-        if (hinges[i].edge != hinges[i - 1].edge ||
-            !mesher__is_flat(r, a, b, hinges[i - 1].apex, hinges[i].apex))
-            continue;
-        mesher__join(parent, hinges[i - 1].facet, hinges[i].facet);
+    const size_t n = r->domain->num_facets;
+    size_t i;
+    for (i = 0; i < n; i++) parent[i] = (uint32_t)i;
+    for (i = 0; i < 3 * n; i++) {
+        const uint32_t *v = r->facets + i / 3 * 3;
+        hinges[i].key = mesher__pair(v[(i + 1) % 3], v[(i + 2) % 3]);
+        hinges[i].value = i;
+    }
+    r->status = mesher__sort(r->domain, hinges, 3 * n);
+    for (i = 1; i < 3 * n && r->status == MESHER_OK; i++) {
+        size_t c = (size_t)hinges[i - 1].value, d = (size_t)hinges[i].value;
+        uint32_t a = (uint32_t)(hinges[i].key >> 32), b = (uint32_t)hinges[i].key;
+        if (hinges[i].key == hinges[i - 1].key &&
+            mesher__is_flat(r, a, b, r->facets[c], r->facets[d]))
+            mesher__join(parent, (uint32_t)(c / 3), (uint32_t)(d / 3));
     }
 }
 
@@ -7103,27 +7089,27 @@ static void mesher__fit_patches(mesher__recovery *r, uint32_t *parent)
 static int mesher__find_patches(mesher__recovery *r)
 {
     const size_t n = r->domain->num_facets;
-    mesher__hinge *hinges = (mesher__hinge *)mesher__block(r, 3 * n, sizeof *hinges);
-    uint64_t *pairs = (uint64_t *)mesher__block(r, 3 * n, sizeof *pairs);
+    hxtsort_pair *pairs = (hxtsort_pair *)mesher__block(r, 3 * n, sizeof *pairs);
     uint32_t *parent = mesher__numbers(r, n, 0), v = 0;
     size_t i, count = 0;
     r->patch_row = mesher__numbers(r, (size_t)r->num_rows + 1, 0);
     r->patches = mesher__numbers(r, 3 * n, 0);
     r->patch_planes = (double *)mesher__block(r, 4 * n, sizeof *r->patch_planes);
+    if (r->status == MESHER_OK) mesher__join_patches(r, pairs, parent);
     if (r->status == MESHER_OK) {
-        mesher__join_patches(r, hinges, parent);
         mesher__fit_patches(r, parent);
         for (i = 0; i < 3 * n; i++)
-            pairs[i] = (uint64_t)r->facets[i] << 32 | mesher__root(parent, (uint32_t)(i / 3));
-        qsort(pairs, 3 * n, sizeof *pairs, mesher__compare_u64);
+            pairs[i].key = (uint64_t)r->facets[i] << 32 | mesher__root(parent, (uint32_t)(i / 3));
+        r->status = mesher__sort(r->domain, pairs, 3 * n);
+    }
+    if (r->status == MESHER_OK) {
         for (i = 0; i < 3 * n; i++) {
-            if (i > 0 && pairs[i] == pairs[i - 1]) continue;
-            while (v <= pairs[i] >> 32) r->patch_row[v++] = (uint32_t)count;
-            r->patches[count++] = (uint32_t)pairs[i];
+            if (i > 0 && pairs[i].key == pairs[i - 1].key) continue;
+            while (v <= pairs[i].key >> 32) r->patch_row[v++] = (uint32_t)count;
+            r->patches[count++] = (uint32_t)pairs[i].key;
         }
         while (v <= r->num_rows) r->patch_row[v++] = (uint32_t)count;
     }
-    delaunay_release(r->memory, hinges);
     delaunay_release(r->memory, pairs);
     delaunay_release(r->memory, parent);
     return r->status == MESHER_OK;
@@ -7489,21 +7475,25 @@ static int mesher__plane_stays(const mesher__recovery *r, uint32_t p, uint32_t q
     return runs == 1;
 }
 
-/* Removes edge pq of tetrahedron t if that leaves fewer flat tetrahedra. */
-static int mesher__flatten_edge(mesher__recovery *r, delaunay_handle t, uint32_t p, uint32_t q)
+/* Removes edge pq of tetrahedron t if that leaves fewer flat tetrahedra. Returns how many new ones
+ * there are, in r->slots. */
+static uint32_t mesher__flatten_edge(mesher__recovery *r, delaunay_handle t, uint32_t p, uint32_t q)
 {
     const mesher__spin *s = &r->plane.spin;
     uint32_t i, flat = 0, num_new = 0;
     if (!mesher__spin_around(r, t, p, q) || s->n > MESHER__HALF) return 0;
     for (i = 0; i < s->n; i++)
         flat += (uint32_t)mesher__is_flat(r, p, q, s->v[i], s->v[(i + 1) % s->n]);
-    return flat > 0 && mesher__plane_stays(r, p, q) &&
-           mesher__fill_half(r, p, q, s->v, s->n, flat - 1, &num_new) &&
-           mesher__commit(r, s->tets, s->n, r->commit, num_new);
+    if (flat == 0 || !mesher__plane_stays(r, p, q) ||
+        !mesher__fill_half(r, p, q, s->v, s->n, flat - 1, &num_new) ||
+        !mesher__commit(r, s->tets, s->n, r->commit, num_new))
+        return 0;
+    return num_new;
 }
 
-/* Flips facet k of flat tetrahedron t to an edge if that leaves fewer flat tetrahedra. */
-static int mesher__flatten_facet(mesher__recovery *r, delaunay_handle t, int k)
+/* Flips facet k of flat tetrahedron t to an edge if that leaves fewer flat tetrahedra. Returns how
+ * many new ones there are, in r->slots. */
+static uint32_t mesher__flatten_facet(mesher__recovery *r, delaunay_handle t, int k)
 {
     const delaunay_tet *tet = &r->mesh->tets[t];
     const uint8_t *o = delaunay_facet_order(k);
@@ -7530,36 +7520,70 @@ static int mesher__flatten_facet(mesher__recovery *r, delaunay_handle t, int k)
             return 0;
         flat -= mesher__is_flat(r, d, c[1], c[2], e);
     }
-    return flat > 0 && mesher__commit(r, pair, 2, r->commit, 3);
+    return flat > 0 && mesher__commit(r, pair, 2, r->commit, 3) ? 3 : 0;
+}
+
+/* Is tetrahedron t there, not a ghost, and flat? */
+static int mesher__is_flat_tet(const mesher__recovery *r, delaunay_handle t)
+{
+    const delaunay_mesh *mesh = r->mesh;
+    const uint32_t *v = mesh->tets[t].v;
+    return !delaunay_is_deleted(mesh, t) && !delaunay_is_ghost(mesh, t) &&
+           mesher__is_flat(r, v[0], v[1], v[2], v[3]);
+}
+
+/* Removes flat tetrahedron t by a flip, if there is one. Returns how many new ones there are, in
+ * r->slots. */
+static uint32_t mesher__flatten_tet(mesher__recovery *r, delaunay_handle t)
+{
+    uint32_t num_new = 0, v[4];
+    int i;
+    memcpy(v, r->mesh->tets[t].v, sizeof v);
+    for (i = 0; i < 6 && num_new == 0; i++)
+        num_new = mesher__flatten_edge(r, t, v[delaunay_edge_order(i)[0]],
+                                       v[delaunay_edge_order(i)[1]]);
+    for (i = 0; i < 4 && num_new == 0; i++) num_new = mesher__flatten_facet(r, t, i);
+    return num_new;
+}
+
+/* Marks the slots of flat tetrahedra; the threads share them. */
+static void mesher__find_flat(const mesher__recovery *r, uint8_t *is_flat, int64_t slots)
+{
+    int threads = delaunay_threads(&r->domain->options.host);
+    int64_t t;
+    (void)threads;
+    /* Shared: the mesh, read only; each mark is of one thread. */
+    MESHER__OMP(omp parallel for schedule(static) num_threads(threads) if(slots > 4096))
+    for (t = 1; t < slots; t++)
+        is_flat[t] = (uint8_t)mesher__is_flat_tet(r, (delaunay_handle)t);
 }
 
 /* Removes flat tetrahedra where flips can do that. A plane of the surface that rounding has bent is
  * one layer of facets then, as one that is not bent. Returns the number of flips. */
 static uint32_t mesher__flatten(mesher__recovery *r)
 {
-    delaunay_mesh *mesh = r->mesh;
-    uint32_t before, done = 0, left;
+    const delaunay_mesh *mesh = r->mesh;
+    const delaunay_handle slots = mesh->num_tets;
+    uint8_t *maybe = (uint8_t *)mesher__zeros(r, slots, 1); /* of the slots so far: may be flat */
+    uint32_t before, done = 0, left, i, num_new;
     delaunay_handle t;
-    int i, k;
+    if (maybe) mesher__find_flat(r, maybe, (int64_t)slots);
     do {
         before = done;
         left = 0;
-        for (t = 1; t < mesh->num_tets && !mesher__stopped(r); t++) {
-            const uint32_t *v = mesh->tets[t].v;
-            uint32_t w[4];
-            if (delaunay_is_deleted(mesh, t) || delaunay_is_ghost(mesh, t) ||
-                !mesher__is_flat(r, v[0], v[1], v[2], v[3]))
-                continue;
-            memcpy(w, v, sizeof w);
+        for (t = 1; t < mesh->num_tets; t++) {
+            if (t < slots && maybe && !maybe[t]) continue;
+            if (mesher__stopped(r)) break;
+            if (!mesher__is_flat_tet(r, t)) continue;
             left++;
-            for (k = i = 0; i < 6 && !k; i++)
-                k = mesher__flatten_edge(r, t, w[delaunay_edge_order(i)[0]],
-                                         w[delaunay_edge_order(i)[1]]);
-            for (i = 0; i < 4 && !k; i++) k = mesher__flatten_facet(r, t, i);
-            done += (uint32_t)k;
+            num_new = mesher__flatten_tet(r, t);
+            done += num_new > 0;
+            for (i = 0; i < num_new; i++)
+                if (r->slots[i] < slots) maybe[r->slots[i]] = 1;
         }
         mesher__tell(r, "flat tetrahedra", (int)left);
     } while (done > before && !mesher__stopped(r));
+    delaunay_release(r->memory, maybe);
     return done;
 }
 
@@ -8106,22 +8130,49 @@ static int mesher__point_goes(mesher__recovery *r, uint32_t v, uint32_t max_poin
     return mesher__collapse_point(r, v) || mesher__remove_point(r, v, max_points, max_nodes);
 }
 
+/* A hash of the tetrahedra around a vertex; seed tells one purpose from another. */
+static uint64_t mesher__star_hash(mesher__recovery *r, uint32_t v, uint64_t seed)
+{
+    size_t i;
+    mesher__note_failure(r, delaunay_vertex_star(r->mesh, r->worker, v, &r->star));
+    for (i = 0; i < r->star.count && r->status == MESHER_OK; i++) {
+        const uint32_t *c = r->mesh->tets[r->star.items[i]].v;
+        seed += mesher__mix(mesher__mix(c[0]) + mesher__mix(c[1]) + mesher__mix(c[2]) +
+                            mesher__mix(c[3]));
+    }
+    return seed;
+}
+
+/* Tries to remove a Steiner point, in this pass of mesher__remove_points. *vain is the hash of the
+ * star with which the last attempt failed: the same star fails again. */
+static void mesher__try_point(mesher__recovery *r, uint32_t v, int pass, int thin, uint64_t *vain)
+{
+    const int hard = pass >= 2;
+    const uint64_t hash = mesher__star_hash(r, v, 1 + (uint64_t)hard);
+    if (hash != *vain) {
+        if (mesher__point_goes(r, v, hard ? 24 : 16, hard ? 20000 : 3000)) return;
+        *vain = hash;
+    }
+    if (thin && pass > 0 && mesher__thin_star(r, v)) mesher__point_goes(r, v, 16, 3000);
+}
+
 /* Removes Steiner points; returns 1 if one could be removed. It makes more effort where they are in
  * the way of points on the surface (in_way), or where there is no refinement, which would add
  * points anyway. */
 static int mesher__remove_points(mesher__recovery *r, int in_way)
 {
-    uint32_t start = r->removed;
-    int few = in_way || r->domain->options.no_refine, pass;
-    for (pass = 0; pass < (few ? 12 : 4); pass++) {
+    const uint32_t start = r->removed, n = r->mesh->num_vertices;
+    const int few = in_way || r->domain->options.no_refine;
+    uint64_t *vain = (uint64_t *)mesher__zeros(r, n - r->num_rows, sizeof *vain);
+    int pass;
+    for (pass = 0; pass < (few ? 12 : 4) && vain; pass++) {
         uint32_t before = r->removed, v;
-        for (v = r->mesh->num_vertices; v-- > r->num_rows && !mesher__stopped(r);)
-            if (r->mesh->vertex_tet[v] && !(v < r->cap_at && r->missing_edges_at[v]) &&
-                !mesher__point_goes(r, v, pass < 2 ? 16 : 24, pass < 2 ? 3000 : 20000) && few &&
-                pass > 0 && mesher__thin_star(r, v))
-                mesher__point_goes(r, v, 16, 3000);
+        for (v = n; v-- > r->num_rows && !mesher__stopped(r);)
+            if (r->mesh->vertex_tet[v] && !(v < r->cap_at && r->missing_edges_at[v]))
+                mesher__try_point(r, v, pass, few, vain + (v - r->num_rows));
         if (r->removed == before && pass > 0) break;
     }
+    delaunay_release(r->memory, vain);
     return r->removed > start;
 }
 
