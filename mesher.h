@@ -13992,9 +13992,11 @@ static int mesher__has_numbers(const mesher_domain *domain, const char *stage,
                                mesher_report *report)
 {
     const mesher_options *o = &domain->options;
-    const double most = (double)((delaunay_handle)-1 / 4), asked = mesher__asked_tets(domain);
+    const double most = (double)((delaunay_handle)-1 / 4);
+    double asked;
     if (o->max_vertices || o->max_tets || o->max_seconds > 0 || o->host.memory_limit_bytes)
         return 1;
+    asked = mesher__asked_tets(domain);
     if (asked / 12 < UINT32_MAX && asked / 2 < most) return 1;
     if (report)
         snprintf(report->message, sizeof report->message,

@@ -2954,7 +2954,7 @@ static void meshio__msh_turn(int64_t type, uint32_t *v)
 static meshio_result meshio__msh_element(meshio__reader *r, meshio__msh *msh, int wide,
                                          int64_t type, int64_t physical, int64_t entity)
 {
-    uint32_t v[8], other;
+    uint32_t v[8], other = 0;
     int k, n = meshio__msh_nodes(type);
     int corners = type == 15 && physical == 0 ? 0 : meshio__msh_corners(type);
     int64_t id;
