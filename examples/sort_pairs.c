@@ -43,7 +43,7 @@ int main(int argc, char **argv)
         fprintf(stderr, "usage: sort_pairs [COUNT]\n");
         return 2;
     }
-    hxtsort_pair *pairs = malloc((count ? count : 1) * sizeof *pairs);
+    hxtsort_pair *pairs = (hxtsort_pair *)malloc((count ? count : 1) * sizeof *pairs);
     if (!pairs) return 7;
     uint64_t random = 1;
     for (size_t i = 0; i < count; i++) {

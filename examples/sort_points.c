@@ -31,9 +31,9 @@ int main(int argc, char **argv)
         fprintf(stderr, "usage: sort_points [COUNT [PARTS]]\n");
         return 2;
     }
-    double(*xyz)[3] = malloc(count * sizeof *xyz);
-    uint64_t *keys = malloc(count * sizeof *keys);
-    hilbert_partition *parts = malloc(num_parts * sizeof *parts);
+    double(*xyz)[3] = (double(*)[3])malloc(count * sizeof *xyz);
+    uint64_t *keys = (uint64_t *)malloc(count * sizeof *keys);
+    hilbert_partition *parts = (hilbert_partition *)malloc(num_parts * sizeof *parts);
     if (!xyz || !keys || !parts) return 7;
     uint64_t random = 1;
     for (size_t i = 0; i < 3 * count; i++) {
