@@ -2855,7 +2855,8 @@ enum {
     MESHER__CAVE = 1000,   /* tetrahedra that make room for a point beside a plane at most */
     MESHER__MANY_RUNGS = 24,  /* of a missing edge on average, for flips in planes to be used at
                                  once: where there are few, other steps need fewer points */
-    MESHER__RUNG_SAMPLE = 256 /* missing edges, about, from which this is estimated first */
+    MESHER__RUNG_SAMPLE = 256, /* missing edges, about, from which this is estimated first */
+    MESHER__FACETS_IN_PLANES = 1024 /* at most, for each edge that this can bring in */
 };
 
 /* A rung: an edge of the mesh that crosses a missing edge within a plane that both lie in. */
@@ -7613,13 +7614,15 @@ static uint32_t mesher__num_in_planes(mesher__recovery *r)
 }
 
 /* Brings in missing edges that cross nothing but rungs by flips in planes, those with the fewest
- * rungs first, if they have few of them on average, or more. */
+ * rungs first, if they have few of them on average, or more. To find the planes takes longer than
+ * what else would bring in a few edges, perhaps with one more point. */
 static void mesher__plane_levels(mesher__recovery *r, uint32_t few)
 {
     const uint32_t stride = 1 + r->num_missing_edges / MESHER__RUNG_SAMPLE;
     uint32_t i, before, n;
     if (!mesher__list_in_planes(r, stride, few)) return;
     n = mesher__list_in_planes(r, 1, few);
+    if (!r->domain->options.no_refine && r->num_facets / MESHER__FACETS_IN_PLANES > n) return;
     if (n == 0 || (!r->patches && !mesher__find_patches(r))) return;
     do {
         before = r->num_missing_edges;
