@@ -46,7 +46,7 @@ static int arguments_fit(const arguments *args)
         fprintf(stderr, "delaunay: no file of points; try --help\n");
         return 0;
     }
-    if (!tool_is_apart("delaunay", "--hull", args->hull, args->input) ||
+    if (!tool_spares("delaunay", "--hull", args->hull, args->input) ||
         !tool_is_apart("delaunay", "--hull", args->hull, args->output) ||
         !tool_is_apart("delaunay", "--hull", args->hull, args->weights))
         return 0;

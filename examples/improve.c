@@ -73,9 +73,9 @@ static int arguments_fit(const arguments *args)
         fprintf(stderr, "improve: no mesh; try --help\n");
         return 0;
     }
-    if (!tool_is_apart("improve", "--bad", args->bad, args->input) ||
+    if (!tool_spares("improve", "--bad", args->bad, args->input) ||
         !tool_is_apart("improve", "--bad", args->bad, args->output) ||
-        !tool_is_apart("improve", "--json", args->json, args->input) ||
+        !tool_spares("improve", "--json", args->json, args->input) ||
         !tool_is_apart("improve", "--json", args->json, args->output) ||
         !tool_is_apart("improve", "--json", args->json, args->bad))
         return 0;

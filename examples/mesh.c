@@ -57,11 +57,12 @@ static const char help_usage[] =
     "                       H within R of the segment, growing in the same way\n"
     "  --size-grid FILE     sizes at the nodes of a regular grid. FILE is text: the numbers of nodes\n"
     "                       NX NY NZ, the first node X Y Z, the spacings DX DY DZ, and NX*NY*NZ\n"
-    "                       sizes, X fastest; 0 asks for nothing. Outside, as at the grid's border\n"
+    "                       sizes, X fastest; NX, NY, NZ are 2 or more. A size that is no positive\n"
+    "                       number asks for nothing. Outside, as at the grid's border\n"
     "  --size-mesh FILE     sizes at the nodes of FILE, a tetrahedral mesh; outside it, as on its\n"
     "                       border. They are read from the file of the same name that ends in .sol\n"
     "                       (Medit, Mmg: a scalar a node) or, if there is none, in .mtr (TetGen);\n"
-    "                       0 asks for nothing\n"
+    "                       what is no positive number asks for nothing\n"
     "  --layers N           about N tetrahedra or more between facets that face each other; with\n"
     "                       --growth 1.3 they become larger away from there\n"
     "  --curvature DEG      an edge beside a curved surface spans at most DEG degrees of it\n"
@@ -281,50 +282,25 @@ static meshio_format output_format(const settings *s)
     return meshio_format_of(name);
 }
 
-enum { MAX_NAME = 1024 };
-
-/* A path with another ending. Returns 0 if it is too long. */
-static int with_ending(const char *path, const char *ending, char name[MAX_NAME])
-{
-    const char *slash = strrchr(path, '/'), *dot = strrchr(path, '.');
-    size_t stem = dot && (!slash || dot > slash) ? (size_t)(dot - path) : strlen(path);
-    if (stem + strlen(ending) >= MAX_NAME) return 0;
-    memcpy(name, path, stem);
-    strcpy(name + stem, ending);
-    return 1;
-}
-
 /* Whether the nodes beside an .ele file that is written replace none beside a .poly or .smesh file
  * that is read; if they would, says so. */
 static int spares_nodes(const settings *s, meshio_format format)
 {
     const meshio_format input = s->input ? meshio_format_of(s->input) : MESHIO_FORMAT_AUTO;
-    char nodes[MAX_NAME], written[MAX_NAME];
+    char nodes[TOOL_MAX_NAME], written[TOOL_MAX_NAME];
     FILE *f;
     if (format != MESHIO_FORMAT_ELE || !s->output ||
         (input != MESHIO_FORMAT_POLY && input != MESHIO_FORMAT_SMESH))
         return 1;
-    if (!with_ending(s->input, ".node", nodes) || !with_ending(s->output, ".node", written)) {
-        fprintf(stderr, "mesh: a name is longer than %d characters\n", MAX_NAME);
+    if (!tool_with_ending(s->input, ".node", nodes) ||
+        !tool_with_ending(s->output, ".node", written)) {
+        fprintf(stderr, "mesh: a name is longer than %d characters\n", TOOL_MAX_NAME);
         return 0;
     }
     f = fopen(nodes, "rb");
     if (!f) return 1;
     fclose(f);
     return tool_is_apart("mesh", "the .node file of --output", written, nodes);
-}
-
-/* Whether the file of --json replaces none of the sizes of --size-mesh; if it would, says so. */
-static int spares_sizes(const settings *s)
-{
-    static const char *const endings[2] = {".sol", ".mtr"};
-    char name[MAX_NAME];
-    int k;
-    for (k = 0; k < 2 && s->size_mesh && s->json; k++)
-        if (with_ending(s->size_mesh, endings[k], name) &&
-            !tool_is_apart("mesh", "--json", s->json, name))
-            return 0;
-    return 1;
 }
 
 /* Whether the settings go together; if not, says which ones do not. */
@@ -347,11 +323,10 @@ static int settings_fit(const settings *s)
                         : "no surface to mesh");
         return 0;
     }
-    if (!tool_is_apart("mesh", "--json", s->json, s->input) ||
+    if (!tool_spares("mesh", "--json", s->json, s->input) ||
         !tool_is_apart("mesh", "--json", s->json, s->output) ||
         !tool_is_apart("mesh", "--json", s->json, s->size_grid) ||
-        !tool_is_apart("mesh", "--json", s->json, s->size_mesh) ||
-        !spares_sizes(s))
+        !tool_spares("mesh", "--json", s->json, s->size_mesh))
         return 0;
     if (s->output && !meshio_holds_tetrahedra(format)) {
         fprintf(stderr, "mesh: no tetrahedra can be written %s'%s'; try .mesh, .msh or .vtu\n",
@@ -711,7 +686,7 @@ static int weld(job *j)
 static int read_grid(job *j)
 {
     mesher_size_grid *g = &j->grid;
-    char text[300], more;
+    char text[400], more;
     FILE *f;
     size_t n = 1, i;
     int k, good;
@@ -730,7 +705,8 @@ static int read_grid(job *j)
         g->count[k] = good ? (uint32_t)count : 0;
         n *= good ? count : 1;
     }
-    for (k = 0; k < 3 && good; k++) good = fscanf(f, "%lf", &g->origin[k]) == 1;
+    for (k = 0; k < 3 && good; k++)
+        good = fscanf(f, "%lf", &g->origin[k]) == 1 && g->origin[k] - g->origin[k] == 0;
     for (k = 0; k < 3 && good; k++)
         good = fscanf(f, "%lf", &g->spacing[k]) == 1 && g->spacing[k] > 0;
     if (good) j->grid_sizes = (double *)malloc(n * sizeof(double));
@@ -743,11 +719,10 @@ static int read_grid(job *j)
     good = good && fscanf(f, " %c", &more) != 1;
     fclose(f);
     if (!good) {
-        snprintf(
-            text, sizeof text,
-            "'%.200s' is no size grid: it must hold NX NY NZ, X Y Z, DX DY DZ and NX*NY*NZ sizes, "
-            "and nothing else",
-            j->set.size_grid);
+        snprintf(text, sizeof text,
+                 "'%.200s' is no size grid: it must hold NX NY NZ (2 or more each), X Y Z, "
+                 "DX DY DZ (greater than 0) and NX*NY*NZ sizes, and nothing else",
+                 j->set.size_grid);
         complain(j, text);
         return TOOL_CANNOT_READ;
     }
@@ -770,13 +745,14 @@ static int read_mesh_sizes(job *j)
 {
     const char *file = j->set.size_mesh;
     const size_t n = j->background.num_vertices;
-    char name[MAX_NAME];
+    char name[TOOL_MAX_NAME];
     meshio_report io;
     meshio_result result = MESHIO_ERROR_OPEN;
     j->mesh_sizes = (double *)malloc((n + 1) * sizeof(double));
     if (!j->mesh_sizes) return complain_of(j, file, "out of memory", TOOL_NO_MEMORY);
-    if (with_ending(file, ".sol", name)) result = meshio_read_sizes(name, j->mesh_sizes, n, &io);
-    if (result == MESHIO_ERROR_OPEN && with_ending(file, ".mtr", name))
+    if (tool_with_ending(file, ".sol", name))
+        result = meshio_read_sizes(name, j->mesh_sizes, n, &io);
+    if (result == MESHIO_ERROR_OPEN && tool_with_ending(file, ".mtr", name))
         result = meshio_read_sizes(name, j->mesh_sizes, n, &io);
     if (result == MESHIO_ERROR_OPEN)
         return complain_of(j, file, "there is no .sol or .mtr file beside it that can be opened",
@@ -871,11 +847,11 @@ static int set_surface(job *j)
 
 /* The name of OUTPUT, or without -o that of the input without its folder, with another ending.
  * Returns 0, and says so, if it is too long. */
-static int side_name(const job *j, const char *ending, char name[MAX_NAME])
+static int side_name(const job *j, const char *ending, char name[TOOL_MAX_NAME])
 {
     const char *output = j->set.output, *slash = strrchr(j->name, '/');
     if (output && strncmp(output, "/dev/", 5) == 0) output = NULL;
-    if (with_ending(output ? output : slash ? slash + 1 : j->name, ending, name)) return 1;
+    if (tool_with_ending(output ? output : slash ? slash + 1 : j->name, ending, name)) return 1;
     fprintf(stderr, "mesh: the name of OUTPUT is too long for a %s file beside it\n", ending);
     return 0;
 }
@@ -888,7 +864,7 @@ static void write_defects(const job *j)
     meshio_report io;
     meshio_write_options options;
     meshio_field fields[2];
-    char name[MAX_NAME];
+    char name[TOOL_MAX_NAME];
     size_t n = j->report.num_findings, i, k = 0;
     uint32_t *triangles = (uint32_t *)malloc((6 * n + 1) * sizeof(uint32_t));
     double *kinds = (double *)malloc((2 * n + 1) * sizeof(double));
@@ -946,7 +922,7 @@ static void write_reproducer(const job *j, mesher_result failure)
     meshio_mesh m;
     meshio_report io;
     meshio_write_options options;
-    char name[MAX_NAME];
+    char name[TOOL_MAX_NAME];
     if (xyz && triangles && j->report.num_findings)
         result = mesher_reproduce(&j->surface, &j->set.mesher, failure, j->report.findings[0].xyz,
                                   xyz, triangles, &part);
@@ -1118,6 +1094,7 @@ static int line_is_defective(const job *j)
 static int print_left_out(const job *j, const char *title)
 {
     const meshio_mesh *in = &j->in;
+    size_t i, volumes = 0;
     int any = 0;
     if (in->num_spare)
         printf("%-11s %llu x node at no corner, left out: in the middle of an element, or saved as "
@@ -1125,6 +1102,10 @@ static int print_left_out(const job *j, const char *title)
     if (in->num_regrouped)
         printf("%-11s %llu x element in one more physical group: the first one counts\n",
                any++ ? "" : title, (unsigned long long)in->num_regrouped);
+    for (i = 0; i < in->num_regions; i++) volumes += in->regions[5 * i + 4] > 0;
+    if (volumes)
+        printf("%-11s %llu x largest volume of a region, not used: see --region-size\n",
+               any++ ? "" : title, (unsigned long long)volumes);
     if (in->num_solids)
         printf("%-11s %llu x hexahedron, prism, pyramid or the like, not read\n",
                any++ ? "" : title, (unsigned long long)in->num_solids);

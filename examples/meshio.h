@@ -7016,11 +7016,16 @@ static meshio_result meshio__write_tetgen(meshio__writer *w, const char *path,
                                           const meshio_mesh *mesh, const char *extension,
                                           meshio_report *report)
 {
+    const char *slash = strrchr(path, '/');
     char name[1024];
     meshio__kind kinds[3];
     meshio__kinds(mesh, kinds);
     if (!meshio__beside(path, extension, name, sizeof name))
         return meshio__report_plain(report, MESHIO_ERROR_WRITE, "the name is too long:", path, 0);
+    if (!strchr(slash ? slash : path, '.') && meshio__is_device(path))
+        return meshio__report_plain(report, MESHIO_ERROR_WRITE,
+                                    "a format with a file for each kind cannot be written to", path,
+                                    0);
     MESHIO__TRY(meshio__create(w, name, report));
     if (strcmp(extension, ".node") == 0)
         meshio__write_node(w, mesh);

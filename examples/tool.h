@@ -160,6 +160,38 @@ DELAUNAY_INLINE int tool_is_apart(const char *tool, const char *option, const ch
     return 0;
 }
 
+enum { TOOL_MAX_NAME = 1024 };
+
+/* A path with another ending. Returns 0 if it is too long. */
+DELAUNAY_INLINE int tool_with_ending(const char *path, const char *ending,
+                                     char name[TOOL_MAX_NAME])
+{
+    const char *slash = strrchr(path, '/'), *dot = strrchr(path, '.');
+    size_t stem = dot && (!slash || dot > slash) ? (size_t)(dot - path) : strlen(path);
+    if (stem + strlen(ending) >= TOOL_MAX_NAME) return 0;
+    memcpy(name, path, stem);
+    strcpy(name + stem, ending);
+    return 1;
+}
+
+/* 0, and a sentence, if the file that an option names is one of the input, or one that is there and
+ * may be read with it: nodes and facets beside cells, sizes beside a mesh. */
+DELAUNAY_INLINE int tool_spares(const char *tool, const char *option, const char *name,
+                                const char *input)
+{
+    static const char *const endings[4] = {".node", ".face", ".sol", ".mtr"};
+    char beside[TOOL_MAX_NAME];
+    int k;
+    if (!name || !input) return 1;
+    for (k = 0; k < 4; k++) {
+        FILE *f = tool_with_ending(input, endings[k], beside) ? fopen(beside, "rb") : NULL;
+        if (!f) continue;
+        fclose(f);
+        if (!tool_is_apart(tool, option, name, beside)) return 0;
+    }
+    return tool_is_apart(tool, option, name, input);
+}
+
 /* Whether a name stands for where the program prints: then it prints nothing but what goes
  * there. */
 DELAUNAY_INLINE int tool_is_stdout(const char *name)

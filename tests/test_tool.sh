@@ -163,6 +163,15 @@ code 2 $mesh "$T/part.poly" -q -o "$T/part.ele"
 says 'written over'
 ok "the nodes of the input are as they were" cmp -s "$T/part.node" "$T/keep.node"
 code 0 $mesh "$T/part.poly" -q -o "$T/part.1.ele"
+cp "$T/part.1.node" "$T/keep.node"
+code 2 $mesh "$T/part.1.ele" --check --json "$T/part.1.node"
+says 'written over'
+code 2 $mesh "$T/cube.off" --size-mesh "$T/part.1.ele" --json "$T/part.1.node"
+code 2 $improve "$T/part.1.ele" -q --json "$T/part.1.node"
+code 2 $improve "$T/part.1.ele" -q --bad "$T/part.1.node"
+ok "the nodes beside the input are as they were" cmp -s "$T/part.1.node" "$T/keep.node"
+code 4 $mesh "$T/cube.off" -q -o /dev/null --format ele
+says 'a file for each kind'
 mkdir -p "$T/fold.er"
 code 0 $mesh "$T/cube.off" -q -o "$T/fold.er/out" --format ele
 ok "files of a set go into its folder" test -f "$T/fold.er/out.node" -a -f "$T/fold.er/out.face"
@@ -307,6 +316,9 @@ ok "a ball of small sizes makes more tetrahedra" test "$(count "$T/s2.mesh")" -g
 code 2 $mesh "$T/cube.off" --ball 0.5,0.5,0.5
 code 2 $mesh "$T/cube.off" --region-size 0=1
 code 3 $mesh "$T/cube.off" --size-grid "$T/missing.txt"
+printf '2 2 2 nan 0 0 1 1 1 1 1 1 1 1 1 1 1' > "$T/nan.txt"
+code 3 $mesh "$T/cube.off" --size-grid "$T/nan.txt"
+says '2 or more each'
 echo '2 2 2  0 0 0  1 1 1  1 1 1 1 1 1 1 1 9' > "$T/long.txt"
 code 3 $mesh "$T/cube.off" --size-grid "$T/long.txt"
 says 'and nothing else'
@@ -472,6 +484,10 @@ tetrahedron_poly() { # X Y Z: a tetrahedron with a region point there
 }
 tetrahedron_poly .1 .2 .3 > "$T/seed.poly"
 code 0 $mesh "$T/seed.poly" --regions seeds -o "$T/seed.mesh"
+ok "there is no largest volume to speak of" sh -c "! grep -q 'largest volume' '$T/out'"
+sed 's/ 5 -1$/ 5 .001/' "$T/seed.poly" > "$T/fine.poly"
+code 0 $mesh "$T/fine.poly"
+prints '1 x largest volume of a region, not used'
 # two tetrahedra: attribute 0 is no number of a region, 1 is that of the other one
 {
     printf '8 3 0 0\n'
