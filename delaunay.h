@@ -506,9 +506,9 @@ DELAUNAY_API uint32_t delaunay_add_vertex(delaunay_mesh *mesh, const double *xyz
  *          is not 0; _NOT_FINITE: NaN or infinity, report->ids are up to four such points, in a
  *          tetrahedron or not; _TOO_LARGE; _OUT_OF_MEMORY; _INVALID_MESH: a flat tetrahedron, both
  *          orientations, more than two tetrahedra at a facet, or two on the same side of it:
- *          report->ids[0] is the
- *          tetrahedron. Other overlaps are not detected. On failure the mesh is zeroed, except that
- *          it stays as it was if an argument is NULL or a count is too large */
+ *          report->ids[0] is the tetrahedron. Other overlaps are not detected. On failure the mesh
+ *          is zeroed, except that it stays as it was if an argument is NULL or a count is too
+ *          large */
 DELAUNAY_API delaunay_result delaunay_import(delaunay_mesh *mesh, const double *xyz,
                                              size_t num_points, const uint32_t *tets,
                                              const uint32_t *colors, size_t num_tets,
