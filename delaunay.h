@@ -1315,6 +1315,10 @@ DELAUNAY_API double delaunay_seconds(const delaunay_host *host)
     if (host && host->clock) return host->clock(host->user);
 #  ifdef _OPENMP
     return omp_get_wtime();
+#  elif defined(__wasi__) /* has no clock() */
+    struct timespec now;
+    if (clock_gettime(CLOCK_MONOTONIC, &now) != 0) return 0;
+    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
 #  else
     return (double)clock() / (double)CLOCKS_PER_SEC;
 #  endif

@@ -4,10 +4,12 @@
 #define TOOL_H
 
 #include <errno.h>
-#include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#ifndef __wasi__ /* has no signals */
+#  include <signal.h>
+#endif
 #if (defined(__unix__) || defined(__APPLE__)) && \
     (!defined(__STRICT_ANSI__) || defined(_XOPEN_SOURCE))
 #  include <sys/resource.h>
@@ -33,6 +35,11 @@ enum {
 };
 
 /* Set by the first interrupt; the second one ends the program as usual. */
+#ifdef __wasi__
+static volatile int tool_interrupted;
+
+DELAUNAY_INLINE void tool_catch_signals(void) {}
+#else
 static volatile sig_atomic_t tool_interrupted;
 
 DELAUNAY_INLINE void tool_on_interrupt(int number)
@@ -46,10 +53,11 @@ DELAUNAY_INLINE void tool_on_interrupt(int number)
 DELAUNAY_INLINE void tool_catch_signals(void)
 {
     signal(SIGINT, tool_on_interrupt);
-#ifdef SIGXFSZ
+#  ifdef SIGXFSZ
     signal(SIGXFSZ, SIG_IGN);
-#endif
+#  endif
 }
+#endif
 
 /* The name of a file to write; "-" is where the program prints. */
 DELAUNAY_INLINE const char *tool_output_name(const char *text)
