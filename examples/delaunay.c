@@ -39,6 +39,28 @@ typedef struct arguments {
     int threads, any_order, validate, quiet;
 } arguments;
 
+/* Whether the files that are written replace neither one that is read nor each other; if not, says
+ * so. */
+static int files_are_apart(const arguments *args)
+{
+    const meshio_format input = meshio_format_of(args->input),
+                        output = args->output ? meshio_format_of(args->output)
+                                              : MESHIO_FORMAT_AUTO,
+                        hull = args->hull ? meshio_format_of(args->hull) : MESHIO_FORMAT_AUTO;
+    const int has_nodes = input == MESHIO_FORMAT_NODE || input == MESHIO_FORMAT_POLY ||
+                          input == MESHIO_FORMAT_SMESH;
+    if (has_nodes && output == MESHIO_FORMAT_ELE &&
+        !tool_spares_nodes("delaunay", "--output", args->output, args->input))
+        return 0;
+    if (has_nodes && hull == MESHIO_FORMAT_ELE &&
+        !tool_spares_nodes("delaunay", "--hull", args->hull, args->input))
+        return 0;
+    return tool_spares("delaunay", "--hull", args->hull, args->input) &&
+           tool_clears_output("delaunay", "--hull", args->hull, args->output,
+                              output == MESHIO_FORMAT_ELE) &&
+           tool_is_apart("delaunay", "--hull", args->hull, args->weights);
+}
+
 /* Whether the arguments go together; if not, says why. */
 static int arguments_fit(const arguments *args)
 {
@@ -46,17 +68,13 @@ static int arguments_fit(const arguments *args)
         fprintf(stderr, "delaunay: no file of points; try --help\n");
         return 0;
     }
-    if (!tool_spares("delaunay", "--hull", args->hull, args->input) ||
-        !tool_is_apart("delaunay", "--hull", args->hull, args->output) ||
-        !tool_is_apart("delaunay", "--hull", args->hull, args->weights))
-        return 0;
+    if (!files_are_apart(args)) return 0;
     if (args->output && !meshio_holds_tetrahedra(meshio_format_of(args->output))) {
         fprintf(stderr, "delaunay: no tetrahedra can be written to '%s'; try .mesh, .msh or .vtu\n",
                 args->output);
         return 0;
     }
-    if (args->hull && (meshio_format_of(args->hull) == MESHIO_FORMAT_AUTO ||
-                       meshio_format_of(args->hull) == MESHIO_FORMAT_NODE)) {
+    if (args->hull && !meshio_holds_triangles(meshio_format_of(args->hull))) {
         fprintf(stderr, "delaunay: '%s' is of no format for triangles; try .off, .stl or .vtu\n",
                 args->hull);
         return 0;

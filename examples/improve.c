@@ -69,14 +69,16 @@ static int parse_measure(const char *name, spr_measure *measure)
 /* Whether the arguments go together; if not, says why. */
 static int arguments_fit(const arguments *args)
 {
+    int is_ele;
     if (!args->input) {
         fprintf(stderr, "improve: no mesh; try --help\n");
         return 0;
     }
+    is_ele = args->output && meshio_format_of(args->output) == MESHIO_FORMAT_ELE;
     if (!tool_spares("improve", "--bad", args->bad, args->input) ||
-        !tool_is_apart("improve", "--bad", args->bad, args->output) ||
+        !tool_clears_output("improve", "--bad", args->bad, args->output, is_ele) ||
         !tool_spares("improve", "--json", args->json, args->input) ||
-        !tool_is_apart("improve", "--json", args->json, args->output) ||
+        !tool_clears_output("improve", "--json", args->json, args->output, is_ele) ||
         !tool_is_apart("improve", "--json", args->json, args->bad))
         return 0;
     if (args->output && !meshio_holds_tetrahedra(meshio_format_of(args->output))) {

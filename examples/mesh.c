@@ -282,31 +282,18 @@ static meshio_format output_format(const settings *s)
     return meshio_format_of(name);
 }
 
-/* Whether the nodes beside an .ele file that is written replace none beside a .poly or .smesh file
- * that is read; if they would, says so. */
-static int spares_nodes(const settings *s, meshio_format format)
+/* Does the input have its nodes in a file of their own? */
+static int has_nodes_beside(const char *input)
 {
-    const meshio_format input = s->input ? meshio_format_of(s->input) : MESHIO_FORMAT_AUTO;
-    char nodes[TOOL_MAX_NAME], written[TOOL_MAX_NAME];
-    FILE *f;
-    if (format != MESHIO_FORMAT_ELE || !s->output ||
-        (input != MESHIO_FORMAT_POLY && input != MESHIO_FORMAT_SMESH))
-        return 1;
-    if (!tool_with_ending(s->input, ".node", nodes) ||
-        !tool_with_ending(s->output, ".node", written)) {
-        fprintf(stderr, "mesh: a name is longer than %d characters\n", TOOL_MAX_NAME);
-        return 0;
-    }
-    f = fopen(nodes, "rb");
-    if (!f) return 1;
-    fclose(f);
-    return tool_is_apart("mesh", "the .node file of --output", written, nodes);
+    const meshio_format format = input ? meshio_format_of(input) : MESHIO_FORMAT_AUTO;
+    return format == MESHIO_FORMAT_POLY || format == MESHIO_FORMAT_SMESH;
 }
 
 /* Whether the settings go together; if not, says which ones do not. */
 static int settings_fit(const settings *s)
 {
     const meshio_format format = s->output ? output_format(s) : MESHIO_FORMAT_AUTO;
+    const int is_ele = format == MESHIO_FORMAT_ELE;
     if (s->refine_mesh && (s->refine_surface || s->weld > 0)) {
         fprintf(stderr, "mesh: %s and --refine-mesh; try --help\n",
                 s->weld > 0 ? "--weld" : "--refine-surface");
@@ -324,7 +311,7 @@ static int settings_fit(const settings *s)
         return 0;
     }
     if (!tool_spares("mesh", "--json", s->json, s->input) ||
-        !tool_is_apart("mesh", "--json", s->json, s->output) ||
+        !tool_clears_output("mesh", "--json", s->json, s->output, is_ele) ||
         !tool_is_apart("mesh", "--json", s->json, s->size_grid) ||
         !tool_spares("mesh", "--json", s->json, s->size_mesh))
         return 0;
@@ -343,7 +330,8 @@ static int settings_fit(const settings *s)
                 s->output);
         return 0;
     }
-    return spares_nodes(s, format);
+    return !is_ele || !has_nodes_beside(s->input) ||
+           tool_spares_nodes("mesh", "--output", s->output, s->input);
 }
 
 /* Returns 0: go on; 1: done (--help, --version); 2: wrong usage. */
@@ -1433,6 +1421,10 @@ static int mesh_surface(job *j)
                                     (const uint32_t *)j->in.tet_tags, j->in.num_tets,
                                     &j->set.mesher, &j->report);
     else result = mesher_mesh(&j->domain, &j->surface, &j->set.mesher, &j->report);
+    if (result == MESHER_ERROR_INVALID_ARGUMENT && j->set.refine_mesh) { /* the options are right */
+        complain(j, j->report.message);
+        return TOOL_BAD_SURFACE;
+    }
     if (result < 0) return fail(j, result);
     note_region_sizes(j);
     if (result > 0) {
@@ -1967,7 +1959,8 @@ int main(int argc, char **argv)
         fprintf(stderr, "mesh: cannot create '%s': %s\n", j->set.json, strerror(errno));
         return TOOL_CANNOT_WRITE;
     }
-    if (!tool_is_apart("mesh", "--json", j->set.json, j->set.output)) { /* now the file exists */
+    if (!tool_clears_output("mesh", "--json", j->set.json, j->set.output,
+                            output_format(&j->set) == MESHIO_FORMAT_ELE)) { /* now it exists */
         fclose(json);
         remove(j->set.json);
         return TOOL_USAGE;

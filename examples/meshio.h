@@ -263,6 +263,8 @@ MESHIO_API void meshio_free(meshio_mesh *mesh);
 MESHIO_API meshio_format meshio_format_of(const char *path);
 /* True if tetrahedra can be written in this format. */
 MESHIO_API int meshio_holds_tetrahedra(meshio_format format);
+/* The same for triangles. */
+MESHIO_API int meshio_holds_triangles(meshio_format format);
 
 /* A short description of a status. */
 MESHIO_API const char *meshio_result_string(meshio_result result);
@@ -2344,6 +2346,20 @@ static meshio_result meshio__ply_property_line(meshio__reader *r, meshio__ply *p
     return MESHIO_OK;
 }
 
+/* Goes on after the last line of the header. Where lines end with CR alone, a line feed after it is
+ * data. */
+static void meshio__ply_body(meshio__reader *r)
+{
+    const unsigned char *p = r->begin;
+    while (p < r->end && *p != '\n' && *p != '\r') p++;
+    if (p == r->end || *p == '\n' || p[1] == '\n') {
+        meshio__next_line(r);
+        return;
+    }
+    while (r->p < r->end && *r->p != '\r') r->p++;
+    if (r->p < r->end) r->p++;
+}
+
 static meshio_result meshio__ply_header(meshio__reader *r, meshio__ply *ply)
 {
     size_t length;
@@ -2388,7 +2404,7 @@ static meshio_result meshio__ply_header(meshio__reader *r, meshio__ply *ply)
             return meshio__expected(r, "'element', 'property' or 'end_header'");
         }
     }
-    meshio__next_line(r);
+    meshio__ply_body(r);
     return MESHIO_OK;
 }
 
@@ -2790,7 +2806,8 @@ static meshio_result meshio__ids_close(meshio__reader *r)
     qsort(r->ids.data, r->ids.num / 2, 2 * sizeof(uint64_t), meshio__compare_ids);
     for (i = 2; i < r->ids.num; i += 2)
         if (r->ids.data[i] == r->ids.data[i - 2])
-            return meshio__fail(r, MESHIO_ERROR_INDEX, r->p, "node %llu is defined twice",
+            return meshio__fail(r, MESHIO_ERROR_INDEX, r->p,
+                                "node %llu is defined twice, before this place",
                                 meshio__shown_id(r, r->ids.data[i]));
     return MESHIO_OK;
 }
@@ -3507,11 +3524,20 @@ static meshio_result meshio__vtk_cell_types(meshio__reader *r, int binary)
     return MESHIO_OK;
 }
 
-/* Skips the METADATA lines that VTK 8 and later write after an array, up to an empty line. */
-static void meshio__vtk_metadata(meshio__reader *r)
+/* Skips the METADATA lines that VTK 8 and later write after an array, up to an empty line. First
+ * may come COMPONENT_NAMES, with a line for each component of the array, which may be empty. */
+static void meshio__vtk_metadata(meshio__reader *r, int64_t components)
 {
-    do meshio__next_line(r);
-    while (meshio__more_on_line(r));
+    size_t length;
+    const unsigned char *word;
+    meshio__next_line(r);
+    if (meshio__more_on_line(r)) {
+        word = meshio__word(r, &length);
+        if (meshio__same(word, length, "component_names"))
+            for (; components > 0 && r->p < r->end; components--) meshio__next_line(r);
+        meshio__next_line(r);
+    }
+    while (meshio__more_on_line(r)) meshio__next_line(r);
 }
 
 static int meshio__vtk_is_string(const unsigned char *type, size_t length)
@@ -3541,28 +3567,35 @@ static meshio_result meshio__vtk_strings(meshio__reader *r, int binary, int64_t 
     return MESHIO_OK;
 }
 
-/* Reads the values of an array, given its type as the file names it and the number of tuples and
- * components. The values are kept if they are the cells' tags, else skipped. */
-static meshio_result meshio__vtk_array(meshio__reader *r, int binary, const unsigned char *type,
-                                       size_t type_length, int64_t components, int64_t tuples,
+/* What an array is said to be. */
+typedef struct meshio__vtk_values {
+    const unsigned char *where; /* in the file */
+    const unsigned char *type;  /* its name, which need not be in the file */
+    size_t               type_length;
+    int64_t              components, tuples;
+} meshio__vtk_values;
+
+/* Reads the values of an array. They are kept if they are the cells' tags, else skipped. */
+static meshio_result meshio__vtk_array(meshio__reader *r, int binary, const meshio__vtk_values *a,
                                        int tags)
 {
-    meshio__type t = meshio__type_named(type, type_length);
-    int64_t count = tuples, i, value;
+    meshio__type t = meshio__type_named(a->type, a->type_length);
+    int64_t count = a->tuples, i, value;
     unsigned char bytes[8];
     double d;
-    if (components < 0 || tuples < 0 || (components && tuples > INT64_MAX / 16 / components))
-        return meshio__fail(r, MESHIO_ERROR_COUNT, type, "an array of %lld times %lld values",
-                            (long long)tuples, (long long)components);
-    count *= components;
-    if (meshio__vtk_is_string(type, type_length)) return meshio__vtk_strings(r, binary, count);
-    if (meshio__same(type, type_length, "bit")) {
+    if (a->components < 0 || count < 0 || (a->components && count > INT64_MAX / 16 / a->components))
+        return meshio__fail(r, MESHIO_ERROR_COUNT, a->where, "an array of %lld times %lld values",
+                            (long long)count, (long long)a->components);
+    count *= a->components;
+    if (meshio__vtk_is_string(a->type, a->type_length))
+        return meshio__vtk_strings(r, binary, count);
+    if (meshio__same(a->type, a->type_length, "bit")) {
         t = MESHIO__U8;
         if (binary) count = (count + 7) / 8;
         tags = 0;
     }
     if (t == MESHIO__NO_TYPE)
-        return meshio__fail(r, MESHIO_ERROR_UNSUPPORTED, type, "an array of an unknown type");
+        return meshio__fail(r, MESHIO_ERROR_UNSUPPORTED, a->where, "an array of an unknown type");
     MESHIO__TRY(meshio__fits(r, count, binary ? meshio__type_size(t) : 2, "values"));
     if (binary && !tags) return meshio__bytes(r, bytes, (size_t)count * meshio__type_size(t));
     for (i = 0; i < count && tags; i++) {
@@ -3578,6 +3611,7 @@ typedef struct meshio__vtk {
     int binary, have_points;
     int data;      /* what the attributes belong to: points, 'p', or cells, 'c'; 0 before either */
     int64_t count; /* the number of these points or cells */
+    int64_t components; /* of the array before */
 } meshio__vtk;
 
 /* Does an array of this name hold the tags, if it has one value for each cell? */
@@ -3588,48 +3622,54 @@ static int meshio__vtk_is_tags(const meshio__reader *r, const meshio__vtk *vtk,
 }
 
 /* FIELD name n, then n arrays: name, components, tuples, type, values. */
-static meshio_result meshio__vtk_field(meshio__reader *r, const meshio__vtk *vtk)
+static meshio_result meshio__vtk_field(meshio__reader *r, meshio__vtk *vtk)
 {
-    int64_t arrays, components, tuples, i;
-    size_t length, type_length;
-    const unsigned char *name, *type;
+    meshio__vtk_values a;
+    int64_t arrays, i;
+    size_t length;
+    const unsigned char *name;
     meshio__word(r, &length);
     MESHIO__TRY(meshio__int(r, &arrays));
     MESHIO__TRY(meshio__fits(r, arrays, 2, "arrays"));
     for (i = 0; i < arrays; i++) {
         name = meshio__word(r, &length);
         if (meshio__same(name, length, "metadata") && !meshio__more_on_line(r)) {
-            meshio__vtk_metadata(r);
+            meshio__vtk_metadata(r, vtk->components);
             name = meshio__word(r, &length);
         }
         if (meshio__same(name, length, "null_array")) continue;
-        MESHIO__TRY(meshio__int(r, &components));
-        MESHIO__TRY(meshio__int(r, &tuples));
-        type = meshio__word(r, &type_length);
-        if (vtk->binary || meshio__vtk_is_string(type, type_length)) meshio__next_line(r);
-        MESHIO__TRY(meshio__vtk_array(r, vtk->binary, type, type_length, components, tuples,
-                                      components == 1 && tuples == vtk->count &&
+        MESHIO__TRY(meshio__int(r, &a.components));
+        MESHIO__TRY(meshio__int(r, &a.tuples));
+        a.where = a.type = meshio__word(r, &a.type_length);
+        if (vtk->binary || meshio__vtk_is_string(a.type, a.type_length)) meshio__next_line(r);
+        MESHIO__TRY(meshio__vtk_array(r, vtk->binary, &a,
+                                      a.components == 1 && a.tuples == vtk->count &&
                                           meshio__vtk_is_tags(r, vtk, name, length)));
+        vtk->components = a.components;
     }
     return MESHIO_OK;
 }
 
 /* SCALARS name type [components], LOOKUP_TABLE name, values. */
-static meshio_result meshio__vtk_scalars(meshio__reader *r, const meshio__vtk *vtk)
+static meshio_result meshio__vtk_scalars(meshio__reader *r, meshio__vtk *vtk)
 {
-    size_t length, type_length, unused;
-    const unsigned char *name = meshio__word(r, &length), *type = meshio__word(r, &type_length);
-    int64_t components = 1;
-    if (meshio__more_on_line(r)) MESHIO__TRY(meshio__int(r, &components));
+    size_t length, unused;
+    const unsigned char *name = meshio__word(r, &length);
+    meshio__vtk_values a;
+    a.where = a.type = meshio__word(r, &a.type_length);
+    a.components = 1;
+    a.tuples = vtk->count;
+    if (meshio__more_on_line(r)) MESHIO__TRY(meshio__int(r, &a.components));
     MESHIO__TRY(meshio__expect(r, "lookup_table"));
     meshio__word(r, &unused);
     if (vtk->binary) meshio__next_line(r);
-    return meshio__vtk_array(r, vtk->binary, type, type_length, components, vtk->count,
-                             components == 1 && meshio__vtk_is_tags(r, vtk, name, length));
+    vtk->components = a.components;
+    return meshio__vtk_array(r, vtk->binary, &a,
+                             a.components == 1 && meshio__vtk_is_tags(r, vtk, name, length));
 }
 
 /* Skips any other attribute of points or cells. */
-static meshio_result meshio__vtk_attribute(meshio__reader *r, const meshio__vtk *vtk,
+static meshio_result meshio__vtk_attribute(meshio__reader *r, meshio__vtk *vtk,
                                            const unsigned char *word, size_t length)
 {
     static const struct {
@@ -3641,22 +3681,25 @@ static meshio_result meshio__vtk_attribute(meshio__reader *r, const meshio__vtk 
                  {"edge_flags", 1, 0},   {"texture_coordinates", 0, 0},
                  {"color_scalars", 0, 1}, {"lookup_table", 0, 4}};
     static const unsigned char uchar[] = "uchar", real[] = "float";
-    const unsigned char *type = vtk->binary ? uchar : real;
-    size_t k, type_length = 5, unused;
-    int64_t components, tuples = vtk->count;
+    meshio__vtk_values a;
+    size_t k, unused;
     for (k = 0; k < sizeof kinds / sizeof kinds[0]; k++)
         if (meshio__same(word, length, kinds[k].name)) break;
     if (vtk->data == 0 || k == sizeof kinds / sizeof kinds[0]) {
         r->p = word;
         return meshio__expected(r, "a keyword of a legacy VTK file");
     }
+    a.where = word;
+    a.type = vtk->binary ? uchar : real;
+    a.type_length = sizeof uchar - 1; /* that of "float", too */
+    a.components = kinds[k].components;
+    a.tuples = kinds[k].bytes == 4 ? 4 : vtk->count;
     meshio__word(r, &unused); /* the attribute's own name */
-    components = kinds[k].components;
-    if (components == 0) MESHIO__TRY(meshio__int(r, &components));
-    if (kinds[k].bytes == 0) type = meshio__word(r, &type_length);
-    if (kinds[k].bytes == 4) tuples = 4;
+    if (a.components == 0) MESHIO__TRY(meshio__int(r, &a.components));
+    if (kinds[k].bytes == 0) a.type = meshio__word(r, &a.type_length);
     if (vtk->binary) meshio__next_line(r);
-    return meshio__vtk_array(r, vtk->binary, type, type_length, components, tuples, 0);
+    vtk->components = a.components;
+    return meshio__vtk_array(r, vtk->binary, &a, 0);
 }
 
 static meshio_result meshio__vtk_points(meshio__reader *r, meshio__vtk *vtk,
@@ -3672,6 +3715,7 @@ static meshio_result meshio__vtk_points(meshio__reader *r, meshio__vtk *vtk,
     if (type == MESHIO__NO_TYPE)
         return meshio__fail(r, MESHIO_ERROR_UNSUPPORTED, word, "points of an unknown type");
     if (vtk->binary) meshio__next_line(r);
+    vtk->components = 3;
     return meshio__points_scalars(r, vtk->binary, type, count);
 }
 
@@ -3708,7 +3752,7 @@ static meshio_result meshio__vtk_section(meshio__reader *r, meshio__vtk *vtk,
     if (meshio__same(word, length, "point_data")) return meshio__vtk_data(r, vtk, 'p');
     if (meshio__same(word, length, "field")) return meshio__vtk_field(r, vtk);
     if (meshio__same(word, length, "metadata")) {
-        meshio__vtk_metadata(r);
+        meshio__vtk_metadata(r, vtk->components);
         return MESHIO_OK;
     }
     if (vtk->data && meshio__same(word, length, "scalars")) return meshio__vtk_scalars(r, vtk);
@@ -4256,8 +4300,9 @@ static meshio_result meshio__vtu_array(meshio__reader *r, const meshio__vtu *vtu
         }
         return meshio__vtu_close(r, vtu, binary);
     } else if (section == 'c' && meshio__same(name, length, "offsets")) {
+        if (r->cells.ends.num)
+            return meshio__fail(r, MESHIO_ERROR_SYNTAX, tag, "a second array of offsets");
         MESHIO__TRY(meshio__vtu_open(r, vtu, tag, end, (uint64_t)vtu->cells, &type, &binary));
-        r->cells.ends.num = 0;
         for (size = 0, i = 0; i < vtu->cells; i++) {
             MESHIO__TRY(meshio__scalar(r, binary, type, &d, &value));
             if (value < size)
@@ -4267,8 +4312,9 @@ static meshio_result meshio__vtu_array(meshio__reader *r, const meshio__vtu *vtu
         }
         return meshio__vtu_close(r, vtu, binary);
     } else if (section == 'c' && meshio__same(name, length, "types")) {
+        if (r->cells.types.num)
+            return meshio__fail(r, MESHIO_ERROR_SYNTAX, tag, "a second array of types");
         MESHIO__TRY(meshio__vtu_open(r, vtu, tag, end, (uint64_t)vtu->cells, &type, &binary));
-        r->cells.types.num = 0;
         for (i = 0; i < vtu->cells; i++) {
             MESHIO__TRY(meshio__scalar(r, binary, type, &d, &value));
             if (!meshio__push32(&r->cells.types, (uint32_t)value)) return meshio__no_memory(r);
@@ -5866,6 +5912,13 @@ static void meshio__put_msh2_nodes(meshio__writer *w, const void *list, size_t f
     }
 }
 
+/* The number of the entity that elements with a tag belong to. Gmsh drops elements of entities with
+ * negative numbers. */
+static int32_t meshio__msh2_entity(int32_t tag)
+{
+    return tag < 0 ? (int32_t)(0x40000000 | (-(int64_t)tag & 0x3fffffff)) : tag;
+}
+
 /* The text of type and tags is reused, as it is mostly the same for one element after another. */
 static void meshio__put_msh2_elements(meshio__writer *w, const void *list, size_t first,
                                       size_t last)
@@ -5881,11 +5934,11 @@ static void meshio__put_msh2_elements(meshio__writer *w, const void *list, size_
         meshio__put_any(w, l->binary, 4, (int64_t)(l->id + i + 1));
         if (l->binary) {
             meshio__put_raw(w, tag, 4, 0);
-            meshio__put_raw(w, tag, 4, 0);
+            meshio__put_raw(w, meshio__msh2_entity(tag), 4, 0);
         } else {
             if (length == 0 || tag != before)
                 length = snprintf(tags, sizeof tags, "%d 2 %ld %ld ", kind->gmsh, (long)tag,
-                                  (long)tag);
+                                  (long)meshio__msh2_entity(tag));
             before = tag;
             meshio__put(w, tags, (size_t)length);
         }
@@ -6693,6 +6746,12 @@ MESHIO_API int meshio_holds_tetrahedra(meshio_format format)
            format == MESHIO_FORMAT_INP || format == MESHIO_FORMAT_ELE;
 }
 
+MESHIO_API int meshio_holds_triangles(meshio_format format)
+{
+    return meshio_holds_tetrahedra(format) || format == MESHIO_FORMAT_STL ||
+           format == MESHIO_FORMAT_OFF || format == MESHIO_FORMAT_OBJ;
+}
+
 MESHIO_API void meshio_free(meshio_mesh *mesh)
 {
     if (!mesh) return;
@@ -7055,6 +7114,17 @@ static int meshio__counts_fit(const meshio_mesh *m, meshio_format format,
     }
 }
 
+/* Are the corners of all triangles within the range of single precision? */
+static int meshio__is_single(const meshio_mesh *mesh)
+{
+    size_t i;
+    int k;
+    for (i = 0; i < 3 * (size_t)mesh->num_triangles; i++)
+        for (k = 0; k < 3; k++)
+            if (fabs(mesh->xyz[3 * (size_t)mesh->triangles[i] + (size_t)k]) > FLT_MAX) return 0;
+    return 1;
+}
+
 static meshio_result meshio__write(meshio__writer *w, const char *path, const meshio_mesh *mesh,
                                    const meshio_write_options *options, meshio_report *report)
 {
@@ -7067,13 +7137,17 @@ static meshio_result meshio__write(meshio__writer *w, const char *path, const me
         MESHIO__TRY(meshio__write_tetgen(w, path, mesh, ".face", report));
         return meshio__write_tetgen(w, path, mesh, ".ele", report);
     }
-    if (format == MESHIO_FORMAT_AUTO || format == MESHIO_FORMAT_PLY || format >= MESHIO_FORMAT_POLY)
+    if (!meshio_holds_triangles(format) || format == MESHIO_FORMAT_ELE)
         return meshio__report_plain(report, MESHIO_ERROR_FORMAT, "no writer for the format of",
                                     path, 0);
     if (mesh->second_order && format != MESHIO_FORMAT_MSH && format != MESHIO_FORMAT_VTU &&
         format != MESHIO_FORMAT_INP)
         return meshio__report_plain(report, MESHIO_ERROR_FORMAT,
                                     "no second-order elements in the format of", path, 0);
+    if (format == MESHIO_FORMAT_STL && !options->ascii && !meshio__is_single(mesh))
+        return meshio__report_plain(report, MESHIO_ERROR_TOO_LARGE,
+                                    "a coordinate is too large for the single precision of", path,
+                                    0);
     if (!meshio__counts_fit(mesh, format, options))
         return meshio__report_plain(report, MESHIO_ERROR_TOO_LARGE,
                                     "more vertices or elements than the format can number:", path,

@@ -200,6 +200,41 @@ DELAUNAY_INLINE int tool_spares(const char *tool, const char *option, const char
     return tool_is_apart(tool, option, name, input);
 }
 
+/* 0, and a sentence, if the file that an option names is the output, or beside it: an .ele file is
+ * written with nodes and facets. */
+DELAUNAY_INLINE int tool_clears_output(const char *tool, const char *option, const char *name,
+                                       const char *output, int is_ele)
+{
+    static const char *const endings[2] = {".node", ".face"};
+    char beside[TOOL_MAX_NAME];
+    int k;
+    if (!name || !output) return 1;
+    for (k = 0; k < 2 && is_ele; k++)
+        if (tool_with_ending(output, endings[k], beside) &&
+            !tool_is_apart(tool, option, name, beside))
+            return 0;
+    return tool_is_apart(tool, option, name, output);
+}
+
+/* 0, and a sentence, if the nodes beside the .ele file that an option names would replace those
+ * that are, or are beside, the input. */
+DELAUNAY_INLINE int tool_spares_nodes(const char *tool, const char *option, const char *output,
+                                      const char *input)
+{
+    char nodes[TOOL_MAX_NAME], written[TOOL_MAX_NAME], what[64];
+    FILE *f;
+    if (!output || !input) return 1;
+    if (!tool_with_ending(input, ".node", nodes) || !tool_with_ending(output, ".node", written)) {
+        fprintf(stderr, "%s: a name is longer than %d characters\n", tool, TOOL_MAX_NAME);
+        return 0;
+    }
+    f = fopen(nodes, "rb");
+    if (!f) return 1;
+    fclose(f);
+    snprintf(what, sizeof what, "the .node file of %s", option);
+    return tool_is_apart(tool, what, written, nodes);
+}
+
 /* Whether a name stands for where the program prints: then it prints nothing but what goes
  * there. */
 DELAUNAY_INLINE int tool_is_stdout(const char *name)

@@ -827,6 +827,29 @@ static void stl_is_written_in_little_endian_order(void)
     remove(file_name("stl"));
 }
 
+static void binary_stl_has_no_infinite_coordinates(void)
+{
+    static double xyz[9] = {0, 0, 0, 1e39, 0, 0, 0, 2, 0};
+    static uint32_t triangle[3] = {0, 1, 2};
+    meshio_write_options options;
+    meshio_mesh m, back;
+    FILE *f;
+    memset(&m, 0, sizeof m);
+    memset(&options, 0, sizeof options);
+    m.xyz = xyz, m.num_vertices = 3;
+    m.triangles = triangle, m.num_triangles = 1;
+    CHECK(meshio_write(file_name("stl"), &m, NULL, NULL) == MESHIO_ERROR_TOO_LARGE);
+    f = fopen(file_name("stl"), "rb");
+    CHECK(!f);
+    if (f) fclose(f);
+    options.ascii = 1;
+    CHECK(meshio_write(file_name("stl"), &m, &options, NULL) == MESHIO_OK);
+    CHECK(meshio_read(file_name("stl"), MESHIO_FORMAT_AUTO, &back, NULL) == MESHIO_OK);
+    CHECK(back.num_vertices == 3 && back.xyz[3] == 1e39);
+    meshio_free(&back);
+    remove(file_name("stl"));
+}
+
 static void points_are_read_raw_and_as_text(void)
 {
     meshio_mesh m;
@@ -977,6 +1000,40 @@ static void ply_elements_come_in_any_order(void)
             "property float z\r\nend_header\r\n",
             &m, NULL) == MESHIO_OK);
     meshio_free(&m);
+}
+
+static size_t put_text(unsigned char *p, size_t n, const char *text)
+{
+    memcpy(p + n, text, strlen(text));
+    return n + strlen(text);
+}
+
+/* After lines that end with CR alone, binary data may begin with a line feed. */
+static void ply_data_may_begin_with_a_line_feed(void)
+{
+    static const char *const ends[3] = {"\r", "\n", "\r\n"};
+    static const unsigned char first[4] = {'\n', 0, 0, 0};
+    unsigned char b[400];
+    double x[3] = {0, 0, 0};
+    meshio_mesh m;
+    int k;
+    for (k = 0; k < 3; k++) {
+        size_t n = 0, i;
+        static const char *const lines[] = {"ply", "format binary_little_endian 1.0",
+                                            "element vertex 1", "property int id",
+                                            "property double x", "property double y",
+                                            "property double z", "end_header"};
+        for (i = 0; i < sizeof lines / sizeof lines[0]; i++) {
+            n = put_text(b, n, lines[i]);
+            n = put_text(b, n, ends[k]);
+        }
+        memcpy(b + n, first, sizeof first);
+        memcpy(b + n + 4, x, sizeof x);
+        CHECK(meshio_read_memory(b, n + 28, MESHIO_FORMAT_PLY, &m, NULL) == MESHIO_OK);
+        CHECK(m.num_vertices == 1 && m.xyz[0] == 0 && m.xyz[1] == 0 && m.xyz[2] == 0);
+        meshio_free(&m);
+        CHECK(meshio_read_memory(b, n + 27, MESHIO_FORMAT_PLY, &m, NULL) != MESHIO_OK);
+    }
 }
 
 static void ply_strips_are_triangles(void)
@@ -1331,12 +1388,15 @@ static void vtk_has_fields_and_metadata(void)
             "LOOKUP_TABLE mine 2\n0 0 0 1 1 1 1 1\n"
             "FIELD FieldData 1\ntag 1 4 double\nnan 1e3 -inf 18446744073709551615\n"
             "CELL_DATA 2\nGLOBAL_IDS ids vtkIdType\n0 1\nVECTORS v float\n0 0 1 0 0 1\n"
+            "METADATA\nCOMPONENT_NAMES\nCELLS\n\n\nINFORMATION 1\n" /* two without a name */
+            "NAME L2_NORM_RANGE LOCATION vtkDataArray\nDATA 2 0 1\n\n"
             "NORMALS n float\n0 0 1 0 0 1\n"
             "TENSORS t float\n0 0 1 0 0 1 0 0 1 0 0 1 0 0 1 0 0 1\nTEXTURE_COORDINATES x 2 float\n"
             "0 1 0 1\nCOLOR_SCALARS c 3\n0 1 0 1 0 1\n"
             "SCALARS other bit\nLOOKUP_TABLE default\n0 1\nFIELD FieldData 5\nnames 1 2 string\n"
             "FIELD\n\nregion 3 2 int\n1 2 3 4 5 6\n"
-            "u 2 2 vtktypeuint64\n1 2 3 4\nMETADATA\nINFORMATION 0\n\nregion 1 2 int\n42\n-7\n"
+            "u 2 2 vtktypeuint64\n1 2 3 4\nMETADATA\nCOMPONENT_NAMES\n\nINFORMATION\n"
+            "INFORMATION 0\n\nregion 1 2 int\n42\n-7\n"
             "tag 1 2 int\n1\n1\n",
             &m, &report) == MESHIO_OK);
     if (report.message[0]) printf("%s\n", report.message);
@@ -1344,12 +1404,6 @@ static void vtk_has_fields_and_metadata(void)
     if (m.num_tets == 1 && m.num_triangles == 1)
         CHECK(m.tet_tags[0] == 42 && m.triangle_tags[0] == -7 && m.tets[3] == 3);
     meshio_free(&m);
-}
-
-static size_t put_text(unsigned char *p, size_t n, const char *text)
-{
-    memcpy(p + n, text, strlen(text));
-    return n + strlen(text);
 }
 
 static size_t put_big32(unsigned char *p, size_t n, uint32_t v)
@@ -2204,6 +2258,9 @@ static void damaged_texts_get_a_status_and_a_line(void)
         {MESHIO_FORMAT_VTK, VTK CELL "CELL_DATA 1\nVECTORS v quaternion\n0 0\n",
          MESHIO_ERROR_UNSUPPORTED, 10},
         {MESHIO_FORMAT_VTK, VTK CELL "CELL_DATA 1\nWORDS v float\n0 0\n", MESHIO_ERROR_SYNTAX, 10},
+        {MESHIO_FORMAT_VTK, VTK CELL "POINT_DATA 1\nCOLOR_SCALARS c -1\n", MESHIO_ERROR_COUNT, 10},
+        {MESHIO_FORMAT_VTK, VTK CELL "POINT_DATA 1\nLOOKUP_TABLE c 999999999999999999\n",
+         MESHIO_ERROR_COUNT, 10},
         {MESHIO_FORMAT_VTK, VTK CELL "VECTORS v float\n0 0 0\n", MESHIO_ERROR_SYNTAX, 9},
         {MESHIO_FORMAT_VTK, VTK "FIELD f 1\na 4611686018427387904 4 int\n1\n",
          MESHIO_ERROR_COUNT, 6},
@@ -2226,6 +2283,13 @@ static void damaged_texts_get_a_status_and_a_line(void)
         {MESHIO_FORMAT_VTU, VTU "format='binary'>\nDgAAAA==</DataArray>", MESHIO_ERROR_COUNT, 4},
         {MESHIO_FORMAT_VTU, VTU "format='binary'>\n</DataArray>", MESHIO_ERROR_SYNTAX, 4},
         {MESHIO_FORMAT_VTU, VTU "format='appended' offset='0'>", MESHIO_ERROR_TRUNCATED, 4},
+#undef VTU
+#define VTU(name)                                                                                  \
+    "<VTKFile type='UnstructuredGrid'>\n<Piece NumberOfPoints='1' NumberOfCells='1'>\n"            \
+    "<Cells>\n<DataArray Name='" name "' type='UInt8' format='ascii'>\n1</DataArray>\n"            \
+    "<DataArray Name='" name "' type='UInt8' format='ascii'>\n1</DataArray>\n"
+        {MESHIO_FORMAT_VTU, VTU("types"), MESHIO_ERROR_SYNTAX, 6},
+        {MESHIO_FORMAT_VTU, VTU("offsets"), MESHIO_ERROR_SYNTAX, 6},
 #undef VTU
         {MESHIO_FORMAT_VTU, "", MESHIO_ERROR_TRUNCATED, 1},
         {MESHIO_FORMAT_VTU, "<html></html>", MESHIO_ERROR_FORMAT, 1},
@@ -2269,6 +2333,7 @@ static void damaged_texts_get_a_status_and_a_line(void)
         meshio_result result = read_text(bad[i].format, bad[i].text, &m, &report);
         int right = result == bad[i].result && report.result == result &&
                     report.line == bad[i].line && report.message[0] != 0 && m.xyz == NULL &&
+                    report.offset <= strlen(bad[i].text) &&
                     m.num_vertices == 0 && m.num_triangles == 0;
         if (!right)
             printf("case %d: status %d (expected %d), line %d (%d): %s\n", (int)i, (int)result,
@@ -2334,6 +2399,10 @@ static void torn_files_never_crash(void)
         const char *name = file_name(kinds[k].extension);
         meshio_format format = meshio_format_of(name);
         int i, refused = 0;
+        double xyz[18];
+        for (i = 0; i < 18; i++) /* within single precision, for STL */
+            xyz[i] = fabs(m.xyz[i]) < 1e38 ? m.xyz[i] : 1e38;
+        m.xyz = xyz;
         memset(&options, 0, sizeof options);
         options.binary = kinds[k].binary;
         CHECK(meshio_write(name, &m, &options, NULL) == MESHIO_OK);
@@ -2696,10 +2765,12 @@ int main(void)
     inp_refuses_what_it_does_not_know();
     surface_formats_keep_the_triangles();
     stl_is_written_in_little_endian_order();
+    binary_stl_has_no_infinite_coordinates();
     points_are_read_raw_and_as_text();
     off_comes_in_many_layouts();
     obj_indices_come_in_many_forms();
     ply_elements_come_in_any_order();
+    ply_data_may_begin_with_a_line_feed();
     ply_strips_are_triangles();
     medit_keywords_come_in_any_order();
     medit_curved_elements_are_their_corners();

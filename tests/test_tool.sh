@@ -170,6 +170,21 @@ code 2 $mesh "$T/cube.off" --size-mesh "$T/part.1.ele" --json "$T/part.1.node"
 code 2 $improve "$T/part.1.ele" -q --json "$T/part.1.node"
 code 2 $improve "$T/part.1.ele" -q --bad "$T/part.1.node"
 ok "the nodes beside the input are as they were" cmp -s "$T/part.1.node" "$T/keep.node"
+for what in node face; do
+    code 2 $mesh "$T/cube.off" -q -o "$T/new.ele" --json "$T/new.$what"
+    code 2 $improve "$T/known.mesh" -q -o "$T/new.ele" --json "$T/new.$what"
+    code 2 $improve "$T/known.mesh" -q -o "$T/new.ele" --bad "$T/new.$what"
+    code 2 $delaunay "$T/known.mesh" -q -o "$T/new.ele" --hull "$T/new.$what"
+    absent "$T/new.$what"
+done
+cp "$T/part.node" "$T/keep.node"
+code 2 $delaunay "$T/part.node" -q -o "$T/part.ele"
+says 'written over'
+code 2 $delaunay "$T/part.node" -q --hull "$T/part.ele"
+says 'written over'
+ok "the points are as they were" cmp -s "$T/part.node" "$T/keep.node"
+code 2 $delaunay "$T/part.node" -q --hull "$T/part.ply"
+says 'no format for triangles'
 code 4 $mesh "$T/cube.off" -q -o /dev/null --format ele
 says 'a file for each kind'
 mkdir -p "$T/fold.er"
@@ -342,6 +357,9 @@ says 'there are no tetrahedra in it'
 code 0 $mesh "$T/s1.mesh" --refine-mesh --ball 0.5,0.5,0.5,0.1,0.05 -q -o "$T/s3.mesh"
 ok "a mesh is refined" test "$(count "$T/s3.mesh")" -gt "$(count "$T/s1.mesh")"
 code 5 $mesh "$T/cube.off" --refine-mesh
+printf 'MeshVersionFormatted 2 Dimension 3\nVertices 4\n0 0 0 0\n1 0 0 0\n0 1 0 0\n0 0 1 0\nTetrahedra 2\n1 2 3 4 0\n1 2 3 4 0\nEnd\n' > "$T/twice.mesh"
+code 5 $mesh "$T/twice.mesh" --refine-mesh
+says 'same side of a facet'
 
 # ---- a surface divided first ----
 code 0 $mesh "$T/cube.off" --size 0.1
