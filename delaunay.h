@@ -187,8 +187,8 @@ typedef struct delaunay_host {
                                              * their limit in place of its own; the two engines take
                                              * memory from the mesh alone, within its limit */
     int                num_threads;         /* 0: omp_get_max_threads() at each call; more than 1024
-                                             * count as 1024. Negative: everyday functions refuse
-                                             * it, to those for experts it is 0 */
+                                             * count as 1024. Negative: functions that make
+                                             * something refuse it, to the others it is 0 */
     /* NULL: silent. So far mesher.h alone has warnings and, for debugging, what it does */
     void (*log)(void *user, int level, const char *text);
     /* fraction: how much of the phase is done, negative if unknown; a nonzero result cancels */
@@ -272,12 +272,14 @@ typedef struct delaunay_options {
 
 /* What happened and where. Every function that takes a report overwrites all of it. */
 typedef struct delaunay_report {
-    uint64_t num_points, num_vertices;
-    uint64_t num_duplicates;                /* points beyond the first one at each place */
+    uint64_t num_points, num_vertices;      /* of the mesh */
+    uint64_t num_duplicates;                /* points beyond the first one at each place; after
+                                             * delaunay_insert of this call's only */
     uint64_t num_tets, num_ghosts;
     uint64_t num_hidden;                    /* vertices that weights keep out of all tetrahedra */
-    int      dimension;                     /* affine dimension of the points; -1: no points, or an
-                                             * import without tetrahedra */
+    int      dimension;                     /* affine dimension of the points; -1: no points, an
+                                             * import without tetrahedra, or not known, as there
+                                             * was an error before */
     uint32_t ids[4]; int num_ids;           /* what is wrong: point ids; in the validator slots; in
                                              * delaunay_import also indices of tetrahedra */
     double   xyz[3];                        /* where */
@@ -376,9 +378,9 @@ enum {
     DELAUNAY_VALIDATE_TOPOLOGY,   /* neighbours have each other's handles, their facets match, none
                                    * is deleted, and their marks agree */
     DELAUNAY_VALIDATE_GEOMETRY,   /* corners are finite, every real tetrahedron is positive, and the
-                                   * hull is convex; exact tests */
+                                   * hull, if the mesh has one, is convex; exact tests */
     DELAUNAY_VALIDATE_DELAUNAY    /* every facet is locally Delaunay, ties broken by the
-                                   * perturbation, and so the whole mesh is Delaunay */
+                                   * perturbation, and so a mesh with its hull is Delaunay */
 };
 /* Proves what the level lists, or returns DELAUNAY_ERROR_INVALID_MESH and reports the first defect,
  * which does not depend on the number of threads. delaunay_validate uses one thread,
@@ -720,9 +722,11 @@ DELAUNAY_API void delaunay_hull_free(delaunay_hull *hull);
 /* The Voronoi diagram, or with weights the power diagram: a cell for each vertex and a face for
  * each edge of the triangulation. The corners of a face are the centres of the tetrahedra around
  * its edge. The face of a hull edge is unbounded: its list of corners begins and ends with a ghost,
- * whose "centre" is the direction of the unbounded side. Centres are accurate at any scale; a
- * coordinate beyond the largest double becomes infinite. The centre of a tetrahedron whose volume
- * is less than 1e-300 times the product of three edges at a corner may be anything. */
+ * whose "centre" is the direction of the unbounded side. Centres are in doubles, at any scale: with
+ * q the volume of a tetrahedron relative to the product of its three edges at the corner nearest to
+ * the others, the error is some 1e-15 / q of the radius. So nothing is known where rounding has
+ * made q as small as 1e-14: then, or with weights 1e150 times the squares of edges, a centre may be
+ * anything, even not a number. A coordinate beyond the largest double becomes infinite. */
 typedef struct delaunay_voronoi {
     size_t   num_cells; /* mesh->num_vertices; the ghost and vertices in no tetrahedron have empty
                          * cells */
@@ -743,9 +747,10 @@ DELAUNAY_API void delaunay_voronoi_free(delaunay_voronoi *voronoi);
 /* Alpha values, which are squared radii: a simplex is in the alpha complex of every alpha that is
  * at least its own value. This is the squared radius of its smallest circumscribed sphere if that
  * sphere is empty, else the least value of the simplices of which it is a face; so no simplex
- * appears before its faces. Vertices have value 0. Values are rounded; they are DBL_MAX or 0 where
- * the square is beyond the range of doubles. With weights the spheres are orthogonal to those of
- * the vertices, and the value of a vertex is the negative of its weight, or more. */
+ * appears before its faces. Vertices have value 0. Values are rounded, as Voronoi centres are; they
+ * are DBL_MAX or 0 where the square is beyond the range of doubles. With weights the spheres are
+ * orthogonal to those of the vertices, and the value of a vertex is the negative of its weight, or
+ * more. */
 typedef struct delaunay_alpha {
     double *tets;   /* one per slot; DBL_MAX for ghosts and deleted ones */
     double *facets; /* 4 per slot, equal on both sides; of a ghost only that of facet 3 */
@@ -757,9 +762,10 @@ DELAUNAY_API delaunay_result delaunay_alpha_of(delaunay_alpha *alpha, const dela
                                                const delaunay_host *host);
 DELAUNAY_API void delaunay_alpha_free(delaunay_alpha *alpha);
 
-/* The vertex nearest to a point, exactly (one of them, if there are several). 0: out of memory, an
- * empty mesh, one with weights or without vertex_tet, a point outside a mesh without its hull, or a
- * coordinate that is NaN or infinite.
+/* The vertex nearest to a point, exactly (one of them, if there are several), in a Delaunay mesh of
+ * all its vertices; in another one, an imported mesh say, a vertex that is nearer than those beside
+ * it. 0: out of memory, an empty mesh, one with weights or without vertex_tet, a point outside a
+ * mesh without its hull, or a coordinate that is NaN or infinite.
  * hint: a tetrahedron nearby, or 0.
  * Source: a vertex that is not the nearest has a Delaunay neighbour that is nearer. */
 DELAUNAY_API uint32_t delaunay_nearest(const delaunay_mesh *mesh, delaunay_worker *worker,
@@ -895,7 +901,8 @@ DELAUNAY_API int delaunay_segment_crosses(const delaunay_mesh *mesh, uint32_t a,
  *     job.edit = edit;
  *     delaunay_result result = delaunay_partition_run(&mesh, &job, NULL);
  *
- * The mesh must be closed (it has ghosts, or a boundary that no edit touches). vertex_tet is not
+ * The mesh must be closed (it has ghosts, or a boundary that no edit touches), and without marks
+ * (delaunay_enable_marks): an insertion leaves those of the slots that it reuses. vertex_tet is not
  * kept up to date: call delaunay_link_vertices afterwards. */
 
 /* What one thread may touch in one attempt, and its scratch memory. */
@@ -7437,16 +7444,36 @@ static void delaunay__smallest_sphere(const double *const *p, const double *w, i
     sphere->e = most;
 }
 
-/* The same for vertices of a mesh. Returns the squared radius in the units of the mesh. */
+/* The vertex with the least sum of distances from the others. */
+static int delaunay__middle_of(const delaunay_mesh *mesh, const uint32_t *v, int count)
+{
+    double least = HUGE_VAL;
+    int i, j, k, middle = 0;
+    for (i = 0; i < count; i++) {
+        const double *x = mesh->vertices[v[i]].x;
+        double sum = 0;
+        for (j = 0; j < count; j++)
+            for (k = 0; k < 3; k++) sum += fabs(x[k] - mesh->vertices[v[j]].x[k]);
+        if (sum >= least) continue;
+        least = sum;
+        middle = i;
+    }
+    return middle;
+}
+
+/* The same for vertices of a mesh. Returns the squared radius in the units of the mesh. The origin
+ * is near most vertices, as differences of long vectors would lose what is short. */
 static double delaunay__sphere_of(const delaunay_mesh *mesh, const uint32_t *v, int count,
                                   delaunay__sphere *sphere)
 {
+    const int middle = delaunay__middle_of(mesh, v, count);
     const double *p[4];
     double w[4];
     int i;
     for (i = 0; i < count; i++) {
-        p[i] = mesh->vertices[v[i]].x;
-        if (mesh->weight) w[i] = mesh->weight[v[i]];
+        const uint32_t u = v[i == 0 ? middle : i == middle ? 0 : i];
+        p[i] = mesh->vertices[u].x;
+        if (mesh->weight) w[i] = mesh->weight[u];
     }
     delaunay__smallest_sphere(p, mesh->weight ? w : NULL, count, sphere);
     return sphere->e ? ldexp(sphere->radius2, 2 * sphere->e) : sphere->radius2;
@@ -9508,6 +9535,7 @@ static void delaunay__commit_vertices(delaunay_engine *e, delaunay_plan *p)
         memset(v, 0, sizeof *v);
         memcpy(v->x, p->new_xyz[i], sizeof v->x);
         m->vertex_id[p->first_vertex + i] = DELAUNAY_NO_ID;
+        if (m->weight) m->weight[p->first_vertex + i] = 0;
         if (m->vertex_tet) m->vertex_tet[p->first_vertex + i] = 0;
     }
     for (i = 0; i < p->num_moved; i++)
@@ -9670,7 +9698,7 @@ static size_t delaunay__round_finish(delaunay_engine *e, delaunay_speculation *j
 static double delaunay__fraction(const delaunay_speculation *job, size_t items)
 {
     const double part = (double)items / (double)(job->num_items ? job->num_items : 1);
-    return job->from + part * (job->to > job->from ? job->to - job->from : 1);
+    return job->from + part * (job->from == 0 && job->to == 0 ? 1 : job->to - job->from);
 }
 
 DELAUNAY_API delaunay_result delaunay_speculate(delaunay_engine *engine, delaunay_speculation *job)
@@ -9679,12 +9707,13 @@ DELAUNAY_API delaunay_result delaunay_speculate(delaunay_engine *engine, delauna
     size_t batch = job->batch ? job->batch : (size_t)DELAUNAY__DEFAULT_BATCH, flight = batch,
            next = 0, num = 0, i, position = 0;
     size_t step = job->scatter && job->num_items > 1 ? delaunay__scatter_step(job->num_items) : 1;
-    delaunay_result result =
-        delaunay__engine_plans(e, batch < job->num_items ? batch : job->num_items);
+    delaunay_result result = DELAUNAY_OK;
     int stop = 0;
     job->rounds = job->plans = job->commits = job->conflicts = 0;
     while (result == DELAUNAY_OK && !stop && (num > 0 || next < job->num_items)) {
-        size_t left;
+        size_t left, more = job->num_items - next; /* done() may have raised it */
+        result = delaunay__engine_plans(e, more < flight - num ? num + more : flight);
+        if (result != DELAUNAY_OK) break;
         e->round++;
         for (; num < flight && next < job->num_items; next++) {
             e->plans[num]->item = job->scatter ? position : next;
@@ -9913,6 +9942,7 @@ static delaunay_result delaunay__check_all(const delaunay_mesh *mesh, int level,
         for (t += t == 0; t < end && t < first; t++) {
             for (i = 0; t + DELAUNAY__AHEAD < mesh->num_tets && i < 4; i++) {
                 const delaunay_tet *soon = &mesh->tets[t + DELAUNAY__AHEAD];
+                if (soon->v[0] == 0) break; /* deleted: all else in it may be anything */
                 if (level != DELAUNAY_VALIDATE_GEOMETRY)
                     DELAUNAY__PREFETCH(&mesh->tets[soon->n[i] >> 2]);
                 else if (soon->v[i] < mesh->num_vertices)

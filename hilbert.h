@@ -248,10 +248,11 @@ HILBERT_API hilbert_result hilbert_sort_points(void *memory, const hilbert_point
                                                const hilbert_options *options);
 
 /* Cuts the curve into num_parts sections with equal numbers of points; the first count % num_parts
- * of them have one point more. Part i begins at the key of its first sorted point; the last part
- * wraps around to the start of the first. Points with equal keys fall into the same part, so a part
- * may be empty (length 0). A part that has all points is {0, UINT64_MAX}: it holds every key but
- * UINT64_MAX, which a cell has in 2D at depth 32 only. */
+ * of them have one point more (with fewer points than parts, some have one, and the others none).
+ * Part i begins at the key of its first sorted point; the last part wraps around to the start of
+ * the first. Points with equal keys fall into the same part, so a part may be empty (length 0). A
+ * part that has all points is {0, UINT64_MAX}: it holds every key but UINT64_MAX, which a cell has
+ * in 2D at depth 32 only. */
 HILBERT_API void hilbert_partition_keys(hilbert_partition *parts, size_t num_parts,
                                         const uint64_t *sorted_keys, size_t count);
 

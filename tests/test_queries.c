@@ -528,6 +528,31 @@ static void weights_of_any_scale(void)
     }
 }
 
+/* The circumcentre of (l, l, 0) and the three unit vectors is (c, c, c), c = (2 l l - 1)/(4 l - 2),
+ * whichever of them comes first. */
+static void a_far_vertex_does_not_spoil_the_centre(void)
+{
+    int turn, k;
+    double l;
+    for (turn = 0; turn < 4; turn++)
+        for (l = 10; l < 1e100; l *= 10) {
+            static const double unit[4][3] = {{1, 1, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+            const double c = l < 1e15 ? (l * l - 0.5) / (2 * l - 1) : l / 2;
+            delaunay_mesh mesh;
+            delaunay_voronoi voronoi;
+            double xyz[12];
+            memset(&mesh, 0, sizeof mesh);
+            memset(&voronoi, 0, sizeof voronoi);
+            for (k = 0; k < 12; k++)
+                xyz[k] = unit[(k / 3 + turn) & 3][k % 3] * (((k / 3 + turn) & 3) == 0 ? l : 1);
+            CHECK(delaunay_tetrahedralize(&mesh, xyz, 4, NULL, NULL) == DELAUNAY_OK);
+            CHECK(delaunay_voronoi_of(&voronoi, &mesh, NULL) == DELAUNAY_OK);
+            for (k = 3; k < 6; k++) CHECK(fabs(voronoi.centers[k] - c) <= 1e-13 * c);
+            delaunay_voronoi_free(&voronoi);
+            delaunay_mesh_free(&mesh);
+        }
+}
+
 int main(void)
 {
     uint32_t lattice;
@@ -546,6 +571,7 @@ int main(void)
     nearest_may_be_none();
     distances_are_exact();
     any_scale();
+    a_far_vertex_does_not_spoil_the_centre();
     differences_beyond_doubles();
     weights_of_any_scale();
     any_allocation_may_fail();

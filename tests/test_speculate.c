@@ -577,6 +577,126 @@ static void a_crew_stays_away_when_it_does_not_help(void)
     CHECK(start >= 0 && delaunay_cpu_seconds() >= start);
 }
 
+/* -- items that come up while others are done */
+
+typedef struct growing {
+    delaunay_speculation job;
+    size_t done;
+    double fraction;
+} growing;
+
+static int plan_nothing(void *user, const delaunay_mesh *m, delaunay_worker *worker, size_t item,
+                        delaunay_plan *p)
+{
+    (void)user, (void)m, (void)worker, (void)item, (void)p;
+    return DELAUNAY_PLAN_NOTHING;
+}
+
+static int raise_items(void *user, delaunay_mesh *m, delaunay_worker *worker, size_t item,
+                       const delaunay_plan *p)
+{
+    growing *g = (growing *)user;
+    (void)m, (void)worker, (void)p;
+    CHECK(item == g->done);
+    g->done++;
+    if (item == 0) g->job.num_items = 5000;
+    if (item == 4000) g->job.num_items = 5001;
+    return 0;
+}
+
+static int note_fraction(void *user, const char *phase, double fraction)
+{
+    (void)phase;
+    ((growing *)user)->fraction = fraction;
+    return 0;
+}
+
+static void items_may_be_added_by_done(void)
+{
+    static const double xyz[15] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 1, 1, 1};
+    delaunay_mesh m;
+    delaunay_host host;
+    delaunay_engine *engine;
+    growing g;
+    memset(&m, 0, sizeof m);
+    memset(&g, 0, sizeof g);
+    memset(&host, 0, sizeof host);
+    host.progress = note_fraction;
+    host.user = &g;
+    CHECK(delaunay_tetrahedralize(&m, xyz, 5, NULL, NULL) == DELAUNAY_OK);
+    engine = delaunay_engine_new(&m, &host);
+    CHECK(engine != NULL);
+    if (engine) {
+        g.job.num_items = 1;
+        g.job.plan = plan_nothing;
+        g.job.done = raise_items;
+        g.job.user = &g;
+        g.job.from = g.job.to = 0.5;
+        CHECK(delaunay_speculate(engine, &g.job) == DELAUNAY_OK);
+        CHECK(g.done == 5001 && g.job.plans == 5001 && g.fraction == 0.5);
+    }
+    delaunay_engine_free(engine);
+    delaunay_mesh_free(&m);
+}
+
+/* -- new vertices of a mesh with weights */
+
+static void *alloc_dirty(void *user, size_t size)
+{
+    void *block = malloc(size);
+    (void)user;
+    if (block) memset(block, 0x41, size);
+    return block;
+}
+
+static void free_dirty(void *user, void *block)
+{
+    (void)user;
+    free(block);
+}
+
+static int plan_first(void *user, const delaunay_mesh *m, delaunay_worker *worker, size_t item,
+                      delaunay_plan *p)
+{
+    static const double x[3] = {.2, .2, .2};
+    const uint32_t *v = m->tets[1].v, n = DELAUNAY_PLAN_VERTEX(0);
+    (void)user, (void)worker, (void)item;
+    delaunay_plan_vertex(p, x);
+    delaunay_plan_remove(p, 1);
+    delaunay_plan_add(p, n, v[1], v[2], v[3]);
+    delaunay_plan_add(p, v[0], n, v[2], v[3]);
+    delaunay_plan_add(p, v[0], v[1], n, v[3]);
+    return delaunay_plan_add(p, v[0], v[1], v[2], n);
+}
+
+static void new_vertices_have_no_weight(void)
+{
+    static const double xyz[18] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0},
+                        weights[6] = {0, 0, 0, 0, 0, 0};
+    delaunay_mesh m;
+    delaunay_points points;
+    delaunay_options options;
+    delaunay_speculation job;
+    delaunay_engine *engine;
+    memset(&m, 0, sizeof m);
+    memset(&points, 0, sizeof points);
+    memset(&options, 0, sizeof options);
+    memset(&job, 0, sizeof job);
+    points.xyz = xyz;
+    points.count = 6;
+    points.weights = weights;
+    options.host.allocator.alloc = alloc_dirty;
+    options.host.allocator.release = free_dirty;
+    CHECK(delaunay_tetrahedralize_points(&m, &points, &options, NULL) == DELAUNAY_OK);
+    engine = delaunay_engine_new(&m, NULL);
+    job.num_items = 1;
+    job.plan = plan_first;
+    CHECK(engine && delaunay_speculate(engine, &job) == DELAUNAY_OK && job.commits == 1);
+    CHECK(m.num_vertices == 6 && m.weight && m.weight[5] == 0);
+    delaunay_engine_free(engine);
+    delaunay_mesh_free(&m);
+}
+
 int main(void)
 {
     threads_do_not_matter();
@@ -589,5 +709,7 @@ int main(void)
     what_a_plan_reads_counts();
     failures_leave_a_valid_mesh();
     out_of_memory_is_reported();
+    items_may_be_added_by_done();
+    new_vertices_have_no_weight();
     return check_report();
 }
