@@ -31,7 +31,7 @@
  *   Element sizes are preserved, not created. At most about one vertex is added for every 60
  *   tetrahedra (20 if options.effort is 3 or more), none where that makes an edge much shorter than
  *   those around it; at most about one is removed for every 12 tetrahedra, besides a few in each
- *   shaken patch (where most of the mesh is bad, that may be half of all vertices;
+ *   shaken patch (where most of the mesh is bad, that may be most of the vertices;
  *   options.keep_vertices prevents it), and no edge contraction makes an edge much longer.
  *   Limits: those of delaunay.h. The measures are correct for edges of 1e-75 to 1e75; tetrahedra
  *   with edges beyond that count as bad. A thread needs up to 160 KB of stack.
@@ -48,12 +48,13 @@
  *      longer search. A level runs only when no tetrahedron waits at a cheaper one. A change
  *      sends the bad tetrahedra that it touches back to the first level, a limited number of
  *      times; edges and vertices around which nothing has changed are not tried again. A
- *      tetrahedron that is as good as its facets on the surface allow is not tried at all.
+ *      tetrahedron that is as good as its facets on the surface allow, as far as a quick search
+ *      can tell, is not tried at all.
  *      Each change raises the worst quality of what it replaces, by a margin. A bad tetrahedron
  *      has a weight, which is larger the worse it is, and no change raises the total weight (but
  *      for the very worst): one may be replaced by two that are much better. There are never more
- *      bad tetrahedra than at the start, except for a few more where the worst of the mesh becomes
- *      twice as good.
+ *      bad tetrahedra than at the start, except for a few more (at most 16, and one in 250 of all)
+ *      where some of the worst become better.
  *   2. The worst few, if they are nearly flat or worse than the surface requires anywhere, get
  *      more turns, as long as these change something; here one tetrahedron may be replaced by
  *      many. Flat ones that lie on top of one another, as over a polygon of the surface that
@@ -169,8 +170,9 @@ typedef enum spr_reason {
                   * tetrahedra that were tried: others have another reason, whatever their bound */
     SPR_FIXED,   /* none of its vertices may move */
     SPR_STUCK,   /* every operator was tried in vain, and nothing around it has changed since */
-    SPR_BUDGET   /* not every operator was tried (for example, no more vertices may be removed), or
-                  * not again since something changed beside it */
+    SPR_BUDGET   /* not every operator was tried (for example, no more vertices may be removed, or
+                  * its facets seemed to allow no better), or not again since something changed
+                  * beside it */
 } spr_reason;
 
 /* One bad tetrahedron that is left: its quality; the upper bound of the quality of any tetrahedron
@@ -190,8 +192,8 @@ typedef struct spr_options {
     double        max_seconds; /* 0: no limit; checked between rounds of plans, about 0.1 s apart */
     int           max_rounds;  /* sweeps over the list of bad ones; 0: until nothing changes */
     /* How long to try on what is bad after the cheapest operators: 0.01 to 100; 0: 1. Twice the
-     * effort takes up to twice the time there and leaves fewer bad ones. It may also bring up to
-     * so many times as many new vertices, but no more than 3 times. */
+     * effort takes up to twice the time there, and mostly leaves fewer bad ones. It may also bring
+     * up to so many times as many new vertices, but no more than 3 times. */
     double        effort;
     /* Nonzero turns an operator off. no_smoothing also turns off shaking, step 5 of HOW IT WORKS
      * and the final sweep; no_edge_removal also turns off the flips for the mean. Vertices are
@@ -254,8 +256,8 @@ SPR_API const char *spr_result_string(spr_result result);
 /* Improves the worst tetrahedra of every coloured region (all but ghosts if the mesh has no
  * colours). Constrained facets, constrained edges and their vertices are kept, as are facets
  * without a neighbour and facets between colours. The worst quality never falls, the number of bad
- * tetrahedra does not grow (but for a few where the worst becomes much better), and no tetrahedron
- * is ever inverted, by exact tests.
+ * tetrahedra does not grow (but for a few where some of the worst become better), and no
+ * tetrahedron is ever inverted, by exact tests.
  *
  *   mesh     in/out  valid before and, whatever is returned, afterwards; its vertices may be
  *                    renumbered, as those without an id that are no longer used are deleted
@@ -265,7 +267,7 @@ SPR_API const char *spr_result_string(spr_result result);
  *
  * Returns  SPR_OK; a positive code: stopped by a budget, or the target is not met
  * Cost     depends on what is bad: 0.4-2 us per tetrahedron of a clean mesh, 0.1-2 ms where most
- *          are bad and stay so (up to 8 in the worst small meshes); memory: 32 bytes per slot, 17
+ *          are bad and stay so (up to 60 in the worst small meshes); memory: 32 bytes per slot, 17
  *          per vertex and up to 32 per bad tetrahedron; in the final sweep 24 per slot and 46 per
  *          vertex; from the allocator of the mesh 1-8 MB for each thread, and what the mesh grows
  *          by. options->host.memory_limit_bytes applies to this working memory and, from now on,
@@ -636,7 +638,7 @@ typedef struct spr__state {
     void            *quality_user;
     double           target;
     double           effort;      /* of the options, or 1 */
-    double           deadline;    /* by the host's clock; 0: none */
+    double           deadline;    /* by the host's clock, if there is a max_seconds */
     double          *value;       /* by slot: quality; HUGE_VAL: not to be improved */
     spr__slot       *at;          /* by slot; freed before the relaxation */
     spr__case       *cases;       /* by number; freed before the relaxation */
@@ -1506,6 +1508,8 @@ static void spr__search_qualities(void *user, const double *a, const double *b, 
  * at less than 180 degrees. */
 typedef struct spr__wedge {
     int    n;
+    int    rough; /* the search for an apex does not go along the planes: for the schedule, which
+                   * does better if it leaves out those that hardly have a better one */
     double point[3][3], normal[3][3];
 } spr__wedge;
 
@@ -1513,15 +1517,35 @@ static int spr__wedge_has(const spr__wedge *w, const double *p)
 {
     double u[3];
     int i;
-    for (i = 0; w && i < w->n; i++) {
+    for (i = 0; i < w->n; i++) {
         spr__sub(p, w->point[i], u);
         if (spr__dot(u, w->normal[i]) < 0) return 0;
     }
     return 1;
 }
 
-/* Pattern search from p for the best apex; ends early at a quality that is enough. Returns its
- * quality. */
+/* Moves p into the wedge, by the shortest way or nearly so. Returns 0 if that fails, or if p is not
+ * in a rough one. */
+static int spr__wedge_clamp(const spr__wedge *w, double *p)
+{
+    enum { SPR__TURNS = 10 };
+    double u[3], depth;
+    int turn, i, k, moved = 1;
+    if (w && w->rough) return spr__wedge_has(w, p);
+    for (turn = 0; w && moved && turn < SPR__TURNS; turn++)
+        for (moved = i = 0; i < w->n; i++) {
+            spr__sub(p, w->point[i], u);
+            depth = spr__dot(u, w->normal[i]);
+            if (depth >= 0) continue;
+            depth *= (1 + 1e-9) / spr__dot(w->normal[i], w->normal[i]);
+            for (k = 0; k < 3; k++) p[k] -= depth * w->normal[i][k];
+            moved = 1;
+        }
+    return !w || !moved;
+}
+
+/* Pattern search from p, which is in the wedge, for the best apex; ends early at a quality that is
+ * enough. Returns its quality. */
 static double spr__best_apex(const spr__state *s, const spr__facet *f, const spr__wedge *w,
                              double *p, double enough)
 {
@@ -1529,20 +1553,22 @@ static double spr__best_apex(const spr__state *s, const spr__facet *f, const spr
     static const signed char way[3][SPR__WAYS] = {{1, -1, 0, 0, 0, 0, 1, -1, 1, -1, 1, -1, -1, 1},
                                              {0, 0, 1, -1, 0, 0, 1, -1, -1, 1, 1, -1, 1, -1},
                                              {0, 0, 0, 0, 1, -1, 1, -1, 1, -1, -1, 1, 1, -1}};
-    double step = 0.4 * sqrt(f->longest), least = 2e-3 * step, best = spr__facet_value(s, f, p);
+    double step = 0.4 * sqrt(f->longest), least = (w && w->rough ? 2e-3 : 2e-4) * step,
+           best = spr__facet_value(s, f, p);
     double apices[3 * DELAUNAY_WINDOW_VERTICES] = {0}, value[DELAUNAY_WINDOW_VERTICES], q[3];
-    int i, k, tries, moved;
+    int i, k, n, tries, moved;
     for (tries = 0; step > least && best < enough && tries < 100; tries++) {
-        for (k = 0; k < 3; k++)
-            for (i = 0; i < SPR__WAYS; i++)
-                apices[i + k * DELAUNAY_WINDOW_VERTICES] = p[k] + step * way[k][i];
-        spr__search_qualities((void *)(uintptr_t)s, f->a, f->b, f->c, SPR__WAYS, apices, value);
-        for (moved = i = 0; i < SPR__WAYS; i++) {
+        for (n = i = 0; i < SPR__WAYS; i++) {
+            for (k = 0; k < 3; k++) q[k] = p[k] + step * way[k][i];
+            if (!spr__wedge_clamp(w, q)) continue;
+            for (k = 0; k < 3; k++) apices[n + k * DELAUNAY_WINDOW_VERTICES] = q[k];
+            n++;
+        }
+        spr__search_qualities((void *)(uintptr_t)s, f->a, f->b, f->c, (size_t)n, apices, value);
+        for (moved = i = 0; i < n; i++) {
             if (!(value[i] > best)) continue;
-            for (k = 0; k < 3; k++) q[k] = apices[i + k * DELAUNAY_WINDOW_VERTICES];
-            if (!spr__wedge_has(w, q)) continue;
             best = value[i];
-            memcpy(p, q, sizeof q);
+            for (k = 0; k < 3; k++) p[k] = apices[i + k * DELAUNAY_WINDOW_VERTICES];
             moved = 1;
         }
         if (!moved) step *= 0.5;
@@ -1560,7 +1586,7 @@ static double spr__facet_bound(const spr__state *s, const spr__facet *f, const s
     for (k = 0; k < 3; k++)
         p[k] =
             (f->a[k] + f->b[k] + f->c[k]) / 3 + (f->area > 0 ? height * f->normal[k] / f->area : 0);
-    if (spr__wedge_has(w, p)) best = spr__best_apex(s, f, w, p, enough);
+    if (spr__wedge_clamp(w, p)) best = spr__best_apex(s, f, w, p, enough);
     if (here && best < enough) {
         memcpy(p, here, sizeof p);
         best = spr__max(best, spr__best_apex(s, f, w, p, enough));
@@ -1606,8 +1632,9 @@ static delaunay_handle spr__next_wall(const delaunay_mesh *m, delaunay_handle t,
 }
 
 /* Upper bound of the quality of a tetrahedron on wall i of t, as limited by the neighbouring walls;
- * if it is at least enough, any value from there on. */
-static double spr__wall_bound(const spr__state *s, delaunay_handle t, int i, double enough)
+ * if it is at least enough, any value from there on. rough: see spr__wedge. */
+static double spr__wall_bound(const spr__state *s, delaunay_handle t, int i, double enough,
+                              int rough)
 {
     const delaunay_mesh *m = s->mesh;
     const uint32_t *v = m->tets[t].v;
@@ -1616,6 +1643,7 @@ static double spr__wall_bound(const spr__state *s, delaunay_handle t, int i, dou
     spr__wedge w;
     int e;
     w.n = 0;
+    w.rough = rough;
     spr__facet_set(&f, spr__point(m, v[o[0]]), spr__point(m, v[o[2]]), spr__point(m, v[o[1]]));
     for (e = 0; e < 3; e++) {
         uint32_t a = v[o[e]], b = v[o[(e + 1) % 3]];
@@ -1635,13 +1663,14 @@ static double spr__wall_bound(const spr__state *s, delaunay_handle t, int i, dou
 }
 
 /* The best quality that a tetrahedron with the walls of t can have, or, if it is at least enough,
- * any value from there on; 1 without walls. */
-static double spr__bound(const spr__state *s, delaunay_handle t, double enough)
+ * any value from there on; 1 without walls. rough: see spr__wedge. */
+static double spr__bound(const spr__state *s, delaunay_handle t, double enough, int rough)
 {
     double bound = 1;
     int i;
     for (i = 0; i < 4; i++)
-        if (spr__is_wall(s->mesh, t, i)) bound = spr__min(bound, spr__wall_bound(s, t, i, enough));
+        if (spr__is_wall(s->mesh, t, i))
+            bound = spr__min(bound, spr__wall_bound(s, t, i, enough, rough));
     return bound;
 }
 
@@ -2130,10 +2159,17 @@ static void spr__swap(delaunay_list *a, delaunay_list *b)
 enum {
     SPR__COST = 0,    /* of large refills: twice the nodes visited; plus 1 if one is the plan */
     SPR__GOAL = 1,    /* the quality that is worth trying for, a double */
-    SPR__IN_VAIN = 2, /* bit i: vertex i of the tetrahedron has no better position, or must stay */
+    SPR__IN_VAIN = 2, /* bit i: vertex i of the tetrahedron has no better position, or must stay;
+                       * in the upper half its spr__name */
     SPR__VAIN = 3,    /* from here on: keys of cavities that were searched in vain; or 0 */
     SPR__MAX_VAIN = 5
 };
+
+/* Tells a tetrahedron from another one in the same slot. */
+static uint32_t spr__name(const uint32_t *v)
+{
+    return ((v[0] * 0x9e3779b1u ^ v[1]) * 0x85ebca6bu ^ v[2]) * 0xc2b2ae35u ^ v[3];
+}
 
 /* Smooths the vertex of t that gains most, of those whose star has changed since they were last
  * tried in vain. */
@@ -3529,7 +3565,7 @@ static double spr__goal(const spr__state *s, delaunay_handle t)
 {
     double bound;
     if (spr__case_of(s, t)->goal > 0) return (double)spr__case_of(s, t)->goal;
-    bound = spr__bound(s, t, s->target);
+    bound = spr__bound(s, t, s->target, 1);
     return bound >= s->target ? s->target : 0.97 * bound;
 }
 
@@ -3543,6 +3579,7 @@ static int spr__plan(void *user, const delaunay_mesh *m, delaunay_worker *worker
     double goal;
     int answer;
     if (delaunay_is_deleted(m, t) || s->value[t] >= s->target) return DELAUNAY_PLAN_NOTHING;
+    plan->data[SPR__IN_VAIN] = (uint64_t)spr__name(m->tets[t].v) << 32;
     goal = spr__goal(s, t);
     spr__set_goal(plan, goal);
     if (s->value[t] >= goal && !(s->thins && s->sweep == SPR__REMOVE)) return DELAUNAY_PLAN_NOTHING;
@@ -3790,6 +3827,7 @@ static int spr__done(void *user, delaunay_mesh *m, delaunay_worker *worker, size
         double goal;
         memcpy(&goal, &plan->data[SPR__GOAL], sizeof goal);
         if (delaunay_is_deleted(m, t) || s->value[t] >= s->target) return 0;
+        if (plan->data[SPR__IN_VAIN] >> 32 != spr__name(m->tets[t].v)) return 0; /* a new one */
         if (goal > 0) c->goal = goal >= s->target ? (float)s->target : (float)goal;
         if (s->at[t].level == s->sweep) s->at[t].level = spr__next_level(s, t, s->sweep);
         if (s->at[t].level == SPR__HOPELESS) s->at[t].listed = SPR__EXHAUSTED;
@@ -3824,7 +3862,7 @@ static int spr__done(void *user, delaunay_mesh *m, delaunay_worker *worker, size
         }
         spr__set_may_add(s);
     }
-    return s->deadline > 0 && delaunay_seconds(&s->options.host) > s->deadline;
+    return s->options.max_seconds > 0 && delaunay_seconds(&s->options.host) > s->deadline;
 }
 
 /* Held: the surface is known to keep t below the target. Compared as float, which goals are. */
@@ -5027,7 +5065,8 @@ static spr_result spr__look_up(const spr__state *s)
 {
     const delaunay_host *host = &s->options.host;
     if (host->progress && host->progress(host->user, "improve", s->shown)) return SPR_CANCELLED;
-    return s->deadline > 0 && delaunay_seconds(host) > s->deadline ? SPR_STOPPED_BY_BUDGET : SPR_OK;
+    if (!(s->options.max_seconds > 0) || delaunay_seconds(host) <= s->deadline) return SPR_OK;
+    return SPR_STOPPED_BY_BUDGET;
 }
 
 /* Shakes around what is left, once. Returns SPR_OK; SPR_GOAL_NOT_MET if it is not worth doing
@@ -5432,10 +5471,12 @@ static spr_result spr__flip_for_mean(spr__state *s)
  * before most were tried, and it would take too long to find out now what the surface allows. */
 static spr_reason spr__reason(const spr__state *s, delaunay_handle t, int stopped)
 {
+    int held;
     if (delaunay_is_deleted(s->mesh, t) || s->value[t] >= s->target) return SPR_STUCK;
-    if (stopped ? spr__is_held(s, t) : (float)spr__goal(s, t) < (float)s->target)
-        return SPR_BOUNDED;
+    held = stopped ? spr__is_held(s, t) : (float)spr__goal(s, t) < (float)s->target;
+    if (held && (float)spr__bound(s, t, s->target, 0) < (float)s->target) return SPR_BOUNDED;
     if (spr__is_fixed(s, t)) return SPR_FIXED;
+    if (held && s->value[t] >= (double)spr__case_of(s, t)->goal) return SPR_BUDGET; /* not tried */
     if (s->gone >= s->max_gone || s->credit_ended) return SPR_BUDGET;
     return s->at[t].level != SPR__HOPELESS ||
                    spr__has_changed(s, s->mesh->tets[t].v, spr__case_of(s, t)->tried + 1)
@@ -5808,7 +5849,7 @@ static void spr__describe(const spr__state *s, spr_worst *w, delaunay_handle t, 
     w->tet = t;
     w->reason = reason;
     w->quality = s->value[t];
-    w->bound = spr__bound(s, t, HUGE_VAL);
+    w->bound = spr__bound(s, t, HUGE_VAL, 0);
     spr__middle(s->mesh, t, w->xyz);
 }
 

@@ -19,7 +19,7 @@ static const char help[] =
     "and reconnection of small polyhedra. Facets on the boundary and between regions stay as they\n"
     "are, and so do the lines and triangles of the file (unless its triangles are the facets of all\n"
     "tetrahedra). The worst quality never falls, there are no more bad tetrahedra than before (but\n"
-    "for a few where the worst becomes much better), and none is ever inverted. Without -o only the\n"
+    "for a few where some of the worst become better), and none is ever inverted. Without -o only the\n"
     "statistics are printed.\n"
     "\n"
     "  -o, --output FILE    .mesh .meshb .msh .msh4 .vtu .vtk .inp .ele\n"
@@ -29,7 +29,7 @@ static const char help[] =
     "  --keep-vertices      add no vertex and take none away\n"
     "  --no-smoothing       do not move vertices\n"
     "  --effort E           0.01 to 100, default 1: how long to try where bad ones are left; more\n"
-    "                       leaves fewer\n"
+    "                       mostly leaves fewer\n"
     "  --max-seconds S      stop after about S seconds\n"
     "  --threads N          default: what OpenMP chooses\n"
     "  --bad FILE           list the bad tetrahedra that are left, as CSV: middle, measure, the best\n"
@@ -227,13 +227,15 @@ static void print_histograms(const spr_report *r)
 
 static void json_statistics(FILE *f, const char *when, const spr_statistics *s)
 {
-    fprintf(f,
-            "  \"%s\": {\"tets\": %llu, \"min\": %.9g, \"p001\": %.9g, \"p01\": %.9g, "
-            "\"mean\": %.9g, \"low\": %llu,\n",
-            when, (unsigned long long)s->num_tets, s->min, s->p001, s->p01, s->mean,
-            (unsigned long long)s->num_below);
-    fprintf(f, "    \"sicn_min\": %.9g, \"dih_min\": %.9g, \"dih_max\": %.9g,\n    ", s->sicn_min,
-            s->dihedral_min_degrees, s->dihedral_max_degrees);
+    fprintf(f, "  \"%s\": {\"tets\": %llu, ", when, (unsigned long long)s->num_tets);
+    tool_json_value(f, "min", s->min, ", ");
+    tool_json_value(f, "p001", s->p001, ", ");
+    tool_json_value(f, "p01", s->p01, ", ");
+    tool_json_value(f, "mean", s->mean, ", ");
+    fprintf(f, "\"low\": %llu,\n    ", (unsigned long long)s->num_below);
+    tool_json_value(f, "sicn_min", s->sicn_min, ", ");
+    tool_json_value(f, "dih_min", s->dihedral_min_degrees, ", ");
+    tool_json_value(f, "dih_max", s->dihedral_max_degrees, ",\n    ");
     tool_json_counts(f, "histogram", s->histogram, 20);
     fprintf(f, ",\n    ");
     tool_json_counts(f, "dihedral_histogram", s->dihedral_histogram, 18);
@@ -257,12 +259,14 @@ static void write_json(FILE *f, const arguments *args, const spr_report *r, int 
             "\"untried\": %llu},\n  \"worst\": [",
             (unsigned long long)r->bounded, (unsigned long long)r->fixed,
             (unsigned long long)r->stuck, (unsigned long long)r->unfinished);
-    for (i = 0; i < r->num_worst; i++)
-        fprintf(f,
-                "%s\n    {\"value\": %.9g, \"bound\": %.9g, \"reason\": \"%s\", "
-                "\"xyz\": [%.17g, %.17g, %.17g]}",
-                i ? "," : "", r->worst[i].quality, r->worst[i].bound, reason[r->worst[i].reason],
-                r->worst[i].xyz[0], r->worst[i].xyz[1], r->worst[i].xyz[2]);
+    for (i = 0; i < r->num_worst; i++) {
+        const spr_worst *w = &r->worst[i];
+        fprintf(f, "%s\n    {", i ? "," : "");
+        tool_json_value(f, "value", w->quality, ", ");
+        tool_json_value(f, "bound", w->bound, ", ");
+        fprintf(f, "\"reason\": \"%s\", \"xyz\": [%.17g, %.17g, %.17g]}", reason[w->reason],
+                w->xyz[0], w->xyz[1], w->xyz[2]);
+    }
     fprintf(f, "],\n  \"seconds\": %.6f\n}\n", r->seconds);
 }
 
@@ -289,13 +293,6 @@ static int make_room(meshio_mesh *m, size_t cap_vertices, size_t cap_tets)
     return xyz && tags && tets && colors;
 }
 
-/* Whether the file lists the facets of all tetrahedra, as TetGen's -g does. If so, the triangles do
- * not ask for facets to be kept. */
-static int lists_all_facets(const meshio_mesh *m)
-{
-    return m->num_triangles / 2 >= m->num_tets;
-}
-
 typedef struct facet {
     uint32_t v[3]; /* ascending */
 } facet;
@@ -318,24 +315,70 @@ static int compare_facets(const void *p, const void *q)
     return a->v[i] < b->v[i] ? -1 : a->v[i] > b->v[i];
 }
 
-/* Drops the triangles that are no facets of tetrahedra any more. Returns 0 if memory runs out. */
-static int drop_triangles(meshio_mesh *m)
+/* The facets of all tetrahedra, sorted, each once; *num: how many. NULL: memory ran out. */
+static facet *facets_of(const meshio_mesh *m, size_t *num)
 {
     facet *all = (facet *)malloc((4 * m->num_tets + 1) * sizeof *all);
     size_t i, n = 0;
-    int k;
-    if (!all) return 0;
+    *num = 0;
+    if (!all) return NULL;
     for (i = 0; i < 4 * m->num_tets; i++) {
         const uint32_t *v = m->tets + i / 4 * 4;
         const uint8_t *o = delaunay_facet_order((int)(i % 4));
         all[i] = facet_of(v[o[0]], v[o[1]], v[o[2]]);
     }
     qsort(all, 4 * m->num_tets, sizeof *all, compare_facets);
+    for (i = 0; i < 4 * m->num_tets; i++)
+        if (n == 0 || compare_facets(&all[n - 1], &all[i]) != 0) all[n++] = all[i];
+    *num = n;
+    return all;
+}
+
+/* The number of triangle i in a sorted list of facets, plus 1; 0: it is none. */
+static size_t facet_number(const meshio_mesh *m, size_t i, const facet *all, size_t num)
+{
+    const uint32_t *v = m->triangles + 3 * i;
+    const facet f = facet_of(v[0], v[1], v[2]),
+                *found = (const facet *)bsearch(&f, all, num, sizeof *all, compare_facets);
+    return found ? (size_t)(found - all) + 1 : 0;
+}
+
+/* Whether the file lists the facets of all tetrahedra, as TetGen's -g does. If so, the triangles do
+ * not ask for facets to be kept; *inner then tells which of them are facets. -1: memory ran out. */
+static int lists_all_facets(const meshio_mesh *m, uint8_t **inner)
+{
+    facet *all;
+    uint8_t *listed;
+    size_t num, i, n, left = 0;
+    *inner = NULL;
+    if (m->num_triangles / 2 < m->num_tets) return 0; /* there are two for each, and more */
+    all = facets_of(m, &num);
+    listed = (uint8_t *)calloc(num + 1, 1);
+    *inner = (uint8_t *)calloc(m->num_triangles + 1, 1);
+    if (all && listed && *inner) {
+        for (i = 0; i < m->num_triangles; i++) {
+            n = facet_number(m, i, all, num);
+            (*inner)[i] = n > 0;
+            if (n) listed[n - 1] = 1;
+        }
+        for (i = 0; i < num; i++) left += !listed[i];
+    }
+    n = all && listed && *inner;
+    free(all);
+    free(listed);
+    return n ? left == 0 : -1;
+}
+
+/* Drops the triangles that were facets of tetrahedra, and are none any more. Returns 0 if memory
+ * runs out. */
+static int drop_triangles(meshio_mesh *m, const uint8_t *inner)
+{
+    size_t num, i, n = 0;
+    facet *all = facets_of(m, &num);
+    if (!all) return 0;
     for (i = 0; i < m->num_triangles; i++) {
-        const uint32_t *v = m->triangles + 3 * i;
-        facet f = facet_of(v[0], v[1], v[2]);
-        if (!bsearch(&f, all, 4 * m->num_tets, sizeof *all, compare_facets)) continue;
-        for (k = 0; k < 3; k++) m->triangles[3 * n + (size_t)k] = v[k];
+        if (inner[i] && !facet_number(m, i, all, num)) continue;
+        memmove(m->triangles + 3 * n, m->triangles + 3 * i, 3 * sizeof *m->triangles);
         m->triangle_tags[n++] = m->triangle_tags[i];
     }
     m->num_triangles = n;
@@ -403,25 +446,27 @@ static int read_mesh(const arguments *args, meshio_mesh *m, spr_report *report)
     return complain(args, report, text, TOOL_CANNOT_READ);
 }
 
-/* Writes the improved mesh. all_facets: the file has listed the facets of all tetrahedra. */
-static int write_mesh(const arguments *args, meshio_mesh *m, int all_facets, spr_report *report)
+/* Writes the improved mesh. inner: which triangles are facets, if the file has listed the facets of
+ * all tetrahedra; else NULL. */
+static int write_mesh(const arguments *args, meshio_mesh *m, const uint8_t *inner,
+                      spr_report *report)
 {
     meshio_report io;
-    if (all_facets && m->num_triangles) {
+    if (inner) {
         fprintf(stderr, "improve: %s lists the facets of all tetrahedra; inner ones do not stay\n",
                 args->input);
-        if (!drop_triangles(m)) return complain(args, report, "out of memory", TOOL_NO_MEMORY);
+        if (!drop_triangles(m, inner)) return complain(args, report, "out of memory", TOOL_NO_MEMORY);
     }
     if (!args->output || meshio_write(args->output, m, NULL, &io) == MESHIO_OK) return TOOL_OK;
     return complain(args, report, io.message, TOOL_CANNOT_WRITE);
 }
 
-/* Improves the mesh that has been read, and writes it. */
-static int improve_mesh(const arguments *args, meshio_mesh *m, spr_report *report)
+/* Improves the mesh that has been read, and writes it. inner: see write_mesh. */
+static int improve_and_write(const arguments *args, meshio_mesh *m, const uint8_t *inner,
+                             spr_report *report)
 {
     const size_t cap_vertices = m->num_vertices + m->num_vertices / 4 + 1000;
     const size_t cap_tets = 2 * m->num_tets + 10000;
-    const int all_facets = lists_all_facets(m);
     spr_options options = args->options;
     FILE *bad = NULL;
     spr_result result;
@@ -443,7 +488,7 @@ static int improve_mesh(const arguments *args, meshio_mesh *m, spr_report *repor
         options.left_user = bad;
     }
     options.kept_triangles = m->triangles;
-    options.num_kept_triangles = all_facets ? 0 : m->num_triangles;
+    options.num_kept_triangles = inner ? 0 : m->num_triangles;
     options.kept_edges = m->edges;
     options.num_kept_edges = m->num_edges;
     result = improve_arrays(m, cap_vertices, cap_tets, &options, report);
@@ -457,7 +502,7 @@ static int improve_mesh(const arguments *args, meshio_mesh *m, spr_report *repor
         fprintf(stderr,
                 "improve: %s: %llu triangles and lines are no facets and edges of tetrahedra\n",
                 args->input, (unsigned long long)report->absent);
-    written = write_mesh(args, m, all_facets, report);
+    written = write_mesh(args, m, inner, report);
     if (written != TOOL_OK) return written;
     if (!args->quiet && !tool_is_stdout(args->output) && !tool_is_stdout(args->bad) &&
         !tool_is_stdout(args->json)) {
@@ -465,6 +510,16 @@ static int improve_mesh(const arguments *args, meshio_mesh *m, spr_report *repor
         print_worst(report);
         if (args->histogram) print_histograms(report);
     }
+    return code;
+}
+
+static int improve_mesh(const arguments *args, meshio_mesh *m, spr_report *report)
+{
+    uint8_t *inner;
+    const int all = lists_all_facets(m, &inner);
+    const int code = all < 0 ? complain(args, report, "out of memory", TOOL_NO_MEMORY)
+                             : improve_and_write(args, m, all ? inner : NULL, report);
+    free(inner);
     return code;
 }
 

@@ -95,7 +95,7 @@ static const char help_options[] =
     "  --target Q           gamma of the worst tetrahedron; default: improve what is below 0.35 as\n"
     "                       far as possible, then the worst few, without a goal\n"
     "  --effort E           0.01 to 100, default 1: how long to try to improve where tetrahedra\n"
-    "                       below 0.35 are left; more leaves fewer\n"
+    "                       below 0.35 are left; more mostly leaves fewer\n"
     "  --max-seconds S, --max-tets N, --max-vertices N, --max-memory MB\n"
     "\n"
     "  --threads N          default: what OpenMP chooses; the result does not depend on it, except\n"
@@ -1754,16 +1754,16 @@ static void print_statistics(const job *j)
 
 static void json_quality(FILE *f, const spr_statistics *q)
 {
-    fprintf(f,
-            "  \"gamma_min\": %.9g, \"gamma_p001\": %.9g, \"gamma_p01\": %.9g, "
-            "\"gamma_mean\": %.9g,\n",
-            q->min, q->p001, q->p01, q->mean);
-    fprintf(f,
-            "  \"low\": %llu, \"low30\": %llu, \"sicn_min\": %.9g, "
-            "\"dih_min\": %.9g, \"dih_max\": %.9g,\n",
-            (unsigned long long)below(q, 7), (unsigned long long)below(q, 6), q->sicn_min,
-            q->dihedral_min_degrees, q->dihedral_max_degrees);
     fprintf(f, "  ");
+    tool_json_value(f, "gamma_min", q->min, ", ");
+    tool_json_value(f, "gamma_p001", q->p001, ", ");
+    tool_json_value(f, "gamma_p01", q->p01, ", ");
+    tool_json_value(f, "gamma_mean", q->mean, ",\n  ");
+    fprintf(f, "\"low\": %llu, \"low30\": %llu, ", (unsigned long long)below(q, 7),
+            (unsigned long long)below(q, 6));
+    tool_json_value(f, "sicn_min", q->sicn_min, ", ");
+    tool_json_value(f, "dih_min", q->dihedral_min_degrees, ", ");
+    tool_json_value(f, "dih_max", q->dihedral_max_degrees, ",\n  ");
     tool_json_counts(f, "gamma_histogram", q->histogram, 20);
     fprintf(f, ",\n  ");
     tool_json_counts(f, "dihedral_histogram", q->dihedral_histogram, 18);

@@ -326,6 +326,14 @@ DELAUNAY_INLINE void tool_json_text(FILE *f, const char *text)
     }
 }
 
+/* Writes "name": value, then what follows; null for a value that is not finite, which JSON has
+ * none for. */
+DELAUNAY_INLINE void tool_json_value(FILE *f, const char *name, double value, const char *after)
+{
+    if (value - value == 0) fprintf(f, "\"%s\": %.9g%s", name, value, after);
+    else fprintf(f, "\"%s\": null%s", name, after);
+}
+
 /* Writes an array of counts as a member of a JSON object. */
 DELAUNAY_INLINE void tool_json_counts(FILE *f, const char *name, const uint64_t *count, int n)
 {

@@ -1025,6 +1025,51 @@ static void test_bounds_are_of_the_callers_quality(void)
     CHECK(bound[0] == bound[1]);
 }
 
+/* No apex within planes that lean over a facet is better than the bound, also if the search begins
+ * at a corner of the wedge, as at apices of tetrahedra. */
+static void test_bounds_within_leaning_planes(void)
+{
+    static const double corner[3][3] = {{0, 0, 0}, {1, 0, 0}, {0.5, 0.9, 0}};
+    int trial, k, i;
+    for (trial = 0; trial < 60; trial++) {
+        spr__state s;
+        spr__facet f;
+        spr__wedge w;
+        double here[3], p[3], least = 2, bound, best = 0;
+        memset(&s, 0, sizeof s);
+        s.gamma = 1;
+        spr__facet_set(&f, corner[0], corner[1], corner[2]);
+        w.rough = 0;
+        for (w.n = 0; w.n < 1 + trial % 3; w.n++) {
+            const double *a = corner[w.n], *b = corner[(w.n + 1) % 3];
+            const double lean = 2 * random_double();
+            memcpy(w.point[w.n], a, sizeof w.point[0]);
+            w.normal[w.n][0] = -(b[1] - a[1]);
+            w.normal[w.n][1] = b[0] - a[0];
+            w.normal[w.n][2] = -lean * sqrt((b[0] - a[0]) * (b[0] - a[0]) +
+                                            (b[1] - a[1]) * (b[1] - a[1]));
+        }
+        here[0] = 0.5, here[1] = 0.3; /* as high as the planes allow */
+        for (i = 0; i < w.n; i++) {
+            const double depth = (here[0] - w.point[i][0]) * w.normal[i][0] +
+                                 (here[1] - w.point[i][1]) * w.normal[i][1];
+            least = fmin(least, depth / fmax(1e-9, -w.normal[i][2]));
+        }
+        here[2] = 0.999 * least;
+        bound = spr__facet_bound(&s, &f, &w, here, HUGE_VAL);
+        for (k = 0; k < 20000; k++) {
+            p[0] = 2 * random_double() - 0.5, p[1] = 2 * random_double() - 0.5;
+            p[2] = 1.5 * random_double();
+            for (i = 0; i < w.n; i++)
+                if ((p[0] - w.point[i][0]) * w.normal[i][0] +
+                        (p[1] - w.point[i][1]) * w.normal[i][1] + p[2] * w.normal[i][2] < 0)
+                    break;
+            if (i == w.n) best = fmax(best, spr_gamma(corner[0], corner[1], corner[2], p));
+        }
+        CHECK(best <= 1.002 * bound && bound < 1.5 * best);
+    }
+}
+
 /* The removal of a vertex with many neighbours is searched for as long as there is credit; a search
  * in vain is paid for, and when no credit is left, that is known. */
 static void test_large_refills_end_with_their_credit(void)
@@ -1916,6 +1961,32 @@ static void tell(void *user, const spr_worst *what)
     t->last = *what;
 }
 
+static void tell_held(void *user, const spr_worst *what)
+{
+    CHECK(what->reason != SPR_BOUNDED || what->bound < *(const double *)user);
+}
+
+/* What is known of a tetrahedron that others have replaced meanwhile is not said of theirs. */
+static void test_what_is_held_is_told_of_each(void)
+{
+    double target = 0.8;
+    int run, i;
+    for (run = 0; run < 12; run++) {
+        double xyz[3 * 60];
+        spr_options o = open_options();
+        delaunay_mesh m;
+        spr_report r;
+        for (i = 0; i < 3 * 60; i++) xyz[i] = random_double();
+        memset(&m, 0, sizeof m);
+        CHECK(delaunay_tetrahedralize(&m, xyz, 60, NULL, NULL) == DELAUNAY_OK);
+        o.target = target;
+        o.left = tell_held;
+        o.left_user = &target;
+        CHECK(spr_improve(&m, &o, &r) >= 0);
+        delaunay_mesh_free(&m);
+    }
+}
+
 static void test_tells_of_all_that_is_left(void)
 {
     int k;
@@ -2487,5 +2558,7 @@ int main(void)
     test_walls_need_few_vertices();
     test_a_vertex_goes_with_more_than_its_star();
     test_results_have_sentences();
+    test_bounds_within_leaning_planes();
+    test_what_is_held_is_told_of_each();
     return check_report();
 }

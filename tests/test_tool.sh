@@ -616,6 +616,19 @@ awk '/^[A-Z]/ { section = $1 }
     section != "Triangles" { print }' "$T/t1.mesh" > "$T/facets.mesh"
 code 1 $improve "$T/facets.mesh" --target 0.99 -o "$T/facets2.mesh"
 says 'inner ones do not stay'
+printf 'MeshVersionFormatted 2 Dimension 3\nVertices 4\n0 0 0 0\n1e150 0 0 0\n0 1e150 0 0\n0 0 1e150 0\nTetrahedra 1\n1 2 3 4 0\nEnd\n' > "$T/far.mesh"
+code 0 $improve "$T/far.mesh" --json -
+ok "JSON has no word for what is not a number" sh -c "grep -q '\"sicn_min\"' '$T/out' && ! grep -Eq ': -?(nan|inf)' '$T/out'"
+# many triangles that are no facets do not make it a list of all: the inner one stays, and they do
+{
+    printf 'MeshVersionFormatted 2 Dimension 3\nVertices 10\n0 0 0 0\n1 0 0 0\n0 1 0 0\n0 0 1 0\n1 1 1 0\n'
+    printf '5 0 0 0\n6 0 0 0\n5 1 0 0\n5 0 1 0\n6 1 1 0\nTetrahedra 2\n1 2 3 4 0\n5 4 3 2 0\n'
+    printf 'Triangles 11\n2 3 4 7\n6 7 8 0\n6 7 9 0\n6 7 10 0\n6 8 9 0\n6 8 10 0\n6 9 10 0\n7 8 9 0\n'
+    printf '7 8 10 0\n7 9 10 0\n8 9 10 0\nEnd\n'
+} > "$T/shell.mesh"
+code 0 $improve "$T/shell.mesh" -q -o "$T/shell2.mesh"
+says 'are no facets'
+ok "all triangles stay" sh -c "awk '/^Triangles/ { getline; print }' '$T/shell2.mesh' | grep -qx 11"
 for f in best facets2; do
     awk '/^[A-Z]/ { section = $1 } section == "Tetrahedra" && NF == 5' "$T/$f.mesh" > "$T/$f.tets"
 done
