@@ -354,7 +354,8 @@ typedef struct mesher_report {
     /* out */
     uint64_t input_vertices, input_triangles; /* of the surface */
     size_t   num_findings;                   /* written to findings */
-    uint64_t counts[MESHER_NUM_KINDS];       /* findings of each kind, kept or not */
+    /* findings of each kind, kept or not; a stage that is run again adds its own again */
+    uint64_t counts[MESHER_NUM_KINDS];
     uint64_t num_vertices, num_tets, num_regions; /* of the output */
     uint64_t missing_edges, missing_facets;  /* of the surface: those that the empty mesh lacks */
     uint64_t interior_steiner, surface_steiner; /* points of recovery that stay */
@@ -368,7 +369,8 @@ typedef struct mesher_report {
      * share of these edges within [0.7, 1.4] */
     double   size_p10, size_p50, size_p90, size_in_band;
     size_t   peak_bytes;
-    /* a sentence: what is wrong and where, or which budget ended the call; empty on MESHER_OK */
+    /* a sentence: what is wrong and where, or which budget ended the call; empty on MESHER_OK (if
+     * a stage fails for another reason than the surface it may be empty, too) */
     char     message[512];
 } mesher_report;
 
@@ -931,6 +933,9 @@ static void mesher__recovery_sentence(char *text, size_t size, const mesher_find
         snprintf(text, size, "a point would have to stay on %s, %s", a, at);
     else if (f->vertices[2] != DELAUNAY_NO_ID)
         snprintf(text, size, "facet %lu-%lu-%lu of %s could not be recovered, %s", u, v, w, a, at);
+    else if (f->vertices[1] == DELAUNAY_NO_ID)
+        snprintf(text, size, "a piece of an edge or facet at vertex %lu of %s could not be "
+                 "recovered, %s", u, a, at);
     else snprintf(text, size, "edge %lu-%lu of %s could not be recovered, %s", u, v, a, at);
 }
 
@@ -1002,6 +1007,16 @@ static void mesher__sentence(char *text, size_t size, const mesher_report *repor
     snprintf(at, sizeof at, "at (%.9g, %.9g, %.9g)", f->xyz[0], f->xyz[1], f->xyz[2]);
     if (mesher_is_defect(f->kind)) mesher__defect_sentence(text, size, report, f, a, b, at);
     else mesher__note_sentence(text, size, f, a, b, at);
+}
+
+/* Begins a stage, after which the report's message is about this call. Returns whether it is the
+ * stage's turn; if not, the message says so. */
+static int mesher__enter(mesher_report *report, int in_turn)
+{
+    if (report)
+        snprintf(report->message, sizeof report->message, "%s",
+                 in_turn ? "" : "this stage needs one before it, or has had its turn already");
+    return in_turn;
 }
 
 /* Gives a failure that no finding explains the sentence of its result. */
@@ -2712,7 +2727,8 @@ MESHER_API mesher_result mesher_empty_mesh(mesher_domain *domain, mesher_report 
     delaunay_options options;
     delaunay_report inner;
     delaunay_result result;
-    if (!domain || domain->stage != MESHER__STAGE_INIT) return MESHER_ERROR_INVALID_ARGUMENT;
+    if (!mesher__enter(report, domain && domain->stage == MESHER__STAGE_INIT))
+        return MESHER_ERROR_INVALID_ARGUMENT;
     domain->stage = MESHER__STAGE_FAILED;
     start = delaunay_seconds(&domain->options.host);
     n = domain->surface.num_vertices;
@@ -9250,23 +9266,37 @@ static void mesher__recover_all(mesher__recovery *r)
     }
 }
 
+/* Reports a missing edge or facet, which has count vertices. Of a piece of one, as points on the
+ * surface make them, only one vertex of the caller's is told. */
+static void mesher__report_piece(mesher__recovery *r, uint32_t source, const uint32_t *v, int count)
+{
+    uint32_t id[3] = {DELAUNAY_NO_ID, DELAUNAY_NO_ID, DELAUNAY_NO_ID};
+    int i, known = 0, first = 0;
+    for (i = count; i-- > 0;) {
+        id[i] = mesher__id(r, v[i]);
+        if (id[i] == DELAUNAY_NO_ID) continue;
+        known++;
+        first = i;
+    }
+    if (known < count) {
+        id[0] = id[first];
+        id[1] = id[2] = DELAUNAY_NO_ID;
+    }
+    mesher_report_add(r->report, MESHER_DEFECT_RECOVERY, source, DELAUNAY_NO_ID, id[0], id[1],
+                      id[2], mesher__x(r, v[first]));
+}
+
 /* One finding for each edge and facet that is still missing. */
 static void mesher__report_missing(mesher__recovery *r)
 {
     uint32_t i;
-    for (i = 0; i < r->num_edges; i++) {
-        const uint32_t *v = r->edges + 2 * (size_t)i;
-        if (r->edge_present[i]) continue;
-        mesher_report_add(r->report, MESHER_DEFECT_RECOVERY, mesher__edge_source(r, i),
-                          DELAUNAY_NO_ID, mesher__id(r, v[0]), mesher__id(r, v[1]), DELAUNAY_NO_ID,
-                          mesher__x(r, v[0]));
-    }
+    for (i = 0; i < r->num_edges; i++)
+        if (!r->edge_present[i])
+            mesher__report_piece(r, mesher__edge_source(r, i), r->edges + 2 * (size_t)i, 2);
     for (i = 0; i < r->num_facets; i++) {
         const uint32_t *v = r->facets + 3 * (size_t)i;
         if (r->facet_present[i] || !mesher__edges_present(r, v)) continue;
-        mesher_report_add(r->report, MESHER_DEFECT_RECOVERY, mesher__facet_source(r, i),
-                          DELAUNAY_NO_ID, mesher__id(r, v[0]), mesher__id(r, v[1]),
-                          mesher__id(r, v[2]), mesher__x(r, v[0]));
+        mesher__report_piece(r, mesher__facet_source(r, i), v, 3);
     }
     if (r->report)
         snprintf(
@@ -9404,7 +9434,8 @@ MESHER_API mesher_result mesher_recover(mesher_domain *domain, mesher_report *re
     double start;
     mesher_result result;
     int again, attempt = 0;
-    if (!domain || domain->stage != MESHER__STAGE_EMPTY) return MESHER_ERROR_INVALID_ARGUMENT;
+    if (!mesher__enter(report, domain && domain->stage == MESHER__STAGE_EMPTY))
+        return MESHER_ERROR_INVALID_ARGUMENT;
     start = delaunay_seconds(&domain->options.host);
     while ((result = mesher__recover_once(domain, report, attempt, &again)) == MESHER_OK && again) {
         delaunay_mesh_free(&domain->mesh);
@@ -10028,8 +10059,9 @@ MESHER_API mesher_result mesher_color(mesher_domain *domain, mesher_report *repo
     mesher_report local;
     mesher_result result;
     double start;
-    if (!domain || domain->stage < MESHER__STAGE_INIT || domain->stage == MESHER__STAGE_EMPTY ||
-        !domain->mesh.tets || !domain->mesh.vertex_of || domain->keeps_mesh)
+    if (!mesher__enter(report, domain && domain->stage >= MESHER__STAGE_INIT &&
+                                   domain->stage != MESHER__STAGE_EMPTY && domain->mesh.tets &&
+                                   domain->mesh.vertex_of && !domain->keeps_mesh))
         return MESHER_ERROR_INVALID_ARGUMENT;
     start = delaunay_seconds(&domain->options.host);
     memset(&work, 0, sizeof work);
@@ -11186,6 +11218,7 @@ static mesher_result mesher__find_sizes(mesher_domain *domain, double least_laye
 
 MESHER_API mesher_result mesher_size(mesher_domain *domain, mesher_report *report)
 {
+    if (!mesher__enter(report, mesher__is_colored(domain))) return MESHER_ERROR_INVALID_ARGUMENT;
     return mesher__find_sizes(domain, MESHER__LEAST_LAYER, report);
 }
 
@@ -15662,7 +15695,7 @@ static mesher_result mesher__refine(mesher_domain *domain, mesher_report *report
     mesher_result result = MESHER_OK;
     uint32_t first_new;
     uint64_t sweeps = 0;
-    if (!mesher__is_colored(domain)) return MESHER_ERROR_INVALID_ARGUMENT;
+    if (!mesher__enter(report, mesher__is_colored(domain))) return MESHER_ERROR_INVALID_ARGUMENT;
     first_new = domain->mesh.num_vertices;
     if (!domain->size || domain->num_sizes != first_new) result = mesher_size(domain, report);
     if (result != MESHER_OK) return result;

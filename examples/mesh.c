@@ -91,7 +91,8 @@ static const char help_options[] =
     "                       as a last resort, add points on the surface where it cannot be\n"
     "                       recovered; the mesh is then written without triangles and lines\n"
     "\n"
-    "goals and budgets (exit 1 if one is not met; the mesh is valid all the same)\n"
+    "goals and budgets (exit 1 if one is not met; the mesh is valid all the same. With --max-memory\n"
+    "exit 7, and no mesh, if the surface alone needs more)\n"
     "  --target Q           gamma of the worst tetrahedron; default: improve what is below 0.35 as\n"
     "                       far as possible, then the worst few, without a goal\n"
     "  --effort E           0.01 to 100, default 1: how long to try to improve where tetrahedra\n"
@@ -106,7 +107,8 @@ static const char help_options[] =
     "  -q, --quiet          print nothing but errors\n"
     "  --help, --version\n"
     "\n"
-    "In messages, vertices and triangles count from 0, in the order of the file.\n"
+    "In messages, vertices and triangles count from 0, in the order of the file; a polygon counts\n"
+    "as the triangles that it is cut into.\n"
     "\n"
     "exit codes: 0 ok, 1 valid mesh but a goal or budget not met, 2 usage, 3 cannot read, 4 cannot\n"
     "write, 5 the surface is invalid, 6 a facet could not be recovered, 7 memory, 8 interrupted,\n"
@@ -407,7 +409,7 @@ typedef struct job {
     mesher_surface surface; /* the one to mesh: the input's, or fine.surface */
     mesher_fine_surface fine;
     mesher_domain domain;
-    mesher_report report;
+    mesher_report report, notes; /* notes: of the surface of the file, if it is divided */
     spr_report spr;
     spr_statistics quality;
     mesher_output out;
@@ -1348,6 +1350,27 @@ static void improve(job *j)
     if (result < 0) spr_measure_mesh(&j->domain.mesh, &j->set.spr, &j->quality);
 }
 
+/* Keeps what the report says of the surface of the file: that of the divided one goes elsewhere. */
+static int keep_notes(job *j)
+{
+    j->notes = j->report;
+    j->report.findings = (mesher_finding *)malloc(MAX_FINDINGS * sizeof(mesher_finding));
+    if (j->report.findings) return 1;
+    j->report.findings = j->notes.findings;
+    j->notes.findings = NULL;
+    return 0;
+}
+
+/* Says again what was found in the surface of the file, in its own numbers. */
+static void restore_notes(job *j)
+{
+    free(j->report.findings);
+    j->report.findings = j->notes.findings;
+    j->report.num_findings = j->notes.num_findings;
+    memcpy(j->report.counts, j->notes.counts, sizeof j->report.counts);
+    j->notes.findings = NULL;
+}
+
 /* Replaces the surface by a finer one, for --refine-surface. */
 static int refine_surface(job *j)
 {
@@ -1361,6 +1384,7 @@ static int refine_surface(job *j)
         complain(j, "a budget ended the division of the surface");
         j->code = TOOL_GOAL_NOT_MET;
     }
+    if (!keep_notes(j)) return fail(j, MESHER_ERROR_OUT_OF_MEMORY);
     j->surface = j->fine.surface;
     j->seconds[PHASE_SURFACE] = tool_seconds() - start;
     return TOOL_OK;
@@ -1426,8 +1450,13 @@ static int mesh_surface(job *j)
         return TOOL_BAD_SURFACE;
     }
     if (result < 0) return fail(j, result);
+    if (j->set.refine_surface) restore_notes(j);
     note_region_sizes(j);
     if (result > 0) {
+        char *number = strstr(j->report.message, "max_seconds, ");
+        if (number) /* not what was left of them */
+            snprintf(number, sizeof j->report.message - (size_t)(number - j->report.message),
+                     "max_seconds, %.9g", j->set.max_seconds);
         clear_progress(j);
         complain(j, j->report.message[0] ? j->report.message : mesher_result_string(result));
     }
@@ -1981,6 +2010,7 @@ int main(int argc, char **argv)
     mesher_domain_free(&j->domain);
     mesher_fine_surface_free(&j->fine);
     free(j->report.findings);
+    free(j->notes.findings);
     free(j->seeds);
     free(j->grid_sizes);
     mesher_size_mesh_free(&j->size_mesh);

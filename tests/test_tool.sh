@@ -384,6 +384,16 @@ code 1 $mesh "$T/cube.off" --size 0.01 --refine-surface --max-tets 1000 --json "
 ok 'max-tets counts for triangles' sh -c "test \$(sed -n 's/.*\"surface_triangles\": \([0-9]*\),.*/\1/p' '$T/f.json') -le 500"
 says 'a budget ended the division'
 code 0 $mesh "$T/cube.off" --refine-surface
+{
+    printf 'OFF\n12 14 0\n0 0 0\n0 1 0\n1 1 0\n1 0 0\n0 0 1\n1 0 1\n1 1 1\n0 1 1\n'
+    printf '.2 .2 .5\n.8 .2 .5\n.2 .8 .5\n.8 .8 .5\n3 0 1 2\n3 0 2 3\n3 4 5 6\n3 4 6 7\n3 0 3 5\n3 0 5 4\n'
+    printf '3 1 7 6\n3 1 6 2\n3 0 4 7\n3 0 7 1\n3 3 2 6\n3 3 6 5\n3 8 9 11\n3 8 11 10\n'
+} > "$T/inner.off"
+code 0 $mesh "$T/inner.off" --size 0.2 --refine-surface -v
+prints '4 x open edge'
+prints 'edge 8-9 of triangle 12 is in no other'
+code 1 $mesh "$T/cube.off" --size 0.01 --refine-surface --max-seconds 0.03 --no-improve
+ok 'the limit is told as it was given' sh -c "! grep 'max_seconds, ' '$T/err' | grep -qv 'max_seconds, 0.03\$'"
 code 0 $mesh "$T/cube.off" --layers 4 --refine-surface
 prints '; 0 below 0.35'
 code 2 $mesh "$T/f1.mesh" --size 0.1 --refine-surface --refine-mesh
