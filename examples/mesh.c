@@ -1591,6 +1591,20 @@ static void drop_names(meshio_mesh *in, int keeps_tets)
     in->num_names = n;
 }
 
+/* Gives the vertices of the input, which come first in m, the references that they have in the file,
+ * and the others 0. Returns 0 if memory runs out. */
+static int take_references(meshio_mesh *m, const meshio_mesh *in)
+{
+    size_t i = 0;
+    while (in->vertex_tags && i < in->num_vertices && in->vertex_tags[i] == 0) i++;
+    if (!in->vertex_tags || i == in->num_vertices) return 1;
+    m->vertex_tags = (int32_t *)calloc(m->num_vertices + 1, sizeof *m->vertex_tags);
+    if (!m->vertex_tags) return 0;
+    for (i = 0; i < in->num_vertices && i < m->num_vertices; i++)
+        m->vertex_tags[i] = in->vertex_tags[i];
+    return 1;
+}
+
 /* Writes OUTPUT. The formats of viewers get the tetrahedra and their quality, the other formats the
  * tetrahedra and the surface. */
 static int write_output(job *j)
@@ -1628,7 +1642,8 @@ static int write_output(job *j)
     options.binary = j->set.binary;
     options.num_threads = delaunay_threads(&j->set.mesher.host);
     if (viewer) gamma = output_quality(j);
-    if ((viewer && !gamma) || (j->set.order == 2 && !raise_order(&m, &second))) {
+    if ((viewer && !gamma) || (j->set.order == 2 && !raise_order(&m, &second)) ||
+        !take_references(&m, &j->in)) {
         complain(j, "out of memory");
         code = TOOL_NO_MEMORY;
     } else {
@@ -1642,6 +1657,7 @@ static int write_output(job *j)
         }
     }
     free(gamma);
+    free(m.vertex_tags);
     free(second.xyz);
     free(second.tets);
     free(second.triangles);

@@ -555,6 +555,11 @@ for tags in '-7 -2147483648' '0 1' '2147483647 0' '-1 1'; do
             section == "Tetrahedra" && NF == 5 && !seen[$5]++ { n++ } END { exit n != 2 }' "$T/tags2.mesh"
     done
 done
+printf 'MeshVersionFormatted 2 Dimension 3\nVertices 4\n0 0 0 11\n1 0 0 -12\n0 1 0 0\n0 0 1 14\nTriangles 4\n1 3 2 1\n1 2 4 2\n2 3 4 3\n1 4 3 4\nEnd\n' > "$T/refs.mesh"
+for how in --size\ 0.3 --refine-surface\ --size\ 0.3 --no-refine; do
+    code 0 $mesh "$T/refs.mesh" $how -q -o "$T/refs2.mesh"
+    ok "references of vertices stay, $how" sh -c "awk '/^Vertices/ { getline; v = 1; next } v && /^[0-9.-]/ { print \$4 } /^[A-U]/ { v = 0 }' '$T/refs2.mesh' | awk 'NR <= 4 { first = first \" \" \$1; next } \$1 { exit 1 } END { exit first != \" 11 -12 0 14\" }'"
+done
 two_tets -7 5 > "$T/tags.mesh"
 code 0 $mesh "$T/tags.mesh" --refine-mesh -q -o "$T/tags2.mesh"
 ok "a region keeps its number" grep -q '^[0-9 ]* -7$' "$T/tags2.mesh"
