@@ -6114,13 +6114,19 @@ DELAUNAY_API int delaunay_section_give(delaunay_section *section, const delaunay
 DELAUNAY_API delaunay_result delaunay_partition_run(delaunay_mesh *mesh, delaunay_partition *job,
                                                     const delaunay_host *host)
 {
+    const size_t worth = 1 + job->num_vertices / DELAUNAY__ITEMS_A_SECTION;
     delaunay__partitions p;
     delaunay_memory *m = &mesh->memory;
+    delaunay_host some;
     size_t i;
     int j, result;
     job->attempts = job->conflicts = 0;
     if (job->num_sections < 0) return DELAUNAY_ERROR_INVALID_ARGUMENT;
-    result = delaunay__partitions_init(&p, mesh, job, host, 0);
+    memset(&some, 0, sizeof some);
+    if (host) some = *host;
+    some.num_threads = delaunay_threads(host); /* no more than sections: each needs 100 KB */
+    if ((size_t)some.num_threads > worth) some.num_threads = (int)worth;
+    result = delaunay__partitions_init(&p, mesh, job, &some, 0);
     if (result != DELAUNAY_OK) goto done;
     result = DELAUNAY_ERROR_OUT_OF_MEMORY;
     p.items = (hxtsort_pair32 *)delaunay_alloc(m, job->num_vertices, sizeof *p.items);
