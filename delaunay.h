@@ -6114,7 +6114,9 @@ DELAUNAY_API int delaunay_section_give(delaunay_section *section, const delaunay
 DELAUNAY_API delaunay_result delaunay_partition_run(delaunay_mesh *mesh, delaunay_partition *job,
                                                     const delaunay_host *host)
 {
-    const size_t worth = 1 + job->num_vertices / DELAUNAY__ITEMS_A_SECTION;
+    /* A thread needs 100 KB. All vertices get keys, so those of a large mesh are worth threads, even
+     * if few are to be inserted. */
+    const size_t worth = 1 + mesh->num_vertices / DELAUNAY__ITEMS_A_SECTION;
     delaunay__partitions p;
     delaunay_memory *m = &mesh->memory;
     delaunay_host some;
@@ -6124,7 +6126,7 @@ DELAUNAY_API delaunay_result delaunay_partition_run(delaunay_mesh *mesh, delauna
     if (job->num_sections < 0) return DELAUNAY_ERROR_INVALID_ARGUMENT;
     memset(&some, 0, sizeof some);
     if (host) some = *host;
-    some.num_threads = delaunay_threads(host); /* no more than sections: each needs 100 KB */
+    some.num_threads = delaunay_threads(host);
     if ((size_t)some.num_threads > worth) some.num_threads = (int)worth;
     result = delaunay__partitions_init(&p, mesh, job, &some, 0);
     if (result != DELAUNAY_OK) goto done;

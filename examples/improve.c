@@ -350,23 +350,22 @@ static int lists_all_facets(const meshio_mesh *m, uint8_t **inner)
     facet *all;
     uint8_t *listed;
     size_t num, i, n, left = 0;
+    int enough;
     *inner = NULL;
     if (m->num_triangles / 2 < m->num_tets) return 0; /* there are two for each, and more */
     all = facets_of(m, &num);
     listed = (uint8_t *)calloc(num + 1, 1);
     *inner = (uint8_t *)calloc(m->num_triangles + 1, 1);
-    if (all && listed && *inner) {
-        for (i = 0; i < m->num_triangles; i++) {
-            n = facet_number(m, i, all, num);
-            (*inner)[i] = n > 0;
-            if (n) listed[n - 1] = 1;
-        }
-        for (i = 0; i < num; i++) left += !listed[i];
+    enough = all && listed && *inner;
+    for (i = 0; enough && i < m->num_triangles; i++) {
+        n = facet_number(m, i, all, num);
+        (*inner)[i] = n > 0;
+        if (n) listed[n - 1] = 1;
     }
-    n = all && listed && *inner;
+    for (i = 0; enough && i < num; i++) left += !listed[i];
     free(all);
     free(listed);
-    return n ? left == 0 : -1;
+    return enough ? left == 0 : -1;
 }
 
 /* Drops the triangles that were facets of tetrahedra, and are none any more. Returns 0 if memory
