@@ -6114,8 +6114,8 @@ DELAUNAY_API int delaunay_section_give(delaunay_section *section, const delaunay
 DELAUNAY_API delaunay_result delaunay_partition_run(delaunay_mesh *mesh, delaunay_partition *job,
                                                     const delaunay_host *host)
 {
-    /* A thread needs 100 KB. All vertices get keys, so those of a large mesh are worth threads, even
-     * if few are to be inserted. */
+    /* A thread needs 100 KB. All vertices get keys, so those of a large mesh are worth threads,
+     * even if few are to be inserted. */
     const size_t worth = 1 + mesh->num_vertices / DELAUNAY__ITEMS_A_SECTION;
     delaunay__partitions p;
     delaunay_memory *m = &mesh->memory;
