@@ -101,6 +101,8 @@ static const char help_options[] =
     "\n"
     "  --threads N          default: what OpenMP chooses; the result does not depend on it, except\n"
     "                       under --max-seconds and --max-memory\n"
+    "  --save-sizes FILE    write the sizes that OUTPUT was made by, at its vertices: to .sol, by which\n"
+    "                       Mmg can adapt OUTPUT further, or .mtr (TetGen); --size-mesh reads both\n"
     "  --json FILE          write the statistics and all findings in a form for programs; - is where\n"
     "                       the program prints, here and for OUTPUT with --format\n"
     "  -v, --verbose        say what is being done, and list all regions\n"
@@ -121,7 +123,7 @@ static const char help_options[] =
 enum { MAX_SOURCES = 64, MAX_REGION_SIZES = 1000 };
 
 typedef struct settings {
-    const char *input, *output, *json, *format, *size_grid, *size_mesh;
+    const char *input, *output, *json, *format, *size_grid, *size_mesh, *save_sizes;
     mesher_source sources[MAX_SOURCES];
     double region_sizes[MAX_REGION_SIZES];
     mesher_options mesher;
@@ -269,6 +271,8 @@ static int parse_word(const char *a, const char *text, settings *s)
     else if (strcmp(a, "--json") == 0) s->json = tool_output_name(text);
     else if (strcmp(a, "--size-grid") == 0) s->size_grid = text;
     else if (strcmp(a, "--size-mesh") == 0) s->size_mesh = text;
+    else if (strcmp(a, "--save-sizes") == 0 && tool_ends_in(text, ".sol", ".mtr"))
+        s->save_sizes = text;
     else if (strcmp(a, "--format") == 0) s->format = text;
     else if (strcmp(a, "--regions") == 0 && parse_regions(text, &s->mesher.regions))
         s->regions_given = 1;
@@ -289,6 +293,21 @@ static int has_nodes_beside(const char *input)
 {
     const meshio_format format = input ? meshio_format_of(input) : MESHIO_FORMAT_AUTO;
     return format == MESHIO_FORMAT_POLY || format == MESHIO_FORMAT_SMESH;
+}
+
+/* Whether the files that are written are not those that are read, nor the same. */
+static int files_are_apart(const settings *s, int is_ele)
+{
+    const char *json = s->json, *sizes = s->save_sizes;
+    return tool_spares("mesh", "--json", json, s->input) &&
+           tool_clears_output("mesh", "--json", json, s->output, is_ele) &&
+           tool_is_apart("mesh", "--json", json, s->size_grid) &&
+           tool_spares("mesh", "--json", json, s->size_mesh) &&
+           tool_is_apart("mesh", "--save-sizes", sizes, s->input) &&
+           tool_is_apart("mesh", "--save-sizes", sizes, s->output) &&
+           tool_is_apart("mesh", "--save-sizes", sizes, json) &&
+           tool_is_apart("mesh", "--save-sizes", sizes, s->size_grid) &&
+           tool_spares("mesh", "--save-sizes", sizes, s->size_mesh);
 }
 
 /* Whether the settings go together; if not, says which ones do not. */
@@ -312,11 +331,7 @@ static int settings_fit(const settings *s)
                         : "no surface to mesh");
         return 0;
     }
-    if (!tool_spares("mesh", "--json", s->json, s->input) ||
-        !tool_clears_output("mesh", "--json", s->json, s->output, is_ele) ||
-        !tool_is_apart("mesh", "--json", s->json, s->size_grid) ||
-        !tool_spares("mesh", "--json", s->json, s->size_mesh))
-        return 0;
+    if (!files_are_apart(s, is_ele)) return 0;
     if (s->output && !meshio_holds_tetrahedra(format)) {
         fprintf(stderr, "mesh: no tetrahedra can be written %s'%s'; try .mesh, .msh or .vtu\n",
                 s->format ? "in the format " : "to ", s->format ? s->format : s->output);
@@ -1666,6 +1681,28 @@ static int write_output(job *j)
     return code;
 }
 
+/* Writes the file of --save-sizes. */
+static int save_sizes(job *j)
+{
+    const char *file = j->set.save_sizes;
+    double *sizes = NULL, start = tool_seconds();
+    meshio_report io;
+    int code = TOOL_OK;
+    if (!file) return TOOL_OK;
+    if (j->out.num_vertices < SIZE_MAX / sizeof *sizes)
+        sizes = (double *)malloc(((size_t)j->out.num_vertices + 1) * sizeof *sizes);
+    if (!sizes || mesher_export_sizes(&j->domain, sizes) != MESHER_OK) {
+        complain(j, "out of memory");
+        code = TOOL_NO_MEMORY;
+    } else if (meshio_write_sizes(file, sizes, (size_t)j->out.num_vertices, &io) != MESHIO_OK) {
+        complain(j, io.message);
+        code = TOOL_CANNOT_WRITE;
+    }
+    free(sizes);
+    j->seconds[PHASE_WRITE] += tool_seconds() - start;
+    return code;
+}
+
 /* ---- statistics ---- */
 
 static uint64_t below(const spr_statistics *q, int twentieths)
@@ -1977,6 +2014,10 @@ static int run(job *j)
         snprintf(j->message, sizeof j->message, "OUTPUT cannot be created");
         return TOOL_CANNOT_WRITE;
     }
+    if (!tool_can_create("mesh", j->set.save_sizes)) {
+        snprintf(j->message, sizeof j->message, "the file of --save-sizes cannot be created");
+        return TOOL_CANNOT_WRITE;
+    }
     if (j->set.refine_surface) code = refine_surface(j);
     if (code == TOOL_OK) code = mesh_surface(j);
     if (code != TOOL_OK) return code;
@@ -1989,6 +2030,8 @@ static int run(job *j)
         code = write_output(j);
         if (code != TOOL_OK) return code;
     }
+    code = save_sizes(j);
+    if (code != TOOL_OK) return code;
     if (!j->set.quiet) print_statistics(j);
     return j->code;
 }

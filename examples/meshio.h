@@ -43,6 +43,7 @@
  *   Medit .mesh .meshb, MSH 2.2 and 4.1, VTU, legacy VTK, .inp, .node + .ele + .face, STL, OFF,
  *   OBJ. An .inp file has the regions as element sets, the triangles as surfaces and as node sets,
  *   and the edges as node sets; its coordinates have at most 20 characters: 13 digits or more.
+ *   Sizes at vertices: .sol and .mtr.
  *
  * What it does not do
  *   Of elements of higher order only the corners are kept. Hexahedra, prisms and pyramids are
@@ -245,6 +246,10 @@ MESHIO_API meshio_result meshio_read_memory(const void *bytes, size_t size, mesh
  *          vectors or tensors, or several numbers a vertex; and as meshio_read */
 MESHIO_API meshio_result meshio_read_sizes(const char *path, double *values, size_t count,
                                            meshio_report *report);
+/* Write such a file, .sol (in double precision) or .mtr: first under a temporary name, as
+ * meshio_write does. Every bit of the values is kept. */
+MESHIO_API meshio_result meshio_write_sizes(const char *path, const double *values, size_t count,
+                                            meshio_report *report);
 
 /* Write a file: first under a temporary name beside it (path + ".part"), which is renamed when the
  * file is complete. On failure nothing is left, and an older file of that name is untouched.
@@ -6693,6 +6698,15 @@ static void meshio__write_off(meshio__writer *w, const meshio_mesh *m, int obj)
     }
 }
 
+static void meshio__write_sizes(meshio__writer *w, int sol, const double *values, size_t count)
+{
+    size_t i;
+    if (sol) meshio__puts(w, "MeshVersionFormatted 2\n\nDimension 3\n\nSolAtVertices\n");
+    meshio__printf(w, sol ? "%llu\n1 1\n" : "%llu 1\n", (unsigned long long)count);
+    for (i = 0; i < count; i++) meshio__put_double(w, values[i], '\n');
+    if (sol) meshio__puts(w, "\nEnd\n");
+}
+
 /* ---- >>public -------------------------------------------------------------------------------- */
 
 MESHIO_API const char *meshio_result_string(meshio_result result)
@@ -7042,31 +7056,59 @@ MESHIO_API meshio_result meshio_read(const char *path, meshio_format format, mes
     return result;
 }
 
+/* Clears the report and looks at the arguments of a function for sizes; *sol: is the file one of
+ * Medit's, not TetGen's? */
+static meshio_result meshio__sizes_file(const char *path, const double *values, size_t count,
+                                        int *sol, meshio_report *report)
+{
+    const char *dot = path ? strrchr(path, '.') : NULL;
+    memset(report, 0, sizeof *report);
+    if (!path || (!values && count))
+        return meshio__report_words(report, MESHIO_ERROR_INVALID_ARGUMENT,
+                                    "the path or the array is NULL");
+    *sol = dot && meshio__same((const unsigned char *)dot, strlen(dot), ".sol");
+    if (*sol || (dot && meshio__same((const unsigned char *)dot, strlen(dot), ".mtr")))
+        return MESHIO_OK;
+    return meshio__report_plain(report, MESHIO_ERROR_FORMAT, "unknown extension of", path, 0);
+}
+
 MESHIO_API meshio_result meshio_read_sizes(const char *path, double *values, size_t count,
                                            meshio_report *report)
 {
     meshio_report unused;
     meshio_result result;
     meshio__reader r;
-    const char *dot = path ? strrchr(path, '.') : NULL;
     unsigned char *bytes;
     size_t size;
-    int sol, mtr;
+    int sol;
     if (!report) report = &unused;
-    memset(report, 0, sizeof *report);
-    if (!path || (!values && count))
-        return meshio__report_words(report, MESHIO_ERROR_INVALID_ARGUMENT,
-                                    "the path or the array is NULL");
-    sol = dot && meshio__same((const unsigned char *)dot, strlen(dot), ".sol");
-    mtr = dot && meshio__same((const unsigned char *)dot, strlen(dot), ".mtr");
-    if (!sol && !mtr)
-        return meshio__report_plain(report, MESHIO_ERROR_FORMAT, "unknown extension of", path, 0);
+    MESHIO__TRY(meshio__sizes_file(path, values, count, &sol, report));
     MESHIO__TRY(meshio__load(path, &bytes, &size, report));
     memset(&r, 0, sizeof r);
     r.report = report;
     meshio__aim(&r, bytes, size);
     result = meshio__read_sizes(&r, sol, values, count);
     MESHIO_FREE(bytes);
+    return result;
+}
+
+MESHIO_API meshio_result meshio_write_sizes(const char *path, const double *values, size_t count,
+                                            meshio_report *report)
+{
+    meshio_report unused;
+    meshio_result result;
+    meshio__writer *w;
+    int sol;
+    if (!report) report = &unused;
+    MESHIO__TRY(meshio__sizes_file(path, values, count, &sol, report));
+    w = (meshio__writer *)MESHIO_MALLOC(sizeof *w);
+    if (!w) return meshio__report_words(report, MESHIO_ERROR_OUT_OF_MEMORY, "out of memory");
+    result = meshio__create(w, path, report);
+    if (result == MESHIO_OK) {
+        meshio__write_sizes(w, sol, values, count);
+        result = meshio__complete(w, MESHIO_OK, report);
+    }
+    MESHIO_FREE(w);
     return result;
 }
 

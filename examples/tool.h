@@ -182,6 +182,13 @@ DELAUNAY_INLINE int tool_with_ending(const char *path, const char *ending,
     return 1;
 }
 
+/* Whether a name ends in one of two endings of four characters. */
+DELAUNAY_INLINE int tool_ends_in(const char *name, const char *ending, const char *other)
+{
+    size_t n = name ? strlen(name) : 0;
+    return n > 4 && (strcmp(name + n - 4, ending) == 0 || strcmp(name + n - 4, other) == 0);
+}
+
 /* 0, and a sentence, if the file that an option names is one of the input, or one that is there and
  * may be read with it: nodes and facets beside cells, sizes beside a mesh. */
 DELAUNAY_INLINE int tool_spares(const char *tool, const char *option, const char *name,

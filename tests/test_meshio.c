@@ -2735,6 +2735,32 @@ static void sizes_are_read_beside_a_mesh(void)
     CHECK(live_blocks == 0);
 }
 
+static void sizes_are_written_to_every_bit(void)
+{
+    static const char *const extensions[2] = {"sol", "mtr"};
+    const double sizes[3] = {0.1, 1e-300, 123456789.123456789};
+    double back[3];
+    meshio_report report;
+    int k;
+    for (k = 0; k < 2; k++) {
+        const char *name = file_name(extensions[k]);
+        CHECK(meshio_write_sizes(name, sizes, 3, &report) == MESHIO_OK && !report.message[0]);
+        memset(back, 0, sizeof back);
+        CHECK(meshio_read_sizes(name, back, 3, &report) == MESHIO_OK);
+        CHECK(memcmp(sizes, back, sizeof sizes) == 0);
+        CHECK(meshio_write_sizes(name, NULL, 0, NULL) == MESHIO_OK);
+        CHECK(meshio_read_sizes(name, NULL, 0, NULL) == MESHIO_OK);
+        remove(name);
+    }
+    CHECK(meshio_write_sizes("a.txt", sizes, 3, &report) == MESHIO_ERROR_FORMAT);
+    CHECK(meshio_write_sizes("missing/a.sol", sizes, 3, &report) == MESHIO_ERROR_WRITE);
+    CHECK(meshio_write_sizes("a.sol", NULL, 3, &report) == MESHIO_ERROR_INVALID_ARGUMENT);
+    allocations = fail_at = 0;
+    CHECK(meshio_write_sizes("a.sol", sizes, 3, &report) == MESHIO_ERROR_OUT_OF_MEMORY);
+    fail_at = -1;
+    CHECK(live_blocks == 0);
+}
+
 static void every_status_has_words(void)
 {
     int i;
@@ -2813,6 +2839,7 @@ int main(void)
     read_errors_are_reported();
     failures_have_a_sentence_however_early();
     sizes_are_read_beside_a_mesh();
+    sizes_are_written_to_every_bit();
     every_status_has_words();
     return check_report();
 }

@@ -349,6 +349,19 @@ ok "sizes at the nodes of a mesh" test "$(count "$T/new.mesh")" -gt "$((4 * $(co
 code 0 $mesh "$T/cube.off" --size-mesh "$T/old.mesh" -q -o "$T/new.mesh"
 code 0 $mesh "$T/cube.off" -q -o "$T/old2.mesh"
 ok "sizes that ask for nothing" cmp "$T/new.mesh" "$T/old2.mesh"
+code 0 $mesh "$T/cube.off" --size 0.3 -q -o "$T/old2.mesh" --save-sizes "$T/old2.sol"
+ok "sizes are saved beside the same mesh" cmp "$T/old.mesh" "$T/old2.mesh"
+ok "a size for each vertex" test "$(awk '/^[0-9]/ && NF == 1 && n++ > 0 { s++ } END { print s }' "$T/old2.sol")" = "$nodes"
+code 0 $mesh "$T/cube.off" --size-mesh "$T/old2.mesh" -q -o "$T/new.mesh"
+ok "by sizes that were saved the mesh becomes like the one before" \
+    test "$(count "$T/new.mesh")" -gt "$(($(count "$T/old.mesh") / 2))" -a \
+    "$(count "$T/new.mesh")" -lt "$((2 * $(count "$T/old.mesh")))"
+code 0 $mesh "$T/cube.off" --no-refine -q --save-sizes "$T/old2.mtr"
+ok "sizes are saved without a mesh" test "$(wc -l < "$T/old2.mtr")" = 9
+code 2 $mesh "$T/cube.off" --size-mesh "$T/old2.mesh" --save-sizes "$T/old2.sol"
+says 'written over'
+code 2 $mesh "$T/cube.off" --save-sizes "$T/old2.txt"
+code 4 $mesh "$T/cube.off" --save-sizes "$T/missing/old.sol"
 echo 2 > "$T/old.sol"
 code 3 $mesh "$T/cube.off" --size-mesh "$T/old.mesh"
 says "old.sol: line 1: expected 'meshversionformatted'"
