@@ -231,7 +231,7 @@ static void threads_do_not_matter(void)
     }
 }
 
-/* In any order the tetrahedra are the same ones: the canonical order makes the same bytes of them. */
+/* In any order the tetrahedra are the same: the canonical order makes the same bytes of them. */
 static void any_order_is_the_same_set(void)
 {
     const size_t n = 20000;

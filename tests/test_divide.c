@@ -130,7 +130,7 @@ static void test_box(void)
         CHECK(m.longest <= 0.1 * 1.4143 && m.shortest > 0.04 && m.least_angle > 25);
         CHECK(fabs(m.area - 6) < 1e-12 && fabs(m.volume - 1) < 1e-12);
         CHECK(is_closed(&fine.surface));
-        CHECK(fine.surface.num_triangles < 6 / (0.433 * 0.01) * 1.7);
+        CHECK((double)fine.surface.num_triangles < 6 / (0.433 * 0.01) * 1.7);
         CHECK(meshed(&fine.surface, 0.1, &volume) == 1 && fabs(volume - 1) < 1e-12);
         mesher_fine_surface_free(&fine);
         CHECK(fine.xyz == NULL);

@@ -832,24 +832,24 @@ static void points_at_odd_addresses(void)
 {
     enum { N = 67 };
     static unsigned char records[N * 29 + 1];
-    static uint64_t keys[N], odd[N];
-    double xyz[N][3];
+    static uint64_t even[N], odd[N];
+    double x[N][3];
     size_t stride, i;
-    for (i = 0; i < 3 * N; i++) xyz[i / 3][i % 3] = random_unit();
+    for (i = 0; i < 3 * N; i++) x[i / 3][i % 3] = random_unit();
     for (stride = 24; stride <= 29; stride += 5) {
         hilbert_points points;
         hilbert_box box, odd_box;
         memset(&points, 0, sizeof points);
-        points.coordinates = xyz;
+        points.coordinates = x;
         points.count = N;
-        CHECK(hilbert_keys(keys, &points, NULL, NULL, NULL) == HILBERT_OK);
+        CHECK(hilbert_keys(even, &points, NULL, NULL, NULL) == HILBERT_OK);
         CHECK(hilbert_box_fit(&box, &points, NULL, NULL) == HILBERT_OK);
-        for (i = 0; i < N; i++) memcpy(records + 1 + i * stride, xyz[i], sizeof xyz[i]);
+        for (i = 0; i < N; i++) memcpy(records + 1 + i * stride, x[i], sizeof x[i]);
         points.coordinates = records + 1;
         points.stride = stride;
         CHECK(hilbert_keys(odd, &points, NULL, NULL, NULL) == HILBERT_OK);
         CHECK(hilbert_box_fit(&odd_box, &points, NULL, NULL) == HILBERT_OK);
-        CHECK(memcmp(keys, odd, sizeof keys) == 0);
+        CHECK(memcmp(even, odd, sizeof even) == 0);
         CHECK(memcmp(box.lo, odd_box.lo, sizeof box.lo) == 0);
         CHECK(memcmp(box.hi, odd_box.hi, sizeof box.hi) == 0);
     }

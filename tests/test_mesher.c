@@ -1085,23 +1085,23 @@ static void stages_come_in_order(const mesher_surface *s, const mesher_options *
     const stage stages[] = {mesher_empty_mesh, mesher_recover, mesher_color, mesher_size,
                             mesher_refine};
     mesher_domain domain;
-    mesher_report report;
+    mesher_report last;
     int next, k;
     memset(&domain, 0, sizeof domain);
-    memset(&report, 0, sizeof report);
+    memset(&last, 0, sizeof last);
     for (k = 0; k < 5; k++) CHECK(stages[k](&domain, NULL) == MESHER_ERROR_INVALID_ARGUMENT);
     for (k = 0; k < 5; k++) CHECK(stages[k](NULL, NULL) == MESHER_ERROR_INVALID_ARGUMENT);
     CHECK(mesher_domain_init(&domain, s, o, NULL) == MESHER_OK);
     for (next = 0; next < 5; next++) {
         for (k = 0; k < 5; k++)
             if (k < 2 ? k != next : k == 2 ? next < 2 : next <= 2) {
-                report.message[0] = 0;
+                last.message[0] = 0;
                 CHECK(stages[k](&domain, NULL) == MESHER_ERROR_INVALID_ARGUMENT);
-                CHECK(stages[k](&domain, &report) == MESHER_ERROR_INVALID_ARGUMENT);
-                CHECK(strstr(report.message, "stage") != NULL);
+                CHECK(stages[k](&domain, &last) == MESHER_ERROR_INVALID_ARGUMENT);
+                CHECK(strstr(last.message, "stage") != NULL);
             }
-        strcpy(report.message, "of another call");
-        CHECK(stages[next](&domain, &report) == MESHER_OK && report.message[0] == 0);
+        strcpy(last.message, "of another call");
+        CHECK(stages[next](&domain, &last) == MESHER_OK && last.message[0] == 0);
     }
     CHECK(delaunay_validate(&domain.mesh, DELAUNAY_VALIDATE_GEOMETRY, NULL) == DELAUNAY_OK);
     mesher_domain_free(&domain);

@@ -389,7 +389,7 @@ static double mean_edge(const mesher_domain *d, const double *lo, const double *
             sum += sqrt(l);
             count++;
         }
-    return count ? sum / count : 0;
+    return count > 0 ? sum / count : 0;
 }
 
 static void sources_have_their_sizes(void)
