@@ -11731,11 +11731,35 @@ static int mesher__joins_plane(const mesher__divider *d, uint32_t s, const doubl
     return d->corners[r] == v[1] && v[2] != v[3] && mesher__is_plane(d, x[0], x[1], x[2], x[3]);
 }
 
+/* Is there an edge from the third corner c of side s's triangle to vertex e? Looks at the triangles
+ * around c, from this one to both sides as far as two triangles share an edge; of c with very many
+ * of them the answer is always yes. */
+static int mesher__has_edge_to(const mesher__divider *d, uint32_t s, uint32_t e)
+{
+    enum { MOST = 1000 };
+    const uint32_t c = d->corners[mesher__side_turn(s, 2)];
+    int k, step;
+    for (k = 2; k > 0; k--) {
+        const uint32_t first = mesher__side_turn(s, (uint32_t)k);
+        uint32_t at = first, r;
+        for (step = 0; (r = d->next[at]) != at && d->next[r] == at; step++) {
+            if (step == MOST || d->corners[mesher__side_turn(r, 2)] == e) return 1;
+            at = mesher__side_turn(r, d->corners[r] == c ? 2 : 1);
+            if (at == first) return 0;
+        }
+    }
+    return 0;
+}
+
+/* A surface that is bent a little may have the edge already that the flip would make, behind the
+ * two triangles: it would fold them onto each other. */
 static int mesher__is_to_flip(const mesher__divider *d, uint32_t s)
 {
     const double *x[4];
     return mesher__joins_plane(d, s, x) && mesher__is_not_delaunay(x[0], x[1], x[2], x[3]) &&
-           mesher__keeps_sides(x[0], x[1], x[2], x[3]);
+           mesher__keeps_sides(x[0], x[1], x[2], x[3]) &&
+           (delaunay_orient3d(x[0], x[1], x[2], x[3]) == 0 ||
+            !mesher__has_edge_to(d, s, d->corners[mesher__side_turn(d->next[s], 2)]));
 }
 
 static void mesher__doubt(mesher__divider *d, uint32_t side)

@@ -580,6 +580,54 @@ static void test_rough_sizes(void)
     }
 }
 
+/* Bodies so flat that their two sides count as one plane: the edge that a flip would make may be
+ * there already, on the other side. A sliver, and lenses of n triangles each above and below. */
+static void test_flat_bodies(void)
+{
+    double xyz[3 * 42];
+    uint32_t triangles[3 * 80], n, i;
+    for (n = 0; n <= 40; n = n ? 2 * n : 5) {
+        mesher_fine_surface fine;
+        mesher_surface given;
+        mesher_options o = sized(0.1);
+        measures before, after;
+        double volume;
+        static const double sliver[12] = {-1, 0, 0, 1, 0, 0, 0, -0.5, 1e-5, 0, 0.5, 1e-5};
+        static const uint32_t faces[12] = {0, 1, 2, 1, 0, 3, 2, 3, 0, 3, 2, 1};
+        memset(&given, 0, sizeof given);
+        memcpy(xyz, sliver, sizeof sliver);
+        memcpy(triangles, faces, sizeof faces);
+        for (i = 0; i < n; i++) {
+            xyz[3 * i] = cos(6.2831853 * i / n);
+            xyz[3 * i + 1] = sin(6.2831853 * i / n);
+            xyz[3 * i + 2] = 0;
+            triangles[6 * i] = triangles[6 * i + 4] = i;
+            triangles[6 * i + 1] = triangles[6 * i + 3] = (i + 1) % n;
+            triangles[6 * i + 2] = n;
+            triangles[6 * i + 5] = n + 1;
+        }
+        if (n) {
+            for (i = 0; i < 6; i++) xyz[3 * n + i] = 0;
+            xyz[3 * n] = 0.9; /* the tips are not above each other */
+            xyz[3 * n + 2] = 1e-6;
+            xyz[3 * n + 5] = -1e-6;
+        }
+        given.xyz = xyz;
+        given.num_vertices = n ? n + 2 : 4;
+        given.triangles = triangles;
+        given.num_triangles = n ? 2 * n : 4;
+        before = measure(&given);
+        CHECK(mesher_refine_surface(&fine, &given, &o, NULL) == MESHER_OK);
+        after = measure(&fine.surface);
+        CHECK(is_closed(&fine.surface) && fine.surface.num_triangles > 50);
+        CHECK(fabs(after.area - before.area) < 1e-6 * before.area);
+        CHECK(fabs(after.volume - before.volume) < 1e-5 * before.area);
+        o.no_refine = 1;
+        CHECK(meshed(&fine.surface, 0, &volume) == 1);
+        mesher_fine_surface_free(&fine);
+    }
+}
+
 int main(void)
 {
     test_box();
@@ -593,5 +641,6 @@ int main(void)
     test_shapes();
     test_spikes();
     test_far_vertices();
+    test_flat_bodies();
     return check_report();
 }
