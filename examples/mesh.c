@@ -1689,7 +1689,7 @@ static int save_sizes(job *j)
     meshio_report io;
     int code = TOOL_OK;
     if (!file) return TOOL_OK;
-    if (j->out.num_vertices < SIZE_MAX / sizeof *sizes)
+    if (j->out.num_vertices < (size_t)-1 / sizeof *sizes)
         sizes = (double *)malloc(((size_t)j->out.num_vertices + 1) * sizeof *sizes);
     if (!sizes || mesher_export_sizes(&j->domain, sizes) != MESHER_OK) {
         complain(j, "out of memory");

@@ -132,6 +132,14 @@ typedef enum meshio_format {
     MESHIO_FORMAT_BIN
 } meshio_format;
 
+/* The name of a physical group of Gmsh: all elements of a dimension (0: points, 1: lines, 2:
+ * triangles, 3: tetrahedra) with this tag. */
+typedef struct meshio_name {
+    int dimension;
+    int32_t tag;
+    char text[128]; /* the first 127 bytes, without quotes */
+} meshio_name;
+
 /* Everything that a file can hold and a mesher needs, in plain arrays that the struct owns; an
  * array is NULL where its number is 0. Zero the struct before use. Indices are 0-based. Tags are
  * the numbers that the file itself gives:
@@ -147,14 +155,6 @@ typedef enum meshio_format {
  *              the name of their section's set; else the number of the part, from 1, if several
  *              parts have nodes; else 0. A name that does not end in a number stands for the number
  *              of the first card with this name, where only cards with such names count, from 1. */
-/* The name of a physical group of Gmsh: all elements of a dimension (0: points, 1: lines, 2:
- * triangles, 3: tetrahedra) with this tag. */
-typedef struct meshio_name {
-    int dimension;
-    int32_t tag;
-    char text[128]; /* the first 127 bytes, without quotes */
-} meshio_name;
-
 typedef struct meshio_mesh {
     double *xyz;            /* 3*num_vertices */
     int32_t *vertex_tags;   /* num_vertices */
@@ -196,7 +196,8 @@ typedef struct meshio_report {
     char message[320];
 } meshio_report;
 
-/* One number for each cell, for viewers; only VTU and VTK files hold it. NULL arrays count as 0. */
+/* One number for each cell, for viewers; only VTU and VTK files hold it. The name has 1 to 100
+ * characters, none of them blank, a control character or one of " & < >. NULL arrays count as 0. */
 typedef struct meshio_field {
     const char *name;
     const double *edges, *triangles, *tets;
@@ -505,12 +506,20 @@ static int meshio__reserve_tags(int32_t **array, size_t *cap, size_t need)
     return 1;
 }
 
+/* Refuses a reference that would change if it were kept in 32 bits. */
+static meshio_result meshio__tag_fits(meshio__reader *r, int64_t tag)
+{
+    if (tag == (int32_t)tag) return MESHIO_OK;
+    return meshio__fail(r, MESHIO_ERROR_TOO_LARGE, r->p, "a reference beyond 32 bits");
+}
+
 static meshio_result meshio__add_vertex(meshio__reader *r, const double xyz[3], int64_t tag)
 {
     meshio_mesh *m = r->mesh;
     size_t n = m->num_vertices;
     if (n >= MESHIO__MAX_COUNT)
         return meshio__fail(r, MESHIO_ERROR_TOO_LARGE, r->p, "more than 2^32 - 2 vertices");
+    MESHIO__TRY(meshio__tag_fits(r, tag));
     if (!meshio__reserve_doubles(&m->xyz, &r->cap_xyz, 3 * n + 3)) return meshio__no_memory(r);
     if (!meshio__reserve_tags(&m->vertex_tags, &r->cap_vertex_tags, n + 1))
         return meshio__no_memory(r);
@@ -531,8 +540,7 @@ static meshio_result meshio__add_element(meshio__reader *r, int k, const uint32_
     int i;
     if (n >= MESHIO__MAX_COUNT)
         return meshio__fail(r, MESHIO_ERROR_TOO_LARGE, r->p, "more than 2^32 - 2 elements");
-    if (tag != (int32_t)tag)
-        return meshio__fail(r, MESHIO_ERROR_TOO_LARGE, r->p, "a reference beyond 32 bits");
+    MESHIO__TRY(meshio__tag_fits(r, tag));
     if (!meshio__reserve_ids(array, cap, (n + 1) * (size_t)k)) return meshio__no_memory(r);
     if (!meshio__reserve_tags(tags, cap_tags, n + 1)) return meshio__no_memory(r);
     for (i = 0; i < k; i++) (*array)[n * (size_t)k + (size_t)i] = v[i];
@@ -1651,8 +1659,9 @@ static int meshio__facet_fill(meshio__facet *f, const double *xyz, const meshio_
                               int ku, int kv)
 {
     size_t n = loops->corners.num, i, k, start = 0;
-    meshio__point2 *points = (meshio__point2 *)MESHIO_MALLOC(n * sizeof *points);
-    uint32_t *local = (uint32_t *)MESHIO_MALLOC(n * sizeof *local);
+    const int fits = n <= (size_t)-1 / 32; /* products here and in meshio__facet_reserve */
+    meshio__point2 *points = fits ? (meshio__point2 *)MESHIO_MALLOC(n * sizeof *points) : NULL;
+    uint32_t *local = fits ? (uint32_t *)MESHIO_MALLOC(n * sizeof *local) : NULL;
     int ok = points && local && meshio__facet_reserve(f, n, n);
     for (i = 0; ok && i < n; i++) {
         points[i].id = loops->corners.data[i];
@@ -3605,6 +3614,7 @@ static meshio_result meshio__vtk_array(meshio__reader *r, int binary, const mesh
     if (binary && !tags) return meshio__bytes(r, bytes, (size_t)count * meshio__type_size(t));
     for (i = 0; i < count && tags; i++) {
         MESHIO__TRY(meshio__scalar(r, binary, t, &d, &value));
+        MESHIO__TRY(meshio__tag_fits(r, value));
         if (!meshio__push32(&r->cells.tags, (uint32_t)value)) return meshio__no_memory(r);
     }
     for (i = 0; i < count && !tags && !binary; i++) MESHIO__TRY(meshio__double(r, &d));
@@ -4301,6 +4311,7 @@ static meshio_result meshio__vtu_array(meshio__reader *r, const meshio__vtu *vtu
         MESHIO__TRY(meshio__vtu_open(r, vtu, tag, end, (uint64_t)vtu->cells, &type, &binary));
         for (i = 0; i < vtu->cells; i++) {
             MESHIO__TRY(meshio__scalar(r, binary, type, &d, &value));
+            MESHIO__TRY(meshio__tag_fits(r, value));
             if (!meshio__push32(&r->cells.tags, (uint32_t)value)) return meshio__no_memory(r);
         }
         return meshio__vtu_close(r, vtu, binary);
@@ -5668,6 +5679,17 @@ static meshio_result meshio__create(meshio__writer *w, const char *path, meshio_
     return MESHIO_OK;
 }
 
+/* Renames a file, in place of another one if that exists. Returns 0 on failure. */
+static int meshio__replace(const char *from, const char *to)
+{
+    if (rename(from, to) == 0) return 1;
+#ifdef _WIN32 /* where rename() does not replace a file */
+    return errno == EEXIST && remove(to) == 0 && rename(from, to) == 0;
+#else
+    return 0;
+#endif
+}
+
 /* Closes the file. If everything has been written, it gets its final name, else it is removed.
  * `result`: what writing it returned: MESHIO_OK or OUT_OF_MEMORY. */
 static meshio_result meshio__complete(meshio__writer *w, meshio_result result,
@@ -5677,10 +5699,8 @@ static meshio_result meshio__complete(meshio__writer *w, meshio_result result,
     meshio__flush(w);
     if (fflush(w->file) != 0 && !w->failed) w->failed = 1, w->error = errno;
     if (fclose(w->file) != 0 && !w->failed) w->failed = 1, w->error = errno;
-    if (!w->failed && !w->direct && rename(w->part, w->path) != 0) {
-        remove(w->path); /* for systems whose rename() does not replace a file */
-        if (rename(w->part, w->path) != 0) w->failed = 1, w->error = errno;
-    }
+    if (!w->failed && !w->direct && !meshio__replace(w->part, w->path))
+        w->failed = 1, w->error = errno;
     if (!w->failed) return MESHIO_OK;
     if (!w->direct) remove(w->part);
     if (result != MESHIO_OK)
@@ -7167,6 +7187,20 @@ static int meshio__is_single(const meshio_mesh *mesh)
     return 1;
 }
 
+/* Can the names of the fields be written? */
+static int meshio__names_fit(const meshio_write_options *options)
+{
+    size_t f, n;
+    for (f = 0; f < (size_t)options->num_fields; f++) {
+        const char *name = options->fields[f].name;
+        for (n = 0; name && name[n]; n++)
+            if ((unsigned char)name[n] <= ' ' || name[n] == 127 || strchr("\"&<>", name[n]))
+                return 0;
+        if (n == 0 || n > 100) return 0;
+    }
+    return 1;
+}
+
 static meshio_result meshio__write(meshio__writer *w, const char *path, const meshio_mesh *mesh,
                                    const meshio_write_options *options, meshio_report *report)
 {
@@ -7179,9 +7213,12 @@ static meshio_result meshio__write(meshio__writer *w, const char *path, const me
         MESHIO__TRY(meshio__write_tetgen(w, path, mesh, ".face", report));
         return meshio__write_tetgen(w, path, mesh, ".ele", report);
     }
-    if (!meshio_holds_triangles(format) || format == MESHIO_FORMAT_ELE)
+    if (!meshio_holds_triangles(format))
         return meshio__report_plain(report, MESHIO_ERROR_FORMAT, "no writer for the format of",
                                     path, 0);
+    if (!meshio__names_fit(options))
+        return meshio__report_words(report, MESHIO_ERROR_INVALID_ARGUMENT,
+                                    "the name of a field is empty, too long or cannot be written");
     if (mesh->second_order && format != MESHIO_FORMAT_MSH && format != MESHIO_FORMAT_VTU &&
         format != MESHIO_FORMAT_INP)
         return meshio__report_plain(report, MESHIO_ERROR_FORMAT,

@@ -2119,6 +2119,8 @@ static void damaged_texts_get_a_status_and_a_line(void)
          "MeshVersionFormatted 4\nDimension 3\nVertices 3\n0 0 0 0\n1 0 0 0\n0 1 0 0\n"
          "Triangles 1\n1 2 3 5000000000\n",
          MESHIO_ERROR_TOO_LARGE, 8},
+        {MESHIO_FORMAT_MEDIT, "MeshVersionFormatted 4\nDimension 3\nVertices 1\n0 0 0 4294967297\n",
+         MESHIO_ERROR_TOO_LARGE, 4},
         {MESHIO_FORMAT_OFF, "OFF BINARY\n", MESHIO_ERROR_UNSUPPORTED, 1},
         {MESHIO_FORMAT_OFF, "4OFF\n1 0 0\n0 0 0 1\n", MESHIO_ERROR_UNSUPPORTED, 1},
         {MESHIO_FORMAT_OFF, "COFF\n2 0 0\n0 0 0 1 1 1\n0 0\n", MESHIO_ERROR_TRUNCATED, 5},
@@ -2253,6 +2255,9 @@ static void damaged_texts_get_a_status_and_a_line(void)
         {MESHIO_FORMAT_VTK, VTK CELL "POINT_DATA 2\n", MESHIO_ERROR_COUNT, 9},
         {MESHIO_FORMAT_VTK, VTK CELL "CELL_DATA 1\nSCALARS region int 1\nLOOKUP_TABLE default\nx\n",
          MESHIO_ERROR_SYNTAX, 12},
+        {MESHIO_FORMAT_VTK,
+         VTK CELL "CELL_DATA 1\nSCALARS region long 1\nLOOKUP_TABLE default\n4294967297\n",
+         MESHIO_ERROR_TOO_LARGE, 12},
         {MESHIO_FORMAT_VTK, VTK CELL "CELL_DATA 1\nVECTORS v float\n0 0\n",
          MESHIO_ERROR_TRUNCATED, 12},
         {MESHIO_FORMAT_VTK, VTK CELL "CELL_DATA 1\nVECTORS v quaternion\n0 0\n",
@@ -2637,6 +2642,38 @@ static void counts_beyond_32_bits_are_refused(void)
     }
 }
 
+static void names_that_cannot_be_written_are_refused(void)
+{
+    static const char *const bad[] = {"", "a b", "a\tb", "\"", "a&b", "<", "a>"};
+    char longest[102];
+    meshio_mesh m;
+    meshio_field field;
+    meshio_write_options options;
+    meshio_report report;
+    size_t i;
+    memset(&m, 0, sizeof m);
+    memset(&field, 0, sizeof field);
+    memset(&options, 0, sizeof options);
+    memset(longest, 'n', sizeof longest);
+    options.fields = &field;
+    options.num_fields = 1;
+    for (i = 0; i < sizeof bad / sizeof bad[0] + 3; i++) {
+        const char *extension = i % 2 ? "vtu" : "vtk";
+        int is_good = i == sizeof bad / sizeof bad[0] + 2;
+        longest[is_good ? 100 : 101] = 0;
+        field.name = i < sizeof bad / sizeof bad[0] ? bad[i]
+                     : i == sizeof bad / sizeof bad[0] ? NULL : longest;
+        CHECK(meshio_write(file_name(extension), &m, &options, &report) ==
+              (is_good ? MESHIO_OK : MESHIO_ERROR_INVALID_ARGUMENT));
+        CHECK(exists(file_name(extension)) == is_good);
+        CHECK(is_good == (report.message[0] == 0));
+    }
+    remove(file_name("vtk"));
+    m.second_order = 1;
+    CHECK(meshio_write(file_name("ele"), &m, NULL, &report) == MESHIO_ERROR_FORMAT &&
+          strstr(report.message, "no second-order elements"));
+}
+
 static void read_errors_are_reported(void)
 {
     meshio_mesh m;
@@ -2837,6 +2874,7 @@ int main(void)
     write_errors_are_reported();
     counts_beyond_32_bits_are_refused();
     read_errors_are_reported();
+    names_that_cannot_be_written_are_refused();
     failures_have_a_sentence_however_early();
     sizes_are_read_beside_a_mesh();
     sizes_are_written_to_every_bit();
