@@ -12426,6 +12426,7 @@ typedef struct mesher__refiner {
     uint64_t         inserted, num_tets, ignored; /* ignored: answers that were no size */
     uint64_t         lost;       /* tetrahedra looked at for points that were given up */
     double           most_points; /* of the lattices, for the memory limit */
+    uint64_t         max_vertices; /* of the mesh, by the budget of the output; 0: none */
     double           start;
 } mesher__refiner;
 
@@ -13232,7 +13233,7 @@ static mesher_result mesher__over_budget(mesher__refiner *r, int look_at_clock)
 {
     const mesher_options *o = r->options;
     int budget = 0;
-    if (o->max_vertices && (uint64_t)r->mesh->num_vertices - 1 >= o->max_vertices)
+    if (r->max_vertices && r->mesh->num_vertices >= r->max_vertices)
         budget = MESHER__BUDGET_VERTICES;
     else if (o->max_tets && r->num_tets + 32 > o->max_tets) budget = MESHER__BUDGET_TETS;
     else if (r->mesh->num_vertices >= UINT32_MAX - 16 ||
@@ -13562,8 +13563,8 @@ static mesher_result mesher__grow_lattice(mesher__refiner *r, size_t p)
         if (mesher__progress(r->options, "refine", -1)) return MESHER_CANCELLED;
         if (mesher__over_budget(r, 1) != MESHER_OK) break;
         if (seconds > 0 && delaunay_seconds(&r->options->host) - r->start > seconds) break;
-        if (r->options->max_vertices && p > r->mesh->num_vertices &&
-            p - r->mesh->num_vertices > r->options->max_vertices)
+        if (r->max_vertices && p > r->mesh->num_vertices &&
+            p - r->mesh->num_vertices > r->max_vertices)
             break;
         if (r->options->max_tets && p > r->mesh->num_vertices + r->options->max_tets / 5) break;
         if ((double)p > (double)r->mesh->num_vertices + r->most_points) break;
@@ -15544,11 +15545,11 @@ static mesher_result mesher__insert_many(mesher__refiner *r, size_t begin, size_
  * asked again. */
 static mesher_result mesher__insert_range(mesher__refiner *r, size_t begin, size_t end)
 {
-    const mesher_options *o = r->options;
+    const uint64_t max_tets = r->options->max_tets;
     size_t n = end - begin;
     int many = n >= MESHER__FEW;
-    if (o->max_tets && r->num_tets + 10 * (uint64_t)n > o->max_tets) many = 0;
-    if (o->max_vertices && (uint64_t)r->mesh->num_vertices + n > o->max_vertices) many = 0;
+    if (max_tets && r->num_tets + 10 * (uint64_t)n > max_tets) many = 0;
+    if (r->max_vertices && (uint64_t)r->mesh->num_vertices + n > r->max_vertices) many = 0;
     if ((double)n > mesher__memory_for(r)) many = 0;
     if ((uint64_t)r->mesh->num_vertices + n >= UINT32_MAX - 16) many = 0;
     if ((uint64_t)r->mesh->num_tets + 10 * (uint64_t)n >= ((delaunay_handle)-1) / 4) many = 0;
@@ -15605,6 +15606,19 @@ static int mesher__set_background(mesher__refiner *r)
     return 1;
 }
 
+/* Sets r->max_vertices: the mesh has its corners besides the vertices that the caller counts, the
+ * output input vertices that are not in the mesh. */
+static void mesher__set_max_vertices(mesher__refiner *r)
+{
+    const uint64_t most = r->options->max_vertices;
+    uint64_t output = r->domain->first_corner;
+    uint32_t v;
+    if (!most || most > UINT32_MAX) return;
+    for (v = 1; v < r->mesh->num_vertices; v++)
+        output += r->home[v] && r->mesh->vertex_id[v] == DELAUNAY_NO_ID;
+    r->max_vertices = most > output ? most - output + r->mesh->num_vertices : 1;
+}
+
 static mesher_result mesher__refiner_init(mesher__refiner *r, mesher_domain *domain)
 {
     delaunay_mesh *mesh = &domain->mesh;
@@ -15637,6 +15651,7 @@ static mesher_result mesher__refiner_init(mesher__refiner *r, mesher_domain *dom
         for (i = 0; i < 4; i++)
             if (!r->home[mesh->tets[t].v[i]]) r->home[mesh->tets[t].v[i]] = t;
     }
+    mesher__set_max_vertices(r);
     return MESHER_OK;
 }
 

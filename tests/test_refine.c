@@ -45,6 +45,7 @@ static int box_domain(mesher_domain *domain, const int *n, double edge,
     ok = mesher_options_resolve(&domain->options, options) == MESHER_OK &&
          delaunay_memory_init(&domain->memory, &domain->options.host) == DELAUNAY_OK &&
          small_mesh(&domain->mesh, &domain->options.host, xyz, np, tets, nt, 0);
+    domain->first_corner = np;
     free(xyz);
     free(tets);
     return ok;

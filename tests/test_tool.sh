@@ -367,6 +367,8 @@ code 3 $mesh "$T/cube.off" --size-mesh "$T/old.mesh"
 says "old.sol: line 1: expected 'meshversionformatted'"
 code 3 $mesh "$T/cube.off" --size-mesh "$T/cube.off"
 says 'there are no tetrahedra in it'
+code 1 $mesh "$T/cube.off" --size 0.05 --max-vertices 300 --no-improve -q -o "$T/s2.mesh"
+ok "exactly as many vertices as the budget allows" test "$(awk '/^Vertices/ { getline; print $1 }' "$T/s2.mesh")" = 300
 code 0 $mesh "$T/s1.mesh" --refine-mesh --ball 0.5,0.5,0.5,0.1,0.05 -q -o "$T/s3.mesh"
 ok "a mesh is refined" test "$(count "$T/s3.mesh")" -gt "$(count "$T/s1.mesh")"
 code 5 $mesh "$T/cube.off" --refine-mesh
