@@ -6396,16 +6396,31 @@ DELAUNAY_API delaunay_result delaunay_edge_star(const delaunay_mesh *mesh, delau
     return DELAUNAY_OK;
 }
 
+/* A tetrahedron that contains all three vertices, some of which may be equal, or 0. Walks from a to
+ * the others; looks at all tetrahedra if there is no memory for that. */
+static delaunay_handle delaunay__find(const delaunay_mesh *mesh, delaunay_worker *worker,
+                                      uint32_t a, uint32_t b, uint32_t c)
+{
+    delaunay_handle t;
+    if (delaunay__star(mesh, worker, a, b, c, &worker->queue, &t) != DELAUNAY_ERROR_OUT_OF_MEMORY)
+        return t;
+    for (t = 1; t < mesh->num_tets; t++) {
+        const delaunay_tet *tet = &mesh->tets[t];
+        if (!delaunay_is_deleted(mesh, t) && delaunay_local_index(tet, a) >= 0 &&
+            delaunay_local_index(tet, b) >= 0 && delaunay_local_index(tet, c) >= 0)
+            return t;
+    }
+    return 0;
+}
+
 DELAUNAY_API delaunay_handle delaunay_find_edge(const delaunay_mesh *mesh, delaunay_worker *worker,
                                                 uint32_t a, uint32_t b)
 {
-    delaunay_handle found;
     if (a == DELAUNAY_GHOST) { /* whose star would be the whole hull */
         a = b;
         b = DELAUNAY_GHOST;
     }
-    if (a == DELAUNAY_GHOST) return 0;
-    return delaunay__star(mesh, worker, a, b, b, &worker->queue, &found) == DELAUNAY_OK ? found : 0;
+    return a == DELAUNAY_GHOST ? 0 : delaunay__find(mesh, worker, a, b, b);
 }
 
 DELAUNAY_API delaunay_handle delaunay_find_facet(const delaunay_mesh *mesh, delaunay_worker *worker,
@@ -6419,8 +6434,8 @@ DELAUNAY_API delaunay_handle delaunay_find_facet(const delaunay_mesh *mesh, dela
         b = DELAUNAY_GHOST;
     }
     if (a == DELAUNAY_GHOST || (b == DELAUNAY_GHOST && c == DELAUNAY_GHOST)) return 0;
-    if (delaunay__star(mesh, worker, a, b, c, &worker->queue, &found) != DELAUNAY_OK || found == 0)
-        return 0;
+    found = delaunay__find(mesh, worker, a, b, c);
+    if (found == 0) return 0;
     tet = &mesh->tets[found];
     for (i = 0; tet->v[i] == a || tet->v[i] == b || tet->v[i] == c; i++) {}
     return 4 * found + (delaunay_handle)i;

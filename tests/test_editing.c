@@ -456,6 +456,47 @@ static void an_edge_is_marked_in_its_part(void)
     delaunay_mesh_free(&m);
 }
 
+/* Without memory edges and facets are found all the same: every one of the mesh, from new workers
+ * that get nothing for their lists. */
+static void found_without_memory(void)
+{
+    enum { N = 60 };
+    double xyz[3 * N];
+    small_allocator a;
+    delaunay_options options;
+    delaunay_mesh m;
+    delaunay_handle t;
+    uint32_t i;
+    memset(&a, 0, sizeof a);
+    memset(&m, 0, sizeof m);
+    memset(&options, 0, sizeof options);
+    a.countdown = -1;
+    options.host.allocator.alloc = small_alloc;
+    options.host.allocator.release = small_release;
+    options.host.allocator.user = &a;
+    for (i = 0; i < 3 * N; i++) xyz[i] = small_random(1000000);
+    CHECK(delaunay_tetrahedralize(&m, xyz, N, &options, NULL) == DELAUNAY_OK);
+    CHECK(delaunay_link_vertices(&m) == DELAUNAY_OK);
+    for (t = 1; t < m.num_tets; t++)
+        for (i = 0; i < 4; i++) {
+            const uint32_t *v = m.tets[t].v;
+            const uint8_t *o = delaunay_facet_order((int)i);
+            delaunay_worker *w = delaunay_worker_new(&m.memory);
+            delaunay_handle found;
+            CHECK(w != NULL);
+            a.countdown = (long)(t % 3);
+            found = delaunay_find_edge(&m, w, v[o[0]], v[o[1]]);
+            CHECK(found && delaunay_local_index(&m.tets[found], v[o[0]]) >= 0 &&
+                  delaunay_local_index(&m.tets[found], v[o[1]]) >= 0);
+            found = delaunay_find_facet(&m, w, v[o[0]], v[o[1]], v[o[2]]);
+            CHECK(found == 4 * t + i || found == m.tets[t].n[i]);
+            a.countdown = -1;
+            delaunay_worker_free(w);
+        }
+    delaunay_mesh_free(&m);
+    CHECK(a.outstanding == 0);
+}
+
 int main(void)
 {
     an_edge_is_marked_in_its_part();
@@ -468,5 +509,6 @@ int main(void)
     ghosts_are_replaced_like_others();
     what_does_not_close_changes_nothing();
     out_of_memory_leaves_a_valid_mesh();
+    found_without_memory();
     return check_report();
 }
