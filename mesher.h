@@ -597,17 +597,6 @@ MESHER_API void mesher_fine_surface_free(mesher_fine_surface *fine);
  * Cost      about 0.1 microseconds and 20 bytes a tetrahedron
  * Threads   as mesher_mesh */
 MESHER_API mesher_result mesher_export(mesher_domain *domain, mesher_output *out);
-/* The wanted edge lengths at the vertices of what mesher_export gave, for programs that go on from
- * there.
- *
- *   domain  in/out  as mesher_export left it; mesher_size is called anew
- *   sizes   out     one for each vertex of the output; 0 where no tetrahedron has it. Undefined on
- *                   failure
- *
- * Returns   MESHER_OK; _ERROR_INVALID_ARGUMENT: no regions yet; _ERROR_OUT_OF_MEMORY
- * Cost      a few microseconds for each vertex inside
- * Threads   as mesher_mesh */
-MESHER_API mesher_result mesher_export_sizes(mesher_domain *domain, double *sizes);
 /* The domain may be NULL, or freed already. */
 MESHER_API void mesher_output_free(mesher_domain *domain, mesher_output *out);
 MESHER_API void mesher_domain_free(mesher_domain *domain);
@@ -16984,22 +16973,6 @@ MESHER_API mesher_result mesher_export(mesher_domain *domain, mesher_output *out
      * triangle is written for the one tetrahedron there. */
     MESHER__OMP(omp parallel for schedule(dynamic, 4) num_threads(threads))
     for (b = 0; b < MESHER__OUTPUT_BLOCKS; b++) mesher__export_block(domain, out, b, before[b]);
-    return MESHER_OK;
-}
-
-MESHER_API mesher_result mesher_export_sizes(mesher_domain *domain, double *sizes)
-{
-    mesher_result result;
-    uint64_t before[MESHER__OUTPUT_BLOCKS + 1];
-    uint32_t v, n;
-    if (!domain || !sizes) return MESHER_ERROR_INVALID_ARGUMENT;
-    result = mesher_size(domain, NULL);
-    if (result != MESHER_OK) return result;
-    n = mesher__number_output(domain, before);
-    memset(sizes, 0, n * sizeof *sizes);
-    for (v = 1; v < domain->mesh.num_vertices; v++)
-        if (domain->mesh.vertices[v].key != DELAUNAY_NO_ID)
-            sizes[domain->mesh.vertices[v].key] = domain->size[v];
     return MESHER_OK;
 }
 

@@ -418,7 +418,9 @@ typedef struct job {
     double *seeds, *grid_sizes, *mesh_sizes;
     mesher_size_grid grid;
     meshio_mesh background; /* of --size-mesh */
-    mesher_size_mesh size_mesh;
+    mesher_size_mesh size_mesh, kept_sizes; /* kept_sizes: for --save-sizes */
+    double *kept_xyz;
+    uint32_t *kept_tets;
     uint64_t num_welded;    /* vertices that --weld put onto others */
     weld_cure cure;
     mesher_surface surface; /* the one to mesh: the input's, or fine.surface */
@@ -1449,6 +1451,32 @@ static uint64_t num_large(const job *j)
     return count;
 }
 
+/* For --save-sizes: copies the mesh as refinement leaves it, as a size mesh with the sizes at its
+ * vertices; improvement moves vertices. Returns 0 if memory runs out. */
+static int keep_sizes(job *j)
+{
+    const delaunay_mesh *m = &j->domain.mesh;
+    const size_t vertices = m->num_vertices, tets = (size_t)m->num_tets;
+    mesher_size_mesh *kept = &j->kept_sizes;
+    delaunay_handle t;
+    uint32_t v;
+    if (!j->domain.size && mesher_size(&j->domain, NULL) != MESHER_OK) return 0;
+    if (vertices > (size_t)-1 / 24 || tets > (size_t)-1 / 16) return 0;
+    j->kept_xyz = (double *)malloc(vertices * 3 * sizeof *j->kept_xyz);
+    j->kept_tets = (uint32_t *)malloc(tets * 4 * sizeof *j->kept_tets);
+    if (!j->kept_xyz || !j->kept_tets) return 0;
+    for (v = 0; v < vertices; v++) memcpy(j->kept_xyz + 3 * (size_t)v, m->vertices[v].x, 24);
+    for (t = 1; t < m->num_tets; t++)
+        if (!delaunay_is_deleted(m, t) && !delaunay_is_ghost(m, t) &&
+            m->color[t] != DELAUNAY_OUTSIDE)
+            memcpy(j->kept_tets + 4 * kept->num_tets++, m->tets[t].v, 4 * sizeof(uint32_t));
+    kept->xyz = j->kept_xyz;
+    kept->num_vertices = vertices;
+    kept->tets = j->kept_tets;
+    kept->size = j->domain.size;
+    return mesher_size_mesh_init(kept, &j->set.mesher.host, NULL) == MESHER_OK;
+}
+
 static int mesh_surface(job *j)
 {
     const mesher_options *o = &j->set.mesher;
@@ -1484,6 +1512,7 @@ static int mesh_surface(job *j)
     j->seconds[PHASE_REFINE] = j->report.seconds_refine;
     if (asks_for_sizes(o) && !o->no_refine && !j->set.refine_surface && !j->set.refine_mesh)
         j->num_large = num_large(j);
+    if (j->set.save_sizes && !keep_sizes(j)) return fail(j, MESHER_ERROR_OUT_OF_MEMORY);
     trim_memory();
     improve(j);
     clear_progress(j);
@@ -1685,16 +1714,19 @@ static int write_output(job *j)
 static int save_sizes(job *j)
 {
     const char *file = j->set.save_sizes;
-    double *sizes = NULL, start = tool_seconds();
+    const size_t n = (size_t)j->out.num_vertices;
+    double *sizes, start = tool_seconds();
     meshio_report io;
     int code = TOOL_OK;
+    size_t v;
     if (!file) return TOOL_OK;
-    if (j->out.num_vertices < (size_t)-1 / sizeof *sizes)
-        sizes = (double *)malloc(((size_t)j->out.num_vertices + 1) * sizeof *sizes);
-    if (!sizes || mesher_export_sizes(&j->domain, sizes) != MESHER_OK) {
+    sizes = (double *)malloc((n + 1) * sizeof *sizes);
+    for (v = 0; sizes && v < n; v++)
+        sizes[v] = mesher_size_mesh_at(&j->kept_sizes, j->out.xyz + 3 * v);
+    if (!sizes) {
         complain(j, "out of memory");
         code = TOOL_NO_MEMORY;
-    } else if (meshio_write_sizes(file, sizes, (size_t)j->out.num_vertices, &io) != MESHIO_OK) {
+    } else if (meshio_write_sizes(file, sizes, n, &io) != MESHIO_OK) {
         complain(j, io.message);
         code = TOOL_CANNOT_WRITE;
     }
@@ -2073,6 +2105,9 @@ int main(int argc, char **argv)
     free(j->seeds);
     free(j->grid_sizes);
     mesher_size_mesh_free(&j->size_mesh);
+    mesher_size_mesh_free(&j->kept_sizes);
+    free(j->kept_xyz);
+    free(j->kept_tets);
     free(j->mesh_sizes);
     meshio_free(&j->background);
     free(j->seed_tags);

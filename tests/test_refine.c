@@ -1368,55 +1368,6 @@ static uint32_t ball_of(int times, double *xyz, uint32_t *triangles, uint32_t *n
 }
 
 /* From the surface on, by the everyday function. */
-/* The size is that of the ball near it, that of the surface at the surface; each vertex of the
- * output has one, but for one that is no vertex of the mesh. */
-static void sizes_are_exported(void)
-{
-    static double xyz[3 * 2001], sizes[100000];
-    static uint32_t triangles[3 * 4000];
-    mesher_source source;
-    mesher_domain d;
-    mesher_surface surface;
-    mesher_output out;
-    mesher_options o;
-    uint32_t nv, nt = ball_of(4, xyz, triangles, &nv);
-    uint64_t v;
-    int fine = 0;
-    memset(&source, 0, sizeof source);
-    memset(&surface, 0, sizeof surface);
-    memset(&o, 0, sizeof o);
-    memcpy(xyz + 3 * nv, xyz, 3 * sizeof *xyz); /* equal to vertex 0 */
-    surface.xyz = xyz;
-    surface.num_vertices = nv + 1;
-    surface.triangles = triangles;
-    surface.num_triangles = nt;
-    source.shape = MESHER_SHAPE_BALL;
-    source.radius = 0.2;
-    source.size = 0.03;
-    o.sources = &source;
-    o.num_sources = 1;
-    CHECK(mesher_export_sizes(NULL, sizes) == MESHER_ERROR_INVALID_ARGUMENT);
-    memset(&d, 0, sizeof d);
-    CHECK(mesher_export_sizes(&d, sizes) == MESHER_ERROR_INVALID_ARGUMENT);
-    CHECK(mesher_mesh(&d, &surface, &o, NULL) == MESHER_OK);
-    CHECK(mesher_export(&d, &out) == MESHER_OK && out.num_vertices < 100000);
-    CHECK(mesher_export_sizes(&d, NULL) == MESHER_ERROR_INVALID_ARGUMENT);
-    CHECK(mesher_export_sizes(&d, sizes) == MESHER_OK);
-    CHECK(sizes[nv] == 0);
-    for (v = 0; v < out.num_vertices; v++) {
-        const double *x = out.xyz + 3 * v;
-        double r2 = x[0] * x[0] + x[1] * x[1] + x[2] * x[2];
-        if (v == nv) continue;
-        CHECK(sizes[v] >= 0.03 && sizes[v] < 0.3);
-        if (r2 < 0.2 * 0.2) fine++;
-        if (r2 < 0.2 * 0.2) CHECK(sizes[v] == 0.03);
-        if (v < nv) CHECK(sizes[v] > 0.05);
-    }
-    CHECK(fine > 1000);
-    mesher_output_free(&d, &out);
-    mesher_domain_free(&d);
-}
-
 static void a_ball_end_to_end(void)
 {
     static double xyz[3 * 2000];
@@ -2130,6 +2081,5 @@ int main(void)
     a_raised_budget_lets_it_go_on();
     a_cancelled_mesh_is_valid();
     threads_give_the_same_bytes();
-    sizes_are_exported();
     return check_report();
 }
