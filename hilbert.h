@@ -35,9 +35,10 @@
  *   do.)
  *
  *   A coordinate becomes a cell number by floor((v - centre) * factor), clamped; each side of the
- *   centre of an axis has its own factor. This is monotone, exact at the centre, and the same on
- *   every machine, because a compiler cannot fuse any two of the operations. With a centre away
- *   from the middle of the axis the grid is finer on one side (2.4).
+ *   centre of an axis has its own factor. This is monotone (but where v - centre overflows on an
+ *   axis without length), exact at the centre, and the same on every machine, because a compiler
+ *   cannot fuse any two of the operations. With a centre away from the middle of the axis the grid
+ *   is finer on one side (2.4).
  *
  *   Plain C takes three levels per step, by look-ups in a table of 14 KB on the stack of the call.
  *   With AVX2, 32 points go down level by level, one byte each, by look-ups in a table of 24 bytes
@@ -194,7 +195,8 @@ HILBERT_API void     hilbert_decode2(hilbert_curve curve, int depth, uint64_t ke
 HILBERT_API hilbert_result hilbert_box_fit(hilbert_box *box, const hilbert_points *points,
                                            size_t *num_nonfinite, const hilbert_options *options);
 
-/* Lengthens the short axes on both sides until all are as long as the longest: cubic cells. */
+/* Lengthens the short axes on both sides until all are as long as the longest, up to rounding:
+ * cubic cells. */
 HILBERT_API void hilbert_box_cube(hilbert_box *box);
 
 /* Keys of many points.
@@ -207,7 +209,8 @@ HILBERT_API void hilbert_box_cube(hilbert_box *box);
  *
  * Returns  HILBERT_OK; _ERROR_INVALID_ARGUMENT: a box with lo > hi or not finite, a middle outside
  *          [0,1), a depth too large
- * Repeats  same keys on every machine, for any number of threads, with vectors or without
+ * Repeats  same keys on every machine that rounds to doubles (x87 does not), for any number of
+ *          threads, with vectors or without
  */
 HILBERT_API hilbert_result hilbert_keys(uint64_t *keys, const hilbert_points *points,
                                         const hilbert_box *box, size_t *num_nonfinite,
@@ -733,7 +736,8 @@ static hilbert_result hilbert__make_grid(hilbert__grid *g, const hilbert_box *bo
     for (i = 0; i < dimension; i++) {
         double lo = box->lo[i], hi = box->hi[i];
         double middle = box->middle[i] == 0 ? 0.5 : box->middle[i];
-        double centre = lo * (1 - middle) + hi * middle;
+        volatile double from_lo = lo * (1 - middle), from_hi = hi * middle; /* not to be fused */
+        double centre = from_lo + from_hi;
 
         if (!hilbert__is_finite(lo) || !hilbert__is_finite(hi) || lo > hi || !(middle > 0) ||
             !(middle < 1))
@@ -1935,7 +1939,7 @@ static void hilbert__kd_split(hilbert_kd *kd, hilbert__selection s, const hilber
             s.values[i] = hilbert__coordinate(points, s.order[i], depth % kd->dimension);
         hilbert__select(s, from, to, middle);
         split = s.values[middle];
-        kd->splits[node] = split;
+        kd->splits[node] = split + 0.0; /* -0 becomes 0: the order of the points does not matter */
         for (i = middle; i > from; i--) /* all that equal the split go to the upper half */
             if (s.values[i - 1] == split) hilbert__swap(s, i - 1, --middle);
     }
@@ -2213,7 +2217,7 @@ HILBERT_API hilbert_result hilbert_sort_points(void *memory, const hilbert_point
 
     if (result == HILBERT_OK) result = hilbert__resolve(&opt, options, pts.count);
     if (result != HILBERT_OK) return result;
-    if (pts.count == 0) return HILBERT_OK;
+    if (pts.count == 0) return hilbert_argsort(order, points, box, NULL, options);
     if (!memory) return HILBERT_ERROR_INVALID_ARGUMENT;
     if (pts.count > SIZE_MAX / pts.stride) return HILBERT_ERROR_TOO_LARGE;
 

@@ -22,6 +22,9 @@ for flags in '-march=native -ffp-contract=fast' '-DDELAUNAY_NO_SIMD -frounding-m
     $CC -O1 $flags -I. -Itests tests/test_weighted.c -o "$work/test" -lm && "$work/test" >"$work/out"
     check $? "$flags: $(tail -n 1 "$work/out")"
 done
+$CC -O2 -march=native -ffp-contract=fast -I. -Itests tests/test_hilbert.c -o "$work/test" -lm &&
+    "$work/test" >"$work/out"
+check $? "hilbert.h with fused operations: $(tail -n 1 "$work/out")"
 # Without OpenMP the sections run one after the other.
 $CC -O1 -I. -Itests tests/test_partition.c -o "$work/test" -lm && "$work/test" >"$work/out"
 check $? "without OpenMP: $(tail -n 1 "$work/out")"

@@ -352,7 +352,8 @@ static void cells_of_coordinates(void)
     for (b = 0; b < sizeof boxes / sizeof *boxes; b++)
         for (m = 0; m < 5; m++) {
             double lo = boxes[b][0], hi = boxes[b][1], mid = middles[m] == 0 ? 0.5 : middles[m];
-            double centre = lo * (1 - mid) + hi * mid, v = lo;
+            volatile double from_lo = lo * (1 - mid), from_hi = hi * mid; /* not to be fused */
+            double centre = from_lo + from_hi, v = lo;
             uint32_t last = 0, n = (uint32_t)1 << depth;
             int monotone = 1;
             CHECK(cell_of(lo, lo, hi, middles[m], depth) <= n / 2);
@@ -855,6 +856,54 @@ static void points_at_odd_addresses(void)
     }
 }
 
+/* Where the products that make the centre of this box are fused with their sum, its last bit, and
+ * with it the key of a point there, are others. */
+static void keys_do_not_depend_on_fused_operations(void)
+{
+    const double at[3] = {2.32, 2.32, 2.32};
+    hilbert_points points;
+    hilbert_box box;
+    uint64_t key = 0;
+    int i;
+    memset(&points, 0, sizeof points);
+    memset(&box, 0, sizeof box);
+    points.coordinates = at;
+    points.count = 1;
+    for (i = 0; i < 3; i++) box.lo[i] = 1.9, box.hi[i] = 2.5, box.middle[i] = 0.7;
+    box.curve = HILBERT_CURVE_Z;
+    CHECK(hilbert_keys(&key, &points, &box, NULL, NULL) == HILBERT_OK);
+    CHECK(key == UINT64_C(1152921504606846975));
+}
+
+/* 0 and -0 are equal: a tree of them has the same bytes in any order. */
+static void kd_splits_have_no_sign(void)
+{
+    double at[8][3];
+    hilbert_points points;
+    hilbert_kd kd;
+    int way, i;
+    memset(&points, 0, sizeof points);
+    points.coordinates = at;
+    points.count = 8;
+    for (way = 0; way < 2; way++) {
+        for (i = 0; i < 8; i++) at[i][0] = at[i][1] = at[i][2] = i % 2 == way ? 0.0 : -0.0;
+        CHECK(hilbert_kd_build(&kd, &points, 1, NULL) == HILBERT_OK);
+        for (i = 0; i < 7; i++) CHECK(!signbit(kd.splits[i]));
+        hilbert_kd_free(&kd, NULL);
+    }
+}
+
+static void no_points_and_a_bad_box(void)
+{
+    hilbert_points points;
+    hilbert_box box;
+    memset(&points, 0, sizeof points);
+    memset(&box, 0, sizeof box);
+    CHECK(hilbert_sort_points(NULL, &points, &box, NULL, NULL) == HILBERT_OK);
+    box.lo[1] = 1;
+    CHECK(hilbert_sort_points(NULL, &points, &box, NULL, NULL) == HILBERT_ERROR_INVALID_ARGUMENT);
+}
+
 static void counts_that_no_memory_has(void)
 {
     double one[3] = {0, 0, 0};
@@ -931,6 +980,9 @@ int main(void)
     allocation_failures();
     points_at_odd_addresses();
     counts_that_no_memory_has();
+    keys_do_not_depend_on_fused_operations();
+    kd_splits_have_no_sign();
+    no_points_and_a_bad_box();
     bad_arguments();
     return check_report();
 }
