@@ -30,10 +30,13 @@
  *                      >>columns >>orders >>public
  *
  * What it does not do
- *   Sort in place: it needs scratch as large as the data (from the caller or the allocator), twice
- *   that for keys and values in separate arrays, and up to 1.1 MB more for each thread. Sort by
- *   other keys than numbers of 32 and 64 bits. Order more than 2^32 - 1 keys of 4 bytes by argsort.
- *   A thread needs up to 20 KB of stack.
+ *   Sort in place: it needs scratch (from the caller or the allocator; hxtsort_scratch_bytes
+ *   tells): as large as the data for keys alone and pairs; twice that for keys and values in two
+ *   arrays, by the functions that have their types in the name; else up to 32 bytes an element and
+ *   a copy of the values or records; and up to 1.1 MB more for each thread. Sort by other keys than
+ *   numbers of 32 and 64 bits. Order more than 2^32 - 1 keys of 4 bytes by argsort, or with values
+ *   that are not of 4 bytes. A thread needs up to 20 KB of stack, or 50 KB where the keys are very
+ *   uneven.
  *
  * Order
  *   Stable, ascending or descending: equal keys keep their order, so the result does not depend on
@@ -260,8 +263,10 @@ static hxtsort_result HXTSORT_NAME(HXTSORT_TYPE *records, size_t count,
 #endif
 #if defined(__GNUC__)
 #  define HXTSORT__INLINE static inline __attribute__((always_inline))
+#  define HXTSORT__APART __attribute__((noinline))
 #else
 #  define HXTSORT__INLINE static inline
+#  define HXTSORT__APART
 #endif
 #if defined(__SSE2__)
 #  include <emmintrin.h>
@@ -903,6 +908,9 @@ static uint64_t hxtsort__count_all(const hxtsort__job *job, const unsigned char 
 
 static void hxtsort__sort(const hxtsort__job *job, unsigned char *src, unsigned char *other,
                           unsigned char *dst, size_t n, uint64_t promised, int by_digits);
+static HXTSORT__APART void hxtsort__sort_by_digit(const hxtsort__job *job, unsigned char *src,
+                                                  unsigned char *other, unsigned char *dst,
+                                                  size_t n, uint64_t guess);
 
 /* Sorts records of which a sample says that most have the same key: partitioning puts these in
  * their final order, and only the smaller and the greater ones remain to be sorted. Where the equal
@@ -953,10 +961,7 @@ static void hxtsort__place(const hxtsort__job *job, size_t *start, int num_bucke
 static void hxtsort__sort(const hxtsort__job *job, unsigned char *src, unsigned char *other,
                           unsigned char *dst, size_t n, uint64_t promised, int by_digits)
 {
-    const size_t bytes = job->k.bytes;
-    const int threads = job->num_threads;
-    size_t start[(1 << HXTSORT__SPLIT_BITS) + 1];
-    int bits = HXTSORT__SPLIT_BITS_LEAST, shift, sorted, reversed, dominates, t, b, num_buckets;
+    int dominates;
     uint64_t differ, frequent;
 
     if (n <= job->cap) {
@@ -964,14 +969,26 @@ static void hxtsort__sort(const hxtsort__job *job, unsigned char *src, unsigned 
         return;
     }
     differ = job->k.guess(job->map, src, n, &frequent, &dominates);
-    if (dominates && differ != 0 && !by_digits) {
+    if (dominates && differ != 0 && !by_digits)
         hxtsort__sort_dominated(job, src, other, dst, n, frequent);
-        return;
-    }
+    else hxtsort__sort_by_digit(job, src, other, dst, n, promised ? promised : differ);
+}
+
+/* The same by a digit; guess: the bits in which keys may differ. At most eight of its calls, each
+ * with 4 KB of places, are on the stack at a time. */
+static void hxtsort__sort_by_digit(const hxtsort__job *job, unsigned char *src,
+                                   unsigned char *other, unsigned char *dst, size_t n,
+                                   uint64_t guess)
+{
+    const size_t bytes = job->k.bytes;
+    const int threads = job->num_threads;
+    size_t start[(1 << HXTSORT__SPLIT_BITS) + 1];
+    int bits = HXTSORT__SPLIT_BITS_LEAST, shift, sorted, reversed, t, b, num_buckets;
+    uint64_t differ;
+
     while (bits < HXTSORT__SPLIT_BITS && n * bytes >> bits > HXTSORT__BUCKET_BYTES) bits++;
     num_buckets = 1 << bits;
-    differ = hxtsort__count_all(job, src, n, promised ? promised : differ, bits, &shift, &sorted,
-                                &reversed);
+    differ = hxtsort__count_all(job, src, n, guess, bits, &shift, &sorted, &reversed);
     if (sorted && src != dst) memcpy(dst, src, n * bytes);
     if (reversed && !sorted) hxtsort__reverse(job, src, dst, n);
     if (sorted || reversed) return;
