@@ -436,6 +436,7 @@ typedef struct mesher_domain {
     uint32_t        surface_steiner; /* points left on facets and lines, which they cut in pieces */
     /* the mesh is the caller's (mesher_refine_mesh): default sizes are those of all its edges */
     int             keeps_mesh;
+    int             is_checked;   /* the intersection test has been made since recovery began */
     int             stage;
     delaunay_memory memory;       /* account of the arrays above; the mesh has its own */
 } mesher_domain;
@@ -934,8 +935,8 @@ static void mesher__recovery_sentence(char *text, size_t size, const mesher_find
     else if (f->vertices[2] != DELAUNAY_NO_ID)
         snprintf(text, size, "facet %lu-%lu-%lu of %s could not be recovered, %s", u, v, w, a, at);
     else if (f->vertices[1] == DELAUNAY_NO_ID)
-        snprintf(text, size, "a piece of an edge or facet at vertex %lu of %s could not be "
-                 "recovered, %s", u, a, at);
+        snprintf(text, size, "a piece of an edge or facet of %s, by vertex %lu, could not be "
+                 "recovered, %s", a, u, at);
     else snprintf(text, size, "edge %lu-%lu of %s could not be recovered, %s", u, v, a, at);
 }
 
@@ -3119,7 +3120,6 @@ typedef struct mesher__recovery {
     int             unmoved;            /* they brought in less than a quarter of many edges */
     int             stuck_in_planes;    /* flips have left many of the edges that were in planes */
     uint32_t        vain, max_vain;     /* points that brought nothing */
-    int             checked;            /* the intersection test has been run */
     uint32_t        added, removed;     /* Steiner points */
     int             absent;             /* isolated vertices found on the surface: start again */
     int             defects;
@@ -7964,14 +7964,14 @@ static int mesher__points_for_edge(mesher__recovery *r, uint32_t e)
     return changed;
 }
 
-/* Runs the intersection test, once in an attempt, before hard work: if the surface intersects
- * itself, nothing can help, and the findings say why. */
+/* Runs the intersection test, once, before hard work: if the surface intersects itself, nothing can
+ * help, and the findings say why. */
 static void mesher__ask_for_defects(mesher__recovery *r)
 {
     mesher_report none;
     mesher_result result;
-    if (r->checked) return;
-    r->checked = 1;
+    if (r->domain->is_checked || r->defects) return;
+    r->domain->is_checked = 1;
     memset(&none, 0, sizeof none);
     result = mesher__check_space(r->domain, r->report ? r->report : &none);
     if (result == MESHER_ERROR_SURFACE) r->defects++;
@@ -9045,10 +9045,13 @@ static int mesher__suppress_by_moves(mesher__recovery *r, mesher__split *split)
 static int mesher__suppress(mesher__recovery *r, mesher__split *split, int pass)
 {
     mesher__note_failure(r, delaunay_vertex_star(r->mesh, r->worker, split->vertex, &r->star));
-    return r->status == MESHER_OK &&
-           (mesher__suppress_by_search(r, split, 2000) || mesher__suppress_by_sectors(r, split) ||
-            (pass > 0 && (mesher__suppress_by_search(r, split, 50000) ||
-                          mesher__suppress_by_moves(r, split))));
+    if (r->status != MESHER_OK) return 0;
+    if (mesher__suppress_by_search(r, split, 2000) || mesher__suppress_by_sectors(r, split))
+        return 1;
+    if (pass == 0) return 0;
+    mesher__note_failure(r, delaunay_vertex_star(r->mesh, r->worker, split->vertex, &r->star));
+    return r->status == MESHER_OK && (mesher__suppress_by_search(r, split, 50000) ||
+                                      mesher__suppress_by_moves(r, split));
 }
 
 /* Takes as many points off the surface as possible, the last one first, in passes; ends early if
@@ -9267,7 +9270,8 @@ static void mesher__recover_all(mesher__recovery *r)
 }
 
 /* Reports a missing edge or facet, which has count vertices. Of a piece of one, as points on the
- * surface make them, only one vertex of the caller's is told. */
+ * surface make them, only one vertex of the caller's is told: its own or, if it has none, one of
+ * the source's. */
 static void mesher__report_piece(mesher__recovery *r, uint32_t source, const uint32_t *v, int count)
 {
     uint32_t id[3] = {DELAUNAY_NO_ID, DELAUNAY_NO_ID, DELAUNAY_NO_ID};
@@ -9277,6 +9281,11 @@ static void mesher__report_piece(mesher__recovery *r, uint32_t source, const uin
         if (id[i] == DELAUNAY_NO_ID) continue;
         known++;
         first = i;
+    }
+    if (known == 0) {
+        const mesher_surface *s = &r->domain->surface;
+        id[first] = source < s->num_triangles ? s->triangles[3 * (size_t)source]
+                                              : s->edges[2 * (source - s->num_triangles)];
     }
     if (known < count) {
         id[0] = id[first];
@@ -9372,10 +9381,7 @@ static mesher_result mesher__outcome(mesher__recovery *r, int attempt, int *agai
     int worthwhile = r->by_flips ? r->work < r->max_work : r->work < MESHER__WORK_FIRST;
     if (r->status != MESHER_OK) return r->status;
     if (r->defects) {
-        if (r->report)
-            snprintf(r->report->message, sizeof r->report->message,
-                     "the surface intersects itself: %d of its edges or facets meet others",
-                     r->defects);
+        if (r->report) mesher__message_finish(r->report);
         return MESHER_ERROR_SURFACE;
     }
     if (r->absent) {
@@ -9431,20 +9437,24 @@ static mesher_result mesher__recover_once(mesher_domain *domain, mesher_report *
 
 MESHER_API mesher_result mesher_recover(mesher_domain *domain, mesher_report *report)
 {
-    double start;
+    double start, empty, again_empty = 0;
     mesher_result result;
     int again, attempt = 0;
     if (!mesher__enter(report, domain && domain->stage == MESHER__STAGE_EMPTY))
         return MESHER_ERROR_INVALID_ARGUMENT;
+    empty = report ? report->seconds_empty : 0;
     start = delaunay_seconds(&domain->options.host);
     while ((result = mesher__recover_once(domain, report, attempt, &again)) == MESHER_OK && again) {
         delaunay_mesh_free(&domain->mesh);
         domain->stage = MESHER__STAGE_INIT;
         result = mesher_empty_mesh(domain, report);
         if (result != MESHER_OK) break;
+        if (report) again_empty += report->seconds_empty;
         attempt += again - 1;
     }
-    if (report) report->seconds_recover += delaunay_seconds(&domain->options.host) - start;
+    if (report) report->seconds_empty = empty + again_empty;
+    if (report) /* without the empty meshes that were made again */
+        report->seconds_recover = delaunay_seconds(&domain->options.host) - start - again_empty;
     domain->stage = result == MESHER_OK ? MESHER__STAGE_RECOVERED : MESHER__STAGE_FAILED;
     return result;
 }
@@ -10246,7 +10256,7 @@ static mesher_result mesher__edge_sizes(mesher_domain *domain)
         double own = domain->options.vertex_sizes && id < domain->surface.num_vertices
                          ? domain->options.vertex_sizes[id]
                          : 0;
-        if (own > 0 && own <= DBL_MAX) size[v] = factor * own;
+        if (own > 0 && own <= DBL_MAX) size[v] = mesher__scaled(&domain->options, own);
     }
     delaunay_release(&mesh->memory, count);
     return MESHER_OK;
@@ -16203,6 +16213,7 @@ static mesher_result mesher__explain_failure(mesher_domain *domain, mesher_repor
     mesher_result result;
     size_t i;
     int k;
+    if (domain->is_checked) return failure; /* the findings are in the report */
     memset(&found, 0, sizeof found);
     found.findings =
         (mesher_finding *)delaunay_alloc(memory, report->cap_findings, sizeof *found.findings);

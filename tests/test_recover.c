@@ -674,6 +674,7 @@ static void refused(const shape *s, mesher_kind kind, const char *name)
     mesher_result result = recover(&domain, s, &report);
     if (result == MESHER_OK || !report.counts[kind]) printf("%s: %s\n", name, report.message);
     CHECK(result == MESHER_ERROR_SURFACE);
+    CHECK(strstr(report.message, ", at (") != NULL);
     CHECK(report.counts[kind] > 0);
     CHECK(report.num_findings > 0 && report.message[0]);
     mesher_domain_free(&domain);
