@@ -578,12 +578,6 @@ static double spr__measure_all(void *user, const double *a, const double *b, con
     return spr__min(gamma, f->target * spr__min(e[0], spr__min(e[1], e[2])));
 }
 
-static double spr__measure_gamma(void *user, const double *a, const double *b, const double *c,
-                                 const double *d)
-{
-    (void)user;
-    return spr_gamma(a, b, c, d);
-}
 static double spr__measure_sicn(void *user, const double *a, const double *b, const double *c,
                                 const double *d)
 {
@@ -5735,7 +5729,7 @@ static spr_result spr__open(spr__state *s, const delaunay_mesh *mesh, const spr_
     s->effort = s->options.effort > 0 ? s->options.effort : 1;
     s->gamma = s->options.measure == SPR_GAMMA;
     s->simd = SPR__AVX2 != 0;
-    s->quality = s->options.measure == SPR_GAMMA  ? spr__measure_gamma
+    s->quality = s->options.measure == SPR_GAMMA  ? NULL /* spr_gamma is called directly */
                  : s->options.measure == SPR_SICN ? spr__measure_sicn
                  : s->options.measure == SPR_USER ? s->options.quality
                                                   : spr__measure_sine;
@@ -6152,7 +6146,11 @@ SPR_API spr_result spr_reconnect(const spr_polyhedron *polyhedron, double bound,
     mesh.num_vertices = (uint32_t)polyhedron->num_points + 1;
     spr__window_of(&window, polyhedron, on);
     worker = delaunay_worker_new(&memory);
-    if (!worker) return SPR_ERROR_OUT_OF_MEMORY;
+    if (!worker) {
+        snprintf(out->message, sizeof out->message, "%s",
+                 spr_result_string(SPR_ERROR_OUT_OF_MEMORY));
+        return SPR_ERROR_OUT_OF_MEMORY;
+    }
     memset(&search, 0, sizeof search);
     search.objective = DELAUNAY_BEST_QUALITY;
     search.quality = spr__search_quality; /* no .qualities: these differ by rounding */
