@@ -23,8 +23,8 @@ static const char help[] =
     "statistics are printed.\n"
     "\n"
     "  -o, --output FILE    .mesh .meshb .msh .msh4 .vtu .vtk .inp .ele\n"
-    "  --measure M          gamma (default), sicn, dihedral\n"
-    "  --target Q           tetrahedra below are bad; default 0.35, and when none is left, the worst\n"
+    "  --measure M          gamma (default), sicn, dihedral (the sine of the smallest dihedral angle)\n"
+    "  --target Q           0 .. 1: tetrahedra below are bad; default 0.35, and when none is left, the worst\n"
     "                       few. If it is given and one is left, the exit code is 1\n"
     "  --keep-vertices      add no vertex and take none away\n"
     "  --no-smoothing       do not move vertices\n"
@@ -135,7 +135,9 @@ static int parse(int argc, char **argv, arguments *args)
         } else if (strcmp(a, "-q") == 0 || strcmp(a, "--quiet") == 0) {
             args->quiet = 1;
         } else if (a[0] == '-' || args->input) {
-            fprintf(stderr, "improve: cannot make sense of '%s'; try --help\n", a);
+            const char *next = argv[i + 1];
+            fprintf(stderr, "improve: cannot make sense of '%s'%s%s; try --help\n", a,
+                    next ? " before " : "", next ? next : "");
             return 2;
         } else {
             args->input = a;

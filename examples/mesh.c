@@ -84,7 +84,8 @@ static const char help_options[] =
     "  --regions R          which cells become regions. all: every bounded one (default); parity:\n"
     "                       those that an odd number of facets separates from the outside;\n"
     "                       winding: those that the orientation of the facets encloses; seeds:\n"
-    "                       those with a region point of a .poly file (the default if it has any)\n"
+    "                       those with a region point of a .poly file (the default if it has any;\n"
+    "                       of other files, all)\n"
     "  --drop-unused        leave out vertices that no triangle or line has (default: they become\n"
     "                       nodes of the mesh)\n"
     "  --allow-surface-steiner\n"
@@ -485,7 +486,10 @@ static void set_side(tet_side *s, uint32_t a, uint32_t b, uint32_t c, int32_t ta
 
 static int compare_sides(const void *a, const void *b)
 {
-    return memcmp(a, b, 3 * sizeof(uint32_t));
+    const uint32_t *v = ((const tet_side *)a)->v, *w = ((const tet_side *)b)->v;
+    int k = 0;
+    while (k < 2 && v[k] == w[k]) k++;
+    return v[k] < w[k] ? -1 : v[k] > w[k];
 }
 
 static int compare_edges(const void *a, const void *b)
@@ -1342,9 +1346,16 @@ static void trim_memory(void)
 #endif
 }
 
+/* What is left of --max-seconds; 0: there is no limit. */
+static double seconds_left(const job *j)
+{
+    const double left = j->set.max_seconds - (tool_seconds() - j->start);
+    return j->set.max_seconds > 0 ? fmax(left, 1e-3) : 0;
+}
+
 static void improve(job *j)
 {
-    double start = tool_seconds(), left = j->set.max_seconds - (start - j->start);
+    double start = tool_seconds();
     spr_result result;
     if (j->set.no_improve) {
         spr_measure_mesh(&j->domain.mesh, &j->set.spr, &j->quality);
@@ -1354,7 +1365,7 @@ static void improve(job *j)
         if (j->code == TOOL_OK) j->code = TOOL_GOAL_NOT_MET;
         return;
     }
-    j->set.spr.max_seconds = j->set.max_seconds > 0 ? (left > 1e-3 ? left : 1e-3) : 0;
+    j->set.spr.max_seconds = seconds_left(j);
     result = spr_improve(&j->domain.mesh, &j->set.spr, &j->spr);
     j->quality = j->spr.after;
     j->seconds[PHASE_IMPROVE] = tool_seconds() - start;
@@ -1393,7 +1404,7 @@ static int refine_surface(job *j)
 {
     double start = tool_seconds();
     mesher_result result;
-    j->set.mesher.max_seconds = j->set.max_seconds / 4; /* meshing the inside takes longer */
+    j->set.mesher.max_seconds = seconds_left(j) / 4; /* meshing the inside takes longer */
     result = mesher_refine_surface(&j->fine, &j->surface, &j->set.mesher, &j->report);
     if (result < 0) return fail(j, result);
     if (result > 0) {
@@ -1481,8 +1492,7 @@ static int mesh_surface(job *j)
 {
     const mesher_options *o = &j->set.mesher;
     mesher_result result;
-    double left = j->set.max_seconds - j->seconds[PHASE_SURFACE];
-    j->set.mesher.max_seconds = j->set.max_seconds > 0 ? (left > 1e-3 ? left : 1e-3) : 0;
+    j->set.mesher.max_seconds = seconds_left(j);
     if (j->set.refine_mesh)
         result = mesher_refine_mesh(&j->domain, &j->surface, j->in.tets,
                                     (const uint32_t *)j->in.tet_tags, j->in.num_tets,
