@@ -82,7 +82,7 @@ demo: $(BUILD)/mesh
 	$(BUILD)/mesh --demo -o demo.vtu
 
 # Builds on all cores, unless make was given a number of jobs.
-JOBS = $(if $(findstring jobserver,$(MAKEFLAGS)),,-j$(shell getconf _NPROCESSORS_ONLN 2>/dev/null || echo 1))
+JOBS = $(if $(findstring jobserver,$(MAKEFLAGS))$(filter -j%,$(MAKEFLAGS)),,-j$(shell getconf _NPROCESSORS_ONLN 2>/dev/null || echo 1))
 test:
 	@$(MAKE) --no-print-directory $(JOBS) $(TOOLS) $(TESTS)
 	@BUILD=$(BUILD) sh tests/run_tests.sh $(TESTS) $(SCRIPTS)

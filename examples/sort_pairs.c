@@ -31,20 +31,32 @@ static double seconds(void)
 #endif
 }
 
+/* The whole number from 1 on that a text stands for, such as 1000 or 1e6; 0 if it is none or so large
+ * that this many pairs do not fit in memory. */
+static size_t number(const char *text)
+{
+    char *end;
+    double value = strtod(text, &end);
+    return *text && !*end && value >= 1 && value < (double)(SIZE_MAX / 64) ? (size_t)value : 0;
+}
+
 int main(int argc, char **argv)
 {
     city cities[4] = {{"La Paz", 3640}, {"Baku", -28}, {"Louvain", 35}, {"Quito", 2850}};
-    size_t count = argc > 1 ? (size_t)strtoull(argv[1], NULL, 10) : 10000000;
+    size_t count = argc > 1 ? number(argv[1]) : 10000000;
 
     if (sort_by_height(cities, 4, NULL) != HXTSORT_OK) return 7;
     for (int i = 0; i < 4; i++) printf("%-8s %5.0f m\n", cities[i].name, (double)cities[i].height);
 
-    if (count > SIZE_MAX / 64) {
+    if (count == 0) {
         fprintf(stderr, "usage: sort_pairs [COUNT]\n");
         return 2;
     }
-    hxtsort_pair *pairs = (hxtsort_pair *)malloc((count ? count : 1) * sizeof *pairs);
-    if (!pairs) return 7;
+    hxtsort_pair *pairs = (hxtsort_pair *)malloc(count * sizeof *pairs);
+    if (!pairs) {
+        fprintf(stderr, "sort_pairs: out of memory\n");
+        return 7;
+    }
     uint64_t random = 1;
     for (size_t i = 0; i < count; i++) {
         random = random * 6364136223846793005u + 1442695040888963407u;

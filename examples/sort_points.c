@@ -22,19 +22,31 @@ static double way(const double (*xyz)[3], size_t count)
     return sum;
 }
 
+/* The whole number from 1 on that a text stands for, such as 1000 or 1e6; 0 if it is none or so large
+ * that this many points do not fit in memory. */
+static size_t number(const char *text)
+{
+    char *end;
+    double value = strtod(text, &end);
+    return *text && !*end && value >= 1 && value < (double)(SIZE_MAX / 64) ? (size_t)value : 0;
+}
+
 int main(int argc, char **argv)
 {
-    size_t count = argc > 1 ? (size_t)strtoull(argv[1], NULL, 10) : 1000000;
-    size_t num_parts = argc > 2 ? (size_t)strtoull(argv[2], NULL, 10) : 8;
+    size_t count = argc > 1 ? number(argv[1]) : 1000000;
+    size_t num_parts = argc > 2 ? number(argv[2]) : 8;
 
-    if (count < 1 || count > SIZE_MAX / 64 || num_parts < 1 || num_parts > 1000000) {
+    if (count < 1 || num_parts < 1 || num_parts > 1000000) {
         fprintf(stderr, "usage: sort_points [COUNT [PARTS]]\n");
         return 2;
     }
     double(*xyz)[3] = (double(*)[3])malloc(count * sizeof *xyz);
     uint64_t *keys = (uint64_t *)malloc(count * sizeof *keys);
     hilbert_partition *parts = (hilbert_partition *)malloc(num_parts * sizeof *parts);
-    if (!xyz || !keys || !parts) return 7;
+    if (!xyz || !keys || !parts) {
+        fprintf(stderr, "sort_points: out of memory\n");
+        return 7;
+    }
     uint64_t random = 1;
     for (size_t i = 0; i < 3 * count; i++) {
         random = random * 6364136223846793005u + 1442695040888963407u;
@@ -64,9 +76,11 @@ int main(int argc, char **argv)
                 hi[m] = fmax(hi[m], xyz[i][m]);
             }
         }
-        printf("part %zu: %zu points in %.2f x %.2f x %.2f\n", p, held, hi[0] - lo[0],
-               hi[1] - lo[1], hi[2] - lo[2]);
+        if (held == 0) printf("part %zu: nothing\n", p);
+        else printf("part %zu: %zu points in %.2f x %.2f x %.2f\n", p, held, hi[0] - lo[0],
+                    hi[1] - lo[1], hi[2] - lo[2]);
     }
+    if (num_parts > 16) printf("and %zu parts more\n", num_parts - 16);
     free(xyz);
     free(keys);
     free(parts);

@@ -3,7 +3,7 @@
 # programs. Prints the failures and "N passed, N failed". FAST=1: fewer orders and compilers.
 set -u
 cd "$(dirname "$0")/.."
-sh tests/amalgamate.sh > /dev/null
+sh tests/amalgamate.sh > /dev/null || exit 1
 T=$(mktemp -d)
 trap 'rm -rf "$T"' EXIT
 W="-Wall -Wextra -Wpedantic -Wconversion -Wshadow -Werror"
