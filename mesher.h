@@ -10145,7 +10145,8 @@ static double mesher__distance(const double *a, const double *b)
     return sqrt(x * x + y * y + z * z);
 }
 
-/* The smallest size that coordinates of the mesh's magnitude can resolve, with some margin. */
+/* The smallest size that coordinates of the mesh's magnitude can resolve: about a hundred units in
+ * the last place of the largest ones. */
 static double mesher__size_floor(const delaunay_mesh *mesh)
 {
     double most = 0;
@@ -10154,7 +10155,7 @@ static double mesher__size_floor(const delaunay_mesh *mesh)
     for (v = 1; v < mesh->num_vertices; v++)
         for (i = 0; i < 3; i++)
             if (fabs(mesh->vertices[v].x[i]) > most) most = fabs(mesh->vertices[v].x[i]);
-    return most * 1e-10;
+    return most * 1e-14;
 }
 
 /* A size that the caller asks for (0 or less, or NaN: none), times options.size_factor. A product
@@ -11560,7 +11561,8 @@ static void mesher__side_moves(mesher__divider *d, uint32_t x, uint32_t y)
 static double mesher__middle(const mesher__divider *d, uint32_t a, uint32_t b, double *x)
 {
     const double *p = d->out->xyz + 3 * (size_t)a, *q = d->out->xyz + 3 * (size_t)b;
-    double h = d->wish[a] / 2 + d->wish[b] / 2, least = d->largest * 1e-10;
+    double h = d->wish[a] / 2 + d->wish[b] / 2;
+    double least = d->largest * 1e-12; /* beyond that, rounding would bend planes too much */
     uint32_t region = 0;
     int k;
     for (k = 0; k < 3; k++) x[k] = p[k] / 2 + q[k] / 2;

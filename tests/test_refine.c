@@ -1131,7 +1131,7 @@ static void sizes_have_a_floor(void)
     o.size_user = centre;
     o.max_vertices = 1000;
     CHECK(mesher_mesh(&d, &s, &o, NULL) == MESHER_STOPPED_BY_BUDGET);
-    for (v = 1; v < d.mesh.num_vertices; v++) CHECK(!(d.size[v] > 0) || d.size[v] > 1e-12);
+    for (v = 1; v < d.mesh.num_vertices; v++) CHECK(!(d.size[v] > 0) || d.size[v] > 1e-14);
     mesher_domain_free(&d);
 }
 
@@ -1368,6 +1368,43 @@ static uint32_t ball_of(int times, double *xyz, uint32_t *triangles, uint32_t *n
 }
 
 /* From the surface on, by the everyday function. */
+/* Far from the origin, where edges have a hundred thousand units in the last place, and beside a
+ * body that is ten million times larger, a ball is meshed as well as at the origin. */
+static void far_and_small_balls_are_refined(void)
+{
+    static double xyz[3 * 600];
+    static uint32_t triangles[3 * 1200];
+    int way;
+    for (way = 0; way < 3; way++) {
+        mesher_domain d;
+        mesher_surface surface;
+        mesher_report r;
+        uint32_t nv, nt = ball_of(3, xyz, triangles, &nv), v, k;
+        memset(&surface, 0, sizeof surface);
+        memset(&r, 0, sizeof r);
+        for (k = 0; k < 3 * nv; k++) {
+            if (way == 1) xyz[k] += 1e10;
+            if (way == 2) xyz[k + 3 * nv] = 1e7 * xyz[k] + 1.5e7;
+        }
+        for (k = 0; way == 2 && k < 3 * nt; k++) triangles[k + 3 * nt] = triangles[k] + nv;
+        surface.xyz = xyz;
+        surface.num_vertices = way == 2 ? 2 * nv : nv;
+        surface.triangles = triangles;
+        surface.num_triangles = way == 2 ? 2 * nt : nt;
+        CHECK(surface.num_vertices <= 600 && surface.num_triangles <= 1200);
+        CHECK(mesher_mesh(&d, &surface, NULL, &r) == MESHER_OK);
+        for (k = 0, v = 1; v < d.mesh.num_vertices; v++) {
+            const double *x = d.mesh.vertices[v].x;
+            k += d.mesh.vertex_id[v] == DELAUNAY_NO_ID &&
+                 (way != 2 || fabs(x[0]) + fabs(x[1]) + fabs(x[2]) < 3);
+        }
+        if (k < 100) printf("way %d: %u points\n", way, k);
+        CHECK(k >= 100);
+        CHECK(r.size_p50 > 0.8 && r.size_p50 < 1.25);
+        mesher_domain_free(&d);
+    }
+}
+
 static void a_ball_end_to_end(void)
 {
     static double xyz[3 * 2000];
@@ -2081,5 +2118,6 @@ int main(void)
     a_raised_budget_lets_it_go_on();
     a_cancelled_mesh_is_valid();
     threads_give_the_same_bytes();
+    far_and_small_balls_are_refined();
     return check_report();
 }
