@@ -1016,20 +1016,23 @@ static int on_cure_progress(void *user, const char *phase, double fraction)
     return tool_interrupted || tool_seconds() > ((const cure_search *)user)->end;
 }
 
-/* Tries a distance. Returns 1 if it leaves no defect, 0 if it does, -1 if that is not known. */
+/* Tries a distance. Returns 1 if it leaves no defect, 0 if it does (also where it moves nothing), -1
+ * if that is not known. */
 static int try_cure(const job *j, weld_cure *c, cure_search *search)
 {
     mesher_surface welded = j->surface;
     mesher_options options = j->set.mesher;
     mesher_report report;
     mesher_result result;
+    uint64_t num_moved = 0;
     memcpy(search->xyz, j->in.xyz, 3 * j->in.num_vertices * sizeof *search->xyz);
     memset(&report, 0, sizeof report);
     welded.xyz = search->xyz;
     options.host.progress = on_cure_progress;
     options.host.user = search;
     options.host.log = NULL;
-    result = mesher_weld(search->xyz, j->in.num_vertices, c->distance, &options.host, NULL);
+    result = mesher_weld(search->xyz, j->in.num_vertices, c->distance, &options.host, &num_moved);
+    if (result == MESHER_OK && num_moved == 0) return 0;
     if (result == MESHER_OK) result = mesher_check(&welded, &options, &report);
     c->num_gone = report.counts[MESHER_NOTE_REPEATED_INDEX];
     if (c->num_gone > j->report.counts[MESHER_NOTE_REPEATED_INDEX])
@@ -1039,25 +1042,27 @@ static int try_cure(const job *j, weld_cure *c, cure_search *search)
 }
 
 /* Looks for a distance with which --weld leaves no defect, first about the one that joins all
- * nearly equal vertices: where triangles are as small as that, some distances turn them over. It
- * takes a few times as long as the check did, but not longer than some seconds. */
+ * nearly equal vertices: where triangles are as small as that, some distances turn them over. Where
+ * the surface is closed, and so no nearly equal vertices are noted, it looks no further than that,
+ * and first for those that rounding may have made. It takes a few times as long as the check did, but not longer than some seconds. */
 static void find_cure(job *j)
 {
-    static const double factor[] = {1, 2, 4, 0.5, 0.25, 8, 16, 32, 64, 128};
-    enum { TRIES = sizeof factor / sizeof factor[0] };
+    static const double open[] = {1, 2, 4, 0.5, 0.25, 8, 16, 32, 64, 128},
+                        closed[] = {0.001, 0.03, 0.25, 1};
+    const int is_open = j->report.counts[MESHER_NOTE_NEAR_VERTEX] > 0 ||
+                        j->report.counts[MESHER_NOTE_OPEN_EDGE] > 0;
+    const int tries = is_open ? (int)(sizeof open / sizeof open[0]) : 4;
     const double some = nearly(j), start = tool_seconds();
     cure_search search;
     int k, cured = 0;
-    if ((j->report.counts[MESHER_NOTE_NEAR_VERTEX] == 0 &&
-         j->report.counts[MESHER_NOTE_OPEN_EDGE] == 0) ||
-        j->set.weld > 0 || j->set.refine_mesh || j->surface.xyz != j->in.xyz || !(some > 0))
+    if (j->set.weld > 0 || j->set.refine_mesh || j->surface.xyz != j->in.xyz || !(some > 0))
         return;
     search.end = start + fmin(5, 0.5 + 4 * fmax(j->report.seconds_check, j->seconds[PHASE_CHECK]));
     if (j->set.max_seconds > 0) search.end = fmin(search.end, j->start + j->set.max_seconds);
     search.xyz = (double *)malloc(3 * j->in.num_vertices * sizeof *search.xyz);
     if (!search.xyz) return;
-    for (k = 0; k < TRIES && cured == 0; k++) {
-        j->cure.distance = rounded_up(factor[k] * some);
+    for (k = 0; k < tries && cured == 0; k++) {
+        j->cure.distance = rounded_up((is_open ? open[k] : closed[k]) * some);
         cured = try_cure(j, &j->cure, &search);
     }
     free(search.xyz);

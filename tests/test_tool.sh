@@ -452,6 +452,15 @@ code 0 $mesh "$T/wide.stl" -q --weld 1.7e-05
 code 5 $mesh "$T/powder.stl" --json "$T/w.json"
 says 'with --weld 1.7e-05 there is none, and 12 triangles vanish$'
 ok 'JSON has the loss' grep -q '"triangles_it_drops": 12,' "$T/w.json"
+# two closed cubes, one on the other, that overlap by a rounding
+{ echo OFF; echo '16 24 0'
+  awk 'NR > 2 && NR < 11' "$T/cube.off"
+  awk 'NR > 2 && NR < 11 { print $1, $2, $3 ? 2 : 1 - 1e-9 }' OFMT=%.17g CONVFMT=%.17g "$T/cube.off"
+  awk 'NR > 10' "$T/cube.off"
+  awk 'NR > 10 { print 3, $2 + 8, $3 + 8, $4 + 8 }' "$T/cube.off"; } > "$T/stacked.off"
+code 5 $mesh "$T/stacked.off"
+says 'with --weld 2e-09 there is none$'
+code 0 $mesh "$T/stacked.off" --weld 2e-09 -q
 code 5 $mesh "$T/parted.stl" --weld 1e-14
 prints 'nearly equal vertices: --weld 1.1e-06 makes them equal$'
 code 5 $mesh "$T/open.off" --json "$T/w.json"
