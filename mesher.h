@@ -14006,18 +14006,74 @@ static double mesher__within_budgets(const mesher__refiner *r, double points)
     return most < r->most_points ? most : r->most_points;
 }
 
-/* Warns the host that the sizes ask for this many points, far more than there will be time or
+/* The mean of 1 / h^3 in a tetrahedron in which h is linear, and has these values at the corners:
+ * six times the divided difference of a function whose third derivative that is, log(h) / 2
+ * (Hermite and Genocchi). Corners of nearly the same size are taken to differ by a thousandth. */
+static double mesher__mean_density(const double *sizes)
+{
+    double h[4], f[4];
+    int i, k;
+    for (i = 0; i < 4; i++) {
+        for (k = i; k > 0 && h[k - 1] > sizes[i]; k--) h[k] = h[k - 1];
+        h[k] = sizes[i];
+    }
+    for (i = 0; i < 4; i++) {
+        if (i > 0 && h[i] < 1.001 * h[i - 1]) h[i] = 1.001 * h[i - 1];
+        f[i] = log(h[i] / h[0]) / 2;
+    }
+    for (k = 1; k < 4; k++)
+        for (i = 3; i >= k; i--) f[i] = (f[i] - f[i - 1]) / (h[i] - h[i - k]);
+    return 6 * f[3];
+}
+
+/* About how many tetrahedra the sizes at the vertices ask for, interpolated between them; exact: 0:
+ * an upper bound, which is quick to compute. */
+static double mesher__interpolated_tets(const mesher_domain *domain, int exact)
+{
+    const delaunay_mesh *mesh = &domain->mesh;
+    double sum = 0, h[4];
+    delaunay_handle t;
+    int i;
+    for (t = 1; t < mesh->num_tets; t++) {
+        const uint32_t *v = mesh->tets[t].v;
+        double least = HUGE_VAL;
+        if (!mesher__is_inside(mesh, t)) continue;
+        for (i = 0; i < 4; i++) {
+            h[i] = domain->own_size[v[i]];
+            if (h[i] < least) least = h[i];
+        }
+        if (!(least > 0)) continue;
+        sum += mesher__tet_volume(mesh, t) *
+               (exact ? mesher__mean_density(h) : 1 / (least * least * least));
+    }
+    return 12 * sum / (MESHER__CUBE * MESHER__CUBE * MESHER__CUBE);
+}
+
+/* Warns the host that the sizes ask for this many tetrahedra, far more than there will be time or
  * memory for: sizes in the wrong unit, or tiny sizes interpolated across a large gap. */
-static void mesher__warn_of_many(const mesher__refiner *r, double points)
+static void mesher__warn_of_many(const mesher__refiner *r, double tets)
 {
     const mesher_options *o = r->options;
     const delaunay_host *host = &o->host;
     const int asked = o->size > 0 || o->growth > 1 || mesher__has_wishes(o);
     char text[160];
     if (!host->log) return;
-    snprintf(text, sizeof text, "refine: the sizes ask for about %.0e tetrahedra%s", 7 * points,
+    snprintf(text, sizeof text, "refine: the sizes ask for about %.0e tetrahedra%s", tets,
              asked ? "" : "; with growth 1.3, they become larger inside");
     host->log(host->user, DELAUNAY_LOG_WARNING, text);
+}
+
+/* The same if it is the interpolation that asks for so many, away from lattices. (With growth,
+ * sizes inside are larger than that.) */
+static void mesher__warn_if_steep(const mesher__refiner *r)
+{
+    double tets;
+    if (!r->options->host.log || r->domain->num_own_sizes != r->mesh->num_vertices ||
+        r->options->growth > 1 ||
+        mesher__interpolated_tets(r->domain, 0) < 7 * MESHER__LATTICE_MOST)
+        return;
+    tets = mesher__interpolated_tets(r->domain, 1);
+    if (tets > 7 * MESHER__LATTICE_MOST) mesher__warn_of_many(r, tets);
 }
 
 /* The largest size that may be wanted in a tetrahedron. */
@@ -14089,11 +14145,12 @@ static mesher_result mesher__lattice(mesher__refiner *r, mesher_report *report)
     r->num_points = 0;
     r->most_points = mesher__memory_for(r);
     if (!mesher__find_starts(r, &points)) return mesher__no_memory(r);
+    if (!(points > MESHER__LATTICE_MOST)) mesher__warn_if_steep(r);
     if ((!(points >= MESHER__LATTICE_LEAST) && r->num_unnoticed == 0) ||
         points > MESHER__LATTICE_MOST) {
         result = MESHER_OK;
         if (points > MESHER__LATTICE_MOST) {
-            mesher__warn_of_many(r, points);
+            mesher__warn_of_many(r, 7 * points);
             if (!mesher__has_numbers(r->domain, "refine", report)) result = MESHER_ERROR_TOO_LARGE;
         }
         mesher__lattice_free(r);

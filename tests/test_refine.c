@@ -1220,6 +1220,61 @@ static void sizes_that_ask_for_far_too_much_are_told(void)
     mesher_domain_free(&d);
 }
 
+#if !defined(LINKED)
+/* The mean of 1 / h^3 by a closed form, and by the sum over a fine grid of barycentric places. */
+static void densities_of_linear_sizes(void)
+{
+    static const double sizes[4][4] = {{2, 2, 2, 2}, {1, 2, 3, 4}, {4, 1, 4, 1}, {5, 5, 1, 5}};
+    enum { N = 60 };
+    int s, i, j, k;
+    for (s = 0; s < 4; s++) {
+        const double *h = sizes[s];
+        double sum = 0, n = 0;
+        for (i = 0; i < N; i++)
+            for (j = 0; i + j < N; j++)
+                for (k = 0; i + j + k < N; k++) {
+                    double a = (i + 0.25) / N, b = (j + 0.25) / N, c = (k + 0.25) / N;
+                    double at = a * h[0] + b * h[1] + c * h[2] + (1 - a - b - c) * h[3];
+                    sum += 1 / (at * at * at);
+                    n++;
+                }
+        CHECK(fabs(mesher__mean_density(h) * n / sum - 1) < 0.03);
+    }
+}
+#endif
+
+/* A cube with tiny sizes on one side: there is no room for a large lattice, but sizes grow over its
+ * whole height from there. */
+static void steep_sizes_that_ask_for_too_much_are_told(void)
+{
+    static const double xyz[24] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0,
+                                   0, 0, 1, 1, 0, 1, 0, 1, 1, 1, 1, 1};
+    static const uint32_t triangles[36] = {0, 2, 1, 1, 2, 3, 4, 5, 6, 5, 7, 6, 0, 1, 4, 1, 5, 4,
+                                           2, 6, 3, 3, 6, 7, 0, 4, 2, 2, 4, 6, 1, 3, 5, 3, 7, 5};
+    int k, i;
+    for (k = 0; k < 2; k++) {
+        double sizes[8];
+        char text[200] = "";
+        mesher_surface s;
+        mesher_domain d;
+        mesher_options o;
+        memset(&s, 0, sizeof s);
+        memset(&o, 0, sizeof o);
+        for (i = 0; i < 8; i++) sizes[i] = i < 4 ? (k ? 1e-6 : 0.1) : 1;
+        s.xyz = xyz;
+        s.num_vertices = 8;
+        s.triangles = triangles;
+        s.num_triangles = 12;
+        o.vertex_sizes = sizes;
+        o.max_tets = 2000;
+        o.host.log = note_warning;
+        o.host.user = text;
+        CHECK(mesher_mesh(&d, &s, &o, NULL) >= 0);
+        CHECK((strstr(text, "the sizes ask for about") != NULL) == (k == 1));
+        mesher_domain_free(&d);
+    }
+}
+
 /* The lattices that the sizes ask for do not fit the limit; what fits is made all the same. */
 static void a_memory_limit_is_used_up(void)
 {
@@ -2119,5 +2174,9 @@ int main(void)
     a_cancelled_mesh_is_valid();
     threads_give_the_same_bytes();
     far_and_small_balls_are_refined();
+#if !defined(LINKED)
+    densities_of_linear_sizes();
+#endif
+    steep_sizes_that_ask_for_too_much_are_told();
     return check_report();
 }
