@@ -2883,17 +2883,12 @@ typedef struct mesher__rung {
     int             stuck; /* cannot be flipped without a Steiner point, as the mesh is now */
 } mesher__rung;
 
-/* The ring of an edge pq: tetrahedron i has p, q, v[i], v[i + 1], positive in this order. */
+/* The ring of an edge pq, or the half of it on one side of a plane: tetrahedron i has p, q, v[i],
+ * v[i + 1], positive in this order. */
 typedef struct mesher__spin {
     uint32_t        n, v[MESHER__SPIN];
     delaunay_handle tets[MESHER__SPIN];
 } mesher__spin;
-
-/* The part of a spin on one side of the plane: tetrahedron i has p, q, v[i], v[i + 1]. */
-typedef struct mesher__half {
-    uint32_t        n, v[MESHER__SPIN];
-    delaunay_handle tets[MESHER__SPIN];
-} mesher__half;
 
 typedef struct mesher__plane {
     mesher__rung rungs[MESHER__PIPE + 1];  /* in order along the missing edge */
@@ -3376,10 +3371,10 @@ static unsigned mesher__matches(const uint32_t *row, uint32_t n, uint32_t x)
 }
 
 /* The lowest bit that is set. */
-static uint32_t mesher__row_bit(unsigned bits)
+static inline uint32_t mesher__lowest_bit(uint64_t bits)
 {
 #  if defined(__GNUC__)
-    return (uint32_t)__builtin_ctz(bits);
+    return (uint32_t)__builtin_ctzll(bits);
 #  else
     uint32_t i = 0;
     while (!(bits >> i & 1)) i++;
@@ -3408,7 +3403,7 @@ static uint32_t mesher__edge_place(const mesher__recovery *r, uint32_t a, uint32
     }
     for (; low < high; low += MESHER__ROW_BLOCK) {
         unsigned found = mesher__matches(r->edge_other + low, high - low, b);
-        if (found) return low + mesher__row_bit(found);
+        if (found) return low + mesher__lowest_bit(found);
     }
     return MESHER__ABSENT;
 }
@@ -3424,7 +3419,7 @@ static uint32_t mesher__facet_place(const mesher__recovery *r, const uint32_t *v
     for (; low < high; low += MESHER__ROW_BLOCK) {
         unsigned found = mesher__matches(r->facet_second + low, high - low, v[1]) &
                          mesher__matches(r->facet_third + low, high - low, v[2]);
-        if (found) return low + mesher__row_bit(found);
+        if (found) return low + mesher__lowest_bit(found);
     }
     return MESHER__ABSENT;
 }
@@ -3564,7 +3559,7 @@ static inline uint32_t mesher__edge_place_or_end(const mesher__recovery *r, uint
         return low == MESHER__ABSENT ? end : low;
     }
     none = (uint32_t)(found == 0) * UINT32_MAX;
-    return ((low + mesher__row_bit(found | 1u << MESHER__ROW_BLOCK)) & ~none) | (end & none);
+    return ((low + mesher__lowest_bit(found | 1u << MESHER__ROW_BLOCK)) & ~none) | (end & none);
 }
 
 /* The flag bits of the three edges of facet k. */
@@ -4953,7 +4948,7 @@ static void mesher__chord_set(mesher__flips *f, const mesher__ring *g, const mes
 {
     unsigned left = apexes, ways = 0, n = g->n;
     for (; left; left &= left - 1) {
-        uint32_t k = mesher__row_bit(left);
+        uint32_t k = mesher__lowest_bit(left);
         int between;
         if (j == i + 2) between = ears >> k & 1;
         else if (j - i == n - 1 && k == 1) between = ears & 1;
@@ -5062,7 +5057,7 @@ static void mesher__least_crossed(mesher__flips *f, const mesher__ring *g, const
         for (i = 0; i + width < n; i++)
             if (j = i + width, needed[i] >> j & 1)
                 for (left = c->apexes[i][j]; left; left &= left - 1) {
-                    k = mesher__row_bit(left);
+                    k = mesher__lowest_bit(left);
                     needed[i] = (uint16_t)(needed[i] | 1u << k);
                     needed[k] = (uint16_t)(needed[k] | 1u << j);
                 }
@@ -5074,7 +5069,7 @@ static void mesher__least_crossed(mesher__flips *f, const mesher__ring *g, const
             if (!(needed[i] >> j & 1)) continue;
             cost[i][j] = MESHER__NEVER;
             for (left = c->apexes[i][j]; left; left &= left - 1) {
-                k = mesher__row_bit(left);
+                k = mesher__lowest_bit(left);
                 sum = (uint32_t)cost[i][k] + cost[k][j];
                 if (sum >= cost[i][j]) continue;
                 if (!known)
@@ -5094,7 +5089,7 @@ static void mesher__first_apexes(const mesher__chords *c, uint32_t i, uint32_t j
                                  uint8_t (*apex)[MESHER__RING_FILLED])
 {
     while (j > i + 1) {
-        uint32_t k = mesher__row_bit(c->apexes[i][j]);
+        uint32_t k = mesher__lowest_bit(c->apexes[i][j]);
         apex[i][j] = (uint8_t)k;
         mesher__first_apexes(c, i, k, apex);
         i = k;
@@ -5671,7 +5666,7 @@ static int mesher__list_flips(const mesher__flips *f, mesher__flipped *p, uint32
     memset(number, 0, f->num_cells * sizeof *number);
     for (i = 0; i < f->num_cells; i += 32)
         for (word = f->changed[i / 32]; word; word &= word - 1) {
-            uint32_t cell = i + mesher__row_bit(word);
+            uint32_t cell = i + mesher__lowest_bit(word);
             const mesher__copy *c = &f->cells[cell];
             if (c->from ? !c->gone : c->gone) continue;
             if ((c->from ? p->num_old : p->num_new) == MESHER__FLIPPED) return 0;
@@ -5766,7 +5761,7 @@ static void mesher__mark_facets_made(const mesher__recovery *r, mesher__flipped 
     for (i = 0; i < p->num_new && r->num_missing_facets; i++) {
         unsigned left = mesher__closed_facets(p->flags[i]);
         for (left &= ~(unsigned)p->flags[i]; left; left &= left - 1) {
-            uint32_t k = mesher__row_bit(left), other = (uint32_t)(p->link[4 * i + k] / 4), f;
+            uint32_t k = mesher__lowest_bit(left), other = (uint32_t)(p->link[4 * i + k] / 4), f;
             if (!p->inside[4 * i + k]) continue;
             f = mesher__missing_facet(r, p->vertices + 4 * i, (int)k);
             if (f == MESHER__ABSENT) continue;
@@ -7307,7 +7302,7 @@ static int mesher__star_half(mesher__recovery *r, uint32_t p, uint32_t q, const 
 /* The two halves of a rung's spin: the vertices from before to behind, and back, with their
  * tetrahedra. 0: there is nothing to flip, or another vertex around the rung is in the plane. */
 static int mesher__halves(mesher__recovery *r, mesher__rung *g, uint32_t before, uint32_t behind,
-                          mesher__half *half)
+                          mesher__spin *half)
 {
     const mesher__spin *s = &r->plane.spin;
     uint32_t at[2] = {UINT32_MAX, UINT32_MAX}, j, k;
@@ -7329,7 +7324,7 @@ static int mesher__halves(mesher__recovery *r, mesher__rung *g, uint32_t before,
 
 /* Fills one half: without a new point or, where this is impossible and points is set, around one.
  * The tetrahedra to be removed are added to r->pool. */
-static int mesher__refill(mesher__recovery *r, const mesher__rung *g, const mesher__half *half,
+static int mesher__refill(mesher__recovery *r, const mesher__rung *g, const mesher__spin *half,
                           int points, uint32_t *num_new)
 {
     uint32_t i;
@@ -7353,7 +7348,7 @@ static int mesher__flip_rung(mesher__recovery *r, uint32_t i, uint32_t before, u
                              int points)
 {
     mesher__rung *g = &r->plane.rungs[i];
-    mesher__half half[2];
+    mesher__spin half[2];
     uint32_t num_new = 0, vertices = r->mesh->num_vertices, added = r->added, j;
     if (!mesher__halves(r, g, before, behind, half)) return 0;
     r->pool.count = 0;
@@ -12489,18 +12484,6 @@ static inline uint32_t mesher__grid_first(const mesher__grid *g, size_t cell)
     return g->used[cell >> 6] >> (cell & 63) & 1 ? g->cells[cell] : 0;
 }
 
-/* Index of the lowest bit that is set. */
-static inline int mesher__first_bit(uint64_t bits)
-{
-#  if defined(__GNUC__)
-    return __builtin_ctzll(bits);
-#  else
-    int i = 0;
-    while (!(bits >> i & 1)) i++;
-    return i;
-#  endif
-}
-
 /* Empties a grid, and makes room for about the given number of points. */
 static int mesher__grid_reset(mesher__grid *g, delaunay_memory *memory, size_t points)
 {
@@ -12545,7 +12528,7 @@ static inline uint32_t mesher__first_points(const mesher__grid *g, size_t block,
 {
     uint32_t n = 0;
     for (bits &= g->used[block]; bits; bits &= bits - 1) {
-        list[n] = g->cells[block << 6 | (size_t)mesher__first_bit(bits)];
+        list[n] = g->cells[block << 6 | mesher__lowest_bit(bits)];
         MESHER__PREFETCH(g->spots + (list[n] - 1));
         n++;
     }
