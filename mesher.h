@@ -14014,18 +14014,21 @@ static double mesher__mean_density(const double *sizes)
 static double mesher__interpolated_tets(const mesher_domain *domain, int exact)
 {
     const delaunay_mesh *mesh = &domain->mesh;
+    const double lowest = mesher__size_floor(mesh);
     double sum = 0, h[4];
     delaunay_handle t;
     int i;
     for (t = 1; t < mesh->num_tets; t++) {
         const uint32_t *v = mesh->tets[t].v;
         double least = HUGE_VAL;
-        if (!mesher__is_inside(mesh, t)) continue;
-        for (i = 0; i < 4; i++) {
+        int sized = mesher__is_inside(mesh, t);
+        for (i = 0; i < 4 && sized; i++) {
             h[i] = domain->own_size[v[i]];
+            sized = h[i] > 0;
+            if (h[i] < lowest) h[i] = lowest;
             if (h[i] < least) least = h[i];
         }
-        if (!(least > 0)) continue;
+        if (!sized) continue;
         sum += mesher__tet_volume(mesh, t) *
                (exact ? mesher__mean_density(h) : 1 / (least * least * least));
     }

@@ -1044,14 +1044,15 @@ static int try_cure(const job *j, weld_cure *c, cure_search *search)
 /* Looks for a distance with which --weld leaves no defect, first about the one that joins all
  * nearly equal vertices: where triangles are as small as that, some distances turn them over. Where
  * the surface is closed, and so no nearly equal vertices are noted, it looks no further than that,
- * and first for those that rounding may have made. It takes a few times as long as the check did, but not longer than some seconds. */
+ * and first for those that rounding may have made. It takes a few times as long as the check did,
+ * but not longer than some seconds. */
 static void find_cure(job *j)
 {
-    static const double open[] = {1, 2, 4, 0.5, 0.25, 8, 16, 32, 64, 128},
-                        closed[] = {0.001, 0.03, 0.25, 1};
+    static const double if_open[] = {1, 2, 4, 0.5, 0.25, 8, 16, 32, 64, 128},
+                        if_closed[] = {0.001, 0.03, 0.25, 1};
     const int is_open = j->report.counts[MESHER_NOTE_NEAR_VERTEX] > 0 ||
                         j->report.counts[MESHER_NOTE_OPEN_EDGE] > 0;
-    const int tries = is_open ? (int)(sizeof open / sizeof open[0]) : 4;
+    const int tries = is_open ? (int)(sizeof if_open / sizeof if_open[0]) : 4;
     const double some = nearly(j), start = tool_seconds();
     cure_search search;
     int k, cured = 0;
@@ -1062,7 +1063,7 @@ static void find_cure(job *j)
     search.xyz = (double *)malloc(3 * j->in.num_vertices * sizeof *search.xyz);
     if (!search.xyz) return;
     for (k = 0; k < tries && cured == 0; k++) {
-        j->cure.distance = rounded_up((is_open ? open[k] : closed[k]) * some);
+        j->cure.distance = rounded_up((is_open ? if_open[k] : if_closed[k]) * some);
         cured = try_cure(j, &j->cure, &search);
     }
     free(search.xyz);
