@@ -4586,6 +4586,10 @@ static meshio_result meshio__tetgen_seeds(meshio__reader *r, int regions)
         size_t *num = regions ? &m->num_regions : &m->num_holes;
         MESHIO__TRY(meshio__int(r, &id));
         MESHIO__TRY(meshio__xyz(r, value));
+        for (k = 0; k < 3; k++)
+            if (value[k] - value[k] != 0)
+                return meshio__fail(r, MESHIO_ERROR_SYNTAX, r->p,
+                                    "the point of a %s is not finite", regions ? "region" : "hole");
         value[3] = 0;
         value[4] = -1;
         for (k = 3; k < width && meshio__more_on_line(r); k++)
