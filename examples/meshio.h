@@ -1161,8 +1161,16 @@ static double meshio__two_product(double a, double b, double *error)
     return p;
 }
 
-/* Exact sign of the area of triangle (a, b, c): the sum of six products, as an expansion of twelve
- * terms. */
+/* A coordinate of a facet, or of a point in a hole, in the facet's plane. Facets are larger than
+ * 1e-125 and within 1e150 of 0; products of smaller or larger numbers than these would not be
+ * exact. */
+static double meshio__coordinate(double x)
+{
+    return fabs(x) < 1e-140 ? 0 : x > 1e150 ? 1e150 : x < -1e150 ? -1e150 : x;
+}
+
+/* Exact sign of the area of triangle (a, b, c), whose coordinates are 0 or between 1e-140 and
+ * 1e150: the sum of six products, as an expansion of twelve terms. */
 static int meshio__orient2d_exact(const double *a, const double *b, const double *c)
 {
     double x[6], y[6], e[16], product[2], q, h;
@@ -1192,7 +1200,7 @@ static int meshio__orient2d_exact(const double *a, const double *b, const double
 static int meshio__orient2d(const double *a, const double *b, const double *c)
 {
     double l = (a[0] - c[0]) * (b[1] - c[1]), r = (a[1] - c[1]) * (b[0] - c[0]), det = l - r;
-    double bound = 4e-16 * (fabs(l) + fabs(r));
+    double bound = 4e-16 * (fabs(l) + fabs(r)) + 1e-290; /* smaller products may be rounded to 0 */
     if (det > bound) return 1;
     if (det < -bound) return -1;
     return meshio__orient2d_exact(a, b, c);
@@ -1232,26 +1240,29 @@ static void meshio__facet_link(meshio__facet *f, uint32_t t, int i, uint32_t u, 
 }
 
 /* Adds point p, outside the hull, with a triangle on each side of the hull that is visible from p;
- * `from` is a point of the hull at one of these sides. */
-static void meshio__facet_sweep(meshio__facet *f, uint32_t from, uint32_t p)
+ * `from` is a point of the hull at one of these sides. 0 if there is none, or no end of them. */
+static int meshio__facet_sweep(meshio__facet *f, uint32_t from, uint32_t p)
 {
-    uint32_t a = from, b, t, last = MESHIO__NONE, first = MESHIO__NONE;
-    while (meshio__turn(f, f->prev[a], a, p) < 0) a = f->prev[a];
+    uint32_t a = from, b, t, last = MESHIO__NONE, first = MESHIO__NONE, steps = 0;
+    while (meshio__turn(f, f->prev[a], a, p) < 0 && steps++ < p) a = f->prev[a];
     for (b = a; meshio__turn(f, b, f->next[b], p) < 0; b = f->next[b]) {
         uint32_t inner = f->out[b];
         int i = meshio__corner_of(f, inner, b);
+        if (f->num_triangles == 2 * f->num_points) return 0;
         t = meshio__facet_add(f, p, f->next[b], b);
         meshio__facet_link(f, t, 0, inner, (i + 2) % 3); /* the side (b, next) is opposite i + 2 */
         if (last != MESHIO__NONE) meshio__facet_link(f, t, 1, last, 2);
         if (first == MESHIO__NONE) first = t;
         last = t;
     }
+    if (first == MESHIO__NONE) return 0;
     f->next[a] = p;
     f->prev[p] = a;
     f->next[p] = b;
     f->prev[b] = p;
     f->out[a] = first;
     f->out[p] = last;
+    return 1;
 }
 
 /* Triangulates the convex hull of the points. 0 if all are collinear or two are equal. */
@@ -1289,7 +1300,7 @@ static int meshio__facet_hull(meshio__facet *f)
     for (i = k + 1; i < n; i++) {
         uint32_t from = i - 1;
         if (meshio__turn(f, from, f->next[from], i) >= 0) from = f->prev[from];
-        meshio__facet_sweep(f, from, i);
+        if (!meshio__facet_sweep(f, from, i)) return 0;
     }
     return 1;
 }
@@ -1607,11 +1618,13 @@ static int meshio__facet_is_fan(const double *xyz, const uint32_t *v, size_t n, 
 {
     double o[2], a[2], b[2], angle = 0;
     size_t i;
-    o[0] = xyz[3 * (size_t)v[0] + (size_t)ku], o[1] = xyz[3 * (size_t)v[0] + (size_t)kv];
+    o[0] = meshio__coordinate(xyz[3 * (size_t)v[0] + (size_t)ku]);
+    o[1] = meshio__coordinate(xyz[3 * (size_t)v[0] + (size_t)kv]);
     for (i = 1; i + 1 < n; i++) {
-        a[0] = xyz[3 * (size_t)v[i] + (size_t)ku], a[1] = xyz[3 * (size_t)v[i] + (size_t)kv];
-        b[0] = xyz[3 * (size_t)v[i + 1] + (size_t)ku];
-        b[1] = xyz[3 * (size_t)v[i + 1] + (size_t)kv];
+        a[0] = meshio__coordinate(xyz[3 * (size_t)v[i] + (size_t)ku]);
+        a[1] = meshio__coordinate(xyz[3 * (size_t)v[i] + (size_t)kv]);
+        b[0] = meshio__coordinate(xyz[3 * (size_t)v[i + 1] + (size_t)ku]);
+        b[1] = meshio__coordinate(xyz[3 * (size_t)v[i + 1] + (size_t)kv]);
         if (meshio__orient2d(o, a, b) != sign) return 0;
         a[0] -= o[0], a[1] -= o[1], b[0] -= o[0], b[1] -= o[1];
         if (n > 4) /* two triangles cannot go around the corner and overlap */
@@ -1666,8 +1679,8 @@ static int meshio__facet_fill(meshio__facet *f, const double *xyz, const meshio_
     for (i = 0; ok && i < n; i++) {
         points[i].id = loops->corners.data[i];
         points[i].local = (uint32_t)i;
-        points[i].u = xyz[3 * (size_t)points[i].id + (size_t)ku];
-        points[i].v = xyz[3 * (size_t)points[i].id + (size_t)kv];
+        points[i].u = meshio__coordinate(xyz[3 * (size_t)points[i].id + (size_t)ku]);
+        points[i].v = meshio__coordinate(xyz[3 * (size_t)points[i].id + (size_t)kv]);
     }
     if (ok) qsort(points, n, sizeof *points, meshio__compare_points);
     for (i = 0; ok && i < n; i++) {
@@ -1811,8 +1824,8 @@ static meshio_result meshio__add_facet(meshio__reader *r, const unsigned char *w
         return meshio__add_polygon(r, v, n, tag);
     for (i = 0; i < loops->num_holes; i++) {
         double u = loops->holes[3 * i + (size_t)ku], w = loops->holes[3 * i + (size_t)kv];
-        loops->holes[2 * i] = u;
-        loops->holes[2 * i + 1] = w;
+        loops->holes[2 * i] = meshio__coordinate(u);
+        loops->holes[2 * i + 1] = meshio__coordinate(w);
     }
     if (!meshio__facet_cut(&f, m->xyz, loops, loops->holes, ku, kv, sign, &r->scratch, &ok))
         result = meshio__no_memory(r);
@@ -4527,13 +4540,25 @@ static meshio_result meshio__tetgen_polygon(meshio__reader *r, int64_t n, int64_
     return meshio__push64(&loops->ends, loops->corners.num) ? MESHIO_OK : meshio__no_memory(r);
 }
 
+/* Reads a point in a hole or region. */
+static meshio_result meshio__seed(meshio__reader *r, double xyz[3])
+{
+    int k;
+    MESHIO__TRY(meshio__xyz(r, xyz));
+    for (k = 0; k < 3; k++)
+        if (xyz[k] - xyz[k] != 0)
+            return meshio__fail(r, MESHIO_ERROR_SYNTAX, r->p,
+                                "the point of a hole or region is not finite");
+    return MESHIO_OK;
+}
+
 static meshio_result meshio__tetgen_facet_hole(meshio__reader *r, meshio__loops *loops)
 {
     int64_t id;
     double xyz[3];
     int k;
     MESHIO__TRY(meshio__int(r, &id));
-    MESHIO__TRY(meshio__xyz(r, xyz));
+    MESHIO__TRY(meshio__seed(r, xyz));
     if (!meshio__reserve_doubles(&loops->holes, &loops->cap_holes, 3 * loops->num_holes + 3))
         return meshio__no_memory(r);
     for (k = 0; k < 3; k++) loops->holes[3 * loops->num_holes + (size_t)k] = xyz[k];
@@ -4585,11 +4610,7 @@ static meshio_result meshio__tetgen_seeds(meshio__reader *r, int regions)
         size_t *cap = regions ? &r->cap_regions : &r->cap_holes;
         size_t *num = regions ? &m->num_regions : &m->num_holes;
         MESHIO__TRY(meshio__int(r, &id));
-        MESHIO__TRY(meshio__xyz(r, value));
-        for (k = 0; k < 3; k++)
-            if (value[k] - value[k] != 0)
-                return meshio__fail(r, MESHIO_ERROR_SYNTAX, r->p,
-                                    "the point of a %s is not finite", regions ? "region" : "hole");
+        MESHIO__TRY(meshio__seed(r, value));
         value[3] = 0;
         value[4] = -1;
         for (k = 3; k < width && meshio__more_on_line(r); k++)

@@ -2804,6 +2804,35 @@ static void sizes_are_written_to_every_bit(void)
     CHECK(live_blocks == 0);
 }
 
+/* Corners whose products, or the rounding errors of these, are below the smallest double: the sweep
+ * over the corners of such a polygon has the right signs all the same. */
+static void polygons_with_tiny_coordinates_are_read(void)
+{
+    static const char text[] = "OFF\n6 1 0\n0 0 0\n1 0 5\n0.1 0.3333333333333333 0\n0 0 1e-300\n"
+                               "1e38 0 12345678.9\n-1 2e-308 5e-324\n6 5 1 2 3 4 0\n";
+    static const double scales[] = {1, 1e-100, 1e-124, 1e-140, 1e-160, 1e-300, 5e-324};
+    char many[2000];
+    meshio_mesh m;
+    uint64_t state = 1;
+    int k, i;
+    CHECK(meshio_read_memory(text, sizeof text - 1, MESHIO_FORMAT_OFF, &m, NULL) == MESHIO_OK);
+    CHECK(m.num_triangles == 4);
+    meshio_free(&m);
+    for (k = 0; k < 20000; k++) {
+        int length = snprintf(many, sizeof many, "OFF\n8 1 0\n");
+        for (i = 0; i < 24; i++) {
+            state = state * 6364136223846793005u + 1442695040888963407u;
+            length += snprintf(many + length, sizeof many - (size_t)length, "%.17g%c",
+                               ((double)(state >> 60) - 7) * scales[(state >> 40) % 7],
+                               i % 3 == 2 ? '\n' : ' ');
+        }
+        length += snprintf(many + length, sizeof many - (size_t)length, "8 0 1 2 3 4 5 6 7\n");
+        CHECK(meshio_read_memory(many, (size_t)length, MESHIO_FORMAT_OFF, &m, NULL) == MESHIO_OK);
+        meshio_free(&m);
+    }
+    CHECK(live_blocks == 0);
+}
+
 static void every_status_has_words(void)
 {
     int i;
@@ -2884,6 +2913,7 @@ int main(void)
     failures_have_a_sentence_however_early();
     sizes_are_read_beside_a_mesh();
     sizes_are_written_to_every_bit();
+    polygons_with_tiny_coordinates_are_read();
     every_status_has_words();
     return check_report();
 }
