@@ -484,7 +484,8 @@ DELAUNAY_API int delaunay_orient2d(const double *a, const double *b, const doubl
 /* True if a, b, c lie on one line, exactly. */
 DELAUNAY_API int delaunay_collinear(const double *a, const double *b, const double *c);
 /* Returns DELAUNAY_OK; DELAUNAY_ERROR_BROKEN_ARITHMETIC under compiler flags or FPU modes that
- * break exactness (rounding, flushing to zero, excess precision, reordered sums); _OUT_OF_MEMORY.
+ * break exactness (rounding, flushing to zero, excess precision, reordered sums: clang does not
+ * tell this header of -fassociative-math and -funsafe-math-optimizations alone); _OUT_OF_MEMORY.
  * Takes less than a millisecond. Call it in the thread that will triangulate: each thread has FPU
  * modes of its own. */
 DELAUNAY_API delaunay_result delaunay_selftest(void);
@@ -1161,8 +1162,8 @@ DELAUNAY_API delaunay_engine *delaunay_engine_new_lent(delaunay_mesh *mesh,
 #if defined(__GNUC__) && defined(__x86_64__) && !defined(DELAUNAY_NO_SIMD)
 #  include <immintrin.h>
 #  define DELAUNAY__AVX2                                                                           \
-    __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") &&                             \
-        __builtin_cpu_supports("popcnt")
+    (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") &&                            \
+     __builtin_cpu_supports("popcnt"))
 #  define DELAUNAY__TARGET __attribute__((target("avx2,fma,popcnt")))
 #endif
 
@@ -1400,7 +1401,8 @@ DELAUNAY_API void delaunay_list_free(delaunay_list *list)
 
 /* ---- >>predicates ------------------------------------------------------------------------- */
 /* Where a floating-point filter is not certain, the sign is computed in integers, because doubles
- * are integers times powers of two: no compiler flag, rounding mode or overflow can change it.
+ * are integers times powers of two: no rounding mode or overflow can change it, nor can flushing to
+ * zero, if denormals are still read as what they are.
  * Differences that fit in 62 bits of a common unit (grids, CAD faces, most near ties) take the
  * short way, functions named _short; all others take the long way, functions named _long. */
 #  if defined(__SIZEOF_INT128__)

@@ -58,6 +58,7 @@ static int files_are_apart(const arguments *args)
     return tool_spares("delaunay", "--hull", args->hull, args->input) &&
            tool_clears_output("delaunay", "--hull", args->hull, args->output,
                               output == MESHIO_FORMAT_ELE) &&
+           tool_is_apart("delaunay", "--output", args->output, args->weights) &&
            tool_is_apart("delaunay", "--hull", args->hull, args->weights);
 }
 
@@ -240,12 +241,10 @@ static int write_hull(const arguments *args, const delaunay_mesh *mesh, meshio_m
         for (i = 0; i < hull.num_facets; i++)
             points->triangle_tags[i] = (int32_t)hull.facet_polygon[i] + 1;
         points->num_triangles = hull.num_facets;
-        code = TOOL_OK;
-        if (meshio_write(args->hull, points, NULL, &io) != MESHIO_OK) {
-            fprintf(stderr, "delaunay: %s\n", io.message);
-            code = TOOL_CANNOT_WRITE;
-        }
-        if (!args->quiet)
+        code = meshio_write(args->hull, points, NULL, &io) == MESHIO_OK ? TOOL_OK
+                                                                        : TOOL_CANNOT_WRITE;
+        if (code != TOOL_OK) fprintf(stderr, "delaunay: %s\n", io.message);
+        else if (!args->quiet)
             printf("hull        %lu triangles, %lu polygons\n", (unsigned long)hull.num_facets,
                    (unsigned long)hull.num_polygons);
     }
@@ -274,7 +273,7 @@ static int make_mesh(const arguments *args, const meshio_mesh *points, delaunay_
     input.xyz = points->xyz;
     input.count = points->num_vertices;
     input.weights = weights;
-    if (!tool_can_create("delaunay", args->output)) {
+    if (!tool_can_create("delaunay", args->output) || !tool_can_create("delaunay", args->hull)) {
         free(weights);
         return TOOL_CANNOT_WRITE;
     }
@@ -343,6 +342,7 @@ int main(int argc, char **argv)
     memset(&args, 0, sizeof args);
     code = parse(argc, argv, &args);
     if (code) return tool_end("delaunay", code == 1 ? TOOL_OK : TOOL_USAGE);
+    if (!tool_is_exact("delaunay")) return TOOL_INTERNAL;
     tool_catch_signals();
     start = tool_seconds();
     result = meshio_read(args.input, MESHIO_FORMAT_AUTO, &points, &report);

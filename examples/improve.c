@@ -549,6 +549,7 @@ int main(int argc, char **argv)
     memset(&args, 0, sizeof args);
     code = parse(argc, argv, &args);
     if (code) return tool_end("improve", code == 1 ? TOOL_OK : TOOL_USAGE);
+    if (!tool_is_exact("improve")) return TOOL_INTERNAL;
     tool_catch_signals();
     args.options.host.progress = progress;
     return tool_end("improve", improve(&args));

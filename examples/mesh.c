@@ -2091,6 +2091,7 @@ int main(int argc, char **argv)
     FILE *json = NULL;
     int code = parse(argc, argv, &j->set);
     if (code) return tool_end("mesh", code == 1 ? TOOL_OK : TOOL_USAGE);
+    if (!tool_is_exact("mesh")) return TOOL_INTERNAL;
     if (j->set.json && !(json = fopen(j->set.json, "w"))) {
         fprintf(stderr, "mesh: cannot create '%s': %s\n", j->set.json, strerror(errno));
         return TOOL_CANNOT_WRITE;

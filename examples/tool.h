@@ -182,6 +182,16 @@ DELAUNAY_INLINE int tool_with_ending(const char *path, const char *ending,
     return 1;
 }
 
+/* 0, and a sentence, if the compiler's flags or the processor's mode break exact arithmetic. */
+DELAUNAY_INLINE int tool_is_exact(const char *tool)
+{
+    if (delaunay_selftest() != DELAUNAY_ERROR_BROKEN_ARITHMETIC) return 1;
+    fprintf(stderr,
+            "%s: internal error: the flags that this program was compiled with, or the mode of the "
+            "processor, break exact arithmetic\n", tool);
+    return 0;
+}
+
 /* Whether a name ends in one of two endings of four characters. */
 DELAUNAY_INLINE int tool_ends_in(const char *name, const char *ending, const char *other)
 {
