@@ -9447,9 +9447,10 @@ MESHER_API mesher_result mesher_recover(mesher_domain *domain, mesher_report *re
         if (report) again_empty += report->seconds_empty;
         attempt += again - 1;
     }
-    if (report) report->seconds_empty = empty + again_empty;
-    if (report) /* without the empty meshes that were made again */
+    if (report) { /* the empty meshes that were made again do not count as recovery */
+        report->seconds_empty = empty + again_empty;
         report->seconds_recover = delaunay_seconds(&domain->options.host) - start - again_empty;
+    }
     domain->stage = result == MESHER_OK ? MESHER__STAGE_RECOVERED : MESHER__STAGE_FAILED;
     return result;
 }
@@ -10140,8 +10141,8 @@ static double mesher__distance(const double *a, const double *b)
     return sqrt(x * x + y * y + z * z);
 }
 
-/* The smallest size that coordinates of the mesh's magnitude can resolve: about a hundred units in
- * the last place of the largest ones. */
+/* The smallest size that coordinates of the mesh's magnitude can resolve: 45 to 90 units in the
+ * last place of the largest ones. */
 static double mesher__size_floor(const delaunay_mesh *mesh)
 {
     double most = 0;

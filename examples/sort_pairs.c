@@ -31,8 +31,8 @@ static double seconds(void)
 #endif
 }
 
-/* The whole number from 1 on that a text stands for, such as 1000 or 1e6; 0 if it is none or so large
- * that this many pairs do not fit in memory. */
+/* The whole number from 1 on that a text stands for, such as 1000 or 1e6; 0 if it is none, or so
+ * large that this many pairs do not fit in memory. */
 static size_t number(const char *text)
 {
     char *end;

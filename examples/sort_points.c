@@ -22,8 +22,8 @@ static double way(const double (*xyz)[3], size_t count)
     return sum;
 }
 
-/* The whole number from 1 on that a text stands for, such as 1000 or 1e6; 0 if it is none or so large
- * that this many points do not fit in memory. */
+/* The whole number from 1 on that a text stands for, such as 1000 or 1e6; 0 if it is none, or so
+ * large that this many points do not fit in memory. */
 static size_t number(const char *text)
 {
     char *end;
