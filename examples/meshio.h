@@ -42,7 +42,10 @@
  * Writes
  *   Medit .mesh .meshb, MSH 2.2 and 4.1, VTU, legacy VTK, .inp, .node + .ele + .face, STL, OFF,
  *   OBJ. An .inp file has the regions as element sets, the triangles as surfaces and as node sets,
- *   and the edges as node sets; its coordinates have at most 20 characters: 13 digits or more.
+ *   and the edges as node sets; its coordinates have at most 20 characters: 13 digits or more. A
+ *   surface between regions is made of facets on one side: in the region that is behind most of its
+ *   triangles (they are counter-clockwise seen from outside of it). A triangle that is not beside
+ *   that region, or has it on both sides, stands for the facet behind it.
  *   Sizes at vertices: .sol and .mtr.
  *
  * What it does not do
@@ -6418,7 +6421,8 @@ static void meshio__write_vtk(meshio__writer *w, const meshio_mesh *m,
     meshio__puts(w, "\n");
 }
 
-/* ---- INP: triangles that are facets of tetrahedra become surfaces, to which loads are applied. */
+/* ---- INP: triangles that are facets of tetrahedra become surfaces, to which loads are applied.
+ * The sides of a triangle are told apart by the vertices, for tetrahedra of positive volume. */
 
 /* A double in at most 20 characters, as CalculiX reads no more of a number: 13 digits or more. */
 static void meshio__put_short_double(meshio__writer *w, double value, const char *after)
@@ -6493,49 +6497,117 @@ static meshio__corners meshio__sorted_corners(uint32_t a, uint32_t b, uint32_t c
     return s;
 }
 
-/* Sets the owner of each triangle: 4 * t + k + 1 if t is the first tetrahedron that has it as a
- * facet, S(k+1); 0 if none has. sorted: memory for all triangles; marks: zeros, one for each
- * vertex. */
-static void meshio__find_owners(const meshio__kind kinds[3], uint64_t *owner,
+/* Whether corners c are those of a triangle in its order, from any of them on. */
+static int meshio__turns_alike(const uint32_t *triangle, const uint32_t c[3])
+{
+    int k = c[0] == triangle[0] ? 0 : c[0] == triangle[1] ? 1 : 2;
+    return c[1] == triangle[(k + 1) % 3];
+}
+
+/* The facets of a tetrahedron as .inp numbers them, their vertices clockwise seen from outside. */
+static const unsigned char meshio__inp_facets[4][3] = {{0, 1, 2}, {0, 3, 1}, {1, 3, 2}, {2, 3, 0}};
+
+/* Sets the two owners of each triangle: 4 * t + k + 1 if it is facet S(k+1) of tetrahedron t, 0 if
+ * there is none; the first one is behind the triangle, so that it is counter-clockwise seen from
+ * outside. sorted: memory for all triangles; marks: zeros, one for each vertex. */
+static void meshio__find_owners(const meshio__kind kinds[3], uint64_t *owners,
                                 meshio__corners *sorted, unsigned char *marks)
 {
-    static const unsigned char facets[4][3] = {{0, 1, 2}, {0, 3, 1}, {1, 3, 2}, {2, 3, 0}};
-    size_t n = kinds[1].num, t, i;
-    int k;
+    size_t n = kinds[1].num, corners = (size_t)kinds[1].corners, t, i;
+    int k, c;
     for (t = 0; t < n; t++) {
-        const uint32_t *v = kinds[1].v + (size_t)kinds[1].corners * t;
+        const uint32_t *v = kinds[1].v + corners * t;
         sorted[t] = meshio__sorted_corners(v[0], v[1], v[2]);
         sorted[t].triangle = (uint32_t)t;
         for (k = 0; k < 3; k++) marks[v[k]] = 1;
-        owner[t] = 0;
+        owners[2 * t] = owners[2 * t + 1] = 0;
     }
     qsort(sorted, n, sizeof *sorted, meshio__compare_corners);
     for (t = 0; t < kinds[2].num; t++) {
         const uint32_t *v = kinds[2].v + (size_t)kinds[2].corners * t;
         for (k = 0; k < 4; k++) {
-            const unsigned char *f = facets[k];
+            uint32_t f[3];
             meshio__corners key;
             size_t low = 0, high = n;
-            if (!(marks[v[f[0]]] && marks[v[f[1]]] && marks[v[f[2]]])) continue;
-            key = meshio__sorted_corners(v[f[0]], v[f[1]], v[f[2]]);
+            for (c = 0; c < 3; c++) f[c] = v[meshio__inp_facets[k][c]];
+            if (!(marks[f[0]] && marks[f[1]] && marks[f[2]])) continue;
+            key = meshio__sorted_corners(f[0], f[1], f[2]);
             while (low < high) {
                 size_t mid = low + (high - low) / 2;
                 if (meshio__compare_corners(&sorted[mid], &key) < 0) low = mid + 1;
                 else high = mid;
             }
             for (i = low; i < n && meshio__compare_corners(&sorted[i], &key) == 0; i++) {
-                uint64_t *o = &owner[sorted[i].triangle];
-                if (*o) break; /* the tetrahedron on the other side owns all equal ones */
-                *o = 4 * (uint64_t)t + (uint64_t)k + 1;
+                size_t at = sorted[i].triangle;
+                owners[2 * at + (size_t)meshio__turns_alike(kinds[1].v + corners * at, f)] =
+                    4 * (uint64_t)t + (uint64_t)k + 1;
             }
         }
     }
 }
 
-/* Writes the elements of one kind, by tags; of triangles (`owner` given) only those that no
+/* The region of an owner. */
+static int32_t meshio__region_of(const meshio__kind *tets, uint64_t owner)
+{
+    return tets->tags ? tets->tags[(owner - 1) / 4] : 0;
+}
+
+static int meshio__compare_i32(const void *pa, const void *pb)
+{
+    int32_t a = *(const int32_t *)pa, b = *(const int32_t *)pb;
+    return a < b ? -1 : a > b;
+}
+
+/* The region that is behind most of the n triangles of one tag; the first of several. room: memory
+ * for as many numbers. */
+static int32_t meshio__region_behind(const meshio__kind *tets, const int64_t *pairs, size_t n,
+                                     const uint64_t *owners, int32_t *room)
+{
+    size_t i, k, num = 0, most = 0;
+    int32_t region = 0;
+    for (i = 0; i < n; i++) {
+        uint64_t behind = owners[2 * (size_t)pairs[2 * i + 1]];
+        if (behind) room[num++] = meshio__region_of(tets, behind);
+    }
+    qsort(room, num, sizeof *room, meshio__compare_i32);
+    for (i = 0; i < num; i = k) {
+        for (k = i; k < num && room[k] == room[i];) k++;
+        if (k - i <= most) continue;
+        most = k - i;
+        region = room[i];
+    }
+    return region;
+}
+
+/* Makes the first owner of each triangle the one whose facet stands for it in the surface of its
+ * tag: where just one of the two is in the region that is behind most of the surface, that one, so
+ * that the whole surface is on one side even if some triangles are turned over; else the one behind
+ * the triangle, or the only one. Returns 0 if out of memory. */
+static int meshio__choose_sides(const meshio__kind kinds[3], const meshio__groups *groups,
+                                uint64_t *owners)
+{
+    int32_t *room = (int32_t *)MESHIO_MALLOC((groups->num + 1) * sizeof *room), region;
+    size_t i, j;
+    if (!room) return 0;
+    for (i = 0; i < groups->num; i = j) {
+        for (j = i; j < groups->num && groups->pairs[2 * j] == groups->pairs[2 * i];) j++;
+        region = meshio__region_behind(&kinds[2], groups->pairs + 2 * i, j - i, owners, room);
+        for (; i < j; i++) {
+            uint64_t *o = owners + 2 * (size_t)groups->pairs[2 * i + 1];
+            if (!o[1]) continue;
+            if (!o[0] || (meshio__region_of(&kinds[2], o[0]) != region &&
+                          meshio__region_of(&kinds[2], o[1]) == region))
+                o[0] = o[1];
+        }
+    }
+    MESHIO_FREE(room);
+    return 1;
+}
+
+/* Writes the elements of one kind, by tags; of triangles (`owners` given) only those that no
  * tetrahedron owns. */
 static void meshio__write_inp_elements(meshio__writer *w, const meshio__kind *kind,
-                                       const meshio__groups *groups, const uint64_t *owner,
+                                       const meshio__groups *groups, const uint64_t *owners,
                                        const char *card, size_t id)
 {
     meshio__inp_list list;
@@ -6546,13 +6618,13 @@ static void meshio__write_inp_elements(meshio__writer *w, const meshio__kind *ki
         int64_t tag = groups->pairs[2 * i];
         list.pairs = groups->pairs + 2 * i;
         for (j = i; j < groups->num && groups->pairs[2 * j] == tag;) j++;
-        if (!owner) {
+        if (!owners) {
             meshio__put_inp_card(w, card, tag);
             meshio__put_list(w, &list, j - i, meshio__put_inp_elements);
         } else {
             size_t k, n = 0;
             for (k = 0; k < j - i; k++) {
-                if (owner[list.pairs[2 * k + 1]]) continue;
+                if (owners[2 * list.pairs[2 * k + 1]]) continue;
                 if (n++ == 0) meshio__put_inp_card(w, card, tag);
                 meshio__put_inp_elements(w, &list, k, k + 1);
             }
@@ -6562,11 +6634,11 @@ static void meshio__write_inp_elements(meshio__writer *w, const meshio__kind *ki
 
 /* Writes the triangles that tetrahedra own as surfaces, one for each tag. */
 static void meshio__write_inp_surfaces(meshio__writer *w, const meshio__groups *groups,
-                                       const uint64_t *owner)
+                                       const uint64_t *owners)
 {
     size_t i, n = 0;
     for (i = 0; i < groups->num; i++) {
-        uint64_t o = owner[groups->pairs[2 * i + 1]];
+        uint64_t o = owners[2 * groups->pairs[2 * i + 1]];
         if (i > 0 && groups->pairs[2 * i] != groups->pairs[2 * i - 2]) n = 0;
         if (o == 0) continue;
         if (n++ == 0)
@@ -6604,36 +6676,39 @@ static meshio_result meshio__write_inp(meshio__writer *w, const meshio_mesh *m)
     meshio__kind kinds[3];
     meshio__groups groups[3];
     size_t n = m->num_vertices, t = m->num_triangles;
-    int k, ok = n < (size_t)-1 / sizeof(uint32_t) && t < (size_t)-1 / sizeof(meshio__corners);
+    int k, ok = n < (size_t)-1 / sizeof(uint32_t) && t < (size_t)-1 / (2 * sizeof(uint64_t)) - 1;
     uint32_t *stamps = ok ? (uint32_t *)MESHIO_MALLOC((n + 1) * sizeof *stamps) : NULL;
-    uint64_t *owner = ok ? (uint64_t *)MESHIO_MALLOC((t + 1) * sizeof *owner) : NULL;
+    uint64_t *owners = ok ? (uint64_t *)MESHIO_MALLOC((2 * t + 1) * sizeof *owners) : NULL;
     meshio__corners *sorted =
         ok ? (meshio__corners *)MESHIO_MALLOC((t + 1) * sizeof *sorted) : NULL;
-    ok = stamps && owner && sorted;
+    ok = stamps && owners && sorted;
     memset(groups, 0, sizeof groups);
     meshio__kinds(m, kinds);
     for (k = 0; ok && k < 3; k++) ok = meshio__group(&kinds[k], &groups[k]);
     if (ok) {
         memset(stamps, 0, (n + 1) * sizeof *stamps);
-        meshio__find_owners(kinds, owner, sorted, (unsigned char *)stamps);
+        meshio__find_owners(kinds, owners, sorted, (unsigned char *)stamps);
+        ok = meshio__choose_sides(kinds, &groups[1], owners);
+    }
+    if (ok) {
         meshio__printf(w, "*HEADING\nmesh %s\n*NODE, NSET=ALL\n", m->name);
         meshio__put_list(w, m, n, meshio__put_inp_nodes);
         meshio__write_inp_elements(w, &kinds[2], &groups[2], NULL,
                                    m->second_order ? "*ELEMENT, TYPE=C3D10, ELSET=REGION_"
                                                    : "*ELEMENT, TYPE=C3D4, ELSET=REGION_",
                                    0);
-        meshio__write_inp_elements(w, &kinds[1], &groups[1], owner,
+        meshio__write_inp_elements(w, &kinds[1], &groups[1], owners,
                                    m->second_order ? "*ELEMENT, TYPE=S6, ELSET=SURFACE_"
                                                    : "*ELEMENT, TYPE=S3, ELSET=SURFACE_",
                                    m->num_tets);
-        meshio__write_inp_surfaces(w, &groups[1], owner);
+        meshio__write_inp_surfaces(w, &groups[1], owners);
         memset(stamps, 0, (n + 1) * sizeof *stamps);
         meshio__write_inp_node_sets(w, &kinds[1], &groups[1], "*NSET, NSET=NODES_", stamps);
         memset(stamps, 0, (n + 1) * sizeof *stamps);
         meshio__write_inp_node_sets(w, &kinds[0], &groups[0], "*NSET, NSET=LINE_", stamps);
     }
     for (k = 0; k < 3; k++) MESHIO_FREE(groups[k].pairs);
-    MESHIO_FREE(owner);
+    MESHIO_FREE(owners);
     MESHIO_FREE(sorted);
     MESHIO_FREE(stamps);
     return ok ? MESHIO_OK : MESHIO_ERROR_OUT_OF_MEMORY;

@@ -579,6 +579,54 @@ static void inp_has_elements_of_ten_nodes(void)
     remove(name);
 }
 
+/* Writes an .inp file of three pairs of tetrahedra, one on each side of triangle 5i, 5i+1, 5i+2,
+ * which is turned over in the pairs with a bit in turned. The first of a pair, element 2i+1, is
+ * behind a triangle that is turned over. Checks the lines of the surface. */
+static void check_inp_sides(const int32_t regions[6], int turned, const char *lines)
+{
+    static double xyz[45];
+    uint32_t tets[24], triangles[9], i, k;
+    int32_t tags[3] = {7, 7, 7}, tet_tags[6];
+    const char *name = file_name("inp"), *at;
+    char *text;
+    size_t size;
+    meshio_mesh m;
+    memset(&m, 0, sizeof m);
+    for (i = 0; i < 3; i++) {
+        const uint32_t v = 5 * i, a = turned >> i & 1 ? v + 2 : v + 1;
+        uint32_t *t = tets + 8 * i, *f = triangles + 3 * i;
+        t[0] = v, t[1] = v + 1, t[2] = v + 2, t[3] = v + 3;
+        t[4] = v, t[5] = v + 2, t[6] = v + 1, t[7] = v + 4;
+        f[0] = v, f[1] = a, f[2] = 2 * v + 3 - a;
+    }
+    for (k = 0; k < 6; k++) tet_tags[k] = regions[k];
+    m.xyz = xyz, m.num_vertices = 15;
+    m.tets = tets, m.tet_tags = tet_tags, m.num_tets = 6;
+    m.triangles = triangles, m.triangle_tags = tags, m.num_triangles = 3;
+    CHECK(meshio_write(name, &m, NULL, NULL) == MESHIO_OK);
+    text = load(name, &size);
+    CHECK(text != NULL);
+    if (text) text[size] = 0;
+    at = text ? strstr(text, "NAME=SURFACE_7\n") : NULL;
+    CHECK(at && strncmp(at + 15, lines, strlen(lines)) == 0 && at[15 + strlen(lines)] == '*');
+    free(text);
+    remove(name);
+}
+
+static void inp_surfaces_are_on_one_side(void)
+{
+    static const int32_t same[6] = {4, 4, 4, 4, 4, 4}, two[6] = {1, 2, 1, 2, 1, 2},
+                         layers[6] = {9, 1, 9, 2, 9, 3}, other[6] = {1, 2, 1, 2, 3, 4};
+    check_inp_sides(same, 0, "2,S1\n4,S1\n6,S1\n"); /* behind each */
+    check_inp_sides(same, 2, "2,S1\n3,S1\n6,S1\n");
+    check_inp_sides(two, 0, "2,S1\n4,S1\n6,S1\n"); /* behind most */
+    check_inp_sides(two, 2, "2,S1\n4,S1\n6,S1\n");
+    check_inp_sides(two, 6, "1,S1\n3,S1\n5,S1\n");
+    check_inp_sides(layers, 7, "1,S1\n3,S1\n5,S1\n"); /* 9 is within layers 1 to 3 */
+    check_inp_sides(layers, 6, "1,S1\n3,S1\n5,S1\n");
+    check_inp_sides(other, 4, "2,S1\n4,S1\n5,S1\n"); /* the last is not beside region 2 */
+}
+
 /* Comments, continued lines, any case, sparse numbers, elements before nodes, sets without a number
  * in their name, an assembly with nodes of its own, cards and elements of no use. */
 static void inp_is_read_as_others_write_it(void)
@@ -2855,6 +2903,7 @@ int main(void)
     faces_beside_elements();
     inp_keeps_regions_and_surfaces();
     inp_has_elements_of_ten_nodes();
+    inp_surfaces_are_on_one_side();
     inp_is_read_as_others_write_it();
     inp_parts_have_their_places();
     inp_sets_have_numbers();
