@@ -7127,17 +7127,20 @@ static int mesher__find_patches(mesher__recovery *r)
     return r->status == MESHER_OK;
 }
 
+/* Is v in the plane of a patch? */
+static int mesher__is_on_patch(const mesher__recovery *r, uint32_t patch, uint32_t v)
+{
+    const double *x = mesher__x(r, v), *plane = r->patch_planes + 4 * (size_t)patch;
+    return fabs(plane[0] * x[0] + plane[1] * x[1] + plane[2] * x[2] - plane[3]) <=
+           4 * r->plane.tolerance;
+}
+
 /* Is v in the plane of a patch that has u? */
 static int mesher__in_plane_of(const mesher__recovery *r, uint32_t u, uint32_t v)
 {
-    const double *x = mesher__x(r, v);
     uint32_t i;
-    for (i = r->patch_row[u]; i < r->patch_row[u + 1]; i++) {
-        const double *plane = r->patch_planes + 4 * (size_t)r->patches[i];
-        if (fabs(plane[0] * x[0] + plane[1] * x[1] + plane[2] * x[2] - plane[3]) <=
-            4 * r->plane.tolerance)
-            return 1;
-    }
+    for (i = r->patch_row[u]; i < r->patch_row[u + 1]; i++)
+        if (mesher__is_on_patch(r, r->patches[i], v)) return 1;
     return 0;
 }
 
@@ -7558,8 +7561,40 @@ static uint32_t mesher__flatten_tet(mesher__recovery *r, delaunay_handle t)
     return num_new;
 }
 
-/* Marks the slots of flat tetrahedra; the threads share them. */
-static void mesher__find_flat(const mesher__recovery *r, uint8_t *is_flat, int64_t slots)
+/* Marks the patches that have both ends of a missing edge. */
+static void mesher__find_patches_of_missing(const mesher__recovery *r, uint8_t *of_missing)
+{
+    uint32_t e, i, j;
+    for (e = 0; e < r->num_edges; e++) {
+        const uint32_t a = r->edges[2 * (size_t)e], b = r->edges[2 * (size_t)e + 1];
+        if (r->edge_present[e] || a >= r->num_rows || b >= r->num_rows) continue;
+        for (i = r->patch_row[a]; i < r->patch_row[a + 1]; i++)
+            for (j = r->patch_row[b]; j < r->patch_row[b + 1]; j++)
+                if (r->patches[i] == r->patches[j]) of_missing[r->patches[i]] = 1;
+    }
+}
+
+/* Are all vertices of t in the plane of a marked patch that has one of them? */
+static int mesher__in_marked_patch(const mesher__recovery *r, delaunay_handle t,
+                                   const uint8_t *marked)
+{
+    const uint32_t *v = r->mesh->tets[t].v;
+    uint32_t i;
+    int k, j;
+    for (k = 0; k < 4; k++) {
+        if (v[k] >= r->num_rows) continue;
+        for (i = r->patch_row[v[k]]; i < r->patch_row[v[k] + 1]; i++) {
+            if (!marked[r->patches[i]]) continue;
+            for (j = 0; j < 4 && mesher__is_on_patch(r, r->patches[i], v[j]); j++) {}
+            if (j == 4) return 1;
+        }
+    }
+    return 0;
+}
+
+/* Marks the slots of flat tetrahedra in the planes of marked patches; the threads share them. */
+static void mesher__find_flat(const mesher__recovery *r, const uint8_t *marked, uint8_t *is_flat,
+                              int64_t slots)
 {
     int threads = delaunay_threads(&r->domain->options.host);
     int64_t t;
@@ -7567,26 +7602,31 @@ static void mesher__find_flat(const mesher__recovery *r, uint8_t *is_flat, int64
     /* Shared: the mesh, read only; each mark is of one thread. */
     MESHER__OMP(omp parallel for schedule(static) num_threads(threads) if(slots > 4096))
     for (t = 1; t < slots; t++)
-        is_flat[t] = (uint8_t)mesher__is_flat_tet(r, (delaunay_handle)t);
+        is_flat[t] = (uint8_t)(mesher__is_flat_tet(r, (delaunay_handle)t) &&
+                               mesher__in_marked_patch(r, (delaunay_handle)t, marked));
 }
 
-/* Removes flat tetrahedra where flips can do that. A plane of the surface that rounding has bent is
- * one layer of facets then, as one that is not bent. Returns the number of flips. */
+/* Removes flat tetrahedra where flips can do that, in the patches that have missing edges. A plane
+ * of the surface that rounding has bent is one layer of facets then, as one that is not bent.
+ * Returns the number of flips. */
 static uint32_t mesher__flatten(mesher__recovery *r)
 {
     const delaunay_mesh *mesh = r->mesh;
     const delaunay_handle slots = mesh->num_tets;
     uint8_t *maybe = (uint8_t *)mesher__zeros(r, slots, 1); /* of the slots so far: may be flat */
+    uint8_t *marked = (uint8_t *)mesher__zeros(r, (size_t)r->domain->num_facets, 1);
     uint32_t before, done = 0, left, i, num_new;
     delaunay_handle t;
-    if (maybe) mesher__find_flat(r, maybe, (int64_t)slots);
+    if (r->status == MESHER_OK) {
+        mesher__find_patches_of_missing(r, marked);
+        mesher__find_flat(r, marked, maybe, (int64_t)slots);
+    }
     do {
         before = done;
         left = 0;
-        for (t = 1; t < mesh->num_tets; t++) {
-            if (t < slots && maybe && !maybe[t]) continue;
+        for (t = 1; t < mesh->num_tets && r->status == MESHER_OK; t++) {
+            if ((t < slots && !maybe[t]) || !mesher__is_flat_tet(r, t)) continue;
             if (mesher__stopped(r)) break;
-            if (!mesher__is_flat_tet(r, t)) continue;
             left++;
             num_new = mesher__flatten_tet(r, t);
             done += num_new > 0;
@@ -7595,6 +7635,7 @@ static uint32_t mesher__flatten(mesher__recovery *r)
         }
         mesher__tell(r, "flat tetrahedra", (int)left);
     } while (done > before && !mesher__stopped(r));
+    delaunay_release(r->memory, marked);
     delaunay_release(r->memory, maybe);
     return done;
 }
