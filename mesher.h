@@ -204,8 +204,9 @@ typedef enum mesher_regions {
     /* a cell is kept if its winding number, by the facets' orientation, is not 0 */
     MESHER_REGIONS_WINDING,
     /* cells that contain a seed with a tag > 0 are kept; if there is no such seed, all cells but
-     * the holes. If a cell contains several seeds, the first one counts; seeds in no bounded cell
-     * are noted. Which cell a seed on a facet is in is not defined */
+     * the holes. If a cell contains several seeds, the first one counts. Noted are seeds in no
+     * bounded cell, others than the first with another number, and cells left out as they have
+     * none. Which cell a seed on a facet is in is not defined */
     MESHER_REGIONS_SEEDS
 } mesher_regions;
 
@@ -320,6 +321,10 @@ typedef enum mesher_kind {
     MESHER_NOTE_NEAR_VERTEX,
     MESHER_NOTE_OUTSIDE_LINE, /* a line in no kept cell: no tetrahedron of the output has it */
     MESHER_NOTE_OUTSIDE_SEED, /* a seed in no bounded cell: vertices[0] is its number */
+    /* seed vertices[0] in the cell of seed vertices[1], which counts, with another region number */
+    MESHER_NOTE_SHARED_CELL,
+    /* a cell without a seed, left out as others have one; it is beside triangles[0] */
+    MESHER_NOTE_UNSEEDED_CELL,
     MESHER_DEFECT_FIRST,
     MESHER_DEFECT_NOT_FINITE = MESHER_DEFECT_FIRST, /* a coordinate: NaN or infinite */
     MESHER_DEFECT_RANGE,        /* a coordinate beyond 1e60, or an extent below 1e-60 */
@@ -920,6 +925,13 @@ static void mesher__note_sentence(char *text, size_t size, const mesher_finding 
         break;
     case MESHER_NOTE_OUTSIDE_SEED:
         snprintf(text, size, "seed %lu %s is in no bounded cell", u, at);
+        break;
+    case MESHER_NOTE_SHARED_CELL:
+        snprintf(text, size, "seed %lu %s is in the cell of seed %lu, whose number it gets", u, at,
+                 v);
+        break;
+    case MESHER_NOTE_UNSEEDED_CELL:
+        snprintf(text, size, "a cell at %s has no seed and is left out, as others have one", a);
         break;
     default: break;
     }
@@ -9900,26 +9912,48 @@ done:
     return result;
 }
 
-/* Marks the regions that hold a seed as seeded, and gives them the first seed's tag as number, 0
- * for a hole. *any: some seed has a tag > 0. */
+/* Enters the first seed of each region, plus 1, into seed_of, and gives the region that seed's tag
+ * as number, 0 for a hole. *any: some seed has a tag > 0. */
 static void mesher__apply_seeds(mesher_domain *domain, const mesher__coloring *work,
-                                uint8_t *seeded, int *any, mesher_report *report)
+                                size_t *seed_of, int *any, mesher_report *report)
 {
     const mesher_surface *surface = &domain->surface;
     const delaunay_mesh *mesh = &domain->mesh;
     size_t i;
     *any = 0;
     for (i = 0; i < surface->num_seeds; i++) {
-        int32_t tag = surface->seed_tags ? surface->seed_tags[i] : (int32_t)(i + 1);
-        delaunay_handle t = delaunay_locate(mesh, surface->seeds + 3 * i, 0);
-        uint32_t r = t ? work->number[mesh->color[t]] : 0;
+        const double *x = surface->seeds + 3 * i;
+        const int32_t tag = surface->seed_tags ? surface->seed_tags[i] : (int32_t)(i + 1);
+        const uint32_t number = tag > 0 ? (uint32_t)tag : 0;
+        const delaunay_handle t = delaunay_locate(mesh, x, 0);
+        const uint32_t r = t ? work->number[mesh->color[t]] : 0;
         if (tag > 0) *any = 1;
-        if (r == 0)
+        if (r == 0) {
             mesher_report_add(report, MESHER_NOTE_OUTSIDE_SEED, DELAUNAY_NO_ID, DELAUNAY_NO_ID,
-                              (uint32_t)i, DELAUNAY_NO_ID, DELAUNAY_NO_ID, surface->seeds + 3 * i);
-        if (r == 0 || seeded[r - 1]) continue;
-        seeded[r - 1] = 1;
-        domain->regions[r - 1].number = tag > 0 ? (uint32_t)tag : 0;
+                              (uint32_t)i, DELAUNAY_NO_ID, DELAUNAY_NO_ID, x);
+        } else if (seed_of[r - 1] == 0) {
+            seed_of[r - 1] = i + 1;
+            domain->regions[r - 1].number = number;
+        } else if (domain->regions[r - 1].number != number) {
+            mesher_report_add(report, MESHER_NOTE_SHARED_CELL, DELAUNAY_NO_ID, DELAUNAY_NO_ID,
+                              (uint32_t)i, (uint32_t)(seed_of[r - 1] - 1), DELAUNAY_NO_ID, x);
+        }
+    }
+}
+
+/* Adds a note for each region without a seed, if others are kept. */
+static void mesher__note_unseeded(const mesher_domain *domain, const size_t *seed_of,
+                                  mesher_report *report)
+{
+    const mesher_surface *surface = &domain->surface;
+    uint32_t i;
+    for (i = 0; i < domain->num_regions && domain->regions[i].number == 0; i++) {}
+    if (i == domain->num_regions) return;
+    for (i = 0; i < domain->num_regions; i++) {
+        const uint32_t f = domain->regions[i].first_facet;
+        if (seed_of[i] == 0 && f != DELAUNAY_NO_ID)
+            mesher__add_triangle_finding(report, MESHER_NOTE_UNSEEDED_CELL, surface, f,
+                                         DELAUNAY_NO_ID, surface->triangles + 3 * (size_t)f);
     }
 }
 
@@ -9929,24 +9963,25 @@ static mesher_result mesher__keep_cells(mesher_domain *domain, const mesher__col
 {
     mesher_regions policy = domain->options.regions;
     uint32_t i, next = 0;
-    uint8_t *seeded = (uint8_t *)delaunay_alloc(&domain->memory, domain->num_regions, 1);
+    size_t *seed_of = (size_t *)delaunay_alloc_zeroed(&domain->memory, domain->num_regions,
+                                                      sizeof *seed_of);
     int any = 0;
-    if (!seeded) return MESHER_ERROR_OUT_OF_MEMORY;
-    memset(seeded, 0, domain->num_regions);
+    if (!seed_of) return MESHER_ERROR_OUT_OF_MEMORY;
     if (policy == MESHER_REGIONS_SEEDS)
-        mesher__apply_seeds(domain, work, seeded, &any, report);
+        mesher__apply_seeds(domain, work, seed_of, &any, report);
+    if (policy == MESHER_REGIONS_SEEDS) mesher__note_unseeded(domain, seed_of, report);
     for (i = 0; i < domain->num_regions; i++) {
         mesher_region *region = domain->regions + i;
         switch (policy) {
         case MESHER_REGIONS_ALL: region->kept = 1; break;
         case MESHER_REGIONS_PARITY: region->kept = (int)(region->depth & 1); break;
         case MESHER_REGIONS_WINDING: region->kept = region->winding != 0; break;
-        case MESHER_REGIONS_SEEDS: region->kept = any ? region->number > 0 : !seeded[i]; break;
+        case MESHER_REGIONS_SEEDS: region->kept = any ? region->number > 0 : !seed_of[i]; break;
         }
         if (!region->kept) region->number = 0;
         else if (!any) region->number = ++next;
     }
-    delaunay_release(&domain->memory, seeded);
+    delaunay_release(&domain->memory, seed_of);
     return MESHER_OK;
 }
 
@@ -15906,6 +15941,8 @@ MESHER_API const char *mesher_kind_string(mesher_kind kind)
     case MESHER_NOTE_NEAR_VERTEX: return "nearly equal vertices";
     case MESHER_NOTE_OUTSIDE_LINE: return "line outside every cell";
     case MESHER_NOTE_OUTSIDE_SEED: return "seed outside every cell";
+    case MESHER_NOTE_SHARED_CELL: return "seed in the cell of another";
+    case MESHER_NOTE_UNSEEDED_CELL: return "cell without a seed, left out";
     case MESHER_DEFECT_NOT_FINITE: return "coordinate not finite";
     case MESHER_DEFECT_RANGE: return "coordinate out of range";
     case MESHER_DEFECT_INDEX: return "vertex index out of range";

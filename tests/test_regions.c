@@ -458,8 +458,8 @@ static void seeds_choose(void)
         mesher_report report;
         double seeds[9];
         int32_t tags[3], wanted[VOXELS];
-        int i, j, any = 0, bad = 0, kept = 0;
-        uint64_t outside = 0;
+        int i, j, any = 0, bad = 0, kept = 0, counted[VOXELS] = {0};
+        uint64_t outside = 0, shared = 0, unseeded = 0;
         random_labels(&b, 2 + round % 3);
         count_cells(&b);
         make_surface(&b, 0);
@@ -473,6 +473,7 @@ static void seeds_choose(void)
             tags[i] = round % 4 == 0 ? 0 : (int32_t)(random_below(3) * 5);
             any |= tags[i] > 0;
             if (wanted[b.cell[v]] < 0) wanted[b.cell[v]] = tags[i];
+            shared += b.cell[v] && wanted[b.cell[v]] != tags[i];
             outside += b.cell[v] == 0;
         }
         memset(&surface, 0, sizeof surface);
@@ -492,7 +493,13 @@ static void seeds_choose(void)
         for (i = 0; i < VOXELS; i++)
             kept |= b.cell[i] && (any ? wanted[b.cell[i]] > 0 : wanted[b.cell[i]] != 0);
         CHECK(mesher_color(&domain, &report) == (kept ? MESHER_OK : MESHER_ERROR_SURFACE));
+        for (i = 0; i < VOXELS && any && kept; i++) {
+            unseeded += b.cell[i] && wanted[b.cell[i]] < 0 && !counted[b.cell[i]];
+            counted[b.cell[i]] = 1;
+        }
         CHECK(report.counts[MESHER_NOTE_OUTSIDE_SEED] == outside);
+        CHECK(report.counts[MESHER_NOTE_SHARED_CELL] == shared);
+        CHECK(report.counts[MESHER_NOTE_UNSEEDED_CELL] == unseeded);
         CHECK(report.counts[MESHER_DEFECT_NONE_KEPT] == !kept);
         for (j = 0; j < TETS && kept; j++) {
             int c = b.cell[j / 6];
@@ -538,11 +545,48 @@ static void a_seed_outside_is_named(void)
     mesher_domain_free(&domain);
 }
 
+/* What a user reads who has put both seeds into the same one of two bodies. */
+static void cells_without_a_seed_are_named(void)
+{
+    static const uint32_t triangles[24] = {0, 2, 1, 0, 1, 3, 1, 2, 3, 0, 3, 2,
+                                           4, 6, 5, 4, 5, 7, 5, 6, 7, 4, 7, 6};
+    static const double xyz[24] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1,
+                                   5, 0, 0, 6, 0, 0, 5, 1, 0, 5, 0, 1};
+    const double seeds[6] = {0.25, 0.25, 0.25, 0.125, 0.25, 0.25};
+    mesher_surface surface;
+    mesher_domain domain;
+    mesher_options options;
+    mesher_report report;
+    mesher_finding findings[4];
+    char text[200];
+    memset(&surface, 0, sizeof surface);
+    memset(&report, 0, sizeof report);
+    memset(&options, 0, sizeof options);
+    surface.xyz = xyz;
+    surface.num_vertices = 8;
+    surface.triangles = triangles;
+    surface.num_triangles = 8;
+    surface.seeds = seeds;
+    surface.num_seeds = 2;
+    options.regions = MESHER_REGIONS_SEEDS;
+    report.findings = findings;
+    report.cap_findings = 4;
+    CHECK(mesher_mesh(&domain, &surface, &options, &report) == MESHER_OK);
+    CHECK(report.num_regions == 1 && report.num_findings == 2);
+    mesher_finding_string(text, sizeof text, &report, &findings[0]);
+    CHECK(strcmp(text, "seed 1 at (0.125, 0.25, 0.25) is in the cell of seed 0, whose number it "
+                       "gets") == 0);
+    mesher_finding_string(text, sizeof text, &report, &findings[1]);
+    CHECK(strcmp(text, "a cell at triangle 4 has no seed and is left out, as others have one") == 0);
+    mesher_domain_free(&domain);
+}
+
 int main(void)
 {
     random_blocks();
     a_void_is_noted();
     seeds_choose();
     a_seed_outside_is_named();
+    cells_without_a_seed_are_named();
     return check_report();
 }
