@@ -83,6 +83,14 @@ static int arguments_fit(const arguments *args)
     return 1;
 }
 
+/* What the options with a value need. */
+static const tool_need needs[] = {{"-o", "the name of a file"},
+                                  {"--output", "the name of a file"},
+                                  {"--hull", "the name of a file"},
+                                  {"--weights", "the name of a file"},
+                                  {"--threads", "a number from 1 to 4096"},
+                                  {NULL, NULL}};
+
 /* Returns 0: go on; 1: done (--help, --version); 2: wrong usage. */
 static int parse(int argc, char **argv, arguments *args)
 {
@@ -113,7 +121,7 @@ static int parse(int argc, char **argv, arguments *args)
         } else if (strcmp(a, "-q") == 0 || strcmp(a, "--quiet") == 0) {
             args->quiet = 1;
         } else if (a[0] == '-' || args->input) {
-            fprintf(stderr, "delaunay: cannot make sense of '%s'; try --help\n", a);
+            tool_complain("delaunay", needs, a, argv[i + 1]);
             return 2;
         } else {
             args->input = a;

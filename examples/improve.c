@@ -20,7 +20,7 @@ static const char help[] =
     "are, and so do the lines and triangles of the file (unless its triangles are the facets of all\n"
     "tetrahedra). The worst quality never falls, there are no more bad tetrahedra than before (but\n"
     "for a few where some of the worst become better), and none is ever inverted. Without -o only the\n"
-    "statistics are printed.\n"
+    "statistics are printed. Of elements of higher order only the corners are kept.\n"
     "\n"
     "  -o, --output FILE    .mesh .meshb .msh .msh4 .vtu .vtk .inp .ele\n"
     "  --measure M          gamma (default), sicn, dihedral (the sine of the smallest dihedral angle)\n"
@@ -89,6 +89,18 @@ static int arguments_fit(const arguments *args)
     return 1;
 }
 
+/* What the options with a value need. */
+static const tool_need needs[] = {{"-o", "the name of a file"},
+                                  {"--output", "the name of a file"},
+                                  {"--measure", "gamma, sicn or dihedral"},
+                                  {"--target", "a number from 1e-9 to 1"},
+                                  {"--effort", "a number from 0.01 to 100"},
+                                  {"--max-seconds", "a number from 0.001 to 1e9"},
+                                  {"--threads", "a number from 1 to 4096"},
+                                  {"--bad", "the name of a file"},
+                                  {"--json", "the name of a file"},
+                                  {NULL, NULL}};
+
 /* Returns 0: go on; 1: done (--help, --version); 2: wrong usage. */
 static int parse(int argc, char **argv, arguments *args)
 {
@@ -135,9 +147,7 @@ static int parse(int argc, char **argv, arguments *args)
         } else if (strcmp(a, "-q") == 0 || strcmp(a, "--quiet") == 0) {
             args->quiet = 1;
         } else if (a[0] == '-' || args->input) {
-            const char *next = argv[i + 1];
-            fprintf(stderr, "improve: cannot make sense of '%s'%s%s; try --help\n", a,
-                    next ? " before " : "", next ? next : "");
+            tool_complain("improve", needs, a, argv[i + 1]);
             return 2;
         } else {
             args->input = a;
@@ -429,6 +439,33 @@ static spr_result improve_arrays(meshio_mesh *m, size_t cap_vertices, size_t cap
     return result;
 }
 
+/* Leaves out the nodes at no corner of an element, that is, those in the middle of elements of a
+ * higher order and those saved as points of no group. Returns 0 if memory runs out. */
+static int drop_spare(const arguments *args, meshio_mesh *m)
+{
+    uint32_t *number, next = 0;
+    size_t v, i;
+    if (m->num_spare == 0) return 1;
+    number = (uint32_t *)malloc(m->num_vertices * sizeof *number);
+    if (!number) return 0;
+    for (v = 0; v < m->num_vertices; v++) {
+        number[v] = next;
+        if (m->spare[v]) continue;
+        memmove(m->xyz + 3 * (size_t)next, m->xyz + 3 * v, 3 * sizeof *m->xyz);
+        m->vertex_tags[next++] = m->vertex_tags[v];
+    }
+    m->num_vertices = next;
+    for (i = 0; i < 4 * m->num_tets; i++) m->tets[i] = number[m->tets[i]];
+    for (i = 0; i < 3 * m->num_triangles; i++) m->triangles[i] = number[m->triangles[i]];
+    for (i = 0; i < 2 * m->num_edges; i++) m->edges[i] = number[m->edges[i]];
+    free(number);
+    fprintf(stderr,
+            "improve: %s: %llu nodes in the middle of elements, or saved as points of no group, "
+            "are left out: the elements become those of first order\n",
+            args->input, (unsigned long long)m->num_spare);
+    return 1;
+}
+
 /* Reads the mesh. */
 static int read_mesh(const arguments *args, meshio_mesh *m, spr_report *report)
 {
@@ -440,7 +477,9 @@ static int read_mesh(const arguments *args, meshio_mesh *m, spr_report *report)
                         result == MESHIO_ERROR_OUT_OF_MEMORY ? TOOL_NO_MEMORY : TOOL_CANNOT_READ);
     if (m->num_tets == 0)
         return complain(args, report, "no tetrahedra in this file", TOOL_BAD_SURFACE);
-    if (m->num_solids == 0) return TOOL_OK;
+    if (m->num_solids == 0)
+        return drop_spare(args, m) ? TOOL_OK
+                                   : complain(args, report, "out of memory", TOOL_NO_MEMORY);
     snprintf(text, sizeof text,
              "%llu hexahedra, prisms, pyramids or the like are not read, and would be lost",
              (unsigned long long)m->num_solids);
@@ -456,7 +495,8 @@ static int write_mesh(const arguments *args, meshio_mesh *m, const uint8_t *inne
     if (inner) {
         fprintf(stderr, "improve: %s lists the facets of all tetrahedra; inner ones do not stay\n",
                 args->input);
-        if (!drop_triangles(m, inner)) return complain(args, report, "out of memory", TOOL_NO_MEMORY);
+        if (!drop_triangles(m, inner))
+            return complain(args, report, "out of memory", TOOL_NO_MEMORY);
     }
     if (!args->output || meshio_write(args->output, m, NULL, &io) == MESHIO_OK) return TOOL_OK;
     return complain(args, report, io.message, TOOL_CANNOT_WRITE);

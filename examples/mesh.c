@@ -30,7 +30,8 @@ static const char help_usage[] =
     "\n"
     "  INPUT                .stl .off .obj .ply .mesh .meshb .msh .vtk .vtu .inp .poly .smesh.\n"
     "                       Of a file with tetrahedra whose triangles are missing or do not close,\n"
-    "                       the surface is what bounds the tetrahedra and their regions\n"
+    "                       the surface is what bounds the tetrahedra and their regions. These keep\n"
+    "                       their numbers, and voids stay empty\n"
     "  -o, --output FILE    .mesh .meshb .msh (2.2) .msh4 (4.1) .vtu .vtk .inp .ele (+ .node .face);\n"
     "                       without it nothing is written but the statistics\n"
     "  --format F           write FILE in the format that has extension F\n"
@@ -49,7 +50,7 @@ static const char help_usage[] =
     "                       around balls, boxes and segments\n"
     "  --growth R           > 1: sizes grow by this ratio from edge to edge, away from the surface\n"
     "  --coarse             few, well-shaped tetrahedra: the same as --growth 1.3\n"
-    "  --region-size N=H    H in region N (1 .. 1000); this and the next three may be repeated, the\n"
+    "  --region-size N=H    H in region N (1 .. 65535); this and the next three may be repeated, the\n"
     "                       three 64 times in all\n"
     "  --ball X,Y,Z,R,H     H within R of the point X,Y,Z, growing from there by the gradation\n"
     "  --box X,Y,Z,X,Y,Z,H  H in the box with these opposite corners, growing in the same way\n"
@@ -84,10 +85,11 @@ static const char help_options[] =
     "  --regions R          which cells become regions. all: every bounded one (default); parity:\n"
     "                       those that an odd number of facets separates from the outside;\n"
     "                       winding: those that the orientation of the facets encloses; seeds:\n"
-    "                       those with a region point of a .poly file (the default if it has any;\n"
-    "                       of other files, all)\n"
-    "  --drop-unused        leave out vertices that no triangle or line has (default: they become\n"
-    "                       nodes of the mesh)\n"
+    "                       those with a region point of a .poly file, or tetrahedra in INPUT (the\n"
+    "                       default if it has any; of other files, all)\n"
+    "  --drop-unused        leave out vertices that no triangle or line has, or that are equal to\n"
+    "                       others (default: OUTPUT has all vertices of INPUT, so that their numbers\n"
+    "                       stay, and the former are nodes of the mesh, where they are in it)\n"
     "  --allow-surface-steiner\n"
     "                       as a last resort, add points on the surface where it cannot be\n"
     "                       recovered; the mesh is then written without triangles and lines\n"
@@ -121,7 +123,7 @@ static const char help_options[] =
 
 /* ---- settings ---- */
 
-enum { MAX_SOURCES = 64, MAX_REGION_SIZES = 1000 };
+enum { MAX_SOURCES = 64, MAX_REGION_SIZES = 65535 };
 
 typedef struct settings {
     const char *input, *output, *json, *format, *size_grid, *size_mesh, *save_sizes;
@@ -234,7 +236,7 @@ static int parse_number(const char *a, const char *text, settings *s)
         s->mesher.min_size = v;
     else if (strcmp(a, "--max-size") == 0 && tool_number(text, 1e-300, 1e300, &v))
         s->mesher.max_size = v;
-    else if (strcmp(a, "--gradation") == 0 && tool_number(text, 1.0001, 100, &v))
+    else if (strcmp(a, "--gradation") == 0 && tool_number(text, 1, 100, &v))
         s->mesher.gradation = v;
     else if (strcmp(a, "--size-factor") == 0 && tool_number(text, 1e-6, 1e6, &v))
         s->mesher.size_factor = v;
@@ -338,6 +340,10 @@ static int settings_fit(const settings *s)
                 s->format ? "in the format " : "to ", s->format ? s->format : s->output);
         return 0;
     }
+    if (s->format && !s->output) {
+        fprintf(stderr, "mesh: --format without --output; '-' is where the program prints\n");
+        return 0;
+    }
     if (s->ascii && s->binary) {
         fprintf(stderr, "mesh: --ascii and --binary; try --help\n");
         return 0;
@@ -351,6 +357,39 @@ static int settings_fit(const settings *s)
     return !is_ele || !has_nodes_beside(s->input) ||
            tool_spares_nodes("mesh", "--output", s->output, s->input);
 }
+
+/* What the options with a value need. */
+static const tool_need needs[] = {
+    {"-o", "the name of a file"},
+    {"--output", "the name of a file"},
+    {"--format", "an ending, as vtu"},
+    {"--order", "1 or 2"},
+    {"--size", "a number above 0"},
+    {"--size-factor", "a number from 1e-6 to 1e6"},
+    {"--min-size", "a number above 0"},
+    {"--max-size", "a number above 0"},
+    {"--gradation", "a number from 1 to 100"},
+    {"--growth", "a number from 1.0001 to 100"},
+    {"--region-size", "N=H, a number from 1 to 65535 and a size above 0"},
+    {"--ball", "X,Y,Z,R,H, with a size H above 0"},
+    {"--box", "X,Y,Z,X,Y,Z,H, with a size H above 0"},
+    {"--segment", "X,Y,Z,X,Y,Z,R,H, with a size H above 0"},
+    {"--size-grid", "the name of a file"},
+    {"--size-mesh", "the name of a file"},
+    {"--save-sizes", "a name that ends in .sol or .mtr"},
+    {"--layers", "a number from 1 to 1000"},
+    {"--curvature", "a number of degrees from 0.1 to 180"},
+    {"--weld", "a number from 1e-60 to 1e60"},
+    {"--regions", "all, parity, winding or seeds"},
+    {"--target", "a number from 1e-9 to 1"},
+    {"--effort", "a number from 0.01 to 100"},
+    {"--max-seconds", "a number from 1e-6 to 1e9"},
+    {"--max-tets", "a number from 1 to 1e18"},
+    {"--max-vertices", "a number from 1 to 1e18"},
+    {"--max-memory", "a number of megabytes from 1 to 1e9"},
+    {"--threads", "a number from 1 to 4096"},
+    {"--json", "the name of a file"},
+    {NULL, NULL}};
 
 /* Returns 0: go on; 1: done (--help, --version); 2: wrong usage. */
 static int parse(int argc, char **argv, settings *s)
@@ -383,10 +422,10 @@ static int parse(int argc, char **argv, settings *s)
         } else if (a[0] != '-' && !s->input) {
             s->input = a;
         } else {
-            fprintf(stderr, "mesh: cannot make sense of '%s'%s%s%s; try --help\n", a,
-                    next ? " before " : "", next ? next : "",
-                    s->mesher.num_sources == MAX_SOURCES
-                        ? ", or there are more than 64 balls, boxes and segments" : "");
+            if (s->mesher.num_sources == MAX_SOURCES)
+                fprintf(stderr, "mesh: there may be no more than %d balls, boxes and segments\n",
+                        MAX_SOURCES);
+            tool_complain("mesh", needs, a, next);
             return 2;
         }
     }
@@ -410,11 +449,19 @@ typedef struct weld_cure {
     uint64_t num_gone; /* triangles that vanish with it */
 } weld_cure;
 
+/* For --order 2: elements of second order, and all nodes. */
+typedef struct raised {
+    double *xyz; /* NULL: there are none */
+    size_t num_nodes;
+    uint32_t *tets, *triangles, *edges;
+} raised;
+
 typedef struct job {
     settings set;
     const char *name; /* of the input, for messages */
     meshio_mesh in;
     int32_t *seed_tags;
+    int has_tet_seeds;  /* the seeds are in the tetrahedra of the file, whose regions stay */
     size_t num_renamed; /* regions of the file whose attribute cannot be their number */
     double *seeds, *grid_sizes, *mesh_sizes;
     mesher_size_grid grid;
@@ -431,6 +478,8 @@ typedef struct job {
     spr_report spr;
     spr_statistics quality;
     mesher_output out;
+    raised second;
+    size_t num_dropped; /* vertices of the input that --drop-unused has left out */
     uint64_t num_large; /* triangles that --refine-surface had better divided */
     double seconds[NUM_PHASES], start;
     int code;          /* exit code so far */
@@ -594,8 +643,13 @@ static int add_border(job *j)
     uint32_t *triangles, *v;
     int32_t *tags;
     int32_t spare = tool_unused_tag(m->tet_tags, m->num_tets);
+    size_t num_untagged = 0;
     for (i = 0; i < m->num_tets; i++)
-        if (m->tet_tags[i] == 0) m->tet_tags[i] = spare;
+        if (m->tet_tags[i] == 0) {
+            m->tet_tags[i] = spare;
+            num_untagged++;
+        }
+    j->num_renamed = num_untagged > 0 && num_untagged < m->num_tets;
     all = sort_sides(m, n);
     triangles = all ? (uint32_t *)realloc(m->triangles, 3 * n * sizeof *triangles) : NULL;
     if (triangles) m->triangles = triangles;
@@ -802,24 +856,45 @@ static int read_size_mesh(job *j)
     return TOOL_OK;
 }
 
-/* Turns the holes and regions of a .poly file into seeds of the mesher. A region whose attribute is
- * no whole number from 1 on gets the next number that no other region has. Returns 0 if memory runs
- * out. */
+/* Makes room for n seeds. Returns 0 if memory runs out. */
+static int seeds_room(job *j, size_t n)
+{
+    if (n > (size_t)-1 / 24) return 0;
+    j->seeds = (double *)malloc(3 * n * sizeof(double));
+    j->seed_tags = (int32_t *)malloc(n * sizeof(int32_t));
+    return j->seeds && j->seed_tags;
+}
+
+/* Hands n seeds to the mesher, which keeps the cells that have one unless --regions says otherwise.
+ */
+static void use_seeds(job *j, size_t n)
+{
+    j->surface.seeds = j->seeds;
+    j->surface.seed_tags = j->seed_tags;
+    j->surface.num_seeds = n;
+    if (!j->set.regions_given) j->set.mesher.regions = MESHER_REGIONS_SEEDS;
+}
+
+/* Whether an attribute can be the number of a region; if not, the region gets the next number that
+ * no other has. */
+static int is_region_number(double attribute)
+{
+    return attribute >= 1 && attribute < 2e9 && attribute == floor(attribute);
+}
+
+/* Turns the holes and regions of a .poly file into seeds. Returns 0 if memory runs out. */
 static int take_seeds(job *j)
 {
     size_t n = j->in.num_holes + j->in.num_regions, i;
     int32_t spare = 0;
     if (n == 0) return 1;
-    j->seeds = (double *)malloc(3 * n * sizeof(double));
-    j->seed_tags = (int32_t *)malloc(n * sizeof(int32_t));
-    if (!j->seeds || !j->seed_tags) return 0;
+    if (!seeds_room(j, n)) return 0;
     for (i = 0; i < n; i++) {
         const double *xyz = i < j->in.num_holes ? j->in.holes + 3 * i
                                                 : j->in.regions + 5 * (i - j->in.num_holes);
         memcpy(j->seeds + 3 * i, xyz, 3 * sizeof(double));
         j->seed_tags[i] = 0;
-        if (i >= j->in.num_holes && xyz[3] >= 1 && xyz[3] < 2e9 && xyz[3] == floor(xyz[3]))
-            j->seed_tags[i] = (int32_t)xyz[3];
+        if (i >= j->in.num_holes && is_region_number(xyz[3])) j->seed_tags[i] = (int32_t)xyz[3];
         if (j->seed_tags[i] > spare) spare = j->seed_tags[i];
     }
     for (i = j->in.num_holes; i < n; i++)
@@ -827,11 +902,136 @@ static int take_seeds(job *j)
             j->seed_tags[i] = ++spare;
             j->num_renamed++;
         }
-    j->surface.seeds = j->seeds;
-    j->surface.seed_tags = j->seed_tags;
-    j->surface.num_seeds = n;
-    if (!j->set.regions_given) j->set.mesher.regions = MESHER_REGIONS_SEEDS;
+    use_seeds(j, n);
     return 1;
+}
+
+/* Side i of a mesh: a triangle of the file, or after all of them a facet of a tetrahedron. */
+static void set_side_of(tet_side *s, const meshio_mesh *m, size_t i)
+{
+    const uint32_t *v = m->triangles + 3 * i;
+    const size_t f = i - m->num_triangles;
+    const uint8_t *o = delaunay_facet_order((int)(f % 4));
+    if (i < m->num_triangles) {
+        set_side(s, v[0], v[1], v[2], 0);
+        return;
+    }
+    v = m->tets + f / 4 * 4;
+    set_side(s, v[o[0]], v[o[1]], v[o[2]], m->tet_tags[f / 4]);
+}
+
+static size_t root_of(size_t *parent, size_t t)
+{
+    while (parent[t] != t) t = parent[t] = parent[parent[t]];
+    return t;
+}
+
+/* Joins the neighbouring tetrahedra of a region that no triangle of the file is between: those of a
+ * cell get the same root in parent. Returns 0 if memory runs out. */
+static int join_tets(const meshio_mesh *m, size_t *parent)
+{
+    const size_t n = m->num_triangles + 4 * m->num_tets;
+    size_t size = 1024, i, k, *table; /* table: by hash, sides + 1, one of each pair */
+    tet_side s, other;
+    while (size < n + n / 2) size *= 2;
+    table = (size_t *)calloc(size, sizeof *table);
+    if (!table) return 0;
+    for (i = 0; i < m->num_tets; i++) parent[i] = i;
+    for (i = 0; i < n; i++) {
+        set_side_of(&s, m, i);
+        for (k = (size_t)hash_side(&s) & (size - 1); table[k]; k = (k + 1) & (size - 1)) {
+            set_side_of(&other, m, table[k] - 1);
+            if (compare_sides(&s, &other) == 0) break;
+        }
+        if (!table[k]) {
+            table[k] = i + 1;
+        } else if (table[k] > m->num_triangles && s.tag == other.tag) {
+            const size_t t = (i - m->num_triangles) / 4, u = (table[k] - 1 - m->num_triangles) / 4;
+            parent[root_of(parent, t)] = root_of(parent, u);
+        }
+    }
+    free(table);
+    return 1;
+}
+
+/* About the volume of a tetrahedron, and the middle between its corners. */
+static double volume_of(const meshio_mesh *m, size_t t, double middle[3])
+{
+    const uint32_t *v = m->tets + 4 * t;
+    const double *x[4];
+    double e[3][3];
+    int k, c;
+    for (k = 0; k < 4; k++) x[k] = m->xyz + 3 * (size_t)v[k];
+    for (c = 0; c < 3; c++) {
+        middle[c] = 0.25 * x[0][c] + 0.25 * x[1][c] + 0.25 * x[2][c] + 0.25 * x[3][c];
+        for (k = 0; k < 3; k++) e[k][c] = x[k + 1][c] - x[0][c];
+    }
+    return fabs(e[0][0] * (e[1][1] * e[2][2] - e[1][2] * e[2][1]) +
+                e[0][1] * (e[1][2] * e[2][0] - e[1][0] * e[2][2]) +
+                e[0][2] * (e[1][0] * e[2][1] - e[1][1] * e[2][0]));
+}
+
+static int compare_tags(const void *a, const void *b)
+{
+    const int32_t x = *(const int32_t *)a, y = *(const int32_t *)b;
+    return x < y ? -1 : x > y;
+}
+
+/* Gives the n seeds whose tags cannot be numbers of regions the next numbers that no other has, the
+ * same to equal ones. Returns 0 if memory runs out. */
+static int rename_seeds(job *j, size_t n)
+{
+    int32_t *bad = (int32_t *)malloc((n + 1) * sizeof *bad), spare = 0;
+    size_t count = 0, distinct = 0, i;
+    if (!bad) return 0;
+    for (i = 0; i < n; i++)
+        if (!is_region_number(j->seed_tags[i])) bad[count++] = j->seed_tags[i];
+        else if (j->seed_tags[i] > spare) spare = j->seed_tags[i];
+    qsort(bad, count, sizeof *bad, compare_tags);
+    for (i = 0; i < count; i++)
+        if (distinct == 0 || bad[distinct - 1] != bad[i]) bad[distinct++] = bad[i];
+    for (i = 0; i < n; i++)
+        if (!is_region_number(j->seed_tags[i])) {
+            const int32_t *at = (const int32_t *)bsearch(&j->seed_tags[i], bad, distinct,
+                                                         sizeof *bad, compare_tags);
+            j->seed_tags[i] = spare + 1 + (int32_t)(at - bad);
+        }
+    j->num_renamed += distinct;
+    free(bad);
+    return 1;
+}
+
+/* Puts a seed into the largest tetrahedron of each cell of the file's tetrahedra, with its tag, so
+ * that the regions keep their numbers, and voids stay empty. Returns 0 if memory runs out. */
+static int take_tet_seeds(job *j)
+{
+    const meshio_mesh *m = &j->in;
+    const size_t n = m->num_tets;
+    size_t *parent = (size_t *)malloc((n + 1) * sizeof *parent), t, r, num = 0;
+    size_t *largest = (size_t *)calloc(n + 1, sizeof *largest); /* of a root; plus 1 */
+    double *volume = (double *)calloc(n + 1, sizeof *volume), middle[3], size;
+    int ok = parent && largest && volume && join_tets(m, parent);
+    for (t = 0; ok && t < n; t++) {
+        r = root_of(parent, t);
+        num += r == t;
+        size = volume_of(m, t, middle);
+        if (largest[r] && !(size > volume[r])) continue;
+        largest[r] = t + 1;
+        volume[r] = size;
+    }
+    ok = ok && seeds_room(j, num);
+    for (num = 0, t = 0; ok && t < n; t++) {
+        if (parent[t] != t) continue;
+        (void)volume_of(m, largest[t] - 1, j->seeds + 3 * num);
+        j->seed_tags[num++] = m->tet_tags[t];
+    }
+    ok = ok && rename_seeds(j, num);
+    if (ok) use_seeds(j, num);
+    j->has_tet_seeds = ok;
+    free(parent);
+    free(largest);
+    free(volume);
+    return ok;
 }
 
 static int set_surface(job *j)
@@ -851,7 +1051,12 @@ static int set_surface(job *j)
     j->surface.num_edges = j->set.no_lines ? 0 : j->in.num_edges;
     j->report.findings = (mesher_finding *)malloc(MAX_FINDINGS * sizeof(mesher_finding));
     j->report.cap_findings = MAX_FINDINGS;
-    return j->report.findings && take_seeds(j);
+    if (!j->report.findings || !take_seeds(j)) return 0;
+    if (j->in.num_tets == 0 || j->in.num_solids > 0 || j->surface.num_seeds > 0 ||
+        j->set.refine_mesh)
+        return 1;
+    if (j->set.regions_given && j->set.mesher.regions != MESHER_REGIONS_SEEDS) return 1;
+    return take_tet_seeds(j);
 }
 
 /* ---- findings ---- */
@@ -1016,8 +1221,8 @@ static int on_cure_progress(void *user, const char *phase, double fraction)
     return tool_interrupted || tool_seconds() > ((const cure_search *)user)->end;
 }
 
-/* Tries a distance. Returns 1 if it leaves no defect, 0 if it does (also where it moves nothing), -1
- * if that is not known. */
+/* Tries a distance. Returns 1 if it leaves no defect, 0 if it does (also where it moves nothing),
+ * -1 if that is not known. */
 static int try_cure(const job *j, weld_cure *c, cure_search *search)
 {
     mesher_surface welded = j->surface;
@@ -1114,8 +1319,10 @@ static int print_left_out(const job *j, const char *title)
     size_t i, volumes = 0;
     int any = 0;
     if (in->num_spare)
-        printf("%-11s %llu x node at no corner, left out: in the middle of an element, or saved as "
-               "a point of no group\n", any++ ? "" : title, (unsigned long long)in->num_spare);
+        printf("%-11s %llu x node at no corner, not in the mesh: in the middle of an element, or "
+               "saved as a point of no group%s\n",
+               any++ ? "" : title, (unsigned long long)in->num_spare,
+               j->set.mesher.drop_unused ? "" : "; --drop-unused leaves it out of OUTPUT");
     if (in->num_regrouped)
         printf("%-11s %llu x element in one more physical group: the first one counts\n",
                any++ ? "" : title, (unsigned long long)in->num_regrouped);
@@ -1141,12 +1348,15 @@ static void print_counts(const job *j, const char *title, int defects)
                       ? ", left out"
                       : ": nodes of the mesh where they are in it; --drop-unused leaves them out",
                   stdout);
+        if (k == MESHER_NOTE_DUPLICATE_VERTEX && !j->set.mesher.drop_unused)
+            fputs(": in OUTPUT, but in no element; --drop-unused leaves them out", stdout);
         if (k == MESHER_NOTE_NEAR_VERTEX)
             print_cure(j);
         putchar('\n');
     }
     if (any && (defects || j->set.verbose || j->set.check ||
-                j->report.counts[MESHER_NOTE_OUTSIDE_SEED])) /* its place shows what is wrong */
+                j->report.counts[MESHER_NOTE_OUTSIDE_SEED] || /* its place shows what is wrong */
+                j->report.counts[MESHER_NOTE_SHARED_CELL]))
         print_findings(j, defects);
 }
 
@@ -1182,6 +1392,9 @@ static int fail(job *j, mesher_result result)
     }
     if (code == TOOL_NOT_RECOVERED) write_reproducer(j, result);
     say_cure(&j->cure, "none", advice);
+    if (code == TOOL_NO_MEMORY && j->set.mesher.host.memory_limit_bytes)
+        snprintf(advice, sizeof advice, "--max-memory allows %.9g MB",
+                 1e-6 * (double)j->set.mesher.host.memory_limit_bytes);
     snprintf(text, sizeof text, "%s%s%s%s",
              code == TOOL_STOPPED   ? "interrupted"
              : j->report.message[0] ? j->report.message : mesher_result_string(result),
@@ -1538,6 +1751,43 @@ static int mesh_surface(job *j)
 
 /* ---- output ---- */
 
+/* Renumbers the vertices of n corners of elements. */
+static void renumber(uint32_t *v, uint64_t n, const uint32_t *number)
+{
+    uint64_t i;
+    for (i = 0; i < n; i++) v[i] = number[v[i]];
+}
+
+/* For --drop-unused: removes the vertices that are in no element from the result, and the
+ * references that they have in the file. Returns 0 if memory runs out. */
+static int drop_unused(job *j)
+{
+    mesher_output *out = &j->out;
+    const size_t n = (size_t)out->num_vertices, of_file = j->in.num_vertices;
+    uint32_t *number = (uint32_t *)calloc(n + 1, sizeof *number), next = 0;
+    uint64_t i;
+    size_t v;
+    if (!number) return 0;
+    for (i = 0; i < 4 * out->num_tets; i++) number[out->tets[i]] = 1;
+    for (i = 0; i < 3 * out->num_triangles; i++) number[out->triangles[i]] = 1;
+    for (i = 0; i < 2 * out->num_edges; i++) number[out->edges[i]] = 1;
+    for (v = 0; v < n; v++) {
+        if (!number[v]) {
+            j->num_dropped += v < of_file;
+            continue;
+        }
+        memmove(out->xyz + 3 * (size_t)next, out->xyz + 3 * v, 3 * sizeof *out->xyz);
+        if (v < of_file && j->in.vertex_tags) j->in.vertex_tags[next] = j->in.vertex_tags[v];
+        number[v] = next++;
+    }
+    out->num_vertices = next;
+    renumber(out->tets, 4 * out->num_tets, number);
+    renumber(out->triangles, 3 * out->num_triangles, number);
+    renumber(out->edges, 2 * out->num_edges, number);
+    free(number);
+    return 1;
+}
+
 static double *output_quality(const job *j)
 {
     uint64_t t;
@@ -1599,15 +1849,8 @@ static uint32_t *with_middles(middles *m, const uint32_t *v, size_t n, int corne
     return all;
 }
 
-/* Elements of second order and all vertices. The caller frees them, even if raise_order fails after
- * allocating some. */
-typedef struct raised {
-    double *xyz;
-    uint32_t *tets, *triangles, *edges;
-} raised;
-
-/* Replaces the elements of m by those of second order. Returns 0 if there is no memory, or if the
- * vertices would be too many. */
+/* Replaces the elements of m by those of second order, which the caller frees even if this fails.
+ * Returns 0 if there is no memory, or if the vertices would be too many. */
 static int raise_order(meshio_mesh *m, raised *to)
 {
     middles work;
@@ -1637,12 +1880,12 @@ static int raise_order(meshio_mesh *m, raised *to)
     m->edges = to->edges;
     m->tets = to->tets;
     m->xyz = to->xyz;
-    m->num_vertices = work.num_vertices;
+    m->num_vertices = to->num_nodes = work.num_vertices;
     m->second_order = 1;
     return 1;
 }
 
-/* Drops the names of groups of tetrahedra, unless these are kept: the regions are other ones. */
+/* Drops the names of groups of tetrahedra, unless the regions keep their numbers. */
 static void drop_names(meshio_mesh *in, int keeps_tets)
 {
     size_t i, n = 0;
@@ -1651,17 +1894,18 @@ static void drop_names(meshio_mesh *in, int keeps_tets)
     in->num_names = n;
 }
 
-/* Gives the vertices of the input, which come first in m, the references that they have in the file,
- * and the others 0. Returns 0 if memory runs out. */
-static int take_references(meshio_mesh *m, const meshio_mesh *in)
+/* Gives the vertices of the input, which come first in m, the references that they have in the
+ * file, and the others 0. Returns 0 if memory runs out. */
+static int take_references(meshio_mesh *m, const job *j)
 {
+    const int32_t *tags = j->in.vertex_tags;
+    const size_t n = j->in.num_vertices - j->num_dropped;
     size_t i = 0;
-    while (in->vertex_tags && i < in->num_vertices && in->vertex_tags[i] == 0) i++;
-    if (!in->vertex_tags || i == in->num_vertices) return 1;
+    while (tags && i < n && tags[i] == 0) i++;
+    if (!tags || i == n) return 1;
     m->vertex_tags = (int32_t *)calloc(m->num_vertices + 1, sizeof *m->vertex_tags);
     if (!m->vertex_tags) return 0;
-    for (i = 0; i < in->num_vertices && i < m->num_vertices; i++)
-        m->vertex_tags[i] = in->vertex_tags[i];
+    memcpy(m->vertex_tags, tags, n * sizeof *tags);
     return 1;
 }
 
@@ -1676,9 +1920,7 @@ static int write_output(job *j)
     meshio_write_options options;
     meshio_field field;
     double *gamma = NULL, start = tool_seconds();
-    raised second;
     memset(&m, 0, sizeof m);
-    memset(&second, 0, sizeof second);
     memset(&options, 0, sizeof options);
     memset(&field, 0, sizeof field);
     m.xyz = j->out.xyz;
@@ -1686,7 +1928,7 @@ static int write_output(job *j)
     m.tets = j->out.tets;
     m.tet_tags = (int32_t *)j->out.regions; /* the same 32 bits */
     m.num_tets = (size_t)j->out.num_tets;
-    drop_names(&j->in, j->set.refine_mesh);
+    drop_names(&j->in, j->set.refine_mesh || j->has_tet_seeds);
     m.names = j->in.names;
     m.num_names = j->in.num_names;
     if (!viewer) {
@@ -1702,8 +1944,8 @@ static int write_output(job *j)
     options.binary = j->set.binary;
     options.num_threads = delaunay_threads(&j->set.mesher.host);
     if (viewer) gamma = output_quality(j);
-    if ((viewer && !gamma) || (j->set.order == 2 && !raise_order(&m, &second)) ||
-        !take_references(&m, &j->in)) {
+    if ((viewer && !gamma) || (j->set.order == 2 && !raise_order(&m, &j->second)) ||
+        !take_references(&m, j)) {
         complain(j, "out of memory");
         code = TOOL_NO_MEMORY;
     } else {
@@ -1718,10 +1960,6 @@ static int write_output(job *j)
     }
     free(gamma);
     free(m.vertex_tags);
-    free(second.xyz);
-    free(second.tets);
-    free(second.triangles);
-    free(second.edges);
     j->seconds[PHASE_WRITE] = tool_seconds() - start;
     return code;
 }
@@ -1730,7 +1968,8 @@ static int write_output(job *j)
 static int save_sizes(job *j)
 {
     const char *file = j->set.save_sizes;
-    const size_t n = (size_t)j->out.num_vertices;
+    const double *xyz = j->second.xyz ? j->second.xyz : j->out.xyz;
+    const size_t n = j->second.xyz ? j->second.num_nodes : (size_t)j->out.num_vertices;
     double *sizes, start = tool_seconds();
     meshio_report io;
     int code = TOOL_OK;
@@ -1738,7 +1977,7 @@ static int save_sizes(job *j)
     if (!file) return TOOL_OK;
     sizes = (double *)malloc((n + 1) * sizeof *sizes);
     for (v = 0; sizes && v < n; v++)
-        sizes[v] = mesher_size_mesh_at(&j->kept_sizes, j->out.xyz + 3 * v);
+        sizes[v] = mesher_size_mesh_at(&j->kept_sizes, xyz + 3 * v);
     if (!sizes) {
         complain(j, "out of memory");
         code = TOOL_NO_MEMORY;
@@ -1847,7 +2086,8 @@ static void print_sizes(const job *j)
                (unsigned long long)r->size_ignored);
 }
 
-/* Prints what --refine-surface made of the triangles, or a note if the mesh would gain by it. */
+/* Prints what --refine-surface made of the triangles, or a note if the mesh would gain by it, or if
+ * sizes were given in vain. */
 static void print_division(const job *j)
 {
     if (j->set.refine_surface)
@@ -1858,11 +2098,13 @@ static void print_division(const job *j)
         printf("note        %llu triangles have edges more than three times as long as is asked\n"
                "            for; tetrahedra under them are flat. --refine-surface divides them\n",
                (unsigned long long)j->num_large);
+    if (j->set.mesher.no_refine && !j->set.refine_surface && asks_for_sizes(&j->set.mesher))
+        printf("note        --no-refine: the sizes have no effect\n");
 }
 
 static void print_statistics(const job *j)
 {
-    uint64_t n = j->out.num_vertices, added = n - j->in.num_vertices;
+    uint64_t n = j->out.num_vertices, added = n - (j->in.num_vertices - j->num_dropped);
     printf("input       %s: %llu vertices, %llu triangles\n", j->name,
            (unsigned long long)j->in.num_vertices, (unsigned long long)j->in.num_triangles);
     if (j->set.weld > 0)
@@ -1870,10 +2112,12 @@ static void print_statistics(const job *j)
     print_counts(j, "notes", 0);
     print_division(j);
     if (j->set.output) printf("output      %s\n", j->set.output);
-    printf("vertices    %llu, %llu new, of them %llu on the surface\n", (unsigned long long)n,
+    printf("vertices    %llu, %llu new, of them %llu on the surface", (unsigned long long)n,
            (unsigned long long)added,
            (unsigned long long)(j->report.surface_steiner + j->surface.num_vertices -
                                 j->in.num_vertices));
+    if (j->num_dropped) printf("; %llu of INPUT left out", (unsigned long long)j->num_dropped);
+    putchar('\n');
     printf("tetrahedra  %llu in %llu region%s\n", (unsigned long long)j->out.num_tets,
            (unsigned long long)j->report.num_regions, j->report.num_regions == 1 ? "" : "s");
     print_regions(j);
@@ -1937,6 +2181,11 @@ static void json_ids(FILE *f, const char *name, const uint32_t *ids, int n, size
     fprintf(f, "]");
 }
 
+static int is_about_seeds(mesher_kind kind)
+{
+    return kind == MESHER_NOTE_OUTSIDE_SEED || kind == MESHER_NOTE_SHARED_CELL;
+}
+
 /* Writes every finding that was kept, defects first, with its ids and its place. */
 static void json_findings(FILE *f, const job *j)
 {
@@ -1951,7 +2200,7 @@ static void json_findings(FILE *f, const job *j)
         fprintf(f, "\", \"defect\": %s", mesher_is_defect(w->kind) ? "true" : "false");
         json_ids(f, "triangles", w->triangles, 2, 0, lines);
         json_ids(f, "lines", w->triangles, 2, lines, DELAUNAY_NO_ID);
-        json_ids(f, w->kind == MESHER_NOTE_OUTSIDE_SEED ? "seeds" : "vertices", w->vertices, 3, 0,
+        json_ids(f, is_about_seeds(w->kind) ? "seeds" : "vertices", w->vertices, 3, 0,
                  DELAUNAY_NO_ID);
         fprintf(f, ", \"xyz\": [");
         for (k = 0; k < 3; k++)
@@ -2073,6 +2322,10 @@ static int run(job *j)
         complain(j, "out of memory");
         return TOOL_NO_MEMORY;
     }
+    if (j->set.mesher.drop_unused && !drop_unused(j)) {
+        complain(j, "out of memory");
+        return TOOL_NO_MEMORY;
+    }
     check_budgets(j);
     if (j->set.output) {
         code = write_output(j);
@@ -2117,6 +2370,10 @@ int main(int argc, char **argv)
     mesher_output_free(&j->domain, &j->out);
     mesher_domain_free(&j->domain);
     mesher_fine_surface_free(&j->fine);
+    free(j->second.xyz);
+    free(j->second.tets);
+    free(j->second.triangles);
+    free(j->second.edges);
     free(j->report.findings);
     free(j->notes.findings);
     free(j->seeds);

@@ -78,6 +78,27 @@ DELAUNAY_INLINE int tool_number(const char *text, double low, double high, doubl
     return *end == 0 && end != text && *value >= low && *value <= high;
 }
 
+/* An option and what has to follow it, in words. */
+typedef struct tool_need {
+    const char *option, *value;
+} tool_need;
+
+/* Says why an argument was not understood. needs: the options with a value, up to a NULL; next: the
+ * argument that follows, or NULL. */
+DELAUNAY_INLINE void tool_complain(const char *tool, const tool_need *needs, const char *argument,
+                                   const char *next)
+{
+    for (; needs->option; needs++)
+        if (strcmp(needs->option, argument) == 0) {
+            fprintf(stderr, "%s: %s needs %s%s%s%s; try --help\n", tool, argument, needs->value,
+                    next ? ", not '" : "", next ? next : "", next ? "'" : "");
+            return;
+        }
+    fprintf(stderr, "%s: %s'%s'%s; try --help\n", tool,
+            argument[0] == '-' ? "there is no option " : "", argument,
+            argument[0] == '-' ? "" : " is one file too many");
+}
+
 /* Seconds on a wall clock where there is one; differences count. */
 DELAUNAY_INLINE double tool_seconds(void)
 {
@@ -303,6 +324,13 @@ DELAUNAY_INLINE int tool_can_create(const char *tool, const char *path)
 {
     char part[1100];
     FILE *f;
+#ifdef TOOL_POSIX
+    struct stat is;
+    if (path && stat(path, &is) == 0 && S_ISDIR(is.st_mode)) {
+        fprintf(stderr, "%s: cannot write '%s': it is a folder\n", tool, path);
+        return 0;
+    }
+#endif
     if (!path || strncmp(path, "/dev/", 5) == 0) return 1;
     snprintf(part, sizeof part, "%.1024s.part", path);
     f = fopen(part, "wb");

@@ -577,7 +577,8 @@ static void cells_without_a_seed_are_named(void)
     CHECK(strcmp(text, "seed 1 at (0.125, 0.25, 0.25) is in the cell of seed 0, whose number it "
                        "gets") == 0);
     mesher_finding_string(text, sizeof text, &report, &findings[1]);
-    CHECK(strcmp(text, "a cell at triangle 4 has no seed and is left out, as others have one") == 0);
+    CHECK(strcmp(text, "a cell at triangle 4 has no seed and is left out, as others have one") ==
+          0);
     mesher_domain_free(&domain);
 }
 

@@ -2,10 +2,11 @@
 # Behaviour of the command line tools: exit codes, which files are written and which are not, the
 # same bytes for any number of threads. BUILD names the folder with the programs.
 cd "$(dirname "$0")/.." || exit 1
-BUILD=${BUILD:-build}
+BUILD=$(cd "${BUILD:-build}" && pwd) || exit 1
 T=$BUILD/test_tool.tmp
 rm -rf "$T"
 mkdir -p "$T"
+cd "$T" || exit 1 # where files about defects go
 trap 'rm -rf "$T"' EXIT
 passed=0
 failed=0
@@ -102,11 +103,18 @@ says 'try --help'
 code 2 $mesh "$T/cube.off" --bogus
 says 'bogus'
 code 2 $mesh "$T/cube.off" --size
+says 'size needs a number above 0; try'
 code 2 $mesh "$T/cube.off" --size -1
+says "size needs a number above 0, not '-1'"
+code 2 $mesh "$T/cube.off" --region-size 0=1
+says 'N=H, a number from 1 to 65535'
+code 2 $mesh "$T/cube.off" --format vtu
 code 2 $mesh "$T/cube.off" --size 0x10
 code 2 $mesh "$T/cube.off" --threads 0
 code 2 $mesh "$T/cube.off" --regions some
 code 2 $mesh "$T/cube.off" other.off
+says "'other.off' is one file too many"
+code 0 $mesh "$T/cube.off" --gradation 1 -q
 code 2 $mesh "$T/cube.off" -o "$T/a.off"
 code 2 $mesh "$T/cube.off" -o "$T/a"
 code 2 $mesh --demo "$T/cube.off"
@@ -126,6 +134,9 @@ absent "$T/a.mesh" "$T/a.mesh.part"
 code 4 $mesh "$T/cube.off" -o "$T/no/such/folder/a.mesh"
 says 'no/such/folder'
 code 4 $mesh "$T/cube.off" --json "$T/no/such/folder/a.json"
+mkdir "$T/folder.vtu"
+code 4 $mesh "$T/cube.off" --size 1e-9 -o "$T/folder.vtu" # at once, not at the end
+says 'it is a folder'
 if [ -w /dev/full ]; then
     code 4 $mesh "$T/cube.off" -o /dev/full --format mesh
     for tool in $mesh $delaunay $improve; do
@@ -262,6 +273,37 @@ for format in msh msh4; do
         ok "it is read again" grep -q '^1 3 "a seam"' "$T/again.msh"
     done
 done
+# two cubes with a common facet, one with a void, of tetrahedra; their regions are 8 and -4
+tets() { # X FIRST TAG: the six tetrahedra of a cube
+    awk -v o="$2" -v t="$3" 'BEGIN {
+        n = split("1 2 4 8 1 4 3 8 1 3 7 8 1 7 5 8 1 5 6 8 1 6 2 8", a, " ")
+        for (i = 1; i <= n; i += 4) print a[i] + o, a[i + 1] + o, a[i + 2] + o, a[i + 3] + o, t
+    }'
+}
+{ printf 'MeshVersionFormatted 2\nDimension 3\nVertices\n16\n'
+  for x in 0 5; do for i in 0 1 2 3 4 5 6 7; do
+      echo $((x + i % 2)) $((i / 2 % 2)) $((i / 4)) 0; done; done
+  printf 'Tetrahedra\n12\n'; tets 0 0 8; tets 5 8 -4; printf 'End\n'; } > "$T/tets.mesh"
+code 0 $mesh "$T/tets.mesh" --size 0.5 -v
+prints 'regions     8: volume 1$'
+prints '9: volume 1$'
+prints '1 of the regions got numbers'
+cube 0 0 0 3 0 > "$T/shells"
+cube 1 1 1 1 8 >> "$T/shells"
+off < "$T/shells" > "$T/shells.off"
+code 0 $mesh "$T/shells.off" --regions parity --no-refine -q -o "$T/hollow.mesh"
+code 0 $mesh "$T/hollow.mesh" -v --no-refine
+prints '1: volume 26$'
+prints 'cell without a seed, left out'
+code 0 $mesh "$T/hollow.mesh" -v --no-refine --regions all
+prints '2: volume 1$'
+code 0 $mesh --demo --order 2 -q -o "$T/second.msh" --save-sizes "$T/second.sol"
+code 0 $mesh "$T/cube.off" --size-mesh "$T/second.msh" -q
+code 0 $improve "$T/second.msh" -q -o "$T/first.msh"
+says 'nodes in the middle of elements'
+ok "of them none is written" test "$(sed -n '/^.Nodes/{n;p;}' "$T/first.msh")" -lt \
+    "$(sed -n '/^.Nodes/{n;p;}' "$T/second.msh")"
+code 0 $mesh "$T/first.msh" --no-refine -q -o "$T/first.mesh"
 code 0 $mesh "$T/cube.off" --size 0.3 --no-improve -q -o "$T/raw.mesh"
 code 0 $improve "$T/raw.mesh" --json -
 prints '"exit_code": 0'
@@ -287,8 +329,14 @@ code 0 $mesh "$T/angle.off"
 prints '20 triangles'
 code 0 $mesh "$T/unused.off" --no-refine
 prints 'tetrahedra  12 '
-code 0 $mesh "$T/unused.off" --no-refine --drop-unused
+code 0 $mesh "$T/unused.off" --no-refine --drop-unused -o "$T/used.mesh"
 prints 'left out'
+prints '1 of INPUT left out'
+ok "its node is not written" test "$(sed -n '/^Vertices/{n;p;}' "$T/used.mesh")" = 8
+code 0 $mesh "$T/cube.off" --no-refine --size 0.1
+prints 'the sizes have no effect'
+code 7 $mesh --demo 3 --max-memory 1
+says 'max-memory allows 1 MB'
 code 0 $mesh "$T/grid.off" -q -o "$T/t1.mesh" --threads 1
 code 0 $mesh "$T/grid.off" -q -o "$T/t3.mesh" --threads 3
 ok "same bytes for any number of threads" cmp "$T/t1.mesh" "$T/t3.mesh"
@@ -513,7 +561,7 @@ code 0 $mesh "$T/cube.off" --size 0.3 --order 2 -q -o "$T/s4.inp"
 ok "ten nodes in .inp, too" grep -q 'TYPE=C3D10' "$T/s4.inp"
 code 0 $mesh "$T/cube.off" --size 0.3 --order 2 -q -o "$T/s4.msh"
 code 0 $mesh "$T/s4.msh" --no-refine -o "$T/s10.mesh" --json "$T/s10.json"
-prints 'node at no corner, left out: in the middle of an element'
+prints 'node at no corner, not in the mesh: in the middle of an element'
 ok "JSON counts them" grep -q '"nodes_left_out": [1-9]' "$T/s10.json"
 code 0 $mesh "$T/s4.msh" --refine-surface --size 0.3 -o "$T/s11.mesh" --json "$T/s11.json"
 ok "nodes in the middle of edges are not vertices of the next mesh" \
