@@ -191,7 +191,10 @@ typedef struct delaunay_host {
                                              * something refuse it, to the others it is 0 */
     /* NULL: silent. So far mesher.h alone has warnings and, for debugging, what it does */
     void (*log)(void *user, int level, const char *text);
-    /* fraction: how much of the phase is done, negative if unknown; a nonzero result cancels */
+    /* phase: what is being done, in a word or two, such as "insert" (delaunay.h), "intersections",
+     * "empty mesh", "recover", "regions", "size", "refine" (mesher.h), "improve" (spr.h). fraction:
+     * how much of the phase is done, negative if unknown, as it is for "refine"; a phase need not
+     * end with 1. A nonzero result cancels */
     int  (*progress)(void *user, const char *phase, double fraction);
     double (*clock)(void *user);            /* seconds; NULL: omp_get_wtime(), else clock() */
     void              *user;

@@ -279,8 +279,9 @@ typedef struct mesher_options {
     /* > 0: an edge at a curved surface spans at most this angle of it; facets beyond a crease of
      * more than 45 degrees do not count */
     double curvature_degrees;
-    /* Sizes that the caller asks for. vertex_sizes: one for each vertex of the surface, instead of
-     * the mean length of the surface's edges there; <= 0 or NaN: that mean; NULL: all by the mean.
+    /* Sizes that the caller asks for, in arrays and objects that must be there as long as the
+     * domain is sized or refined. vertex_sizes: one for each vertex of the surface, instead of the
+     * mean length of the surface's edges there; <= 0 or NaN: that mean; NULL: all by the mean.
      * Of these and all the following the minimum counts: region_sizes[number - 1] in each region
      * (<= 0: nothing asked for), sources, a grid, a mesh (or NULL), and size_function. */
     const double           *vertex_sizes;
@@ -338,6 +339,7 @@ typedef enum mesher_kind {
     MESHER_DEFECT_NONE_KEPT,  /* there are cells, but mesher_options.regions keeps none of them */
     MESHER_DEFECT_OUTSIDE_FACET, /* a facet with the outside on both sides */
     MESHER_DEFECT_RECOVERY,     /* an edge or facet that could not be recovered */
+    MESHER_DEFECT_NOT_IN_MESH,  /* mesher_refine_mesh: a triangle or line that the mesh lacks */
     MESHER_NUM_KINDS
 } mesher_kind;
 
@@ -398,7 +400,9 @@ enum {
      * not wanted) */
     MESHER_VERTEX_ABSENT,
     MESHER_VERTEX_SURFACE,  /* in a facet or line */
-    MESHER_VERTEX_ISOLATED  /* in neither: an embedded point of the mesh */
+    /* in neither: an embedded point of the mesh. Outside of the kept cells no tetrahedron of the
+     * output has it */
+    MESHER_VERTEX_ISOLATED
 };
 
 /* A domain: the mesh with its constraints, passed from stage to stage. Zero-initialise. Its members
@@ -1006,6 +1010,11 @@ static void mesher__defect_sentence(char *text, size_t size, const mesher_report
         snprintf(text, size, "%s lies outside every cell, %s", a, at);
         break;
     case MESHER_DEFECT_RECOVERY: mesher__recovery_sentence(text, size, f, a, at); break;
+    case MESHER_DEFECT_NOT_IN_MESH:
+        if (w != DELAUNAY_NO_ID)
+            snprintf(text, size, "facet %lu-%lu-%lu of %s is not in the mesh, %s", u, v, w, a, at);
+        else snprintf(text, size, "edge %lu-%lu, %s, is not in the mesh, %s", u, v, a, at);
+        break;
     default: break;
     }
 }
@@ -15955,6 +15964,7 @@ MESHER_API const char *mesher_kind_string(mesher_kind kind)
     case MESHER_DEFECT_NONE_KEPT: return "no cell kept";
     case MESHER_DEFECT_OUTSIDE_FACET: return "facet outside every cell";
     case MESHER_DEFECT_RECOVERY: return "not recovered";
+    case MESHER_DEFECT_NOT_IN_MESH: return "not in the mesh";
     case MESHER_NUM_KINDS: break;
     }
     return "unknown mesher_kind";
@@ -16833,14 +16843,14 @@ static mesher_result mesher__keep_surface(mesher_domain *domain, delaunay_worker
     for (k = 0; k < domain->num_facets; k++) {
         const uint32_t *f = domain->facets + 3 * (size_t)k;
         if (!seen[(size_t)domain->num_edges + k])
-            mesher_report_add(report, MESHER_DEFECT_RECOVERY, domain->facet_source[k],
+            mesher_report_add(report, MESHER_DEFECT_NOT_IN_MESH, domain->facet_source[k],
                               DELAUNAY_NO_ID, f[0], f[1], f[2],
                               domain->surface.xyz + 3 * (size_t)f[0]);
     }
     for (k = 0; k < domain->num_edges; k++) {
         const uint32_t *e = domain->edges + 2 * (size_t)k;
         if (!seen[k] && domain->edge_source[k] >= domain->surface.num_triangles)
-            mesher_report_add(report, MESHER_DEFECT_RECOVERY, domain->edge_source[k],
+            mesher_report_add(report, MESHER_DEFECT_NOT_IN_MESH, domain->edge_source[k],
                               DELAUNAY_NO_ID, e[0], e[1], DELAUNAY_NO_ID,
                               domain->surface.xyz + 3 * (size_t)e[0]);
     }

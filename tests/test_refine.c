@@ -1899,7 +1899,7 @@ static void a_finished_mesh_is_refined(void)
     surface.num_triangles = 1;
     CHECK(mesher_refine_mesh(&e, &surface, out.tets, NULL, (size_t)out.num_tets, &o, &r) ==
           MESHER_ERROR_SURFACE);
-    CHECK(r.message[0] && r.counts[MESHER_DEFECT_RECOVERY] == 1);
+    CHECK(strstr(r.message, "is not in the mesh") && r.counts[MESHER_DEFECT_NOT_IN_MESH] == 1);
     free((void *)surface.xyz);
     free(out.tets);
     free(out.regions);
