@@ -1590,7 +1590,10 @@ static void improve(job *j)
     j->seconds[PHASE_IMPROVE] = tool_seconds() - start;
     if (result == SPR_OK) return;
     clear_progress(j);
-    complain(j, j->spr.message[0] ? j->spr.message : spr_result_string(result));
+    complain(j, result == SPR_CANCELLED ? "improvement was interrupted; the mesh is valid"
+                : result == SPR_STOPPED_BY_BUDGET ? "--max-seconds ended improvement"
+                : j->spr.message[0]               ? j->spr.message
+                                                  : spr_result_string(result));
     if (result == SPR_ERROR_INTERNAL || result == SPR_ERROR_INVALID_MESH ||
         result == SPR_ERROR_INVALID_ARGUMENT) j->code = TOOL_INTERNAL;
     else j->code = TOOL_GOAL_NOT_MET; /* the mesh is valid, if not as good as it could be */
@@ -1707,6 +1710,29 @@ static int keep_sizes(job *j)
     return mesher_size_mesh_init(kept, &j->set.mesher.host, NULL) == MESHER_OK;
 }
 
+/* Says which budget ended refinement, by the option of this program that has set it. */
+static void complain_of_budget(job *j)
+{
+    static const char *const members[4] = {"max_vertices, ", "max_tets, ", "max_seconds, ",
+                                           "host.memory_limit_bytes, "},
+                      *const options[4] = {"--max-vertices", "--max-tets", "--max-seconds",
+                                           "--max-memory"};
+    const mesher_options *o = &j->set.mesher;
+    const double values[4] = {(double)o->max_vertices, (double)o->max_tets, j->set.max_seconds,
+                              1e-6 * (double)o->host.memory_limit_bytes};
+    char text[sizeof j->message];
+    int k;
+    for (k = 0; k < 4; k++) {
+        const char *at = strstr(j->report.message, members[k]);
+        if (!at) continue;
+        snprintf(text, sizeof text, "%.*s%s %.15g", (int)(at - j->report.message),
+                 j->report.message, options[k], values[k]);
+        complain(j, text);
+        return;
+    }
+    complain(j, j->report.message);
+}
+
 static int mesh_surface(job *j)
 {
     const mesher_options *o = &j->set.mesher;
@@ -1725,12 +1751,9 @@ static int mesh_surface(job *j)
     if (j->set.refine_surface) restore_notes(j);
     note_region_sizes(j);
     if (result > 0) {
-        char *number = strstr(j->report.message, "max_seconds, ");
-        if (number) /* not what was left of them */
-            snprintf(number, sizeof j->report.message - (size_t)(number - j->report.message),
-                     "max_seconds, %.9g", j->set.max_seconds);
         clear_progress(j);
-        complain(j, j->report.message[0] ? j->report.message : mesher_result_string(result));
+        if (j->report.message[0]) complain_of_budget(j);
+        else complain(j, mesher_result_string(result));
     }
     if (j->code == TOOL_OK) j->code = code_of(result);
     j->seconds[PHASE_CHECK] = j->report.seconds_check;
