@@ -2813,6 +2813,8 @@ enum {
     MESHER__FEW_EDGES = 32,  /* up to this many missing edges get large searches before any point is
                                 added (of more of them, one in hundreds comes in that way), and more
                                 rounds of points before the surface is tested for intersections */
+    MESHER__MANY_EDGES = 256, /* more missing edges than this after the first flips, of which valid
+                                 surfaces seldom leave more, are cause to test at once */
     MESHER__FEW_FACETS = 64, /* up to this many missing facets get points before that test */
     /* Attempts at the whole recovery, with points at other places each time; the first of them are
      * "by flips": they try flips before anything else, each in another order. */
@@ -9272,6 +9274,14 @@ static mesher__recovery *mesher__recovery_new(mesher_domain *domain, mesher_repo
     return r;
 }
 
+/* Runs the intersection test if more edges are missing than the flips so far leave of a valid
+ * surface. Returns whether there are defects. */
+static int mesher__is_defective(mesher__recovery *r)
+{
+    if (r->num_missing_edges > MESHER__MANY_EDGES) mesher__ask_for_defects(r);
+    return r->defects > 0;
+}
+
 /* Brings in edges by searches and, in attempts by flips, by flips before and after, in planes and
  * elsewhere. Flips elsewhere may leave edges that pierce a plane, which hinder those in it: if
  * nearly all that was missing is in planes, the next attempt begins with flips there, however few
@@ -9286,6 +9296,7 @@ static void mesher__bring_in_edges(mesher__recovery *r)
         if (r->attempt == 0) in_planes = mesher__num_in_planes(r);
         mesher__plane_levels(r, first);
         mesher__flip_levels(r);
+        if (r->num_missing_edges > r->num_edges / 16 && mesher__is_defective(r)) return;
         mesher__plane_levels(r, MESHER__MANY_RUNGS);
     }
     r->max_vain = MESHER__VAIN + r->num_missing_edges / MESHER__VAIN;
@@ -9294,6 +9305,7 @@ static void mesher__bring_in_edges(mesher__recovery *r)
     r->stuck_in_planes =
         in_planes > missing - missing / 8 && r->num_missing_edges > MESHER__FEW_EDGES;
     if (!r->by_flips || r->stuck_in_planes || r->num_missing_edges <= MESHER__FEW_EDGES) return;
+    if (mesher__is_defective(r)) return;
     mesher__flip_ends(r);
     mesher__edge_levels(r);
     mesher__plane_levels(r, 0);
