@@ -8627,7 +8627,12 @@ static void mesher__split_all(mesher__recovery *r)
         }
         mesher__tell(r, "split, round", round);
         if (r->by_flips && r->num_missing_edges > most) return;
-        if (mesher__course_fails(&course, r->num_missing_edges)) return;
+        if (mesher__course_fails(&course, r->num_missing_edges)) {
+            if (last || r->num_missing_edges > MESHER__LAST_EDGES) return;
+            memset(&course, 0, sizeof course); /* one of the last splits into two, over and over */
+            changed = 0;
+            relaxed = 1;
+        }
         if (!changed && relaxed) {
             if (last || !mesher__last_edge_points(r)) return;
             last = 1;
