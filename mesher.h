@@ -962,6 +962,8 @@ static void mesher__defect_sentence(char *text, size_t size, const mesher_report
 {
     const unsigned long u = f->vertices[0], v = f->vertices[1], w = f->vertices[2];
     const int has_edge = f->vertices[1] != DELAUNAY_NO_ID && f->vertices[2] != DELAUNAY_NO_ID;
+    const uint64_t open = report->counts[MESHER_NOTE_OPEN_EDGE];
+    char others[40] = "";
     switch (f->kind) {
     case MESHER_DEFECT_NOT_FINITE:
         snprintf(text, size, "vertex %lu has a coordinate that is not a finite number", u);
@@ -997,10 +999,11 @@ static void mesher__defect_sentence(char *text, size_t size, const mesher_report
         snprintf(text, size, "all vertices of the surface lie in one plane, %s", at);
         break;
     case MESHER_DEFECT_NO_CELL:
+        if (open > 1) snprintf(others, sizeof others, " and %.0f others", (double)open - 1);
         if (a[0] && has_edge == 0 && f->vertices[0] != DELAUNAY_NO_ID)
             snprintf(text, size,
-                     "the surface encloses no volume: it is open, at edge %lu-%lu of %s, %s", u, v,
-                     a, at);
+                     "the surface encloses no volume: it is open, at edge %lu-%lu of %s%s, %s", u,
+                     v, a, others, at);
         else snprintf(text, size, "the surface encloses no volume");
         break;
     case MESHER_DEFECT_NONE_KEPT:

@@ -1733,6 +1733,16 @@ static void complain_of_budget(job *j)
     complain(j, j->report.message);
 }
 
+static void take_seconds(job *j)
+{
+    j->seconds[PHASE_CHECK] = j->report.seconds_check;
+    j->seconds[PHASE_EMPTY] = j->report.seconds_empty;
+    j->seconds[PHASE_RECOVER] = j->report.seconds_recover;
+    j->seconds[PHASE_REGIONS] = j->report.seconds_regions;
+    j->seconds[PHASE_SIZE] = j->report.seconds_size;
+    j->seconds[PHASE_REFINE] = j->report.seconds_refine;
+}
+
 static int mesh_surface(job *j)
 {
     const mesher_options *o = &j->set.mesher;
@@ -1747,6 +1757,7 @@ static int mesh_surface(job *j)
         complain(j, j->report.message);
         return TOOL_BAD_SURFACE;
     }
+    take_seconds(j);
     if (result < 0) return fail(j, result);
     if (j->set.refine_surface) restore_notes(j);
     note_region_sizes(j);
@@ -1756,12 +1767,6 @@ static int mesh_surface(job *j)
         else complain(j, mesher_result_string(result));
     }
     if (j->code == TOOL_OK) j->code = code_of(result);
-    j->seconds[PHASE_CHECK] = j->report.seconds_check;
-    j->seconds[PHASE_EMPTY] = j->report.seconds_empty;
-    j->seconds[PHASE_RECOVER] = j->report.seconds_recover;
-    j->seconds[PHASE_REGIONS] = j->report.seconds_regions;
-    j->seconds[PHASE_SIZE] = j->report.seconds_size;
-    j->seconds[PHASE_REFINE] = j->report.seconds_refine;
     if (asks_for_sizes(o) && !o->no_refine && !j->set.refine_surface && !j->set.refine_mesh)
         j->num_large = num_large(j);
     if (j->set.save_sizes && !keep_sizes(j)) return fail(j, MESHER_ERROR_OUT_OF_MEMORY);
@@ -2080,6 +2085,58 @@ static void print_phases(const job *j)
     if (tool_peak_bytes() > 0) printf("peak memory %9.1f MB\n", 1e-6 * tool_peak_bytes());
 }
 
+/* The two nearest corners of the tetrahedron of the lowest gamma. Returns their distance, and sets
+ * *longest to that of the two farthest. */
+static double nearest_corners(const job *j, uint32_t pair[2], double *longest)
+{
+    const mesher_output *out = &j->out;
+    double worst = HUGE_VAL, nearest = HUGE_VAL, gamma, d;
+    uint64_t t, at = 0;
+    int e, k;
+    for (t = 0; t < out->num_tets; t++) {
+        const uint32_t *v = out->tets + 4 * t;
+        gamma = spr_gamma(out->xyz + 3 * (size_t)v[0], out->xyz + 3 * (size_t)v[1],
+                          out->xyz + 3 * (size_t)v[2], out->xyz + 3 * (size_t)v[3]);
+        if (!(gamma < worst)) continue;
+        worst = gamma;
+        at = t;
+    }
+    *longest = 0;
+    for (e = 0; e < 6; e++) {
+        const uint32_t a = out->tets[4 * at + delaunay_edge_order(e)[0]],
+                       b = out->tets[4 * at + delaunay_edge_order(e)[1]];
+        for (d = 0, k = 0; k < 3; k++)
+            d = hypot(d, out->xyz[3 * (size_t)a + (size_t)k] - out->xyz[3 * (size_t)b + (size_t)k]);
+        *longest = fmax(*longest, d);
+        if (!(d < nearest)) continue;
+        nearest = d;
+        pair[0] = a;
+        pair[1] = b;
+    }
+    return nearest;
+}
+
+/* If a tetrahedron is practically flat as two vertices of the input are nearly equal, says so, and
+ * what can be done about it. */
+static void print_flat(const job *j)
+{
+    uint32_t pair[2] = {0, 0}, n = (uint32_t)(j->in.num_vertices - j->num_dropped);
+    double longest, d;
+    const double *x;
+    int unused = 0, k;
+    if (!(j->quality.min < 1e-6) || j->out.num_tets == 0) return;
+    d = nearest_corners(j, pair, &longest);
+    if (!(d < 1e-6 * longest) || pair[0] >= n || pair[1] >= n) return;
+    for (k = 0; k < 2 && j->num_dropped == 0; k++)
+        unused |= j->domain.vertex_used[pair[k]] == MESHER_VERTEX_ISOLATED;
+    x = j->out.xyz + 3 * (size_t)pair[0];
+    printf("note        the worst tetrahedron is practically flat: its vertices %lu and %lu, at\n"
+           "            (%.9g, %.9g, %.9g), are only %.2g apart. ", (unsigned long)pair[0],
+           (unsigned long)pair[1], x[0], x[1], x[2], d);
+    if (unused) printf("--drop-unused leaves\n            out those in no triangle\n");
+    else printf("--weld %.2g makes\n            such ones equal\n", rounded_up(fmax(d, 1e-3 * nearly(j))));
+}
+
 static void print_quality(const job *j)
 {
     const spr_statistics *q = &j->quality;
@@ -2093,6 +2150,7 @@ static void print_quality(const job *j)
                j->spr.unfinished && !(j->set.spr.effort > 1) ? " (--effort 4 tries more)" : "");
     printf("\nSICN        min %.4f\ndihedral    %.2f .. %.2f degrees\n", q->sicn_min,
            q->dihedral_min_degrees, q->dihedral_max_degrees);
+    print_flat(j);
     print_bars("gamma", q->histogram, 20, 0.05);
     print_bars("dihedral angles", q->dihedral_histogram, 18, 10);
 }

@@ -258,6 +258,7 @@ ok "JSON" grep -q '"cells": 2' "$T/nested.json"
 code 0 $mesh "$T/nested.off" --regions parity --json "$T/nested.json"
 ok "JSON" grep -q '"cells": 1' "$T/nested.json"
 code 5 $mesh "$T/open.off" -q --json "$T/open.json"
+says 'it is open, at edge .* and 2 others'
 ok "JSON after a failure" grep -q '"exit_code": 5' "$T/open.json"
 ok "JSON has the place of each finding" test "$(grep -c '"kind": ".*"defect": true, "triangles": \[[0-9]' "$T/open.json")" -gt 0
 { printf '$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n3\n2 7 "outer skin"\n'
@@ -333,6 +334,10 @@ code 0 $mesh "$T/unused.off" --no-refine --drop-unused -o "$T/used.mesh"
 prints 'left out'
 prints '1 of INPUT left out'
 ok "its node is not written" test "$(sed -n '/^Vertices/{n;p;}' "$T/used.mesh")" = 8
+{ cube 0 0 0 1 0; echo 'v 1e-15 1e-15 1e-15'; } | off > "$T/close.off"
+code 0 $mesh "$T/close.off"
+prints 'practically flat: its vertices [08] and [08], at'
+prints 'drop-unused leaves'
 code 0 $mesh "$T/cube.off" --no-refine --size 0.1
 prints 'the sizes have no effect'
 code 7 $mesh --demo 3 --max-memory 1
