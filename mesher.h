@@ -259,6 +259,9 @@ typedef struct mesher_options {
     int    no_intersection_test;
     /* vertices in no triangle or line are left out of the mesh; 0: they are nodes of it */
     int    drop_unused;
+    /* facets with the outside on both sides are noted, and in no tetrahedron of the output; 0: they
+     * are defects */
+    int    drop_outside;
     /* no size is larger; 0: the surface alone decides, and sizes inside are 1.3 times the length of
      * the surface's edges around them */
     double size;
@@ -326,6 +329,7 @@ typedef enum mesher_kind {
     MESHER_NOTE_SHARED_CELL,
     /* a cell without a seed, left out as others have one; it is beside triangles[0] */
     MESHER_NOTE_UNSEEDED_CELL,
+    MESHER_NOTE_OUTSIDE_FACET, /* a facet with the outside on both sides, if these are dropped */
     MESHER_DEFECT_FIRST,
     MESHER_DEFECT_NOT_FINITE = MESHER_DEFECT_FIRST, /* a coordinate: NaN or infinite */
     MESHER_DEFECT_RANGE,        /* a coordinate beyond 1e60, or an extent below 1e-60 */
@@ -337,7 +341,7 @@ typedef enum mesher_kind {
     MESHER_DEFECT_FLAT,         /* all facets lie in one plane */
     MESHER_DEFECT_NO_CELL,      /* the surface encloses no volume */
     MESHER_DEFECT_NONE_KEPT,  /* there are cells, but mesher_options.regions keeps none of them */
-    MESHER_DEFECT_OUTSIDE_FACET, /* a facet with the outside on both sides */
+    MESHER_DEFECT_OUTSIDE_FACET, /* the same, if they are not */
     MESHER_DEFECT_RECOVERY,     /* an edge or facet that could not be recovered */
     MESHER_DEFECT_NOT_IN_MESH,  /* mesher_refine_mesh: a triangle or line that the mesh lacks */
     MESHER_NUM_KINDS
@@ -936,6 +940,9 @@ static void mesher__note_sentence(char *text, size_t size, const mesher_finding 
         break;
     case MESHER_NOTE_UNSEEDED_CELL:
         snprintf(text, size, "a cell at %s has no seed and is left out, as others have one", a);
+        break;
+    case MESHER_NOTE_OUTSIDE_FACET:
+        snprintf(text, size, "%s lies outside every cell, and is left out, %s", a, at);
         break;
     default: break;
     }
@@ -10051,16 +10058,18 @@ static mesher_result mesher__note_filled(mesher_domain *domain, const mesher__co
 }
 
 /* Reports facets with the same cell on both sides: within a bounded cell as a note (a sheet),
- * outside every cell as a defect. */
+ * outside every cell as a defect, or a note if these are dropped. */
 static void mesher__note_sheets(const mesher_domain *domain, const mesher__coloring *work,
                                 mesher_report *report)
 {
+    const mesher_kind outside = domain->options.drop_outside ? MESHER_NOTE_OUTSIDE_FACET
+                                                             : MESHER_DEFECT_OUTSIDE_FACET;
     uint32_t f;
     for (f = 0; f < domain->num_facets; f++) {
         uint32_t a = work->sides[2 * (size_t)f], b = work->sides[2 * (size_t)f + 1];
         if (a != b || a == DELAUNAY_NO_ID) continue;
-        mesher__add_triangle_finding(report, a ? MESHER_NOTE_SHEET : MESHER_DEFECT_OUTSIDE_FACET,
-                                     &domain->surface, domain->facet_source[f], DELAUNAY_NO_ID,
+        mesher__add_triangle_finding(report, a ? MESHER_NOTE_SHEET : outside, &domain->surface,
+                                     domain->facet_source[f], DELAUNAY_NO_ID,
                                      domain->facets + 3 * (size_t)f);
     }
 }
@@ -15972,6 +15981,7 @@ MESHER_API const char *mesher_kind_string(mesher_kind kind)
     case MESHER_NOTE_OUTSIDE_SEED: return "seed outside every cell";
     case MESHER_NOTE_SHARED_CELL: return "seed in the cell of another";
     case MESHER_NOTE_UNSEEDED_CELL: return "cell without a seed, left out";
+    case MESHER_NOTE_OUTSIDE_FACET: return "triangle outside every cell, left out";
     case MESHER_DEFECT_NOT_FINITE: return "coordinate not finite";
     case MESHER_DEFECT_RANGE: return "coordinate out of range";
     case MESHER_DEFECT_INDEX: return "vertex index out of range";

@@ -90,6 +90,9 @@ static const char help_options[] =
     "  --drop-unused        leave out vertices that no triangle or line has, or that are equal to\n"
     "                       others (default: OUTPUT has all vertices of INPUT, so that their numbers\n"
     "                       stay, and the former are nodes of the mesh, where they are in it)\n"
+    "  --drop-outside       leave out triangles that no tetrahedron has: those outside every cell,\n"
+    "                       which otherwise make the surface invalid, and those between cells that\n"
+    "                       are not kept\n"
     "  --allow-surface-steiner\n"
     "                       as a last resort, add points on the surface where it cannot be\n"
     "                       recovered; the mesh is then written without triangles and lines\n"
@@ -215,6 +218,7 @@ static int parse_flag(const char *a, settings *s)
     else if (strcmp(a, "--no-improve") == 0) s->no_improve = 1;
     else if (strcmp(a, "--no-lines") == 0) s->no_lines = 1;
     else if (strcmp(a, "--drop-unused") == 0) s->mesher.drop_unused = 1;
+    else if (strcmp(a, "--drop-outside") == 0) s->mesher.drop_outside = 1;
     else if (strcmp(a, "--refine-mesh") == 0) s->refine_mesh = 1;
     else if (strcmp(a, "--refine-surface") == 0) s->refine_surface = 1;
     else if (strcmp(a, "--coarse") == 0) s->mesher.growth = 1.3;
@@ -1399,7 +1403,9 @@ static int fail(job *j, mesher_result result)
              code == TOOL_STOPPED   ? "interrupted"
              : j->report.message[0] ? j->report.message : mesher_result_string(result),
              code == TOOL_BAD_SURFACE && line_is_defective(j)
-                 ? "; --no-lines leaves the lines of the input out, if they are not needed" : "",
+                 ? "; --no-lines leaves the lines of the input out, if they are not needed"
+             : code == TOOL_BAD_SURFACE && j->report.counts[MESHER_DEFECT_OUTSIDE_FACET]
+                 ? "; --drop-outside leaves out triangles outside every cell" : "",
              advice[0] ? "; " : "", advice);
     complain(j, text);
     return code;
@@ -1784,6 +1790,19 @@ static void renumber(uint32_t *v, uint64_t n, const uint32_t *number)
 {
     uint64_t i;
     for (i = 0; i < n; i++) v[i] = number[v[i]];
+}
+
+/* For --drop-outside: removes the triangles that no tetrahedron has from the result. */
+static void drop_outside(job *j)
+{
+    mesher_output *out = &j->out;
+    uint64_t i, n = 0;
+    for (i = 0; i < out->num_triangles; i++) {
+        if (!out->triangle_regions[2 * i] && !out->triangle_regions[2 * i + 1]) continue;
+        memmove(out->triangles + 3 * n, out->triangles + 3 * i, 3 * sizeof *out->triangles);
+        out->triangle_tags[n++] = out->triangle_tags[i];
+    }
+    out->num_triangles = n;
 }
 
 /* For --drop-unused: removes the vertices that are in no element from the result, and the
@@ -2403,6 +2422,7 @@ static int run(job *j)
         complain(j, "out of memory");
         return TOOL_NO_MEMORY;
     }
+    if (j->set.mesher.drop_outside) drop_outside(j);
     if (j->set.mesher.drop_unused && !drop_unused(j)) {
         complain(j, "out of memory");
         return TOOL_NO_MEMORY;

@@ -657,6 +657,7 @@ static void open_edges_beside_a_cell(void)
     double xyz[27] = {0};
     uint32_t triangles[39] = {0};
     mesher_surface s;
+    mesher_options o;
     memcpy(xyz, cube_xyz, sizeof cube_xyz);
     memcpy(triangles, cube_triangles, sizeof cube_triangles);
     s = surface_of(xyz, 9, triangles, 13);
@@ -669,6 +670,10 @@ static void open_edges_beside_a_cell(void)
     check_surface(&s, NULL);
     CHECK(only_defect(MESHER_DEFECT_OUTSIDE_FACET, 1));
     CHECK(last.findings[0].triangles[0] == 12);
+    memset(&o, 0, sizeof o);
+    o.drop_outside = 1;
+    check_surface(&s, &o);
+    CHECK(last.code == MESHER_OK && count_of(MESHER_NOTE_OUTSIDE_FACET) == 1);
 }
 
 /* Two triangles, one moved: each kind of contact by hand, with its name. */

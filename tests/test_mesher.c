@@ -776,6 +776,9 @@ static void invalid_surfaces(void)
     add_triangle(0, 1, add_point(0.5, -1, -1)); /* a fin outside */
     CHECK(mesh_code(&o) == MESHER_ERROR_SURFACE);
     CHECK(report.counts[MESHER_DEFECT_OUTSIDE_FACET] == 1 && findings[0].triangles[0] == 12);
+    o.drop_outside = 1;
+    CHECK(mesh_code(&o) == MESHER_OK && report.counts[MESHER_NOTE_OUTSIDE_FACET] == 1);
+    o.drop_outside = 0;
     clear();
     add_box(0, 0, 0, 1);
     shape.xyz[5] = (double)NAN;

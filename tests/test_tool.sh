@@ -334,6 +334,12 @@ code 0 $mesh "$T/unused.off" --no-refine --drop-unused -o "$T/used.mesh"
 prints 'left out'
 prints '1 of INPUT left out'
 ok "its node is not written" test "$(sed -n '/^Vertices/{n;p;}' "$T/used.mesh")" = 8
+{ cube 0 0 0 1 0; echo 'v 0.5 -1 -1'; echo 'f 3 0 1 8'; } | off > "$T/fin.off"
+code 5 $mesh "$T/fin.off"
+says 'triangle 12 lies outside every cell.*drop-outside'
+code 0 $mesh "$T/fin.off" --drop-outside --drop-unused -o "$T/fin.mesh"
+prints '1 x triangle outside every cell, left out'
+ok "its triangle is not written" test "$(sed -n '/^Triangles/{n;p;}' "$T/fin.mesh")" = 12
 { cube 0 0 0 1 0; echo 'v 1e-15 1e-15 1e-15'; } | off > "$T/close.off"
 code 0 $mesh "$T/close.off"
 prints 'practically flat: its vertices [08] and [08], at'
