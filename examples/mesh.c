@@ -2153,7 +2153,9 @@ static void print_flat(const job *j)
            "            (%.9g, %.9g, %.9g), are only %.2g apart. ", (unsigned long)pair[0],
            (unsigned long)pair[1], x[0], x[1], x[2], d);
     if (unused) printf("--drop-unused leaves\n            out those in no triangle\n");
-    else printf("--weld %.2g makes\n            such ones equal\n", rounded_up(fmax(d, 1e-3 * nearly(j))));
+    else
+        printf("--weld %.2g makes\n            such ones equal\n",
+               rounded_up(fmax(d, 1e-3 * nearly(j))));
 }
 
 static void print_quality(const job *j)
