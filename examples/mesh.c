@@ -76,6 +76,8 @@ static const char help_options[] =
     "  --no-improve         stop after refinement\n"
     "  --weld D             first of all, merge vertices that differ by no more than D in each\n"
     "                       coordinate\n"
+    "  --split-edges        cut triangles at vertices that are exactly on their edges, and leave out\n"
+    "                       triangles that are collinear: mends T-junctions\n"
     "  --no-lines           ignore the lines of the input: they need not be edges of the mesh\n"
     "  --refine-surface     first halve edges of the surface that are much longer than the sizes\n"
     "                       ask for, within their planes: makes good tetrahedra possible under\n"
@@ -135,8 +137,8 @@ typedef struct settings {
     mesher_options mesher;
     spr_options spr;
     double max_seconds, weld;
-    int order, demo, check, refine_mesh, refine_surface, no_improve, no_lines, regions_given, ascii,
-        binary, verbose, quiet, progress;
+    int order, demo, check, split_edges, refine_mesh, refine_surface, no_improve, no_lines,
+        regions_given, ascii, binary, verbose, quiet, progress;
 } settings;
 
 static int parse_regions(const char *name, mesher_regions *regions)
@@ -218,6 +220,7 @@ static int parse_flag(const char *a, settings *s)
     else if (strcmp(a, "--no-improve") == 0) s->no_improve = 1;
     else if (strcmp(a, "--no-lines") == 0) s->no_lines = 1;
     else if (strcmp(a, "--drop-unused") == 0) s->mesher.drop_unused = 1;
+    else if (strcmp(a, "--split-edges") == 0) s->split_edges = 1;
     else if (strcmp(a, "--drop-outside") == 0) s->mesher.drop_outside = 1;
     else if (strcmp(a, "--refine-mesh") == 0) s->refine_mesh = 1;
     else if (strcmp(a, "--refine-surface") == 0) s->refine_surface = 1;
@@ -322,9 +325,9 @@ static int settings_fit(const settings *s)
 {
     const meshio_format format = s->output ? output_format(s) : MESHIO_FORMAT_AUTO;
     const int is_ele = format == MESHIO_FORMAT_ELE;
-    if (s->refine_mesh && (s->refine_surface || s->weld > 0)) {
+    if (s->refine_mesh && (s->refine_surface || s->weld > 0 || s->split_edges)) {
         fprintf(stderr, "mesh: %s and --refine-mesh; try --help\n",
-                s->weld > 0 ? "--weld" : "--refine-surface");
+                s->weld > 0 ? "--weld" : s->split_edges ? "--split-edges" : "--refine-surface");
         return 0;
     }
     if (s->refine_mesh && (s->regions_given || s->mesher.allow_surface_steiner)) {
@@ -474,6 +477,7 @@ typedef struct job {
     double *kept_xyz;
     uint32_t *kept_tets;
     uint64_t num_welded;    /* vertices that --weld put onto others */
+    uint64_t num_cut, num_collinear; /* triangles that --split-edges has cut, and left out */
     weld_cure cure;
     mesher_surface surface; /* the one to mesh: the input's, or fine.surface */
     mesher_fine_surface fine;
@@ -1380,6 +1384,15 @@ static int code_of(mesher_result result)
     }
 }
 
+/* Whether all that is wrong may be T-junctions, and what they lead to. */
+static int may_split(const job *j)
+{
+    const uint64_t *n = j->report.counts;
+    return !j->set.split_edges && !j->set.refine_mesh &&
+           (n[MESHER_DEFECT_T_JUNCTION] || n[MESHER_DEFECT_COLLINEAR]) &&
+           !n[MESHER_DEFECT_OVERLAP] && !n[MESHER_DEFECT_INTERSECTION];
+}
+
 /* Reports a failure of the mesher. */
 static int fail(job *j, mesher_result result)
 {
@@ -1405,7 +1418,9 @@ static int fail(job *j, mesher_result result)
              code == TOOL_BAD_SURFACE && line_is_defective(j)
                  ? "; --no-lines leaves the lines of the input out, if they are not needed"
              : code == TOOL_BAD_SURFACE && j->report.counts[MESHER_DEFECT_OUTSIDE_FACET]
-                 ? "; --drop-outside leaves out triangles outside every cell" : "",
+                 ? "; --drop-outside leaves out triangles outside every cell"
+             : code == TOOL_BAD_SURFACE && may_split(j)
+                 ? "; --split-edges may mend this" : "",
              advice[0] ? "; " : "", advice);
     complain(j, text);
     return code;
@@ -1426,6 +1441,190 @@ static int check_surface(job *j)
         printf("defects     none (%.3f s)\n", j->seconds[PHASE_CHECK]);
     }
     return TOOL_OK;
+}
+
+/* ---- triangles with vertices on their edges ---- */
+
+/* A vertex inside edge k of a triangle, from corner k to the next. */
+typedef struct edge_cut {
+    uint32_t triangle, vertex;
+    int edge;
+    double distance; /* from corner k */
+} edge_cut;
+
+static int compare_cuts(const void *p, const void *q)
+{
+    const edge_cut *a = (const edge_cut *)p, *b = (const edge_cut *)q;
+    if (a->triangle != b->triangle) return a->triangle < b->triangle ? -1 : 1;
+    if (a->edge != b->edge) return a->edge < b->edge ? -1 : 1;
+    if (a->distance < b->distance || a->distance > b->distance)
+        return a->distance < b->distance ? -1 : 1;
+    return a->vertex < b->vertex ? -1 : a->vertex > b->vertex;
+}
+
+static int same_place(const meshio_mesh *m, uint32_t a, uint32_t b)
+{
+    const double *x = m->xyz + 3 * (size_t)a, *y = m->xyz + 3 * (size_t)b;
+    int k = 0;
+    while (k < 3 && !(x[k] < y[k] || x[k] > y[k])) k++;
+    return k == 3;
+}
+
+/* Takes the cut that a T-junction asks for. Returns 0 if it is none of a triangle's edge. */
+static int take_cut(const meshio_mesh *m, const mesher_finding *f, edge_cut *cut)
+{
+    const uint32_t *t, a = f->vertices[1], b = f->vertices[2];
+    int k, c;
+    if (f->kind != MESHER_DEFECT_T_JUNCTION || f->triangles[1] >= m->num_triangles ||
+        f->vertices[0] >= m->num_vertices || a >= m->num_vertices || b >= m->num_vertices)
+        return 0;
+    t = m->triangles + 3 * (size_t)f->triangles[1];
+    for (k = 0; k < 3; k++) {
+        const uint32_t from = t[k], to = t[(k + 1) % 3];
+        if (!(same_place(m, from, a) && same_place(m, to, b)) &&
+            !(same_place(m, from, b) && same_place(m, to, a)))
+            continue;
+        cut->triangle = f->triangles[1];
+        cut->vertex = f->vertices[0];
+        cut->edge = k;
+        for (cut->distance = 0, c = 0; c < 3; c++)
+            cut->distance = hypot(cut->distance, m->xyz[3 * (size_t)cut->vertex + (size_t)c] -
+                                                     m->xyz[3 * (size_t)from + (size_t)c]);
+        return 1;
+    }
+    return 0;
+}
+
+static int on_one_line(const meshio_mesh *m, uint32_t a, uint32_t b, uint32_t c)
+{
+    return delaunay_collinear(m->xyz + 3 * (size_t)a, m->xyz + 3 * (size_t)b,
+                              m->xyz + 3 * (size_t)c);
+}
+
+/* Whether n corners without number i are all on one line. */
+static int rest_is_flat(const meshio_mesh *m, const uint32_t *v, size_t n, size_t i)
+{
+    const uint32_t a = v[i == 0], b = v[i <= 1 ? 2 : 1];
+    size_t k;
+    for (k = 0; k < n; k++)
+        if (k != i && !on_one_line(m, a, b, v[k])) return 0;
+    return 1;
+}
+
+/* Divides a triangle whose n corners include those within its edges; writes n - 2 triangles, none
+ * of them collinear. v is used up. */
+static void divide(const meshio_mesh *m, uint32_t *v, size_t n, uint32_t *out)
+{
+    size_t i, k;
+    for (; n > 3; n--) {
+        for (i = 0; i + 1 < n; i++) /* the last one is an ear if the others are not */
+            if (!on_one_line(m, v[(i + n - 1) % n], v[i], v[i + 1]) && !rest_is_flat(m, v, n, i))
+                break;
+        out[0] = v[(i + n - 1) % n];
+        out[1] = v[i];
+        out[2] = v[(i + 1) % n];
+        out += 3;
+        for (k = i; k + 1 < n; k++) v[k] = v[k + 1];
+    }
+    memcpy(out, v, 3 * sizeof *v);
+}
+
+/* Cuts the triangles of the input, and leaves out those marked in drop. Returns 0 if memory runs
+ * out. */
+static int cut_triangles(job *j, const edge_cut *cuts, size_t num_cuts, const uint8_t *drop)
+{
+    meshio_mesh *m = &j->in;
+    const size_t most = m->num_triangles + num_cuts;
+    uint32_t *triangles = (uint32_t *)malloc((3 * most + 1) * sizeof *triangles);
+    int32_t *tags = (int32_t *)malloc((most + 1) * sizeof *tags);
+    uint32_t *v = (uint32_t *)malloc((num_cuts + 3) * sizeof *v);
+    size_t t, n, c = 0, count = 0;
+    int k, ok = triangles && tags && v;
+    for (t = 0; ok && t < m->num_triangles; t++) {
+        for (n = 0, k = 0; k < 3; k++) {
+            v[n++] = m->triangles[3 * t + (size_t)k];
+            for (; c < num_cuts && cuts[c].triangle == t && cuts[c].edge == k; c++)
+                if (!same_place(m, v[n - 1], cuts[c].vertex)) v[n++] = cuts[c].vertex;
+        }
+        j->num_collinear += drop[t];
+        if (drop[t]) continue;
+        j->num_cut += n > 3;
+        for (k = 0; k < (int)n - 2; k++) tags[count + (size_t)k] = m->triangle_tags[t];
+        divide(m, v, n, triangles + 3 * count);
+        count += n - 2;
+    }
+    free(v);
+    if (!ok) {
+        free(triangles);
+        free(tags);
+        return 0;
+    }
+    free(m->triangles);
+    free(m->triangle_tags);
+    m->triangles = triangles;
+    m->triangle_tags = tags;
+    m->num_triangles = count;
+    return 1;
+}
+
+/* For --split-edges: one round of cuts. *done: there is nothing to cut. */
+static mesher_result split_once(job *j, mesher_report *report, int *done)
+{
+    meshio_mesh *m = &j->in;
+    mesher_surface surface;
+    mesher_result result;
+    edge_cut *cuts;
+    uint8_t *drop;
+    size_t i, n = 0, dropped = 0;
+    int ok;
+    memset(&surface, 0, sizeof surface);
+    surface.xyz = m->xyz;
+    surface.num_vertices = m->num_vertices;
+    surface.triangles = m->triangles;
+    surface.num_triangles = m->num_triangles;
+    result = mesher_check(&surface, &j->set.mesher, report);
+    *done = result != MESHER_ERROR_SURFACE;
+    if (*done) return result;
+    cuts = (edge_cut *)malloc((report->num_findings + 1) * sizeof *cuts);
+    drop = (uint8_t *)calloc(m->num_triangles + 1, 1);
+    ok = cuts && drop;
+    for (i = 0; ok && i < report->num_findings; i++) {
+        const mesher_finding *f = &report->findings[i];
+        n += (size_t)take_cut(m, f, &cuts[n]);
+        if (f->kind != MESHER_DEFECT_COLLINEAR || f->triangles[0] >= m->num_triangles) continue;
+        drop[f->triangles[0]] = 1;
+        dropped++;
+    }
+    *done = n == 0 && dropped == 0;
+    if (ok && !*done) {
+        qsort(cuts, n, sizeof *cuts, compare_cuts);
+        ok = cut_triangles(j, cuts, n, drop);
+    }
+    free(cuts);
+    free(drop);
+    return ok ? MESHER_OK : MESHER_ERROR_OUT_OF_MEMORY;
+}
+
+/* Cuts triangles at vertices that are exactly on their edges, and leaves out those that are
+ * collinear, if --split-edges asks for it: the geometry stays as it is. */
+static int split_edges(job *j)
+{
+    enum { MOST_ROUNDS = 10 };
+    double start = tool_seconds();
+    mesher_report report;
+    mesher_result result = MESHER_OK;
+    int round, done = !j->set.split_edges;
+    memset(&report, 0, sizeof report);
+    report.cap_findings = MAX_FINDINGS;
+    if (!done) report.findings = (mesher_finding *)malloc(MAX_FINDINGS * sizeof *report.findings);
+    if (!done && !report.findings) result = MESHER_ERROR_OUT_OF_MEMORY;
+    for (round = 0; round < MOST_ROUNDS && !done && result == MESHER_OK; round++)
+        result = split_once(j, &report, &done);
+    free(report.findings);
+    if (j->set.split_edges) j->seconds[PHASE_CHECK] += tool_seconds() - start;
+    if (result == MESHER_OK || result == MESHER_ERROR_SURFACE) return TOOL_OK; /* told later */
+    complain(j, mesher_result_string(result));
+    return code_of(result);
 }
 
 /* ---- proof that the surface came back ---- */
@@ -2211,6 +2410,9 @@ static void print_statistics(const job *j)
            (unsigned long long)j->in.num_vertices, (unsigned long long)j->in.num_triangles);
     if (j->set.weld > 0)
         printf("weld        %llu vertices put onto others\n", (unsigned long long)j->num_welded);
+    if (j->set.split_edges)
+        printf("split       %llu triangles cut at vertices on their edges, %llu collinear ones "
+               "left out\n", (unsigned long long)j->num_cut, (unsigned long long)j->num_collinear);
     print_counts(j, "notes", 0);
     print_division(j);
     if (j->set.output) printf("output      %s\n", j->set.output);
@@ -2331,8 +2533,10 @@ static void json_body(FILE *f, const job *j, int code)
     fprintf(f, "},\n");
     json_findings(f, j);
     fprintf(f,
+            "  \"cut_triangles\": %llu, \"collinear_left_out\": %llu,\n"
             "  \"welded_vertices\": %llu, \"weld_that_cures\": %.2g, \"triangles_it_drops\": %llu, "
             "\"nodes_left_out\": %llu,",
+            (unsigned long long)j->num_cut, (unsigned long long)j->num_collinear,
             (unsigned long long)j->num_welded,
             j->cure.state == CURE_FOUND ? j->cure.distance : 0,
             (unsigned long long)(j->cure.state == CURE_FOUND ? j->cure.num_gone : 0),
@@ -2400,6 +2604,7 @@ static int run(job *j)
 {
     int code = read_input(j);
     if (code == TOOL_OK) code = weld(j);
+    if (code == TOOL_OK) code = split_edges(j);
     if (code != TOOL_OK) return code;
     if (!set_surface(j)) {
         complain(j, "out of memory");

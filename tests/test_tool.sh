@@ -334,6 +334,27 @@ code 0 $mesh "$T/unused.off" --no-refine --drop-unused -o "$T/used.mesh"
 prints 'left out'
 prints '1 of INPUT left out'
 ok "its node is not written" test "$(sed -n '/^Vertices/{n;p;}' "$T/used.mesh")" = 8
+# vertex 8 on edge 0-1, of which only one triangle has it: a gap, or a collinear triangle in it
+parted_edge() {
+    cube 0 0 0 1 0 | grep -v '^f 3 0 3 1$'
+    printf 'v 0.5 0 0\nf 3 0 3 8\nf 3 8 3 1\n'
+}
+parted_edge | off > "$T/parted_edge.off"
+{ parted_edge; echo 'f 3 0 8 1'; } | off > "$T/cap.off"
+for parted in parted_edge cap; do
+    code 5 $mesh "$T/$parted.off"
+    says 'split-edges may mend this'
+    code 0 $mesh "$T/$parted.off" --split-edges --no-refine -o "$T/whole.mesh"
+    prints 'split       1 triangles cut'
+    ok "fourteen triangles" test "$(sed -n '/^Triangles/{n;p;}' "$T/whole.mesh")" = 14
+done
+prints '1 collinear ones left out'
+# vertices 8 and 9 on edge 0-1 and 10 on edge 1-5, all of triangle 0 1 5
+{ cube 0 0 0 1 0 | grep -v '^f 3 0 3 1$' | grep -v '^f 3 1 7 5$'
+  printf 'v 0.25 0 0\nv 0.5 0 0\nv 1 0 0.5\nf 3 0 3 8\nf 3 8 3 9\nf 3 9 3 1\n'
+  printf 'f 3 1 7 10\nf 3 10 7 5\n'; } | off > "$T/three.off"
+code 0 $mesh "$T/three.off" --split-edges --no-refine -o "$T/whole.mesh"
+ok "eighteen triangles" test "$(sed -n '/^Triangles/{n;p;}' "$T/whole.mesh")" = 18
 { cube 0 0 0 1 0; echo 'v 0.5 -1 -1'; echo 'f 3 0 1 8'; } | off > "$T/fin.off"
 code 5 $mesh "$T/fin.off"
 says 'triangle 12 lies outside every cell.*drop-outside'
