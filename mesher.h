@@ -7594,16 +7594,32 @@ static uint32_t mesher__flatten_tet(mesher__recovery *r, delaunay_handle t)
     return num_new;
 }
 
+/* Is vertex v in a patch? The patches of a vertex, which may be thousands, are in ascending order.
+ */
+static int mesher__has_patch(const mesher__recovery *r, uint32_t v, uint32_t patch)
+{
+    uint32_t low = r->patch_row[v], high = r->patch_row[v + 1];
+    while (low < high) {
+        const uint32_t mid = low + (high - low) / 2;
+        if (r->patches[mid] < patch) low = mid + 1;
+        else high = mid;
+    }
+    return low < r->patch_row[v + 1] && r->patches[low] == patch;
+}
+
 /* Marks the patches that have both ends of a missing edge. */
 static void mesher__find_patches_of_missing(const mesher__recovery *r, uint8_t *of_missing)
 {
-    uint32_t e, i, j;
+    uint32_t e, i;
     for (e = 0; e < r->num_edges; e++) {
-        const uint32_t a = r->edges[2 * (size_t)e], b = r->edges[2 * (size_t)e + 1];
+        uint32_t a = r->edges[2 * (size_t)e], b = r->edges[2 * (size_t)e + 1], swap = a;
         if (r->edge_present[e] || a >= r->num_rows || b >= r->num_rows) continue;
+        if (r->patch_row[a + 1] - r->patch_row[a] > r->patch_row[b + 1] - r->patch_row[b]) {
+            a = b;
+            b = swap;
+        }
         for (i = r->patch_row[a]; i < r->patch_row[a + 1]; i++)
-            for (j = r->patch_row[b]; j < r->patch_row[b + 1]; j++)
-                if (r->patches[i] == r->patches[j]) of_missing[r->patches[i]] = 1;
+            if (mesher__has_patch(r, b, r->patches[i])) of_missing[r->patches[i]] = 1;
     }
 }
 
