@@ -444,7 +444,7 @@ static spr_result improve_arrays(meshio_mesh *m, size_t cap_vertices, size_t cap
 static int drop_spare(const arguments *args, meshio_mesh *m)
 {
     uint32_t *number, next = 0;
-    size_t v, i;
+    size_t v;
     if (m->num_spare == 0) return 1;
     number = (uint32_t *)malloc(m->num_vertices * sizeof *number);
     if (!number) return 0;
@@ -455,9 +455,9 @@ static int drop_spare(const arguments *args, meshio_mesh *m)
         m->vertex_tags[next++] = m->vertex_tags[v];
     }
     m->num_vertices = next;
-    for (i = 0; i < 4 * m->num_tets; i++) m->tets[i] = number[m->tets[i]];
-    for (i = 0; i < 3 * m->num_triangles; i++) m->triangles[i] = number[m->triangles[i]];
-    for (i = 0; i < 2 * m->num_edges; i++) m->edges[i] = number[m->edges[i]];
+    tool_renumber(m->tets, 4 * (uint64_t)m->num_tets, number);
+    tool_renumber(m->triangles, 3 * (uint64_t)m->num_triangles, number);
+    tool_renumber(m->edges, 2 * (uint64_t)m->num_edges, number);
     free(number);
     fprintf(stderr,
             "improve: %s: %llu nodes in the middle of elements, or saved as points of no group, "

@@ -1621,7 +1621,7 @@ static int split_edges(job *j)
     for (round = 0; round < MOST_ROUNDS && !done && result == MESHER_OK; round++)
         result = split_once(j, &report, &done);
     free(report.findings);
-    if (j->set.split_edges) j->seconds[PHASE_CHECK] += tool_seconds() - start;
+    j->seconds[PHASE_READ] += tool_seconds() - start;
     if (result == MESHER_OK || result == MESHER_ERROR_SURFACE) return TOOL_OK; /* told later */
     complain(j, mesher_result_string(result));
     return code_of(result);
@@ -1984,13 +1984,6 @@ static int mesh_surface(job *j)
 
 /* ---- output ---- */
 
-/* Renumbers the vertices of n corners of elements. */
-static void renumber(uint32_t *v, uint64_t n, const uint32_t *number)
-{
-    uint64_t i;
-    for (i = 0; i < n; i++) v[i] = number[v[i]];
-}
-
 /* For --drop-outside: removes the triangles that no tetrahedron has from the result. */
 static void drop_outside(job *j)
 {
@@ -2027,23 +2020,26 @@ static int drop_unused(job *j)
         number[v] = next++;
     }
     out->num_vertices = next;
-    renumber(out->tets, 4 * out->num_tets, number);
-    renumber(out->triangles, 3 * out->num_triangles, number);
-    renumber(out->edges, 2 * out->num_edges, number);
+    tool_renumber(out->tets, 4 * out->num_tets, number);
+    tool_renumber(out->triangles, 3 * out->num_triangles, number);
+    tool_renumber(out->edges, 2 * out->num_edges, number);
     free(number);
     return 1;
+}
+
+static double gamma_of(const mesher_output *out, uint64_t t)
+{
+    const uint32_t *v = out->tets + 4 * t;
+    const double *x = out->xyz;
+    return spr_gamma(x + 3 * (size_t)v[0], x + 3 * (size_t)v[1], x + 3 * (size_t)v[2],
+                     x + 3 * (size_t)v[3]);
 }
 
 static double *output_quality(const job *j)
 {
     uint64_t t;
     double *gamma = (double *)malloc(((size_t)j->out.num_tets + 1) * sizeof(double));
-    for (t = 0; gamma && t < j->out.num_tets; t++) {
-        const uint32_t *v = j->out.tets + 4 * t;
-        const double *x = j->out.xyz;
-        gamma[t] = spr_gamma(x + 3 * (size_t)v[0], x + 3 * (size_t)v[1], x + 3 * (size_t)v[2],
-                             x + 3 * (size_t)v[3]);
-    }
+    for (t = 0; gamma && t < j->out.num_tets; t++) gamma[t] = gamma_of(&j->out, t);
     return gamma;
 }
 
@@ -2312,9 +2308,7 @@ static double nearest_corners(const job *j, uint32_t pair[2], double *longest)
     uint64_t t, at = 0;
     int e, k;
     for (t = 0; t < out->num_tets; t++) {
-        const uint32_t *v = out->tets + 4 * t;
-        gamma = spr_gamma(out->xyz + 3 * (size_t)v[0], out->xyz + 3 * (size_t)v[1],
-                          out->xyz + 3 * (size_t)v[2], out->xyz + 3 * (size_t)v[3]);
+        gamma = gamma_of(out, t);
         if (!(gamma < worst)) continue;
         worst = gamma;
         at = t;

@@ -302,6 +302,13 @@ DELAUNAY_INLINE int tool_ascend(uint32_t v[3])
     return odd;
 }
 
+/* Renumbers n corners of elements. */
+DELAUNAY_INLINE void tool_renumber(uint32_t *v, uint64_t n, const uint32_t *number)
+{
+    uint64_t i;
+    for (i = 0; i < n; i++) v[i] = number[v[i]];
+}
+
 /* A number that no tag is: the next one above all tags and 0 if there is one. */
 DELAUNAY_INLINE int32_t tool_unused_tag(const int32_t *tags, size_t count)
 {

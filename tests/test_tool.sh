@@ -274,7 +274,7 @@ for format in msh msh4; do
         ok "it is read again" grep -q '^1 3 "a seam"' "$T/again.msh"
     done
 done
-# two cubes with a common facet, one with a void, of tetrahedra; their regions are 8 and -4
+# two cubes of tetrahedra, apart; their regions are 8 and -4
 tets() { # X FIRST TAG: the six tetrahedra of a cube
     awk -v o="$2" -v t="$3" 'BEGIN {
         n = split("1 2 4 8 1 4 3 8 1 3 7 8 1 7 5 8 1 5 6 8 1 6 2 8", a, " ")
