@@ -7078,26 +7078,24 @@ static void mesher__join(uint32_t *parent, uint32_t a, uint32_t b)
     else parent[a] = b;
 }
 
-/* Joins neighbouring facets that are in one plane, up to rounding. hinges: room for the corners of
- * all facets, each with the edge opposite it as the key. */
-static void mesher__join_patches(mesher__recovery *r, hxtsort_pair *hinges, uint32_t *parent)
+/* Joins neighbouring facets that are in one plane, up to rounding. */
+static void mesher__join_patches(mesher__recovery *r, uint32_t *parent)
 {
-    const size_t n = r->domain->num_facets;
-    size_t i;
-    for (i = 0; i < n; i++) parent[i] = (uint32_t)i;
-    for (i = 0; i < 3 * n; i++) {
-        const uint32_t *v = r->facets + i / 3 * 3;
-        hinges[i].key = mesher__pair(v[(i + 1) % 3], v[(i + 2) % 3]);
-        hinges[i].value = i;
+    uint32_t *last = mesher__numbers(r, 0, r->domain->num_edges), f, k; /* of each edge: facet + 1 */
+    for (f = 0; f < r->domain->num_facets && last; f++) {
+        const uint32_t *v = r->facets + 3 * (size_t)f;
+        for (parent[f] = f, k = 0; k < 3; k++) {
+            const uint32_t a = v[k == 0], b = v[k == 2 ? 1 : 2]; /* in ascending order, like v */
+            uint32_t *other = last + r->edge_index[mesher__edge_place(r, a, b)];
+            if (*other) {
+                const uint32_t *w = r->facets + 3 * (size_t)(*other - 1);
+                if (mesher__is_flat(r, a, b, w[0] ^ w[1] ^ w[2] ^ a ^ b, v[k]))
+                    mesher__join(parent, *other - 1, f);
+            }
+            *other = f + 1;
+        }
     }
-    r->status = mesher__sort(r->domain, hinges, 3 * n);
-    for (i = 1; i < 3 * n && r->status == MESHER_OK; i++) {
-        size_t c = (size_t)hinges[i - 1].value, d = (size_t)hinges[i].value;
-        uint32_t a = (uint32_t)(hinges[i].key >> 32), b = (uint32_t)hinges[i].key;
-        if (hinges[i].key == hinges[i - 1].key &&
-            mesher__is_flat(r, a, b, r->facets[c], r->facets[d]))
-            mesher__join(parent, (uint32_t)(c / 3), (uint32_t)(d / 3));
-    }
+    delaunay_release(r->memory, last);
 }
 
 /* Computes the planes of the patches. */
@@ -7107,7 +7105,6 @@ static void mesher__fit_patches(mesher__recovery *r, uint32_t *parent)
     uint32_t f;
     int i, j, k;
     double *plane, length, side, m[3];
-    memset(r->patch_planes, 0, 4 * (size_t)n * sizeof *r->patch_planes);
     for (f = 0; f < n; f++) { /* sum the facets' normals, all turned to one side */
         const double *a = mesher__x(r, r->facets[3 * (size_t)f]),
                      *b = mesher__x(r, r->facets[3 * (size_t)f + 1]),
@@ -7130,32 +7127,64 @@ static void mesher__fit_patches(mesher__recovery *r, uint32_t *parent)
     }
 }
 
+/* Enters the patches into the rows of their vertices, in ascending order, or, if rows is NULL, only
+ * counts them. next: of each facet the next one of its patch; the first one is its number. */
+static void mesher__enter_patches(const mesher__recovery *r, const uint32_t *parent,
+                                  const uint32_t *next, uint32_t *last, uint32_t *end,
+                                  uint32_t *rows)
+{
+    const uint32_t n = r->domain->num_facets;
+    uint32_t patch, f, k;
+    memset(last, 0, r->num_rows * sizeof *last);
+    for (patch = 0; patch < n; patch++)
+        for (f = parent[patch] == patch ? patch : MESHER__ABSENT; f != MESHER__ABSENT; f = next[f])
+            for (k = 0; k < 3; k++) {
+                const uint32_t v = r->facets[3 * (size_t)f + k];
+                if (last[v] == patch + 1) continue; /* it is there already */
+                last[v] = patch + 1;
+                if (rows) rows[end[v]] = patch;
+                end[v]++;
+            }
+}
+
+/* Lists the patches by vertices. */
+static void mesher__list_patches(mesher__recovery *r, uint32_t *parent)
+{
+    const uint32_t n = r->domain->num_facets;
+    uint32_t *next = mesher__numbers(r, n, 0), *last = mesher__numbers(r, r->num_rows, 0), f, v;
+    r->patch_row = mesher__numbers(r, 0, (size_t)r->num_rows + 1);
+    for (f = 0; f < n && next; f++) next[f] = MESHER__ABSENT;
+    for (f = n; f-- > 0 && next;) {
+        const uint32_t patch = parent[f] = mesher__root(parent, f);
+        if (patch == f) continue;
+        next[f] = next[patch];
+        next[patch] = f;
+    }
+    if (r->status == MESHER_OK) {
+        mesher__enter_patches(r, parent, next, last, r->patch_row + 1, NULL);
+        for (v = 0; v < r->num_rows; v++) r->patch_row[v + 1] += r->patch_row[v];
+        r->patches = mesher__numbers(r, r->patch_row[r->num_rows], 1);
+    }
+    if (r->status == MESHER_OK) {
+        mesher__enter_patches(r, parent, next, last, r->patch_row, r->patches);
+        for (v = r->num_rows; v > 0; v--) r->patch_row[v] = r->patch_row[v - 1];
+        r->patch_row[0] = 0; /* each was where the next one begins */
+    }
+    delaunay_release(r->memory, next);
+    delaunay_release(r->memory, last);
+}
+
 /* Finds the patches, and lists them by vertices. 0: no memory. */
 static int mesher__find_patches(mesher__recovery *r)
 {
     const size_t n = r->domain->num_facets;
-    hxtsort_pair *pairs = (hxtsort_pair *)mesher__block(r, 3 * n, sizeof *pairs);
-    uint32_t *parent = mesher__numbers(r, n, 0), v = 0;
-    size_t i, count = 0;
-    r->patch_row = mesher__numbers(r, (size_t)r->num_rows + 1, 0);
-    r->patches = mesher__numbers(r, 3 * n, 0);
-    r->patch_planes = (double *)mesher__block(r, 4 * n, sizeof *r->patch_planes);
-    if (r->status == MESHER_OK) mesher__join_patches(r, pairs, parent);
+    uint32_t *parent = mesher__numbers(r, n, 0);
+    r->patch_planes = (double *)mesher__zeros(r, 4 * n, sizeof *r->patch_planes);
+    if (r->status == MESHER_OK) mesher__join_patches(r, parent);
     if (r->status == MESHER_OK) {
         mesher__fit_patches(r, parent);
-        for (i = 0; i < 3 * n; i++)
-            pairs[i].key = (uint64_t)r->facets[i] << 32 | mesher__root(parent, (uint32_t)(i / 3));
-        r->status = mesher__sort(r->domain, pairs, 3 * n);
+        mesher__list_patches(r, parent);
     }
-    if (r->status == MESHER_OK) {
-        for (i = 0; i < 3 * n; i++) {
-            if (i > 0 && pairs[i].key == pairs[i - 1].key) continue;
-            while (v <= pairs[i].key >> 32) r->patch_row[v++] = (uint32_t)count;
-            r->patches[count++] = (uint32_t)pairs[i].key;
-        }
-        while (v <= r->num_rows) r->patch_row[v++] = (uint32_t)count;
-    }
-    delaunay_release(r->memory, pairs);
     delaunay_release(r->memory, parent);
     return r->status == MESHER_OK;
 }
