@@ -2818,7 +2818,9 @@ enum {
     MESHER__LONG_PIPE = 32,      /* attempts by flips: an edge with more crossings than this gets
                                     only points on it, no searches and no interior points */
     MESHER__MAX_WINDOWS = 4000,  /* around one edge or facet */
-    MESHER__PIECES = 16384,      /* of split edges, and of split facets, at most; a power of two */
+    /* Pieces of split edges, and of split facets, at most: so many for each missing edge, a power
+     * of two between these two. */
+    MESHER__PIECES_EACH = 256, MESHER__FEW_PIECES = 16384, MESHER__MOST_PIECES = 262144,
     MESHER__SECTOR_GROWTH = 300, /* tetrahedra outside a star that its sector takes in at most */
     MESHER__FEW_EDGES = 32,  /* up to this many missing edges get large searches before any point is
                                 added (of more of them, one in hundreds comes in that way), and more
@@ -3098,7 +3100,7 @@ typedef struct mesher__recovery {
     uint32_t *edge_origin, *facet_origin;   /* of pieces: the domain's edge or facet they lie in */
     uint32_t *edge_slots, *facet_slots;     /* open addressing: 1 + index of a piece; 0 is free */
     mesher__split *splits;
-    uint32_t  num_splits;
+    uint32_t  num_splits, max_pieces;
     uint32_t *edges, *edge_row, *edge_other, *edge_index;
     uint32_t *facets, *facet_row, *facet_second, *facet_third, *facet_index;
     uint8_t  *edge_present, *facet_present;
@@ -3337,7 +3339,7 @@ static uint64_t mesher__pair(uint32_t a, uint32_t b)
 /* The piece of a split edge between two vertices, or MESHER__ABSENT. */
 static uint32_t mesher__edge_piece(const mesher__recovery *r, uint32_t a, uint32_t b)
 {
-    uint32_t mask = MESHER__PIECES * 2 - 1, j;
+    uint32_t mask = r->max_pieces * 2 - 1, j;
     if (!r->num_splits) return MESHER__ABSENT;
     for (j = (uint32_t)mesher__mix(mesher__pair(a, b)) & mask; r->edge_slots[j];
          j = (j + 1) & mask) {
@@ -3357,7 +3359,7 @@ static uint32_t mesher__facet_hash(const uint32_t *v)
 /* The same of a facet, given by its vertices in ascending order. */
 static uint32_t mesher__facet_piece(const mesher__recovery *r, const uint32_t *v)
 {
-    uint32_t mask = MESHER__PIECES * 2 - 1, j;
+    uint32_t mask = r->max_pieces * 2 - 1, j;
     if (!r->num_splits) return MESHER__ABSENT;
     for (j = mesher__facet_hash(v) & mask; r->facet_slots[j]; j = (j + 1) & mask) {
         uint32_t f = r->facet_slots[j] - 1;
@@ -7081,7 +7083,8 @@ static void mesher__join(uint32_t *parent, uint32_t a, uint32_t b)
 /* Joins neighbouring facets that are in one plane, up to rounding. */
 static void mesher__join_patches(mesher__recovery *r, uint32_t *parent)
 {
-    uint32_t *last = mesher__numbers(r, 0, r->domain->num_edges), f, k; /* of each edge: facet + 1 */
+    uint32_t f, k, *last; /* of each edge: the last facet seen that has it, + 1 */
+    last = mesher__numbers(r, 0, r->domain->num_edges);
     for (f = 0; f < r->domain->num_facets && last; f++) {
         const uint32_t *v = r->facets + 3 * (size_t)f;
         for (parent[f] = f, k = 0; k < 3; k++) {
@@ -8361,7 +8364,7 @@ static void mesher__retire_facet(mesher__recovery *r, uint32_t f, int retired)
 /* Adds a constrained edge, and marks it if the mesh has it. */
 static void mesher__add_edge_piece(mesher__recovery *r, uint32_t a, uint32_t b, uint32_t origin)
 {
-    uint32_t e = r->num_edges++, mask = MESHER__PIECES * 2 - 1, j;
+    uint32_t e = r->num_edges++, mask = r->max_pieces * 2 - 1, j;
     delaunay_handle t;
     r->edges[2 * (size_t)e] = a < b ? a : b;
     r->edges[2 * (size_t)e + 1] = a < b ? b : a;
@@ -8380,7 +8383,7 @@ static void mesher__add_edge_piece(mesher__recovery *r, uint32_t a, uint32_t b, 
 static void mesher__add_facet_piece(mesher__recovery *r, uint32_t a, uint32_t b, uint32_t c,
                                     uint32_t origin)
 {
-    uint32_t f = r->num_facets++, mask = MESHER__PIECES * 2 - 1, j, *v = r->facets + 3 * (size_t)f;
+    uint32_t f = r->num_facets++, mask = r->max_pieces * 2 - 1, j, *v = r->facets + 3 * (size_t)f;
     delaunay_handle h;
     v[0] = a;
     v[1] = b;
@@ -8414,9 +8417,11 @@ static void *mesher__widen(mesher__recovery *r, void *old, size_t count, size_t 
 /* Makes room for pieces in all arrays, which few surfaces need. 0: no memory. */
 static int mesher__pieces_room(mesher__recovery *r)
 {
-    const size_t edges = r->num_edges, facets = r->num_facets, more = MESHER__PIECES;
-    const size_t both = edges + facets, rows = r->cap_at;
+    const size_t edges = r->num_edges, facets = r->num_facets, both = edges + facets,
+                 rows = r->cap_at, wish = MESHER__PIECES_EACH * (size_t)r->num_missing_edges;
+    size_t more = MESHER__FEW_PIECES;
     if (r->splits) return 1;
+    while (more < wish && more < MESHER__MOST_PIECES) more *= 2;
     r->edges = (uint32_t *)mesher__widen(r, r->edges, 2 * edges, 2 * more, sizeof *r->edges);
     r->facets = (uint32_t *)mesher__widen(r, r->facets, 3 * facets, 3 * more, sizeof *r->facets);
     r->edge_present = (uint8_t *)mesher__widen(r, r->edge_present, edges, more, 1);
@@ -8436,16 +8441,17 @@ static int mesher__pieces_room(mesher__recovery *r)
     r->facet_slots = (uint32_t *)mesher__zeros(r, 2 * more, sizeof(uint32_t));
     r->splits = (mesher__split *)mesher__zeros(r, more / 4, sizeof(mesher__split));
     if (r->status != MESHER_OK) return 0;
-    r->cap_at += MESHER__PIECES;
+    r->max_pieces = (uint32_t)more;
+    r->cap_at += r->max_pieces;
     return 1;
 }
 
 /* Is there room for one more split? */
 static int mesher__split_room(const mesher__recovery *r)
 {
-    return r->num_splits < MESHER__PIECES / 4 &&
-           r->num_edges + 64 < r->domain->num_edges + MESHER__PIECES &&
-           r->num_facets + 96 < r->domain->num_facets + MESHER__PIECES &&
+    return r->num_splits < r->max_pieces / 4 &&
+           r->num_edges + 64 < r->domain->num_edges + r->max_pieces &&
+           r->num_facets + 96 < r->domain->num_facets + r->max_pieces &&
            r->mesh->num_vertices + 1 < r->cap_at;
 }
 

@@ -6,8 +6,8 @@
  * Families: prisms twisted near their limit (Schonhardt), Chazelle's polyhedron, needles, fans,
  * plates as thin as 1e-6, spheres that nearly touch, polyhedra of coplanar and cospherical
  * vertices, fibres through a box, lattices of cells, interlocked tori, boxes of needles, rough
- * balls that are stretched; some scaled by 1e-6 or 1e6, some shifted by 1e6. One surface is also
- * run with each allocation failing in turn. */
+ * balls that are stretched; some scaled by 1e-6 or 1e6, some shifted by 1e6. Besides, needles on
+ * two hyperboloids; and one surface with each allocation failing in turn. */
 #ifndef LINKED
 #  define MESHER_IMPLEMENTATION
 #endif
@@ -730,6 +730,70 @@ static void room_for_threads_grows_again(void)
     shape_free(&s);
 }
 
+/* A needle of three sides from p to q. */
+static void add_needle(shape *s, const double *p, const double *q, double radius)
+{
+    const double turn = 6.283185307179586 / 3, angle = turn * random_unit();
+    const double *end[2];
+    double along[3], u[3], v[3], length = 0, across;
+    uint32_t base = (uint32_t)s->num_vertices, i, j, k;
+    end[0] = p;
+    end[1] = q;
+    for (k = 0; k < 3; k++) {
+        along[k] = q[k] - p[k];
+        length += along[k] * along[k];
+    }
+    length = sqrt(length);
+    for (k = 0; k < 3; k++) along[k] /= length;
+    across = sqrt(along[0] * along[0] + along[1] * along[1]); /* no needle is upright */
+    u[0] = -along[1] / across, u[1] = along[0] / across, u[2] = 0;
+    for (k = 0; k < 3; k++)
+        v[k] = along[(k + 1) % 3] * u[(k + 2) % 3] - along[(k + 2) % 3] * u[(k + 1) % 3];
+    for (i = 0; i < 6; i++) {
+        double c = radius * cos(angle + turn * (i % 3)), d = radius * sin(angle + turn * (i % 3)),
+               x[3];
+        for (k = 0; k < 3; k++) x[k] = end[i / 3][k] + c * u[k] + d * v[k];
+        add_vertex(s, x[0], x[1], x[2]);
+    }
+    for (i = 0; i < 3; i++) {
+        j = (i + 1) % 3;
+        add_triangle(s, base + i, base + j, base + 3 + j);
+        add_triangle(s, base + i, base + 3 + j, base + 3 + i);
+    }
+    add_triangle(s, base, base + 2, base + 1);
+    add_triangle(s, base + 3, base + 4, base + 5);
+}
+
+/* Needles along the lines of two hyperboloids, one within the other: most of their edges are
+ * missing, each crosses many others, and they come in by thousands of points on them. */
+static void needles_come_in(void)
+{
+    enum { EACH = 44 };
+    shape s = {0};
+    mesher_surface surface;
+    mesher_options options;
+    mesher_domain domain;
+    mesher_output out;
+    int i, k;
+    state = 2;
+    for (i = 0; i < EACH; i++)
+        for (k = 0; k < 2; k++) {
+            double a = 6.283185307179586 * i / EACH, b = a + (k ? 2.2 : -2.2), r = k ? 1 : 1.15,
+                   p[3], q[3];
+            p[0] = r * cos(a), p[1] = r * sin(a), p[2] = -1;
+            q[0] = r * cos(b), q[1] = r * sin(b), q[2] = 1;
+            add_needle(&s, p, q, 0.001);
+        }
+    surface = surface_of(&s);
+    memset(&options, 0, sizeof options);
+    options.no_refine = 1;
+    CHECK(mesher_mesh(&domain, &surface, &options, NULL) == MESHER_OK);
+    CHECK(mesher_export(&domain, &out) == MESHER_OK && !offence(&s, &out, 2 * EACH));
+    mesher_output_free(&domain, &out);
+    mesher_domain_free(&domain);
+    shape_free(&s);
+}
+
 /* The checker knows what is wrong. */
 static void the_checker_sees_offences(void)
 {
@@ -778,6 +842,7 @@ int main(int argc, char **argv)
     the_checker_sees_offences();
     run_without_memory(37); /* a Chazelle polyhedron, for which many windows are looked at */
     room_for_threads_grows_again();
+    needles_come_in();
     for (seed = first; seed <= last; seed++) run(seed);
     printf("seeds %lu to %lu: %ld recovered, %ld intersect themselves, %ld failed; the longest, "
            "seed %lu, %.1f s\n",
