@@ -330,6 +330,8 @@ typedef enum mesher_kind {
     /* a cell without a seed, left out as others have one; it is beside triangles[0] */
     MESHER_NOTE_UNSEEDED_CELL,
     MESHER_NOTE_OUTSIDE_FACET, /* a facet with the outside on both sides, if these are dropped */
+    /* mesher_check: recovery has failed, so what only the cells tell is not known */
+    MESHER_NOTE_CELLS_UNKNOWN,
     MESHER_DEFECT_FIRST,
     MESHER_DEFECT_NOT_FINITE = MESHER_DEFECT_FIRST, /* a coordinate: NaN or infinite */
     MESHER_DEFECT_RANGE,        /* a coordinate beyond 1e60, or an extent below 1e-60 */
@@ -510,7 +512,8 @@ MESHER_API void mesher_finding_string(char *text, size_t size, const mesher_repo
  * or whose regions are chosen by seeds or winding numbers, is meshed without refinement, to find
  * what only its cells tell: MESHER_DEFECT_OUTSIDE_FACET and _NONE_KEPT, and the notes of sheets,
  * filled shells, lines and seeds outside; of other surfaces mesher_mesh alone makes these notes.
- * Returns MESHER_OK if there is no defect. */
+ * Returns MESHER_OK if there is no defect; if such a mesh could not be made, with
+ * MESHER_NOTE_CELLS_UNKNOWN. */
 MESHER_API mesher_result mesher_check(const mesher_surface *surface, const mesher_options *options,
                                       mesher_report *report);
 /* Moves vertices that rounding has separated onto each other. In their order, each vertex moves to
@@ -943,6 +946,10 @@ static void mesher__note_sentence(char *text, size_t size, const mesher_finding 
         break;
     case MESHER_NOTE_OUTSIDE_FACET:
         snprintf(text, size, "%s lies outside every cell, and is left out, %s", a, at);
+        break;
+    case MESHER_NOTE_CELLS_UNKNOWN:
+        snprintf(text, size, "no mesh could be made, so it is not known whether triangles lie "
+                             "outside every cell, or which cells are kept");
         break;
     default: break;
     }
@@ -1992,10 +1999,17 @@ static int mesher__in_triangle(const mesher__simplex *t, const double *x, int ax
     return 1 + zeros;
 }
 
-/* The place of the hit is the point that divides pq in the ratio |hp| : |hq|. */
-static void mesher__hit_at(mesher__hit *hit, const double *p, const double *q, double hp, double hq)
+/* Where a segment is 0, if these are its values at the ends, with different signs or rounded to 0:
+ * from 0 to 1. */
+static double mesher__zero(double hp, double hq)
 {
-    double sum = fabs(hp) + fabs(hq), t = sum > 0 && sum <= DBL_MAX ? fabs(hp) / sum : 0.5;
+    double sum = fabs(hp) + fabs(hq);
+    return sum > 0 && sum <= DBL_MAX ? fabs(hp) / sum : 0.5;
+}
+
+/* The place of the hit is at part t of pq. */
+static void mesher__hit_at(mesher__hit *hit, const double *p, const double *q, double t)
+{
     int i;
     for (i = 0; i < 3; i++) hit->xyz[i] = p[i] + t * (q[i] - p[i]);
 }
@@ -2054,7 +2068,8 @@ static int mesher__segments_2d(const mesher__simplex *pq, const mesher__simplex 
         return mesher__hit_touch(hit, 1, rs->v[1], s, pq->v[0], pq->v[1]);
     if (or_ * os >= 0) return 0;
     if (delaunay_orient2d(r, s, p, axis) * delaunay_orient2d(r, s, q, axis) >= 0) return 0;
-    mesher__hit_at(hit, p, q, mesher__area(r, s, p, axis), mesher__area(r, s, q, axis));
+    mesher__hit_at(hit, p, q,
+                   mesher__zero(mesher__area(r, s, p, axis), mesher__area(r, s, q, axis)));
     return mesher__hit_cross(hit, pq->v[0], pq->v[1]);
 }
 
@@ -2083,14 +2098,31 @@ static int mesher__segment_in_plane(const mesher__simplex *pq, const mesher__sim
     return 0;
 }
 
+/* Part x of segment pq, or the nearest one that is over or under t: where the segment is nearly in
+ * the plane of t, rounding may make x any number. */
+static double mesher__over(const mesher__simplex *pq, const mesher__simplex *t, int axis, double x)
+{
+    double turn = mesher__area(t->p[0], t->p[1], t->p[2], axis), low = 0, high = 1;
+    int i;
+    for (i = 0; i < 3; i++) {
+        const double *a = t->p[i], *b = t->p[(i + 1) % 3];
+        double hp = mesher__area(a, b, pq->p[0], axis), hq = mesher__area(a, b, pq->p[1], axis),
+               zero = mesher__zero(hp, hq);
+        if (turn < 0) hp = -hp, hq = -hq;
+        if (hp < 0 && hq > 0 && zero > low) low = zero;
+        if (hp > 0 && hq < 0 && zero < high) high = zero;
+    }
+    return x < low ? low : x > high ? high : x;
+}
+
 /* Does segment pq, whose ends are strictly on different sides of the plane of t, meet t: in its
  * interior, on an edge, or at a vertex? */
 static int mesher__segment_through(const mesher__simplex *pq, const mesher__simplex *t,
                                    mesher__hit *hit)
 {
     const double *p = pq->p[0], *q = pq->p[1];
-    int o[3], i, zeros = 0, plus = 0, minus = 0;
-    double hp = 0, hq = 0, area;
+    int o[3], i, zeros = 0, plus = 0, minus = 0, axis = 0;
+    double hp = 0, hq = 0, area, most = 0;
     for (i = 0; i < 3; i++) {
         o[i] = mesher__orient(p, q, t->p[i], t->p[(i + 1) % 3]);
         plus += o[i] > 0;
@@ -2105,8 +2137,11 @@ static int mesher__segment_through(const mesher__simplex *pq, const mesher__simp
         area = mesher__area(t->p[0], t->p[1], t->p[2], i);
         hp += (p[i] - t->p[0][i]) * area;
         hq += (q[i] - t->p[0][i]) * area;
+        if (fabs(area) <= most) continue;
+        most = fabs(area);
+        axis = i;
     }
-    mesher__hit_at(hit, p, q, hp, hq);
+    mesher__hit_at(hit, p, q, mesher__over(pq, t, axis, mesher__zero(hp, hq)));
     return mesher__hit_cross(hit, pq->v[0], pq->v[1]);
 }
 
@@ -10188,6 +10223,31 @@ static mesher_result mesher__color_alloc(mesher_domain *domain, mesher__coloring
     return work->stack ? MESHER_OK : MESHER_ERROR_OUT_OF_MEMORY;
 }
 
+static int mesher__is_inside(const delaunay_mesh *mesh, delaunay_handle t)
+{
+    return !delaunay_is_deleted(mesh, t) && !delaunay_is_ghost(mesh, t) &&
+           mesh->color[t] != DELAUNAY_OUTSIDE;
+}
+
+/* Counts the Steiner points that stay: not those that are in no kept cell. */
+static mesher_result mesher__count_points(mesher_domain *domain, mesher_report *report)
+{
+    const delaunay_mesh *mesh = &domain->mesh;
+    uint8_t *stays;
+    delaunay_handle t;
+    uint32_t v;
+    int k;
+    if (report->interior_steiner == 0) return MESHER_OK;
+    stays = (uint8_t *)delaunay_alloc_zeroed(&domain->memory, mesh->num_vertices, 1);
+    if (!stays) return MESHER_ERROR_OUT_OF_MEMORY;
+    for (t = 1; t < mesh->num_tets; t++)
+        for (k = 0; k < 4 && mesher__is_inside(mesh, t); k++) stays[mesh->tets[t].v[k]] = 1;
+    for (v = 1; v < mesh->num_vertices; v++)
+        if (mesh->vertex_id[v] == DELAUNAY_NO_ID && !stays[v]) report->interior_steiner--;
+    delaunay_release(&domain->memory, stays);
+    return MESHER_OK;
+}
+
 static mesher_result mesher__color_with(mesher_domain *domain, mesher__coloring *work,
                                         mesher_report *report)
 {
@@ -10211,6 +10271,8 @@ static mesher_result mesher__color_with(mesher_domain *domain, mesher__coloring 
     if (result != MESHER_OK) return result;
     mesher__paint(domain, work);
     result = mesher__note_lines(domain, report);
+    if (result != MESHER_OK) return result;
+    if (domain->stage == MESHER__STAGE_RECOVERED) result = mesher__count_points(domain, report);
     if (result != MESHER_OK) return result;
     mesher__keep_sides(domain, work);
     for (i = 0, report->num_regions = 0; i < domain->num_regions; i++)
@@ -10422,12 +10484,6 @@ static mesher_result mesher__edge_sizes(mesher_domain *domain)
     }
     delaunay_release(&mesh->memory, count);
     return MESHER_OK;
-}
-
-static int mesher__is_inside(const delaunay_mesh *mesh, delaunay_handle t)
-{
-    return !delaunay_is_deleted(mesh, t) && !delaunay_is_ghost(mesh, t) &&
-           mesh->color[t] != DELAUNAY_OUTSIDE;
 }
 
 /* Vertices without an edge of the surface (Steiner points of recovery, embedded points) get the
@@ -16033,6 +16089,7 @@ MESHER_API const char *mesher_kind_string(mesher_kind kind)
     case MESHER_NOTE_SHARED_CELL: return "seed in the cell of another";
     case MESHER_NOTE_UNSEEDED_CELL: return "cell without a seed, left out";
     case MESHER_NOTE_OUTSIDE_FACET: return "triangle outside every cell, left out";
+    case MESHER_NOTE_CELLS_UNKNOWN: return "cells not known, recovery failed";
     case MESHER_DEFECT_NOT_FINITE: return "coordinate not finite";
     case MESHER_DEFECT_RANGE: return "coordinate out of range";
     case MESHER_DEFECT_INDEX: return "vertex index out of range";
@@ -16324,17 +16381,22 @@ MESHER_API void mesher_domain_free(mesher_domain *domain)
     memset(domain, 0, sizeof *domain);
 }
 
-/* Meshes a surface in which no defect was found, without refinement: what its cells alone tell. */
+/* Meshes a surface in which no defect was found, without refinement: what its cells alone tell. If
+ * recovery fails, that is not known. */
 static mesher_result mesher__mesh_to_check(mesher_domain *domain, mesher_report *report)
 {
     mesher_report scratch;
     mesher_result result;
     memset(&scratch, 0, sizeof scratch);
     mesher__report_reset(&scratch, &domain->surface);
+    domain->options.allow_surface_steiner = 1; /* points on the surface change no cell */
     result = mesher_empty_mesh(domain, &scratch);
     if (result >= 0) result = mesher_recover(domain, &scratch);
     if (result >= 0) return mesher_color(domain, report);
-    return result == MESHER_ERROR_SURFACE || result == MESHER_ERROR_RECOVERY ? MESHER_OK : result;
+    if (result != MESHER_ERROR_SURFACE && result != MESHER_ERROR_RECOVERY) return result;
+    mesher_report_add(report, MESHER_NOTE_CELLS_UNKNOWN, DELAUNAY_NO_ID, DELAUNAY_NO_ID,
+                      DELAUNAY_NO_ID, DELAUNAY_NO_ID, DELAUNAY_NO_ID, NULL);
+    return MESHER_OK;
 }
 
 /* May there be facets outside every cell, or cells none of which is kept? Where all edges have two

@@ -1921,7 +1921,8 @@ static int spr__quantile(const spr__state *s, const spr__blocks *blocks, uint64_
                                      spr__block_begin(blocks, b + 1), i, values + begin[b]);
     for (n = 0, b = 0; b < blocks->num; n += num[b++]) /* without infinite values */
         memmove(values + n, values + begin[b], num[b] * sizeof *values);
-    if (k < n) *out = spr__select(values, n, (size_t)k); /* always, unless values are infinite */
+    if (k < n) /* always, unless values are infinite */
+        *out = spr__select(values, n, (size_t)k) + 0.0; /* no -0 */
     delaunay_release(s->memory, values);
     return 1;
 }

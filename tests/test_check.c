@@ -737,6 +737,54 @@ static void overlaps_have_places(void)
     CHECK(f && f->xyz[0] > 1 && f->xyz[1] > 1 && f->xyz[0] + f->xyz[1] < 4 && f->xyz[2] == 0);
 }
 
+/* How far x is outside of triangle p, at most. */
+static double outside_of(const double *p, const double *x)
+{
+    double e[3][3], n[3], m[3], most = 0, across;
+    int i, k;
+    for (i = 0; i < 3; i++)
+        for (k = 0; k < 3; k++) e[i][k] = p[3 * ((i + 1) % 3) + k] - p[3 * i + k];
+    for (k = 0; k < 3; k++)
+        n[k] = e[0][(k + 1) % 3] * e[1][(k + 2) % 3] - e[0][(k + 2) % 3] * e[1][(k + 1) % 3];
+    for (i = 0; i < 4; i++) { /* beyond the edges; off the plane */
+        for (k = 0; k < 3 && i < 3; k++)
+            m[k] = e[i][(k + 1) % 3] * n[(k + 2) % 3] - e[i][(k + 2) % 3] * n[(k + 1) % 3];
+        for (across = 0, k = 0; k < 3; k++)
+            across += (i < 3 ? m : n)[k] * (x[k] - p[3 * (i % 3) + k]);
+        if (i == 3) across = fabs(across);
+        across /= i < 3 ? sqrt(m[0] * m[0] + m[1] * m[1] + m[2] * m[2])
+                        : sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
+        most = across > most ? across : most;
+    }
+    return most;
+}
+
+/* Two triangles in the same plane but for rounding: the heights of one over the other are noise. */
+static void nearly_flat_crossings_have_places(void)
+{
+    const uint32_t triangles[6] = {0, 1, 2, 3, 4, 5};
+    double xyz[18] = {-0.6782968841354982, -3.799978451168032, -8.372578880346886,
+                      34.30504444356506,   71.97616989726535,  -24.4879029858627,
+                      34.208294364949076,  73.32348519512323,  -18.641931645662176,
+                      0.10086718862627975, -1.33842027033598,  -5.847953230850296,
+                      0.08474217552361601, -1.113867720692999, -4.873624674150208,
+                      34.25666940425707,   72.64982754619429,  -21.564917315762436};
+    mesher_surface s = surface_of(xyz, 6, triangles, 2);
+    const mesher_finding *f;
+    int i, k;
+    for (i = 0; i < 3; i++) {
+        check_surface(&s, NULL);
+        f = first_of(MESHER_DEFECT_INTERSECTION);
+        CHECK(f && outside_of(xyz, f->xyz) < 1e-9 && outside_of(xyz + 9, f->xyz) < 1e-9);
+        for (k = 0; k < 6; k++) { /* the same, turned over, and with other axes */
+            double x = xyz[3 * k];
+            xyz[3 * k] = xyz[3 * k + 1];
+            xyz[3 * k + 1] = xyz[3 * k + 2];
+            xyz[3 * k + 2] = x;
+        }
+    }
+}
+
 /* Two triangles with a common edge, on the same side of it. */
 static void folds_overlap(void)
 {
@@ -1183,6 +1231,7 @@ int main(void)
     open_edges_beside_a_cell();
     contacts_have_names();
     overlaps_have_places();
+    nearly_flat_crossings_have_places();
     folds_overlap();
     soups_agree_with_the_oracle();
     isolated_points_agree_with_the_oracle();

@@ -535,6 +535,24 @@ static void prisms_need_points(void)
     }
 }
 
+/* Points in a void do not count. */
+static void prisms_in_a_box(void)
+{
+    mesher_options o = recover_only();
+    uint64_t kept;
+    clear();
+    add_box(-3, -3, -3, 6);
+    add_prism(5, 0.5);
+    CHECK(mesh_and_judge(&o, 2, 1) > 0.5);
+    CHECK(report.interior_steiner >= 1);
+    CHECK(report.num_vertices == 18 + report.interior_steiner);
+    kept = report.interior_steiner;
+    o.regions = MESHER_REGIONS_PARITY;
+    CHECK(mesh_and_judge(&o, 1, 1) > 0.5);
+    CHECK(report.interior_steiner < kept);
+    CHECK(report.num_vertices == 18 + report.interior_steiner);
+}
+
 /* Points that the surface itself names: they are vertices of triangles, or in nothing; no note. */
 static void leave_out(uint32_t point)
 {
@@ -1300,5 +1318,6 @@ int main(void)
     moved_points_come_out_where_they_are();
     failures_have_sentences();
     budgets_have_names();
+    prisms_in_a_box();
     return check_report();
 }
