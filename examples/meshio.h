@@ -2056,9 +2056,10 @@ static meshio_result meshio__read_stl_binary(meshio__reader *r, uint64_t count, 
 }
 
 /* The file is binary if its size agrees with the counts in it; else text if it begins with "solid"
- * and has no zero byte in its first 1024 bytes; else binary with extra bytes at the end. (Many
- * binary files begin with "solid", too.) If the count of a binary file is 0, its size counts:
- * programs that write while they compute do not always go back to it. */
+ * and has no zero byte in its first 1024 bytes; else binary with extra bytes at the end, but not as
+ * many as more triangles have. (Many binary files begin with "solid", too.) If the count of a
+ * binary file is 0, its size counts: programs that write while they compute do not always go back
+ * to it. */
 static meshio_result meshio__read_stl(meshio__reader *r)
 {
     size_t size = (size_t)(r->end - r->begin), head = size < 1024 ? size : 1024;
@@ -2084,7 +2085,11 @@ static meshio_result meshio__read_stl(meshio__reader *r)
         return meshio__fail(r, MESHIO_ERROR_COUNT, r->begin + 80,
                             "binary STL claims %llu triangles, but holds at most %llu",
                             (unsigned long long)count, (unsigned long long)((size - 84) / 50));
-    if (count == 0 && (size - 84) % 50 == 0) count = (size - 84) / 50;
+    if ((size - 84) % 50 == 0 && count == 0) count = (size - 84) / 50;
+    if ((size - 84) % 50 == 0 && count < (size - 84) / 50)
+        return meshio__fail(r, MESHIO_ERROR_COUNT, r->begin + 80,
+                            "binary STL claims %llu triangles, but has the bytes of %llu",
+                            (unsigned long long)count, (unsigned long long)((size - 84) / 50));
     return meshio__read_stl_binary(r, count, 0);
 }
 
@@ -2139,6 +2144,38 @@ static meshio_result meshio__read_polygon_text(meshio__reader *r, int64_t n, int
         if (!meshio__push32(&r->polygon, v)) return meshio__no_memory(r);
     }
     return MESHIO_OK;
+}
+
+/* The next word as a number, or -1. */
+static int64_t meshio__number(meshio__reader *r)
+{
+    size_t length, i;
+    const unsigned char *word = meshio__word(r, &length);
+    int64_t value = 0;
+    if (length == 0) return -1;
+    for (i = 0; i < length; i++) {
+        if (!meshio__is_digit(word[i]) || value > (int64_t)MESHIO__MAX_COUNT) return -1;
+        value = 10 * value + (word[i] - '0');
+    }
+    return value;
+}
+
+/* Fails if one more face follows the `count` that the header claims: the number of its corners, and
+ * these. Anything else may be there. */
+static meshio_result meshio__no_more_faces(meshio__reader *r, int64_t count)
+{
+    const unsigned char *where;
+    int64_t corners, v;
+    meshio__skip(r);
+    where = r->p;
+    corners = meshio__number(r);
+    if (corners < 3) return MESHIO_OK;
+    for (; corners > 0; corners--) {
+        v = meshio__number(r);
+        if (v < 0 || v >= (int64_t)r->mesh->num_vertices) return MESHIO_OK;
+    }
+    return meshio__fail(r, MESHIO_ERROR_COUNT, where, "one more face than the %lld claimed",
+                        (long long)count);
 }
 
 /* Steps over the number of edges, which some files leave out. */
@@ -2212,7 +2249,7 @@ static meshio_result meshio__read_off(meshio__reader *r)
         MESHIO__TRY(meshio__add_polygon(r, r->polygon.data, r->polygon.num, 0));
         if (!one_line) meshio__next_line(r); /* colours may follow */
     }
-    return MESHIO_OK;
+    return meshio__no_more_faces(r, nf);
 }
 
 /* ---- >>obj ---------------------------------------------------------------------------------- */
@@ -2507,7 +2544,10 @@ static meshio_result meshio__read_ply(meshio__reader *r)
                 r->mesh->num_other++;
         }
     }
-    return MESHIO_OK;
+    if (ply.binary || ply.num_elements == 0 || ply.elements[ply.num_elements - 1].kind != 1 ||
+        ply.properties[ply.elements[ply.num_elements - 1].first].role != 3)
+        return MESHIO_OK;
+    return meshio__no_more_faces(r, ply.elements[ply.num_elements - 1].count);
 }
 
 /* ---- >>medit -------------------------------------------------------------------------------- */

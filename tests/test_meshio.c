@@ -1822,9 +1822,25 @@ static void stl_text_may_end_after_a_facet(void)
     CHECK(read_text(MESHIO_FORMAT_STL, "solid\n", &m, NULL) == MESHIO_ERROR_TRUNCATED);
 }
 
+/* What follows the faces that the header counts, and is no face. */
+static void off_may_go_on(void)
+{
+    static const char *const rest[] = {"",       "\n# 3 0 0 0\n", "3 0 0 7\n", "3 0 0 x\n",
+                                       "3 0 0\n", "2 0 0\n",       "3.5 0 0 0", "bye\n",
+                                       "-3 0 0 0\n"};
+    char text[99];
+    size_t i;
+    meshio_mesh m;
+    for (i = 0; i < sizeof rest / sizeof rest[0]; i++) {
+        snprintf(text, sizeof text, "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n%s", rest[i]);
+        CHECK(read_text(MESHIO_FORMAT_OFF, text, &m, NULL) == MESHIO_OK && m.num_triangles == 1);
+        meshio_free(&m);
+    }
+}
+
 static void stl_binary_is_known_by_its_size(void)
 {
-    unsigned char bytes[84 + 50 + 7];
+    unsigned char bytes[84 + 50 + 50];
     meshio_mesh m;
     float x[9] = {0, 0, 0, 1, 0, 0, 0, 1, 0};
     memset(bytes, 0, sizeof bytes);
@@ -1835,9 +1851,11 @@ static void stl_binary_is_known_by_its_size(void)
     CHECK(meshio_read_memory(bytes, 84 + 50, MESHIO_FORMAT_STL, &m, NULL) == MESHIO_OK);
     CHECK(m.num_triangles == 1 && m.num_vertices == 3 && m.xyz[3] == 1);
     meshio_free(&m);
-    CHECK(meshio_read_memory(bytes, sizeof bytes, MESHIO_FORMAT_STL, &m, NULL) == MESHIO_OK);
+    CHECK(meshio_read_memory(bytes, 84 + 57, MESHIO_FORMAT_STL, &m, NULL) == MESHIO_OK);
     CHECK(m.num_triangles == 1);
     meshio_free(&m);
+    CHECK(meshio_read_memory(bytes, sizeof bytes, MESHIO_FORMAT_STL, &m, NULL) ==
+          MESHIO_ERROR_COUNT); /* there is one more */
     bytes[80] = 0; /* never filled in */
     CHECK(meshio_read_memory(bytes, 84 + 50, MESHIO_FORMAT_STL, &m, NULL) == MESHIO_OK);
     CHECK(m.num_triangles == 1);
@@ -1846,8 +1864,7 @@ static void stl_binary_is_known_by_its_size(void)
     CHECK(m.num_triangles == 0);
     meshio_free(&m);
     bytes[80] = 2;
-    CHECK(meshio_read_memory(bytes, sizeof bytes, MESHIO_FORMAT_STL, &m, NULL) ==
-          MESHIO_ERROR_COUNT);
+    CHECK(meshio_read_memory(bytes, 84 + 57, MESHIO_FORMAT_STL, &m, NULL) == MESHIO_ERROR_COUNT);
     bytes[83] = 255;
     CHECK(meshio_read_memory(bytes, sizeof bytes, MESHIO_FORMAT_STL, &m, NULL) ==
           MESHIO_ERROR_COUNT);
@@ -2180,6 +2197,7 @@ static void damaged_texts_get_a_status_and_a_line(void)
         {MESHIO_FORMAT_OFF, "OFF\n1 1 0\n0 0 0\n1000000000 0 0 0\n", MESHIO_ERROR_COUNT, 4},
         {MESHIO_FORMAT_OFF, "OFF\n1 1 0\n0 0 0\n-1 0\n", MESHIO_ERROR_COUNT, 4},
         {MESHIO_FORMAT_OFF, "OFF\n1 1 0\n0 0 0\n3 0 0 1\n", MESHIO_ERROR_INDEX, 4},
+        {MESHIO_FORMAT_OFF, "OFF\n1 1 0\n0 0 0\n3 0 0 0\n# more\n3 0 0 0", MESHIO_ERROR_COUNT, 6},
         {MESHIO_FORMAT_OFF, "OFF\n1 1 0\n0 0 0\n3 0 0 -1\n", MESHIO_ERROR_INDEX, 4},
         {MESHIO_FORMAT_OFF, "OFF\n1 1 0\n0 0 0\n3 0 0 4294967296\n", MESHIO_ERROR_INDEX, 4},
         {MESHIO_FORMAT_OFF, "OFF\n1 1 0\n0,5 0 0 0\n", MESHIO_ERROR_SYNTAX, 3},
@@ -2226,6 +2244,10 @@ static void damaged_texts_get_a_status_and_a_line(void)
          PLY "1" XYZ
              "element face 1\nproperty list int int vertex_indices\nend_header\n0 0 0\n3 0 0 7\n",
          MESHIO_ERROR_INDEX, 11},
+        {MESHIO_FORMAT_PLY,
+         PLY "1" XYZ "element face 1\nproperty list int int vertex_indices\nend_header\n0 0 0\n"
+                     "3 0 0 0\n4 0 0 0 0\n",
+         MESHIO_ERROR_COUNT, 12},
         {MESHIO_FORMAT_PLY, PLY "1" XYZ "element junk 1000000000000000000\nend_header\n0 0 0\n",
          MESHIO_ERROR_COUNT, 9},
         {MESHIO_FORMAT_PLY, "ply\nformat ascii 1.0\nproperty float x\n", MESHIO_ERROR_SYNTAX, 3},
@@ -2939,6 +2961,7 @@ int main(void)
     stl_text_may_hold_several_solids();
     stl_normals_may_be_anything();
     stl_text_may_end_after_a_facet();
+    off_may_go_on();
     stl_binary_is_known_by_its_size();
     stl_binary_may_hold_several_solids();
     msh_names_are_read_and_written();
