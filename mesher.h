@@ -10237,13 +10237,14 @@ static mesher_result mesher__count_points(mesher_domain *domain, mesher_report *
     delaunay_handle t;
     uint32_t v;
     int k;
-    if (report->interior_steiner == 0) return MESHER_OK;
+    if (report->interior_steiner == 0) return MESHER_OK; /* or the report is another one */
     stays = (uint8_t *)delaunay_alloc_zeroed(&domain->memory, mesh->num_vertices, 1);
     if (!stays) return MESHER_ERROR_OUT_OF_MEMORY;
     for (t = 1; t < mesh->num_tets; t++)
         for (k = 0; k < 4 && mesher__is_inside(mesh, t); k++) stays[mesh->tets[t].v[k]] = 1;
     for (v = 1; v < mesh->num_vertices; v++)
-        if (mesh->vertex_id[v] == DELAUNAY_NO_ID && !stays[v]) report->interior_steiner--;
+        if (mesh->vertex_id[v] == DELAUNAY_NO_ID && !stays[v] && report->interior_steiner)
+            report->interior_steiner--;
     delaunay_release(&domain->memory, stays);
     return MESHER_OK;
 }
