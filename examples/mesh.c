@@ -1462,6 +1462,14 @@ static int compare_cuts(const void *p, const void *q)
     return a->vertex < b->vertex ? -1 : a->vertex > b->vertex;
 }
 
+static double distance(const double *xyz, uint32_t a, uint32_t b)
+{
+    double d = 0;
+    size_t k;
+    for (k = 0; k < 3; k++) d = hypot(d, xyz[3 * (size_t)a + k] - xyz[3 * (size_t)b + k]);
+    return d;
+}
+
 static int same_place(const meshio_mesh *m, uint32_t a, uint32_t b)
 {
     const double *x = m->xyz + 3 * (size_t)a, *y = m->xyz + 3 * (size_t)b;
@@ -1474,7 +1482,7 @@ static int same_place(const meshio_mesh *m, uint32_t a, uint32_t b)
 static int take_cut(const meshio_mesh *m, const mesher_finding *f, edge_cut *cut)
 {
     const uint32_t *t, a = f->vertices[1], b = f->vertices[2];
-    int k, c;
+    int k;
     if (f->kind != MESHER_DEFECT_T_JUNCTION || f->triangles[1] >= m->num_triangles ||
         f->vertices[0] >= m->num_vertices || a >= m->num_vertices || b >= m->num_vertices)
         return 0;
@@ -1487,9 +1495,7 @@ static int take_cut(const meshio_mesh *m, const mesher_finding *f, edge_cut *cut
         cut->triangle = f->triangles[1];
         cut->vertex = f->vertices[0];
         cut->edge = k;
-        for (cut->distance = 0, c = 0; c < 3; c++)
-            cut->distance = hypot(cut->distance, m->xyz[3 * (size_t)cut->vertex + (size_t)c] -
-                                                     m->xyz[3 * (size_t)from + (size_t)c]);
+        cut->distance = distance(m->xyz, cut->vertex, from);
         return 1;
     }
     return 0;
@@ -2306,7 +2312,7 @@ static double nearest_corners(const job *j, uint32_t pair[2], double *longest)
     const mesher_output *out = &j->out;
     double worst = HUGE_VAL, nearest = HUGE_VAL, gamma, d;
     uint64_t t, at = 0;
-    int e, k;
+    int e;
     for (t = 0; t < out->num_tets; t++) {
         gamma = gamma_of(out, t);
         if (!(gamma < worst)) continue;
@@ -2317,8 +2323,7 @@ static double nearest_corners(const job *j, uint32_t pair[2], double *longest)
     for (e = 0; e < 6; e++) {
         const uint32_t a = out->tets[4 * at + delaunay_edge_order(e)[0]],
                        b = out->tets[4 * at + delaunay_edge_order(e)[1]];
-        for (d = 0, k = 0; k < 3; k++)
-            d = hypot(d, out->xyz[3 * (size_t)a + (size_t)k] - out->xyz[3 * (size_t)b + (size_t)k]);
+        d = distance(out->xyz, a, b);
         *longest = fmax(*longest, d);
         if (!(d < nearest)) continue;
         nearest = d;

@@ -2085,8 +2085,9 @@ static meshio_result meshio__read_stl(meshio__reader *r)
         return meshio__fail(r, MESHIO_ERROR_COUNT, r->begin + 80,
                             "binary STL claims %llu triangles, but holds at most %llu",
                             (unsigned long long)count, (unsigned long long)((size - 84) / 50));
-    if ((size - 84) % 50 == 0 && count == 0) count = (size - 84) / 50;
-    if ((size - 84) % 50 == 0 && count < (size - 84) / 50)
+    if ((size - 84) % 50 == 0 && count == 0)
+        count = (size - 84) / 50;
+    else if ((size - 84) % 50 == 0 && count < (size - 84) / 50)
         return meshio__fail(r, MESHIO_ERROR_COUNT, r->begin + 80,
                             "binary STL claims %llu triangles, but has the bytes of %llu",
                             (unsigned long long)count, (unsigned long long)((size - 84) / 50));
