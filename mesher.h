@@ -8509,38 +8509,63 @@ static int mesher__facets_of_edge(const mesher__recovery *r, uint32_t e, mesher_
     return 1;
 }
 
-/* Finds a clean window, and in its kernel a point x for a split: of an edge, on segment ab, between
- * the crossings that the window holds; of a facet, x as it is given. 0: none. */
-static int mesher__splitting_point(mesher__recovery *r, const double *a, const double *b,
-                                   int of_facet, double *x)
+/* The part of edge ab that is in the kernel of the shell, about: from *low to *high along it. 0:
+ * none. */
+static int mesher__edge_in_kernel(const mesher__recovery *r, uint32_t a, uint32_t b, double *low,
+                                  double *high)
 {
-    static const double places[5] = {0.5, 0.25, 0.75, 0, 1};
-    uint32_t i, j;
-    int k, p;
-    for (i = 0; i < r->num_windows && !mesher__stopped(r); i++) {
-        const mesher__window *w = &r->windows[mesher__window_at(r, i)];
-        double low = 2, high = -1;
-        if (!mesher__clean_window(r, w, 1)) continue;
-        for (j = 0; j < r->pipe.num_crossings && !of_facet; j++) {
-            const mesher__crossing *c = &r->pipe.crossings[j];
-            uint32_t m, found = 0;
-            for (m = 0; m < r->window.num_tets; m++)
-                found |= (uint32_t)(r->window.tets[m] == c->tets[0]) |
-                         (uint32_t)(r->window.tets[m] == c->tets[1]) << 1;
-            if (found != 3) continue;
-            if (c->where < low) low = c->where;
-            if (c->where > high) high = c->where;
-        }
-        for (p = 0; p < (of_facet || low == high ? 1 : 5); p++) {
-            double t = of_facet ? 0.5 : low + places[p] * (high - low);
-            if (r->attempt && !of_facet)
-                t += 0.2 * (high - low) * ((double)mesher__random(r) / 4294967296.0 - 0.5);
-            if (t < MESHER__SPLIT_MARGIN) t = MESHER__SPLIT_MARGIN;
-            if (t > 1 - MESHER__SPLIT_MARGIN) t = 1 - MESHER__SPLIT_MARGIN;
-            for (k = 0; k < 3 && !of_facet; k++) x[k] = a[k] + t * (b[k] - a[k]);
-            if (mesher__in_kernel(r, x)) return 1;
-        }
+    uint32_t i;
+    *low = 0;
+    *high = 1;
+    for (i = 0; i < r->num_shell; i++) {
+        const uint32_t *f = r->shell[i];
+        const double *x = mesher__x(r, f[0]), *y = mesher__x(r, f[1]), *z = mesher__x(r, f[2]);
+        int a_within = delaunay_orient3d(x, y, z, mesher__x(r, a)) < 0,
+            b_within = delaunay_orient3d(x, y, z, mesher__x(r, b)) < 0;
+        double where;
+        if (a_within && b_within) continue;
+        if (!a_within && !b_within) return 0;
+        where = mesher__where(r, a, b, f);
+        if (a_within && where < *high) *high = where;
+        if (b_within && where > *low) *low = where;
     }
+    return *low < *high;
+}
+
+/* Finds a clean window, and in its kernel a point x for a split of edge ab: as near the edge's
+ * middle as the middle half of the edge's part in the kernel comes. Points near the end of an edge
+ * would make thin pieces of its facets, and those of these pieces thinner ones, until rounding
+ * turns one over. 0: none. */
+static int mesher__point_on_edge(mesher__recovery *r, uint32_t a, uint32_t b, double *x)
+{
+    const double *p = mesher__x(r, a), *q = mesher__x(r, b);
+    uint32_t i;
+    int k;
+    for (i = 0; i < r->num_windows && !mesher__stopped(r); i++) {
+        double low, high, length, t = 0.5;
+        if (!mesher__clean_window(r, &r->windows[mesher__window_at(r, i)], 1) ||
+            !mesher__edge_in_kernel(r, a, b, &low, &high))
+            continue;
+        length = high - low;
+        if (t < low + 0.25 * length) t = low + 0.25 * length;
+        if (t > high - 0.25 * length) t = high - 0.25 * length;
+        if (r->attempt) t += length * (0.25 * (double)mesher__random(r) / 4294967296.0 - 0.125);
+        if (t < MESHER__SPLIT_MARGIN) t = MESHER__SPLIT_MARGIN;
+        if (t > 1 - MESHER__SPLIT_MARGIN) t = 1 - MESHER__SPLIT_MARGIN;
+        for (k = 0; k < 3; k++) x[k] = p[k] + t * (q[k] - p[k]);
+        if (mesher__in_kernel(r, x)) return 1;
+    }
+    return 0;
+}
+
+/* Finds a clean window that has a point in its kernel. */
+static int mesher__window_seen_from(mesher__recovery *r, const double *x)
+{
+    uint32_t i;
+    for (i = 0; i < r->num_windows && !mesher__stopped(r); i++)
+        if (mesher__clean_window(r, &r->windows[mesher__window_at(r, i)], 1) &&
+            mesher__in_kernel(r, x))
+            return 1;
     return 0;
 }
 
@@ -8569,7 +8594,7 @@ static int mesher__edge_split_point(mesher__recovery *r, uint32_t a, uint32_t b,
     for (level = longer || r->by_flips ? 5 : 4; level >= 4 && !found; level--) {
         mesher__windows_of_edge(r, level, DELAUNAY_WINDOW_VERTICES);
         mesher__windows_by_share(r, 0);
-        found = mesher__splitting_point(r, mesher__x(r, a), mesher__x(r, b), 0, x);
+        found = mesher__point_on_edge(r, a, b, x);
     }
     return found;
 }
@@ -8628,7 +8653,7 @@ static int mesher__split_facet(mesher__recovery *r, uint32_t f)
         const double *p = mesher__x(r, r->pipe.edges[i][0]), *q = mesher__x(r, r->pipe.edges[i][1]);
         double t = mesher__where(r, r->pipe.edges[i][0], r->pipe.edges[i][1], v), x[3];
         for (k = 0; k < 3; k++) x[k] = p[k] + t * (q[k] - p[k]);
-        done = mesher__splitting_point(r, p, q, 1, x) && mesher__star_window(r, &r->window, x);
+        done = mesher__window_seen_from(r, x) && mesher__star_window(r, &r->window, x);
     }
     if (!done) return 0;
     memset(split, 0, sizeof *split);
@@ -9544,6 +9569,13 @@ static void mesher__clear_points(mesher__recovery *r)
     mesher__tell(r, "points removed, now", (int)(r->added - r->removed));
 }
 
+/* Is another attempt by flips of little use: have points brought in hardly an edge, and splits not
+ * nearly all that was left? */
+static int mesher__flips_are_vain(const mesher__recovery *r)
+{
+    return r->unmoved && (!r->num_splits || r->num_missing_edges > MESHER__FEW_EDGES);
+}
+
 /* What an attempt has led to; *again as for mesher__recover_once. If it has failed and there is no
  * other one to make, reports why. */
 static mesher_result mesher__outcome(mesher__recovery *r, int attempt, int *again)
@@ -9564,7 +9596,7 @@ static mesher_result mesher__outcome(mesher__recovery *r, int attempt, int *agai
     }
     if (!mesher__lacks(r) && !mesher__points_on_surface(r)) return MESHER_OK;
     if (worthwhile && attempt < MESHER__ATTEMPTS - 1) {
-        *again = r->by_flips && r->unmoved ? 1 + MESHER__FLIP_ATTEMPTS - attempt : 2;
+        *again = r->by_flips && mesher__flips_are_vain(r) ? 1 + MESHER__FLIP_ATTEMPTS - attempt : 2;
         return MESHER_OK;
     }
     if (!mesher__lacks(r)) return mesher__report_splits(r);
@@ -9574,8 +9606,8 @@ static mesher_result mesher__outcome(mesher__recovery *r, int attempt, int *agai
 
 /* One attempt on the empty mesh. *again is 0: this was the last one; 1: the same attempt is to be
  * made again, as isolated vertices have to be left out first; n > 1: it failed, nothing is
- * reported, and attempt + n - 1 should be made next (where hardly an edge came in by points, no
- * other one by flips, but the first of the later ones). */
+ * reported, and attempt + n - 1 should be made next (where flips are in vain, the first of those
+ * without). */
 static mesher_result mesher__recover_once(mesher_domain *domain, mesher_report *report, int attempt,
                                           int *again)
 {

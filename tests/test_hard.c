@@ -7,7 +7,8 @@
  * plates as thin as 1e-6, spheres that nearly touch, polyhedra of coplanar and cospherical
  * vertices, fibres through a box, lattices of cells, interlocked tori, boxes of needles, rough
  * balls that are stretched; some scaled by 1e-6 or 1e6, some shifted by 1e6. Besides, needles on
- * two hyperboloids; and one surface with each allocation failing in turn. */
+ * two hyperboloids, a packing of long rods, and one surface with each allocation failing in turn.
+ */
 #ifndef LINKED
 #  define MESHER_IMPLEMENTATION
 #endif
@@ -764,16 +765,28 @@ static void add_needle(shape *s, const double *p, const double *q, double radius
     add_triangle(s, base + 3, base + 4, base + 5);
 }
 
+/* The surface, of so many cells, comes in. It is freed. */
+static void comes_in(shape *s, uint32_t cells)
+{
+    mesher_surface surface = surface_of(s);
+    mesher_options options;
+    mesher_domain domain;
+    mesher_output out;
+    memset(&options, 0, sizeof options);
+    options.no_refine = 1;
+    CHECK(mesher_mesh(&domain, &surface, &options, NULL) == MESHER_OK);
+    CHECK(mesher_export(&domain, &out) == MESHER_OK && !offence(s, &out, cells));
+    mesher_output_free(&domain, &out);
+    mesher_domain_free(&domain);
+    shape_free(s);
+}
+
 /* Needles along the lines of two hyperboloids, one within the other: most of their edges are
  * missing, each crosses many others, and they come in by thousands of points on them. */
 static void needles_come_in(void)
 {
     enum { EACH = 44 };
     shape s = {0};
-    mesher_surface surface;
-    mesher_options options;
-    mesher_domain domain;
-    mesher_output out;
     int i, k;
     state = 2;
     for (i = 0; i < EACH; i++)
@@ -784,14 +797,41 @@ static void needles_come_in(void)
             q[0] = r * cos(b), q[1] = r * sin(b), q[2] = 1;
             add_needle(&s, p, q, 0.001);
         }
-    surface = surface_of(&s);
-    memset(&options, 0, sizeof options);
-    options.no_refine = 1;
-    CHECK(mesher_mesh(&domain, &surface, &options, NULL) == MESHER_OK);
-    CHECK(mesher_export(&domain, &out) == MESHER_OK && !offence(&s, &out, 2 * EACH));
-    mesher_output_free(&domain, &out);
-    mesher_domain_free(&domain);
-    shape_free(&s);
+    comes_in(&s, 2 * EACH);
+}
+
+/* Are two boxes, each of its least and its greatest corner, disjoint? */
+static int are_apart(const double *a, const double *b)
+{
+    int k;
+    for (k = 0; k < 3; k++)
+        if (a[k] > b[3 + k] || b[k] > a[3 + k]) return 1;
+    return 0;
+}
+
+/* Rods in three directions, hundreds of times as long as wide, past each other: their sides are split
+ * into pieces that lie in one plane, some hundreds of times over. */
+static void rods_come_in(void)
+{
+    enum { RODS = 70 };
+    double rods[RODS][6];
+    shape s = {0};
+    uint32_t n = 0, i;
+    int k;
+    state = 106;
+    while (n < RODS) {
+        double *rod = rods[n];
+        for (k = 0; k < 3; k++) {
+            int along = k == (int)(n % 3);
+            rod[k] = along ? -0.02 * random_unit() : random_unit();
+            rod[3 + k] = rod[k] + (along ? 1 : 0.003 * (0.5 + 0.5 * random_unit()));
+        }
+        for (i = 0; i < n && are_apart(rods[i], rod); i++) {}
+        if (i < n) continue;
+        add_box(&s, rod, rod + 3);
+        n++;
+    }
+    comes_in(&s, RODS);
 }
 
 /* The checker knows what is wrong. */
@@ -843,6 +883,7 @@ int main(int argc, char **argv)
     run_without_memory(37); /* a Chazelle polyhedron, for which many windows are looked at */
     room_for_threads_grows_again();
     needles_come_in();
+    rods_come_in();
     for (seed = first; seed <= last; seed++) run(seed);
     printf("seeds %lu to %lu: %ld recovered, %ld intersect themselves, %ld failed; the longest, "
            "seed %lu, %.1f s\n",
