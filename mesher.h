@@ -435,8 +435,9 @@ typedef struct mesher_domain {
      * their number has changed, mesher_refine does that itself */
     double         *size;
     uint32_t        num_sizes;    /* the mesh vertices that size was set for */
-    /* for the vertices that mesher_size has seen: the size before the gradation bounded it, and the
-     * vertex whose size bounds it by the gradation (or the vertex itself) */
+    /* for the vertices that mesher_size has seen: the size before the gradation and options.size
+     * and max_size bounded it, and the vertex whose size bounds it by the gradation (or the vertex
+     * itself) */
     double         *own_size;
     uint32_t       *size_source;
     uint32_t        num_own_sizes;
@@ -10393,7 +10394,10 @@ MESHER_API mesher_result mesher_region_tags(mesher_domain *domain, uint32_t i, i
  * gradation bounds h from vertex to vertex. It also bounds h at x, by h(v) + slope*|x - v| for
  * those vertices v whose sizes bound the corners of the background's tetrahedron around x. The
  * values interpolated are the sizes before the gradation bounded them, so a plate with a small
- * fillet at each of its corners is not filled with the fillets' sizes. */
+ * fillet at each of its corners is not filled with the fillets' sizes; and before options.size and
+ * max_size did: these bound what is interpolated. (If they bounded the sizes at the vertices, those
+ * around a small ball in a large box would grow more slowly, up to the same bound: for a tenth of
+ * the box's size there would be three times as many tetrahedra.) */
 
 static double mesher__distance(const double *a, const double *b)
 {
@@ -10422,13 +10426,19 @@ static double mesher__scaled(const mesher_options *o, double wish)
     return wish > 0 && !(scaled > 0) ? DBL_MIN : scaled;
 }
 
+/* The size that no other exceeds, by size and max_size. */
+static double mesher__size_cap(const mesher_options *o)
+{
+    double cap = o->max_size > 0 ? o->max_size : HUGE_VAL, wish = mesher__scaled(o, o->size);
+    if (wish > 0 && cap > wish) cap = wish;
+    return o->min_size > cap ? o->min_size : cap;
+}
+
 static double mesher__clamp_size(const mesher_options *o, double h)
 {
-    double wish = mesher__scaled(o, o->size);
-    if (wish > 0 && h > wish) h = wish;
-    if (o->max_size > 0 && h > o->max_size) h = o->max_size;
-    if (o->min_size > 0 && h < o->min_size) h = o->min_size;
-    return h;
+    const double cap = mesher__size_cap(o);
+    if (h > cap) h = cap;
+    return o->min_size > h ? o->min_size : h;
 }
 
 /* Where the caller asks for no sizes, edges inside are wanted this much longer than those of the
@@ -11056,10 +11066,10 @@ static double mesher__wish_at(const mesher_options *o, const double *x, uint32_t
     return wish > 0 && wish < h ? wish : h;
 }
 
-/* Bounds a batch of sizes h by all of the caller's wishes, and by min_size, max_size and size.
- * Returns how many answers of the size function were no size. */
-static uint64_t mesher__wishes(const mesher_options *o, size_t count, const double *xyz,
-                               const uint32_t *region, double *h)
+/* Bounds a batch of sizes h by all of the caller's wishes but min_size, max_size and size. Returns
+ * how many answers of the size function were no size. */
+static uint64_t mesher__local_wishes(const mesher_options *o, size_t count, const double *xyz,
+                                     const uint32_t *region, double *h)
 {
     double wish[MESHER__BATCH];
     uint64_t ignored = 0;
@@ -11073,23 +11083,35 @@ static uint64_t mesher__wishes(const mesher_options *o, size_t count, const doub
             if (!(wish[i] > 0)) ignored++;
             else h[first + i] = fmin(h[first + i], mesher__scaled(o, wish[i]));
     }
-    for (i = 0; i < count; i++)
-        h[i] = mesher__clamp_size(o, mesher__wish_at(o, xyz + 3 * i, region[i], h[i]));
+    for (i = 0; i < count; i++) h[i] = mesher__wish_at(o, xyz + 3 * i, region[i], h[i]);
     return ignored;
 }
 
-/* Bounds the sizes of the vertices v with of[v] != 0 by the caller's wishes, in batches in the
- * order of the vertices. Each is asked for as a point of region of[v]. */
+/* The same, and by those. */
+static uint64_t mesher__wishes(const mesher_options *o, size_t count, const double *xyz,
+                               const uint32_t *region, double *h)
+{
+    uint64_t ignored = mesher__local_wishes(o, count, xyz, region, h);
+    size_t i;
+    for (i = 0; i < count; i++) h[i] = mesher__clamp_size(o, h[i]);
+    return ignored;
+}
+
+/* Bounds the sizes of the vertices v with of[v] != 0 by the caller's wishes (not by size and
+ * max_size), in batches in the order of the vertices. Each is asked for as a point of region
+ * of[v]. */
 static uint64_t mesher__wish_as(mesher_domain *domain, const uint32_t *of)
 {
     const delaunay_mesh *mesh = &domain->mesh;
+    const mesher_options *o = &domain->options;
     double xyz[3 * MESHER__BATCH], h[MESHER__BATCH];
     uint32_t batch[MESHER__BATCH], region[MESHER__BATCH], v, n = 0, i;
     uint64_t ignored = 0;
     for (v = 1; v <= mesh->num_vertices; v++) {
         if (n == MESHER__BATCH || (v == mesh->num_vertices && n)) {
-            ignored += mesher__wishes(&domain->options, n, xyz, region, h);
-            for (i = 0; i < n; i++) domain->size[batch[i]] = h[i];
+            ignored += mesher__local_wishes(o, n, xyz, region, h);
+            for (i = 0; i < n; i++)
+                domain->size[batch[i]] = h[i] < o->min_size ? o->min_size : h[i];
             n = 0;
         }
         if (v == mesh->num_vertices || !of[v] || !(domain->size[v] > 0)) continue;
@@ -11392,16 +11414,17 @@ static int mesher__limit_size(mesher_domain *domain, uint32_t v, uint32_t by, do
     return 1;
 }
 
-/* Lowers sizes until those of vertices that share a tetrahedron differ by no more than the
- * gradation allows. A sweep carries a bound at least one edge further. After SWEEPS of them and
- * SWEPT_TETS tetrahedra (a second or two) it ends anyway: bounds reach so far only where sizes grow
- * by a thousandth from edge to edge. */
+/* Lowers sizes to size and max_size, and until those of vertices that share a tetrahedron differ by
+ * no more than the gradation allows. A sweep carries a bound at least one edge further. After
+ * SWEEPS of them and SWEPT_TETS tetrahedra (a second or two) it ends anyway: bounds reach so far
+ * only where sizes grow by a thousandth from edge to edge. */
 #  define MESHER__SWEEPS     100
 #  define MESHER__SWEPT_TETS 1e8
 static mesher_result mesher__limit_gradation(mesher_domain *domain)
 {
     const delaunay_mesh *mesh = &domain->mesh;
-    double slope = mesher__slope(&domain->options), *size = domain->size;
+    const double slope = mesher__slope(&domain->options), cap = mesher__size_cap(&domain->options);
+    double *size = domain->size;
     delaunay_handle t;
     uint32_t v;
     int sweep, e, changed = 1;
@@ -11414,7 +11437,10 @@ static mesher_result mesher__limit_gradation(mesher_domain *domain)
     if (!domain->own_size || !domain->size_source) return MESHER_ERROR_OUT_OF_MEMORY;
     memcpy(domain->own_size, size, mesh->num_vertices * sizeof *size);
     domain->num_own_sizes = mesh->num_vertices;
-    for (v = 0; v < mesh->num_vertices; v++) domain->size_source[v] = v;
+    for (v = 0; v < mesh->num_vertices; v++) {
+        domain->size_source[v] = v;
+        if (size[v] > cap) size[v] = cap;
+    }
     for (sweep = 0; changed && (sweep < MESHER__SWEEPS ||
                                 (double)sweep * (double)mesh->num_tets < MESHER__SWEPT_TETS);
          sweep++)
@@ -11497,7 +11523,7 @@ typedef struct mesher__field {
     mesher__field_vertex *vertices;
     delaunay_tet         *tets;
     uint32_t             *color;
-    double                slope, least;
+    double                slope, least, cap;
     int                   simd; /* the processor has AVX2 */
 } mesher__field;
 
@@ -11732,7 +11758,7 @@ static double mesher__field_at(const mesher__field *field, const double *x, dela
     }
     if (!(weight > 0) || growth > 1 || most < h / weight) h = most;
     else h /= weight;
-    return mesher__floored(field, h);
+    return mesher__floored(field, h < field->cap ? h : field->cap);
 }
 
 /* ---- >>divide ----------------------------------------------------------------------------- */
@@ -14269,13 +14295,14 @@ static double mesher__mean_density(const double *sizes)
 static double mesher__interpolated_tets(const mesher_domain *domain, int exact)
 {
     const delaunay_mesh *mesh = &domain->mesh;
-    const double lowest = mesher__size_floor(mesh);
-    double sum = 0, h[4];
+    const double lowest = mesher__size_floor(mesh), cap = mesher__size_cap(&domain->options),
+                 low_density = 1 / (cap * cap * cap);
+    double sum = 0, h[4], density;
     delaunay_handle t;
     int i;
     for (t = 1; t < mesh->num_tets; t++) {
         const uint32_t *v = mesh->tets[t].v;
-        double least = HUGE_VAL;
+        double least = cap;
         int sized = mesher__is_inside(mesh, t);
         for (i = 0; i < 4 && sized; i++) {
             h[i] = domain->own_size[v[i]];
@@ -14284,8 +14311,8 @@ static double mesher__interpolated_tets(const mesher_domain *domain, int exact)
             if (h[i] < least) least = h[i];
         }
         if (!sized) continue;
-        sum += mesher__tet_volume(mesh, t) *
-               (exact ? mesher__mean_density(h) : 1 / (least * least * least));
+        density = exact ? mesher__mean_density(h) : 1 / (least * least * least);
+        sum += mesher__tet_volume(mesh, t) * (density < low_density ? low_density : density);
     }
     return 12 * sum / (MESHER__CUBE * MESHER__CUBE * MESHER__CUBE);
 }
@@ -14323,6 +14350,7 @@ static double mesher__largest_size(const mesher_domain *domain, const uint32_t *
     const mesher_options *o = &domain->options;
     const delaunay_vertex *x = domain->mesh.vertices;
     const int has_own = domain->num_own_sizes == domain->mesh.num_vertices;
+    const double cap = mesher__size_cap(o);
     double most = 0, way = 0, d;
     int i;
     for (i = 0; i < 4; i++) {
@@ -14333,6 +14361,7 @@ static double mesher__largest_size(const mesher_domain *domain, const uint32_t *
     }
     if (!(most > 0)) return HUGE_VAL; /* no corner has a size */
     if (o->growth > 1) most += 2 * (o->growth - 1) * way;
+    if (most > cap) most = cap;
     return o->min_size > most ? o->min_size : most;
 }
 
@@ -15884,6 +15913,7 @@ static int mesher__set_background(mesher__refiner *r)
     field->options = r->options;
     field->slope = mesher__slope(r->options);
     field->least = mesher__size_floor(mesh);
+    field->cap = mesher__size_cap(r->options);
     field->tets = (delaunay_tet *)delaunay_alloc(r->memory, mesh->num_tets, sizeof *field->tets);
     field->color = (uint32_t *)delaunay_alloc(r->memory, mesh->num_tets, sizeof *field->color);
     field->vertices = (mesher__field_vertex *)delaunay_alloc(r->memory, mesh->num_vertices,

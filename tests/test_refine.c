@@ -2120,6 +2120,36 @@ static void quick_answers_are_those_of_the_plain_way(void)
 }
 #endif
 
+/* A fine ball in a large coarse one: a bound of the sizes adds what the coarse part needs, and does
+ * not make those between finer. */
+static void a_bound_does_not_refine_what_is_below_it(void)
+{
+    static const double volume = 4.18879 * 50 * 50 * 50, bound = 6;
+    uint64_t tets[3];
+    int k;
+    for (k = 0; k < 3; k++) {
+        shape s = {0};
+        mesher_surface surface;
+        mesher_domain d;
+        mesher_options o;
+        mesher_report r;
+        memset(&o, 0, sizeof o);
+        memset(&r, 0, sizeof r);
+        if (k == 1) o.size = bound;
+        if (k == 2) o.max_size = bound;
+        sphere(&s, 0, 1, 24);
+        sphere(&s, 0, 50, 12);
+        surface = surface_of(&s);
+        CHECK(mesher_mesh(&d, &surface, &o, &r) == MESHER_OK);
+        CHECK(r.size_in_band > 0.85);
+        tets[k] = r.num_tets;
+        mesher_domain_free(&d);
+        shape_free(&s);
+    }
+    CHECK(tets[1] > tets[0] && tets[1] == tets[2]);
+    CHECK((double)tets[1] < 1.3 * ((double)tets[0] + volume / (0.118 * bound * bound * bound)));
+}
+
 int main(void)
 {
 #if defined(MESHER__SIMD)
@@ -2178,5 +2208,6 @@ int main(void)
     densities_of_linear_sizes();
 #endif
     steep_sizes_that_ask_for_too_much_are_told();
+    a_bound_does_not_refine_what_is_below_it();
     return check_report();
 }
