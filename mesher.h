@@ -378,8 +378,9 @@ typedef struct mesher_report {
     double seconds_check, seconds_empty, seconds_recover, seconds_regions, seconds_size,
         seconds_refine;
     double   seconds_detect;                 /* part of recovery: the search for what is missing */
-    /* length / wanted length of edges with an end that refinement has added: percentiles, and the
-     * share of these edges within [0.7, 1.4] */
+    /* length / wanted length (the mean of the sizes at both ends) of edges with an end that
+     * refinement has added, or of a sample of these: percentiles, and their share within
+     * [0.7, 1.4] (1 if there are none) */
     double   size_p10, size_p50, size_p90, size_in_band;
     size_t   peak_bytes;
     /* a sentence: what is wrong and where, or which budget ended the call; empty on MESHER_OK (if
@@ -16022,20 +16023,39 @@ static void mesher__refiner_free(mesher__refiner *r)
     mesher__grid_free(&r->grid, r->memory);
 }
 
+/* The number of tetrahedra around edge ab of t, which is inside the mesh. */
+static int mesher__edge_degree(const delaunay_mesh *mesh, delaunay_handle t, uint32_t a, uint32_t b)
+{
+    delaunay_handle u = t;
+    int n = 0, i, out = -1;
+    for (i = 0; i < 4; i++)
+        if (mesh->tets[t].v[i] != a && mesh->tets[t].v[i] != b) out = i;
+    do { /* leaves u through facet out; the next facet is opposite the vertex that stays then */
+        const delaunay_handle h = mesh->tets[u].n[out];
+        const uint32_t *v = mesh->tets[h >> 2].v;
+        uint32_t stays = 0;
+        for (i = 0; i < 4; i++)
+            if (i != out && mesh->tets[u].v[i] != a && mesh->tets[u].v[i] != b)
+                stays = mesh->tets[u].v[i];
+        u = h >> 2;
+        for (out = 0; out < 3 && v[out] != stays; out++) {}
+        n++;
+    } while (u && u != t && n < 1000);
+    return n;
+}
+
 /* Reports how edge lengths relate to wanted lengths, over edges with an end that refinement added:
- * percentiles by a histogram, and the share from 0.7 to 1.4. It looks at a hundred thousand
- * tetrahedra at most, and counts an edge once for each of these that has it. */
+ * percentiles by a histogram, and the share from 0.7 to 1.4. It looks at the edges of some ten
+ * thousand tetrahedra; each counts for its share of the edge. */
 static void mesher__report_sizes(const mesher_domain *domain, mesher_report *report,
                                  uint32_t first_new)
 {
     enum { MESHER__BINS = 400 };
     const delaunay_mesh *mesh = &domain->mesh;
-    uint64_t histogram[MESHER__BINS], total = 0, band = 0, sum = 0;
-    double *out[3];
-    const delaunay_handle step = 1 + mesh->num_tets / 100000;
+    double histogram[MESHER__BINS] = {0}, total = 0, band = 0, sum = 0, *out[3];
+    const delaunay_handle step = 1 + mesh->num_tets / 30000;
     delaunay_handle t;
     int e, k, q = 0;
-    memset(histogram, 0, sizeof histogram);
     out[0] = &report->size_p10;
     out[1] = &report->size_p50;
     out[2] = &report->size_p90;
@@ -16051,20 +16071,21 @@ static void mesher__report_sizes(const mesher_domain *domain, mesher_report *rep
             uint32_t a = mesh->tets[t].v[delaunay_edge_order(e)[0]],
                      b = mesh->tets[t].v[delaunay_edge_order(e)[1]];
             double l = mesher__distance(mesh->vertices[a].x, mesh->vertices[b].x);
-            double ratio = 2 * l / (domain->size[a] + domain->size[b]);
+            double ratio = 2 * l / (domain->size[a] + domain->size[b]), share;
             if (a < first_new && b < first_new) continue;
             k = ratio < 4 ? (int)(ratio * 100) : MESHER__BINS - 1;
-            histogram[k]++;
-            total++;
-            band += ratio >= 0.7 && ratio <= 1.4;
+            share = 1.0 / mesher__edge_degree(mesh, t, a, b);
+            histogram[k] += share;
+            total += share;
+            if (ratio >= 0.7 && ratio <= 1.4) band += share;
         }
     }
     *out[0] = *out[1] = *out[2] = 0;
-    report->size_in_band = total ? (double)band / (double)total : 1;
-    for (k = 0; k < MESHER__BINS && q < 3 && total; k++) {
+    report->size_in_band = total > 0 ? band / total : 1;
+    for (k = 0; k < MESHER__BINS && q < 3 && total > 0; k++) {
         static const double part[3] = {0.1, 0.5, 0.9};
         sum += histogram[k];
-        while (q < 3 && (double)sum >= part[q] * (double)total) *out[q++] = (k + 0.5) / 100;
+        while (q < 3 && sum >= part[q] * total) *out[q++] = (k + 0.5) / 100;
     }
 }
 

@@ -2128,11 +2128,12 @@ static void a_bound_does_not_refine_what_is_below_it(void)
     uint64_t tets[3];
     int k;
     for (k = 0; k < 3; k++) {
-        shape s = {0};
+        shape s;
         mesher_surface surface;
         mesher_domain d;
         mesher_options o;
         mesher_report r;
+        memset(&s, 0, sizeof s);
         memset(&o, 0, sizeof o);
         memset(&r, 0, sizeof r);
         if (k == 1) o.size = bound;
@@ -2148,6 +2149,64 @@ static void a_bound_does_not_refine_what_is_below_it(void)
     }
     CHECK(tets[1] > tets[0] && tets[1] == tets[2]);
     CHECK((double)tets[1] < 1.3 * ((double)tets[0] + volume / (0.118 * bound * bound * bound)));
+}
+
+static int by_key(const void *a, const void *b)
+{
+    const uint64_t x = *(const uint64_t *)a, y = *(const uint64_t *)b;
+    return x < y ? -1 : x > y;
+}
+
+/* The share of the edges with an end from first_new on, each counted once, that are about as long
+ * as wanted. */
+static double share_in_band(const mesher_domain *d, uint32_t first_new)
+{
+    const delaunay_mesh *mesh = &d->mesh;
+    uint64_t *keys = (uint64_t *)malloc(6 * (size_t)mesh->num_tets * sizeof *keys);
+    size_t n = 0, i, edges = 0, in_band = 0;
+    delaunay_handle t;
+    int e, k;
+    if (!keys) return -1;
+    for (t = 1; t < mesh->num_tets; t++)
+        for (e = 0; e < 6 && !delaunay_is_deleted(mesh, t) && mesh->color[t]; e++) {
+            uint32_t a = mesh->tets[t].v[delaunay_edge_order(e)[0]],
+                     b = mesh->tets[t].v[delaunay_edge_order(e)[1]];
+            if (a >= first_new || b >= first_new)
+                keys[n++] = a < b ? (uint64_t)a << 32 | b : (uint64_t)b << 32 | a;
+        }
+    qsort(keys, n, sizeof *keys, by_key);
+    for (i = 0; i < n; i++) {
+        const uint32_t a = (uint32_t)(keys[i] >> 32), b = (uint32_t)keys[i];
+        double length = 0, ratio;
+        if (i > 0 && keys[i] == keys[i - 1]) continue;
+        for (k = 0; k < 3; k++)
+            length += (mesh->vertices[a].x[k] - mesh->vertices[b].x[k]) *
+                      (mesh->vertices[a].x[k] - mesh->vertices[b].x[k]);
+        ratio = 2 * sqrt(length) / (d->size[a] + d->size[b]);
+        edges++;
+        in_band += ratio >= 0.7 && ratio <= 1.4;
+    }
+    free(keys);
+    return (double)in_band / (double)edges;
+}
+
+static void every_edge_counts_once(void)
+{
+    mesher_domain d;
+    mesher_report r;
+    mesher_options o;
+    uint32_t first_new;
+    int k;
+    memset(&o, 0, sizeof o);
+    for (k = 0; k < 2; k++) {
+        o.size = k ? 0.3 : 0.7;
+        CHECK(box(&d, 5, 4, 3, 1, 2, &o));
+        first_new = d.mesh.num_vertices;
+        CHECK(refine_and_check(&d, &r) == MESHER_OK);
+        CHECK(r.num_tets < 30000 && r.refined_vertices > 0);
+        CHECK(fabs(r.size_in_band - share_in_band(&d, first_new)) < 1e-9);
+        mesher_domain_free(&d);
+    }
 }
 
 int main(void)
@@ -2209,5 +2268,6 @@ int main(void)
 #endif
     steep_sizes_that_ask_for_too_much_are_told();
     a_bound_does_not_refine_what_is_below_it();
+    every_edge_counts_once();
     return check_report();
 }
