@@ -283,7 +283,8 @@ typedef struct delaunay_report {
     int      dimension;                     /* affine dimension of the points; -1: no points, an
                                              * import without tetrahedra, or not known, as there
                                              * was an error before */
-    uint32_t ids[4]; int num_ids;           /* what is wrong: point ids; in the validator slots; in
+    uint32_t ids[4]; int num_ids;           /* what is wrong: point ids; in the validator slots
+                                             * (the second may be one that does not exist); in
                                              * delaunay_import also indices of tetrahedra */
     double   xyz[3];                        /* where */
     double   seconds_sort, seconds_insert, seconds_finish;
@@ -9971,10 +9972,12 @@ static delaunay_result delaunay__check_all(const delaunay_mesh *mesh, int level,
             for (i = 0; t + DELAUNAY__AHEAD < mesh->num_tets && i < 4; i++) {
                 const delaunay_tet *soon = &mesh->tets[t + DELAUNAY__AHEAD];
                 if (soon->v[0] == 0) break; /* deleted: all else in it may be anything */
-                if (level != DELAUNAY_VALIDATE_GEOMETRY)
+                if (level == DELAUNAY_VALIDATE_GEOMETRY) {
+                    if (soon->v[i] < mesh->num_vertices)
+                        DELAUNAY__PREFETCH(&mesh->vertices[soon->v[i]]);
+                } else if (soon->n[i] >> 2 < mesh->num_tets) {
                     DELAUNAY__PREFETCH(&mesh->tets[soon->n[i] >> 2]);
-                else if (soon->v[i] < mesh->num_vertices)
-                    DELAUNAY__PREFETCH(&mesh->vertices[soon->v[i]]);
+                }
             }
             if (delaunay_is_deleted(mesh, t)) continue;
             if (delaunay__check_at(mesh, t, level, &unused)) first = t;

@@ -351,7 +351,19 @@ typedef enum mesher_kind {
 
 /* One finding: its kind, the caller's triangles and vertices concerned, and the place. Unused ids
  * are DELAUNAY_NO_ID. The caller's lines are numbered after the triangles: line i has the id
- * num_triangles + i, here and in mesher_domain.edge_source. */
+ * num_triangles + i, here and in mesher_domain.edge_source.
+ *
+ *   T_JUNCTION       vertices[0], of triangles[0], lies on triangles[1]: on its edge from
+ *                    vertices[1] to [2], if these are given
+ *   OPEN_EDGE, NON_MANIFOLD_EDGE, FLIPPED_TRIANGLE, NO_CELL
+ *                    the edge from vertices[0] to [1], of triangles[0] (and [1], if it is given)
+ *   COLLINEAR, NOT_IN_MESH, RECOVERY
+ *                    all vertices given are of triangles[0]; RECOVERY: what is missing, or a piece
+ *   INDEX, REPEATED_INDEX
+ *                    vertices[0] is the number of triangles[0] that is not as it should be
+ *   OVERLAP, INTERSECTION, DUPLICATE_ and OPPOSITE_TRIANGLE
+ *                    the pair; vertices, if any are given, are of one of the two
+ *   all others       triangles[0], or vertices as they are described above */
 typedef struct mesher_finding {
     mesher_kind kind;
     uint32_t    triangles[2];
@@ -627,8 +639,8 @@ MESHER_API void mesher_domain_free(mesher_domain *domain);
  *   host     in      NULL: defaults; its allocator is kept until mesher_size_mesh_free
  *   report   out     may be NULL; the message says what is wrong
  *
- * Returns   MESHER_OK; _ERROR_INVALID_ARGUMENT: no tetrahedra, a vertex that does not exist, a
- *           coordinate that is not within 1e60 of 0, an extent below 1e-60, or a wrong host;
+ * Returns   MESHER_OK; _ERROR_INVALID_ARGUMENT: no tetrahedra, or one with a corner that does not
+ *           exist or is not within 1e60 of 0, an extent below 1e-60, or a wrong host;
  *           _ERROR_OUT_OF_MEMORY; _ERROR_TOO_LARGE: 2^32 tetrahedra or more. After an error there
  *           is nothing to free
  * Cost      that of sorting the tetrahedra; 16 to 28 bytes for each stay, up to 110 meanwhile
