@@ -306,6 +306,8 @@ typedef struct mesher_options {
 } mesher_options;
 
 #define MESHER_NEARLY 1e-6 /* of the extent of a surface: see MESHER_NOTE_NEAR_VERTEX */
+/* The search for intersecting pairs ends when it has found this many. */
+#define MESHER_MOST_PAIRS UINT64_C(10000000)
 
 /* Defects make a surface invalid; notes do not. */
 typedef enum mesher_kind {
@@ -514,6 +516,14 @@ typedef struct mesher_fine_surface {
 /* ---- >>everyday --------------------------------------------------------------------------- */
 
 DELAUNAY_INLINE int mesher_is_defect(mesher_kind kind) { return kind >= MESHER_DEFECT_FIRST; }
+/* Are the counts of a report exact? 0: those of intersecting pairs (T-junctions, overlaps and
+ * intersections) are lower bounds. */
+DELAUNAY_INLINE int mesher_counts_all(const mesher_report *report)
+{
+    return report->counts[MESHER_DEFECT_T_JUNCTION] + report->counts[MESHER_DEFECT_OVERLAP] +
+               report->counts[MESHER_DEFECT_INTERSECTION] <
+           MESHER_MOST_PAIRS;
+}
 MESHER_API const char *mesher_result_string(mesher_result result);
 MESHER_API const char *mesher_kind_string(mesher_kind kind);
 /* One finding of a report as a sentence with ids and coordinates, cut off after size - 1 bytes. */
@@ -521,8 +531,8 @@ MESHER_API void mesher_finding_string(char *text, size_t size, const mesher_repo
                                       const mesher_finding *finding);
 
 /* Finds the defects of a surface, by exact arithmetic, and makes the notes that need no mesh, with
- * ids and coordinates. The search for intersecting pairs ends when it has found 10 million, and
- * keeps the first million. A surface without defects that has edges of one or more than two facets,
+ * ids and coordinates. The search for intersecting pairs keeps the first million, and ends at
+ * MESHER_MOST_PAIRS. A surface without defects that has edges of one or more than two facets,
  * or whose regions are chosen by seeds or winding numbers, is meshed without refinement, to find
  * what only its cells tell: MESHER_DEFECT_OUTSIDE_FACET and _NONE_KEPT, and the notes of sheets,
  * filled shells, lines and seeds outside; of other surfaces mesher_mesh alone makes these notes.
@@ -1092,7 +1102,8 @@ static void mesher__message_finish(mesher_report *report)
     size_t length = strlen(report->message);
     if (n > 1 && length < sizeof report->message - 48)
         snprintf(report->message + length, sizeof report->message - length,
-                 "; and %lu defect%s more", (unsigned long)(n - 1), n > 2 ? "s" : "");
+                 "; and %s%lu defect%s more", mesher_counts_all(report) ? "" : "at least ",
+                 (unsigned long)(n - 1), n > 2 ? "s" : "");
 }
 
 /* The first defects are kept, as many as there is room for, then notes in the room that is left. */
@@ -1729,9 +1740,6 @@ enum {
     MESHER__BLOCK_FINDINGS = 32,  /* a block with more is searched a second time */
     MESHER__KEPT_FINDINGS = 1 << 20
 };
-/* After this many findings the search ends; counts are lower bounds then. */
-#define MESHER__MOST_FINDINGS UINT64_C(10000000)
-
 typedef struct mesher__bounds {
     float lo[3], hi[3];
 } mesher__bounds;
@@ -2587,7 +2595,7 @@ static mesher_result mesher__sweep_all(mesher_domain *domain, const mesher__spac
     mesher_finding *slices = (mesher_finding *)delaunay_alloc(
         memory, most * MESHER__BLOCK_FINDINGS, sizeof *slices);
     mesher_result result = sweeps && slices ? MESHER_OK : MESHER_ERROR_OUT_OF_MEMORY;
-    for (first = 0; first < blocks && result == MESHER_OK && found->total < MESHER__MOST_FINDINGS;
+    for (first = 0; first < blocks && result == MESHER_OK && found->total < MESHER_MOST_PAIRS;
          first += num) {
         uint64_t before = found->total;
         num = blocks - first < next ? blocks - first : next;

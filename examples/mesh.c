@@ -105,7 +105,8 @@ static const char help_options[] =
     "                       far as possible, then the worst few, without a goal\n"
     "  --effort E           0.01 to 100, default 1: how long to try to improve where tetrahedra\n"
     "                       below 0.35 are left; more mostly leaves fewer\n"
-    "  --max-seconds S, --max-tets N, --max-vertices N, --max-memory MB\n"
+    "  --max-seconds S, --max-tets N, --max-vertices N\n"
+    "  --max-memory MB      of the mesh and each stage's work, INPUT apart\n"
     "\n"
     "  --threads N          default: what OpenMP chooses; the result does not depend on it, except\n"
     "                       under --max-seconds and --max-memory\n"
@@ -1320,6 +1321,14 @@ static int line_is_defective(const job *j)
     return 0;
 }
 
+/* Has the search for pairs ended before it had found all of this kind? */
+static int is_lower_bound(const job *j, int kind)
+{
+    return !mesher_counts_all(&j->report) &&
+           (kind == MESHER_DEFECT_T_JUNCTION || kind == MESHER_DEFECT_OVERLAP ||
+            kind == MESHER_DEFECT_INTERSECTION);
+}
+
 /* Prints what of the file is left out. Returns whether anything is. */
 static int print_left_out(const job *j, const char *title)
 {
@@ -1349,8 +1358,8 @@ static void print_counts(const job *j, const char *title, int defects)
     int k, any = defects ? 0 : print_left_out(j, title);
     for (k = 0; k < MESHER_NUM_KINDS; k++) {
         if (mesher_is_defect((mesher_kind)k) != defects || j->report.counts[k] == 0) continue;
-        printf("%-11s %llu x %s", any++ ? "" : title, (unsigned long long)j->report.counts[k],
-               mesher_kind_string((mesher_kind)k));
+        printf("%-11s %s%llu x %s", any++ ? "" : title, is_lower_bound(j, k) ? "at least " : "",
+               (unsigned long long)j->report.counts[k], mesher_kind_string((mesher_kind)k));
         if (k == MESHER_NOTE_UNUSED_VERTEX)
             fputs(j->set.mesher.drop_unused
                       ? ", left out"
@@ -2529,7 +2538,7 @@ static void json_body(FILE *f, const job *j, int code)
         tool_json_text(f, mesher_kind_string((mesher_kind)k));
         fprintf(f, "\": %llu", (unsigned long long)j->report.counts[k]);
     }
-    fprintf(f, "},\n");
+    fprintf(f, "}, \"all_counted\": %s,\n", mesher_counts_all(&j->report) ? "true" : "false");
     json_findings(f, j);
     fprintf(f,
             "  \"cut_triangles\": %llu, \"collinear_left_out\": %llu,\n"

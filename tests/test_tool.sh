@@ -761,5 +761,24 @@ code 2 $delaunay "$T/t1.mesh" --hull "$T/x.foo"
 code 4 $improve "$T/t1.mesh" -o /no/such/folder/x.mesh
 code 4 $delaunay "$T/t1.mesh" -o /no/such/folder/x.mesh
 
+# ---- more crossing pairs than are looked for ----
+thicket() { # N: N triangles across each of N others
+    awk -v n="$1" 'BEGIN {
+        print "OFF"; print 6 * n, 2 * n, 0
+        for (i = 0; i < n; i++) { print i, -9, 0; print i, n + 9, 0; print i, n / 2, 3 * n }
+        for (i = 0; i < n; i++) { print -9, i, 0.1; print n + 9, i, 0.1; print n / 2, i + 0.5, 0.1 }
+        for (i = 0; i < 2 * n; i++) print 3, 3 * i, 3 * i + 1, 3 * i + 2
+    }'
+}
+thicket 30 > "$T/thicket.off"
+code 5 $mesh "$T/thicket.off" --check --json "$T/thicket.json"
+prints ' 900 x intersection'
+ok "all are counted" grep -q '"intersection": 900,.*"all_counted": true' "$T/thicket.json"
+thicket 3300 > "$T/thicket.off"
+code 5 $mesh "$T/thicket.off" --check --json "$T/thicket.json"
+prints 'at least 1[0-9]* x intersection'
+says 'and at least 1[0-9]* defects more'
+ok "not all are counted" grep -q '"all_counted": false' "$T/thicket.json"
+
 echo "$passed passed, $failed failed"
 [ "$failed" -eq 0 ]
