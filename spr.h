@@ -28,11 +28,11 @@
  *   The surface, the interfaces between regions, and constrained edges and facets are not changed.
  *   A sharp angle or a needle-shaped triangle of the surface therefore bounds the quality that can
  *   be reached; the report says where it does.
- *   Element sizes are preserved, not created. At most about one vertex is added for every 60
- *   tetrahedra (20 if options.effort is 3 or more), none where that makes an edge much shorter than
- *   those around it; at most about one is removed for every 12 tetrahedra, besides a few in each
- *   shaken patch (where most of the mesh is bad, that may be most of the vertices;
- *   options.keep_vertices prevents it), and no edge contraction makes an edge much longer.
+ *   Element sizes are preserved, not created. At most about one vertex is added for every 20
+ *   tetrahedra, none where that makes an edge much shorter than those around it; at most about one
+ *   is removed for every 12 tetrahedra, besides a few in each shaken patch (where most of the mesh
+ *   is bad, that may be most of the vertices; options.keep_vertices prevents it), and no edge
+ *   contraction makes an edge much longer.
  *   Limits: those of delaunay.h. The measures are correct for edges of 1e-75 to 1e75; tetrahedra
  *   with edges beyond that count as bad. A thread needs up to 160 KB of stack.
  *
@@ -192,8 +192,7 @@ typedef struct spr_options {
     double        max_seconds; /* 0: no limit; checked between rounds of plans, about 0.1 s apart */
     int           max_rounds;  /* sweeps over the list of bad ones; 0: until nothing changes */
     /* How long to try on what is bad after the cheapest operators: 0.01 to 100; 0: 1. Twice the
-     * effort takes up to twice the time there, and mostly leaves fewer bad ones. It may also bring
-     * up to so many times as many new vertices, but no more than 3 times. */
+     * effort takes up to twice the time there, and mostly leaves fewer bad ones. */
     double        effort;
     /* Nonzero turns an operator off. no_smoothing also turns off shaking, step 5 of HOW IT WORKS
      * and the final sweep; no_edge_removal also turns off the flips for the mean. Vertices are
@@ -5928,14 +5927,11 @@ static void spr__close(spr__state *s)
     delaunay_release(s->memory, s->movable);
 }
 
-/* A new vertex brings about six tetrahedra: one new vertex per 60 tetrahedra keeps the mesh within
- * a tenth of its size. More may be removed: between walls that are close to each other every vertex
- * makes more tetrahedra bad, and those that refinement put there are best removed. */
-enum {
-    SPR__TETS_A_VERTEX = 60,
-    SPR__MORE_NEW = 3, /* up to so many times as many with more effort */
-    SPR__TETS_A_GONE = 12
-};
+/* A new vertex brings about six tetrahedra, so the mesh grows by a third at most. Few meshes need
+ * that: thin tubes without a vertex inside, where all else would be tried in vain. More may be
+ * removed: between walls that are close to each other every vertex makes more tetrahedra bad, and
+ * those that refinement put there are best removed. */
+enum { SPR__TETS_A_VERTEX = 20, SPR__TETS_A_GONE = 12 };
 
 /* Everything between spr__open and spr__close. */
 static spr_result spr__improve(spr__state *s, uint32_t max_new)
@@ -5954,7 +5950,6 @@ static spr_result spr__improve(spr__state *s, uint32_t max_new)
     if (result != SPR_OK) return result;
     s->first_new = s->mesh->num_vertices;
     most = s->report->before.num_tets / SPR__TETS_A_VERTEX + 6;
-    if (s->effort > 1) most = (uint64_t)(spr__min(s->effort, (double)SPR__MORE_NEW) * (double)most);
     s->max_gone = s->report->before.num_tets / SPR__TETS_A_GONE + 6;
     s->room_new = s->options.keep_vertices ? 0 : max_new;
     s->max_new = most < s->room_new ? (uint32_t)most : s->room_new;

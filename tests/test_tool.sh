@@ -761,6 +761,24 @@ code 2 $delaunay "$T/t1.mesh" --hull "$T/x.foo"
 code 4 $improve "$T/t1.mesh" -o /no/such/folder/x.mesh
 code 4 $delaunay "$T/t1.mesh" -o /no/such/folder/x.mesh
 
+# ---- a thin tube, which is bad all over without vertices inside ----
+awk -v n=100 -v m=8 'BEGIN {
+    print "OFF"; print n * m, 2 * n * m, 0
+    for (i = 0; i < n; i++)
+        for (j = 0; j < m; j++) {
+            a = 6.283185307 * i / n; b = 6.283185307 * j / m; r = 3 + 0.15 * cos(b)
+            printf "%.12g %.12g %.12g\n", r * cos(a), r * sin(a), 0.15 * sin(b)
+        }
+    for (i = 0; i < n; i++)
+        for (j = 0; j < m; j++) {
+            k = (i + 1) % n; l = (j + 1) % m
+            print 3, i * m + j, k * m + j, i * m + l
+            print 3, k * m + j, k * m + l, i * m + l
+        }
+}' > "$T/tube.off"
+code 0 $mesh "$T/tube.off" -q -o "$T/tube.mesh" --json "$T/tube.json"
+ok "no bad tetrahedron in a tube" grep -q '"low": 0,' "$T/tube.json"
+
 # ---- more crossing pairs than are looked for ----
 thicket() { # N: N triangles across each of N others
     awk -v n="$1" 'BEGIN {
