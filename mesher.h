@@ -16073,7 +16073,7 @@ static void mesher__report_sizes(const mesher_domain *domain, mesher_report *rep
     enum { MESHER__BINS = 400 };
     const delaunay_mesh *mesh = &domain->mesh;
     double histogram[MESHER__BINS] = {0}, total = 0, band = 0, sum = 0, *out[3];
-    const delaunay_handle step = 1 + mesh->num_tets / 30000;
+    const delaunay_handle step = 1 + mesh->num_tets / 10000;
     delaunay_handle t;
     int e, k, q = 0;
     out[0] = &report->size_p10;
