@@ -10417,8 +10417,8 @@ MESHER_API mesher_result mesher_region_tags(mesher_domain *domain, uint32_t i, i
  * values interpolated are the sizes before the gradation bounded them, so a plate with a small
  * fillet at each of its corners is not filled with the fillets' sizes; and before options.size and
  * max_size did: these bound what is interpolated. (If they bounded the sizes at the vertices, those
- * around a small ball in a large box would grow more slowly, up to the same bound: for a tenth of
- * the box's size there would be three times as many tetrahedra.) */
+ * around a small ball in a large box would grow more slowly, up to the same bound: with one of a
+ * twentieth of the box's size there would be five times as many tetrahedra.) */
 
 static double mesher__distance(const double *a, const double *b)
 {
