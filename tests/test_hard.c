@@ -809,8 +809,8 @@ static int are_apart(const double *a, const double *b)
     return 0;
 }
 
-/* Rods in three directions, hundreds of times as long as wide, past each other: their sides are split
- * into pieces that lie in one plane, some hundreds of times over. */
+/* Rods in three directions, hundreds of times as long as wide, past each other: their sides are
+ * split into pieces that lie in one plane, some hundreds of times over. */
 static void rods_come_in(void)
 {
     enum { RODS = 70 };
