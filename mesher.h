@@ -265,7 +265,9 @@ typedef struct mesher_options {
     /* no size is larger; 0: the surface alone decides, and sizes inside are 1.3 times the length of
      * the surface's edges around them */
     double size;
-    /* factor of all sizes but min_size, max_size, and those of layers and curvature; 0: 1 */
+    /* factor of all sizes but min_size, max_size, and those of layers and curvature; 0: 1. Sizes at
+     * the surface's vertices are at most twice the default's, whatever is asked for, or its
+     * triangles would have flat or long tetrahedra on them. */
     double size_factor;
     double min_size, max_size;    /* bounds of all sizes; 0: none */
     /* largest ratio of the sizes at both ends of an edge that has the smaller size as its length
@@ -273,7 +275,7 @@ typedef struct mesher_options {
      * surface's edges may change abruptly, and 1.4 around sources; else 1 or more */
     double gradation;
     /* > 1: away from the surface sizes grow by this ratio, instead of being interpolated between
-     * its sizes */
+     * its sizes; more than 1.5 acts as 1.5, as more saves hardly a tetrahedron */
     double growth;
     /* > 0: about so many tetrahedra, or more, between facets that face each other; not between
      * facets that share a vertex, and no smaller than a 64th of a facet's longest edge (this bound
@@ -283,8 +285,9 @@ typedef struct mesher_options {
      * more than 45 degrees do not count */
     double curvature_degrees;
     /* Sizes that the caller asks for, in arrays and objects that must be there as long as the
-     * domain is sized or refined. vertex_sizes: one for each vertex of the surface, instead of the
-     * mean length of the surface's edges there; <= 0 or NaN: that mean; NULL: all by the mean.
+     * domain is sized or refined. vertex_sizes: one for each vertex of the surface, instead of 1.3
+     * times the mean length of the surface's edges there, and at most 2.6 times it; <= 0 or NaN:
+     * the former; NULL: all by the mean.
      * Of these and all the following the minimum counts: region_sizes[number - 1] in each region
      * (<= 0: nothing asked for), sources, a grid, a mesh (or NULL), and size_function. */
     const double           *vertex_sizes;
@@ -10467,6 +10470,12 @@ static double mesher__clamp_size(const mesher_options *o, double h)
  * (its edges come out longer than its sizes); with 1.3, about as many, and their mean gamma is
  * still the better one. */
 #define MESHER__INWARDS 1.3
+/* No size at a vertex of a surface is larger than so many times the mean length of its edges, and
+ * sizes grow by no more than this inwards. Larger ones save hardly a tetrahedron, as there is one
+ * for each triangle, but they are flat or long: twice the default's size leaves none of gamma below
+ * 0.35 on a sphere of 5 120 triangles, and five times all of them. */
+#define MESHER__LOOSEST     2.6
+#define MESHER__MOST_GROWTH 1.5
 
 /* The largest ratio of sizes one edge apart, if the caller gives none. With 1.4, surfaces whose
  * edges have very different lengths get 1.4 to 3.5 times as many tetrahedra as with 2; the
@@ -10507,8 +10516,10 @@ static void mesher__level_specks(mesher_domain *domain)
 static mesher_result mesher__edge_sizes(mesher_domain *domain)
 {
     delaunay_mesh *mesh = &domain->mesh;
-    double *size = domain->size,
-           factor = domain->options.size_factor > 0 ? domain->options.size_factor : 1;
+    const double loosest = domain->keeps_mesh ? 2 : MESHER__LOOSEST,
+                 ratio = mesher__scaled(&domain->options, domain->keeps_mesh ? 1 : MESHER__INWARDS),
+                 usual = ratio < loosest ? ratio : loosest;
+    double *size = domain->size;
     uint32_t e, v,
         *count = (uint32_t *)delaunay_alloc(&mesh->memory, mesh->num_vertices, sizeof *count);
     delaunay_handle t;
@@ -10537,14 +10548,17 @@ static mesher_result mesher__edge_sizes(mesher_domain *domain)
             count[b]++;
         }
     for (v = 1; v < mesh->num_vertices; v++)
-        if (count[v]) size[v] *= (domain->keeps_mesh ? 1 : MESHER__INWARDS) * factor / count[v];
+        if (count[v]) size[v] *= usual / count[v];
     if (!domain->keeps_mesh) mesher__level_specks(domain);
     for (v = 1; v < mesh->num_vertices; v++) {
         uint32_t id = mesh->vertex_id[v];
         double own = domain->options.vertex_sizes && id < domain->surface.num_vertices
                          ? domain->options.vertex_sizes[id]
                          : 0;
-        if (own > 0 && own <= DBL_MAX) size[v] = mesher__scaled(&domain->options, own);
+        double most = count[v] ? loosest / usual * size[v] : DBL_MAX;
+        if (!(own > 0 && own <= DBL_MAX)) continue;
+        own = mesher__scaled(&domain->options, own);
+        size[v] = own < most ? own : most;
     }
     delaunay_release(&mesh->memory, count);
     return MESHER_OK;
@@ -16349,6 +16363,7 @@ static mesher_result mesher__resolve(mesher_options *out, const mesher_options *
         return mesher__bad_option(report, "gradation", o.gradation, "0, or 1 or more");
     if (o.growth != 0 && o.growth <= 1)
         return mesher__bad_option(report, "growth", o.growth, "0, or more than 1");
+    if (o.growth > MESHER__MOST_GROWTH) o.growth = MESHER__MOST_GROWTH;
     if (o.size_factor == 0) o.size_factor = 1;
     *out = o;
     return MESHER_OK;

@@ -2209,6 +2209,39 @@ static void every_edge_counts_once(void)
     }
 }
 
+/* Sizes far larger than the triangles under them do not leave a ball one point in its middle: they
+ * are at most twice the default's there, and grow inwards by no more than 1.5. */
+static void sizes_do_not_leave_the_surface_behind(void)
+{
+    static double xyz[3 * 2000], huge[2000];
+    static uint32_t triangles[3 * 4000];
+    uint64_t hash[5];
+    int way;
+    for (way = 0; way < 2000; way++) huge[way] = 100;
+    for (way = 0; way < 5; way++) {
+        mesher_domain d;
+        mesher_surface surface;
+        mesher_options o;
+        mesher_report r;
+        uint32_t nv, nt = ball_of(4, xyz, triangles, &nv);
+        memset(&surface, 0, sizeof surface);
+        memset(&o, 0, sizeof o);
+        memset(&r, 0, sizeof r);
+        surface.xyz = xyz;
+        surface.num_vertices = nv;
+        surface.triangles = triangles;
+        surface.num_triangles = nt;
+        if (way < 2) o.size_factor = way ? 5 : 2;
+        else if (way == 2) o.vertex_sizes = huge;
+        else o.growth = way == 3 ? 1.5 : 3;
+        CHECK(mesher_mesh(&d, &surface, &o, &r) == MESHER_OK);
+        CHECK(r.refined_vertices >= 100);
+        hash[way] = mesh_hash(&d);
+        mesher_domain_free(&d);
+    }
+    CHECK(hash[1] == hash[0] && hash[2] == hash[0] && hash[3] != hash[0] && hash[4] == hash[3]);
+}
+
 int main(void)
 {
 #if defined(MESHER__SIMD)
@@ -2269,5 +2302,6 @@ int main(void)
     steep_sizes_that_ask_for_too_much_are_told();
     a_bound_does_not_refine_what_is_below_it();
     every_edge_counts_once();
+    sizes_do_not_leave_the_surface_behind();
     return check_report();
 }
