@@ -61,10 +61,12 @@
  *   count that the file claims is compared with the number of bytes left before anything is
  *   allocated, so memory is at most a small multiple of the file's size. Indices are checked when
  *   they are read. The first error ends the reading, with a status, a sentence, a line (text) or
- *   an offset (binary), and an empty mesh. Polygons are cut into a fan from their first corner.
- *   Polygons that such a fan does not cover exactly, and facets of .poly files, which may have
- *   holes, are triangulated in their plane (sweep line, recovery of the segments by flips, exact
- *   orientation tests). A written file appears under its name only when it is complete.
+ *   an offset (binary), and an empty mesh. Numbers of OFF files may stand on lines in any way, but
+ *   where most vertices have a line each, one that ends too early is an error. Polygons are cut
+ *   into a fan from their first corner. Polygons that such a fan does not cover exactly, and facets
+ *   of .poly files, which may have holes, are triangulated in their plane (sweep line, recovery of
+ *   the segments by flips, exact orientation tests). A written file appears under its name only
+ *   when it is complete.
  *
  * Compile-time switches (define them in the file that has MESHIO_IMPLEMENTATION)
  *   MESHIO_STATIC                                all functions are static
@@ -2098,20 +2100,25 @@ static meshio_result meshio__read_stl(meshio__reader *r)
 
 /* Does each vertex have a line of its own, from the next line on, with at least three values, and
  * are there at least as many lines again as there are faces? Then the rest of a vertex's line
- * can be skipped, whatever it means. */
-static int meshio__off_has_lines(meshio__reader *r, int64_t vertices, int64_t faces)
+ * can be skipped, whatever it means. *odd becomes the first line that has fewer values, if at least
+ * half of the vertices have their lines and the file does not end there, else NULL. */
+static int meshio__off_has_lines(meshio__reader *r, int64_t vertices, int64_t faces,
+                                 const unsigned char **odd)
 {
-    const unsigned char *start = r->p;
-    int64_t lines = 0;
-    int k = 3;
-    for (meshio__next_line(r); r->p < r->end && k == 3 && lines < vertices + faces;
-         meshio__next_line(r)) {
+    const unsigned char *start = r->p, *line = NULL;
+    int64_t lines = 0, num_odd = 0;
+    int k;
+    *odd = NULL;
+    for (meshio__next_line(r); r->p < r->end && lines < vertices + faces; meshio__next_line(r)) {
         if (!meshio__more_on_line(r)) continue;
+        line = r->p;
         for (k = lines++ < vertices ? 0 : 3; k < 3 && meshio__more_on_line(r); k++)
             while (!meshio__is_end(*r->p)) r->p++;
+        if (k < 3 && num_odd++ == 0) *odd = line;
     }
     r->p = start;
-    return k == 3 && lines == vertices + faces;
+    if (2 * num_odd > vertices || *odd == line) *odd = NULL;
+    return num_odd == 0 && lines == vertices + faces;
 }
 
 /* `extra`: how many numbers follow the coordinates of a vertex; -1: the rest of the line. */
@@ -2195,11 +2202,35 @@ static meshio_result meshio__off_edges(meshio__reader *r)
     return MESHIO_OK;
 }
 
+/* In a file that is not one line, colours may follow the corners on the line of a face. */
+static meshio_result meshio__off_faces(meshio__reader *r, int64_t count, int one_line)
+{
+    const unsigned char *start = NULL, *split = NULL; /* split: the first face of several lines */
+    meshio_result result = meshio__fits(r, count, 2, "faces");
+    int64_t n, f;
+    for (f = 0; f < count && result == MESHIO_OK; f++) {
+        meshio__skip(r);
+        start = r->p;
+        result = meshio__int(r, &n);
+        if (result == MESHIO_OK) result = meshio__read_polygon_text(r, n, 0);
+        if (!split && memchr(start, '\n', (size_t)(r->p - start))) split = start;
+        if (result == MESHIO_OK)
+            result = meshio__add_polygon(r, r->polygon.data, r->polygon.num, 0);
+        if (!one_line) meshio__next_line(r);
+    }
+    if (result == MESHIO_OK) return meshio__no_more_faces(r, count);
+    if (result == MESHIO_ERROR_TRUNCATED && split && split != start)
+        return meshio__fail(r, result, split,
+                            "the line ends before the face does, and the file before the last one");
+    return result;
+}
+
 static meshio_result meshio__read_off(meshio__reader *r)
 {
     size_t length, i;
-    const unsigned char *word, *counts;
-    int64_t nv, nf, n, f;
+    const unsigned char *word, *counts, *odd = NULL;
+    meshio_result result;
+    int64_t nv, nf;
     int extra = 0, one_line, is_off = 0;
     r->text = 1;
     r->comment = '#';
@@ -2241,16 +2272,14 @@ static meshio_result meshio__read_off(meshio__reader *r)
     MESHIO__TRY(meshio__fits(r, nv, 6, "vertices"));
     MESHIO__TRY(meshio__fits(r, nf, 2, "faces"));
     r->p = counts;
-    if (!one_line && meshio__off_has_lines(r, nv, nf)) extra = -1;
-    MESHIO__TRY(meshio__off_vertices(r, nv, extra));
-    MESHIO__TRY(meshio__fits(r, nf, 2, "faces"));
-    for (f = 0; f < nf; f++) {
-        MESHIO__TRY(meshio__int(r, &n));
-        MESHIO__TRY(meshio__read_polygon_text(r, n, 0));
-        MESHIO__TRY(meshio__add_polygon(r, r->polygon.data, r->polygon.num, 0));
-        if (!one_line) meshio__next_line(r); /* colours may follow */
-    }
-    return meshio__no_more_faces(r, nf);
+    if (!one_line && meshio__off_has_lines(r, nv, nf, &odd)) extra = -1;
+    result = meshio__off_vertices(r, nv, extra);
+    if (result == MESHIO_OK && odd && meshio__more_on_line(r))
+        result = MESHIO_ERROR_SYNTAX; /* the vertices do not end with a line, so the line is odd */
+    if (result == MESHIO_OK) result = meshio__off_faces(r, nf, one_line);
+    if (odd && result != MESHIO_OK && result != MESHIO_ERROR_OUT_OF_MEMORY)
+        return meshio__fail(r, MESHIO_ERROR_SYNTAX, odd, "a vertex needs 3 numbers");
+    return result;
 }
 
 /* ---- >>obj ---------------------------------------------------------------------------------- */

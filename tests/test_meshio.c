@@ -999,6 +999,44 @@ static void off_comes_in_many_layouts(void)
                                          "3 0 1 3\n3 1 2 3\n3 0 3 2\n");
     check_tetrahedron(MESHIO_FORMAT_OFF, "OFF\n4\n4\n0\n0\n0\n0\n1\n0\n0\n0\n1\n0\n0\n0\n1\n"
                                          "3 0 2 1\n3 0 1 3\n3 1 2 3\n3 0 3 2\n");
+    /* a line with fewer numbers than a vertex has; two lines for a vertex; two for a face */
+    check_tetrahedron(MESHIO_FORMAT_OFF, "OFF\n4 4 0\n0 0 0 1\n0 0\n0 1 0\n0 0 1\n3 0 2 1\n"
+                                         "3 0 1 3\n3 1 2 3\n3 0 3 2\n");
+    check_tetrahedron(MESHIO_FORMAT_OFF, "STOFF\n4 4 0\n0 0 0\n1 1\n1 0 0\n1 1\n0 1 0\n1 1\n"
+                                         "0 0 1\n1 1\n3 0 2 1\n3 0 1 3\n3 1 2 3\n3 0 3 2\n");
+    check_tetrahedron(MESHIO_FORMAT_OFF, "OFF\n4 4 0\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3\n0 2 1\n"
+                                         "3 0 1\n3\n3 1 2 3 9\n3 0 3 2 9\n");
+}
+
+/* Where elements have their lines, a line that has fewer numbers is named, although the next lines
+ * have numbers enough. */
+static void incomplete_lines_are_named(void)
+{
+    static const struct {
+        meshio_format format;
+        const char *text;
+        uint64_t line;
+    } bad[] = {
+#define FACES "3 0 2 1\n3 0 1 3\n3 1 2 3\n3 0 3 2\n"
+        {MESHIO_FORMAT_OFF, "OFF\n4 4 0\n0 0 0\n1 0 0\n0 1\n0 0 1\n" FACES, 5},
+        {MESHIO_FORMAT_OFF, "OFF\n4 4 0\n0 0\n1 0 0\n0 1 0\n0 0 1\n" FACES, 3},
+        {MESHIO_FORMAT_OFF, "OFF 4 4\n0 0 0\n1 0 0 # ab\n0 1 0\n0 1 # 2\n" FACES "# end\n", 5},
+        {MESHIO_FORMAT_OFF, "OFF\n4 4 0\n0 0 0\n1 0 0\n\n0\n0 0\n" FACES, 6},
+        {MESHIO_FORMAT_OFF,
+         "COFF\n4 4 0\n0 0 0 1 1 .5\n1 0 0 1 1 .5\n0 1\n0 0 1 1 1 .5\n" FACES, 5},
+        {MESHIO_FORMAT_OFF,
+         "OFF\n4 4 0\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1\n3 1 2 3\n3 0 3 2\n", 8},
+#undef FACES
+    };
+    size_t i;
+    for (i = 0; i < sizeof bad / sizeof bad[0]; i++) {
+        meshio_mesh m;
+        meshio_report report;
+        CHECK(read_text(bad[i].format, bad[i].text, &m, &report) != MESHIO_OK);
+        if (report.line != bad[i].line) printf("case %d: %s\n", (int)i, report.message);
+        CHECK(report.line == bad[i].line);
+        meshio_free(&m);
+    }
 }
 
 static void obj_indices_come_in_many_forms(void)
@@ -2937,6 +2975,7 @@ int main(void)
     binary_stl_has_no_infinite_coordinates();
     points_are_read_raw_and_as_text();
     off_comes_in_many_layouts();
+    incomplete_lines_are_named();
     obj_indices_come_in_many_forms();
     ply_elements_come_in_any_order();
     ply_data_may_begin_with_a_line_feed();
