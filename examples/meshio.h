@@ -61,12 +61,12 @@
  *   count that the file claims is compared with the number of bytes left before anything is
  *   allocated, so memory is at most a small multiple of the file's size. Indices are checked when
  *   they are read. The first error ends the reading, with a status, a sentence, a line (text) or
- *   an offset (binary), and an empty mesh. Numbers of OFF files may stand on lines in any way, but
- *   where most vertices have a line each, one that ends too early is an error. Polygons are cut
- *   into a fan from their first corner. Polygons that such a fan does not cover exactly, and facets
- *   of .poly files, which may have holes, are triangulated in their plane (sweep line, recovery of
- *   the segments by flips, exact orientation tests). A written file appears under its name only
- *   when it is complete.
+ *   an offset (binary), and an empty mesh. Numbers of OFF and PLY files may stand on lines in any
+ *   way, but where most elements have a line each, one that has not is an error (in OFF, if the
+ *   line ends too early). Polygons are cut into a fan from their first corner. Polygons that such
+ *   a fan does not cover exactly, and facets of .poly files, which may have holes, are triangulated
+ *   in their plane (sweep line, recovery of the segments by flips, exact orientation tests). A
+ *   written file appears under its name only when it is complete.
  *
  * Compile-time switches (define them in the file that has MESHIO_IMPLEMENTATION)
  *   MESHIO_STATIC                                all functions are static
@@ -2537,11 +2537,100 @@ static meshio_result meshio__ply_value(meshio__reader *r, const meshio__ply *ply
     return MESHIO_OK;
 }
 
+/* Reads one record of an element and adds it to the mesh. */
+static meshio_result meshio__ply_record(meshio__reader *r, const meshio__ply *ply,
+                                        const meshio__ply_element *element)
+{
+    double xyz[3];
+    int k;
+    r->polygon.num = 0;
+    for (k = 0; k < element->num_properties; k++)
+        MESHIO__TRY(meshio__ply_value(r, ply, &ply->properties[element->first + (size_t)k], xyz));
+    switch (element->kind) {
+    case 0: return meshio__add_vertex(r, xyz, 0);
+    case 1: return meshio__add_polygon(r, r->polygon.data, r->polygon.num, 0);
+    case 2: return meshio__add_strip(r, r->polygon.data, r->polygon.num, 0);
+    case 3: r->mesh->num_other++; break;
+    default: break;
+    }
+    return MESHIO_OK;
+}
+
+/* Compares the values on the line with those of a record: 0: as many; -1: fewer; 1: more. */
+static int meshio__ply_line(meshio__reader *r, const meshio__ply *ply,
+                            const meshio__ply_element *element)
+{
+    int64_t n;
+    int k;
+    for (k = 0; k < element->num_properties; k++) {
+        n = 1;
+        if (!meshio__more_on_line(r)) return -1;
+        if (ply->properties[element->first + (size_t)k].count_type != MESHIO__NO_TYPE)
+            n = meshio__number(r);
+        for (; n > 0; n--) {
+            if (!meshio__more_on_line(r)) return -1;
+            while (r->p < r->end && !meshio__is_space(*r->p)) r->p++;
+        }
+    }
+    return meshio__more_on_line(r);
+}
+
+/* Fails if most of the records of an element, which begins at `from`, have a line each, but one
+ * that begins before `place` has not, nor has its line two of them. */
+static meshio_result meshio__ply_odd_line(meshio__reader *r, const meshio__ply *ply,
+                                          const meshio__ply_element *element,
+                                          const unsigned char *from, const unsigned char *place)
+{
+    static const char *const names[] = {"an element", "a vertex", "a face", "an element",
+                                        "an edge"}; /* by kind, from -1 */
+    const unsigned char *start = r->p, *odd = NULL;
+    int64_t lines = 0, num_odd = 0;
+    int more = 0;
+    for (r->p = from; lines < element->count && meshio__skip(r); lines++) {
+        const unsigned char *line = r->p;
+        int k = meshio__ply_line(r, ply, element);
+        if (k != 0 && num_odd++ == 0) {
+            odd = line;
+            more = k;
+            if (more > 0 && meshio__ply_line(r, ply, element) >= 0) odd = place;
+        }
+        meshio__next_line(r);
+    }
+    r->p = start;
+    if (!odd || odd >= place || 2 * num_odd >= lines) return MESHIO_OK;
+    return meshio__fail(r, MESHIO_ERROR_SYNTAX, odd, "the line has %s values than %s",
+                        more > 0 ? "more" : "fewer", names[element->kind + 1]);
+}
+
+/* Reads all records of an element. In text each of them should have a line; another layout is read,
+ * too, where it is not the exception. */
+static meshio_result meshio__ply_records(meshio__reader *r, const meshio__ply *ply,
+                                         const meshio__ply_element *element)
+{
+    const unsigned char *first = r->p, *start = r->p;
+    meshio_result result = MESHIO_OK;
+    int lines = !ply->binary; /* every record so far has a line */
+    int64_t i;
+    for (i = 0; i < element->count && result == MESHIO_OK; i++) {
+        if (lines) meshio__skip(r);
+        start = r->p;
+        result = meshio__ply_record(r, ply, element);
+        if (!lines || result != MESHIO_OK) continue;
+        lines = !memchr(start, '\n', (size_t)(r->p - start)) && !meshio__more_on_line(r);
+        if (!lines) result = meshio__ply_odd_line(r, ply, element, first, r->p);
+    }
+    if (lines && (result == MESHIO_ERROR_SYNTAX || result == MESHIO_ERROR_INDEX)) {
+        const unsigned char *line = r->begin + r->report->offset; /* on which it failed */
+        while (line > first && line[-1] != '\n') line--;
+        MESHIO__TRY(meshio__ply_odd_line(r, ply, element, first, line));
+    }
+    return result;
+}
+
 static meshio_result meshio__read_ply(meshio__reader *r)
 {
     meshio__ply ply;
     int e, k, roles;
-    int64_t i;
     memset(&ply, 0, sizeof ply);
     r->text = 1;
     MESHIO__TRY(meshio__ply_header(r, &ply));
@@ -2558,21 +2647,7 @@ static meshio_result meshio__read_ply(meshio__reader *r)
                                 "faces without a list of vertex_indices");
         r->text = !ply.binary;
         MESHIO__TRY(meshio__fits(r, element->count, element->bytes, "elements"));
-        if (element->num_properties == 0) continue;
-        for (i = 0; i < element->count; i++) {
-            double xyz[3];
-            r->polygon.num = 0;
-            for (k = 0; k < element->num_properties; k++)
-                MESHIO__TRY(meshio__ply_value(r, &ply, &properties[k], xyz));
-            if (element->kind == 0)
-                MESHIO__TRY(meshio__add_vertex(r, xyz, 0));
-            else if (element->kind == 1)
-                MESHIO__TRY(meshio__add_polygon(r, r->polygon.data, r->polygon.num, 0));
-            else if (element->kind == 2)
-                MESHIO__TRY(meshio__add_strip(r, r->polygon.data, r->polygon.num, 0));
-            else if (element->kind == 3)
-                r->mesh->num_other++;
-        }
+        if (element->num_properties) MESHIO__TRY(meshio__ply_records(r, &ply, element));
     }
     if (ply.binary || ply.num_elements == 0 || ply.elements[ply.num_elements - 1].kind != 1 ||
         ply.properties[ply.elements[ply.num_elements - 1].first].role != 3)

@@ -144,6 +144,9 @@ static int has_element(const uint32_t *all, const int32_t *tags, size_t num, int
 
 static void put32(unsigned char *p, uint32_t v) { memcpy(p, &v, 4); }
 
+#define PLY "ply\nformat ascii 1.0\nelement vertex "
+#define XYZ "\nproperty float x\nproperty float y\nproperty float z\n"
+
 static double triangle_area_z(const meshio_mesh *m, size_t t)
 {
     const double *a = m->xyz + 3 * (size_t)m->triangles[3 * t];
@@ -1008,8 +1011,45 @@ static void off_comes_in_many_layouts(void)
                                          "3 0 1\n3\n3 1 2 3 9\n3 0 3 2 9\n");
 }
 
+/* Elements of PLY files have a line each, but not always. */
+static void ply_text_comes_in_many_layouts(void)
+{
+    static const char *const bodies[] = {
+        "0 0 0 1 0 0 0 1 0 0 0 1 3 0 2 1 3 0 1 3 3 1 2 3 3 0 3 2",
+        "0 0 0 1 0 0\n0 1 0 0 0 1\n3 0 2 1 3 0 1 3\n3 1 2 3 3 0 3 2\n",
+        "0\n0\n0\n1\n0\n0\n0\n1\n0\n0\n0\n1\n"
+        "3\n0\n2\n1\n3\n0\n1\n3\n3\n1\n2\n3\n3\n0\n3\n2\n",
+        "0 0 0 1 0 0 0 1 0 0 0 1\n3 0 2 1\n3 0 1 3\n3 1 2 3\n3 0 3 2\n",
+        "0 0 0\r\n\r\n1 0 0\t\r\n0 1 0 \r\n0 0 1\r\n"
+        "3\r\n0 2 1\r\n3\r\n0 1 3\r\n3\r\n1 2 3\r\n3\r\n0 3 2"};
+    char text[400];
+    size_t i;
+    meshio_mesh m;
+    for (i = 0; i < sizeof bodies / sizeof bodies[0]; i++) {
+        snprintf(text, sizeof text,
+                 "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\n"
+                 "property float z\nelement face 4\nproperty list uchar int vertex_indices\n"
+                 "end_header\n%s",
+                 bodies[i]);
+        check_tetrahedron(MESHIO_FORMAT_PLY, text);
+    }
+    check_tetrahedron(
+        MESHIO_FORMAT_PLY, /* one line of vertices of as many numbers as faces */
+        "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\n"
+        "property float z\nproperty float w\nelement face 4\n"
+        "property list uchar int vertex_indices\nend_header\n0 0 0 9 1 0 0 9 0 1 0 9 0 0 1 9\n"
+        "3 0 2 1\n3 0 1 3\n3 1 2 3\n3 0 3 2\n");
+    CHECK(read_text(MESHIO_FORMAT_PLY, /* every other line could be a face */
+                    PLY "3" XYZ
+                    "element face 2\nproperty list uchar int vertex_indices\nend_header\n"
+                    "0 0\n0\n1 0\n0\n0 1\n0\n3 0\n1 2\n3 0\n1 2\n",
+                    &m, NULL) == MESHIO_OK);
+    CHECK(m.num_triangles == 2 && m.triangles[4] == 1);
+    meshio_free(&m);
+}
+
 /* Where elements have their lines, a line that has fewer numbers is named, although the next lines
- * have numbers enough. */
+ * have numbers enough; in PLY, also one that has more. */
 static void incomplete_lines_are_named(void)
 {
     static const struct {
@@ -1026,6 +1066,23 @@ static void incomplete_lines_are_named(void)
          "COFF\n4 4 0\n0 0 0 1 1 .5\n1 0 0 1 1 .5\n0 1\n0 0 1 1 1 .5\n" FACES, 5},
         {MESHIO_FORMAT_OFF,
          "OFF\n4 4 0\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1\n3 1 2 3\n3 0 3 2\n", 8},
+#define ASCII                                                                                      \
+    "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\n"                \
+    "property float z\nelement face 4\nproperty list uchar int vertex_indices\nend_header\n"
+        {MESHIO_FORMAT_PLY, ASCII "0 0 0\n1 0 0\n0 1\n0 0 1\n" FACES, 12},
+        {MESHIO_FORMAT_PLY, ASCII "0 0\n1 0 0\n0 1 0\n0 0 1\n" FACES, 10},
+        {MESHIO_FORMAT_PLY, ASCII "0 0 0 0\n1 0 0\n0 1 0\n0 0 1\n" FACES, 10},
+        {MESHIO_FORMAT_PLY, ASCII "0 0 0\n1 0 0\n0 1 0\n0 0 1 1\n" FACES, 13},
+        {MESHIO_FORMAT_PLY, ASCII "0 0 0\r1 0 0\r0 1\r0 0 1\r" FACES, 10}, /* lines end with \n */
+        {MESHIO_FORMAT_PLY,
+         ASCII "0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1\n3 1 2 3\n3 0 3 2\n", 15},
+        {MESHIO_FORMAT_PLY,
+         ASCII "0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3 3\n3 1 2 3\n3 0 3 2\n", 15},
+        {MESHIO_FORMAT_PLY,
+         ASCII "0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0\n4 0 1 2 3\n3 0 3 2\n", 15},
+        {MESHIO_FORMAT_PLY,
+         ASCII "0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 9\n3 1 2\n3 0 3 2\n", 15},
+#undef ASCII
 #undef FACES
     };
     size_t i;
@@ -2206,8 +2263,6 @@ static void damaged_texts_get_a_status_and_a_line(void)
 {
 #define MSH "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n"
 #define VTK "# vtk DataFile Version 3.0\nt\nASCII\nDATASET POLYDATA\n"
-#define PLY "ply\nformat ascii 1.0\nelement vertex "
-#define XYZ "\nproperty float x\nproperty float y\nproperty float z\n"
     static const struct {
         meshio_format format;
         const char *text;
@@ -2975,6 +3030,7 @@ int main(void)
     binary_stl_has_no_infinite_coordinates();
     points_are_read_raw_and_as_text();
     off_comes_in_many_layouts();
+    ply_text_comes_in_many_layouts();
     incomplete_lines_are_named();
     obj_indices_come_in_many_forms();
     ply_elements_come_in_any_order();
