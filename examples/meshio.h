@@ -1818,8 +1818,14 @@ static meshio_result meshio__add_facet(meshio__reader *r, const unsigned char *w
     meshio_result result = MESHIO_OK;
     meshio__facet f;
     memset(&f, 0, sizeof f);
-    if ((plain && n == 3) || meshio__facet_is_thin(loops))
-        return meshio__add_polygon(r, v, n, tag);
+    if (plain && n == 3) return meshio__add_polygon(r, v, n, tag);
+    if (meshio__facet_is_thin(loops)) { /* segments; the points are vertices already */
+        for (i = 0; i < loops->ends.num; i++) {
+            v = meshio__loop(loops, i, &n);
+            if (n == 2) MESHIO__TRY(meshio__add_edge(r, v, tag));
+        }
+        return MESHIO_OK;
+    }
     if (!meshio__facet_plane(m->xyz, loops, &ku, &kv, &sign)) {
         if (plain) return meshio__add_polygon(r, v, n, tag);
         return meshio__fail(r, MESHIO_ERROR_SYNTAX, where,

@@ -2090,7 +2090,7 @@ static void facets_may_begin_with_a_segment(void)
                     "8 .2 .6 0\n9 .4 .6 0\n1 1\n2 0 7\n3 1 2 3\n4 4 5 6 7\n0\n0\n", 8, 1);
     CHECK(read_text(MESHIO_FORMAT_POLY, SQUARE "2 0 7\n2 1 3\n1 5\n0\n0\n", &m, &report) ==
           MESHIO_OK);
-    CHECK(m.num_triangles == 0 && m.num_other == 1);
+    CHECK(m.num_triangles == 0 && m.num_edges == 1 && m.edge_tags[0] == 7);
     meshio_free(&m);
     CHECK(read_text(MESHIO_FORMAT_POLY, SQUARE "2 0 7\n3 1 3 1\n2 4 2\n0\n0\n", &m, &report) ==
           MESHIO_ERROR_SYNTAX);
@@ -2236,6 +2236,27 @@ static void poly_keeps_seeds_and_markers(void)
     CHECK(read_text(MESHIO_FORMAT_SMESH, "3 3 0 0\n1 0 0 0\n2 1 0 0\n3 0 1 0\n1 1\n3 1 2 3 44\n0\n",
                     &m, NULL) == MESHIO_OK);
     CHECK(m.num_triangles == 1 && m.triangle_tags[0] == 44);
+    meshio_free(&m);
+}
+
+/* A facet of points and segments only stands for these. */
+static void poly_facets_may_be_segments(void)
+{
+    meshio_mesh m;
+    CHECK(read_text(MESHIO_FORMAT_POLY,
+                    "4 3 0 0\n0 0 0 0\n1 1 0 0\n2 0 1 0\n3 0 0 1\n5 1\n1 0 7\n3 0 1 2\n1 0 8\n"
+                    "2 3 0\n3 0 9\n2 1 3\n1 3\n2 3 2\n1 0 9\n1 2\n0 0 6\n0\n",
+                    &m, NULL) == MESHIO_OK);
+    CHECK(m.num_triangles == 1 && m.num_edges == 3 && m.num_other == 0);
+    if (m.num_edges == 3) {
+        CHECK(m.edges[0] == 3 && m.edges[1] == 0 && m.edge_tags[0] == 8);
+        CHECK(m.edges[2] == 1 && m.edges[3] == 3 && m.edge_tags[1] == 9);
+        CHECK(m.edges[4] == 3 && m.edges[5] == 2 && m.edge_tags[2] == 9);
+    }
+    meshio_free(&m);
+    CHECK(read_text(MESHIO_FORMAT_SMESH, "2 3 0 0\n1 0 0 0\n2 1 0 0\n1 1\n2 1 2 44\n0\n", &m,
+                    NULL) == MESHIO_OK);
+    CHECK(m.num_triangles == 0 && m.num_edges == 1 && m.edge_tags[0] == 44);
     meshio_free(&m);
 }
 
@@ -3067,6 +3088,7 @@ int main(void)
     polygons_may_be_concave();
     other_polygons_are_fans();
     poly_keeps_seeds_and_markers();
+    poly_facets_may_be_segments();
     poly_finds_the_nodes_beside_it();
     damaged_texts_get_a_status_and_a_line();
     lying_binary_files_are_refused();
