@@ -1352,6 +1352,9 @@ static int print_left_out(const job *j, const char *title)
     if (in->num_solids)
         printf("%-11s %llu x hexahedron, prism, pyramid or the like, not read\n",
                any++ ? "" : title, (unsigned long long)in->num_solids);
+    if (in->num_thin)
+        printf("%-11s %llu x face of fewer than three corners, not read\n", any++ ? "" : title,
+               (unsigned long long)in->num_thin);
     return any;
 }
 

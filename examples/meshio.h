@@ -174,6 +174,7 @@ typedef struct meshio_mesh {
     size_t num_vertices, num_edges, num_triangles, num_tets, num_holes, num_regions;
     size_t num_other;       /* elements that are counted, but not kept, including num_solids */
     size_t num_solids;      /* hexahedra, prisms, pyramids and the like */
+    size_t num_thin;        /* faces of fewer than three corners; num_other counts them, too */
     size_t num_regrouped;   /* MSH: memberships in physical groups that are lost, as an element in
                              * several groups gets the tag of the first one only */
     /* num_vertices entries, or NULL if num_spare is 0. Nonzero marks a vertex that is a corner of
@@ -623,13 +624,20 @@ static meshio_result meshio__add_solid(meshio__reader *r)
     return MESHIO_OK;
 }
 
+static meshio_result meshio__add_thin(meshio__reader *r)
+{
+    r->mesh->num_other++;
+    r->mesh->num_thin++;
+    return MESHIO_OK;
+}
+
 /* Adds a polygon as a fan from its first corner, which meshio__cut_polygons may replace later: the
- * coordinates may not have been read yet. Fewer than three corners are counted as another kind. */
+ * coordinates may not have been read yet. */
 static meshio_result meshio__add_polygon(meshio__reader *r, const uint32_t *v, size_t n,
                                          int64_t tag)
 {
     size_t i;
-    if (n < 3) r->mesh->num_other++;
+    if (n < 3) return meshio__add_thin(r);
     if (n > 3 && (!meshio__push64(&r->polygons, r->mesh->num_triangles) ||
                   !meshio__push64(&r->polygons, n)))
         return meshio__no_memory(r);
@@ -641,6 +649,7 @@ static meshio_result meshio__add_polygon(meshio__reader *r, const uint32_t *v, s
 static meshio_result meshio__add_strip(meshio__reader *r, const uint32_t *v, size_t n, int64_t tag)
 {
     size_t i;
+    if (n == 1 || n == 2) return meshio__add_thin(r);
     for (i = 2; i < n; i++)
         MESHIO__TRY(meshio__add_triangle(r, v[i - 2], v[i - 1 + (i & 1)], v[i - (i & 1)], tag));
     return MESHIO_OK;

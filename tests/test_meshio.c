@@ -1179,6 +1179,32 @@ static void ply_data_may_begin_with_a_line_feed(void)
     }
 }
 
+/* Faces of fewer than three corners are no triangles, but they are counted. */
+static void thin_faces_are_counted(void)
+{
+    static const struct {
+        meshio_format format;
+        const char *text;
+    } files[] = {
+        {MESHIO_FORMAT_OFF, "OFF\n3 4 0\n0 0 0\n1 0 0\n0 1 0\n2 0 1\n3 0 1 2\n1 2\n0\n"},
+        {MESHIO_FORMAT_OBJ, "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2\nf 1 2 3\nf 3/1\nf -1//2 1//3\n"},
+        {MESHIO_FORMAT_PLY,
+         "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
+         "property float z\nelement tristrips 1\nproperty list int int vertex_index\n"
+         "element face 3\nproperty list uchar int vertex_indices\nend_header\n"
+         "0 0 0\n1 0 0\n0 1 0\n3 0 1 -1\n2 0 1\n3 0 1 2\n0\n"},
+        {MESHIO_FORMAT_VTK,
+         "# vtk DataFile Version 3.0\nt\nASCII\nDATASET POLYDATA\nPOINTS 3 float\n"
+         "0 0 0 1 0 0 0 1 0\nPOLYGONS 3 9\n2 0 1\n3 0 1 2\n1 2\nTRIANGLE_STRIPS 1 3\n2 0 1\n"}};
+    size_t i;
+    for (i = 0; i < sizeof files / sizeof files[0]; i++) {
+        meshio_mesh m;
+        CHECK(read_text(files[i].format, files[i].text, &m, NULL) == MESHIO_OK);
+        CHECK(m.num_triangles == 1 && m.num_thin == 3 && m.num_other == 3 && m.num_solids == 0);
+        meshio_free(&m);
+    }
+}
+
 static void ply_strips_are_triangles(void)
 {
     meshio_mesh m;
@@ -3056,6 +3082,7 @@ int main(void)
     obj_indices_come_in_many_forms();
     ply_elements_come_in_any_order();
     ply_data_may_begin_with_a_line_feed();
+    thin_faces_are_counted();
     ply_strips_are_triangles();
     medit_keywords_come_in_any_order();
     medit_curved_elements_are_their_corners();

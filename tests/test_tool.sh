@@ -224,6 +224,9 @@ CELL_TYPES 1
 END
 code 5 $mesh "$T/hex.vtk"
 says 'no triangles.*kinds are not read'
+{ cube 0 0 0 1 0; echo 'f 2 0 7'; echo 'f 1 3'; } | off > "$T/thin.off"
+code 0 $mesh "$T/thin.off"
+prints 'notes  *2 x face of fewer than three corners, not read'
 for bad in open overlap nan none; do
     code 5 $mesh "$T/$bad.off" -o "$T/$bad.mesh"
     ok "$bad: a sentence" test -s "$T/err"
