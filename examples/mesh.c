@@ -1335,7 +1335,7 @@ static int is_lower_bound(const job *j, int kind)
 static int print_left_out(const job *j, const char *title)
 {
     const meshio_mesh *in = &j->in;
-    size_t i, volumes = 0;
+    size_t i, volumes = 0, other = in->num_other - in->num_solids - in->num_thin;
     int any = 0;
     if (in->num_spare)
         printf("%-11s %llu x node at no corner, not in the mesh: in the middle of an element, or "
@@ -1355,6 +1355,9 @@ static int print_left_out(const job *j, const char *title)
     if (in->num_thin)
         printf("%-11s %llu x face of fewer than three corners, not read\n", any++ ? "" : title,
                (unsigned long long)in->num_thin);
+    if (other)
+        printf("%-11s %llu x point, line or other element of a kind that is not read\n",
+               any++ ? "" : title, (unsigned long long)other);
     return any;
 }
 

@@ -224,6 +224,9 @@ CELL_TYPES 1
 END
 code 5 $mesh "$T/hex.vtk"
 says 'no triangles.*kinds are not read'
+cube 0 0 0 1 1 | awk '$1 == "f" { $2 = "" } { print } END { print "l 1 8\nl 2 3\np 1" }' > "$T/lines.obj"
+code 0 $mesh "$T/lines.obj"
+prints 'notes  *3 x point, line or other element of a kind that is not read'
 { cube 0 0 0 1 0; echo 'f 2 0 7'; echo 'f 1 3'; } | off > "$T/thin.off"
 code 0 $mesh "$T/thin.off"
 prints 'notes  *2 x face of fewer than three corners, not read'
