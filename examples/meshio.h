@@ -282,9 +282,9 @@ MESHIO_API int meshio_holds_triangles(meshio_format format);
 MESHIO_API const char *meshio_result_string(meshio_result result);
 
 /* The double nearest to the decimal number that text[0..length) begins with: sign, digits, '.',
- * exponent (e, or Fortran's d); or inf, or nan. Returns the number of characters used, 0 if there
- * is no number. text[length] must be readable and not part of a number (the zero at the end of a
- * string, for example). */
+ * exponent (e, or Fortran's d); or inf, or nan, in the words of C or of Windows (1.#INF). Returns
+ * the number of characters used, 0 if there is no number. text[length] must be readable and not
+ * part of a number (the zero at the end of a string, for example). */
 MESHIO_API size_t meshio_parse_double(const char *text, size_t length, double *value);
 
 #ifdef __cplusplus
@@ -795,14 +795,28 @@ static double meshio__slow_double(const unsigned char *p, const unsigned char *e
     return strtod(copy, NULL);
 }
 
-/* Reads an infinity or NaN, after its sign. Returns its length, 0: it is something else. */
+/* Reads an infinity or NaN, after its sign; also nan(ind), and what old libraries of Windows write:
+ * 1.#INF00, 1.#QNAN or, rounded, 1.#J. Returns its length, 0: it is something else. */
 static size_t meshio__parse_special(const unsigned char *p, const unsigned char *end, int negative,
                                     double *value)
 {
+    const unsigned char *q = p + 3;
     if (end - p < 3) return 0;
     if (meshio__same(p, 3, "nan")) {
         *value = strtod("nan", NULL);
-        return 3;
+        if (q == end || *q != '(') return 3;
+        while (++q < end && (meshio__is_digit(*q) || *q == '_' ||
+                             (meshio__lower(*q) >= 'a' && meshio__lower(*q) <= 'z'))) {}
+        return q < end && *q == ')' ? (size_t)(q - p) + 1 : 3;
+    }
+    if (memcmp(p, "1.#", 3) == 0) {
+        while (q < end && *q >= 'A' && *q <= 'Z') q++;
+        if (q == p + 3 || q > p + 7) return 0;
+        *value = !meshio__same(p + 3, (size_t)(q - p) - 3, "inf") ? strtod("nan", NULL)
+                 : negative                                       ? -HUGE_VAL
+                                                                  : HUGE_VAL;
+        while (q < end && *q == '0') q++;
+        return meshio__is_end(*q) ? (size_t)(q - p) : 0;
     }
     if (!meshio__same(p, 3, "inf")) return 0;
     *value = negative ? -HUGE_VAL : HUGE_VAL;
@@ -2113,6 +2127,16 @@ static meshio_result meshio__read_stl(meshio__reader *r)
 
 /* ---- >>off ---------------------------------------------------------------------------------- */
 
+/* Steps over a value, up to a blank or comment. */
+static void meshio__pass_value(meshio__reader *r)
+{
+    const unsigned char *start = r->p;
+    double unused;
+    while (!meshio__is_end(*r->p)) r->p++;
+    if (*r->p == '#' && r->p > start && r->p[-1] == '.') /* 1.#IND */
+        r->p = start + meshio_parse_double((const char *)start, (size_t)(r->end - start), &unused);
+}
+
 /* Does each vertex have a line of its own, from the next line on, with at least three values, and
  * are there at least as many lines again as there are faces? Then the rest of a vertex's line
  * can be skipped, whatever it means. *odd becomes the first line that has fewer values, if at least
@@ -2128,7 +2152,7 @@ static int meshio__off_has_lines(meshio__reader *r, int64_t vertices, int64_t fa
         if (!meshio__more_on_line(r)) continue;
         line = r->p;
         for (k = lines++ < vertices ? 0 : 3; k < 3 && meshio__more_on_line(r); k++)
-            while (!meshio__is_end(*r->p)) r->p++;
+            meshio__pass_value(r);
         if (k < 3 && num_odd++ == 0) *odd = line;
     }
     r->p = start;

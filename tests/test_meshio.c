@@ -386,6 +386,34 @@ static void words_are_not_numbers(void)
     CHECK(meshio_parse_double("0x10", 4, &d) == 1);
 }
 
+/* As C says, and as Windows has written it. */
+static void numbers_may_be_infinite_or_none(void)
+{
+    static const struct {
+        const char *text;
+        size_t length;
+        int sign; /* 0: not a number; 3: the finite number 1 */
+    } numbers[] = {{"1.#INF", 6, 1},      {"-1.#INF00 ", 9, -1}, {"+1.#INF000,", 10, 1},
+                   {"-1.#IND", 7, 0},     {"1.#IND00\n", 8, 0},  {"1.#QNAN0", 8, 0},
+                   {"-1.#SNAN", 8, 0},    {"1.#J", 4, 0},        {"-1.#IO<", 6, 0},
+                   {"nan(ind)", 8, 0},    {"-nan(snan) ", 10, 0}, {"nan()", 5, 0},
+                   {"nan(0x7_a", 3, 0},   {"nan(a b)", 3, 0},    {"1.#", 2, 3},
+                   {"1.#inf", 2, 3},      {"1.#INF2", 2, 3},     {"1.#INFINITY", 2, 3},
+                   {"1.#A word", 4, 0},   {"1.# A", 2, 3},       {"1.0#INF", 3, 3}};
+    size_t i;
+    for (i = 0; i < sizeof numbers / sizeof numbers[0]; i++) {
+        double d = 7;
+        int right = meshio_parse_double(numbers[i].text, strlen(numbers[i].text), &d) ==
+                    numbers[i].length;
+        if (numbers[i].sign == 0)
+            right = right && d != d;
+        else
+            right = right && d == (numbers[i].sign == 3 ? 1 : numbers[i].sign * HUGE_VAL);
+        if (!right) printf("misread: %s\n", numbers[i].text);
+        CHECK(right);
+    }
+}
+
 /* ---- round trips ---- */
 
 static void check_round_trip(const char *extension, int binary, int ascii)
@@ -2304,6 +2332,67 @@ static void poly_finds_the_nodes_beside_it(void)
     remove(file_name("poly"));
 }
 
+/* Coordinates that are no numbers, as programs for Windows write them, are read as such. */
+static void coordinates_may_be_indefinite(void)
+{
+    static const struct {
+        meshio_format format;
+        const char *text; /* N stands for the second coordinate of the second vertex */
+    } files[] = {
+        {MESHIO_FORMAT_STL, "solid\nfacet normal 0 0 N\nouter loop\nvertex 0 0 0\nvertex 1 N 0\n"
+                            "vertex 0 1 0\nendloop\nendfacet\nendsolid\n"},
+        {MESHIO_FORMAT_OFF, "OFF\n3 1 0\n0 0 0\n1 N 0\n0 1 0\n3 0 1 2\n"},
+        {MESHIO_FORMAT_OFF, "OFF 3 1 0 0 0 0 1 N 0 0 1 0 3 0 1 2"},
+        {MESHIO_FORMAT_OFF, "COFF\n3 1 0\n0 0 0 1 1 1\n1 N 0 1 1 1\n0 1 0 1 1 1\n3 0 1 2\n"},
+        {MESHIO_FORMAT_OBJ, "v 0 0 0\nv 1 N 0\nv 0 1 0\nf 1 2 3\n"},
+        {MESHIO_FORMAT_PLY,
+         "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
+         "property float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n"
+         "0 0 0\n1 N 0\n0 1 0\n3 0 1 2\n"},
+        {MESHIO_FORMAT_MEDIT,
+         "MeshVersionFormatted 2\nDimension 3\nVertices 3\n0 0 0 0\n1 N 0 0\n0 1 0 0\n"
+         "Triangles 1\n1 2 3 0\nEnd\n"},
+        {MESHIO_FORMAT_MSH,
+         "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n3\n1 0 0 0\n2 1 N 0\n3 0 1 0\n$EndNodes\n"
+         "$Elements\n1\n1 2 0 1 2 3\n$EndElements\n"},
+        {MESHIO_FORMAT_VTK, "# vtk DataFile Version 3.0\nt\nASCII\nDATASET POLYDATA\n"
+                            "POINTS 3 float\n0 0 0\n1 N 0\n0 1 0\nPOLYGONS 1 4\n3 0 1 2\n"},
+        {MESHIO_FORMAT_VTU,
+         "<VTKFile type='UnstructuredGrid'><Piece NumberOfPoints='3' NumberOfCells='1'><Points>"
+         "<DataArray type='Float64' NumberOfComponents='3' format='ascii'>0 0 0 1 N 0 0 1 0"
+         "</DataArray></Points><Cells><DataArray Name='connectivity' type='Int32' format='ascii'>"
+         "0 1 2</DataArray><DataArray Name='offsets' type='Int32' format='ascii'>3</DataArray>"
+         "<DataArray Name='types' type='UInt8' format='ascii'>5</DataArray></Cells></Piece>"
+         "</VTKFile>"},
+        {MESHIO_FORMAT_INP, "*NODE\n1, 0, 0, 0\n2, 1, N, 0\n3, 0, 1, 0\n*ELEMENT, TYPE=S3\n"
+                            "1, 1, 2, 3\n"},
+        {MESHIO_FORMAT_SMESH, "3 3 0 0\n1 0 0 0\n2 1 N 0\n3 0 1 0\n1 0\n3 1 2 3\n0\n"},
+        {MESHIO_FORMAT_XYZ, "0 0 0\n1 N 0\n0 1 0\n"}};
+    static const char *const words[] = {"-1.#IND", "1.#QNAN0", "1.#INF00", "-nan(ind)", "inf"};
+    size_t i, k;
+    for (i = 0; i < sizeof files / sizeof files[0]; i++)
+        for (k = 0; k < sizeof words / sizeof words[0]; k++) {
+            char text[1000];
+            const char *s = files[i].text;
+            size_t n = 0;
+            meshio_mesh m;
+            meshio_result result;
+            for (; *s; s++) /* an N that is a word */
+                if (*s == 'N' && s[-1] == ' ' && (s[1] == ' ' || s[1] == ',' || s[1] == '\n')) {
+                    n += (size_t)snprintf(text + n, sizeof text - n, "%s", words[k]);
+                } else {
+                    text[n++] = *s;
+                }
+            result = meshio_read_memory(text, n, files[i].format, &m, NULL);
+            CHECK(result == MESHIO_OK);
+            CHECK(m.num_vertices == 3 && m.xyz[3] == 1 && !(fabs(m.xyz[4]) < 1e300) &&
+                  m.xyz[5] == 0 && m.xyz[7] == 1);
+            CHECK(files[i].format == MESHIO_FORMAT_XYZ || m.num_triangles == 1);
+            meshio_free(&m);
+        }
+    CHECK(live_blocks == 0);
+}
+
 /* ---- damaged files ---- */
 
 static void damaged_texts_get_a_status_and_a_line(void)
@@ -3061,6 +3150,7 @@ int main(void)
     doubles_are_written_like_printf();
     text_does_not_depend_on_threads();
     words_are_not_numbers();
+    numbers_may_be_infinite_or_none();
     volume_formats_keep_every_bit();
     faces_beside_elements();
     inp_keeps_regions_and_surfaces();
@@ -3117,6 +3207,7 @@ int main(void)
     poly_keeps_seeds_and_markers();
     poly_facets_may_be_segments();
     poly_finds_the_nodes_beside_it();
+    coordinates_may_be_indefinite();
     damaged_texts_get_a_status_and_a_line();
     lying_binary_files_are_refused();
     torn_files_never_crash();

@@ -83,7 +83,7 @@ cube 0 0 0 1 0 | sed '$d' | off > "$T/open.off"
 { for z in 0 1; do printf '2 0 %d\n2 1 %d\n1 1 %d\n1 2 %d\n0 2 %d\n0 0 %d\n' $z $z $z $z $z $z; done; } > "$T/corners"
 { printf 'OFF\n12 8 0\n'; cat "$T/corners"; printf '6 5 4 3 2 1 0\n6 6 7 8 9 10 11\n'
   for i in 0 1 2 3 4 5; do echo 4 $i $(((i + 1) % 6)) $(((i + 1) % 6 + 6)) $((i + 6)); done; } > "$T/angle.off"
-sed '3s/.*/nan 0 0/' "$T/cube.off" > "$T/nan.off"
+sed '3s/.*/-1.#IND 0 0/' "$T/cube.off" > "$T/nan.off"
 printf 'OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 7\n' > "$T/index.off"
 printf 'OFF\n4000000000 1 0\n0 0 0\n' > "$T/huge.off"
 printf 'OFF\n0 0 0\n' > "$T/none.off"
@@ -235,6 +235,8 @@ for bad in open overlap nan none; do
     ok "$bad: a sentence" test -s "$T/err"
     absent "$T/$bad.mesh" "$T/$bad.mesh.part"
 done
+code 5 $mesh "$T/nan.off"
+says 'vertex 0'
 ok "findings of the overlap" test -s "$T/overlap.defects.vtu"
 code 5 $mesh --check "$T/overlap.off" -o "$T/c.mesh"
 ok "findings are in a file of their own" test -s "$T/c.defects.vtu"
