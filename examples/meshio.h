@@ -2666,6 +2666,27 @@ static meshio_result meshio__ply_records(meshio__reader *r, const meshio__ply *p
     return result;
 }
 
+/* Fails if one more face follows the last element's. Anything else may be there. */
+static meshio_result meshio__ply_no_more_faces(meshio__reader *r, const meshio__ply *ply,
+                                               const meshio__ply_element *element)
+{
+    const meshio_report report = *r->report;
+    const unsigned char *where;
+    meshio_result result = MESHIO_OK;
+    double unused[3];
+    int k;
+    if (!ply->binary) meshio__skip(r);
+    where = r->p;
+    r->polygon.num = 0;
+    for (k = 0; k < element->num_properties && result == MESHIO_OK; k++)
+        result = meshio__ply_value(r, ply, &ply->properties[element->first + (size_t)k], unused);
+    if (result == MESHIO_ERROR_OUT_OF_MEMORY) return result;
+    *r->report = report;
+    if (result != MESHIO_OK || r->polygon.num < 3) return MESHIO_OK;
+    return meshio__fail(r, MESHIO_ERROR_COUNT, where, "one more face than the %lld claimed",
+                        (long long)element->count);
+}
+
 static meshio_result meshio__read_ply(meshio__reader *r)
 {
     meshio__ply ply;
@@ -2688,10 +2709,8 @@ static meshio_result meshio__read_ply(meshio__reader *r)
         MESHIO__TRY(meshio__fits(r, element->count, element->bytes, "elements"));
         if (element->num_properties) MESHIO__TRY(meshio__ply_records(r, &ply, element));
     }
-    if (ply.binary || ply.num_elements == 0 || ply.elements[ply.num_elements - 1].kind != 1 ||
-        ply.properties[ply.elements[ply.num_elements - 1].first].role != 3)
-        return MESHIO_OK;
-    return meshio__no_more_faces(r, ply.elements[ply.num_elements - 1].count);
+    if (ply.num_elements == 0 || ply.elements[ply.num_elements - 1].kind != 1) return MESHIO_OK;
+    return meshio__ply_no_more_faces(r, &ply, &ply.elements[ply.num_elements - 1]);
 }
 
 /* ---- >>medit -------------------------------------------------------------------------------- */

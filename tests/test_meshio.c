@@ -1207,6 +1207,47 @@ static void ply_data_may_begin_with_a_line_feed(void)
     }
 }
 
+/* What follows the faces of a PLY file, text or binary, may be anything but a face. */
+static void ply_may_go_on(void)
+{
+    static const char header[] =
+        "ply\nformat %s 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
+        "property float z\nelement face 1\nproperty uchar red\n"
+        "property list uchar uchar vertex_indices\nend_header\n%s";
+    static const unsigned char faces[] = {9, 3, 0, 1, 2, 9, 3, 0, 2, 1};
+    static const struct {
+        const char *bytes;
+        size_t size;
+    } rest[] = {{"\n", 1},           {"\r\n\r\n", 4},   {"\0\0\0\0\0\0", 6}, {"\x09\x03\0\x01", 4},
+                {"\x09\x03\0\1\3", 5}, {"\x09\2\0\1", 4}, {"      \x1a", 7},   {"bye", 3}};
+    const float xyz[9] = {0, 0, 0, 1, 0, 0, 0, 1, 0};
+    unsigned char b[400];
+    meshio_mesh m;
+    meshio_report report;
+    size_t n, i;
+    n = (size_t)snprintf((char *)b, sizeof b, header,
+                         *(const char *)&xyz[3] ? "binary_big_endian" : "binary_little_endian", "");
+    memcpy(b + n, xyz, sizeof xyz);
+    memcpy(b + n + sizeof xyz, faces, 10);
+    n += sizeof xyz + 5;
+    CHECK(meshio_read_memory(b, n, MESHIO_FORMAT_PLY, &m, &report) == MESHIO_OK);
+    meshio_free(&m);
+    CHECK(meshio_read_memory(b, n + 5, MESHIO_FORMAT_PLY, &m, &report) == MESHIO_ERROR_COUNT);
+    CHECK(report.offset == n);
+    for (i = 0; i < sizeof rest / sizeof rest[0]; i++) {
+        memcpy(b + n, rest[i].bytes, rest[i].size);
+        CHECK(meshio_read_memory(b, n + rest[i].size, MESHIO_FORMAT_PLY, &m, &report) == MESHIO_OK);
+        CHECK(m.num_triangles == 1 && report.message[0] == 0);
+        meshio_free(&m);
+    }
+    snprintf((char *)b, sizeof b, header, "ascii", "0 0 0\n1 0 0\n0 1 0\n9 3 0 1 2\n9 3 0 2 1\n");
+    CHECK(read_text(MESHIO_FORMAT_PLY, (const char *)b, &m, &report) == MESHIO_ERROR_COUNT);
+    CHECK(report.line == 15);
+    snprintf((char *)b, sizeof b, header, "ascii", "0 0 0\n1 0 0\n0 1 0\n9 3 0 1 2\n9 3 0 2 3\n");
+    CHECK(read_text(MESHIO_FORMAT_PLY, (const char *)b, &m, &report) == MESHIO_OK);
+    meshio_free(&m);
+}
+
 /* Faces of fewer than three corners are no triangles, but they are counted. */
 static void thin_faces_are_counted(void)
 {
@@ -3172,6 +3213,7 @@ int main(void)
     obj_indices_come_in_many_forms();
     ply_elements_come_in_any_order();
     ply_data_may_begin_with_a_line_feed();
+    ply_may_go_on();
     thin_faces_are_counted();
     ply_strips_are_triangles();
     medit_keywords_come_in_any_order();
