@@ -6390,6 +6390,36 @@ static meshio_result meshio__write_msh4(meshio__writer *w, const meshio_mesh *m,
     return ok ? MESHIO_OK : MESHIO_ERROR_OUT_OF_MEMORY;
 }
 
+/* ---- What VTU and VTK files share. Numbers are text if `order` is -1, else raw bytes: big-endian
+ * if it is 1, in this machine's order if it is 0. */
+
+static void meshio__put_real(meshio__writer *w, double value, int order, char after)
+{
+    if (order < 0)
+        meshio__put_double(w, value, after);
+    else
+        meshio__put_raw_double(w, value, order);
+}
+
+static void meshio__put_points(meshio__writer *w, const meshio_mesh *m, int order)
+{
+    size_t i;
+    for (i = 0; i < 3 * m->num_vertices; i++)
+        meshio__put_real(w, m->xyz[i], order, i % 3 == 2 ? '\n' : ' ');
+}
+
+static void meshio__put_values(meshio__writer *w, const meshio__kind kinds[3],
+                               const meshio_field *field, int order)
+{
+    int k;
+    size_t i;
+    for (k = 0; k < 3; k++) {
+        const double *values = k == 0 ? field->edges : k == 1 ? field->triangles : field->tets;
+        for (i = 0; i < kinds[k].num; i++)
+            meshio__put_real(w, values ? values[i] : 0, order, '\n');
+    }
+}
+
 /* ---- VTU: each array has a tag; its data are in it (ASCII) or follow at the end, at an offset. */
 
 enum { MESHIO__VTU_CORNERS, MESHIO__VTU_OFFSETS, MESHIO__VTU_TYPES, MESHIO__VTU_TAGS };
@@ -6399,7 +6429,7 @@ typedef struct meshio__vtu_writer {
     const meshio_mesh *mesh;
     const meshio_write_options *options;
     meshio__kind kinds[3];
-    int ascii, wide;   /* wide: 64-bit integers */
+    int order, wide;   /* wide: 64-bit integers */
     uint64_t cells;    /* their number */
     uint64_t bytes[4]; /* of their integer arrays */
     uint64_t offset;   /* of the next appended array */
@@ -6418,7 +6448,7 @@ static void meshio__vtu_start(meshio__vtu_writer *u, meshio__writer *w, const me
         u->cells += u->kinds[k].num;
         corners += (uint64_t)u->kinds[k].corners * u->kinds[k].num;
     }
-    u->ascii = options->ascii;
+    u->order = options->ascii ? -1 : 0;
     u->wide = corners > 0x7FFFFFFF || m->num_vertices > 0x7FFFFFFF;
     word = u->wide ? 8 : 4;
     u->bytes[MESHIO__VTU_CORNERS] = corners * word;
@@ -6426,16 +6456,6 @@ static void meshio__vtu_start(meshio__vtu_writer *u, meshio__writer *w, const me
     u->bytes[MESHIO__VTU_TYPES] = u->cells;
     u->bytes[MESHIO__VTU_TAGS] = u->cells * 4;
     u->offset = 0;
-}
-
-static void meshio__vtu_points(meshio__vtu_writer *u)
-{
-    size_t i;
-    for (i = 0; i < 3 * u->mesh->num_vertices; i++)
-        if (u->ascii)
-            meshio__put_double(u->w, u->mesh->xyz[i], i % 3 == 2 ? '\n' : ' ');
-        else
-            meshio__put_raw_double(u->w, u->mesh->xyz[i], 0);
 }
 
 /* Writes one of the integer arrays of the cells. */
@@ -6456,27 +6476,12 @@ static void meshio__vtu_integers(meshio__vtu_writer *u, int what)
                                 : what == MESHIO__VTU_TAGS
                                     ? (kinds[k].tags ? kinds[k].tags[i] : 0)
                                     : (int64_t)kinds[k].v[i * (size_t)kinds[k].corners + (size_t)c];
-                if (u->ascii)
+                if (u->order < 0)
                     meshio__put_int(u->w, value, c + 1 < n || i % 16 != 15 ? ' ' : '\n');
                 else
                     meshio__put_raw(u->w, value, bytes, 0);
             }
         }
-}
-
-static void meshio__vtu_values(meshio__vtu_writer *u, const meshio_field *field)
-{
-    const meshio__kind *kinds = u->kinds;
-    int k;
-    size_t i;
-    for (k = 0; k < 3; k++) {
-        const double *values = k == 0 ? field->edges : k == 1 ? field->triangles : field->tets;
-        for (i = 0; i < kinds[k].num; i++)
-            if (u->ascii)
-                meshio__put_double(u->w, values ? values[i] : 0, '\n');
-            else
-                meshio__put_raw_double(u->w, values ? values[i] : 0, 0);
-    }
 }
 
 /* Writes the XML tag of an array. Returns whether the data must follow at once (ASCII); else the
@@ -6486,19 +6491,19 @@ static int meshio__vtu_tag(meshio__vtu_writer *u, const char *type, const char *
 {
     meshio__printf(u->w, "<DataArray type=\"%s\" Name=\"%.100s\" NumberOfComponents=\"%d\" ", type,
                    name, components);
-    if (u->ascii) {
+    if (u->order < 0) {
         meshio__puts(u->w, "format=\"ascii\">\n");
     } else {
         meshio__printf(u->w, "format=\"appended\" offset=\"%llu\"/>\n",
                        (unsigned long long)u->offset);
         u->offset += 8 + bytes;
     }
-    return u->ascii;
+    return u->order < 0;
 }
 
 static void meshio__vtu_tag_end(meshio__vtu_writer *u)
 {
-    if (u->ascii) meshio__puts(u->w, "\n</DataArray>\n");
+    if (u->order < 0) meshio__puts(u->w, "\n</DataArray>\n");
 }
 
 /* Writes the tags of the integer arrays of the cells, in text with the data. */
@@ -6525,14 +6530,14 @@ static void meshio__vtu_appended(meshio__vtu_writer *u)
     int what;
     meshio__puts(u->w, "<AppendedData encoding=\"raw\">\n_");
     meshio__put_raw(u->w, (int64_t)(24 * (uint64_t)u->mesh->num_vertices), 8, 0);
-    meshio__vtu_points(u);
+    meshio__put_points(u->w, u->mesh, u->order);
     for (what = 0; what < 4; what++) {
         meshio__put_raw(u->w, (int64_t)u->bytes[what], 8, 0);
         meshio__vtu_integers(u, what);
     }
     for (f = 0; f < u->options->num_fields; f++) {
         meshio__put_raw(u->w, (int64_t)(8 * u->cells), 8, 0);
-        meshio__vtu_values(u, &u->options->fields[f]);
+        meshio__put_values(u->w, u->kinds, &u->options->fields[f], u->order);
     }
     meshio__puts(u->w, "\n</AppendedData>\n");
 }
@@ -6550,17 +6555,17 @@ static void meshio__write_vtu(meshio__writer *w, const meshio_mesh *m,
                    meshio__little_endian() ? "LittleEndian" : "BigEndian",
                    (unsigned long long)m->num_vertices, (unsigned long long)u.cells);
     if (meshio__vtu_tag(&u, "Float64", "Points", 3, 24 * (uint64_t)m->num_vertices))
-        meshio__vtu_points(&u);
+        meshio__put_points(w, m, u.order);
     meshio__vtu_tag_end(&u);
     meshio__puts(w, "</Points>\n<Cells>\n");
     meshio__vtu_cells(&u);
     for (f = 0; f < options->num_fields; f++) {
         if (meshio__vtu_tag(&u, "Float64", options->fields[f].name, 1, 8 * u.cells))
-            meshio__vtu_values(&u, &options->fields[f]);
+            meshio__put_values(w, u.kinds, &options->fields[f], u.order);
         meshio__vtu_tag_end(&u);
     }
     meshio__puts(w, "</CellData>\n</Piece>\n</UnstructuredGrid>\n");
-    if (!u.ascii) meshio__vtu_appended(&u);
+    if (u.order == 0) meshio__vtu_appended(&u);
     meshio__puts(w, "</VTKFile>\n");
 }
 
@@ -6586,11 +6591,7 @@ static void meshio__write_vtk(meshio__writer *w, const meshio_mesh *m,
                    "# vtk DataFile Version 3.0\nmesh\n%s\nDATASET UNSTRUCTURED_GRID\n"
                    "POINTS %llu double\n",
                    binary ? "BINARY" : "ASCII", (unsigned long long)m->num_vertices);
-    for (i = 0; i < 3 * m->num_vertices; i++)
-        if (binary)
-            meshio__put_raw_double(w, m->xyz[i], 1);
-        else
-            meshio__put_double(w, m->xyz[i], i % 3 == 2 ? '\n' : ' ');
+    meshio__put_points(w, m, binary ? 1 : -1);
     meshio__printf(w, "\nCELLS %llu %llu\n", (unsigned long long)cells, (unsigned long long)size);
     for (k = 0; k < 3; k++)
         for (i = 0; i < kinds[k].num; i++) {
@@ -6611,15 +6612,7 @@ static void meshio__write_vtk(meshio__writer *w, const meshio_mesh *m,
     for (f = 0; f < options->num_fields; f++) {
         meshio__printf(w, "\nSCALARS %.100s double 1\nLOOKUP_TABLE default\n",
                        options->fields[f].name);
-        for (k = 0; k < 3; k++) {
-            const meshio_field *field = &options->fields[f];
-            const double *values = k == 0 ? field->edges : k == 1 ? field->triangles : field->tets;
-            for (i = 0; i < kinds[k].num; i++)
-                if (binary)
-                    meshio__put_raw_double(w, values ? values[i] : 0, 1);
-                else
-                    meshio__put_double(w, values ? values[i] : 0, '\n');
-        }
+        meshio__put_values(w, kinds, &options->fields[f], binary ? 1 : -1);
     }
     meshio__puts(w, "\n");
 }
