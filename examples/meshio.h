@@ -4696,7 +4696,7 @@ static meshio_result meshio__tetgen_nodes(meshio__reader *r, int64_t *first)
 {
     int64_t count, dimension = 3, attributes = 0, markers = 0, i, id, tag;
     double xyz[3], unused;
-    int k;
+    int k, lines = 0; /* lines: the first node has a line */
     *first = 1;
     MESHIO__TRY(meshio__int(r, &count));
     if (meshio__more_on_line(r)) MESHIO__TRY(meshio__int(r, &dimension));
@@ -4716,10 +4716,16 @@ static meshio_result meshio__tetgen_nodes(meshio__reader *r, int64_t *first)
         if (id != *first + i || *first < 0 || *first > 1)
             return meshio__fail(r, MESHIO_ERROR_INDEX, where, "node %lld where %lld is due",
                                 (long long)id, (long long)(i ? *first + i : 1));
-        MESHIO__TRY(meshio__xyz(r, xyz));
+        for (k = 0; k < 3; k++) {
+            if (lines && !meshio__more_on_line(r) && r->p < r->end)
+                return meshio__fail(r, MESHIO_ERROR_SYNTAX, where, "a node needs 3 coordinates");
+            MESHIO__TRY(meshio__double(r, &xyz[k]));
+        }
         for (k = 0; k < attributes; k++) MESHIO__TRY(meshio__double(r, &unused));
         tag = 0;
         if (markers) MESHIO__TRY(meshio__int_or_double(r, &tag));
+        if (i == 0)
+            lines = !meshio__more_on_line(r) && !memchr(where, '\n', (size_t)(r->p - where));
         MESHIO__TRY(meshio__add_vertex(r, xyz, tag));
     }
     return MESHIO_OK;

@@ -1112,6 +1112,9 @@ static void incomplete_lines_are_named(void)
          ASCII "0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 9\n3 1 2\n3 0 3 2\n", 15},
 #undef ASCII
 #undef FACES
+        {MESHIO_FORMAT_POLY,
+         "3 3 0 0\n1 0 0 0\n2 1 0 0\n3 0 1\n4 1\n1\n3 1 2 3\n1\n3 1 3 2\n0\n0\n", 4},
+        {MESHIO_FORMAT_NODE, "3 3 0 1\n0 0 0 0 0\n1 1 0\n 0\n2 0 1 0 0\n", 3},
     };
     size_t i;
     for (i = 0; i < sizeof bad / sizeof bad[0]; i++) {
@@ -2331,6 +2334,10 @@ static void poly_keeps_seeds_and_markers(void)
     CHECK(read_text(MESHIO_FORMAT_SMESH, "3 3 0 0\n1 0 0 0\n2 1 0 0\n3 0 1 0\n1 1\n3 1 2 3 44\n0\n",
                     &m, NULL) == MESHIO_OK);
     CHECK(m.num_triangles == 1 && m.triangle_tags[0] == 44);
+    meshio_free(&m);
+    CHECK(read_text(MESHIO_FORMAT_NODE, "3 3 0 0 1 0 0 0 2 1 0\n0 3 0\n1 0\n", &m, NULL) ==
+          MESHIO_OK);
+    CHECK(m.num_vertices == 3 && m.xyz[7] == 1);
     meshio_free(&m);
 }
 
