@@ -402,6 +402,13 @@ typedef struct meshio__reader {
 
 /* ---- >>arrays  growing arrays, the mesh under construction -------------------------------- */
 
+/* The end of the line: the line feed, or carriage return, from p on; `end` if there is none. */
+static const unsigned char *meshio__line_end(const unsigned char *p, const unsigned char *end)
+{
+    while (p < end && *p != '\n' && *p != '\r') p++;
+    return p;
+}
+
 static void meshio__locate(const meshio__reader *r, const unsigned char *where)
 {
     const unsigned char *p = r->begin;
@@ -410,10 +417,8 @@ static void meshio__locate(const meshio__reader *r, const unsigned char *where)
     r->report->line = 0;
     if (!r->text) return;
     r->report->line = 1;
-    while (p < where && (p = (const unsigned char *)memchr(p, '\n', (size_t)(where - p))) != NULL) {
-        r->report->line++;
-        p++;
-    }
+    for (; (p = meshio__line_end(p, where)) < where; p++)
+        if (*p == '\n' || p[1] != '\n') r->report->line++;
 }
 
 /* Writes the status, a message and the place into the report; returns the status. */
@@ -887,8 +892,7 @@ static int meshio__skip(meshio__reader *r)
     for (;;) {
         while (meshio__is_space(*p)) p++;
         if (r->comment && *p == r->comment && p < r->end) {
-            p = (const unsigned char *)memchr(p, '\n', (size_t)(r->end - p));
-            if (!p) p = r->end;
+            p = meshio__line_end(p, r->end);
             continue;
         }
         break;
@@ -1011,7 +1015,7 @@ static int meshio__more_on_line(meshio__reader *r)
 
 static void meshio__next_line(meshio__reader *r)
 {
-    while (r->p < r->end && *r->p != '\n' && *r->p != '\r') r->p++;
+    r->p = meshio__line_end(r->p, r->end);
     if (r->p < r->end) r->p += *r->p == '\r' && r->p[1] == '\n' ? 2 : 1;
 }
 
@@ -2252,7 +2256,7 @@ static meshio_result meshio__off_faces(meshio__reader *r, int64_t count, int one
         start = r->p;
         result = meshio__int(r, &n);
         if (result == MESHIO_OK) result = meshio__read_polygon_text(r, n, 0);
-        if (!split && memchr(start, '\n', (size_t)(r->p - start))) split = start;
+        if (!split && meshio__line_end(start, r->p) < r->p) split = start;
         if (result == MESHIO_OK)
             result = meshio__add_polygon(r, r->polygon.data, r->polygon.num, 0);
         if (!one_line) meshio__next_line(r);
@@ -2307,7 +2311,7 @@ static meshio_result meshio__read_off(meshio__reader *r)
     MESHIO__TRY(meshio__off_edges(r));
     counts = r->p;
     meshio__skip(r);
-    one_line = r->p < r->end && !memchr(counts, '\n', (size_t)(r->p - counts));
+    one_line = r->p < r->end && meshio__line_end(counts, r->p) == r->p;
     MESHIO__TRY(meshio__fits(r, nv, 6, "vertices"));
     MESHIO__TRY(meshio__fits(r, nf, 2, "faces"));
     r->p = counts;
@@ -2486,8 +2490,7 @@ static meshio_result meshio__ply_property_line(meshio__reader *r, meshio__ply *p
  * data. */
 static void meshio__ply_body(meshio__reader *r)
 {
-    const unsigned char *p = r->begin;
-    while (p < r->end && *p != '\n' && *p != '\r') p++;
+    const unsigned char *p = meshio__line_end(r->begin, r->end);
     if (p == r->end || *p == '\n' || p[1] == '\n') {
         meshio__next_line(r);
         return;
@@ -2655,12 +2658,12 @@ static meshio_result meshio__ply_records(meshio__reader *r, const meshio__ply *p
         start = r->p;
         result = meshio__ply_record(r, ply, element);
         if (!lines || result != MESHIO_OK) continue;
-        lines = !memchr(start, '\n', (size_t)(r->p - start)) && !meshio__more_on_line(r);
+        lines = meshio__line_end(start, r->p) == r->p && !meshio__more_on_line(r);
         if (!lines) result = meshio__ply_odd_line(r, ply, element, first, r->p);
     }
     if (lines && (result == MESHIO_ERROR_SYNTAX || result == MESHIO_ERROR_INDEX)) {
         const unsigned char *line = r->begin + r->report->offset; /* on which it failed */
-        while (line > first && line[-1] != '\n') line--;
+        while (line > first && line[-1] != '\n' && line[-1] != '\r') line--;
         MESHIO__TRY(meshio__ply_odd_line(r, ply, element, first, line));
     }
     return result;
@@ -3460,11 +3463,10 @@ static meshio_result meshio__msh_names(meshio__reader *r)
 {
     const unsigned char *p = r->p;
     while (p < r->end && *p != '$') {
-        const unsigned char *end = (const unsigned char *)memchr(p, '\n', (size_t)(r->end - p));
+        const unsigned char *end = meshio__line_end(p, r->end);
+        size_t length = (size_t)(end - p);
         char line[256];
-        size_t length;
-        if (!end) end = r->end;
-        length = (size_t)(end - p) < sizeof line ? (size_t)(end - p) : sizeof line - 1;
+        if (length >= sizeof line) length = sizeof line - 1;
         memcpy(line, p, length);
         line[length] = 0;
         MESHIO__TRY(meshio__msh_name(r, line));
@@ -4725,7 +4727,7 @@ static meshio_result meshio__tetgen_nodes(meshio__reader *r, int64_t *first)
         tag = 0;
         if (markers) MESHIO__TRY(meshio__int_or_double(r, &tag));
         if (i == 0)
-            lines = !meshio__more_on_line(r) && !memchr(where, '\n', (size_t)(r->p - where));
+            lines = meshio__line_end(where, r->p) == r->p && !meshio__more_on_line(r);
         MESHIO__TRY(meshio__add_vertex(r, xyz, tag));
     }
     return MESHIO_OK;

@@ -1039,6 +1039,45 @@ static void off_comes_in_many_layouts(void)
                                          "3 0 1\n3\n3 1 2 3 9\n3 0 3 2 9\n");
 }
 
+/* Lines may end with CR alone, also those of comments; errors have the right line then, too. */
+static void lines_may_end_with_a_carriage_return(void)
+{
+    static const struct {
+        meshio_format format;
+        const char *text;
+    } files[] = {
+        {MESHIO_FORMAT_OFF,
+         "OFF\r# four\r4 4 6\r0 0 0 # a\r1 0 0 9 9 9\r0 1 0\r0 0 1\r3 0 2 1\r3 0 1 3 9 9 9\r"
+         "3 1 2 3\r3 0 3 2"},
+        {MESHIO_FORMAT_OBJ, "# four\rv 0 0 0\rv 1 0 0\rv 0 1 0\rv 0 0 1\rf 1 3 2\rf 1 2 4\r"
+                            "f 2 3 4\rf 1 4 3\r"},
+        {MESHIO_FORMAT_SMESH, "# four\r4 3 0 0\r0 0 0 0\r1 1 0 0\r2 0 1 0\r3 0 0 1\r# four\r4 0\r"
+                              "3 0 2 1\r3 0 1 3\r3 1 2 3\r3 0 3 2\r# none\r0\r0\r"},
+        {MESHIO_FORMAT_MEDIT,
+         "MeshVersionFormatted 2\rDimension 3\r# four\rVertices\r4\r0 0 0 0\r1 0 0 0\r0 1 0 0\r"
+         "0 0 1 0\rTriangles\r4\r1 3 2 0\r1 2 4 0\r2 3 4 0\r1 4 3 0\rEnd\r"}};
+    static const char *const ends[] = {"\r", "\n", "\r\n"};
+    char text[999];
+    size_t i, k, n;
+    meshio_mesh m;
+    meshio_report report;
+    for (i = 0; i < sizeof files / sizeof files[0]; i++)
+        check_tetrahedron(files[i].format, files[i].text);
+    for (i = 0; i < 3; i++) {
+        static const char *const lines[] = {"OFF", "# c", "1 1 0", "0 0 0", "", "3 0 0 7", "x"};
+        for (n = k = 0; k < sizeof lines / sizeof lines[0]; k++)
+            n += (size_t)snprintf(text + n, sizeof text - n, "%s%s", lines[k], ends[i]);
+        CHECK(read_text(MESHIO_FORMAT_OFF, text, &m, &report) == MESHIO_ERROR_INDEX);
+        CHECK(report.line == 6);
+    }
+    CHECK(read_text(MESHIO_FORMAT_MSH,
+                    "$MeshFormat\r2.2 0 8\r$EndMeshFormat\r$PhysicalNames\r2\r2 1 \"a\"\r"
+                    "3 1 \"b\"\r$EndPhysicalNames\r$Nodes\r0\r$EndNodes\r",
+                    &m, NULL) == MESHIO_OK);
+    CHECK(m.num_names == 2 && strcmp(m.names[1].text, "b") == 0);
+    meshio_free(&m);
+}
+
 /* Elements of PLY files have a line each, but not always. */
 static void ply_text_comes_in_many_layouts(void)
 {
@@ -1101,7 +1140,7 @@ static void incomplete_lines_are_named(void)
         {MESHIO_FORMAT_PLY, ASCII "0 0\n1 0 0\n0 1 0\n0 0 1\n" FACES, 10},
         {MESHIO_FORMAT_PLY, ASCII "0 0 0 0\n1 0 0\n0 1 0\n0 0 1\n" FACES, 10},
         {MESHIO_FORMAT_PLY, ASCII "0 0 0\n1 0 0\n0 1 0\n0 0 1 1\n" FACES, 13},
-        {MESHIO_FORMAT_PLY, ASCII "0 0 0\r1 0 0\r0 1\r0 0 1\r" FACES, 10}, /* lines end with \n */
+        {MESHIO_FORMAT_PLY, ASCII "0 0 0\r1 0 0\r0 1\r0 0 1\r" FACES, 12},
         {MESHIO_FORMAT_PLY,
          ASCII "0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1\n3 1 2 3\n3 0 3 2\n", 15},
         {MESHIO_FORMAT_PLY,
@@ -3215,6 +3254,7 @@ int main(void)
     binary_stl_has_no_infinite_coordinates();
     points_are_read_raw_and_as_text();
     off_comes_in_many_layouts();
+    lines_may_end_with_a_carriage_return();
     ply_text_comes_in_many_layouts();
     incomplete_lines_are_named();
     obj_indices_come_in_many_forms();
