@@ -4693,6 +4693,24 @@ static meshio_result meshio__read_vtu(meshio__reader *r)
 
 /* ---- >>tetgen -------------------------------------------------------------------------------- */
 
+/* Fails if the list of a file goes on after the count that it claims: with the next number, and at
+ * least three more on its line. Anything else may follow. */
+static meshio_result meshio__no_more_items(meshio__reader *r, const char *what, int64_t count,
+                                           int64_t last)
+{
+    const unsigned char *where;
+    int k;
+    meshio__skip(r);
+    where = r->p;
+    if (count == 0 || meshio__number(r) != last + 1) return MESHIO_OK;
+    for (k = 0; k < 3; k++) {
+        if (!meshio__more_on_line(r)) return MESHIO_OK;
+        meshio__pass_value(r);
+    }
+    return meshio__fail(r, MESHIO_ERROR_COUNT, where, "one more %s than the %lld claimed", what,
+                        (long long)count);
+}
+
 /* Reads the list of nodes; *first becomes the number of the first one (0 or 1). */
 static meshio_result meshio__tetgen_nodes(meshio__reader *r, int64_t *first)
 {
@@ -4735,10 +4753,12 @@ static meshio_result meshio__tetgen_nodes(meshio__reader *r, int64_t *first)
 
 static meshio_result meshio__read_node(meshio__reader *r)
 {
-    int64_t first;
+    int64_t first, count;
     r->text = 1;
     r->comment = '#';
-    return meshio__tetgen_nodes(r, &first);
+    MESHIO__TRY(meshio__tetgen_nodes(r, &first));
+    count = (int64_t)r->mesh->num_vertices;
+    return meshio__no_more_items(r, "node", count, first + count - 1);
 }
 
 /* Reads a polygon of n corners into r->polygon and appends it to the facet's loops. */
@@ -4867,7 +4887,7 @@ static meshio_result meshio__read_poly(meshio__reader *r, int poly, int64_t firs
 /* Tetrahedra of 4 or 10 nodes, with attributes; the first one is the tag. */
 static meshio_result meshio__read_elements(meshio__reader *r, int64_t first)
 {
-    int64_t count, corners = 4, attributes = 0, i, id, index, tag;
+    int64_t count, corners = 4, attributes = 0, i, id = 0, index, tag;
     uint32_t v[10];
     int k;
     r->text = 1;
@@ -4897,14 +4917,14 @@ static meshio_result meshio__read_elements(meshio__reader *r, int64_t first)
         MESHIO__TRY(meshio__add_tet(r, v, tag));
         MESHIO__TRY(meshio__add_spare(r, v + 4, (size_t)corners - 4));
     }
-    return MESHIO_OK;
+    return meshio__no_more_items(r, "element", count, id);
 }
 
 /* Triangles, each followed by the nodes in the middle of its edges if it is quadratic, by a marker
  * if the file has markers, and by the elements at it if TetGen was asked for them. */
 static meshio_result meshio__read_faces(meshio__reader *r, int64_t first, int quadratic)
 {
-    int64_t count, markers = 0, i, id, index, values[6];
+    int64_t count, markers = 0, i, id = 0, index, values[6];
     int k, num, at = quadratic ? 3 : 0;
     r->text = 1;
     r->comment = '#';
@@ -4928,7 +4948,7 @@ static meshio_result meshio__read_faces(meshio__reader *r, int64_t first, int qu
         index = markers && num > at ? values[at] : 0;
         MESHIO__TRY(meshio__add_triangle(r, v[0], v[1], v[2], index));
     }
-    return MESHIO_OK;
+    return meshio__no_more_items(r, "face", count, id);
 }
 
 /* ---- >>inp  Abaqus and CalculiX -------------------------------------------------------------- */

@@ -2401,16 +2401,46 @@ static void poly_facets_may_be_segments(void)
     meshio_free(&m);
 }
 
+static void put_file(const char *extension, const char *text)
+{
+    FILE *f = fopen(file_name(extension), "wb");
+    if (f) fputs(text, f), fclose(f);
+}
+
+/* Lists in TetGen's files are as long as they claim, but something else may follow. */
+static void tetgen_lists_have_their_length(void)
+{
+    static const char nodes[] = "4 3 0 0\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n";
+    static const struct {
+        const char *ele, *face;
+        meshio_result result;
+    } files[] = {{"1 4 0\n1 1 2 3 4\n", "1 0\n1 1 2 3\n", MESHIO_OK},
+                 {"1 4 0\n1 1 2 3 4\n2 1 2 3 4\n", "1 0\n1 1 2 3\n", MESHIO_ERROR_COUNT},
+                 {"1 4 0\n1 1 2 3 4\n", "1 1\n1 1 2 3 0\n2 1 2 4 0\n", MESHIO_ERROR_COUNT},
+                 {"1 4 0\n1 1 2 3 4\n# 2 1 2 3 4\n", "1 0\n1 1 2 3\n1 2 3 4\n", MESHIO_OK},
+                 {"1 4 0\n1 1 2 3 4\n2 0\n", "0 0\n1 2 3 4\n", MESHIO_OK}};
+    size_t i;
+    put_file("node", nodes);
+    for (i = 0; i < sizeof files / sizeof files[0]; i++) {
+        meshio_mesh m;
+        meshio_report report;
+        put_file("ele", files[i].ele);
+        put_file("face", files[i].face);
+        CHECK(meshio_read(file_name("ele"), MESHIO_FORMAT_AUTO, &m, &report) == files[i].result);
+        CHECK(files[i].result == MESHIO_OK ? m.num_tets == 1 : report.line == 3);
+        meshio_free(&m);
+    }
+    remove(file_name("node"));
+    remove(file_name("ele"));
+    remove(file_name("face"));
+}
+
 static void poly_finds_the_nodes_beside_it(void)
 {
     meshio_mesh m;
     meshio_report report;
-    FILE *f = fopen(file_name("node"), "wb");
-    fputs("3 3 0 0\n0 0 0 0\n1 1 0 0\n2 0 1 0\n", f);
-    fclose(f);
-    f = fopen(file_name("poly"), "wb");
-    fputs("0 3 0 0\n1 0\n1\n3 0 1 2\n0\n0\n", f);
-    fclose(f);
+    put_file("node", "3 3 0 0\n0 0 0 0\n1 1 0 0\n2 0 1 0\n");
+    put_file("poly", "0 3 0 0\n1 0\n1\n3 0 1 2\n0\n0\n");
     CHECK(meshio_read(file_name("poly"), MESHIO_FORMAT_AUTO, &m, &report) == MESHIO_OK);
     CHECK(m.num_vertices == 3 && m.num_triangles == 1);
     meshio_free(&m);
@@ -2711,6 +2741,7 @@ static void damaged_texts_get_a_status_and_a_line(void)
         {MESHIO_FORMAT_NODE, "2 3 0 0\n1 0 0 0\n3 0 0 0\n", MESHIO_ERROR_INDEX, 3},
         {MESHIO_FORMAT_NODE, "1 2 0 0\n1 0 0\n", MESHIO_ERROR_UNSUPPORTED, 1},
         {MESHIO_FORMAT_NODE, "1000000000 3 0 0\n1 0 0 0\n", MESHIO_ERROR_COUNT, 1},
+        {MESHIO_FORMAT_NODE, "1 3 0 0\n1 0 0 0\n# more\n2 0 1 0\n", MESHIO_ERROR_COUNT, 4},
         {MESHIO_FORMAT_POLY, "1 3 0 0\n1 0 0 0\n2 0\n1\n3 1 1 1\n", MESHIO_ERROR_TRUNCATED, 6},
         {MESHIO_FORMAT_POLY, "1 3 0 0\n1 0 0 0\n1 0\n1\n-3 1 1 1\n", MESHIO_ERROR_COUNT, 5},
         {MESHIO_FORMAT_POLY, "1 3 0 0\n1 0 0 0\n1 0\n1\n3 1 1 2\n", MESHIO_ERROR_INDEX, 5},
@@ -3295,6 +3326,7 @@ int main(void)
     other_polygons_are_fans();
     poly_keeps_seeds_and_markers();
     poly_facets_may_be_segments();
+    tetgen_lists_have_their_length();
     poly_finds_the_nodes_beside_it();
     coordinates_may_be_indefinite();
     damaged_texts_get_a_status_and_a_line();
