@@ -4881,7 +4881,11 @@ static meshio_result meshio__read_poly(meshio__reader *r, int poly, int64_t firs
     for (i = 0; i < count; i++)
         MESHIO__TRY(meshio__tetgen_facet(r, poly, markers != 0, first, loops));
     MESHIO__TRY(meshio__tetgen_seeds(r, 0));
-    return meshio__tetgen_seeds(r, 1);
+    MESHIO__TRY(meshio__tetgen_seeds(r, 1));
+    meshio__next_line(r);
+    if (!meshio__skip(r) || !meshio__is_digit(*r->p)) return MESHIO_OK;
+    return meshio__fail(r, MESHIO_ERROR_COUNT, r->p,
+                        "the file goes on after its last list: a count is too small");
 }
 
 /* Tetrahedra of 4 or 10 nodes, with attributes; the first one is the tag. */

@@ -2747,6 +2747,13 @@ static void damaged_texts_get_a_status_and_a_line(void)
         {MESHIO_FORMAT_POLY, "1 3 0 0\n1 0 0 0\n1 0\n1\n3 1 1 2\n", MESHIO_ERROR_INDEX, 5},
         {MESHIO_FORMAT_POLY, "0 3 0 0\n", MESHIO_ERROR_COUNT, 1},
         {MESHIO_FORMAT_POLY,
+         "3 3 0 0\n1 0 0 0\n2 1 0 0\n3 0 1 0\n1 0\n1\n3 1 2 3\n0\n0 # none\n# more\n1\n3 1 3 2\n",
+         MESHIO_ERROR_COUNT, 11},
+        {MESHIO_FORMAT_SMESH,
+         "3 3 0 0\n1 0 0 0\n2 1 0 0\n3 0 1 0\n1 0\n3 1 2 3\n1\n1 0 0 0\n1\n1 1 1 1 5 6 7\n"
+         "2 2 2 2 6 7\n",
+         MESHIO_ERROR_COUNT, 11},
+        {MESHIO_FORMAT_POLY,
          "6 3 0 0\n0 0 0 0\n1 2 0 0\n2 2 2 0\n3 0 2 0\n4 1 -1 0\n5 1 3 0\n1 0\n2\n4 0 1 2 3\n"
          "2 4 5\n0\n",
          MESHIO_ERROR_SYNTAX, 9},
