@@ -275,7 +275,8 @@ typedef struct mesher_options {
      * surface's edges may change abruptly, and 1.4 around sources; else 1 or more */
     double gradation;
     /* > 1: away from the surface sizes grow by this ratio, instead of being interpolated between
-     * its sizes; more than 1.5 acts as 1.5, as more saves hardly a tetrahedron */
+     * its sizes: to the least of size + (growth - 1) * distance over the vertices of the region.
+     * More than 1.7 acts as 1.7, as more saves hardly a tetrahedron and makes bad ones */
     double growth;
     /* > 0: about so many tetrahedra, or more, between facets that face each other; not between
      * facets that share a vertex, and no smaller than a 64th of a facet's longest edge (this bound
@@ -10475,7 +10476,7 @@ static double mesher__clamp_size(const mesher_options *o, double h)
  * for each triangle, but they are flat or long: twice the default's size leaves none of gamma below
  * 0.35 on a sphere of 5 120 triangles, and five times all of them. */
 #define MESHER__LOOSEST     2.6
-#define MESHER__MOST_GROWTH 1.5
+#define MESHER__MOST_GROWTH 1.7
 
 /* The largest ratio of sizes one edge apart, if the caller gives none. With 1.4, surfaces whose
  * edges have very different lengths get 1.4 to 3.5 times as many tetrahedra as with 2; the
@@ -11551,6 +11552,30 @@ typedef struct mesher__field_vertex {
     uint32_t source;    /* domain->size_source */
 } mesher__field_vertex;
 
+/* A vertex from which sizes grow into a region. One at several regions is there for each of them.
+ */
+typedef struct mesher__growth_item {
+    double   x[3], size;
+    uint32_t region;
+} mesher__growth_item;
+
+/* What items have in common: a box around them, a lower bound of their sizes, their first and last
+ * region. */
+typedef struct mesher__growth_node {
+    mesher__bounds box;
+    float          least;
+    uint32_t       first, last;
+} mesher__growth_node;
+
+/* The vertices from which sizes grow, by regions, and in each along the Hilbert curve, below a tree
+ * such as that of mesher__space. */
+typedef struct mesher__growth {
+    mesher__growth_item *items;
+    mesher__growth_node *nodes; /* 2*num_leaf_nodes; [0] unused */
+    size_t               num_items, num_leaf_nodes;
+    double               origin[3], scale;
+} mesher__growth;
+
 /* The size field, as it stays while points are inserted. */
 typedef struct mesher__field {
     const mesher_options *options;
@@ -11558,6 +11583,7 @@ typedef struct mesher__field {
     mesher__field_vertex *vertices;
     delaunay_tet         *tets;
     uint32_t             *color;
+    mesher__growth        growth; /* empty without options.growth */
     double                slope, least, cap;
     int                   simd; /* the processor has AVX2 */
 } mesher__field;
@@ -11770,12 +11796,178 @@ static inline double mesher__floored(const mesher__field *field, double h)
     return h > field->least ? h : field->least;
 }
 
-/* h(x) without the size function. *home: in, a tetrahedron of the background near x; out, the one
- * that contains x. *found: whether there is one. */
+/* -- sizes that grow from all vertices of a region. (The corners of the background's tetrahedron
+ * around a place do not suffice: before refinement it may span the region, and all be far away.) */
+
+static void mesher__growth_free(delaunay_memory *memory, mesher__growth *g)
+{
+    delaunay_release(memory, g->items);
+    delaunay_release(memory, g->nodes);
+    memset(g, 0, sizeof *g);
+}
+
+/* The vertices of the regions, in any order; with items NULL only their number. `last` has room for
+ * a region of each vertex. */
+static size_t mesher__growth_gather(const mesher_domain *domain, uint32_t *last,
+                                    mesher__growth_item *items)
+{
+    const delaunay_mesh *mesh = &domain->mesh;
+    delaunay_handle t;
+    size_t n = 0;
+    int i;
+    memset(last, 0, mesh->num_vertices * sizeof *last);
+    for (t = 1; t < mesh->num_tets; t++) {
+        if (!mesher__is_inside(mesh, t)) continue;
+        for (i = 0; i < 4; i++) {
+            const uint32_t v = mesh->tets[t].v[i];
+            if (last[v] == mesh->color[t] || !(domain->size[v] > 0)) continue;
+            last[v] = mesh->color[t];
+            if (items) {
+                memcpy(items[n].x, mesh->vertices[v].x, sizeof items[n].x);
+                items[n].size = domain->size[v];
+                items[n].region = mesh->color[t];
+            }
+            n++;
+        }
+    }
+    return n;
+}
+
+/* Sorts items by the curve and then by regions. */
+static mesher_result mesher__growth_sort(const mesher_domain *domain, delaunay_memory *memory,
+                                         const mesher__growth_item *items, size_t n,
+                                         mesher__growth_item *sorted)
+{
+    const int threads = domain->options.host.num_threads;
+    mesher_result result = MESHER_ERROR_OUT_OF_MEMORY;
+    double *xyz = (double *)delaunay_alloc(memory, n, 3 * sizeof *xyz);
+    hxtsort_pair *pairs = (hxtsort_pair *)delaunay_alloc(memory, n, sizeof *pairs);
+    size_t i;
+    if (xyz && pairs) {
+        for (i = 0; i < n; i++) memcpy(xyz + 3 * i, items[i].x, sizeof items[i].x);
+        result = mesher__order_points(memory, threads, xyz, n, pairs);
+    }
+    for (i = 0; i < n && result == MESHER_OK; i++) pairs[i].key = items[pairs[i].value].region;
+    if (result == MESHER_OK) result = mesher__sort_pairs(memory, threads, pairs, n);
+    for (i = 0; i < n && result == MESHER_OK; i++) sorted[i] = items[pairs[i].value];
+    delaunay_release(memory, pairs);
+    delaunay_release(memory, xyz);
+    return result;
+}
+
+static void mesher__growth_join(mesher__growth_node *a, const mesher__growth_node *b)
+{
+    mesher__box_join(&a->box, &b->box);
+    if (b->least < a->least) a->least = b->least;
+    if (b->first < a->first) a->first = b->first;
+    if (b->last > a->last) a->last = b->last;
+}
+
+static void mesher__growth_build(mesher__growth *g)
+{
+    size_t i;
+    int k;
+    for (i = 0; i < 2 * g->num_leaf_nodes; i++) {
+        mesher__growth_node *node = g->nodes + i;
+        mesher__box_clear(&node->box);
+        node->least = FLT_MAX;
+        node->first = UINT32_MAX;
+        node->last = 0;
+    }
+    for (i = 0; i < g->num_items; i++) {
+        const mesher__growth_item *item = g->items + i;
+        mesher__growth_node node;
+        for (k = 0; k < 3; k++)
+            node.box.lo[k] = node.box.hi[k] =
+                mesher__rounded((item->x[k] - g->origin[k]) * g->scale);
+        node.least = mesher__rounded(item->size * g->scale);
+        node.first = node.last = item->region;
+        mesher__growth_join(g->nodes + g->num_leaf_nodes + i / MESHER__LEAF_ITEMS, &node);
+    }
+    for (i = g->num_leaf_nodes; i-- > 1;) {
+        g->nodes[i] = g->nodes[2 * i];
+        mesher__growth_join(g->nodes + i, g->nodes + 2 * i + 1);
+    }
+}
+
+/* Makes the tree; box: a cube around all vertices. */
+static mesher_result mesher__growth_init(mesher__growth *g, const mesher_domain *domain,
+                                         delaunay_memory *memory, const hilbert_box *box)
+{
+    mesher_result result = MESHER_ERROR_OUT_OF_MEMORY;
+    mesher__growth_item *items = NULL;
+    uint32_t *last =
+        (uint32_t *)delaunay_alloc(memory, domain->mesh.num_vertices, sizeof *last);
+    const double extent = box->hi[0] - box->lo[0];
+    memset(g, 0, sizeof *g);
+    if (!last) goto done;
+    g->num_items = mesher__growth_gather(domain, last, NULL);
+    g->num_leaf_nodes = mesher__leaf_nodes(g->num_items);
+    memcpy(g->origin, box->lo, sizeof g->origin);
+    g->scale = extent > 0 ? 1 / extent : 1;
+    items = (mesher__growth_item *)delaunay_alloc(memory, g->num_items, sizeof *items);
+    g->items = (mesher__growth_item *)delaunay_alloc(memory, g->num_items, sizeof *g->items);
+    g->nodes =
+        (mesher__growth_node *)delaunay_alloc(memory, 2 * g->num_leaf_nodes, sizeof *g->nodes);
+    if (!items || !g->items || !g->nodes) goto done;
+    mesher__growth_gather(domain, last, items);
+    result = mesher__growth_sort(domain, memory, items, g->num_items, g->items);
+    if (result == MESHER_OK) mesher__growth_build(g);
+done:
+    delaunay_release(memory, items);
+    delaunay_release(memory, last);
+    if (result != MESHER_OK) mesher__growth_free(memory, g);
+    return result;
+}
+
+/* The least size that the items of a region allow at x, or most if that is less; or a few percent
+ * more, where many items allow about the same. */
+#define MESHER__TOLERATED 1.1
+static double mesher__grown_size(const mesher__growth *g, const double *x, uint32_t region,
+                                 double slope, double most)
+{
+    double at[3], low[66];
+    size_t stack[66], i;
+    int top = 0, k;
+    if (g->num_items == 0) return most;
+    for (k = 0; k < 3; k++) at[k] = (x[k] - g->origin[k]) * g->scale;
+    stack[0] = 1;
+    low[top++] = 0;
+    while (top) {
+        const size_t node = stack[--top];
+        double d[2];
+        if (MESHER__TOLERATED * low[top] >= most * g->scale) continue;
+        if (node >= g->num_leaf_nodes) {
+            i = (node - g->num_leaf_nodes) * MESHER__LEAF_ITEMS;
+            for (k = 0; k < MESHER__LEAF_ITEMS && i < g->num_items; k++, i++) {
+                const mesher__growth_item *item = g->items + i;
+                const double h = item->size + slope * mesher__distance(item->x, x);
+                if (item->region == region && h < most) most = h;
+            }
+            continue;
+        }
+        for (k = 0; k < 2; k++) {
+            const mesher__growth_node *child = g->nodes + 2 * node + k;
+            d[k] = child->first <= region && region <= child->last
+                       ? (double)child->least + slope * mesher__distance_to_box(at, &child->box)
+                       : HUGE_VAL;
+        }
+        for (k = 0; k < 2; k++) { /* the better one last, to be searched first */
+            const int child = (d[1] > d[0]) ^ k;
+            stack[top] = 2 * node + (size_t)child;
+            low[top++] = d[child];
+        }
+    }
+    return most;
+}
+
+/* h(x) without the size function. Where sizes grow, this is what the corners of the background's
+ * tetrahedron around x allow: too much, if they are far away. *home: in, a tetrahedron of the
+ * background near x; out, the one that contains x. *found: whether there is one. */
 static double mesher__field_at(const mesher__field *field, const double *x, delaunay_handle *home,
                                int *found)
 {
-    double w[4], size[4], h = 0, most = 1e300, weight = 0, growth = field->options->growth;
+    double w[4], size[4], h = 0, most = 1e300, weight = 0;
     const uint32_t *v;
     int i, bounded;
     *home = mesher__find_home(field, x, *home, w, found);
@@ -11788,12 +11980,22 @@ static double mesher__field_at(const mesher__field *field, const double *x, dela
         weight += w[i];
         if (bounded) continue;
         d = mesher__distance(field->vertices[v[i]].x, x);
-        s = field->vertices[v[i]].size + (growth > 1 ? growth - 1 : field->slope) * d;
+        s = field->vertices[v[i]].size + field->slope * d;
         if (s < most) most = s;
     }
-    if (!(weight > 0) || growth > 1 || most < h / weight) h = most;
+    if (!(weight > 0) || field->options->growth > 1 || most < h / weight) h = most;
     else h /= weight;
     return mesher__floored(field, h < field->cap ? h : field->cap);
+}
+
+/* The same, but where sizes grow all vertices of the region count. */
+static double mesher__size_at(const mesher__field *field, const double *x, delaunay_handle *home,
+                              int *found)
+{
+    const double h = mesher__field_at(field, x, home, found);
+    if (!(field->options->growth > 1)) return h;
+    return mesher__floored(
+        field, mesher__grown_size(&field->growth, x, field->color[*home], field->slope, h));
 }
 
 /* ---- >>divide ----------------------------------------------------------------------------- */
@@ -13077,19 +13279,40 @@ static int mesher__in_box(const mesher__refiner *r, const double *x)
            x[2] < hi[2];
 }
 
-/* Finds the tetrahedron that contains p->x, by a walk from t, and the size there. Returns 0 if the
- * walk does not get there; *met is then the facet in the way, if any. */
-static int mesher__settle(const mesher__refiner *r, mesher__proposal *p, delaunay_handle t,
-                          delaunay_handle *met)
+/* Bounds the size at p by what has grown from the corners of tetrahedron t. */
+static void mesher__bound_growth(const mesher__refiner *r, mesher__proposal *p, delaunay_handle t)
+{
+    const uint32_t *v = r->mesh->tets[t].v;
+    int i;
+    for (i = 0; i < 4; i++) {
+        const double size = r->domain->size[v[i]],
+                     h = size + r->field.slope * mesher__distance(p->x, r->mesh->vertices[v[i]].x);
+        if (size > 0 && h < p->h) p->h = h;
+    }
+}
+
+/* Finds the tetrahedron that contains p->x, by a walk from tetrahedron `from`, and the size there.
+ * Returns 0 if the walk does not get there; *met is then the facet in the way, if any. Where sizes
+ * grow and nothing else bounds them, those at the corners of tetrahedron `source`, which asks for
+ * p, take the place of all: few vertices are nearer. */
+static int mesher__settle(const mesher__refiner *r, mesher__proposal *p, delaunay_handle source,
+                          delaunay_handle from, delaunay_handle *met)
 {
     int found;
-    p->tet = mesher__see(r->mesh, p->x, t, met);
+    p->tet = mesher__see(r->mesh, p->x, from, met);
     if (!p->tet) return 0;
     *met = 0;
     if (!mesher__in_box(r, p->x)) return 0; /* so far away that rounding decides what is seen */
-    p->h = mesher__field_at(&r->field, p->x, &p->home, &found);
-    if (mesher__has_wishes(r->options)) /* without the function, which is called in batches */
+    if (mesher__has_wishes(r->options)) { /* without the function, which is called in batches */
+        p->h = mesher__size_at(&r->field, p->x, &p->home, &found);
         p->h = mesher__clamp_size(r->options, mesher__wish_at(r->options, p->x, p->region, p->h));
+        return 1;
+    }
+    p->h = mesher__field_at(&r->field, p->x, &p->home, &found);
+    if (r->options->growth > 1) {
+        mesher__bound_growth(r, p, source);
+        mesher__bound_growth(r, p, p->tet);
+    }
     return 1;
 }
 
@@ -13121,6 +13344,20 @@ static double mesher__reach(double growth, double rr)
 /* What a tetrahedron answers: no point; perhaps one later, as another is in the way; a point. */
 enum { MESHER__SMALL = 1, MESHER__CROWDED, MESHER__POINT };
 
+/* What sizes that grow allow at the circumcentre of tetrahedron t, whose distance from its corners
+ * is radius: other vertices are hardly nearer. */
+static double mesher__grown_to_centre(const mesher__refiner *r, delaunay_handle t, double radius)
+{
+    const uint32_t *v = r->mesh->tets[t].v;
+    const double *size = r->domain->size;
+    double h = size[v[0]];
+    int i;
+    for (i = 1; i < 4; i++)
+        if (size[v[i]] < h) h = size[v[i]];
+    h += r->field.slope * radius;
+    return h < r->field.cap ? h : r->field.cap;
+}
+
 /* Can the point p->x that tetrahedron t asks for stay where it is? Returns 1 if so; 0 if it is too
  * near to a corner; -1 if a walk from tetrahedron `from` does not get there: facet *met, if any, is
  * in the way. The search for its size starts at the given corner of t. */
@@ -13129,7 +13366,7 @@ static int mesher__suits(const mesher__refiner *r, mesher__proposal *p, delaunay
 {
     double h;
     p->home = r->home[r->mesh->tets[t].v[corner]];
-    if (!mesher__settle(r, p, from, met)) return -1;
+    if (!mesher__settle(r, p, t, from, met)) return -1;
     h = r->options->size_function ? 0 : p->h; /* the function may ask for much less */
     return mesher__is_clear(r, p, h, t) && mesher__is_clear(r, p, h, p->tet);
 }
@@ -13164,7 +13401,9 @@ static int mesher__propose(const mesher__refiner *r, delaunay_handle t, mesher__
     p->start = 0;
     p->state = 0;
     if (rr >= 0 && h && mesher__in_box(r, p->x) &&
-        mesher__is_crowded(&h->grid, p->x, sum / 4))
+        mesher__is_crowded(&h->grid, p->x, r->options->growth > 1
+                                               ? mesher__grown_to_centre(r, t, sqrt(rr))
+                                               : sum / 4))
         return MESHER__CROWDED;
     suits = rr >= 0 ? mesher__suits(r, p, t, t, least, &met) : -1;
     if (suits == 0 && most >= MESHER__UNEVEN * rest &&
@@ -13660,7 +13899,7 @@ static int mesher__place(const mesher__refiner *r, mesher__proposal *p, const do
     p->vertex = 0;
     p->start = 0;
     p->state = 0;
-    p->h = mesher__field_at(&r->field, x, &p->home, &found);
+    p->h = mesher__size_at(&r->field, x, &p->home, &found);
     return found && r->field.color[p->home] == region;
 }
 
@@ -13987,15 +14226,17 @@ static void mesher__put_starts(const mesher__refiner *r, mesher__batch_of_starts
 {
     const uint32_t *v = r->mesh->tets[t].v;
     const double *p[4];
-    double x[3], ratio;
+    double x[3], radius, there = h;
     int i;
     for (i = 0; i < 4; i++) p[i] = r->mesh->vertices[v[i]].x;
-    ratio = sqrt(mesher__circumcentre(p[0], p[1], p[2], p[3], x)) / h;
-    if (!(ratio > 1.5)) return;
-    mesher__put_start(r, b, t, x, h, mesher__start_key(ratio, 0));
+    radius = sqrt(mesher__circumcentre(p[0], p[1], p[2], p[3], x));
+    if (r->options->growth > 1 && !mesher__has_wishes(r->options))
+        there = mesher__grown_to_centre(r, t, radius);
+    if (!(radius > 1.5 * there)) return;
+    mesher__put_start(r, b, t, x, there, mesher__start_key(radius / there, 0));
     if (mesher__least_height(p) < 2 * h) return;
     for (i = 0; i < 3; i++) x[i] = (p[0][i] + p[1][i] + p[2][i] + p[3][i]) / 4;
-    mesher__put_start(r, b, t, x, h, mesher__start_key(ratio, 1));
+    mesher__put_start(r, b, t, x, h, mesher__start_key(radius / h, 1));
 }
 
 /* Finds the starts in the tetrahedra from first to end - 1, a batch or fewer. */
@@ -14069,7 +14310,7 @@ static int mesher__start_at(mesher__refiner *r, const double *x, int where, dela
     *t = home = delaunay_locate(r->mesh, x, *t);
     if (!home || !mesher__is_inside(r->mesh, home)) return 1;
     memcpy(s.x, x, sizeof s.x);
-    s.h = around = mesher__field_at(&r->field, x, &home, &found);
+    s.h = around = mesher__size_at(&r->field, x, &home, &found);
     r->ignored += mesher__wishes(r->options, 1, x, r->mesh->color + *t, &s.h);
     s.h = mesher__floored(&r->field, s.h);
     s.tet = *t;
@@ -15946,7 +16187,7 @@ static int mesher__set_background(mesher__refiner *r)
     delaunay_handle t;
     uint32_t v;
     field->options = r->options;
-    field->slope = mesher__slope(r->options);
+    field->slope = r->options->growth > 1 ? r->options->growth - 1 : mesher__slope(r->options);
     field->least = mesher__size_floor(mesh);
     field->cap = mesher__size_cap(r->options);
     field->tets = (delaunay_tet *)delaunay_alloc(r->memory, mesh->num_tets, sizeof *field->tets);
@@ -16006,6 +16247,11 @@ static mesher_result mesher__refiner_init(mesher__refiner *r, mesher_domain *dom
     hilbert_box_cube(&r->box);
     for (i = 0; i < 3; i++) r->grid.origin[i] = r->box.lo[i] - 2 * (r->box.hi[i] - r->box.lo[i]);
     if (!mesher__set_background(r)) return mesher__no_memory(r);
+    if (r->options->growth > 1) {
+        mesher_result result = mesher__growth_init(&r->field.growth, domain, r->memory, &r->box);
+        if (result != MESHER_OK)
+            return result == MESHER_ERROR_OUT_OF_MEMORY ? mesher__no_memory(r) : result;
+    }
     if (!mesher__room(r->memory, &r->home, &r->cap_home, 0, mesh->num_vertices, sizeof *r->home))
         return mesher__no_memory(r);
     memset(r->home, 0, mesh->num_vertices * sizeof *r->home);
@@ -16049,6 +16295,7 @@ static void mesher__refiner_free(mesher__refiner *r)
     delaunay_release(r->memory, r->field.tets);
     delaunay_release(r->memory, r->field.color);
     delaunay_release(r->memory, r->field.vertices);
+    mesher__growth_free(r->memory, &r->field.growth);
     delaunay_release(r->memory, r->home);
     delaunay_release(r->memory, r->points);
     delaunay_release(r->memory, r->order);

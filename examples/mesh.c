@@ -49,7 +49,7 @@ static const char help_usage[] =
     "                       bounds of all sizes\n"
     "  --gradation R        largest ratio of the sizes at two ends of an edge; default 2, and 1.4\n"
     "                       around balls, boxes and segments\n"
-    "  --growth R           sizes grow by this ratio (> 1 to 1.5) from edge to edge, away from the\n"
+    "  --growth R           sizes grow by this ratio (> 1 to 1.7) from edge to edge, away from the\n"
     "                       surface\n"
     "  --coarse             few, well-shaped tetrahedra: the same as --growth 1.3\n"
     "  --region-size N=H    H in region N (1 .. 65535); this and the next three may be repeated, the\n"
@@ -379,7 +379,7 @@ static const tool_need needs[] = {
     {"--min-size", "a number above 0"},
     {"--max-size", "a number above 0"},
     {"--gradation", "a number from 1 to 100"},
-    {"--growth", "a number from 1.0001 to 100 (more than 1.5 is 1.5)"},
+    {"--growth", "a number from 1.0001 to 100 (more than 1.7 is 1.7)"},
     {"--region-size", "N=H, a number from 1 to 65535 and a size above 0"},
     {"--ball", "X,Y,Z,R,H, with a size H above 0"},
     {"--box", "X,Y,Z,X,Y,Z,H, with a size H above 0"},

@@ -2210,7 +2210,7 @@ static void every_edge_counts_once(void)
 }
 
 /* Sizes far larger than the triangles under them do not leave a ball one point in its middle: they
- * are at most twice the default's there, and grow inwards by no more than 1.5. */
+ * are at most twice the default's there, and grow inwards by no more than 1.7. */
 static void sizes_do_not_leave_the_surface_behind(void)
 {
     static double xyz[3 * 2000], huge[2000];
@@ -2233,14 +2233,107 @@ static void sizes_do_not_leave_the_surface_behind(void)
         surface.num_triangles = nt;
         if (way < 2) o.size_factor = way ? 5 : 2;
         else if (way == 2) o.vertex_sizes = huge;
-        else o.growth = way == 3 ? 1.5 : 3;
+        else o.growth = way == 3 ? 1.7 : 3;
         CHECK(mesher_mesh(&d, &surface, &o, &r) == MESHER_OK);
-        CHECK(r.refined_vertices >= 100);
+        CHECK(r.refined_vertices > 50);
         hash[way] = mesh_hash(&d);
         mesher_domain_free(&d);
     }
     CHECK(hash[1] == hash[0] && hash[2] == hash[0] && hash[3] != hash[0] && hash[4] == hash[3]);
 }
+
+/* The least of what the surface's vertices allow at x with growth 1.3. */
+static double grown(const mesher_domain *d, const double *x)
+{
+    double least = HUGE_VAL;
+    uint32_t v;
+    int k;
+    for (v = 1; v < d->mesh.num_vertices; v++) {
+        double sum = 0, h;
+        if (d->mesh.vertex_id[v] == DELAUNAY_NO_ID) continue;
+        for (k = 0; k < 3; k++)
+            sum += (x[k] - d->mesh.vertices[v].x[k]) * (x[k] - d->mesh.vertices[v].x[k]);
+        h = d->size[v] + 0.3 * sqrt(sum);
+        if (h < least) least = h;
+    }
+    return least;
+}
+
+/* On a fine surface, too, whose empty mesh has tetrahedra with far apart corners, the sizes of all
+ * points are those that grow from the vertices around them; so there are many points. */
+static void sizes_grow_from_fine_surfaces(void)
+{
+    static double xyz[3 * 5000];
+    static uint32_t triangles[3 * 9000];
+    mesher_domain d;
+    mesher_surface surface;
+    mesher_options o;
+    mesher_report r;
+    uint32_t nv, nt = ball_of(5, xyz, triangles, &nv), v, wrong = 0;
+    memset(&surface, 0, sizeof surface);
+    memset(&o, 0, sizeof o);
+    memset(&r, 0, sizeof r);
+    surface.xyz = xyz;
+    surface.num_vertices = nv;
+    surface.triangles = triangles;
+    surface.num_triangles = nt;
+    o.growth = 1.3;
+    o.size = 0.2; /* in the middle a lattice */
+    CHECK(nv <= 5000 && nt <= 9000);
+    CHECK(mesher_mesh(&d, &surface, &o, &r) == MESHER_OK);
+    CHECK(r.refined_vertices > nv / 3);
+    for (v = 1; v < d.mesh.num_vertices; v++) {
+        double h;
+        if (d.mesh.vertex_id[v] != DELAUNAY_NO_ID) continue;
+        h = grown(&d, d.mesh.vertices[v].x);
+        if (h > o.size) h = o.size;
+        wrong += d.size[v] < 0.95 * h || d.size[v] > 1.2 * h;
+    }
+    CHECK(wrong == 0);
+    if (wrong) printf("%u sizes\n", wrong);
+    mesher_domain_free(&d);
+}
+
+#if !defined(LINKED)
+/* The tree of sizes that grow answers as a loop over all vertices of the region does. */
+static void the_tree_of_sizes_finds_the_least(void)
+{
+    mesher_domain d;
+    mesher__growth g;
+    hilbert_box cube;
+    uint32_t v, t;
+    int k, i, at_border = 0;
+    CHECK(box(&d, 6, 5, 4, 1, 2, NULL));
+    for (k = 0; k < 3; k++) {
+        cube.lo[k] = -1;
+        cube.hi[k] = 9;
+    }
+    CHECK(mesher_size(&d, NULL) == MESHER_OK);
+    for (v = 1; v < d.mesh.num_vertices; v++)
+        d.size[v] = v % 7 == 0 ? 0 : 0.1 + 2 * random_unit();
+    CHECK(mesher__growth_init(&g, &d, &d.mesh.memory, &cube) == MESHER_OK);
+    for (k = 0; k < 300; k++) {
+        double x[3], least = HUGE_VAL, found;
+        const uint32_t region = 1 + (uint32_t)(k & 1);
+        for (i = 0; i < 3; i++) x[i] = 7 * random_unit() - 0.5;
+        for (t = 1; t < d.mesh.num_tets; t++)
+            for (i = 0; i < 4 && d.mesh.color[t] == region; i++) {
+                const double *y = d.mesh.vertices[d.mesh.tets[t].v[i]].x;
+                const double size = d.size[d.mesh.tets[t].v[i]];
+                const double h = size + 0.4 * mesher__distance(x, y);
+                if (size > 0 && h < least) least = h;
+            }
+        found = mesher__grown_size(&g, x, region, 0.4, 1e300);
+        CHECK(found >= least && found <= 1.11 * least);
+        CHECK(mesher__grown_size(&g, x, region, 0.4, 0.05) == 0.05);
+        at_border += mesher__grown_size(&g, x, 3 - region, 0.4, 1e300) > 1.11 * least;
+    }
+    CHECK(at_border > 50); /* the regions have different answers */
+    CHECK(mesher__grown_size(&g, d.mesh.vertices[1].x, 77, 0.4, 5) == 5);
+    mesher__growth_free(&d.mesh.memory, &g);
+    mesher_domain_free(&d);
+}
+#endif
 
 int main(void)
 {
@@ -2303,5 +2396,9 @@ int main(void)
     a_bound_does_not_refine_what_is_below_it();
     every_edge_counts_once();
     sizes_do_not_leave_the_surface_behind();
+    sizes_grow_from_fine_surfaces();
+#if !defined(LINKED)
+    the_tree_of_sizes_finds_the_least();
+#endif
     return check_report();
 }
