@@ -2335,6 +2335,100 @@ static void the_tree_of_sizes_finds_the_least(void)
 }
 #endif
 
+/* How many tetrahedra are flat: their least height is below a fifth of their longest edge. */
+static uint32_t flat_ones(const delaunay_mesh *m)
+{
+    delaunay_handle t;
+    uint32_t n = 0;
+    for (t = 1; t < m->num_tets; t++) {
+        const double *x[4];
+        double area = 0, longest = 0, volume = 0;
+        int i, j;
+        if (delaunay_is_ghost(m, t) || m->color[t] != 1) continue;
+        for (i = 0; i < 4; i++) x[i] = m->vertices[m->tets[t].v[i]].x;
+        for (i = 0; i < 4; i++) {
+            double e[3][3], c[3], l = 0;
+            for (j = 0; j < 9; j++)
+                e[j / 3][j % 3] = x[(i + 1 + j / 3) & 3][j % 3] - x[i][j % 3];
+            for (j = 0; j < 3; j++) {
+                c[j] = e[0][(j + 1) % 3] * e[1][(j + 2) % 3] -
+                       e[0][(j + 2) % 3] * e[1][(j + 1) % 3];
+                l += e[0][j] * e[0][j];
+            }
+            volume = fabs(c[0] * e[2][0] + c[1] * e[2][1] + c[2] * e[2][2]);
+            if (l > longest) longest = l;
+            l = c[0] * c[0] + c[1] * c[1] + c[2] * c[2];
+            if (l > area) area = l;
+        }
+        n += volume < 0.2 * sqrt(longest * area);
+    }
+    return n;
+}
+
+/* A rod of radius 0.7; its edges are 0.7 and 0.92 long. */
+static void hexagonal_rod(mesher_surface *surface, double *xyz, uint32_t *triangles, uint32_t rings)
+{
+    uint32_t k, i, n = 0;
+    for (k = 0; k < rings; k++)
+        for (i = 0; i < 6; i++) {
+            const double angle = (i + 0.5 * (k & 1)) * 1.0471975511965976;
+            double *x = xyz + 3 * (6 * k + i);
+            const uint32_t a = 6 * k + i, b = 6 * k + (i + 1) % 6, up = a + 6, next = b + 6;
+            x[0] = 0.7 * cos(angle);
+            x[1] = 0.7 * sin(angle);
+            x[2] = 0.85 * k;
+            if (k + 1 == rings) continue;
+            triangles[n++] = a;
+            triangles[n++] = b;
+            triangles[n++] = k & 1 ? next : up;
+            triangles[n++] = k & 1 ? a : b;
+            triangles[n++] = next;
+            triangles[n++] = up;
+        }
+    for (i = 0; i < 2; i++) {
+        double *x = xyz + 3 * (6 * rings + i);
+        x[0] = x[1] = 0;
+        x[2] = i ? 0.85 * (rings - 1) : 0;
+        for (k = 0; k < 6; k++) {
+            const uint32_t first = i ? 6 * (rings - 1) : 0;
+            triangles[n++] = 6 * rings + i;
+            triangles[n++] = first + (i ? k : (k + 1) % 6);
+            triangles[n++] = first + (i ? (k + 1) % 6 : k);
+        }
+    }
+    memset(surface, 0, sizeof *surface);
+    surface->xyz = xyz;
+    surface->num_vertices = 6 * rings + 2;
+    surface->triangles = triangles;
+    surface->num_triangles = n / 3;
+}
+
+/* The axis of a rod gets points, although they are nearer to the surface than its size asks for:
+ * without them a sixth of the tetrahedra is flat. */
+static void thin_places_get_points(void)
+{
+    static double xyz[3 * 300];
+    static uint32_t triangles[3 * 600];
+    uint64_t hash[2];
+    int k;
+    for (k = 0; k < 2; k++) {
+        mesher_domain d;
+        mesher_surface surface;
+        mesher_options o;
+        mesher_report r;
+        hexagonal_rod(&surface, xyz, triangles, 40);
+        memset(&o, 0, sizeof o);
+        memset(&r, 0, sizeof r);
+        o.host.num_threads = 1 + 2 * k;
+        CHECK(mesher_mesh(&d, &surface, &o, &r) == MESHER_OK);
+        CHECK(r.refined_vertices > 30);
+        CHECK(flat_ones(&d.mesh) == 0);
+        hash[k] = mesh_hash(&d);
+        mesher_domain_free(&d);
+    }
+    CHECK(hash[0] == hash[1]);
+}
+
 int main(void)
 {
 #if defined(MESHER__SIMD)
@@ -2397,6 +2491,7 @@ int main(void)
     every_edge_counts_once();
     sizes_do_not_leave_the_surface_behind();
     sizes_grow_from_fine_surfaces();
+    thin_places_get_points();
 #if !defined(LINKED)
     the_tree_of_sizes_finds_the_least();
 #endif
