@@ -263,7 +263,8 @@ typedef struct mesher_options {
      * are defects */
     int    drop_outside;
     /* no size is larger; 0: the surface alone decides, and sizes inside are 1.3 times the length of
-     * the surface's edges around them */
+     * the surface's edges around them. (Where that would leave one layer of flat tetrahedra between
+     * two sides of the surface, sizes are 0.7 times as large, unless layers are asked for.) */
     double size;
     /* factor of all sizes but min_size, max_size, and those of layers and curvature; 0: 1. Sizes at
      * the surface's vertices are at most twice the default's, whatever is asked for, or its

@@ -1422,6 +1422,18 @@ static uint32_t ball_of(int times, double *xyz, uint32_t *triangles, uint32_t *n
     return n;
 }
 
+static mesher_surface ball_surface(const double *xyz, uint32_t num_vertices,
+                                   const uint32_t *triangles, uint32_t num_triangles)
+{
+    mesher_surface surface;
+    memset(&surface, 0, sizeof surface);
+    surface.xyz = xyz;
+    surface.num_vertices = num_vertices;
+    surface.triangles = triangles;
+    surface.num_triangles = num_triangles;
+    return surface;
+}
+
 /* From the surface on, by the everyday function. */
 /* Far from the origin, where edges have a hundred thousand units in the last place, and beside a
  * body that is ten million times larger, a ball is meshed as well as at the origin. */
@@ -1472,13 +1484,9 @@ static void a_ball_end_to_end(void)
         mesher_options o;
         mesher_report r;
         uint32_t nv, nt = ball_of(4, xyz, triangles, &nv);
-        memset(&surface, 0, sizeof surface);
+        surface = ball_surface(xyz, nv, triangles, nt);
         memset(&o, 0, sizeof o);
         memset(&r, 0, sizeof r);
-        surface.xyz = xyz;
-        surface.num_vertices = nv;
-        surface.triangles = triangles;
-        surface.num_triangles = nt;
         o.host.num_threads = threads;
         CHECK(nv == 1026 && nt == 2048);
         CHECK(mesher_mesh(&d, &surface, &o, &r) == MESHER_OK);
@@ -2224,13 +2232,9 @@ static void sizes_do_not_leave_the_surface_behind(void)
         mesher_options o;
         mesher_report r;
         uint32_t nv, nt = ball_of(4, xyz, triangles, &nv);
-        memset(&surface, 0, sizeof surface);
+        surface = ball_surface(xyz, nv, triangles, nt);
         memset(&o, 0, sizeof o);
         memset(&r, 0, sizeof r);
-        surface.xyz = xyz;
-        surface.num_vertices = nv;
-        surface.triangles = triangles;
-        surface.num_triangles = nt;
         if (way < 2) o.size_factor = way ? 5 : 2;
         else if (way == 2) o.vertex_sizes = huge;
         else o.growth = way == 3 ? 1.7 : 3;
@@ -2270,13 +2274,9 @@ static void sizes_grow_from_fine_surfaces(void)
     mesher_options o;
     mesher_report r;
     uint32_t nv, nt = ball_of(5, xyz, triangles, &nv), v, wrong = 0;
-    memset(&surface, 0, sizeof surface);
+    surface = ball_surface(xyz, nv, triangles, nt);
     memset(&o, 0, sizeof o);
     memset(&r, 0, sizeof r);
-    surface.xyz = xyz;
-    surface.num_vertices = nv;
-    surface.triangles = triangles;
-    surface.num_triangles = nt;
     o.growth = 1.3;
     o.size = 0.2; /* in the middle a lattice */
     CHECK(nv <= 5000 && nt <= 9000);
