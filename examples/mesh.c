@@ -1257,11 +1257,42 @@ static int try_cure(const job *j, weld_cure *c, cure_search *search)
     return result == MESHER_OK ? 1 : result == MESHER_ERROR_SURFACE ? 0 : -1;
 }
 
+static const double *surface_corner(const mesher_surface *s, uint32_t triangle, int i)
+{
+    return s->xyz + 3 * (size_t)s->triangles[3 * (size_t)triangle + (size_t)i];
+}
+
+/* The distance that joins two corners of each pair of triangles that are in each other's way; 0 if
+ * there is no such pair. */
+static double closest_corners(const job *j)
+{
+    const mesher_surface *s = &j->surface;
+    double most = 0;
+    size_t i;
+    int a, b;
+    for (i = 0; i < j->report.num_findings; i++) {
+        const mesher_finding *f = &j->report.findings[i];
+        double least = HUGE_VAL;
+        if (!mesher_is_defect(f->kind) || f->triangles[0] >= s->num_triangles ||
+            f->triangles[1] >= s->num_triangles)
+            continue;
+        for (a = 0; a < 3; a++)
+            for (b = 0; b < 3; b++) {
+                const double *p = surface_corner(s, f->triangles[0], a);
+                const double *q = surface_corner(s, f->triangles[1], b);
+                const double d = hypot(hypot(p[0] - q[0], p[1] - q[1]), p[2] - q[2]);
+                if (d > 0) least = fmin(least, d);
+            }
+        most = fmax(most, least);
+    }
+    return most;
+}
+
 /* Looks for a distance with which --weld leaves no defect, first about the one that joins all
  * nearly equal vertices: where triangles are as small as that, some distances turn them over. Where
- * the surface is closed, and so no nearly equal vertices are noted, it looks no further than that,
- * and first for those that rounding may have made. It takes a few times as long as the check did,
- * but not longer than some seconds. */
+ * the surface is closed, and so no nearly equal vertices are noted, it looks first for those that
+ * rounding may have made. The last is the one that joins corners of the triangles found, if it is
+ * small. It takes a few times as long as the check did, but not longer than some seconds. */
 static void find_cure(job *j)
 {
     static const double if_open[] = {1, 2, 4, 0.5, 0.25, 8, 16, 32, 64, 128},
@@ -1269,7 +1300,7 @@ static void find_cure(job *j)
     const int is_open = j->report.counts[MESHER_NOTE_NEAR_VERTEX] > 0 ||
                         j->report.counts[MESHER_NOTE_OPEN_EDGE] > 0;
     const int tries = is_open ? (int)(sizeof if_open / sizeof if_open[0]) : 4;
-    const double some = nearly(j), start = tool_seconds();
+    const double some = nearly(j), most = 1000 * some, start = tool_seconds();
     cure_search search;
     int k, cured = 0;
     if (j->set.weld > 0 || j->set.refine_mesh || j->surface.xyz != j->in.xyz || !(some > 0))
@@ -1278,8 +1309,10 @@ static void find_cure(job *j)
     if (j->set.max_seconds > 0) search.end = fmin(search.end, j->start + j->set.max_seconds);
     search.xyz = (double *)malloc(3 * j->in.num_vertices * sizeof *search.xyz);
     if (!search.xyz) return;
-    for (k = 0; k < tries && cured == 0; k++) {
-        j->cure.distance = rounded_up((is_open ? if_open[k] : if_closed[k]) * some);
+    for (k = 0; k <= tries && cured == 0; k++) {
+        double d = k == tries ? closest_corners(j) : (is_open ? if_open[k] : if_closed[k]) * some;
+        if (!(d > 0 && d <= most)) continue;
+        j->cure.distance = rounded_up(d);
         cured = try_cure(j, &j->cure, &search);
     }
     free(search.xyz);
