@@ -49,8 +49,8 @@
  *   only mesher_weld merges vertices that rounding has separated. Curved surfaces and elements,
  *   anisotropic sizes, coarsening. The input triangles are kept, so where small sizes are asked for
  *   beside large triangles, the tetrahedra on these are flat: mesher_refine_surface divides such
- *   triangles first, within their planes. Refinement leaves tetrahedra of fair quality; spr.h
- *   improves them.
+ *   triangles first, within their planes. On needles too; mesher_flip_surface replaces those that
+ *   other diagonals can. Refinement leaves tetrahedra of fair quality; spr.h improves them.
  *
  * WORDS
  *   line      an edge that the caller asks for (mesher_surface.edges), beside those of triangles
@@ -143,6 +143,7 @@
 #  define mesher_mesh           mesher_mesh_index64
 #  define mesher_refine_mesh    mesher_refine_mesh_index64
 #  define mesher_refine_surface mesher_refine_surface_index64
+#  define mesher_flip_surface   mesher_flip_surface_index64
 #  define mesher_export         mesher_export_index64
 #  define mesher_output_free    mesher_output_free_index64
 #  define mesher_domain_free    mesher_domain_free_index64
@@ -515,6 +516,7 @@ typedef struct mesher_fine_surface {
     int32_t  *edge_tags;
     uint32_t *edge_source;      /* number of the caller's line that it is a part of, from 0 on */
     uint8_t  *left_out;         /* NULL if the caller's surface has none */
+    uint64_t  num_flips;        /* of diagonals, also of the new triangles */
     delaunay_memory memory;
 } mesher_fine_surface;
 
@@ -631,6 +633,20 @@ MESHER_API mesher_result mesher_refine_surface(mesher_fine_surface *fine,
                                                const mesher_surface *surface,
                                                const mesher_options *options,
                                                mesher_report *report);
+/* Flips diagonals as mesher_refine_surface does, and divides nothing: a surface of the same shape,
+ * vertices and number of triangles (but for those that have a corner twice), each of whose planes
+ * has a Delaunay triangulation within its borders, as long as no lines cross it. On fewer needles
+ * fewer tetrahedra are bad. Equal vertices are merged.
+ *
+ *   options   in    no size has an effect; of vertex_sizes fine has a copy
+ *   The other parameters, and what it returns, are as for mesher_refine_surface, but no budget
+ *   ends it.
+ * Cost      of a mesh without refinement
+ * Repeats   same bytes for any number of threads */
+MESHER_API mesher_result mesher_flip_surface(mesher_fine_surface *fine,
+                                             const mesher_surface *surface,
+                                             const mesher_options *options,
+                                             mesher_report *report);
 MESHER_API void mesher_fine_surface_free(mesher_fine_surface *fine);
 /* Copies the mesh into plain arrays, which do not depend on the domain. The domain's tetrahedra are
  * put in canonical order (delaunay_canonicalize).
@@ -12048,6 +12064,7 @@ typedef struct mesher__divider {
     size_t num_doubtful, cap_doubtful;
     double   largest, extent;      /* the largest coordinate; the largest extent along an axis */
     uint64_t flips_left;           /* a limit, as rounding could make flips cycle */
+    int      only_flips;           /* no edge counts as too long, and there are no sizes */
     int      no_memory;
     int      budget;               /* 0, or the MESHER__BUDGET_.. that ended the division */
 } mesher__divider;
@@ -12143,6 +12160,7 @@ static void mesher__list_if_long(mesher__divider *d, uint32_t side)
 {
     uint32_t p = d->corners[side], q = d->corners[mesher__side_turn(side, 1)];
     mesher__long_edge e;
+    if (d->only_flips) return;
     e.a = p < q ? p : q;
     e.b = p < q ? q : p;
     e.side = side;
@@ -12323,6 +12341,7 @@ static void mesher__flip_doubtful(mesher__divider *d)
         if (!mesher__is_to_flip(d, s)) continue;
         if (d->flips_left == 0) return;
         d->flips_left--;
+        d->out->num_flips++;
         mesher__flip_side(d, s);
     }
 }
@@ -12630,7 +12649,7 @@ static mesher_result mesher__divider_init(mesher__divider *d, mesher_domain *dom
     if (own) memcpy(out->vertex_sizes, own, d->num_vertices * sizeof *own);
     d->extent = mesher__extent(&domain->surface, lo, &d->largest);
     for (i = 0; i < d->num_vertices; i++) {
-        double h = domain->size[domain->mesh.vertex_of[i]];
+        double h = d->only_flips ? 0 : domain->size[domain->mesh.vertex_of[i]];
         d->wish[i] = h > 0 ? h : DBL_MAX; /* a vertex of no region, or a duplicate */
     }
     if (mesher__find_copies(d) != MESHER_OK) return MESHER_ERROR_OUT_OF_MEMORY;
@@ -16995,10 +17014,11 @@ static mesher_result mesher__mesh_size(mesher_domain *domain, mesher_report *rep
     return mesher__refine(domain, report);
 }
 
-MESHER_API mesher_result mesher_refine_surface(mesher_fine_surface *fine,
-                                               const mesher_surface *surface,
-                                               const mesher_options *options,
-                                               mesher_report *report)
+/* What mesher_refine_surface does, or only its flips. */
+static mesher_result mesher__change_surface(mesher_fine_surface *fine,
+                                            const mesher_surface *surface,
+                                            const mesher_options *options, int only_flips,
+                                            mesher_report *report)
 {
     mesher_domain domain;
     mesher__divider divider;
@@ -17009,15 +17029,18 @@ MESHER_API mesher_result mesher_refine_surface(mesher_fine_surface *fine,
     memset(fine, 0, sizeof *fine);
     memset(&divider, 0, sizeof divider);
     memset(&local, 0, sizeof local);
+    divider.only_flips = only_flips;
     if (!report) report = &local;
     start = delaunay_seconds(options ? &options->host : NULL);
     result = mesher_domain_init(&domain, surface, options, report);
     report->seconds_check = delaunay_seconds(options ? &options->host : NULL) - start;
     if (result != MESHER_OK) return result;
     result = mesher__mesh_surface(&domain, report);
-    if (result >= 0) result = mesher__find_sizes(&domain, 0, report);
-    if (result >= 0 && !mesher__has_numbers(&domain, "surface", report))
-        result = MESHER_ERROR_TOO_LARGE;
+    if (result >= 0 && !only_flips) {
+        result = mesher__find_sizes(&domain, 0, report);
+        if (result >= 0 && !mesher__has_numbers(&domain, "surface", report))
+            result = MESHER_ERROR_TOO_LARGE;
+    }
     if (result >= 0)
         result = (mesher_result)delaunay_memory_init(&fine->memory, &domain.options.host);
     if (result >= 0) {
@@ -17032,6 +17055,21 @@ MESHER_API mesher_result mesher_refine_surface(mesher_fine_surface *fine,
     if (result < 0) mesher_fine_surface_free(fine);
     mesher__message_failure(report, result);
     return result;
+}
+
+MESHER_API mesher_result mesher_refine_surface(mesher_fine_surface *fine,
+                                               const mesher_surface *surface,
+                                               const mesher_options *options,
+                                               mesher_report *report)
+{
+    return mesher__change_surface(fine, surface, options, 0, report);
+}
+
+MESHER_API mesher_result mesher_flip_surface(mesher_fine_surface *fine,
+                                             const mesher_surface *surface,
+                                             const mesher_options *options, mesher_report *report)
+{
+    return mesher__change_surface(fine, surface, options, 1, report);
 }
 
 /* The mesh's tetrahedron slots are divided into blocks, which threads share; slot 0 is in none. The

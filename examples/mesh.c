@@ -84,6 +84,8 @@ static const char help_options[] =
     "  --refine-surface     first halve edges of the surface that are much longer than the sizes\n"
     "                       ask for, within their planes: makes good tetrahedra possible under\n"
     "                       large triangles\n"
+    "  --flip-surface       first flip diagonals of the surface within its planes, as\n"
+    "                       --refine-surface does too: on fewer needles fewer tetrahedra are bad\n"
     "  --refine-mesh        INPUT is a tetrahedral mesh to be kept; add points where the sizes ask\n"
     "                       for them (default: the lengths of its own edges)\n"
     "  --regions R          which cells become regions. all: every bounded one (default); parity:\n"
@@ -100,7 +102,8 @@ static const char help_options[] =
     "  --allow-surface-steiner\n"
     "                       as a last resort, add points on the surface where it cannot be\n"
     "                       recovered; the mesh is then written without triangles and lines\n"
-    "\n"
+    "\n";
+static const char help_goals[] =
     "goals and budgets (exit 1 if one is not met; the mesh is valid all the same. With --max-memory\n"
     "exit 7, and no mesh, if the surface alone needs more)\n"
     "  --target Q           gamma of the worst tetrahedron; default: improve what is below 0.35 as\n"
@@ -140,8 +143,8 @@ typedef struct settings {
     mesher_options mesher;
     spr_options spr;
     double max_seconds, weld;
-    int order, demo, check, split_edges, refine_mesh, refine_surface, no_improve, no_lines,
-        regions_given, ascii, binary, verbose, quiet, progress;
+    int order, demo, check, split_edges, refine_mesh, refine_surface, flip_surface, no_improve,
+        no_lines, regions_given, ascii, binary, verbose, quiet, progress;
 } settings;
 
 static int parse_regions(const char *name, mesher_regions *regions)
@@ -227,6 +230,7 @@ static int parse_flag(const char *a, settings *s)
     else if (strcmp(a, "--drop-outside") == 0) s->mesher.drop_outside = 1;
     else if (strcmp(a, "--refine-mesh") == 0) s->refine_mesh = 1;
     else if (strcmp(a, "--refine-surface") == 0) s->refine_surface = 1;
+    else if (strcmp(a, "--flip-surface") == 0) s->flip_surface = 1;
     else if (strcmp(a, "--coarse") == 0) s->mesher.growth = 1.3;
     else if (strcmp(a, "--allow-surface-steiner") == 0) s->mesher.allow_surface_steiner = 1;
     else if (strcmp(a, "--ascii") == 0) s->ascii = 1;
@@ -323,14 +327,23 @@ static int files_are_apart(const settings *s, int is_ele)
            tool_spares("mesh", "--save-sizes", sizes, s->size_mesh);
 }
 
+/* Is the surface to be replaced by another one of the same shape? */
+static int changes_surface(const settings *s)
+{
+    return s->refine_surface || s->flip_surface;
+}
+
 /* Whether the settings go together; if not, says which ones do not. */
 static int settings_fit(const settings *s)
 {
     const meshio_format format = s->output ? output_format(s) : MESHIO_FORMAT_AUTO;
     const int is_ele = format == MESHIO_FORMAT_ELE;
-    if (s->refine_mesh && (s->refine_surface || s->weld > 0 || s->split_edges)) {
+    if (s->refine_mesh && (changes_surface(s) || s->weld > 0 || s->split_edges)) {
         fprintf(stderr, "mesh: %s and --refine-mesh; try --help\n",
-                s->weld > 0 ? "--weld" : s->split_edges ? "--split-edges" : "--refine-surface");
+                s->weld > 0         ? "--weld"
+                : s->split_edges    ? "--split-edges"
+                : s->refine_surface ? "--refine-surface"
+                                    : "--flip-surface");
         return 0;
     }
     if (s->refine_mesh && (s->regions_given || s->mesher.allow_surface_steiner)) {
@@ -411,6 +424,7 @@ static int parse(int argc, char **argv, settings *s)
         if (strcmp(a, "--help") == 0 || strcmp(a, "-h") == 0) {
             fputs(help_usage, stdout);
             fputs(help_options, stdout);
+            fputs(help_goals, stdout);
             return 1;
         }
         if (strcmp(a, "--version") == 0) {
@@ -1882,13 +1896,14 @@ static void restore_notes(job *j)
     j->notes.findings = NULL;
 }
 
-/* Replaces the surface by a finer one, for --refine-surface. */
-static int refine_surface(job *j)
+/* Replaces the surface by a finer one, for --refine-surface, or by one with other diagonals. */
+static int change_surface(job *j)
 {
     double start = tool_seconds();
     mesher_result result;
     j->set.mesher.max_seconds = seconds_left(j) / 4; /* meshing the inside takes longer */
-    result = mesher_refine_surface(&j->fine, &j->surface, &j->set.mesher, &j->report);
+    result = (j->set.refine_surface ? mesher_refine_surface : mesher_flip_surface)(
+        &j->fine, &j->surface, &j->set.mesher, &j->report);
     if (result < 0) return fail(j, result);
     if (result > 0) {
         clear_progress(j);
@@ -2020,7 +2035,7 @@ static int mesh_surface(job *j)
     }
     take_seconds(j);
     if (result < 0) return fail(j, result);
-    if (j->set.refine_surface) restore_notes(j);
+    if (changes_surface(&j->set)) restore_notes(j);
     note_region_sizes(j);
     if (result > 0) {
         clear_progress(j);
@@ -2347,7 +2362,7 @@ static void print_phases(const job *j)
     double all = total_seconds(j, 1), work = total_seconds(j, 0);
     int k;
     for (k = 0; k < NUM_PHASES; k++)
-        if (k != PHASE_SURFACE || j->set.refine_surface)
+        if (k != PHASE_SURFACE || changes_surface(&j->set))
             printf("%-11s %9.3f s %5.1f %%\n", phase_names[k], j->seconds[k],
                    all > 0 ? 100 * j->seconds[k] / all : 0);
     printf("total       %9.3f s, %d threads, %.0f tetrahedra/s without reading and writing\n", all,
@@ -2436,14 +2451,15 @@ static void print_sizes(const job *j)
                (unsigned long long)r->size_ignored);
 }
 
-/* Prints what --refine-surface made of the triangles, or a note if the mesh would gain by it, or if
- * sizes were given in vain. */
+/* Prints what --refine-surface or --flip-surface made of the triangles, or a note if the mesh would
+ * gain by the former, or if sizes were given in vain. */
 static void print_division(const job *j)
 {
-    if (j->set.refine_surface)
-        printf("surface     %llu vertices, %llu triangles, divided\n",
+    if (changes_surface(&j->set))
+        printf("surface     %llu vertices, %llu triangles, %s%llu flips\n",
                (unsigned long long)j->surface.num_vertices,
-               (unsigned long long)j->surface.num_triangles);
+               (unsigned long long)j->surface.num_triangles,
+               j->set.refine_surface ? "divided, " : "", (unsigned long long)j->fine.num_flips);
     if (j->num_large > 0)
         printf("note        %llu triangles have edges more than three times as long as is asked\n"
                "            for; tetrahedra under them are flat. --refine-surface divides them\n",
@@ -2671,7 +2687,7 @@ static int run(job *j)
         snprintf(j->message, sizeof j->message, "the file of --save-sizes cannot be created");
         return TOOL_CANNOT_WRITE;
     }
-    if (j->set.refine_surface) code = refine_surface(j);
+    if (changes_surface(&j->set)) code = change_surface(j);
     if (code == TOOL_OK) code = mesh_surface(j);
     if (code != TOOL_OK) return code;
     if (mesher_export(&j->domain, &j->out) != MESHER_OK) {

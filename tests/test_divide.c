@@ -628,6 +628,125 @@ static void test_flat_bodies(void)
     }
 }
 
+/* The angle at the corner of triangle t opposite its edge ab, in degrees; -1 if it has no such
+ * edge in this direction. */
+static double angle_opposite(const mesher_surface *s, size_t t, uint32_t a, uint32_t b)
+{
+    const uint32_t *v = s->triangles + 3 * t;
+    int k, c;
+    for (k = 0; k < 3; k++) {
+        const double *p = corner(s, t, k), *q = corner(s, t, k + 1), *r = corner(s, t, k + 2);
+        double dot = 0;
+        if (v[k] != a || v[(k + 1) % 3] != b) continue;
+        for (c = 0; c < 3; c++) dot += (p[c] - r[c]) * (q[c] - r[c]);
+        return atan2(2 * area_of(s, t), dot) * 57.29577951308232;
+    }
+    return -1;
+}
+
+/* The largest sum of the angles opposite an edge of two triangles with the same tag. */
+static double largest_sum(const mesher_surface *s)
+{
+    double most = 0;
+    size_t t, u;
+    int k;
+    for (t = 0; t < s->num_triangles; t++)
+        for (u = 0; u < s->num_triangles; u++)
+            for (k = 0; k < 3 && s->triangle_tags[t] == s->triangle_tags[u]; k++) {
+                uint32_t a = s->triangles[3 * t + (size_t)k];
+                uint32_t b = s->triangles[3 * t + (size_t)(k + 1) % 3];
+                double other = angle_opposite(s, u, b, a);
+                if (other >= 0) most = fmax(most, angle_opposite(s, t, a, b) + other);
+            }
+    return most;
+}
+
+enum { RIM = 40 }; /* vertices of the bottom and of the top of a prism */
+
+/* A prism over a flattened circle, bottom and top fanned from one vertex. Tags: 1 and 2 the two
+ * halves of the bottom, 3 the top, 4 and more a side each. */
+static void make_prism(double *xyz, uint32_t *triangles, int32_t *tags)
+{
+    uint32_t i, n = 0;
+    for (i = 0; i < 2 * RIM; i++) {
+        xyz[3 * i] = cos(6.2831853 * (i % RIM) / RIM);
+        xyz[3 * i + 1] = 0.3 * sin(6.2831853 * (i % RIM) / RIM);
+        xyz[3 * i + 2] = i < RIM ? 0 : 0.3;
+    }
+    for (i = 1; i + 1 < RIM; i++, n += 2) {
+        uint32_t fans[6] = {0, 0, 0, RIM, 0, 0};
+        fans[1] = i + 1, fans[2] = i, fans[4] = RIM + i, fans[5] = RIM + i + 1;
+        memcpy(triangles + 3 * n, fans, sizeof fans);
+        tags[n] = 1 + (i >= RIM / 2);
+        tags[n + 1] = 3;
+    }
+    for (i = 0; i < RIM; i++, n += 2) {
+        uint32_t j = (i + 1) % RIM, side[6];
+        side[0] = side[3] = i, side[1] = j, side[2] = side[4] = RIM + j, side[5] = RIM + i;
+        memcpy(triangles + 3 * n, side, sizeof side);
+        tags[n] = tags[n + 1] = 4 + (int32_t)i;
+    }
+}
+
+/* Flips alone: fans become Delaunay; vertices, borders of tags and a line across the top stay. */
+static void test_flips(void)
+{
+    enum { TRIANGLES = 4 * RIM - 4 };
+    double xyz[6 * RIM], volume;
+    uint32_t triangles[3 * TRIANGLES], line[2] = {RIM, RIM + 14}, i;
+    int32_t tags[TRIANGLES];
+    int turned;
+    for (turned = 0; turned < 3; turned++) {
+        mesher_fine_surface fine, again;
+        mesher_surface given;
+        mesher_options o = sized(0.01); /* has no effect */
+        measures before, after;
+        size_t k, num[3] = {0, 0, 0}, has_line = 0;
+        make_prism(xyz, triangles, tags);
+        for (i = 0; i < 2 * RIM && turned; i++) { /* rounding bends the planes */
+            double *p = xyz + 3 * i, x = p[0], y = p[1], z = p[2];
+            p[0] = 0.6 * x - 0.8 * y + turned;
+            p[1] = 0.28 * (0.8 * x + 0.6 * y) - 0.96 * z;
+            p[2] = 0.96 * (0.8 * x + 0.6 * y) + 0.28 * z;
+        }
+        memset(&given, 0, sizeof given);
+        given.xyz = xyz;
+        given.num_vertices = 2 * RIM;
+        given.triangles = triangles;
+        given.triangle_tags = tags;
+        given.num_triangles = TRIANGLES;
+        given.edges = turned == 2 ? line : NULL;
+        given.num_edges = turned == 2;
+        before = measure(&given);
+        CHECK(largest_sum(&given) > 185);
+        CHECK(mesher_flip_surface(&fine, &given, &o, NULL) == MESHER_OK);
+        after = measure(&fine.surface);
+        CHECK(fine.num_flips > 60 && fine.surface.num_vertices == 2 * RIM);
+        CHECK(memcmp(fine.xyz, xyz, sizeof xyz) == 0 && fine.vertex_sizes == NULL);
+        CHECK(fine.surface.num_triangles == TRIANGLES && is_closed(&fine.surface));
+        CHECK(fabs(after.area - before.area) < 1e-12 && fabs(after.volume - before.volume) < 1e-12);
+        CHECK(after.least_angle > before.least_angle);
+        if (turned < 2) CHECK(largest_sum(&fine.surface) < 180 + 1e-6);
+        for (k = 0; k < TRIANGLES; k++) {
+            if (fine.triangle_tags[k] <= 3) num[fine.triangle_tags[k] - 1]++;
+            CHECK(fine.triangle_tags[k] == tags[fine.triangle_source[k]]);
+            has_line += angle_opposite(&fine.surface, k, line[0], line[1]) >= 0;
+        }
+        CHECK(num[0] == RIM / 2 - 1 && num[1] == RIM / 2 - 1 && num[2] == RIM - 2);
+        CHECK(has_line == (turned == 2) && fine.surface.num_edges == (turned == 2));
+        CHECK(meshed(&fine.surface, 0, &volume) == 1 && fabs(volume - before.volume) < 1e-12);
+        CHECK(mesher_flip_surface(&again, &fine.surface, NULL, NULL) == MESHER_OK);
+        CHECK(again.num_flips == 0); /* nothing is left to flip */
+        CHECK(memcmp(again.triangles, fine.triangles, sizeof triangles) == 0);
+        mesher_fine_surface_free(&again);
+        mesher_fine_surface_free(&fine);
+        given.num_triangles--; /* open: refused, with the caller's numbers */
+        CHECK(mesher_flip_surface(&fine, &given, NULL, NULL) == MESHER_ERROR_SURFACE);
+        CHECK(fine.xyz == NULL);
+    }
+    CHECK(mesher_flip_surface(NULL, NULL, NULL, NULL) == MESHER_ERROR_INVALID_ARGUMENT);
+}
+
 int main(void)
 {
     test_box();
@@ -642,5 +761,6 @@ int main(void)
     test_spikes();
     test_far_vertices();
     test_flat_bodies();
+    test_flips();
     return check_report();
 }

@@ -500,6 +500,19 @@ ok 'the limit is told as it was given' sh -c "! grep 'max-seconds [0-9]' '$T/err
 code 0 $mesh "$T/cube.off" --layers 4 --refine-surface
 prints '; 0 below 0.35'
 code 2 $mesh "$T/f1.mesh" --size 0.1 --refine-surface --refine-mesh
+{ # a disk with 12 corners, of needles from corner 0
+    printf 'OFF\n24 44 0\n'
+    awk 'BEGIN { for (z = 0; z < 2; z++) for (i = 0; i < 12; i++) print cos(0.5236 * i), sin(0.5236 * i), z / 2
+        for (i = 1; i < 11; i++) { print 3, 0, i + 1, i; print 3, 12, 12 + i, 13 + i }
+        for (i = 0; i < 12; i++) { j = (i + 1) % 12; print 3, i, j, 12 + j; print 3, i, 12 + j, 12 + i } }'
+} > "$T/disk.off"
+code 0 $mesh "$T/disk.off" --flip-surface -o "$T/f4.mesh" --threads 1
+prints '^surface *24 vertices, 44 triangles, [1-9][0-9]* flips'
+prints '^surface *[0-9.]* s'
+code 0 $mesh "$T/disk.off" --flip-surface -o "$T/f5.mesh" --threads 2 -q
+ok 'same bytes' cmp "$T/f4.mesh" "$T/f5.mesh"
+code 2 $mesh "$T/f1.mesh" --flip-surface --refine-mesh
+says '^mesh: --flip-surface and --refine-mesh'
 
 # ---- a line through a facet ----
 awk 'BEGIN { print "MeshVersionFormatted 2\nDimension 3\nVertices\n10\n0.3 0.4 -1 0\n0.3 0.5 0.5 0" }
