@@ -1892,6 +1892,7 @@ static void restore_notes(job *j)
     free(j->report.findings);
     j->report.findings = j->notes.findings;
     j->report.num_findings = j->notes.num_findings;
+    j->report.input_triangles = j->notes.input_triangles; /* a larger number is a line's */
     memcpy(j->report.counts, j->notes.counts, sizeof j->report.counts);
     j->notes.findings = NULL;
 }
@@ -2558,7 +2559,7 @@ static int is_about_seeds(mesher_kind kind)
 /* Writes every finding that was kept, defects first, with its ids and its place. */
 static void json_findings(FILE *f, const job *j)
 {
-    const size_t lines = j->surface.num_triangles;
+    const size_t lines = (size_t)j->report.input_triangles;
     size_t i;
     int k;
     fprintf(f, "  \"places\": [");

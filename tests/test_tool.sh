@@ -495,6 +495,18 @@ code 0 $mesh "$T/cube.off" --refine-surface
 code 0 $mesh "$T/inner.off" --size 0.2 --refine-surface -v
 prints '4 x open edge'
 prints 'edge 8-9 of triangle 12 is in no other'
+{ # a line that ends where it begins, and one between two corners
+    printf 'MeshVersionFormatted 2\nDimension 3\nVertices\n8\n'
+    sed -n '3,10s/$/ 0/p' "$T/cube.off"
+    printf 'Triangles\n12\n'
+    awk 'NR > 10 { print $2 + 1, $3 + 1, $4 + 1, 1 }' "$T/cube.off"
+    printf 'Edges\n2\n1 8 5\n4 4 3\nEnd\n'
+} > "$T/lines.mesh"
+for how in '--size 0.3' '--size 0.3 --refine-surface' --flip-surface; do
+    code 0 $mesh "$T/lines.mesh" $how -v --json "$T/l.json"
+    prints 'line 1 has vertex 3 twice'
+    ok 'JSON calls it a line' grep -q '"triangles": \[\], "lines": \[1\], "vertices": \[3\]' "$T/l.json"
+done
 code 1 $mesh "$T/cube.off" --size 0.01 --refine-surface --max-seconds 0.03 --no-improve
 ok 'the limit is told as it was given' sh -c "! grep 'max-seconds [0-9]' '$T/err' | grep -qv 'max-seconds 0.03\$'"
 code 0 $mesh "$T/cube.off" --layers 4 --refine-surface
