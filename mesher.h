@@ -1857,7 +1857,7 @@ static void mesher__space_free(delaunay_memory *memory, mesher__space *space)
     memset(space, 0, sizeof *space);
 }
 
-static size_t mesher__gather_items(const mesher_domain *domain, mesher__item *items)
+static void mesher__gather_items(const mesher_domain *domain, mesher__item *items)
 {
     size_t n = 0, i;
     for (i = 0; i < domain->num_facets; i++, n++) {
@@ -1873,7 +1873,6 @@ static size_t mesher__gather_items(const mesher_domain *domain, mesher__item *it
         items[n].n = 2;
         items[n++].id = domain->edge_source[i];
     }
-    return n;
 }
 
 static size_t mesher__count_items(const mesher_domain *domain)
@@ -5946,10 +5945,10 @@ static int mesher__commit_flips(mesher__recovery *r, const mesher__flipped *p)
 
 /* Tries to bring in missing edge e by flips; 1 if it is there. Flips that do not lead there stay,
  * too. */
-static int mesher__recover_by_flips(mesher__recovery *r, uint32_t e, int depth)
+static int mesher__recover_by_flips(mesher__recovery *r, uint32_t e)
 {
     mesher__flipped *p = r->flipped;
-    mesher__try_flips(r, r->flips, e, depth, p);
+    mesher__try_flips(r, r->flips, e, MESHER__FLIP_DEPTH / 2, p);
     r->work += p->work;
     return mesher__commit_flips(r, p) && r->edge_present[e];
 }
@@ -8137,7 +8136,7 @@ static int mesher__points_for_edge(mesher__recovery *r, uint32_t e)
         double gain = 0;
         if (r->edge_present[e]) return 1;
         if (r->by_flips && (i > 0 || !r->notes || mesher__way_changed(r, v)) &&
-            mesher__recover_by_flips(r, e, MESHER__FLIP_DEPTH / 2))
+            mesher__recover_by_flips(r, e))
             return 1;
         if (i > 0 && mesher__recover_edge(r, e, &after) == 2) return 1;
         mesher__walk_edge(r, v[0], v[1]);

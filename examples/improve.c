@@ -221,20 +221,20 @@ static void print_worst(const spr_report *r)
     }
 }
 
-static void print_counts(const char *what, double first, double step, const uint64_t *before,
+static void print_counts(const char *what, double step, const uint64_t *before,
                          const uint64_t *after, int n)
 {
     int i;
     printf("%-14s %12s %12s\n", what, "before", "after");
     for (i = 0; i < n; i++)
-        printf("%6.6g - %-5.4g %12llu %12llu\n", first + step * i, first + step * (i + 1),
+        printf("%6.6g - %-5.4g %12llu %12llu\n", step * i, step * (i + 1),
                (unsigned long long)before[i], (unsigned long long)after[i]);
 }
 
 static void print_histograms(const spr_report *r)
 {
-    print_counts("measure", 0, 0.05, r->before.histogram, r->after.histogram, 20);
-    print_counts("degrees", 0, 10, r->before.dihedral_histogram, r->after.dihedral_histogram, 18);
+    print_counts("measure", 0.05, r->before.histogram, r->after.histogram, 20);
+    print_counts("degrees", 10, r->before.dihedral_histogram, r->after.dihedral_histogram, 18);
 }
 
 static void json_statistics(FILE *f, const char *when, const spr_statistics *s)
@@ -397,13 +397,14 @@ static int drop_triangles(meshio_mesh *m, const uint8_t *inner)
     return 1;
 }
 
-/* Swaps two region numbers. The regions of a file may be any 32-bit numbers, but spr.h does not
- * accept -1 (UINT32_MAX): a spare number takes its place. */
-static void swap_regions(meshio_mesh *m, int32_t a, int32_t b)
+/* Swaps region numbers -1 and spare. The regions of a file may be any 32-bit numbers, but spr.h
+ * does not accept -1 (UINT32_MAX): a spare number takes its place. */
+static void swap_regions(meshio_mesh *m, int32_t spare)
 {
     size_t i;
     for (i = 0; i < m->num_tets; i++)
-        m->tet_tags[i] = m->tet_tags[i] == a ? b : m->tet_tags[i] == b ? a : m->tet_tags[i];
+        if (m->tet_tags[i] == -1) m->tet_tags[i] = spare;
+        else if (m->tet_tags[i] == spare) m->tet_tags[i] = -1;
 }
 
 /* Opens the file of --bad or --json. Returns NULL, and says so, if it cannot be written. */
@@ -430,11 +431,11 @@ static spr_result improve_arrays(meshio_mesh *m, size_t cap_vertices, size_t cap
     const int32_t spare = tool_unused_tag(m->tet_tags, m->num_tets);
     size_t v = m->num_vertices;
     spr_result result;
-    swap_regions(m, -1, spare);
+    swap_regions(m, spare);
     result =
         spr_improve_arrays(m->xyz, &m->num_vertices, cap_vertices, m->tets, (uint32_t *)m->tet_tags,
                            &m->num_tets, cap_tets, NULL, options, report);
-    swap_regions(m, -1, spare);
+    swap_regions(m, spare);
     for (; v < m->num_vertices; v++) m->vertex_tags[v] = 0;
     return result;
 }
