@@ -12,7 +12,11 @@
 #endif
 #include "small_mesh.h"
 
-enum { POINTS = 24000, FIRST = 3000 }; /* of them are in the mesh before the run */
+enum {
+    POINTS = 24000,
+    FIRST = 3000, /* of them are in the mesh before the run */
+    WORKERS = 3
+};
 
 static void make_points(double *xyz, uint32_t count, uint32_t units)
 {
@@ -72,6 +76,7 @@ typedef struct client {
     double nearest2;   /* for sparse() */
     uint32_t error_at; /* for failing() */
     int error;
+    size_t inserted[WORKERS][8]; /* for counting(), by worker: [0], the rest keeps them apart */
 } client;
 
 /* Which side of facet i a point is on; negative: within. */
@@ -172,6 +177,17 @@ static int failing(void *user, delaunay_section *section, uint32_t vertex)
     const client *c = (const client *)user;
     if (vertex == c->error_at) return c->error;
     return delaunay_section_insert(section, vertex);
+}
+
+/* Counts by worker what is inserted. */
+static int counting(void *user, delaunay_section *section, uint32_t vertex)
+{
+    client *c = (client *)user;
+    int worker = delaunay_section_worker(section), answer;
+    if (worker < 0 || worker >= WORKERS) return DELAUNAY_ERROR_INTERNAL;
+    answer = delaunay_section_insert(section, vertex);
+    if (answer == DELAUNAY_ITEM_DONE) c->inserted[worker][0]++;
+    return answer;
 }
 
 static int never(void *user, delaunay_section *section, uint32_t vertex)
@@ -337,6 +353,27 @@ static void the_host_may_end_it(const double *xyz)
     }
 }
 
+/* What an edit keeps for each worker, no other thread writes at the same time. */
+static void workers_are_numbered(const double *xyz)
+{
+    static const int sections[] = {1, 12};
+    int i;
+    for (i = 0; i < 2; i++) {
+        delaunay_mesh m;
+        delaunay_host host;
+        delaunay_partition job;
+        client c;
+        set_up(&host, WORKERS, &job, sections[i]);
+        memset(&c, 0, sizeof c);
+        job.edit = counting;
+        job.user = &c;
+        CHECK(run(&m, &host, xyz, POINTS, &job, DELAUNAY_VALIDATE_DELAUNAY) == DELAUNAY_OK);
+        CHECK(c.inserted[0][0] + c.inserted[1][0] + c.inserted[2][0] == POINTS - FIRST);
+        if (sections[i] == 1) CHECK(c.inserted[0][0] == POINTS - FIRST);
+        delaunay_mesh_free(&m);
+    }
+}
+
 /* Sections without an item of their own take no memory. */
 static void sections_beyond_the_items_are_free(const double *xyz)
 {
@@ -419,6 +456,7 @@ int main(void)
     failures_leave_a_valid_mesh(xyz);
     fewer_than_no_sections_are_refused(xyz);
     the_host_may_end_it(xyz);
+    workers_are_numbered(xyz);
     sections_beyond_the_items_are_free(xyz);
     out_of_memory_is_reported(xyz);
 #ifdef _OPENMP
