@@ -4560,31 +4560,6 @@ static uint64_t delaunay__second_key(const delaunay__numbering *c, delaunay_hand
     return (uint64_t)v[order[1]] << 32 | v[order[2]];
 }
 
-/* Heap sort: in place, no recursion, for the few vertices with very many tetrahedra. */
-static void delaunay__sort_many(const delaunay__numbering *c, delaunay_handle *a, size_t n)
-{
-    size_t start = n / 2, end = n, i, child;
-    while (end > 1) {
-        delaunay_handle x;
-        uint64_t key;
-        if (start > 0) {
-            x = a[--start];
-        } else {
-            x = a[--end];
-            a[end] = a[0];
-        }
-        key = delaunay__second_key(c, x & c->slot_mask);
-        for (i = start; (child = 2 * i + 1) < end; i = child) {
-            uint64_t greater = delaunay__second_key(c, a[child] & c->slot_mask);
-            if (child + 1 < end && greater < delaunay__second_key(c, a[child + 1] & c->slot_mask))
-                greater = delaunay__second_key(c, a[++child] & c->slot_mask);
-            if (key >= greater) break;
-            a[i] = a[child];
-        }
-        a[i] = x;
-    }
-}
-
 /* Sets the new slot of the tetrahedron in an old slot; with simd slot has the rotation, too. */
 DELAUNAY_INLINE void delaunay__set_place(const delaunay__numbering *c, delaunay_handle slot,
                                          size_t to)
@@ -4682,18 +4657,19 @@ DELAUNAY_INLINE delaunay_handle delaunay__next_slot(const delaunay__numbering *c
     return next & c->slot_mask;
 }
 
-/* Sorts the large buckets one by one: by radix sort, or by heap sort if memory is short. */
-static void delaunay__sort_large_buckets(const delaunay__numbering *c)
+/* Sorts the large buckets one by one. Returns 0 if out of memory. */
+static int delaunay__sort_large_buckets(const delaunay__numbering *c)
 {
     delaunay_memory *m = &c->mesh->memory;
     hxtsort_options sort;
     size_t b, i;
+    int ok = 1;
     memset(&sort, 0, sizeof sort);
     sort.num_threads = c->threads;
     sort.allocator.alloc = delaunay__counted_alloc;
     sort.allocator.release = delaunay__counted_release;
     sort.allocator.user = m;
-    for (b = 0; b < c->num_large; b++) {
+    for (b = 0; b < c->num_large && ok; b++) {
         size_t n = 0, from = c->large[b].from;
         delaunay_handle t = c->large[b].head;
         hxtsort_pair *pairs;
@@ -4703,12 +4679,12 @@ static void delaunay__sort_large_buckets(const delaunay__numbering *c)
             pairs[i].value = c->spare[i];
             pairs[i].key = delaunay__second_key(c, c->spare[i] & c->slot_mask);
         }
-        if (pairs && hxtsort_pairs(pairs, n, &sort) == HXTSORT_OK)
-            for (i = 0; i < n; i++) c->spare[i] = (delaunay_handle)pairs[i].value;
-        else delaunay__sort_many(c, c->spare, n);
-        for (i = 0; i < n; i++) delaunay__set_place(c, c->spare[i], from + i);
+        ok = pairs && hxtsort_pairs(pairs, n, &sort) == HXTSORT_OK;
+        for (i = 0; ok && i < n; i++)
+            delaunay__set_place(c, (delaunay_handle)pairs[i].value, from + i);
         delaunay_release(m, pairs);
     }
+    return ok;
 }
 
 static void delaunay__keep_large(delaunay__numbering *c, delaunay_handle head, size_t from)
@@ -5224,7 +5200,7 @@ static void delaunay__numbering_free(delaunay__numbering *c)
     delaunay_release(m, c->others);
 }
 
-/* Finds the new slot of every tetrahedron; returns the end of the new slots. */
+/* Finds the new slot of every tetrahedron. Returns the end of the new slots, 0 if out of memory. */
 static size_t delaunay__find_places(delaunay__numbering *c)
 {
     size_t end;
@@ -5235,8 +5211,7 @@ static size_t delaunay__find_places(delaunay__numbering *c)
     delaunay__sort_buckets(c, 0);
     delaunay__list_ghosts(c);
     delaunay__sort_buckets(c, 1);
-    delaunay__sort_large_buckets(c);
-    return end;
+    return delaunay__sort_large_buckets(c) ? end : 0;
 }
 
 /* Sets a vertex's tetrahedron to t, unless it is a lower slot; other threads may do the same. */
@@ -5281,8 +5256,12 @@ DELAUNAY_API delaunay_result delaunay_canonicalize(delaunay_mesh *mesh, const de
     if (mesh->color &&
         !(color = (uint32_t *)delaunay_alloc_zeroed(m, mesh->cap_tets, sizeof *color)))
         goto done;
-    /* nothing can fail from here on */
     end = delaunay__find_places(&c);
+    if (!end) {
+        memset(mesh->mark, 0, mesh->num_tets);
+        goto done;
+    }
+    /* nothing can fail from here on */
     delaunay__move_marks(&c, flags, color);
     flags = NULL;
     color = NULL;

@@ -822,6 +822,45 @@ static void any_allocation_of_threads_may_fail(void)
     free(xyz);
 }
 
+/* Of a mesh with a vertex of very many tetrahedra; the one that fails is as it was. */
+static void canonical_order_may_lack_memory(void)
+{
+    size_t n = 2000;
+    double *xyz = make_points(SPHERE, n);
+    delaunay_mesh mesh = {0};
+    failing f;
+    delaunay_options options = with_failing(&f, LONG_MAX, 0);
+    uint64_t before, canonical;
+    delaunay_result result = DELAUNAY_ERROR_OUT_OF_MEMORY;
+    delaunay_handle t;
+    int marks;
+    long k;
+    xyz[0] = xyz[1] = xyz[2] = 0; /* the centre */
+    CHECK(delaunay_tetrahedralize(&mesh, xyz, n, &options, NULL) == DELAUNAY_OK);
+    canonical = hash_mesh(&mesh);
+    delaunay_mesh_free(&mesh);
+    options.any_order = 1;
+    CHECK(delaunay_tetrahedralize(&mesh, xyz, n, &options, NULL) == DELAUNAY_OK);
+    before = hash_mesh(&mesh);
+    CHECK(before != canonical);
+    for (k = 1; result != DELAUNAY_OK && k < 100; k++) {
+        long live = f.live;
+        f.fail_at = f.calls + k;
+        result = delaunay_canonicalize(&mesh, &options.host);
+        f.fail_at = LONG_MAX;
+        CHECK(result == DELAUNAY_OK || result == DELAUNAY_ERROR_OUT_OF_MEMORY);
+        CHECK(hash_mesh(&mesh) == (result == DELAUNAY_OK ? canonical : before));
+        CHECK(f.live == live);
+        for (t = 0, marks = 0; t < mesh.num_tets; t++) marks |= mesh.mark[t];
+        CHECK(marks == 0);
+        CHECK(delaunay_validate(&mesh, DELAUNAY_VALIDATE_TOPOLOGY, NULL) == DELAUNAY_OK);
+    }
+    CHECK(result == DELAUNAY_OK && k > 8); /* six arrays, and the pairs of a bucket */
+    delaunay_mesh_free(&mesh);
+    CHECK(f.live == 0);
+    free(xyz);
+}
+
 /* The tetrahedra of mesh, the i-th one of a random order for i, coloured, one facet in three
  * constrained; then in canonical order. */
 static void import_shuffled(delaunay_mesh *copy, const double *xyz, size_t n, const uint32_t *tets,
@@ -1186,5 +1225,6 @@ int main(void)
 #  endif
 #endif
     plain_cavities_are_cavities();
+    canonical_order_may_lack_memory();
     return check_report();
 }
