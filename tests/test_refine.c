@@ -1057,6 +1057,45 @@ static void prism(mesher_surface *surface, double *xyz, uint32_t *triangles, uin
     surface->num_triangles = 4 * n - 4;
 }
 
+/* The rims of a prism over a regular polygon of n corners on the unit circle. Between neighbours on
+ * a rim the normal turns by the angle of an edge, if that is no crease; at the corners that the
+ * fans of the ends begin from, if these have very many triangles, by two thirds of it. */
+static void curved_sides_have_their_sizes(void)
+{
+    enum { MOST = 1100 };
+    static const uint32_t corners[] = {7, 48, MOST};
+    double *polygon = (double *)malloc(8 * MOST * sizeof *polygon), *xyz = polygon + 2 * MOST;
+    uint32_t *triangles = (uint32_t *)malloc(12 * MOST * sizeof *triangles), i, v;
+    for (i = 0; i < 3; i++) {
+        const uint32_t n = corners[i];
+        const double angle = 6.283185307179586 / n, edge = 2 * sin(angle / 2);
+        mesher_surface surface;
+        mesher_options o;
+        mesher_domain d;
+        for (v = 0; v < n; v++) {
+            polygon[2 * v] = cos(angle * v);
+            polygon[2 * v + 1] = sin(angle * v);
+        }
+        prism(&surface, xyz, triangles, n, polygon, 0.5);
+        memset(&o, 0, sizeof o);
+        o.no_refine = 1;
+        o.curvature_degrees = 0.6 * 360 / n;
+        CHECK(mesher_mesh(&d, &surface, &o, NULL) == MESHER_OK);
+        CHECK(mesher_size(&d, NULL) == MESHER_OK);
+        for (v = 1; v < d.mesh.num_vertices; v++) {
+            const uint32_t id = d.mesh.vertex_id[v];
+            const double wanted = n == MOST && id % n == 0 ? 0.9 * edge : 0.6 * edge;
+            const double size = d.size[v];
+            if (id >= 2 * n) continue; /* a corner of the box */
+            if (n == 7) CHECK(size > edge);
+            else CHECK(fabs(size - wanted) < 1e-6 * wanted);
+        }
+        mesher_domain_free(&d);
+    }
+    free(polygon);
+    free(triangles);
+}
+
 /* A small size at one end of a bar bounds those at the other, hundreds of edges away. */
 static void slow_growth_reaches_far(void)
 {
@@ -2492,6 +2531,7 @@ int main(void)
     sizes_do_not_leave_the_surface_behind();
     sizes_grow_from_fine_surfaces();
     thin_places_get_points();
+    curved_sides_have_their_sizes();
 #if !defined(LINKED)
     the_tree_of_sizes_finds_the_least();
 #endif
