@@ -10,6 +10,14 @@
 
 static mesher_finding findings[32];
 
+static mesher_report *empty_report(mesher_report *report)
+{
+    memset(report, 0, sizeof *report);
+    report->findings = findings;
+    report->cap_findings = 32;
+    return report;
+}
+
 static int nothing_else; /* no refinement is to follow */
 
 static mesher_result recover(mesher_domain *domain, const shape *s, mesher_report *report)
@@ -17,10 +25,8 @@ static mesher_result recover(mesher_domain *domain, const shape *s, mesher_repor
     mesher_options options;
     mesher_surface surface = surface_of(s);
     mesher_result result;
-    memset(report, 0, sizeof *report);
+    empty_report(report);
     memset(domain, 0, sizeof *domain);
-    report->findings = findings;
-    report->cap_findings = 32;
     memset(&options, 0, sizeof options);
     options.no_refine = nothing_else;
     result = mesher_domain_init(domain, &surface, &options, report);
@@ -809,6 +815,89 @@ static void a_reproduction_can_be_interrupted(void)
     }
 }
 
+/* A large triangle as an interface between two flat cells, each with an apex (k is 0) or a small
+ * triangle: all edges are in the Delaunay triangulation, the large triangle is not, as edges from
+ * one cell to the other pierce it. */
+static void pierced_triangle(shape *s, int k)
+{
+    static const double c[] = {1, -0.5, -0.5}, d[] = {0, 0.8660254037844386, -0.8660254037844386};
+    uint32_t i, j, side, p;
+    memset(s, 0, sizeof *s);
+    for (i = 0; i < 3; i++) add_vertex(s, c[i], d[i], 0);
+    add_triangle(s, 0, 1, 2);
+    for (side = 0; side < 2; side++) {
+        const double z = side ? -0.2 : 0.25, r = side ? -0.2 : -0.15;
+        p = (uint32_t)s->num_vertices;
+        if (!k) add_vertex(s, 0.01, 0.02, z);
+        for (i = 0; i < 3 && k; i++) add_vertex(s, r * c[i], r * d[i], z);
+        for (i = 0; i < 3; i++) {
+            j = (i + 1) % 3;
+            if (!k) add_triangle(s, i, j, p);
+            if (!k) continue;
+            add_triangle(s, i, j, p + (i + 2) % 3);
+            add_triangle(s, i, p + j, p + (i + 2) % 3);
+        }
+        if (k) add_triangle(s, p, p + 1, p + 2);
+    }
+}
+
+/* A point on a facet brings it in, in pieces, and is taken off again. What would be reported if it
+ * had to stay, or if the facet stayed missing. */
+static void a_pierced_facet_is_split_and_made_whole(void)
+{
+    int k, allowed;
+    for (k = 0; k < 2; k++) {
+        mesher_domain domain;
+        mesher_report report;
+        mesher_surface surface;
+        mesher_options options;
+        mesher__recovery *r;
+        uint32_t f;
+        shape s;
+        pierced_triangle(&s, k);
+        surface = surface_of(&s);
+        memset(&options, 0, sizeof options);
+        CHECK(mesher_domain_init(&domain, &surface, &options, NULL) == MESHER_OK);
+        CHECK(mesher_empty_mesh(&domain, NULL) == MESHER_OK);
+        r = mesher__recovery_new(&domain, empty_report(&report));
+        mesher__do_both(r, mesher__build_edge_rows, mesher__build_facet_rows);
+        mesher__detect(r);
+        CHECK(r->num_missing_edges == 0 && r->num_missing_facets == 1 && mesher__pieces_room(r));
+        for (f = 0; f < r->num_facets && r->facet_present[f]; f++) {}
+        CHECK(domain.facet_source[f] == 0);
+        mesher__report_missing(r);
+        CHECK(report.num_findings == 1 && findings[0].kind == MESHER_DEFECT_RECOVERY &&
+              findings[0].triangles[0] == 0);
+        CHECK(findings[0].vertices[0] + findings[0].vertices[1] + findings[0].vertices[2] == 3);
+        CHECK(!strncmp(report.message, "0 edges and 1 facets of the surface could not", 45));
+        CHECK(mesher__split_facet(r, f) && !mesher__lacks(r) && mesher__points_on_surface(r) == 1);
+        CHECK(r->num_facets == domain.num_facets + 3 && r->num_edges == domain.num_edges + 3);
+        CHECK(delaunay_validate(&domain.mesh, DELAUNAY_VALIDATE_GEOMETRY, NULL) == DELAUNAY_OK);
+        for (allowed = 0; allowed < 2; allowed++) {
+            empty_report(&report);
+            domain.options.allow_surface_steiner = allowed;
+            CHECK(mesher__report_splits(r) == (allowed ? MESHER_OK : MESHER_ERROR_RECOVERY));
+            CHECK(report.surface_steiner == 1 && report.num_findings == 1);
+            CHECK(findings[0].kind ==
+                  (allowed ? MESHER_NOTE_SURFACE_STEINER : MESHER_DEFECT_RECOVERY));
+            CHECK(findings[0].triangles[0] == 0 && findings[0].vertices[0] == DELAUNAY_NO_ID);
+            CHECK(fabs(findings[0].xyz[0]) < 0.25 && fabs(findings[0].xyz[1]) < 0.25 &&
+                  fabs(findings[0].xyz[2]) < 1e-15);
+            CHECK(!strncmp(report.message, "1 points would have to stay", 27) == !allowed);
+        }
+        mesher__suppress_all(r);
+        CHECK(mesher__points_on_surface(r) == 0 && !mesher__lacks(r) && r->status == MESHER_OK);
+        mesher__clear_points(r);
+        mesher__pack_points(r);
+        mesher__recovery_free(r);
+        CHECK(delaunay_validate(&domain.mesh, DELAUNAY_VALIDATE_GEOMETRY, NULL) == DELAUNAY_OK);
+        CHECK(marks_are_right(&domain) && vertices_are_the_same(&domain));
+        CHECK(domain.mesh.num_vertices == s.num_vertices + 9);
+        mesher_domain_free(&domain);
+        shape_free(&s);
+    }
+}
+
 static void scale_and_shift_change_nothing(void)
 {
     static const double scales[3] = {1, 1e-6, 1e6}, shifts[3] = {0, 0, 1e6};
@@ -925,6 +1014,7 @@ int main(int argc, char **argv)
         a_reproduction_can_be_interrupted();
         scale_and_shift_change_nothing();
         threads_give_the_same_bytes();
+        a_pierced_facet_is_split_and_made_whole();
     }
     for (seed = argc > 2 ? (uint64_t)atol(argv[1]) : 1; seed <= last; seed++) random_case(seed);
     return check_report();
