@@ -8663,6 +8663,7 @@ static void delaunay__tables_stamp(delaunay__search_tables *s)
         memset(s->barred_vertex, 0, sizeof s->barred_vertex);
         memset(s->triple_cost, 0, sizeof s->triple_cost);
         memset(s->pair_cost, 0, sizeof s->pair_cost);
+        memset(s->dead, 0, sizeof s->dead);
         s->search = 0;
     }
     s->search++;

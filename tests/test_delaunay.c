@@ -1191,6 +1191,61 @@ static void freed_blocks_are_used_again(void)
 }
 #endif
 
+static double constant_quality(void *user, const double *a, const double *b, const double *c,
+                               const double *d)
+{
+    (void)user, (void)a, (void)b, (void)c, (void)d;
+    return 1;
+}
+
+/* The stamps and the numbers of searches overflow: what older ones have left does not count then,
+ * although it has the stamps that come again. */
+static void stamps_overflow(void)
+{
+    static const double octahedron[18] = {-20, 0,  0, 20, 0, 0,   0, -16, 0,
+                                          0,   16, 0, 0,  0, -12, 0, 0,   12};
+    delaunay_mesh m = {0};
+    static delaunay_window window;
+    static delaunay_search search;
+    delaunay_worker *w;
+    delaunay_list star;
+    uint32_t v[16];
+    size_t count = 0, i;
+    int round;
+    CHECK(delaunay_tetrahedralize(&m, octahedron, 6, NULL, NULL) == DELAUNAY_OK);
+    CHECK(delaunay_count_tets(&m) == 4);
+    w = delaunay_worker_new(&m.memory);
+    memset(&star, 0, sizeof star);
+    star.memory = &m.memory;
+    for (round = 0; round < 2; round++) { /* the four tetrahedra, replaced by themselves */
+        delaunay_handle t, old[4], slots[4];
+        for (t = 1, i = 0; t < m.num_tets && i < 4; t++)
+            if (!delaunay_is_deleted(&m, t) && !delaunay_is_ghost(&m, t)) old[i++] = t;
+        for (i = 0; i < 16; i++) v[i] = m.tets[old[i / 4]].v[i % 4];
+        star.count = 0;
+        CHECK(delaunay_edge_star(&m, w, old[0], v[0], v[1], &star) == DELAUNAY_OK);
+        CHECK(star.count >= 3 && (round == 0 || star.count == count));
+        count = star.count;
+        w->face_stamp = round ? UINT32_MAX : 0;
+        CHECK(delaunay_replace(&m, w, old, 4, v, 4, slots) == DELAUNAY_OK);
+        CHECK(w->face_stamp == 1);
+        w->set_stamp = UINT32_MAX;
+        CHECK(delaunay_validate(&m, DELAUNAY_VALIDATE_DELAUNAY, NULL) == DELAUNAY_OK);
+        CHECK(delaunay_window_set(&window, &m, slots, 4, 32, 1, 1));
+    }
+    for (round = 0; round < 2; round++) { /* the first one ends with nothing better to be found */
+        memset(&search, 0, sizeof search);
+        search.objective = DELAUNAY_BEST_QUALITY;
+        search.quality = constant_quality;
+        CHECK(delaunay_reconnect(&m, w, &window, &search) == 1 && search.num_tets == 4);
+        CHECK(w->tables->search == 1);
+        w->tables->search = UINT32_MAX / 2;
+    }
+    delaunay_list_free(&star);
+    delaunay_worker_free(w);
+    delaunay_mesh_free(&m);
+}
+
 int main(void)
 {
     CHECK(delaunay_selftest() == DELAUNAY_OK);
@@ -1226,5 +1281,6 @@ int main(void)
 #endif
     plain_cavities_are_cavities();
     canonical_order_may_lack_memory();
+    stamps_overflow();
     return check_report();
 }
