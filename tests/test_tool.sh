@@ -416,6 +416,35 @@ code 0 $mesh "$T/cube.off" --size 0.3 -q -o "$T/s1.mesh"
 code 0 $mesh "$T/cube.off" --size 0.3 --ball 0.5,0.5,0.5,0.1,0.05 -q -o "$T/s2.mesh"
 count() { sed -n '/^Tetrahedra/{n;p;}' "$1"; }
 ok "a ball of small sizes makes more tetrahedra" test "$(count "$T/s2.mesh")" -gt "$(count "$T/s1.mesh")"
+code 0 $mesh "$T/cube.off" --size 0.15 -q -o "$T/fine.mesh"
+ok "the least size is a size's bound" test "$(count "$T/fine.mesh")" -gt "$((3 * $(count "$T/s1.mesh")))"
+same() { # FILE OPTIONS: the cube with these options is the same mesh
+    file=$1
+    shift
+    code 0 $mesh "$T/cube.off" "$@" -q -o "$T/other.mesh"
+    ok "$*" cmp "$file" "$T/other.mesh"
+}
+same "$T/fine.mesh" --max-size 0.15
+same "$T/fine.mesh" --size 0.3 --size-factor 0.5
+same "$T/s1.mesh" --size 0.15 --min-size 0.3
+code 0 $mesh "$T/cube.off" --region-size 1=0.15 --region-size 3=0.1 -o "$T/region.mesh"
+says 'there is no region 3 for --region-size'
+ok "only one region is not there" test "$(wc -l < "$T/err")" = 1
+ok "a size in a region" test "$(count "$T/region.mesh")" -gt "$((3 * $(count "$T/s1.mesh")))"
+same "$T/region.mesh" --box 1,0,1,0,1,0,0.15
+same "$T/s2.mesh" --size 0.3 --segment 0.5,0.5,0.5,0.5,0.5,0.5,0.1,0.05
+code 0 $mesh "$T/cube.off" --size 0.3 --segment 0.5,0.5,0,0.5,0.5,1,0.1,0.05 -q -o "$T/other.mesh"
+ok "a segment is more than a ball" test "$(count "$T/other.mesh")" -gt "$((2 * $(count "$T/s2.mesh")))"
+echo '2 2 2  0 0 0  1 1 1  .15 .15 .15 .15 0.15 0.15 15e-2 0.15' > "$T/even.txt"
+code 0 $mesh "$T/cube.off" --size-grid "$T/even.txt" -q -o "$T/other.mesh"
+ok "sizes of a grid" test "$(count "$T/other.mesh")" -gt "$((3 * $(count "$T/s1.mesh")))"
+echo '2 2 2  0 0 0  1 1 1  0 0 -1 nan 0 0 0 0' > "$T/nothing.txt"
+code 0 $mesh "$T/cube.off" -q -o "$T/plain.mesh"
+same "$T/plain.mesh" --size-grid "$T/nothing.txt"
+code 0 $mesh --demo --no-improve -q -o "$T/straight.mesh"
+code 0 $mesh --demo --no-improve --curvature 10 -q -o "$T/curved.mesh"
+ok "holes are curved" test "$(count "$T/curved.mesh")" -gt "$((2 * $(count "$T/straight.mesh")))"
+code 2 $mesh "$T/cube.off" --curvature 181
 code 2 $mesh "$T/cube.off" --ball 0.5,0.5,0.5
 code 2 $mesh "$T/cube.off" --region-size 0=1
 code 3 $mesh "$T/cube.off" --size-grid "$T/missing.txt"
@@ -625,6 +654,14 @@ absent "$T/s9.mesh"
 } > "$T/closed.mesh"
 code 0 $mesh "$T/closed.mesh" --drop-unused
 prints '1 x hexahedron, prism, pyramid or the like, not read'
+{ sed '/^Pyramids/,$d' "$T/closed.mesh"; printf 'Tetrahedra 1\n1 2 3 4 1\nPyramids 1\n1 2 3 4 5 2\nEnd\n'
+} > "$T/both.mesh"
+code 0 $mesh "$T/both.mesh" --drop-unused
+prints '1 x hexahedron, prism, pyramid or the like, not read'
+sed -e 's/^Triangles 4/Triangles 3/' -e '/^1 4 3 7$/d' "$T/both.mesh" > "$T/ajar.mesh"
+code 3 $mesh "$T/ajar.mesh" -o "$T/s9.mesh"
+says 'are not read, and no triangles bound them all'
+absent "$T/s9.mesh"
 code 2 $mesh "$T/cube.off" --order 2 -o "$T/s4.mesh"
 code 0 $mesh "$T/cube.off" --size 0.3 --order 2 -q -o "$T/s4.inp"
 ok "ten nodes in .inp, too" grep -q 'TYPE=C3D10' "$T/s4.inp"
@@ -709,6 +746,39 @@ says 'more tetrahedra than'
 
 # ---- improve ----
 code 0 $improve --help
+code 0 $improve --version
+prints '^improve [0-9.]*$'
+code 0 $delaunay --version
+prints '^delaunay [0-9.]*$'
+code 2 $delaunay "$T/grid.xyz" --threads 0
+says 'threads needs a number from 1 to 4096'
+code 2 $improve
+says 'no mesh'
+code 0 $mesh "$T/cube.off" --size 0.2 --no-improve -q -o "$T/rough.mesh"
+for measure in gamma sicn dihedral; do
+    code 0 $improve "$T/rough.mesh" --measure $measure -q -o "$T/i.mesh" --json "$T/i.json"
+    ok "$measure is improved" awk -F '[:,]' -v name=$measure '
+        /"measure"/ { named = index($2, name) }
+        /"before"/ { before = $5 } /"after"/ { after = $5 } /"sicn_min"/ { sicn[n++] = $2 }
+        END { exit !(named && after > 1.5 * before && (sicn[0] == before) == (name == "sicn") &&
+                     (sicn[1] == after) == (name == "sicn")) }' "$T/i.json"
+done
+code 2 $improve "$T/rough.mesh" --measure volume
+says "measure needs gamma, sicn or dihedral, not 'volume'"
+vertices() { sed -n '/^Vertices/,/^Triangles/p' "$1"; }
+vertices "$T/rough.mesh" > "$T/rough.vertices"
+code 0 $improve "$T/rough.mesh" --keep-vertices --no-smoothing -q -o "$T/i.mesh"
+vertices "$T/i.mesh" > "$T/i.vertices"
+ok "vertices are kept where they are" cmp "$T/rough.vertices" "$T/i.vertices"
+ok "the tetrahedra are not" sh -c "! cmp -s '$T/rough.mesh' '$T/i.mesh'"
+code 0 $improve "$T/rough.mesh" --keep-vertices -q -o "$T/i.mesh" --threads 1
+vertices "$T/i.mesh" > "$T/i.vertices"
+ok "vertices are kept" test "$(wc -l < "$T/i.vertices")" = "$(wc -l < "$T/rough.vertices")"
+ok "they move" sh -c "! cmp -s '$T/rough.vertices' '$T/i.vertices'"
+code 0 $improve "$T/rough.mesh" --keep-vertices -q -o "$T/i3.mesh" --threads 3
+ok "improved in the same way by any number of threads" cmp "$T/i.mesh" "$T/i3.mesh"
+code 1 $improve "$T/straight.mesh" --max-seconds 0.001 -o "$T/i.mesh"
+ok "a budget leaves a mesh" grep -q '^End$' "$T/i.mesh"
 code 2 $improve "$T/cube.mesh" --target 7
 code 2 $improve "$T/cube.mesh" --effort 0
 code 2 $mesh "$T/cube.off" --effort 101
