@@ -3228,7 +3228,6 @@ typedef struct mesher__recovery {
     int             stuck_in_planes;    /* flips have left many of the edges that were in planes */
     uint32_t        vain, max_vain;     /* points that brought nothing */
     uint32_t        added, removed;     /* Steiner points */
-    int             absent;             /* isolated vertices found on the surface: start again */
     int             defects;
     /* Work space, not zeroed. */
     mesher__pipe    pipe;
@@ -3364,10 +3363,10 @@ static uint32_t *mesher__numbers(mesher__recovery *r, size_t count, size_t zeros
     return block;
 }
 
-/* Is this attempt over: failed, with defects found, or to be started again? */
+/* Is this attempt over: failed, or with defects found? */
 static int mesher__ends(const mesher__recovery *r)
 {
-    return r->status != MESHER_OK || r->defects || r->absent;
+    return r->status != MESHER_OK || r->defects;
 }
 
 /* Is an edge or a facet of the surface still missing? */
@@ -4575,21 +4574,13 @@ static uint32_t mesher__try_windows(mesher__recovery *r, delaunay_objective obje
 
 static uint32_t mesher__id(const mesher__recovery *r, uint32_t v) { return r->mesh->vertex_id[v]; }
 
-/* Reports vertex v, which lies on a missing edge (facet: NULL) that is from source. If v is
- * isolated, it is to be left out, and the recovery starts again; else the surface is invalid. */
+/* Reports vertex v, which lies on a missing edge (facet: NULL) that is from source. It is none of
+ * those in no facet or line: mesher__place_isolated has left these out. */
 static void mesher__report_vertex(mesher__recovery *r, uint32_t v, uint32_t source,
                                   const uint32_t *edge)
 {
     uint32_t id = mesher__id(r, v), e;
     if (id >= r->domain->first_corner) return; /* a Steiner point, which is removed later */
-    if (r->domain->vertex_used[id] == MESHER_VERTEX_ISOLATED) {
-        r->domain->vertex_used[id] = MESHER_VERTEX_ABSENT;
-        r->absent = 1;
-        mesher_report_add(r->report, MESHER_NOTE_UNUSED_VERTEX, source, DELAUNAY_NO_ID, id,
-                          DELAUNAY_NO_ID, DELAUNAY_NO_ID, mesher__x(r, v));
-        return;
-    }
-    if (r->domain->vertex_used[id] == MESHER_VERTEX_ABSENT) return;
     for (e = 0; r->edges[2 * (size_t)e] != v && r->edges[2 * (size_t)e + 1] != v; e++) {}
     r->defects++;
     mesher_report_add(r->report, MESHER_DEFECT_T_JUNCTION, mesher__edge_source(r, e), source, id,
@@ -4615,10 +4606,12 @@ static int mesher__report_edge(mesher__recovery *r, uint32_t e)
     const uint32_t *v = r->edges + 2 * (size_t)e, *w = p->blocker;
     uint32_t source = mesher__edge_source(r, e), other;
     double xyz[3];
-    if (p->vertex) mesher__report_vertex(r, p->vertex, source, v);
-    if (p->vertex) return 1;
-    if (!p->blocked) return 0;
+    if (!p->vertex && !p->blocked) return 0;
     if (r->num_splits) return 1; /* pieces are rounded: they prove nothing */
+    if (p->vertex) {
+        mesher__report_vertex(r, p->vertex, source, v);
+        return 1;
+    }
     if (p->blocked == 3) {
         other = mesher__facet_index(r, w[0], w[1], w[2]);
         other = other == MESHER__ABSENT ? DELAUNAY_NO_ID : mesher__facet_source(r, other);
@@ -4644,10 +4637,12 @@ static int mesher__report_facet(mesher__recovery *r, uint32_t f)
     const mesher__pipe *p = &r->pipe;
     uint32_t source = mesher__facet_source(r, f), other;
     double xyz[3];
-    if (p->vertex) mesher__report_vertex(r, p->vertex, source, NULL);
-    if (p->vertex) return 1;
-    if (!p->blocked) return 0;
+    if (!p->vertex && !p->blocked) return 0;
     if (r->num_splits) return 1; /* pieces are rounded: they prove nothing */
+    if (p->vertex) {
+        mesher__report_vertex(r, p->vertex, source, NULL);
+        return 1;
+    }
     other = mesher__edge_index(r, p->blocker[0], p->blocker[1]);
     other = other == MESHER__ABSENT ? DELAUNAY_NO_ID : mesher__edge_source(r, other);
     mesher__blocked_at(r, p->blocker[0], p->blocker[1], r->facets + 3 * (size_t)f, xyz);
@@ -6480,10 +6475,10 @@ static void mesher__edge_levels(mesher__recovery *r)
     for (l = 0; l < sizeof efforts / sizeof *efforts; l++)
         for (pass = 0; pass < efforts[l].passes; pass++) {
             int progress = 0;
-            if (r->num_missing_edges == 0 || r->defects || r->absent) return;
+            if (r->num_missing_edges == 0 || r->defects) return;
             if (l == 2 && r->num_missing_edges > MESHER__FEW_EDGES) return;
             mesher__list_edges(r, 1);
-            if (r->defects || r->absent) return;
+            if (r->defects) return;
             if (r->by_flips && r->num_missing_edges > MESHER__FEW_EDGES) return;
             for (i = 0; i < r->num_wanted && !mesher__stopped(r); i++) {
                 if (r->by_flips && r->order[i] >> 32 > MESHER__LONG_PIPE) break;
@@ -6544,7 +6539,7 @@ static void mesher__facet_levels(mesher__recovery *r)
     for (l = 0; l < sizeof efforts / sizeof *efforts; l++)
         for (pass = 0; pass < efforts[l].passes; pass++) {
             int progress = 0;
-            if (r->num_missing_facets == 0 || r->defects || r->absent) return;
+            if (r->num_missing_facets == 0 || r->defects) return;
             mesher__list_facets(r);
             for (i = 0; i < r->num_wanted && !mesher__stopped(r); i++)
                 progress |= mesher__recover_facet(r, r->wanted[i], &efforts[l]);
@@ -8191,7 +8186,7 @@ static int mesher__edge_points(mesher__recovery *r)
         mesher__tell(r, "points for edges, round", round);
         if (r->num_missing_edges && round == (r->num_missing_edges > MESHER__FEW_EDGES ? 1 : 3))
             mesher__ask_for_defects(r);
-        if (r->status != MESHER_OK || r->defects || r->absent) return any;
+        if (r->status != MESHER_OK || r->defects) return any;
         if (r->by_flips) mesher__flip_levels(r);
         if (r->by_flips) mesher__flip_ends(r);
         mesher__edge_levels(r);
@@ -9628,17 +9623,13 @@ static mesher_result mesher__outcome(mesher__recovery *r, int attempt, int *agai
         if (r->report) mesher__message_finish(r->report);
         return MESHER_ERROR_SURFACE;
     }
-    if (r->absent) {
-        *again = 1;
-        return MESHER_OK;
-    }
     if (r->stuck_in_planes) {
-        *again = 2;
+        *again = 1;
         return MESHER_OK;
     }
     if (!mesher__lacks(r) && !mesher__points_on_surface(r)) return MESHER_OK;
     if (worthwhile && attempt < MESHER__ATTEMPTS - 1) {
-        *again = r->by_flips && mesher__flips_are_vain(r) ? 1 + MESHER__FLIP_ATTEMPTS - attempt : 2;
+        *again = r->by_flips && mesher__flips_are_vain(r) ? MESHER__FLIP_ATTEMPTS - attempt : 1;
         return MESHER_OK;
     }
     if (!mesher__lacks(r)) return mesher__report_splits(r);
@@ -9646,9 +9637,8 @@ static mesher_result mesher__outcome(mesher__recovery *r, int attempt, int *agai
     return MESHER_ERROR_RECOVERY;
 }
 
-/* One attempt on the empty mesh. *again is 0: this was the last one; 1: the same attempt is to be
- * made again, as isolated vertices have to be left out first; n > 1: it failed, nothing is
- * reported, and attempt + n - 1 should be made next (where flips are in vain, the first of those
+/* One attempt on the empty mesh. *again is 0: this was the last one; n: it failed, nothing is
+ * reported, and attempt + n should be made next (where flips are in vain, the first of those
  * without). */
 static mesher_result mesher__recover_once(mesher_domain *domain, mesher_report *report, int attempt,
                                           int *again)
@@ -9694,7 +9684,7 @@ MESHER_API mesher_result mesher_recover(mesher_domain *domain, mesher_report *re
         result = mesher_empty_mesh(domain, report);
         if (result != MESHER_OK) break;
         if (report) again_empty += report->seconds_empty;
-        attempt += again - 1;
+        attempt += again;
     }
     if (report) { /* the empty meshes that were made again do not count as recovery */
         report->seconds_empty = empty + again_empty;
