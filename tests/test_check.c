@@ -1212,6 +1212,104 @@ static void bad_options_have_names(void)
     CHECK(mesher_check(&s, NULL, &last.report) == MESHER_ERROR_TOO_LARGE);
 }
 
+/* A sentence for each kind, with the ids and the place; -1: not known. */
+static void findings_have_sentences(void)
+{
+    static const struct {
+        mesher_kind kind;
+        int triangles[2], vertices[3];
+        const char *text;
+    } cases[] = {
+        {MESHER_NOTE_DUPLICATE_VERTEX, {-1, -1}, {5, 6, -1},
+         "vertex 5 has the coordinates of vertex 6 at (1, 0.5, -2)"},
+        {MESHER_NOTE_UNUSED_VERTEX, {-1, -1}, {5, -1, -1},
+         "vertex 5 at (1, 0.5, -2) is in no triangle or line"},
+        {MESHER_NOTE_UNUSED_VERTEX, {10, -1}, {5, -1, -1},
+         "isolated vertex 5 lies exactly on triangle 10 at (1, 0.5, -2) and is left out"},
+        {MESHER_NOTE_REPEATED_INDEX, {20, -1}, {5, -1, -1},
+         "line 0 has vertex 5 twice, at (1, 0.5, -2)"},
+        {MESHER_NOTE_DUPLICATE_TRIANGLE, {10, 11}, {-1, -1, -1},
+         "triangle 10 is there again as triangle 11"},
+        {MESHER_NOTE_OPPOSITE_TRIANGLE, {10, 11}, {-1, -1, -1},
+         "triangle 10 is there again as triangle 11, turned over"},
+        {MESHER_NOTE_FLIPPED_TRIANGLE, {10, 11}, {5, 6, -1},
+         "triangle 10 and triangle 11 are oriented against each other at their edge 5-6"},
+        {MESHER_NOTE_OPEN_EDGE, {10, -1}, {5, 6, -1},
+         "edge 5-6 of triangle 10 is in no other triangle, at (1, 0.5, -2)"},
+        {MESHER_NOTE_NON_MANIFOLD_EDGE, {10, -1}, {5, 6, -1},
+         "edge 5-6 of triangle 10 is in more than two triangles, at (1, 0.5, -2)"},
+        {MESHER_NOTE_SHEET, {10, -1}, {-1, -1, -1},
+         "triangle 10 has the same cell on both sides, at (1, 0.5, -2)"},
+        {MESHER_NOTE_SHELL_FILLED, {10, -1}, {-1, -1, -1},
+         "the shell of triangle 10 lies inside another one, and is filled"},
+        {MESHER_NOTE_SURFACE_STEINER, {21, -1}, {-1, -1, -1},
+         "a point was added to line 1 at (1, 0.5, -2)"},
+        {MESHER_NOTE_NEAR_VERTEX, {-1, -1}, {5, 6, -1},
+         "vertices 5 and 6, ends of open edges, are almost one point at (1, 0.5, -2)"},
+        {MESHER_NOTE_OUTSIDE_LINE, {21, -1}, {-1, -1, -1},
+         "line 1 lies in no cell that is kept, at (1, 0.5, -2)"},
+        {MESHER_NOTE_OUTSIDE_SEED, {-1, -1}, {5, -1, -1},
+         "seed 5 at (1, 0.5, -2) is in no bounded cell"},
+        {MESHER_NOTE_SHARED_CELL, {-1, -1}, {5, 6, -1},
+         "seed 5 at (1, 0.5, -2) is in the cell of seed 6, whose number it gets"},
+        {MESHER_NOTE_UNSEEDED_CELL, {10, -1}, {-1, -1, -1},
+         "a cell at triangle 10 has no seed and is left out, as others have one"},
+        {MESHER_NOTE_OUTSIDE_FACET, {10, -1}, {-1, -1, -1},
+         "triangle 10 lies outside every cell, and is left out, at (1, 0.5, -2)"},
+        {MESHER_DEFECT_INDEX, {10, -1}, {99, -1, -1},
+         "triangle 10 has vertex 99, but there are only 30"},
+        {MESHER_DEFECT_COLLINEAR, {10, -1}, {5, 6, 7},
+         "triangle 10 has its vertices 5, 6 and 7 on one line, at (1, 0.5, -2)"},
+        {MESHER_DEFECT_T_JUNCTION, {10, 11}, {5, 6, 7},
+         "vertex 5 of triangle 10 lies on the edge 6-7 of triangle 11, at (1, 0.5, -2)"},
+        {MESHER_DEFECT_T_JUNCTION, {10, 11}, {5, -1, -1},
+         "vertex 5 of triangle 10 lies on triangle 11, at (1, 0.5, -2)"},
+        {MESHER_DEFECT_INTERSECTION, {10, 20}, {-1, -1, -1},
+         "triangle 10 and line 0 intersect, at (1, 0.5, -2)"},
+        {MESHER_DEFECT_NO_CELL, {10, -1}, {5, 6, -1},
+         "the surface encloses no volume: it is open, at edge 5-6 of triangle 10 and 2 others, "
+         "at (1, 0.5, -2)"},
+        {MESHER_DEFECT_RECOVERY, {10, -1}, {-1, -1, -1},
+         "a point would have to stay on triangle 10, at (1, 0.5, -2)"},
+        {MESHER_DEFECT_RECOVERY, {10, -1}, {5, -1, -1},
+         "a piece of an edge or facet of triangle 10, by vertex 5, could not be recovered, "
+         "at (1, 0.5, -2)"},
+        {MESHER_DEFECT_RECOVERY, {20, -1}, {5, 6, -1},
+         "edge 5-6 of line 0 could not be recovered, at (1, 0.5, -2)"},
+        {MESHER_DEFECT_RECOVERY, {10, -1}, {5, 6, 7},
+         "facet 5-6-7 of triangle 10 could not be recovered, at (1, 0.5, -2)"},
+        {MESHER_DEFECT_NOT_IN_MESH, {10, -1}, {5, 6, 7},
+         "facet 5-6-7 of triangle 10 is not in the mesh, at (1, 0.5, -2)"},
+        {MESHER_DEFECT_NOT_IN_MESH, {20, -1}, {5, 6, -1},
+         "edge 5-6, line 0, is not in the mesh, at (1, 0.5, -2)"}};
+    mesher_report report;
+    mesher_finding f;
+    char text[200];
+    size_t i;
+    int k;
+    memset(&report, 0, sizeof report);
+    report.input_vertices = 30;
+    report.input_triangles = 20;
+    report.counts[MESHER_NOTE_OPEN_EDGE] = 3;
+    for (i = 0; i < sizeof cases / sizeof *cases; i++) {
+        f.kind = cases[i].kind;
+        for (k = 0; k < 2; k++) f.triangles[k] = (uint32_t)cases[i].triangles[k];
+        for (k = 0; k < 3; k++) f.vertices[k] = (uint32_t)cases[i].vertices[k];
+        f.xyz[0] = 1, f.xyz[1] = 0.5, f.xyz[2] = -2;
+        mesher_finding_string(text, sizeof text, &report, &f);
+        CHECK(strcmp(text, cases[i].text) == 0);
+    }
+    for (k = 0; k < MESHER_NUM_KINDS; k++) { /* each kind has one, and a name of its own */
+        int j;
+        text[0] = 0;
+        f.kind = (mesher_kind)k;
+        mesher_finding_string(text, sizeof text, &report, &f);
+        CHECK(text[0] && strncmp(mesher_kind_string(f.kind), "unknown", 7) != 0);
+        for (j = 0; j < k; j++)
+            CHECK(strcmp(mesher_kind_string((mesher_kind)j), mesher_kind_string(f.kind)) != 0);
+    }
+}
+
 int main(void)
 {
     bad_options_have_names();
@@ -1240,5 +1338,6 @@ int main(void)
     every_allocation_may_fail();
     a_thicket_is_counted_in_little_memory();
     arguments_are_checked();
+    findings_have_sentences();
     return check_report();
 }
