@@ -589,6 +589,22 @@ static void triangles_again_are_notes(void)
     CHECK(count_of(MESHER_NOTE_OPEN_EDGE) == 0 && count_of(MESHER_NOTE_NON_MANIFOLD_EDGE) == 0);
 }
 
+/* A diagonal, again and turned over, is one line; one from a vertex to itself is none. */
+static void lines_again_are_one(void)
+{
+    static const uint32_t lines[8] = {0, 6, 0, 6, 3, 3, 6, 0};
+    mesher_surface s = surface_of(cube_xyz, 8, cube_triangles, 12);
+    mesher_domain d;
+    s.edges = lines;
+    s.num_edges = 4;
+    check_surface(&s, NULL);
+    CHECK(last.code == MESHER_OK && count_of(MESHER_NOTE_REPEATED_INDEX) == 1);
+    CHECK(first_of(MESHER_NOTE_REPEATED_INDEX)->triangles[0] == 12 + 2);
+    CHECK(first_of(MESHER_NOTE_REPEATED_INDEX)->vertices[0] == 3);
+    CHECK(mesher_domain_init(&d, &s, NULL, NULL) == MESHER_OK && d.num_edges == 18 + 1);
+    mesher_domain_free(&d);
+}
+
 static void orientation_is_noted(void)
 {
     uint32_t triangles[36] = {0};
@@ -1339,5 +1355,6 @@ int main(void)
     a_thicket_is_counted_in_little_memory();
     arguments_are_checked();
     findings_have_sentences();
+    lines_again_are_one();
     return check_report();
 }

@@ -815,6 +815,34 @@ static void a_reproduction_can_be_interrupted(void)
     }
 }
 
+/* A clock of the host, by which each look at it takes an hour. */
+static double slow_clock(void *user) { return 3600.0 * (double)++((host_state *)user)->calls_left; }
+
+/* Time is up in the first run: the nearest triangles are the part, not known to fail. */
+static void a_reproduction_ends_in_time(void)
+{
+    shape s = {0};
+    mesher_surface surface, part;
+    mesher_options o;
+    host_state h;
+    double *xyz;
+    uint32_t *triangles;
+    crossing_among_spheres(&s, 4);
+    surface = surface_of(&s);
+    xyz = (double *)malloc((3 * s.num_vertices + 24) * sizeof *xyz);
+    triangles = (uint32_t *)malloc((3 * s.num_triangles + 36) * sizeof *triangles);
+    memset(&h, 0, sizeof h);
+    memset(&o, 0, sizeof o);
+    o.host.clock = slow_clock;
+    o.host.user = &h;
+    CHECK(mesher_reproduce(&surface, &o, MESHER_ERROR_SURFACE, crossing_place, xyz, triangles,
+                           &part) == MESHER_GOAL_NOT_MET);
+    CHECK(part.num_triangles == 8 + 12 && h.calls_left > 1 && h.calls_left < 20);
+    free(xyz);
+    free(triangles);
+    shape_free(&s);
+}
+
 /* A large triangle as an interface between two flat cells, each with an apex (k is 0) or a small
  * triangle: all edges are in the Delaunay triangulation, the large triangle is not, as edges from
  * one cell to the other pierce it. */
@@ -1016,6 +1044,7 @@ int main(int argc, char **argv)
         invalid_surfaces_are_refused();
         a_failure_is_reproduced_by_few_triangles();
         a_reproduction_can_be_interrupted();
+        a_reproduction_ends_in_time();
         scale_and_shift_change_nothing();
         threads_give_the_same_bytes();
         a_pierced_facet_is_split_and_made_whole();

@@ -1903,6 +1903,7 @@ static void a_finished_mesh_is_refined(void)
     mesher_surface surface;
     mesher_options o;
     mesher_report r;
+    mesher_finding finding;
     mesher_source ball;
     uint32_t bad[3] = {0, 1, 0}, i;
     memset(&o, 0, sizeof o);
@@ -1947,6 +1948,16 @@ static void a_finished_mesh_is_refined(void)
     CHECK(mesher_refine_mesh(&e, &surface, out.tets, NULL, (size_t)out.num_tets, &o, &r) ==
           MESHER_ERROR_SURFACE);
     CHECK(strstr(r.message, "is not in the mesh") && r.counts[MESHER_DEFECT_NOT_IN_MESH] == 1);
+    surface.num_triangles = 0;
+    surface.edges = bad + 1; /* no edge of it */
+    surface.num_edges = 1;
+    r.findings = &finding;
+    r.cap_findings = 1;
+    CHECK(mesher_refine_mesh(&e, &surface, out.tets, NULL, (size_t)out.num_tets, &o, &r) ==
+          MESHER_ERROR_SURFACE);
+    CHECK(r.num_findings == 1 && finding.kind == MESHER_DEFECT_NOT_IN_MESH);
+    CHECK(finding.triangles[0] == 0 && finding.vertices[0] + finding.vertices[1] == 1 + bad[2] &&
+          finding.vertices[2] == DELAUNAY_NO_ID);
     free((void *)surface.xyz);
     free(out.tets);
     free(out.regions);
