@@ -1940,6 +1940,29 @@ static void test_reconnect_without_sense(void)
     xyz[4] = 0;
     CHECK(spr_reconnect(&p, NAN, 0, NULL, &r) == SPR_ERROR_INVALID_ARGUMENT &&
           strstr(r.message, "bound"));
+    p.num_facets = 3;
+    CHECK(spr_reconnect(&p, 0, 0, NULL, &r) == SPR_ERROR_INVALID_ARGUMENT &&
+          strstr(r.message, "not 4 to 512 facets"));
+    p.num_facets = 4;
+    p.num_edges = 1;
+    CHECK(spr_reconnect(&p, 0, 0, NULL, &r) == SPR_ERROR_INVALID_ARGUMENT &&
+          strstr(r.message, "edges, or none given"));
+    bad[0] = 2, bad[1] = 3, bad[2] = 1, bad[3] = 1;
+    p.edges = bad;
+    CHECK(spr_reconnect(&p, 0, 0, NULL, &r) == SPR_OK && r.num_tets == 1); /* it is there */
+    p.num_edges = 2;
+    CHECK(spr_reconnect(&p, 0, 0, NULL, &r) == SPR_ERROR_INVALID_ARGUMENT &&
+          strstr(r.message, "an edge without two points (number 1)"));
+    p.num_edges = 0;
+    p.num_walls = SPR_MAX_CONSTRAINTS + 1;
+    p.walls = bad;
+    CHECK(spr_reconnect(&p, 0, 0, NULL, &r) == SPR_ERROR_INVALID_ARGUMENT &&
+          strstr(r.message, "walls, or none given"));
+    bad[2] = 3;
+    p.num_walls = 1;
+    CHECK(spr_reconnect(&p, 0, 0, NULL, &r) == SPR_ERROR_INVALID_ARGUMENT &&
+          strstr(r.message, "a wall without three points (number 0)"));
+    p.num_walls = 0;
     p.num_points = 33;
     CHECK(spr_reconnect(&p, 0, 0, NULL, &r) == SPR_ERROR_INVALID_ARGUMENT);
     CHECK(spr_reconnect(NULL, 0, 0, NULL, &r) == SPR_ERROR_INVALID_ARGUMENT);
