@@ -506,6 +506,7 @@ typedef struct job {
     raised second;
     size_t num_dropped; /* vertices of the input that --drop-unused has left out */
     uint64_t num_large; /* triangles that --refine-surface had better divided */
+    uint64_t num_flips; /* diagonals that --flip-surface would flip, if it would help */
     double seconds[NUM_PHASES], start;
     int code;          /* exit code so far */
     char message[768]; /* the last one of complain() */
@@ -1961,6 +1962,17 @@ static uint64_t num_large(const job *j)
     return count;
 }
 
+/* The number of diagonals within planes that could be flipped; 0 if they are few, or if the surface
+ * holds few tetrahedra below the target. */
+static uint64_t num_flips(job *j)
+{
+    uint64_t count = 0;
+    if (100 * j->spr.bounded < j->quality.num_tets || changes_surface(&j->set) ||
+        j->set.refine_mesh || mesher_count_flips(&j->domain, &count) != MESHER_OK)
+        return 0;
+    return 50 * count < j->surface.num_triangles ? 0 : count;
+}
+
 /* For --save-sizes: copies the mesh as refinement leaves it, as a size mesh with the sizes at its
  * vertices; improvement moves vertices. Returns 0 if memory runs out. */
 static int keep_sizes(job *j)
@@ -2050,6 +2062,7 @@ static int mesh_surface(job *j)
     trim_memory();
     improve(j);
     clear_progress(j);
+    j->num_flips = num_flips(j);
     if (j->code == TOOL_INTERNAL) return j->code;
     return prove(j);
 }
@@ -2453,7 +2466,7 @@ static void print_sizes(const job *j)
 }
 
 /* Prints what --refine-surface or --flip-surface made of the triangles, or a note if the mesh would
- * gain by the former, or if sizes were given in vain. */
+ * gain by one of them, or if sizes were given in vain. */
 static void print_division(const job *j)
 {
     if (changes_surface(&j->set))
@@ -2465,6 +2478,10 @@ static void print_division(const job *j)
         printf("note        %llu triangles have edges more than three times as long as is asked\n"
                "            for; tetrahedra under them are flat. --refine-surface divides them\n",
                (unsigned long long)j->num_large);
+    if (j->num_flips > 0)
+        printf("note        %llu diagonals could be flipped within planes of the surface, for\n"
+               "            fewer needles, which hold bad tetrahedra: --flip-surface does it\n",
+               (unsigned long long)j->num_flips);
     if (j->set.mesher.no_refine && !j->set.refine_surface && asks_for_sizes(&j->set.mesher))
         printf("note        --no-refine: the sizes have no effect\n");
 }

@@ -661,6 +661,16 @@ static double largest_sum(const mesher_surface *s)
     return most;
 }
 
+static uint64_t num_flippable(const mesher_surface *s)
+{
+    mesher_domain domain;
+    uint64_t count = 0;
+    CHECK(mesher_domain_init(&domain, s, NULL, NULL) == MESHER_OK);
+    CHECK(mesher_count_flips(&domain, &count) == MESHER_OK);
+    mesher_domain_free(&domain);
+    return count;
+}
+
 enum { RIM = 40 }; /* vertices of the bottom and of the top of a prism */
 
 /* A prism over a flattened circle, bottom and top fanned from one vertex. Tags: 1 and 2 the two
@@ -695,6 +705,8 @@ static void test_flips(void)
     double xyz[6 * RIM], volume;
     uint32_t triangles[3 * TRIANGLES], line[2] = {RIM, RIM + 14}, i;
     int32_t tags[TRIANGLES];
+    mesher_domain none;
+    uint64_t count;
     int turned;
     for (turned = 0; turned < 3; turned++) {
         mesher_fine_surface fine, again;
@@ -719,6 +731,7 @@ static void test_flips(void)
         given.num_edges = turned == 2;
         before = measure(&given);
         CHECK(largest_sum(&given) > 185);
+        CHECK(num_flippable(&given) > 20);
         CHECK(mesher_flip_surface(&fine, &given, &o, NULL) == MESHER_OK);
         after = measure(&fine.surface);
         CHECK(fine.num_flips > 60 && fine.surface.num_vertices == 2 * RIM);
@@ -737,6 +750,7 @@ static void test_flips(void)
         CHECK(meshed(&fine.surface, 0, &volume) == 1 && fabs(volume - before.volume) < 1e-12);
         CHECK(mesher_flip_surface(&again, &fine.surface, NULL, NULL) == MESHER_OK);
         CHECK(again.num_flips == 0); /* nothing is left to flip */
+        CHECK(num_flippable(&fine.surface) == 0);
         CHECK(memcmp(again.triangles, fine.triangles, sizeof triangles) == 0);
         mesher_fine_surface_free(&again);
         mesher_fine_surface_free(&fine);
@@ -745,6 +759,8 @@ static void test_flips(void)
         CHECK(fine.xyz == NULL);
     }
     CHECK(mesher_flip_surface(NULL, NULL, NULL, NULL) == MESHER_ERROR_INVALID_ARGUMENT);
+    memset(&none, 0, sizeof none);
+    CHECK(mesher_count_flips(&none, &count) == MESHER_ERROR_INVALID_ARGUMENT);
 }
 
 int main(void)

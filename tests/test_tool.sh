@@ -547,9 +547,14 @@ code 2 $mesh "$T/f1.mesh" --size 0.1 --refine-surface --refine-mesh
         for (i = 1; i < 11; i++) { print 3, 0, i + 1, i; print 3, 12, 12 + i, 13 + i }
         for (i = 0; i < 12; i++) { j = (i + 1) % 12; print 3, i, j, 12 + j; print 3, i, 12 + j, 12 + i } }'
 } > "$T/disk.off"
+code 0 $mesh "$T/disk.off"
+prints '^note *[1-9][0-9]* diagonals could be flipped'
+code 0 $mesh "$T/cube.off"
+ok 'nothing to flip' sh -c "! grep -q flip-surface '$T/out'"
 code 0 $mesh "$T/disk.off" --flip-surface -o "$T/f4.mesh" --threads 1
 prints '^surface *24 vertices, 44 triangles, [1-9][0-9]* flips'
 prints '^surface *[0-9.]* s'
+ok 'it is done' sh -c "! grep -q diagonals '$T/out'"
 code 0 $mesh "$T/disk.off" --flip-surface -o "$T/f5.mesh" --threads 2 -q
 ok 'same bytes' cmp "$T/f4.mesh" "$T/f5.mesh"
 code 2 $mesh "$T/f1.mesh" --flip-surface --refine-mesh
