@@ -635,8 +635,8 @@ MESHER_API mesher_result mesher_refine_surface(mesher_fine_surface *fine,
                                                const mesher_options *options,
                                                mesher_report *report);
 /* Flips diagonals as mesher_refine_surface does, and divides nothing: a surface of the same shape,
- * vertices and number of triangles (but for those that have a corner twice), each of whose planes
- * has a Delaunay triangulation within its borders, as long as no lines cross it. On fewer needles
+ * vertices and number of triangles (but for those that have a corner twice). Between the borders
+ * of a plane, of tags, and lines, the triangulation becomes constrained Delaunay. On fewer needles
  * fewer tetrahedra are bad. Equal vertices are merged.
  *
  *   options   in    no size has an effect; of vertex_sizes fine has a copy

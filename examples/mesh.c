@@ -1962,12 +1962,12 @@ static uint64_t num_large(const job *j)
     return count;
 }
 
-/* The number of diagonals within planes that could be flipped; 0 if they are few, or if the surface
- * holds few tetrahedra below the target. */
+/* The number of diagonals within planes that could be flipped; 0 if they are few, if the surface
+ * holds few tetrahedra below the target, or if nobody would read it. */
 static uint64_t num_flips(job *j)
 {
     uint64_t count = 0;
-    if (100 * j->spr.bounded < j->quality.num_tets || changes_surface(&j->set) ||
+    if (j->set.quiet || 100 * j->spr.bounded < j->quality.num_tets || changes_surface(&j->set) ||
         j->set.refine_mesh || mesher_count_flips(&j->domain, &count) != MESHER_OK)
         return 0;
     return 50 * count < j->surface.num_triangles ? 0 : count;
