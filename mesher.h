@@ -2154,15 +2154,20 @@ static int mesher__segment_in_plane(const mesher__simplex *pq, const mesher__sim
  * the plane of t, rounding may make x any number. */
 static double mesher__over(const mesher__simplex *pq, const mesher__simplex *t, int axis, double x)
 {
+    const double *p = pq->p[0], *q = pq->p[1];
     double turn = mesher__area(t->p[0], t->p[1], t->p[2], axis), low = 0, high = 1;
-    int i;
+    int u = (axis + 1) % 3, v = (axis + 2) % 3, i;
     for (i = 0; i < 3; i++) {
         const double *a = t->p[i], *b = t->p[(i + 1) % 3];
-        double hp = mesher__area(a, b, pq->p[0], axis), hq = mesher__area(a, b, pq->p[1], axis),
-               zero = mesher__zero(hp, hq);
+        double hp = mesher__area(a, b, p, axis), hq = mesher__area(a, b, q, axis),
+               zero = mesher__zero(hp, hq), wide = fabs(p[u] - a[u]);
+        wide = fmax(fmax(wide, fabs(p[v] - a[v])), fmax(fabs(q[u] - a[u]), fabs(q[v] - a[v])));
+        wide *= fabs(b[u] - a[u]) + fabs(b[v] - a[v]);
+        if (fmax(fabs(hp), fabs(hq)) <= 1e-14 * wide) continue; /* perhaps rounding alone */
         if (turn < 0) hp = -hp, hq = -hq;
-        if (hp < 0 && hq > 0 && zero > low) low = zero;
-        if (hp > 0 && hq < 0 && zero < high) high = zero;
+        /* by rounding both may be outside: then the end that is nearer */
+        if (hp < 0 && hp < hq && zero > low) low = zero;
+        if (hq < 0 && hq < hp && zero < high) high = zero;
     }
     return x < low ? low : x > high ? high : x;
 }

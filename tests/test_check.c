@@ -801,6 +801,32 @@ static void nearly_flat_crossings_have_places(void)
     }
 }
 
+/* Two triangles side by side in nearly one plane. They have a corner in common, and would have two
+ * but for rounding: they cross near that one, whose distance to an edge is rounded to 0. And two at
+ * a large angle, where an edge of one lies behind an edge of the other as seen along an axis. */
+static void crossings_near_edges_have_places(void)
+{
+    const uint32_t triangles[2][6] = {{0, 1, 2, 0, 3, 4}, {0, 1, 2, 3, 4, 5}};
+    const double xyz[2][18] = {
+        {-175753620787.4405, -623790266195.3398, 294857275685.19653, -6.33051164808363e-06,
+         -5.012540753013882e-06, -5.899072594302646e-06, -17490829585.34979, -498476747369.9928,
+         442334090542.7627, -6.592874091863876e-06, -1.2489691963563775e-05, 7.35938763838795e-07,
+         -158262791202.09073, -125313518825.34703, -147476814857.56613, 0, 0, 0},
+        {0, 0, 2, 1.9999999999999996, 0.9999999999999999, 1, 0.9999999999999998, 1.9999999999999996,
+         0.9999999999999998, 1, 1.9999999999999998, 1.9999999999999998, 0, 2, 1,
+         -1.1102230246251565e-16, 0, 0}};
+    const double at[2][3] = {{0, 0, 0}, {2 / 3.0, 4 / 3.0, 4 / 3.0}};
+    const double error[2] = {1e-3, 1e-12};
+    int i, k;
+    for (i = 0; i < 2; i++) {
+        mesher_surface s = surface_of(xyz[i], 5 + (size_t)i, triangles[i], 2);
+        const mesher_finding *f;
+        check_surface(&s, NULL);
+        f = first_of(MESHER_DEFECT_INTERSECTION);
+        for (k = 0; k < 3; k++) CHECK(f && fabs(f->xyz[k] - at[i][k]) < error[i]);
+    }
+}
+
 /* Two triangles with a common edge, on the same side of it. */
 static void folds_overlap(void)
 {
@@ -1346,6 +1372,7 @@ int main(void)
     contacts_have_names();
     overlaps_have_places();
     nearly_flat_crossings_have_places();
+    crossings_near_edges_have_places();
     folds_overlap();
     soups_agree_with_the_oracle();
     isolated_points_agree_with_the_oracle();
