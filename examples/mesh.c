@@ -495,6 +495,9 @@ typedef struct job {
     uint32_t *kept_tets;
     uint64_t num_welded;    /* vertices that --weld put onto others */
     uint64_t num_cut, num_collinear; /* triangles that --split-edges has cut, and left out */
+    /* if it has changed the triangles, the numbers that those of in have in the file; or NULL */
+    uint32_t *cut_from;
+    size_t num_uncut; /* triangles of the file then */
     weld_cure cure;
     mesher_surface surface; /* the one to mesh: the input's, or fine.surface */
     mesher_fine_surface fine;
@@ -1098,6 +1101,51 @@ static int side_name(const job *j, const char *ending, char name[TOOL_MAX_NAME])
     return 0;
 }
 
+/* The number of triangles in the file. */
+static size_t num_in_file(const job *j) { return j->cut_from ? j->num_uncut : j->in.num_triangles; }
+
+/* A finding with the numbers that triangles and lines have in the file. */
+static mesher_finding finding_in_file(const job *j, const mesher_finding *f)
+{
+    const size_t n = j->in.num_triangles;
+    mesher_finding found = *f;
+    int k;
+    if (!j->cut_from || j->report.input_triangles != n) return found;
+    for (k = 0; k < 2; k++) {
+        uint32_t *id = &found.triangles[k];
+        if (*id < n) *id = j->cut_from[*id];
+        else if (*id != DELAUNAY_NO_ID) *id = (uint32_t)(*id - n + j->num_uncut);
+    }
+    return found;
+}
+
+/* The same as a sentence. */
+static void describe(const job *j, const mesher_finding *f, char text[512])
+{
+    const mesher_finding found = finding_in_file(j, f);
+    mesher_report report = j->report;
+    if (j->cut_from && report.input_triangles == j->in.num_triangles)
+        report.input_triangles = j->num_uncut;
+    mesher_finding_string(text, 512, &report, &found);
+}
+
+/* The report's message, which begins with the first finding. */
+static void describe_report(const job *j, char text[512])
+{
+    const mesher_report *r = &j->report;
+    char sentence[512];
+    size_t n = 0;
+    text[0] = 0;
+    if (r->num_findings) {
+        mesher_finding_string(sentence, sizeof sentence, r, r->findings);
+        if (strncmp(r->message, sentence, strlen(sentence)) == 0) {
+            n = strlen(sentence);
+            describe(j, r->findings, text);
+        }
+    }
+    snprintf(text + strlen(text), 512 - strlen(text), "%s", r->message + n);
+}
+
 /* Writes a file with the triangles of all findings: one cell for each, with the kind of the finding
  * and the number of the triangle as fields. */
 static void write_defects(const job *j)
@@ -1118,6 +1166,7 @@ static void write_defects(const job *j)
     for (i = 0; triangles && kinds && numbers && i < n; i++)
         for (side = 0; side < 2; side++) {
             const mesher_finding *f = &j->report.findings[i];
+            const mesher_finding found = finding_in_file(j, f);
             uint32_t t = f->triangles[side];
             const uint32_t *v;
             if (t >= j->surface.num_triangles) continue;
@@ -1127,7 +1176,7 @@ static void write_defects(const job *j)
                 continue;
             memcpy(triangles + 3 * k, v, 3 * sizeof *v);
             kinds[k] = f->kind;
-            numbers[k++] = t;
+            numbers[k++] = found.triangles[side];
         }
     if (!triangles || !kinds || !numbers)
         fprintf(stderr, "mesh: no memory for the file with the findings\n");
@@ -1197,7 +1246,7 @@ static void print_findings(const job *j, int defects)
     for (i = 0; i < j->report.num_findings; i++) {
         const mesher_finding *f = &j->report.findings[i];
         if (mesher_is_defect(f->kind) != defects || count++ >= SHOWN_FINDINGS) continue;
-        mesher_finding_string(text, sizeof text, &j->report, f);
+        describe(j, f, text);
         printf("            %s\n", text);
     }
     if (count > SHOWN_FINDINGS)
@@ -1461,7 +1510,7 @@ static int may_split(const job *j)
 /* Reports a failure of the mesher. */
 static int fail(job *j, mesher_result result)
 {
-    char text[sizeof j->message], advice[100];
+    char text[sizeof j->message], message[512], advice[100];
     int code = code_of(result);
     if (code == TOOL_BAD_SURFACE) find_cure(j);
     clear_progress(j);
@@ -1473,13 +1522,14 @@ static int fail(job *j, mesher_result result)
         write_defects(j);
     }
     if (code == TOOL_NOT_RECOVERED) write_reproducer(j, result);
+    describe_report(j, message);
     say_cure(&j->cure, "none", advice);
     if (code == TOOL_NO_MEMORY && j->set.mesher.host.memory_limit_bytes)
         snprintf(advice, sizeof advice, "--max-memory allows %.9g MB",
                  1e-6 * (double)j->set.mesher.host.memory_limit_bytes);
     snprintf(text, sizeof text, "%s%s%s%s",
              code == TOOL_STOPPED   ? "interrupted"
-             : j->report.message[0] ? j->report.message : mesher_result_string(result),
+             : message[0] ? message : mesher_result_string(result),
              code == TOOL_BAD_SURFACE && line_is_defective(j)
                  ? "; --no-lines leaves the lines of the input out, if they are not needed"
              : code == TOOL_BAD_SURFACE && j->report.counts[MESHER_DEFECT_OUTSIDE_FACET]
@@ -1501,7 +1551,7 @@ static int check_surface(job *j)
     clear_progress(j);
     if (!j->set.quiet) {
         printf("input       %s: %llu vertices, %llu triangles\n", j->name,
-               (unsigned long long)j->in.num_vertices, (unsigned long long)j->in.num_triangles);
+               (unsigned long long)j->in.num_vertices, (unsigned long long)num_in_file(j));
         print_counts(j, "notes", 0);
         printf("defects     none (%.3f s)\n", j->seconds[PHASE_CHECK]);
     }
@@ -1609,8 +1659,9 @@ static int cut_triangles(job *j, const edge_cut *cuts, size_t num_cuts, const ui
     uint32_t *triangles = (uint32_t *)malloc((3 * most + 1) * sizeof *triangles);
     int32_t *tags = (int32_t *)malloc((most + 1) * sizeof *tags);
     uint32_t *v = (uint32_t *)malloc((num_cuts + 3) * sizeof *v);
+    uint32_t *from = (uint32_t *)malloc((most + 1) * sizeof *from);
     size_t t, n, c = 0, count = 0;
-    int k, ok = triangles && tags && v;
+    int k, ok = triangles && tags && v && from;
     for (t = 0; ok && t < m->num_triangles; t++) {
         for (n = 0, k = 0; k < 3; k++) {
             v[n++] = m->triangles[3 * t + (size_t)k];
@@ -1620,7 +1671,10 @@ static int cut_triangles(job *j, const edge_cut *cuts, size_t num_cuts, const ui
         j->num_collinear += drop[t];
         if (drop[t]) continue;
         j->num_cut += n > 3;
-        for (k = 0; k < (int)n - 2; k++) tags[count + (size_t)k] = m->triangle_tags[t];
+        for (k = 0; k < (int)n - 2; k++) {
+            tags[count + (size_t)k] = m->triangle_tags[t];
+            from[count + (size_t)k] = j->cut_from ? j->cut_from[t] : (uint32_t)t;
+        }
         divide(m, v, n, triangles + 3 * count);
         count += n - 2;
     }
@@ -1628,8 +1682,12 @@ static int cut_triangles(job *j, const edge_cut *cuts, size_t num_cuts, const ui
     if (!ok) {
         free(triangles);
         free(tags);
+        free(from);
         return 0;
     }
+    if (!j->cut_from) j->num_uncut = m->num_triangles;
+    free(j->cut_from);
+    j->cut_from = from;
     free(m->triangles);
     free(m->triangle_tags);
     m->triangles = triangles;
@@ -2490,7 +2548,7 @@ static void print_statistics(const job *j)
 {
     uint64_t n = j->out.num_vertices, added = n - (j->in.num_vertices - j->num_dropped);
     printf("input       %s: %llu vertices, %llu triangles\n", j->name,
-           (unsigned long long)j->in.num_vertices, (unsigned long long)j->in.num_triangles);
+           (unsigned long long)j->in.num_vertices, (unsigned long long)num_in_file(j));
     if (j->set.weld > 0)
         printf("weld        %llu vertices put onto others\n", (unsigned long long)j->num_welded);
     if (j->set.split_edges)
@@ -2576,12 +2634,13 @@ static int is_about_seeds(mesher_kind kind)
 /* Writes every finding that was kept, defects first, with its ids and its place. */
 static void json_findings(FILE *f, const job *j)
 {
-    const size_t lines = (size_t)j->report.input_triangles;
+    const size_t n = (size_t)j->report.input_triangles,
+                 lines = n == j->in.num_triangles ? num_in_file(j) : n;
     size_t i;
     int k;
     fprintf(f, "  \"places\": [");
     for (i = 0; i < j->report.num_findings; i++) {
-        const mesher_finding *w = &j->report.findings[i];
+        const mesher_finding found = finding_in_file(j, &j->report.findings[i]), *w = &found;
         fprintf(f, "%s\n    {\"kind\": \"", i ? "," : "");
         tool_json_text(f, mesher_kind_string(w->kind));
         fprintf(f, "\", \"defect\": %s", mesher_is_defect(w->kind) ? "true" : "false");
@@ -2606,7 +2665,7 @@ static void json_body(FILE *f, const job *j, int code)
     fprintf(f, "\", \"exit_code\": %d, \"message\": \"", code);
     tool_json_text(f, j->message);
     fprintf(f, "\",\n  \"input_vertices\": %llu, \"input_triangles\": %llu,\n  \"findings\": {",
-            (unsigned long long)j->in.num_vertices, (unsigned long long)j->in.num_triangles);
+            (unsigned long long)j->in.num_vertices, (unsigned long long)num_in_file(j));
     for (k = 0; k < MESHER_NUM_KINDS; k++) {
         if (!j->report.counts[k]) continue;
         fprintf(f, "%s\"", any++ ? ", " : "");
@@ -2767,6 +2826,7 @@ int main(int argc, char **argv)
     free(j->second.edges);
     free(j->report.findings);
     free(j->notes.findings);
+    free(j->cut_from);
     free(j->seeds);
     free(j->grid_sizes);
     mesher_size_mesh_free(&j->size_mesh);

@@ -357,6 +357,13 @@ for parted in parted_edge cap; do
     ok "fourteen triangles" test "$(sed -n '/^Triangles/{n;p;}' "$T/whole.mesh")" = 14
 done
 prints '1 collinear ones left out'
+# the numbers in messages are those of the file, not of what the triangles are cut into
+{ parted_edge; echo 'v 0.5 -1 2'; echo 'f 3 4 5 9'; } | off > "$T/numbers.off"
+code 5 $mesh "$T/numbers.off" --split-edges --json "$T/numbers.json"
+says 'triangle 13 lies outside every cell'
+prints 'triangle 13 lies outside every cell'
+ok "and in the file" grep -q 'outside every cell", "defect": true, "triangles": .13.' "$T/numbers.json"
+ok "with their number" grep -q '"input_triangles": 14,' "$T/numbers.json"
 # vertices 8 and 9 on edge 0-1 and 10 on edge 1-5, all of triangle 0 1 5
 { cube 0 0 0 1 0 | grep -v '^f 3 0 3 1$' | grep -v '^f 3 1 7 5$'
   printf 'v 0.25 0 0\nv 0.5 0 0\nv 1 0 0.5\nf 3 0 3 8\nf 3 8 3 9\nf 3 9 3 1\n'
