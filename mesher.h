@@ -5315,59 +5315,59 @@ static void mesher__fill_ring(mesher__flips *f, const mesher__ring *g, const mes
     sides[1] = 4 * d + 3;
 }
 
-/* Removes the edge of a ring, by the triangulation that was just found for the ring. 0: no room. */
-static int mesher__flip_ring(mesher__flips *f, const mesher__ring *g)
+/* Removes the edge of a ring, if there is room, by the triangulation that was just found for the
+ * ring. */
+static void mesher__flip_ring(mesher__flips *f, const mesher__ring *g)
 {
     mesher__ring_marks m;
     uint32_t i, n = g->n;
     delaunay_handle sides[2];
-    if (!mesher__flip_room(f, n, 2 * (n - 2))) return 0;
+    if (!mesher__flip_room(f, n, 2 * (n - 2))) return;
     for (i = 0; i < n; i++) {
         const mesher__copy *c = &f->cells[g->cells[i]];
         uint32_t p = mesher__cell_place(c, g->p), q = mesher__cell_place(c, g->q);
         uint32_t v = mesher__cell_place(c, g->r[i]), next = 6 - p - q - v;
         m.beyond_q[i] = mesher__beyond(f, g->cells[i], q);
         m.beyond_p[i] = mesher__beyond(f, g->cells[i], p);
-        if (!m.beyond_q[i] || !m.beyond_p[i]) return 0;
+        if (!m.beyond_q[i] || !m.beyond_p[i]) return;
         m.at_p[i] = mesher__edge_bit(c, p, v);
         m.at_q[i] = mesher__edge_bit(c, q, v);
         m.rim[i] = mesher__edge_bit(c, v, next);
         m.facet_q[i] = c->flags >> q & 1;
         m.facet_p[i] = c->flags >> p & 1;
     }
-    if (!mesher__flip_room(f, n, 2 * (n - 2))) return 0; /* copies may have been made */
+    if (!mesher__flip_room(f, n, 2 * (n - 2))) return; /* copies may have been made */
     for (i = 0; i < n; i++) mesher__cell_goes(f, g->cells[i]);
     mesher__fill_ring(f, g, &m, 0, n - 1, sides);
     mesher__cells_link(f, sides[0], m.beyond_q[n - 1]);
     mesher__cells_link(f, sides[1], m.beyond_p[n - 1]);
     mesher__flip_done(f, n, 2 * (n - 2));
-    return 1;
 }
 
-/* Flips two tetrahedra to three: facet k of a cell is replaced by the edge between the two opposite
- * vertices. 0: impossible. */
-static int mesher__flip_face(mesher__flips *f, uint32_t cell, uint32_t k)
+/* Flips two tetrahedra to three, if that is possible: facet k of a cell is replaced by the edge
+ * between the two opposite vertices. */
+static void mesher__flip_face(mesher__flips *f, uint32_t cell, uint32_t k)
 {
     const uint8_t *o = delaunay_facet_order((int)k);
     const mesher__copy *c = &f->cells[cell], *b;
     delaunay_handle h = mesher__beyond(f, cell, k), out[3][2];
     uint32_t d = c->v[k], e, w[3], in_b[3], made[3], i, j;
     unsigned flags[3];
-    if (!h || (c->flags & DELAUNAY_FACET_BIT(k))) return 0;
+    if (!h || (c->flags & DELAUNAY_FACET_BIT(k))) return;
     b = &f->cells[h / 4];
     e = b->v[h % 4];
-    if (b->v[3] == DELAUNAY_GHOST) return 0;
+    if (b->v[3] == DELAUNAY_GHOST) return;
     for (i = 0; i < 3; i++) w[i] = c->v[o[i]];
     f->work += 3;
     for (i = 0; i < 3; i++)
-        if (mesher__flip_orient(f, d, w[i], w[(i + 1) % 3], e) <= 0) return 0;
+        if (mesher__flip_orient(f, d, w[i], w[(i + 1) % 3], e) <= 0) return;
     for (i = 0; i < 3; i++) in_b[i] = mesher__cell_place(b, w[i]);
     for (i = 0; i < 3; i++) {
         uint32_t x = o[i], y = o[(i + 1) % 3], z = o[(i + 2) % 3]; /* places in c, then in b */
         uint32_t bx = in_b[i], by = in_b[(i + 1) % 3], bz = in_b[(i + 2) % 3];
         out[i][0] = mesher__beyond(f, cell, z);
         out[i][1] = mesher__beyond(f, (uint32_t)(h / 4), bz);
-        if (!out[i][0] || !out[i][1]) return 0;
+        if (!out[i][0] || !out[i][1]) return;
         flags[i] = DELAUNAY_EDGE_BIT(0) * mesher__edge_bit(c, k, x) |
                    DELAUNAY_EDGE_BIT(1) * mesher__edge_bit(c, k, y) |
                    DELAUNAY_EDGE_BIT(3) * mesher__edge_bit(c, x, y) |
@@ -5376,7 +5376,7 @@ static int mesher__flip_face(mesher__flips *f, uint32_t cell, uint32_t k)
                    DELAUNAY_FACET_BIT(3) * (c->flags >> z & 1u) |
                    DELAUNAY_FACET_BIT(0) * (b->flags >> bz & 1u);
     }
-    if (!mesher__flip_room(f, 2, 3)) return 0;
+    if (!mesher__flip_room(f, 2, 3)) return;
     mesher__cell_goes(f, cell);
     mesher__cell_goes(f, (uint32_t)(h / 4));
     for (i = 0; i < 3; i++) made[i] = mesher__new_cell(f, d, w[i], w[(i + 1) % 3], e, flags[i]);
@@ -5388,7 +5388,6 @@ static int mesher__flip_face(mesher__flips *f, uint32_t cell, uint32_t k)
     }
     mesher__edge_made(f, d, e);
     mesher__flip_done(f, 2, 3);
-    return 1;
 }
 
 /* Is edge pq one of those whose removal is under way at lower levels of the recursion? */
@@ -5433,22 +5432,25 @@ static void mesher__ring_waits(mesher__flips *f, const mesher__ring *g, int add)
         f->cells[g->cells[i]].rings = (uint8_t)(f->cells[g->cells[i]].rings + add);
 }
 
-/* Removes edge pq of a cell. If its ring has no triangulation, edges that prevent one are removed
- * first, recursively, to the given depth. ear: a vertex of the ring that may get no new edge (0:
- * none). Flips that do not lead to the removal stay: they may free what is stuck for a later
- * try. */
-static int mesher__remove_edge(mesher__flips *f, uint32_t cell, uint32_t p, uint32_t q,
-                               uint32_t ear, int level, int depth)
+/* Removes edge pq of a cell, if possible. If its ring has no triangulation, edges that prevent one
+ * are removed first, recursively, to the given depth. ear: a vertex of the ring that may get no new
+ * edge (0: none). Flips that do not lead to the removal stay: they may free what is stuck for a
+ * later try. */
+static void mesher__remove_edge(mesher__flips *f, uint32_t cell, uint32_t p, uint32_t q,
+                                uint32_t ear, int level, int depth)
 {
     mesher__ring g;
     uint32_t i, n, side, mark;
-    if (f->budget == 0) return 0;
+    if (f->budget == 0) return;
     f->budget--;
-    if (!mesher__ring_of(f, cell, p, q, &g)) return 0;
+    if (!mesher__ring_of(f, cell, p, q, &g)) return;
     f->work += g.n;
-    if (f->apart && mesher__ring_overlaps(f, &g)) return 0;
-    if (mesher__triangulate_ring(f, &g, ear)) return mesher__flip_ring(f, &g);
-    if (depth == 0) return 0;
+    if (f->apart && mesher__ring_overlaps(f, &g)) return;
+    if (mesher__triangulate_ring(f, &g, ear)) {
+        mesher__flip_ring(f, &g);
+        return;
+    }
+    if (depth == 0) return;
     f->edges[level][0] = p;
     f->edges[level][1] = q;
     for (i = 0; i < g.n && g.n > 3 && !f->full; i++) {
@@ -5464,12 +5466,14 @@ static int mesher__remove_edge(mesher__flips *f, uint32_t cell, uint32_t p, uint
             mesher__remove_edge(f, g.cells[i], s, y, t, level + 1, depth - 1);
             if (f->apart) mesher__ring_waits(f, &g, -1);
             if (f->num_log == mark || !mesher__ring_again(f, mark, &g)) continue;
-            if (mesher__triangulate_ring(f, &g, ear)) return mesher__flip_ring(f, &g);
+            if (mesher__triangulate_ring(f, &g, ear)) {
+                mesher__flip_ring(f, &g);
+                return;
+            }
             if (g.n < n) i = UINT32_MAX; /* the ring is smaller: start again */
             break;
         }
     }
-    return 0;
 }
 
 /* Appends an obstacle to a way: facet k of a cell, with vertices x, y, z, or edge xy of it (k < 0).
@@ -5654,17 +5658,20 @@ static void mesher__nearest_first(mesher__flips *f, mesher__obstacle *o)
 
 /* Tries the i-th way to remove an obstacle: of a face its flip, then the removal of each of its
  * edges; of an edge its removal. */
-static int mesher__flip_obstacle(mesher__flips *f, mesher__obstacle *o, int i, int depth)
+static void mesher__flip_obstacle(mesher__flips *f, mesher__obstacle *o, int i, int depth)
 {
     uint32_t e = 0;
-    if (o->k < 0 && i > 0) return 0;
-    if (o->k >= 0 && i == 0) return mesher__flip_face(f, o->cell, (uint32_t)o->k);
+    if (o->k < 0 && i > 0) return;
+    if (o->k >= 0 && i == 0) {
+        mesher__flip_face(f, o->cell, (uint32_t)o->k);
+        return;
+    }
     if (o->k >= 0) {
         if (o->order[0] == MESHER__UNORDERED) mesher__nearest_first(f, o);
         e = o->order[i - 1];
     }
-    return mesher__first_try(f, o->v[e], o->v[(e + 1) % 3]) &&
-           mesher__remove_edge(f, o->cell, o->v[e], o->v[(e + 1) % 3], 0, 0, depth);
+    if (mesher__first_try(f, o->v[e], o->v[(e + 1) % 3]))
+        mesher__remove_edge(f, o->cell, o->v[e], o->v[(e + 1) % 3], 0, 0, depth);
 }
 
 /* Is the missing edge among those that flips made, from number first on, and still there? */
