@@ -5477,7 +5477,7 @@ static void mesher__remove_edge(mesher__flips *f, uint32_t cell, uint32_t p, uin
 }
 
 /* Appends an obstacle to a way: facet k of a cell, with vertices x, y, z, or edge xy of it (k < 0).
- * 0: it is a constraint, or there is no room. */
+ * Returns 1; -1: it is a constraint, or there is no room. */
 static int mesher__way_add(mesher__flips *f, mesher__way *way, uint32_t cell, int k, uint32_t x,
                            uint32_t y, uint32_t z)
 {
@@ -5485,9 +5485,9 @@ static int mesher__way_add(mesher__flips *f, mesher__way *way, uint32_t cell, in
     const mesher__copy *c = &f->cells[cell];
     if (way->count == MESHER__WAY) {
         way->cut = 1;
-        return 0;
+        return -1;
     }
-    if (k < 0 ? mesher__cell_edge(c, x, y) : (c->flags & DELAUNAY_FACET_BIT(k)) != 0) return 0;
+    if (k < 0 ? mesher__cell_edge(c, x, y) : (c->flags & DELAUNAY_FACET_BIT(k)) != 0) return -1;
     way->count++;
     o->cell = cell;
     o->k = k;
@@ -5525,9 +5525,9 @@ static int mesher__way_start(mesher__flips *f, mesher__way *way)
             int zeros = (s[0] == 0) + (s[1] == 0) + (s[2] == 0);
             f->start = cell;
             if (zeros > 1) return -1;
-            if (!zeros) return mesher__way_add(f, way, cell, i, w[0], w[1], w[2]) ? 1 : -1;
+            if (!zeros) return mesher__way_add(f, way, cell, i, w[0], w[1], w[2]);
             k = s[0] == 0 ? 0 : s[1] == 0 ? 1 : 2;
-            return mesher__way_add(f, way, cell, -1, w[k], w[(k + 1) % 3], 0) ? 1 : -1;
+            return mesher__way_add(f, way, cell, -1, w[k], w[(k + 1) % 3], 0);
         }
         k = (k + (int)step) % 3;
         h = mesher__beyond(f, cell, o[(k + 2) % 3]);
@@ -5557,10 +5557,8 @@ static int mesher__way_from_face(mesher__flips *f, mesher__way *way)
         if (t[i] < 0 && t[(i + 1) % 3] > 0)
             return mesher__way_add(f, way, (uint32_t)(h / 4),
                                    (int)mesher__cell_place(c, w[(i + 2) % 3]), w[i], w[(i + 1) % 3],
-                                   e)
-                       ? 1
-                       : -1;
-    return zeros && mesher__way_add(f, way, (uint32_t)(h / 4), -1, w[zero], e, 0) ? 1 : -1;
+                                   e);
+    return zeros ? mesher__way_add(f, way, (uint32_t)(h / 4), -1, w[zero], e, 0) : -1;
 }
 
 /* Continues the way from edge xy through a cell, whose other vertices are u and v; x, y, u, v are
@@ -5574,16 +5572,14 @@ static int mesher__way_through(mesher__flips *f, mesher__way *way, uint32_t cell
         uint32_t in = side_u == 0 ? u : v, off = side_u == 0 ? v : u;
         int of_in = mesher__turn(f, in, off), of_x = mesher__turn(f, x, off);
         if (of_in == 0) return -1;
-        return mesher__way_add(f, way, cell, -1, in, of_in == of_x ? y : x, 0) ? 1 : -1;
+        return mesher__way_add(f, way, cell, -1, in, of_in == of_x ? y : x, 0);
     }
-    if (s == 0) return mesher__way_add(f, way, cell, -1, u, v, 0) ? 1 : -1;
+    if (s == 0) return mesher__way_add(f, way, cell, -1, u, v, 0);
     for (i = 0; i < 2; i++) {
         uint32_t p = i ? y : x, other = i ? x : y;
         if (mesher__turn(f, p, u) != s || mesher__turn(f, v, p) != s) continue;
         return mesher__way_add(f, way, cell, (int)mesher__cell_place(c, other), p, s > 0 ? u : v,
-                               s > 0 ? v : u)
-                   ? 1
-                   : -1;
+                               s > 0 ? v : u);
     }
     return -1;
 }
