@@ -6751,23 +6751,24 @@ static void mesher__star_shell(mesher__recovery *r, uint32_t v, uint32_t *num_ne
     r->added++;
 }
 
-/* Replaces the window by the tetrahedra between its boundary and a new vertex. */
-static int mesher__star_window(mesher__recovery *r, const delaunay_window *w, const double *xyz)
+/* Adds a vertex; 0: no memory. */
+static uint32_t mesher__new_vertex(mesher__recovery *r, const double *xyz)
 {
-    uint32_t v = delaunay_add_vertex(r->mesh, xyz, DELAUNAY_NO_ID), i;
-    if (!v) {
-        r->status = MESHER_ERROR_OUT_OF_MEMORY;
-        return 0;
-    }
-    for (i = 0; i < w->num_facets; i++) {
-        r->commit[4 * i] = w->vertices[w->facets[i][0]];
-        r->commit[4 * i + 1] = w->vertices[w->facets[i][2]];
-        r->commit[4 * i + 2] = w->vertices[w->facets[i][1]];
-        r->commit[4 * i + 3] = v;
-    }
-    if (!mesher__commit(r, w->tets, w->num_tets, r->commit, w->num_facets)) return 0;
-    r->added++;
-    return 1;
+    uint32_t v = delaunay_add_vertex(r->mesh, xyz, DELAUNAY_NO_ID);
+    if (!v) r->status = MESHER_ERROR_OUT_OF_MEMORY;
+    return v;
+}
+
+/* Replaces r->window, whose boundary is the shell, by the tetrahedra between this and a new
+ * vertex. */
+static int mesher__star_window(mesher__recovery *r, const double *xyz)
+{
+    uint32_t v = mesher__new_vertex(r, xyz), num_new = 0;
+    if (!v) return 0;
+    mesher__star_shell(r, v, &num_new);
+    if (mesher__commit(r, r->window.tets, r->window.num_tets, r->commit, num_new)) return 1;
+    r->added--;
+    return 0;
 }
 
 /* Commits num_new tetrahedra of r->commit in place of those of r->pool. Vertices that only the old
@@ -7416,8 +7417,7 @@ static int mesher__cave_start(mesher__recovery *r, const delaunay_handle *tets, 
 /* Adds a vertex at x, if no tetrahedron between it and the shell is flat; else returns 0. */
 static uint32_t mesher__cave_vertex(mesher__recovery *r, const double *x)
 {
-    uint32_t v = delaunay_add_vertex(r->mesh, x, DELAUNAY_NO_ID), i;
-    if (!v) r->status = MESHER_ERROR_OUT_OF_MEMORY;
+    uint32_t v = mesher__new_vertex(r, x), i;
     for (i = 0; v && i < r->num_shell; i++)
         if (mesher__is_flat(r, r->shell[i][0], r->shell[i][1], r->shell[i][2], v)) {
             r->mesh->num_vertices--;
@@ -8091,7 +8091,7 @@ static int mesher__point_for_edge(mesher__recovery *r, uint32_t e, int level, in
     *gain = floor(best.gain);
     if (*gain < least) return 0;
     return mesher__clean_window(r, &r->windows[best.window], keep_facets) &&
-           mesher__star_window(r, &r->window, best.xyz);
+           mesher__star_window(r, best.xyz);
 }
 
 /* Adds one interior point for a missing facet whose pipe is known: in a window with the largest
@@ -8119,7 +8119,7 @@ static int mesher__point_for_facet(mesher__recovery *r)
     }
     if (best.window < 0 || r->status != MESHER_OK) return 0;
     return mesher__clean_window(r, &r->windows[best.window], 1) &&
-           mesher__star_window(r, &r->window, best.xyz);
+           mesher__star_window(r, best.xyz);
 }
 
 /* Has a tetrahedron in the pipe of a missing edge, or beside it, changed since the last flips for
@@ -8665,7 +8665,7 @@ static int mesher__split_edge(mesher__recovery *r, uint32_t e)
     if (r->status != MESHER_OK || mesher__report_edge(r, e) || !r->pipe.num_crossings) return 0;
     if (!mesher__edge_split_point(r, a, b, x)) return 0;
     memset(split, 0, sizeof *split);
-    if (!mesher__facets_of_edge(r, e, split) || !mesher__star_window(r, &r->window, x)) return 0;
+    if (!mesher__facets_of_edge(r, e, split) || !mesher__star_window(r, x)) return 0;
     s = r->mesh->num_vertices - 1;
     r->num_splits++;
     r->added--;
@@ -8708,7 +8708,7 @@ static int mesher__split_facet(mesher__recovery *r, uint32_t f)
         const double *p = mesher__x(r, r->pipe.edges[i][0]), *q = mesher__x(r, r->pipe.edges[i][1]);
         double t = mesher__where(r, r->pipe.edges[i][0], r->pipe.edges[i][1], v), x[3];
         for (k = 0; k < 3; k++) x[k] = p[k] + t * (q[k] - p[k]);
-        done = mesher__window_seen_from(r, x) && mesher__star_window(r, &r->window, x);
+        done = mesher__window_seen_from(r, x) && mesher__star_window(r, x);
     }
     if (!done) return 0;
     memset(split, 0, sizeof *split);
@@ -9157,8 +9157,7 @@ static int mesher__fill_sector(mesher__recovery *r, const mesher__split *split, 
     }
     if (!(mesher__kernel(r, x) > 0) && !mesher__grown_point(r, split, sector, number, x)) return 0;
     if (*num_new + r->num_shell > DELAUNAY_WINDOW_FACETS) return 0;
-    v = delaunay_add_vertex(r->mesh, x, DELAUNAY_NO_ID);
-    if (!v) r->status = MESHER_ERROR_OUT_OF_MEMORY;
+    v = mesher__new_vertex(r, x);
     if (!v) return 0;
     mesher__star_shell(r, v, num_new);
     return 1;
