@@ -2963,8 +2963,8 @@ typedef struct mesher__set {
 
 /* A Steiner point on an edge or facet of the surface, to be taken off it again. */
 typedef struct mesher__split {
-    uint32_t vertex, edge, facet;   /* one of edge and facet is MESHER__ABSENT */
-    uint32_t num_facets;            /* those at a split edge, which are split with it */
+    uint32_t vertex, edge;          /* edge is MESHER__ABSENT if a facet is split */
+    uint32_t num_facets;            /* those at a split edge, which are split with it; or the one */
     uint32_t facets[32];
     uint32_t first_edge, first_facet, end_edge, end_facet; /* the ranges of the pieces */
     int      undone;                /* the point is off the surface */
@@ -8654,6 +8654,20 @@ static int mesher__edge_split_point(mesher__recovery *r, uint32_t a, uint32_t b,
     return found;
 }
 
+/* Begins a split, whose edge or facets are set, at the vertex that was just added; returns that. */
+static uint32_t mesher__begin_split(mesher__recovery *r)
+{
+    mesher__split *split = &r->splits[r->num_splits++];
+    uint32_t i;
+    r->added--;
+    split->vertex = r->mesh->num_vertices - 1;
+    split->first_edge = r->num_edges;
+    split->first_facet = r->num_facets;
+    if (split->edge != MESHER__ABSENT) mesher__retire_edge(r, split->edge, 1);
+    for (i = 0; i < split->num_facets; i++) mesher__retire_facet(r, split->facets[i], 1);
+    return split->vertex;
+}
+
 /* Puts a point on a missing edge, and on the facets that have it. */
 static int mesher__split_edge(mesher__recovery *r, uint32_t e)
 {
@@ -8664,19 +8678,10 @@ static int mesher__split_edge(mesher__recovery *r, uint32_t e)
     mesher__walk_edge(r, a, b);
     if (r->status != MESHER_OK || mesher__report_edge(r, e) || !r->pipe.num_crossings) return 0;
     if (!mesher__edge_split_point(r, a, b, x)) return 0;
-    memset(split, 0, sizeof *split);
     if (!mesher__facets_of_edge(r, e, split) || !mesher__star_window(r, x)) return 0;
-    s = r->mesh->num_vertices - 1;
-    r->num_splits++;
-    r->added--;
-    split->vertex = s;
     split->edge = e;
-    split->facet = MESHER__ABSENT;
-    split->first_edge = r->num_edges;
-    split->first_facet = r->num_facets;
+    s = mesher__begin_split(r);
     root = e < r->domain->num_edges ? e : r->edge_origin[e - r->domain->num_edges];
-    mesher__retire_edge(r, e, 1);
-    for (i = 0; i < split->num_facets; i++) mesher__retire_facet(r, split->facets[i], 1);
     mesher__add_edge_piece(r, a, s, root);
     mesher__add_edge_piece(r, b, s, root);
     for (i = 0; i < split->num_facets; i++) {
@@ -8711,16 +8716,10 @@ static int mesher__split_facet(mesher__recovery *r, uint32_t f)
         done = mesher__window_seen_from(r, x) && mesher__star_window(r, x);
     }
     if (!done) return 0;
-    memset(split, 0, sizeof *split);
-    s = r->mesh->num_vertices - 1;
-    r->num_splits++;
-    r->added--;
-    split->vertex = s;
     split->edge = MESHER__ABSENT;
-    split->facet = f;
-    split->first_edge = r->num_edges;
-    split->first_facet = r->num_facets;
-    mesher__retire_facet(r, f, 1);
+    split->num_facets = 1;
+    split->facets[0] = f;
+    s = mesher__begin_split(r);
     for (k = 0; k < 3; k++) mesher__add_edge_piece(r, v[k], s, root | MESHER__IN_FACET);
     for (k = 0; k < 3; k++) mesher__add_facet_piece(r, v[k], v[(k + 1) % 3], s, root);
     split->end_edge = r->num_edges;
@@ -8819,16 +8818,19 @@ static void mesher__split_all(mesher__recovery *r)
     }
 }
 
-/* The number of a vertex in a window under construction, to which it is added if need be; -1: no
- * room. */
-static int mesher__window_vertex(delaunay_window *w, uint32_t v)
+/* The numbers of n vertices in a window under construction, to which they are added if need be; 0:
+ * no room. */
+static int mesher__window_numbers(delaunay_window *w, const uint32_t *v, int n, uint8_t *numbers)
 {
     uint32_t i;
-    for (i = 0; i < w->num_vertices; i++)
-        if (w->vertices[i] == v) return (int)i;
-    if (w->num_vertices == DELAUNAY_WINDOW_VERTICES) return -1;
-    w->vertices[w->num_vertices] = v;
-    return (int)w->num_vertices++;
+    int k;
+    for (k = 0; k < n; k++) {
+        for (i = 0; i < w->num_vertices && w->vertices[i] != v[k]; i++) {}
+        if (i == DELAUNAY_WINDOW_VERTICES) return 0;
+        if (i == w->num_vertices) w->vertices[w->num_vertices++] = v[k];
+        numbers[k] = (uint8_t)i;
+    }
+    return 1;
 }
 
 /* Makes the constraints of a window whole again: removes those at the split's point, and adds the
@@ -8837,7 +8839,6 @@ static int mesher__window_restore(const mesher__recovery *r, delaunay_window *w,
                                   const mesher__split *split)
 {
     uint32_t i, n = 0, local;
-    int k;
     for (local = 0; w->vertices[local] != split->vertex; local++) {}
     if (!(w->interior >> local & 1)) return 0;
     w->dropped = 1u << local;
@@ -8851,22 +8852,17 @@ static int mesher__window_restore(const mesher__recovery *r, delaunay_window *w,
             memmove(w->kept_facets[n++], w->kept_facets[i], 3);
     w->num_kept_facets = n;
     if (split->edge != MESHER__ABSENT) {
-        if (w->num_kept_edges == DELAUNAY_WINDOW_KEPT) return 0;
-        for (k = 0; k < 2; k++) {
-            int l = mesher__window_vertex(w, r->edges[2 * (size_t)split->edge + (size_t)k]);
-            if (l < 0) return 0;
-            w->kept_edges[w->num_kept_edges][k] = (uint8_t)l;
-        }
+        if (w->num_kept_edges == DELAUNAY_WINDOW_KEPT ||
+            !mesher__window_numbers(w, r->edges + 2 * (size_t)split->edge, 2,
+                                    w->kept_edges[w->num_kept_edges]))
+            return 0;
         w->num_kept_edges++;
     }
-    for (i = 0; i < (split->edge != MESHER__ABSENT ? split->num_facets : 1); i++) {
-        uint32_t f = split->edge != MESHER__ABSENT ? split->facets[i] : split->facet;
-        if (w->num_kept_facets == DELAUNAY_WINDOW_KEPT) return 0;
-        for (k = 0; k < 3; k++) {
-            int l = mesher__window_vertex(w, r->facets[3 * (size_t)f + (size_t)k]);
-            if (l < 0) return 0;
-            w->kept_facets[w->num_kept_facets][k] = (uint8_t)l;
-        }
+    for (i = 0; i < split->num_facets; i++) {
+        if (w->num_kept_facets == DELAUNAY_WINDOW_KEPT ||
+            !mesher__window_numbers(w, r->facets + 3 * (size_t)split->facets[i], 3,
+                                    w->kept_facets[w->num_kept_facets]))
+            return 0;
         w->num_kept_facets++;
     }
     return 1;
@@ -8880,7 +8876,6 @@ static void mesher__switch_split(mesher__recovery *r, const mesher__split *split
     for (i = split->first_edge; i < split->end_edge; i++) mesher__retire_edge(r, i, whole);
     for (i = split->first_facet; i < split->end_facet; i++) mesher__retire_facet(r, i, whole);
     if (split->edge != MESHER__ABSENT) mesher__retire_edge(r, split->edge, !whole);
-    else mesher__retire_facet(r, split->facet, !whole);
     for (i = 0; i < split->num_facets; i++) mesher__retire_facet(r, split->facets[i], !whole);
 }
 
@@ -8959,18 +8954,13 @@ static void mesher__flood_sector(const mesher__recovery *r, uint32_t vertex, uin
 static uint32_t mesher__whole_vertex(const mesher__recovery *r, const mesher__split *split,
                                      const uint32_t *w)
 {
-    uint32_t k, seen = 0;
-    if (split->edge != MESHER__ABSENT) {
-        const uint32_t *ab = r->edges + 2 * (size_t)split->edge;
-        for (k = 0; k < 3; k++) seen |= (uint32_t)(w[k] == ab[0]) | (uint32_t)(w[k] == ab[1]) << 1;
-        return seen == 1 ? ab[1] : 0;
-    } else {
-        const uint32_t *abc = r->facets + 3 * (size_t)split->facet;
-        for (k = 0; k < 3; k++)
-            seen |= (uint32_t)(w[k] == abc[0]) | (uint32_t)(w[k] == abc[1]) << 1 |
-                    (uint32_t)(w[k] == abc[2]) << 2;
-        return seen == 3 ? abc[2] : 0;
-    }
+    const int of_edge = split->edge != MESHER__ABSENT, last = of_edge ? 1 : 2;
+    const uint32_t *whole = of_edge ? r->edges + 2 * (size_t)split->edge
+                                    : r->facets + 3 * (size_t)split->facets[0];
+    int i, k, seen = 0; /* bit i: w has vertex i of the edge or facet */
+    for (k = 0; k < 3; k++)
+        for (i = 0; i <= last; i++) seen |= (w[k] == whole[i]) << i;
+    return seen == (1 << last) - 1 ? whole[last] : 0;
 }
 
 /* Is t a tetrahedron of the sector? */
@@ -9120,15 +9110,11 @@ static int mesher__grown_point(mesher__recovery *r, const mesher__split *split, 
 static int mesher__window_of_shell(mesher__recovery *r)
 {
     delaunay_window *w = &r->window;
-    uint32_t i, c;
+    uint32_t i;
     w->num_tets = w->num_vertices = w->num_facets = 0;
     w->num_kept_edges = w->num_kept_facets = w->interior = w->dropped = 0;
     for (i = 0; i < r->num_shell; i++, w->num_facets++)
-        for (c = 0; c < 3; c++) {
-            int l = mesher__window_vertex(w, r->shell[i][c]);
-            if (l < 0) return 0;
-            w->facets[i][c] = (uint8_t)l;
-        }
+        if (!mesher__window_numbers(w, r->shell[i], 3, w->facets[i])) return 0;
     return 1;
 }
 
@@ -9212,12 +9198,7 @@ static int mesher__split_again(const mesher__recovery *r, uint32_t i)
     for (j = i + 1; j < r->num_splits; j++) {
         const mesher__split *later = &r->splits[j];
         if (later->undone) continue;
-        if (later->edge != MESHER__ABSENT && later->edge >= split->first_edge &&
-            later->edge < split->end_edge)
-            return 1;
-        if (later->facet != MESHER__ABSENT && later->facet >= split->first_facet &&
-            later->facet < split->end_facet)
-            return 1;
+        if (later->edge >= split->first_edge && later->edge < split->end_edge) return 1;
         for (k = 0; k < later->num_facets; k++)
             if (later->facets[k] >= split->first_facet && later->facets[k] < split->end_facet)
                 return 1;
@@ -9573,8 +9554,8 @@ static mesher_result mesher__report_splits(mesher__recovery *r)
     for (i = 0; i < r->num_splits; i++) {
         const mesher__split *split = &r->splits[i];
         int of_edge = split->edge != MESHER__ABSENT;
-        uint32_t source =
-            of_edge ? mesher__edge_source(r, split->edge) : mesher__facet_source(r, split->facet);
+        uint32_t source = of_edge ? mesher__edge_source(r, split->edge)
+                                  : mesher__facet_source(r, split->facets[0]);
         if (split->undone) continue;
         mesher_report_add(r->report, allowed ? MESHER_NOTE_SURFACE_STEINER : MESHER_DEFECT_RECOVERY,
                           source, DELAUNAY_NO_ID, DELAUNAY_NO_ID, DELAUNAY_NO_ID, DELAUNAY_NO_ID,
@@ -9586,7 +9567,7 @@ static mesher_result mesher__report_splits(mesher__recovery *r)
         snprintf(
             r->report->message, sizeof r->report->message,
             "%lu points would have to stay on the surface, which allow_surface_steiner permits",
-            (unsigned long)mesher__points_on_surface(r));
+            (unsigned long)r->domain->surface_steiner);
     return allowed ? MESHER_OK : MESHER_ERROR_RECOVERY;
 }
 
