@@ -4510,15 +4510,28 @@ typedef struct mesher__effort {
     int      level, passes;
 } mesher__effort;
 
-/* Puts the tetrahedra that the search over window w found into r->commit, from number first on.
+/* Puts the tetrahedra that the search over r->window found into r->commit, from number first on.
  * Returns how many. */
-static uint32_t mesher__take_search(mesher__recovery *r, const delaunay_window *w, uint32_t first)
+static uint32_t mesher__take_search(mesher__recovery *r, uint32_t first)
 {
     const delaunay_search *s = &r->search;
     uint32_t i, k;
     for (i = 0; i < s->num_tets; i++)
-        for (k = 0; k < 4; k++) r->commit[4 * (first + i) + k] = w->vertices[s->tets[i][k]];
+        for (k = 0; k < 4; k++) r->commit[4 * (first + i) + k] = r->window.vertices[s->tets[i][k]];
     return s->num_tets;
+}
+
+/* Searches r->window for any filling. */
+static int mesher__search_any(mesher__recovery *r, uint32_t max_nodes)
+{
+    delaunay_search *s = &r->search;
+    int found;
+    memset(s, 0, offsetof(delaunay_search, tets));
+    s->objective = DELAUNAY_ANY;
+    s->max_nodes = max_nodes;
+    found = delaunay_reconnect(r->mesh, r->worker, &r->window, s);
+    r->nodes += s->nodes;
+    return found;
 }
 
 /* Searches one window for a filling with fewer crossings of the target, and commits it. */
@@ -4532,7 +4545,8 @@ static int mesher__try_window(mesher__recovery *r, const mesher__window *w,
                    mesher__mix(((uint64_t)target[0] << 32 | target[1]) + mesher__mix(kind)) +
                    effort->max_nodes;
     delaunay_search *s = &r->search;
-    uint32_t i, crossings;
+    uint32_t crossings;
+    int found;
     if (mesher__set_has(&r->failed, key)) return 0;
     if (!delaunay_window_set(&r->window, r->mesh, tets, w->num_tets, effort->max_points, 1,
                              keep_facets))
@@ -4546,15 +4560,15 @@ static int mesher__try_window(mesher__recovery *r, const mesher__window *w,
     s->max_nodes = effort->max_nodes;
     r->searches++;
     r->work += 50;
-    i = (uint32_t)delaunay_reconnect(r->mesh, r->worker, &r->window, s);
+    found = delaunay_reconnect(r->mesh, r->worker, &r->window, s);
     r->nodes += s->nodes;
     r->work += 3 * (uint64_t)s->nodes;
-    if (!i) {
+    if (!found) {
         mesher__add(r, &r->failed, key);
         return 0;
     }
-    mesher__take_search(r, &r->window, 0);
-    return mesher__commit(r, r->window.tets, r->window.num_tets, r->commit, s->num_tets);
+    return mesher__commit(r, r->window.tets, r->window.num_tets, r->commit,
+                          mesher__take_search(r, 0));
 }
 
 /* Does the mesh still have the tetrahedra that the window was made of? */
@@ -8241,7 +8255,6 @@ static int mesher__remove_point(mesher__recovery *r, uint32_t v, uint32_t max_po
                                 uint32_t max_nodes)
 {
     delaunay_window *w = &r->window;
-    delaunay_search *s = &r->search;
     uint32_t i, local;
     mesher__note_failure(r, delaunay_vertex_star(r->mesh, r->worker, v, &r->star));
     if (r->status != MESHER_OK || r->star.count == 0) return 0;
@@ -8252,16 +8265,8 @@ static int mesher__remove_point(mesher__recovery *r, uint32_t v, uint32_t max_po
     for (i = 0; i < w->num_kept_edges; i++) /* a search would use v again, for this constraint */
         if (w->kept_edges[i][0] == local || w->kept_edges[i][1] == local) return 0;
     w->dropped = 1u << local;
-    memset(s, 0, offsetof(delaunay_search, tets));
-    s->objective = DELAUNAY_ANY;
-    s->max_nodes = max_nodes;
-    if (!delaunay_reconnect(r->mesh, r->worker, w, s)) {
-        r->nodes += s->nodes;
-        return 0;
-    }
-    r->nodes += s->nodes;
-    mesher__take_search(r, w, 0);
-    if (!mesher__commit(r, w->tets, w->num_tets, r->commit, s->num_tets)) return 0;
+    if (!mesher__search_any(r, max_nodes)) return 0;
+    if (!mesher__commit(r, w->tets, w->num_tets, r->commit, mesher__take_search(r, 0))) return 0;
     r->mesh->vertex_tet[v] = 0;
     r->removed++;
     return 1;
@@ -8909,21 +8914,14 @@ static int mesher__commit_whole(mesher__recovery *r, mesher__split *split, uint3
 static int mesher__suppress_by_search(mesher__recovery *r, mesher__split *split, uint32_t max_nodes)
 {
     delaunay_window *w = &r->window;
-    delaunay_search *s = &r->search;
-    uint32_t i;
+    int found;
     if (!delaunay_window_set(w, r->mesh, r->star.items, r->star.count,
                              DELAUNAY_WINDOW_VERTICES, 1, 1))
         return 0;
     if (!mesher__window_restore(r, w, split)) return 0;
-    memset(s, 0, offsetof(delaunay_search, tets));
-    s->objective = DELAUNAY_ANY;
-    s->max_nodes = max_nodes;
-    i = (uint32_t)delaunay_reconnect(r->mesh, r->worker, w, s);
-    r->nodes += s->nodes;
-    r->work += 3 * (uint64_t)s->nodes;
-    if (!i) return 0;
-    mesher__take_search(r, w, 0);
-    return mesher__commit_whole(r, split, s->num_tets);
+    found = mesher__search_any(r, max_nodes);
+    r->work += 3 * (uint64_t)r->search.nodes;
+    return found && mesher__commit_whole(r, split, mesher__take_search(r, 0));
 }
 
 /* Enters number into sector for all tetrahedra of the star that are reached from tetrahedron first
@@ -9123,22 +9121,16 @@ static int mesher__window_of_shell(mesher__recovery *r)
 static int mesher__fill_sector(mesher__recovery *r, const mesher__split *split, uint32_t *sector,
                                uint32_t number, uint32_t *num_new)
 {
-    const delaunay_window *w = &r->window;
-    delaunay_search *s = &r->search;
     uint32_t v;
     double x[3];
     int found = 0;
     if (mesher__window_of_shell(r)) {
-        memset(s, 0, offsetof(delaunay_search, tets));
-        s->objective = DELAUNAY_ANY;
-        s->max_nodes = 5000;
-        found = delaunay_reconnect(r->mesh, r->worker, w, s);
-        r->nodes += s->nodes;
-        r->work += 3 * (uint64_t)s->nodes;
+        found = mesher__search_any(r, 5000);
+        r->work += 3 * (uint64_t)r->search.nodes;
     }
     if (found) {
-        if (*num_new + s->num_tets > DELAUNAY_WINDOW_FACETS) return 0;
-        *num_new += mesher__take_search(r, w, *num_new);
+        if (*num_new + r->search.num_tets > DELAUNAY_WINDOW_FACETS) return 0;
+        *num_new += mesher__take_search(r, *num_new);
         return 1;
     }
     if (!(mesher__kernel(r, x) > 0) && !mesher__grown_point(r, split, sector, number, x)) return 0;
