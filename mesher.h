@@ -3356,6 +3356,13 @@ static void mesher__push(mesher__recovery *r, delaunay_list *list, delaunay_hand
     mesher__note_failure(r, delaunay_list_push(list, t));
 }
 
+/* Lists the tetrahedra around a vertex in r->star. 0: recovery has failed. */
+static int mesher__list_star(mesher__recovery *r, uint32_t v)
+{
+    mesher__note_failure(r, delaunay_vertex_star(r->mesh, r->worker, v, &r->star));
+    return r->status == MESHER_OK;
+}
+
 static void *mesher__block(mesher__recovery *r, size_t count, size_t size)
 {
     void *block = delaunay_alloc(r->memory, count ? count : 1, size);
@@ -6901,8 +6908,8 @@ static int mesher__first_rung(mesher__recovery *r, uint32_t a, uint32_t b)
     static const uint8_t pairs[3][3] = {{0, 1, 2}, {1, 2, 0}, {2, 0, 1}};
     size_t i;
     int k;
-    mesher__note_failure(r, delaunay_vertex_star(r->mesh, r->worker, a, &r->star));
-    for (i = 0; i < r->star.count && r->status == MESHER_OK; i++) {
+    if (!mesher__list_star(r, a)) return 0;
+    for (i = 0; i < r->star.count; i++) {
         delaunay_handle t = r->star.items[i];
         const uint32_t *v = r->mesh->tets[t].v;
         const uint8_t *o = delaunay_facet_order(delaunay_local_index(&r->mesh->tets[t], a));
@@ -8256,8 +8263,7 @@ static int mesher__remove_point(mesher__recovery *r, uint32_t v, uint32_t max_po
 {
     delaunay_window *w = &r->window;
     uint32_t i, local;
-    mesher__note_failure(r, delaunay_vertex_star(r->mesh, r->worker, v, &r->star));
-    if (r->status != MESHER_OK || r->star.count == 0) return 0;
+    if (!mesher__list_star(r, v) || r->star.count == 0) return 0;
     if (!delaunay_window_set(w, r->mesh, r->star.items, r->star.count, max_points, 1, 1))
         return 0;
     for (local = 0; w->vertices[local] != v; local++) {}
@@ -8278,9 +8284,9 @@ static int mesher__shell_of_star(mesher__recovery *r, uint32_t v, int held)
 {
     size_t i;
     int k;
-    mesher__note_failure(r, delaunay_vertex_star(r->mesh, r->worker, v, &r->star));
     r->num_shell = 0;
-    for (i = 0; i < r->star.count && r->status == MESHER_OK; i++) {
+    if (!mesher__list_star(r, v)) return 0;
+    for (i = 0; i < r->star.count; i++) {
         const delaunay_tet *t = &r->mesh->tets[r->star.items[i]];
         int local = delaunay_local_index(t, v);
         const uint8_t *o = delaunay_facet_order(local);
@@ -8334,8 +8340,8 @@ static int mesher__thin_star(mesher__recovery *r, uint32_t v)
     mesher__flips *f = r->flips;
     uint32_t cell, last, k;
     size_t i;
-    mesher__note_failure(r, delaunay_vertex_star(r->mesh, r->worker, v, &r->star));
-    if (r->status != MESHER_OK || r->star.count == 0 || r->star.count > MESHER__THIN_STAR) return 0;
+    if (!mesher__list_star(r, v) || r->star.count == 0 || r->star.count > MESHER__THIN_STAR)
+        return 0;
     mesher__flips_clear(f, r->mesh, v, v); /* edge vv crosses nothing */
     f->budget = MESHER__THIN_BUDGET;
     f->num_tried = 0;
@@ -8365,8 +8371,8 @@ static int mesher__point_goes(mesher__recovery *r, uint32_t v, uint32_t max_poin
 static uint64_t mesher__star_hash(mesher__recovery *r, uint32_t v, uint64_t seed)
 {
     size_t i;
-    mesher__note_failure(r, delaunay_vertex_star(r->mesh, r->worker, v, &r->star));
-    for (i = 0; i < r->star.count && r->status == MESHER_OK; i++) {
+    if (!mesher__list_star(r, v)) return seed;
+    for (i = 0; i < r->star.count; i++) {
         const uint32_t *c = r->mesh->tets[r->star.items[i]].v;
         seed += mesher__mix(mesher__mix(c[0]) + mesher__mix(c[1]) + mesher__mix(c[2]) +
                             mesher__mix(c[3]));
@@ -8418,9 +8424,7 @@ static void mesher__pack_points(mesher__recovery *r)
     for (v = r->num_rows; v < mesh->num_vertices; v++) {
         if (!mesh->vertex_tet[v]) continue;
         if (n != v) {
-            r->star.count = 0;
-            mesher__note_failure(r, delaunay_vertex_star(mesh, r->worker, v, &r->star));
-            if (r->status != MESHER_OK) return;
+            if (!mesher__list_star(r, v)) return;
             for (i = 0; i < r->star.count; i++)
                 for (k = 0; k < 4; k++)
                     if (mesh->tets[r->star.items[i]].v[k] == v)
@@ -9207,9 +9211,8 @@ static int mesher__suppress_moved(mesher__recovery *r, mesher__split *split, uin
     if (!mesher__shell_of_star(r, v, 1) || !mesher__in_kernel(r, x)) return 0;
     memcpy(old, mesher__x(r, v), sizeof old);
     memcpy(r->mesh->vertices[v].x, x, sizeof old);
-    mesher__note_failure(r, delaunay_vertex_star(r->mesh, r->worker, split->vertex, &r->star));
-    if (r->status == MESHER_OK && (mesher__suppress_by_search(r, split, 2000) ||
-                                   mesher__suppress_by_sectors(r, split)))
+    if (mesher__list_star(r, split->vertex) &&
+        (mesher__suppress_by_search(r, split, 2000) || mesher__suppress_by_sectors(r, split)))
         return 1;
     memcpy(r->mesh->vertices[v].x, old, sizeof old);
     return 0;
@@ -9256,14 +9259,12 @@ static int mesher__suppress_by_moves(mesher__recovery *r, mesher__split *split)
 /* Takes one point off the surface, if that is possible; with more effort after the first pass. */
 static int mesher__suppress(mesher__recovery *r, mesher__split *split, int pass)
 {
-    mesher__note_failure(r, delaunay_vertex_star(r->mesh, r->worker, split->vertex, &r->star));
-    if (r->status != MESHER_OK) return 0;
+    if (!mesher__list_star(r, split->vertex)) return 0;
     if (mesher__suppress_by_search(r, split, 2000) || mesher__suppress_by_sectors(r, split))
         return 1;
     if (pass == 0) return 0;
-    mesher__note_failure(r, delaunay_vertex_star(r->mesh, r->worker, split->vertex, &r->star));
-    return r->status == MESHER_OK && (mesher__suppress_by_search(r, split, 50000) ||
-                                      mesher__suppress_by_moves(r, split));
+    return mesher__list_star(r, split->vertex) &&
+           (mesher__suppress_by_search(r, split, 50000) || mesher__suppress_by_moves(r, split));
 }
 
 /* Takes as many points off the surface as possible, the last one first, in passes; ends early if
