@@ -4624,14 +4624,25 @@ static void mesher__report_vertex(mesher__recovery *r, uint32_t v, uint32_t sour
                       edge ? mesher__id(r, edge[1]) : DELAUNAY_NO_ID, mesher__x(r, v));
 }
 
-/* The place where segment ab meets the plane of a face, about. */
-static void mesher__blocked_at(const mesher__recovery *r, uint32_t a, uint32_t b,
-                               const uint32_t *face, double *xyz)
+/* The source of the constrained edge between two vertices; NO_ID: there is none. */
+static uint32_t mesher__source_between(const mesher__recovery *r, uint32_t a, uint32_t b)
 {
-    double where = mesher__where(r, a, b, face);
+    uint32_t e = mesher__edge_index(r, a, b);
+    return e == MESHER__ABSENT ? DELAUNAY_NO_ID : mesher__edge_source(r, e);
+}
+
+/* Reports that what is missing, from source, and what is from other intersect: edge ab is one of
+ * them. The place is that where ab meets the plane of a face, about. */
+static void mesher__report_crossing(mesher__recovery *r, uint32_t source, uint32_t other,
+                                    const uint32_t *ab, const uint32_t *face)
+{
+    const double *a = mesher__x(r, ab[0]), *b = mesher__x(r, ab[1]);
+    double where = mesher__where(r, ab[0], ab[1], face), xyz[3];
     int k;
-    for (k = 0; k < 3; k++)
-        xyz[k] = mesher__x(r, a)[k] + where * (mesher__x(r, b)[k] - mesher__x(r, a)[k]);
+    for (k = 0; k < 3; k++) xyz[k] = a[k] + where * (b[k] - a[k]);
+    r->defects++;
+    mesher_report_add(r->report, MESHER_DEFECT_INTERSECTION, source, other, mesher__id(r, ab[0]),
+                      mesher__id(r, ab[1]), DELAUNAY_NO_ID, xyz);
 }
 
 /* Reports what the pipe of a missing edge proves about the surface. Returns 1 if a vertex or a
@@ -4640,30 +4651,21 @@ static int mesher__report_edge(mesher__recovery *r, uint32_t e)
 {
     const mesher__pipe *p = &r->pipe;
     const uint32_t *v = r->edges + 2 * (size_t)e, *w = p->blocker;
-    uint32_t source = mesher__edge_source(r, e), other;
-    double xyz[3];
+    uint32_t source = mesher__edge_source(r, e), other, corner[3];
     if (!p->vertex && !p->blocked) return 0;
     if (r->num_splits) return 1; /* pieces are rounded: they prove nothing */
     if (p->vertex) {
         mesher__report_vertex(r, p->vertex, source, v);
-        return 1;
-    }
-    if (p->blocked == 3) {
+    } else if (p->blocked == 3) {
         other = mesher__facet_index(r, w[0], w[1], w[2]);
         other = other == MESHER__ABSENT ? DELAUNAY_NO_ID : mesher__facet_source(r, other);
-        mesher__blocked_at(r, v[0], v[1], w, xyz);
+        mesher__report_crossing(r, source, other, v, w);
     } else {
-        uint32_t corner[3];
-        uint32_t off = mesher__edge_index(r, w[0], w[1]);
-        other = off == MESHER__ABSENT ? DELAUNAY_NO_ID : mesher__edge_source(r, off);
         corner[0] = w[0];
         corner[1] = w[1];
         corner[2] = r->mesh->vertex_of[r->domain->first_corner];
-        mesher__blocked_at(r, v[0], v[1], corner, xyz);
+        mesher__report_crossing(r, source, mesher__source_between(r, w[0], w[1]), v, corner);
     }
-    r->defects++;
-    mesher_report_add(r->report, MESHER_DEFECT_INTERSECTION, source, other, mesher__id(r, v[0]),
-                      mesher__id(r, v[1]), DELAUNAY_NO_ID, xyz);
     return 1;
 }
 
@@ -4671,21 +4673,15 @@ static int mesher__report_edge(mesher__recovery *r, uint32_t e)
 static int mesher__report_facet(mesher__recovery *r, uint32_t f)
 {
     const mesher__pipe *p = &r->pipe;
-    uint32_t source = mesher__facet_source(r, f), other;
-    double xyz[3];
+    const uint32_t *ab = p->blocker;
+    uint32_t source = mesher__facet_source(r, f);
     if (!p->vertex && !p->blocked) return 0;
     if (r->num_splits) return 1; /* pieces are rounded: they prove nothing */
-    if (p->vertex) {
+    if (p->vertex)
         mesher__report_vertex(r, p->vertex, source, NULL);
-        return 1;
-    }
-    other = mesher__edge_index(r, p->blocker[0], p->blocker[1]);
-    other = other == MESHER__ABSENT ? DELAUNAY_NO_ID : mesher__edge_source(r, other);
-    mesher__blocked_at(r, p->blocker[0], p->blocker[1], r->facets + 3 * (size_t)f, xyz);
-    r->defects++;
-    mesher_report_add(r->report, MESHER_DEFECT_INTERSECTION, source, other,
-                      mesher__id(r, p->blocker[0]), mesher__id(r, p->blocker[1]), DELAUNAY_NO_ID,
-                      xyz);
+    else
+        mesher__report_crossing(r, source, mesher__source_between(r, ab[0], ab[1]), ab,
+                                r->facets + 3 * (size_t)f);
     return 1;
 }
 
