@@ -84,12 +84,12 @@ static int arguments_fit(const arguments *args)
 }
 
 /* What the options with a value need. */
-static const tool_need needs[] = {{"-o", "the name of a file"},
-                                  {"--output", "the name of a file"},
-                                  {"--hull", "the name of a file"},
-                                  {"--weights", "the name of a file"},
-                                  {"--threads", "a number from 1 to 4096"},
-                                  {NULL, NULL}};
+static const tool_need needs[] = {{"-o", "the name of a file", 0, 0},
+                                  {"--output", "the name of a file", 0, 0},
+                                  {"--hull", "the name of a file", 0, 0},
+                                  {"--weights", "the name of a file", 0, 0},
+                                  {"--threads", "a number from 1 to 4096", 1, 4096},
+                                  {NULL, NULL, 0, 0}};
 
 /* Returns 0: go on; 1: done (--help, --version); 2: wrong usage. */
 static int parse(int argc, char **argv, arguments *args)
@@ -111,7 +111,7 @@ static int parse(int argc, char **argv, arguments *args)
             args->hull = tool_output_name(argv[++i]);
         } else if (strcmp(a, "--weights") == 0 && i + 1 < argc) {
             args->weights = argv[++i];
-        } else if (strcmp(a, "--threads") == 0 && tool_number(argv[i + 1], 1, 4096, &value)) {
+        } else if (tool_needed_number(needs, a, argv[i + 1], &value)) { /* --threads */
             args->threads = (int)value;
             i++;
         } else if (strcmp(a, "--any-order") == 0) {

@@ -90,22 +90,35 @@ static int arguments_fit(const arguments *args)
 }
 
 /* What the options with a value need. */
-static const tool_need needs[] = {{"-o", "the name of a file"},
-                                  {"--output", "the name of a file"},
-                                  {"--measure", "gamma, sicn or dihedral"},
-                                  {"--target", "a number from 1e-9 to 1"},
-                                  {"--effort", "a number from 0.01 to 100"},
-                                  {"--max-seconds", "a number from 0.001 to 1e9"},
-                                  {"--threads", "a number from 1 to 4096"},
-                                  {"--bad", "the name of a file"},
-                                  {"--json", "the name of a file"},
-                                  {NULL, NULL}};
+static const tool_need needs[] = {{"-o", "the name of a file", 0, 0},
+                                  {"--output", "the name of a file", 0, 0},
+                                  {"--measure", "gamma, sicn or dihedral", 0, 0},
+                                  {"--target", "a number from 1e-9 to 1", 1e-9, 1},
+                                  {"--effort", "a number from 0.01 to 100", 0.01, 100},
+                                  {"--max-seconds", "a number from 0.001 to 1e9", 0.001, 1e9},
+                                  {"--threads", "a number from 1 to 4096", 1, 4096},
+                                  {"--bad", "the name of a file", 0, 0},
+                                  {"--json", "the name of a file", 0, 0},
+                                  {NULL, NULL, 0, 0}};
+
+/* Takes an option with a number. */
+static int parse_number(const char *a, const char *text, spr_options *options)
+{
+    double v;
+    if (!tool_needed_number(needs, a, text, &v)) return 0;
+    if (strcmp(a, "--target") == 0) {
+        options->target = v;
+        options->require_target = 1;
+    } else if (strcmp(a, "--effort") == 0) options->effort = v;
+    else if (strcmp(a, "--max-seconds") == 0) options->max_seconds = v;
+    else options->host.num_threads = (int)v; /* --threads */
+    return 1;
+}
 
 /* Returns 0: go on; 1: done (--help, --version); 2: wrong usage. */
 static int parse(int argc, char **argv, arguments *args)
 {
     int i;
-    double value;
     for (i = 1; i < argc; i++) {
         const char *a = argv[i];
         if (strcmp(a, "--help") == 0 || strcmp(a, "-h") == 0) {
@@ -120,19 +133,7 @@ static int parse(int argc, char **argv, arguments *args)
         } else if (strcmp(a, "--measure") == 0 &&
                    parse_measure(argv[i + 1], &args->options.measure)) {
             i++;
-        } else if (strcmp(a, "--target") == 0 && tool_number(argv[i + 1], 1e-9, 1, &value)) {
-            args->options.target = value;
-            args->options.require_target = 1;
-            i++;
-        } else if (strcmp(a, "--effort") == 0 && tool_number(argv[i + 1], 0.01, 100, &value)) {
-            args->options.effort = value;
-            i++;
-        } else if (strcmp(a, "--max-seconds") == 0 &&
-                   tool_number(argv[i + 1], 0.001, 1e9, &value)) {
-            args->options.max_seconds = value;
-            i++;
-        } else if (strcmp(a, "--threads") == 0 && tool_number(argv[i + 1], 1, 4096, &value)) {
-            args->options.host.num_threads = (int)value;
+        } else if (parse_number(a, argv[i + 1], &args->options)) {
             i++;
         } else if (strcmp(a, "--keep-vertices") == 0) {
             args->options.keep_vertices = 1;

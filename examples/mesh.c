@@ -241,41 +241,64 @@ static int parse_flag(const char *a, settings *s)
     return 1;
 }
 
+/* What the options with a value need. */
+static const tool_need needs[] = {
+    {"-o", "the name of a file", 0, 0},
+    {"--output", "the name of a file", 0, 0},
+    {"--format", "an ending, as vtu", 0, 0},
+    {"--order", "1 or 2", 1, 2},
+    {"--size", "a number above 0", 1e-300, 1e300},
+    {"--size-factor", "a number from 1e-6 to 1e6", 1e-6, 1e6},
+    {"--min-size", "a number above 0", 1e-300, 1e300},
+    {"--max-size", "a number above 0", 1e-300, 1e300},
+    {"--gradation", "a number from 1 to 100", 1, 100},
+    {"--growth", "a number from 1.0001 to 100 (more than 1.7 is 1.7)", 1.0001, 100},
+    {"--region-size", "N=H, a number from 1 to 65535 and a size above 0", 0, 0},
+    {"--ball", "X,Y,Z,R,H, with a size H above 0", 0, 0},
+    {"--box", "X,Y,Z,X,Y,Z,H, with a size H above 0", 0, 0},
+    {"--segment", "X,Y,Z,X,Y,Z,R,H, with a size H above 0", 0, 0},
+    {"--size-grid", "the name of a file", 0, 0},
+    {"--size-mesh", "the name of a file", 0, 0},
+    {"--save-sizes", "a name that ends in .sol or .mtr", 0, 0},
+    {"--layers", "a number from 1 to 1000", 1, 1000},
+    {"--curvature", "a number of degrees from 0.1 to 180", 0.1, 180},
+    {"--weld", "a number from 1e-60 to 1e60", 1e-60, 1e60},
+    {"--regions", "all, parity, winding or seeds", 0, 0},
+    {"--target", "a number from 1e-9 to 1", 1e-9, 1},
+    {"--effort", "a number from 0.01 to 100", 0.01, 100},
+    {"--max-seconds", "a number from 1e-6 to 1e9", 1e-6, 1e9},
+    {"--max-tets", "a number from 1 to 1e18", 1, 1e18},
+    {"--max-vertices", "a number from 1 to 1e18", 1, 1e18},
+    {"--max-memory", "a number of megabytes from 1 to 1e9", 1, 1e9},
+    {"--threads", "a number from 1 to 4096", 1, 4096},
+    {"--json", "the name of a file", 0, 0},
+    {NULL, NULL, 0, 0}};
+
 /* Takes an option with a number. */
 static int parse_number(const char *a, const char *text, settings *s)
 {
     double v;
-    if (strcmp(a, "--size") == 0 && tool_number(text, 1e-300, 1e300, &v)) s->mesher.size = v;
-    else if (strcmp(a, "--min-size") == 0 && tool_number(text, 1e-300, 1e300, &v))
-        s->mesher.min_size = v;
-    else if (strcmp(a, "--max-size") == 0 && tool_number(text, 1e-300, 1e300, &v))
-        s->mesher.max_size = v;
-    else if (strcmp(a, "--gradation") == 0 && tool_number(text, 1, 100, &v))
-        s->mesher.gradation = v;
-    else if (strcmp(a, "--size-factor") == 0 && tool_number(text, 1e-6, 1e6, &v))
-        s->mesher.size_factor = v;
-    else if (strcmp(a, "--order") == 0 && tool_number(text, 1, 2, &v) && (v == 1 || v == 2))
-        s->order = (int)v;
-    else if (strcmp(a, "--layers") == 0 && tool_number(text, 1, 1000, &v)) s->mesher.layers = v;
-    else if (strcmp(a, "--curvature") == 0 && tool_number(text, 0.1, 180, &v))
-        s->mesher.curvature_degrees = v;
-    else if (strcmp(a, "--weld") == 0 && tool_number(text, 1e-60, 1e60, &v)) s->weld = v;
-    else if (strcmp(a, "--growth") == 0 && tool_number(text, 1.0001, 100, &v)) s->mesher.growth = v;
-    else if (strcmp(a, "--target") == 0 && tool_number(text, 1e-9, 1, &v)) {
+    if (!tool_needed_number(needs, a, text, &v)) return 0;
+    if (strcmp(a, "--size") == 0) s->mesher.size = v;
+    else if (strcmp(a, "--min-size") == 0) s->mesher.min_size = v;
+    else if (strcmp(a, "--max-size") == 0) s->mesher.max_size = v;
+    else if (strcmp(a, "--gradation") == 0) s->mesher.gradation = v;
+    else if (strcmp(a, "--size-factor") == 0) s->mesher.size_factor = v;
+    else if (strcmp(a, "--order") == 0 && (v == 1 || v == 2)) s->order = (int)v;
+    else if (strcmp(a, "--layers") == 0) s->mesher.layers = v;
+    else if (strcmp(a, "--curvature") == 0) s->mesher.curvature_degrees = v;
+    else if (strcmp(a, "--weld") == 0) s->weld = v;
+    else if (strcmp(a, "--growth") == 0) s->mesher.growth = v;
+    else if (strcmp(a, "--target") == 0) {
         s->spr.target = v;
         s->spr.require_target = 1;
-    } else if (strcmp(a, "--effort") == 0 && tool_number(text, 0.01, 100, &v))
-        s->spr.effort = v;
-    else if (strcmp(a, "--max-seconds") == 0 && tool_number(text, 1e-6, 1e9, &v))
-        s->max_seconds = v;
-    else if (strcmp(a, "--max-tets") == 0 && tool_number(text, 1, 1e18, &v))
-        s->mesher.max_tets = (uint64_t)v;
-    else if (strcmp(a, "--max-vertices") == 0 && tool_number(text, 1, 1e18, &v))
-        s->mesher.max_vertices = (uint64_t)v;
-    else if (strcmp(a, "--max-memory") == 0 && tool_number(text, 1, 1e9, &v))
+    } else if (strcmp(a, "--effort") == 0) s->spr.effort = v;
+    else if (strcmp(a, "--max-seconds") == 0) s->max_seconds = v;
+    else if (strcmp(a, "--max-tets") == 0) s->mesher.max_tets = (uint64_t)v;
+    else if (strcmp(a, "--max-vertices") == 0) s->mesher.max_vertices = (uint64_t)v;
+    else if (strcmp(a, "--max-memory") == 0)
         s->mesher.host.memory_limit_bytes = (size_t)(v * 1e6);
-    else if (strcmp(a, "--threads") == 0 && tool_number(text, 1, 4096, &v))
-        s->mesher.host.num_threads = (int)v;
+    else if (strcmp(a, "--threads") == 0) s->mesher.host.num_threads = (int)v;
     else return 0;
     return 1;
 }
@@ -380,39 +403,6 @@ static int settings_fit(const settings *s)
     return !is_ele || !has_nodes_beside(s->input) ||
            tool_spares_nodes("mesh", "--output", s->output, s->input);
 }
-
-/* What the options with a value need. */
-static const tool_need needs[] = {
-    {"-o", "the name of a file"},
-    {"--output", "the name of a file"},
-    {"--format", "an ending, as vtu"},
-    {"--order", "1 or 2"},
-    {"--size", "a number above 0"},
-    {"--size-factor", "a number from 1e-6 to 1e6"},
-    {"--min-size", "a number above 0"},
-    {"--max-size", "a number above 0"},
-    {"--gradation", "a number from 1 to 100"},
-    {"--growth", "a number from 1.0001 to 100 (more than 1.7 is 1.7)"},
-    {"--region-size", "N=H, a number from 1 to 65535 and a size above 0"},
-    {"--ball", "X,Y,Z,R,H, with a size H above 0"},
-    {"--box", "X,Y,Z,X,Y,Z,H, with a size H above 0"},
-    {"--segment", "X,Y,Z,X,Y,Z,R,H, with a size H above 0"},
-    {"--size-grid", "the name of a file"},
-    {"--size-mesh", "the name of a file"},
-    {"--save-sizes", "a name that ends in .sol or .mtr"},
-    {"--layers", "a number from 1 to 1000"},
-    {"--curvature", "a number of degrees from 0.1 to 180"},
-    {"--weld", "a number from 1e-60 to 1e60"},
-    {"--regions", "all, parity, winding or seeds"},
-    {"--target", "a number from 1e-9 to 1"},
-    {"--effort", "a number from 0.01 to 100"},
-    {"--max-seconds", "a number from 1e-6 to 1e9"},
-    {"--max-tets", "a number from 1 to 1e18"},
-    {"--max-vertices", "a number from 1 to 1e18"},
-    {"--max-memory", "a number of megabytes from 1 to 1e9"},
-    {"--threads", "a number from 1 to 4096"},
-    {"--json", "the name of a file"},
-    {NULL, NULL}};
 
 /* Returns 0: go on; 1: done (--help, --version); 2: wrong usage. */
 static int parse(int argc, char **argv, settings *s)

@@ -78,13 +78,22 @@ DELAUNAY_INLINE int tool_number(const char *text, double low, double high, doubl
     return *end == 0 && end != text && *value >= low && *value <= high;
 }
 
-/* An option and what has to follow it, in words. */
+/* An option and what has to follow it, in words; if it is a number, this is from low to high. */
 typedef struct tool_need {
     const char *option, *value;
+    double      low, high; /* 0, 0: no number */
 } tool_need;
 
-/* Says why an argument was not understood. needs: the options with a value, up to a NULL; next: the
- * argument that follows, or NULL. */
+/* The number that follows an option; 0 if it is to be no number, or is not in the option's range.
+ * needs: the options with a value, up to a NULL. */
+DELAUNAY_INLINE int tool_needed_number(const tool_need *needs, const char *option,
+                                       const char *next, double *value)
+{
+    while (needs->option && strcmp(needs->option, option) != 0) needs++;
+    return needs->high > 0 && tool_number(next, needs->low, needs->high, value);
+}
+
+/* Says why an argument was not understood. next: the argument that follows, or NULL. */
 DELAUNAY_INLINE void tool_complain(const char *tool, const tool_need *needs, const char *argument,
                                    const char *next)
 {
