@@ -693,12 +693,12 @@ typedef struct spr__state {
 
 static const double *spr__point(const delaunay_mesh *m, uint32_t v) { return m->vertices[v].x; }
 
-/* The vertices of facet i of t, ordered so that with corner i of t, or an apex that replaces it,
+/* The vertices of facet f, 4*t+i, ordered so that with corner i of t, or an apex that replaces it,
  * they form a positive tetrahedron. */
-static void spr__base(const delaunay_mesh *m, delaunay_handle t, int i, uint32_t *v3)
+static void spr__base(const delaunay_mesh *m, delaunay_handle f, uint32_t *v3)
 {
-    const uint32_t *v = m->tets[t].v;
-    const uint8_t *o = delaunay_facet_order(i);
+    const uint32_t *v = m->tets[f / 4].v;
+    const uint8_t *o = delaunay_facet_order((int)(f % 4));
     v3[0] = v[o[0]];
     v3[1] = v[o[2]];
     v3[2] = v[o[1]];
@@ -707,7 +707,13 @@ static void spr__base(const delaunay_mesh *m, delaunay_handle t, int i, uint32_t
 /* The same for the facet opposite vertex v. */
 static void spr__base_of(const delaunay_mesh *m, delaunay_handle t, uint32_t v, uint32_t *v3)
 {
-    spr__base(m, t, delaunay_local_index(&m->tets[t], v), v3);
+    spr__base(m, 4 * t + (delaunay_handle)delaunay_local_index(&m->tets[t], v), v3);
+}
+
+/* The tetrahedron beyond a facet. */
+static delaunay_handle spr__beyond(const delaunay_mesh *m, delaunay_handle f)
+{
+    return m->tets[f / 4].n[f % 4] / 4;
 }
 
 static void spr__middle(const delaunay_mesh *m, delaunay_handle t, double *middle)
@@ -1645,7 +1651,7 @@ static double spr__wall_bound(const spr__state *s, delaunay_handle t, int i, dou
         uint32_t x[3];
         int k;
         if (h == 0) continue;
-        spr__base(m, h / 4, (int)(h % 4), x);
+        spr__base(m, h, x);
         spr__facet_set(&g, spr__point(m, x[0]), spr__point(m, x[1]), spr__point(m, x[2]));
         for (k = 0; k < 3; k++)
             if (x[k] != a && x[k] != b) break;
@@ -3200,7 +3206,7 @@ static int spr__pit_has(const spr__pit *c, delaunay_handle t)
 static double spr__pit_facet(const spr__state *s, const spr__pit *c, delaunay_handle f)
 {
     uint32_t b[3];
-    spr__base(s->mesh, f / 4, (int)(f % 4), b);
+    spr__base(s->mesh, f, b);
     return spr__quality_on(s, b, c->xyz);
 }
 
@@ -3210,7 +3216,7 @@ static int spr__pit_add(const spr__state *s, spr__pit *c, delaunay_handle t)
     int i, j, k;
     if (c->num_tets == SPR__MAX_CAVITY || c->num_facets + 4 > SPR__MAX_STAR) return 0;
     for (i = j = 0; i < c->num_facets; i++) {
-        if (m->tets[c->facet[i] / 4].n[c->facet[i] % 4] / 4 == t) continue;
+        if (spr__beyond(m, c->facet[i]) == t) continue;
         c->facet[j] = c->facet[i];
         c->value[j++] = c->value[i];
     }
@@ -3250,12 +3256,11 @@ static void spr__pit_grow(const spr__state *s, spr__pit *c)
         for (at = -1, i = 0; i < c->num_facets; i++) {
             delaunay_handle f = c->facet[i];
             if (c->value[i] >= worst || spr__is_wall(m, f / 4, (int)(f % 4))) continue;
-            if (!spr__pit_wants(s, c, m->tets[f / 4].n[f % 4] / 4, c->value[i])) continue;
+            if (!spr__pit_wants(s, c, spr__beyond(m, f), c->value[i])) continue;
             worst = c->value[i];
             at = i;
         }
-        if (at < 0 || !spr__pit_add(s, c, m->tets[c->facet[at] / 4].n[c->facet[at] % 4] / 4))
-            return;
+        if (at < 0 || !spr__pit_add(s, c, spr__beyond(m, c->facet[at]))) return;
     }
 }
 
@@ -3292,7 +3297,7 @@ static void spr__pit_cone(const spr__state *s, const spr__pit *c, spr__cone *con
     cone->n = 0;
     for (i = 0; i < c->num_facets; i++) {
         uint32_t b[3];
-        spr__base(m, c->facet[i] / 4, (int)(c->facet[i] % 4), b);
+        spr__base(m, c->facet[i], b);
         spr__cone_add(cone, spr__point(m, b[0]), spr__point(m, b[1]), spr__point(m, b[2]));
     }
     spr__cone_close(s, cone);
@@ -3391,7 +3396,7 @@ static int spr__pit_clear(const spr__state *s, spr__pit *c)
         delaunay_handle f = c->facet[i];
         if (c->value[i] > 0) continue;
         if (spr__is_wall(s->mesh, f / 4, (int)(f % 4)) ||
-            !spr__pit_add(s, c, s->mesh->tets[f / 4].n[f % 4] / 4))
+            !spr__pit_add(s, c, spr__beyond(s->mesh, f)))
             return 0;
         i = -1; /* from the first one again: they have moved */
     }
@@ -3504,7 +3509,7 @@ static int spr__plan_pit(const spr__state *s, const spr__pit *pit, delaunay_plan
         answer = delaunay_plan_remove(plan, pit->t[k]);
     for (k = 0; k < pit->num_facets && answer > 0; k++) {
         uint32_t b[3];
-        spr__base(s->mesh, pit->facet[k] / 4, (int)(pit->facet[k] % 4), b);
+        spr__base(s->mesh, pit->facet[k], b);
         answer = delaunay_plan_add(plan, b[0], b[1], b[2], DELAUNAY_PLAN_VERTEX(0));
     }
     return answer;
