@@ -2874,17 +2874,18 @@ enum {
     SPR__NOT_SO = -2  /* no result within max_nodes, in this order of the tetrahedra */
 };
 
-/* The best triangulation of the polyhedron that n tetrahedra fill, if it gains. drop: an inner
- * vertex to leave out, or 0. */
-static int spr__reconnect(const spr__state *s, delaunay_worker *worker, const delaunay_handle *t,
-                          int n, uint32_t drop, double before, uint32_t max_nodes,
-                          delaunay_window *window, delaunay_search *search)
+/* The best triangulation of a cavity, if it gains. drop: an inner vertex to leave out, or 0. */
+static int spr__reconnect(const spr__state *s, delaunay_worker *worker, const spr__cavity *c,
+                          uint32_t drop, uint32_t max_nodes, delaunay_window *window,
+                          delaunay_search *search)
 {
+    const size_t n = (size_t)c->num_tets;
+    const double before = c->before;
     double value[DELAUNAY_WINDOW_TETS], worst;
-    spr__burden was = spr__burden_of(s, t, (size_t)n), is = {0, 0};
+    spr__burden was = spr__burden_of(s, c->t, n), is = {0, 0};
     uint32_t i;
     int proven = 1;
-    if (!delaunay_window_set(window, s->mesh, t, (size_t)n, DELAUNAY_WINDOW_VERTICES, 1, 1))
+    if (!delaunay_window_set(window, s->mesh, c->t, n, DELAUNAY_WINDOW_VERTICES, 1, 1))
         return SPR__NEVER;
     for (i = 0; drop && i < window->num_vertices; i++)
         if (window->vertices[i] == drop) window->dropped = 1u << i;
@@ -2985,8 +2986,7 @@ static int spr__plan_grow(const spr__state *s, delaunay_worker *worker, delaunay
         next = c.num_vertices + effort.step;
         key = spr__cavity_key(s, &c, effort.nodes);
         if (spr__is_vain(s, key)) continue;
-        answer = spr__reconnect(s, worker, c.t, c.num_tets, 0, c.before, effort.nodes, &window,
-                                &search);
+        answer = spr__reconnect(s, worker, &c, 0, effort.nodes, &window, &search);
         if (answer == SPR__FOUND)
             return search.value < least ? DELAUNAY_PLAN_NOTHING
                                         : delaunay_plan_window(plan, &window, &search);
@@ -3137,8 +3137,7 @@ static int spr__plan_refill(const spr__state *s, delaunay_worker *worker, uint32
         if (large && s->refill_credit <= 0) break;
         if (c.num_vertices >= next) {
             search.nodes = 0;
-            answer = spr__reconnect(s, worker, c.t, c.num_tets, v, c.before, SPR__REFILL_NODES,
-                                    &window, &search);
+            answer = spr__reconnect(s, worker, &c, v, SPR__REFILL_NODES, &window, &search);
             if (large) plan->data[SPR__COST] += 2 * (uint64_t)search.nodes + (answer == SPR__FOUND);
             if (answer == SPR__FOUND) return delaunay_plan_window(plan, &window, &search);
             next = c.num_vertices + SPR__REFILL_STEP;
@@ -3329,31 +3328,26 @@ static double spr__lack(const spr__state *s, double value)
     return d > 0 ? d * d : 0;
 }
 
-static double spr__lack_of(const spr__state *s, const delaunay_handle *t, size_t n)
-{
-    double sum = 0;
-    size_t i;
-    for (i = 0; i < n; i++) sum += spr__lack(s, s->value[t[i]]);
-    return sum;
-}
-
 /* A new vertex often replaces a very bad tetrahedron by several that are better but still bad. It
  * must halve the sum of their lacks without more bad ones, or improve a very bad one a lot. */
 static int spr__pit_pays(const spr__state *s, const spr__pit *c)
 {
-    double after = 0;
+    double was = 0, is = 0; /* sums of lacks */
     int more = 0, i;
     for (i = 0; i < c->num_facets; i++) {
-        after += spr__lack(s, c->value[i]);
+        is += spr__lack(s, c->value[i]);
         more += c->value[i] < s->target;
     }
-    for (i = 0; i < c->num_tets; i++) more -= s->value[c->t[i]] < s->target;
+    for (i = 0; i < c->num_tets; i++) {
+        was += spr__lack(s, s->value[c->t[i]]);
+        more -= s->value[c->t[i]] < s->target;
+    }
     if (more > spr__may_add(s, c->before, c->after)) return 0;
     if (s->lift) return 1;
     if (c->before < 0.4 * s->target) {
         if (c->after > 2 * c->before && c->after > 0.3 * s->target) return 1;
     } else if (more > 0) return 0;
-    return after < 0.5 * spr__lack_of(s, c->t, (size_t)c->num_tets);
+    return is < 0.5 * was;
 }
 
 /* Grows the pit and moves its vertex in turn. Returns 1 if that gains. */
@@ -3785,13 +3779,13 @@ static int spr__last_level(const spr__state *s, delaunay_handle t)
                                        : SPR__LARGE;
 }
 
-/* The level of t after this one was tried in vain. */
-static uint8_t spr__next_level(const spr__state *s, delaunay_handle t, int level)
+/* The level of t after that of this sweep was tried in vain. */
+static uint8_t spr__next_level(const spr__state *s, delaunay_handle t)
 {
-    uint8_t next = spr__level_from(s, level + 1);
+    uint8_t next = spr__level_from(s, s->sweep + 1);
     const double goal = (double)spr__case_of(s, t)->goal;
     if (next == SPR__HOPELESS || (goal > 0 && s->value[t] >= goal) ||
-        (s->thins && level == SPR__REMOVE))
+        (s->thins && s->sweep == SPR__REMOVE))
         return SPR__HOPELESS;
     if (next <= spr__last_level(s, t)) return next;
     if (s->at[t].listed == SPR__EXHAUSTED) return SPR__HOPELESS;
@@ -3829,7 +3823,7 @@ static int spr__done(void *user, delaunay_mesh *m, delaunay_worker *worker, size
         if (delaunay_is_deleted(m, t) || s->value[t] >= s->target) return 0;
         if (plan->data[SPR__IN_VAIN] >> 32 != spr__name(m->tets[t].v)) return 0; /* a new one */
         if (goal > 0) c->goal = goal >= s->target ? (float)s->target : (float)goal;
-        if (s->at[t].level == s->sweep) s->at[t].level = spr__next_level(s, t, s->sweep);
+        if (s->at[t].level == s->sweep) s->at[t].level = spr__next_level(s, t);
         if (s->at[t].level == SPR__HOPELESS) s->at[t].listed = SPR__EXHAUSTED;
         c->tried = round_;
         if (s->is_lifting) c->lifted = round_;
