@@ -3631,24 +3631,21 @@ static int spr__fit(spr__state *s)
         s->cap_tets = (delaunay_handle)tets;
     }
     if (vertices > s->cap_vertices) {
-        uint32_t *stamp = (uint32_t *)delaunay_grow(s->memory, s->stamp, s->cap_vertices, vertices,
-                                                    sizeof *stamp);
+        uint32_t *stamp = (uint32_t *)delaunay_grow_zeroed(s->memory, s->stamp, s->cap_vertices,
+                                                           vertices, sizeof *stamp);
         uint32_t *still, *stays;
         uint8_t *movable;
         if (stamp) s->stamp = stamp;
-        still = (uint32_t *)delaunay_grow(s->memory, s->still, s->cap_vertices, vertices,
-                                          sizeof *still);
+        still = (uint32_t *)delaunay_grow_zeroed(s->memory, s->still, s->cap_vertices, vertices,
+                                                 sizeof *still);
         if (still) s->still = still;
-        stays = (uint32_t *)delaunay_grow(s->memory, s->stays, s->cap_vertices, vertices,
-                                          sizeof *stays);
+        stays = (uint32_t *)delaunay_grow_zeroed(s->memory, s->stays, s->cap_vertices, vertices,
+                                                 sizeof *stays);
         if (stays) s->stays = stays;
         movable = (uint8_t *)delaunay_grow(s->memory, s->movable, s->cap_vertices, vertices,
                                            sizeof *movable);
         if (movable) s->movable = movable;
         if (!stamp || !still || !stays || !movable) return 0;
-        memset(s->still + s->cap_vertices, 0, (vertices - s->cap_vertices) * sizeof *still);
-        memset(s->stays + s->cap_vertices, 0, (vertices - s->cap_vertices) * sizeof *stays);
-        memset(s->stamp + s->cap_vertices, 0, (vertices - s->cap_vertices) * sizeof *stamp);
         memset(s->movable + s->cap_vertices, 1, vertices - s->cap_vertices);
         s->cap_vertices = (uint32_t)vertices;
     }
