@@ -5583,9 +5583,9 @@ static delaunay_result delaunay__partitions_init(delaunay__partitions *p, delaun
     p->sort.allocator.alloc = delaunay__counted_alloc;
     p->sort.allocator.release = delaunay__counted_release;
     p->sort.allocator.user = m;
-    p->kernels = (delaunay__kernel **)delaunay_alloc(m, (size_t)p->num_kernels, sizeof *p->kernels);
+    p->kernels =
+        (delaunay__kernel **)delaunay_alloc_zeroed(m, (size_t)p->num_kernels, sizeof *p->kernels);
     p->cuts = (delaunay__cut *)delaunay_alloc(m, (size_t)p->num_cuts, sizeof *p->cuts);
-    if (p->kernels) memset((void *)p->kernels, 0, (size_t)p->num_kernels * sizeof *p->kernels);
     if (!p->kernels || !p->cuts) return DELAUNAY_ERROR_OUT_OF_MEMORY;
     for (i = 0; i < p->num_kernels && result == DELAUNAY_OK; i++) {
         p->kernels[i] = (delaunay__kernel *)delaunay_alloc(
@@ -6250,23 +6250,21 @@ static delaunay_result delaunay__set_add(delaunay_worker *w, delaunay_handle t, 
 
 DELAUNAY_API delaunay_worker *delaunay_worker_new(delaunay_memory *memory)
 {
-    delaunay_worker *w = (delaunay_worker *)delaunay_alloc(memory, 1, sizeof *w);
+    delaunay_worker *w = (delaunay_worker *)delaunay_alloc_zeroed(memory, 1, sizeof *w);
     if (!w) return NULL;
-    memset(w, 0, sizeof *w);
     w->memory = w->queue.memory = memory;
     w->set_bits = 11;
     w->face_bits = 9;
-    w->set = (delaunay__member *)delaunay_alloc(memory, (size_t)1 << w->set_bits, sizeof *w->set);
-    w->faces =
-        (delaunay__face *)delaunay_alloc(memory, (size_t)1 << w->face_bits, sizeof *w->faces);
+    w->set = (delaunay__member *)delaunay_alloc_zeroed(memory, (size_t)1 << w->set_bits,
+                                                       sizeof *w->set);
+    w->faces = (delaunay__face *)delaunay_alloc_zeroed(memory, (size_t)1 << w->face_bits,
+                                                       sizeof *w->faces);
     w->commit = (uint32_t *)delaunay_alloc(memory, 4 * DELAUNAY_WINDOW_TETS, sizeof *w->commit);
     w->tables = (delaunay__search_tables *)delaunay_alloc(memory, 1, delaunay__size_of_tables());
     if (!w->set || !w->faces || !w->commit || !w->tables) {
         delaunay_worker_free(w);
         return NULL;
     }
-    memset(w->set, 0, sizeof *w->set << w->set_bits);
-    memset(w->faces, 0, sizeof *w->faces << w->face_bits);
     return w;
 }
 
@@ -6893,9 +6891,8 @@ DELAUNAY_API delaunay_editor *delaunay_editor_new(delaunay_mesh *mesh)
 {
     delaunay_editor *e;
     if (!mesh || !mesh->tets || mesh->weight || !delaunay__is_closed(mesh)) return NULL;
-    e = (delaunay_editor *)delaunay_alloc(&mesh->memory, 1, sizeof *e);
+    e = (delaunay_editor *)delaunay_alloc_zeroed(&mesh->memory, 1, sizeof *e);
     if (!e) return NULL;
-    memset(e, 0, sizeof *e);
     e->mesh = mesh;
     e->star.memory = e->inside.memory = &mesh->memory;
     e->worker = delaunay_worker_new(&mesh->memory);
@@ -9253,10 +9250,9 @@ static void delaunay__plan_free(delaunay_plan *plan, delaunay_memory *memory)
 static delaunay_engine *delaunay__engine_new(delaunay_mesh *mesh, const delaunay_host *host,
                                              delaunay_worker *lent)
 {
-    delaunay_engine *e = (delaunay_engine *)delaunay_alloc(&mesh->memory, 1, sizeof *e);
+    delaunay_engine *e = (delaunay_engine *)delaunay_alloc_zeroed(&mesh->memory, 1, sizeof *e);
     int i;
     if (!e) return NULL;
-    memset(e, 0, sizeof *e);
     e->mesh = mesh;
     if (host) e->host = *host;
     e->gate.memory = &mesh->memory;
@@ -9264,13 +9260,11 @@ static delaunay_engine *delaunay__engine_new(delaunay_mesh *mesh, const delaunay
     e->lent = lent != NULL;
     e->host.num_threads = e->num_threads; /* the number of workers; OpenMP's maximum may change */
     e->crew.host = &e->host;
-    e->memories = (delaunay_memory *)delaunay_alloc(&mesh->memory, (size_t)e->num_threads,
-                                                    sizeof *e->memories);
-    e->workers = (delaunay_worker **)delaunay_alloc(&mesh->memory, (size_t)e->num_threads,
-                                                    sizeof *e->workers);
-    if (e->workers) memset(e->workers, 0, (size_t)e->num_threads * sizeof *e->workers);
+    e->memories = (delaunay_memory *)delaunay_alloc_zeroed(&mesh->memory, (size_t)e->num_threads,
+                                                           sizeof *e->memories);
+    e->workers = (delaunay_worker **)delaunay_alloc_zeroed(&mesh->memory, (size_t)e->num_threads,
+                                                           sizeof *e->workers);
     for (i = 0; e->memories && e->workers && i < e->num_threads; i++) {
-        memset(&e->memories[i], 0, sizeof e->memories[i]);
         e->memories[i].allocator.alloc = delaunay__gate_alloc;
         e->memories[i].allocator.release = delaunay__gate_release;
         e->memories[i].allocator.user = &e->gate;
@@ -9357,9 +9351,9 @@ static delaunay_result delaunay__engine_plans(delaunay_engine *e, size_t batch)
                                             sizeof *plans);
     if (!plans) return DELAUNAY_ERROR_OUT_OF_MEMORY;
     for (e->plans = plans; e->cap_plans < batch; e->cap_plans++) {
-        plans[e->cap_plans] = (delaunay_plan *)delaunay_alloc(&e->memories[0], 1, sizeof **plans);
+        plans[e->cap_plans] =
+            (delaunay_plan *)delaunay_alloc_zeroed(&e->memories[0], 1, sizeof **plans);
         if (!plans[e->cap_plans]) return DELAUNAY_ERROR_OUT_OF_MEMORY;
-        memset(plans[e->cap_plans], 0, sizeof **plans);
     }
     return DELAUNAY_OK;
 }

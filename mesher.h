@@ -8503,9 +8503,8 @@ static uint32_t mesher__facet_root(const mesher__recovery *r, uint32_t f)
 /* Appends zeroed elements to an array of count elements. If memory runs out, it stays as it is. */
 static void *mesher__widen(mesher__recovery *r, void *old, size_t count, size_t more, size_t size)
 {
-    char *block = (char *)delaunay_grow(r->memory, old, count, count + more, size);
+    void *block = delaunay_grow_zeroed(r->memory, old, count, count + more, size);
     if (!block) r->status = MESHER_ERROR_OUT_OF_MEMORY;
-    else memset(block + count * size, 0, more * size);
     return block ? block : old;
 }
 
@@ -10019,9 +10018,8 @@ static mesher_result mesher__sort_cells(mesher_domain *domain, mesher__coloring 
     if (!work->number) goto done;
     delaunay_release(memory, domain->regions);
     domain->num_regions = 0;
-    domain->regions = (mesher_region *)delaunay_alloc(memory, n, sizeof *domain->regions);
+    domain->regions = (mesher_region *)delaunay_alloc_zeroed(memory, n, sizeof *domain->regions);
     if (!domain->regions) goto done;
-    memset(domain->regions, 0, n * sizeof *domain->regions);
     work->number[0] = 0;
     for (i = 0; i < n; i++) {
         const mesher__cell *cell = work->cells + pairs[i].value;
@@ -13649,10 +13647,9 @@ static int mesher__harvests(mesher__refiner *r, int count)
 {
     int i;
     if (count > r->num_harvests) {
-        mesher__harvest *all = (mesher__harvest *)delaunay_grow(
+        mesher__harvest *all = (mesher__harvest *)delaunay_grow_zeroed(
             r->memory, r->harvests, (size_t)r->num_harvests, (size_t)count, sizeof *all);
         if (!all) return 0;
-        memset(all + r->num_harvests, 0, (size_t)(count - r->num_harvests) * sizeof *all);
         r->harvests = all;
         r->num_harvests = count;
     }
@@ -15984,10 +15981,9 @@ static int mesher__cavities(mesher__refiner *r, int threads)
 {
     int i;
     if (threads > r->num_cavities) {
-        mesher__cavity *all = (mesher__cavity *)delaunay_grow(
+        mesher__cavity *all = (mesher__cavity *)delaunay_grow_zeroed(
             r->memory, r->cavities, (size_t)r->num_cavities, (size_t)threads, sizeof *all);
         if (!all) return 0;
-        memset(all + r->num_cavities, 0, (size_t)(threads - r->num_cavities) * sizeof *all);
         r->cavities = all;
         r->num_cavities = threads;
     }
@@ -17504,9 +17500,9 @@ static mesher_result mesher__list_regions(mesher_domain *domain, mesher_report *
     if (result != MESHER_OK) goto done;
     for (i = 0; i < num_tets; i++) n += i == 0 || pairs[i].key != pairs[i - 1].key;
     result = MESHER_ERROR_OUT_OF_MEMORY;
-    domain->regions = (mesher_region *)delaunay_alloc(&domain->memory, n, sizeof *domain->regions);
+    domain->regions =
+        (mesher_region *)delaunay_alloc_zeroed(&domain->memory, n, sizeof *domain->regions);
     if (!domain->regions) goto done;
-    memset(domain->regions, 0, n * sizeof *domain->regions);
     for (i = 0; i < num_tets; i++) {
         const uint32_t *v = mesh->tets[pairs[i].value].v;
         double w[4];
