@@ -3995,6 +3995,12 @@ static const double *mesher__x(const mesher__recovery *r, uint32_t v)
     return r->mesh->vertices[v].x;
 }
 
+/* The sign of orientation of facet f and x; below 0: x is inside the shell's facet f. */
+static int mesher__facet_side(const mesher__recovery *r, const uint32_t *f, const double *x)
+{
+    return delaunay_orient3d(mesher__x(r, f[0]), mesher__x(r, f[1]), mesher__x(r, f[2]), x);
+}
+
 /* Adds the tetrahedra around a mesh edge to the queue. */
 static void mesher__queue_star(mesher__recovery *r, delaunay_handle t, uint32_t a, uint32_t b)
 {
@@ -4134,9 +4140,7 @@ static int mesher__inside_facet(const mesher__recovery *r, const uint32_t *f, ui
 {
     int k, s[3];
     if (v == DELAUNAY_GHOST || v == f[0] || v == f[1] || v == f[2]) return 0;
-    if (delaunay_orient3d(mesher__x(r, f[0]), mesher__x(r, f[1]), mesher__x(r, f[2]),
-                          mesher__x(r, v)))
-        return 0;
+    if (mesher__facet_side(r, f, mesher__x(r, v))) return 0;
     for (k = 0; k < 3; k++)
         s[k] = delaunay_orient3d(mesher__x(r, f[k]), mesher__x(r, f[(k + 1) % 3]), mesher__x(r, v),
                                  mesher__x(r, off));
@@ -4149,9 +4153,7 @@ static uint32_t mesher__off_plane(const mesher__recovery *r, const uint32_t *f)
     uint32_t i, v = 0;
     for (i = 0; i < 8; i++) {
         v = r->mesh->vertex_of[r->domain->first_corner + i];
-        if (delaunay_orient3d(mesher__x(r, f[0]), mesher__x(r, f[1]), mesher__x(r, f[2]),
-                              mesher__x(r, v)))
-            break;
+        if (mesher__facet_side(r, f, mesher__x(r, v))) break;
     }
     return v;
 }
@@ -6692,11 +6694,8 @@ static void mesher__shell_of_window(mesher__recovery *r)
 static int mesher__in_kernel(const mesher__recovery *r, const double *xyz)
 {
     uint32_t i;
-    for (i = 0; i < r->num_shell; i++) {
-        const uint32_t *f = r->shell[i];
-        if (delaunay_orient3d(mesher__x(r, f[0]), mesher__x(r, f[1]), mesher__x(r, f[2]), xyz) >= 0)
-            return 0;
-    }
+    for (i = 0; i < r->num_shell; i++)
+        if (mesher__facet_side(r, r->shell[i], xyz) >= 0) return 0;
     return 1;
 }
 
@@ -7372,10 +7371,8 @@ static int mesher__cave_grow(mesher__recovery *r, const double *x)
     int grown = 0;
     r->work += r->num_shell;
     for (i = 0; i < r->num_shell; i++) {
-        const uint32_t *f = r->shell[i];
         delaunay_handle t = r->shell_beyond[i];
-        if (delaunay_orient3d(mesher__x(r, f[0]), mesher__x(r, f[1]), mesher__x(r, f[2]), x) < 0)
-            continue;
+        if (mesher__facet_side(r, r->shell[i], x) < 0) continue;
         if (!t || delaunay_is_ghost(r->mesh, t) || mesher__set_has(&r->known_near, t) ||
             r->star.count == MESHER__CAVE)
             return -1;
@@ -8313,9 +8310,7 @@ static int mesher__collapse_point(mesher__recovery *r, uint32_t v)
             const uint32_t *f = shell[j];
             if (f[0] == u || f[1] == u || f[2] == u) continue;
             r->work++;
-            if (delaunay_orient3d(mesher__x(r, f[0]), mesher__x(r, f[1]), mesher__x(r, f[2]),
-                                  mesher__x(r, u)) >= 0)
-                break;
+            if (mesher__facet_side(r, f, mesher__x(r, u)) >= 0) break;
             r->commit[4 * n] = f[0];
             r->commit[4 * n + 1] = f[2];
             r->commit[4 * n + 2] = f[1];
@@ -8578,9 +8573,8 @@ static int mesher__edge_in_kernel(const mesher__recovery *r, uint32_t a, uint32_
     *high = 1;
     for (i = 0; i < r->num_shell; i++) {
         const uint32_t *f = r->shell[i];
-        const double *x = mesher__x(r, f[0]), *y = mesher__x(r, f[1]), *z = mesher__x(r, f[2]);
-        int a_within = delaunay_orient3d(x, y, z, mesher__x(r, a)) < 0,
-            b_within = delaunay_orient3d(x, y, z, mesher__x(r, b)) < 0;
+        int a_within = mesher__facet_side(r, f, mesher__x(r, a)) < 0,
+            b_within = mesher__facet_side(r, f, mesher__x(r, b)) < 0;
         double where;
         if (a_within && b_within) continue;
         if (!a_within && !b_within) return 0;
@@ -9007,10 +9001,8 @@ static int mesher__grow_sector(mesher__recovery *r, uint32_t *sector, uint32_t n
     size_t before = r->star.count, j;
     uint32_t i;
     for (i = 0; i < r->num_shell; i++) {
-        const uint32_t *f = r->shell[i];
         delaunay_handle t = r->shell_beyond[i];
-        if (delaunay_orient3d(mesher__x(r, f[0]), mesher__x(r, f[1]), mesher__x(r, f[2]), x) < 0)
-            continue;
+        if (mesher__facet_side(r, r->shell[i], x) < 0) continue;
         if (!t || delaunay_is_ghost(r->mesh, t)) return 0;
         for (j = 0; j < r->star.count && r->star.items[j] != t; j++) {}
         if (j < before || j == most || j == DELAUNAY_WINDOW_TETS) return 0;
