@@ -3804,16 +3804,14 @@ static void mesher__account_old(mesher__recovery *r, const delaunay_handle *old,
             const uint8_t *o = delaunay_edge_order(k);
             uint32_t e = flags & DELAUNAY_EDGE_BIT(k) ? mesher__edge_index(r, v[o[0]], v[o[1]])
                                                       : MESHER__ABSENT;
-            if (e == MESHER__ABSENT || !r->edge_present[e]) continue;
-            mesher__set_edge_present(r, e, 0);
+            if (e != MESHER__ABSENT) mesher__set_edge_present(r, e, 0);
         }
         for (k = 0; k < 4 && (flags & DELAUNAY_FACET_BITS); k++) {
             const uint8_t *o = delaunay_facet_order(k);
             uint32_t f = flags & DELAUNAY_FACET_BIT(k)
                              ? mesher__facet_index(r, v[o[0]], v[o[1]], v[o[2]])
                              : MESHER__ABSENT;
-            if (f == MESHER__ABSENT || !r->facet_present[f]) continue;
-            mesher__set_facet_present(r, f, 0);
+            if (f != MESHER__ABSENT) mesher__set_facet_present(r, f, 0);
         }
     }
 }
