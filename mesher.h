@@ -2553,14 +2553,9 @@ static mesher_result mesher__found_add(delaunay_memory *memory, mesher__found *f
            keep = sweep->count < room ? sweep->count : room, i;
     for (i = 0; i < MESHER_NUM_KINDS; i++) found->counts[i] += sweep->kinds[i];
     found->total += sweep->count;
-    if (found->num_kept + keep > found->cap_kept) {
-        size_t cap = 2 * found->cap_kept > found->num_kept + keep ? 2 * found->cap_kept
-                                                                  : found->num_kept + keep;
-        void *kept = delaunay_grow(memory, found->kept, found->num_kept, cap, sizeof *found->kept);
-        if (!kept) return MESHER_ERROR_OUT_OF_MEMORY;
-        found->kept = (mesher_finding *)kept;
-        found->cap_kept = cap;
-    }
+    if (!mesher__room(memory, &found->kept, &found->cap_kept, found->num_kept,
+                      found->num_kept + keep, sizeof *found->kept))
+        return MESHER_ERROR_OUT_OF_MEMORY;
     if (keep) memcpy(found->kept + found->num_kept, sweep->out, keep * sizeof *sweep->out);
     found->num_kept += keep;
     return MESHER_OK;
@@ -3885,17 +3880,11 @@ static void mesher__account_new(mesher__recovery *r, const delaunay_handle *slot
 /* Makes room for more numbers in the journal; 0: no memory. */
 static int mesher__journal_room(mesher__recovery *r, size_t more)
 {
-    size_t cap = 2 * (r->num_journal + more);
-    uint32_t *grown;
-    if (r->num_journal + more <= r->cap_journal) return 1;
-    grown = (uint32_t *)delaunay_grow(r->memory, r->journal, r->num_journal, cap, sizeof *grown);
-    if (!grown) {
-        r->status = MESHER_ERROR_OUT_OF_MEMORY;
-        return 0;
-    }
-    r->journal = grown;
-    r->cap_journal = cap;
-    return 1;
+    if (mesher__room(r->memory, &r->journal, &r->cap_journal, r->num_journal,
+                     r->num_journal + more, sizeof *r->journal))
+        return 1;
+    r->status = MESHER_ERROR_OUT_OF_MEMORY;
+    return 0;
 }
 
 static void mesher__note_change(mesher__recovery *r, delaunay_handle t)
