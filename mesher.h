@@ -12834,16 +12834,20 @@ typedef struct mesher__facet {
 typedef struct mesher__cavity {
     delaunay_memory *memory;
     delaunay_handle *tets;      /* in the cavity, the one with the point first */
-    uint32_t         num_tets, cap_tets;
+    uint32_t         num_tets;
+    size_t           cap_tets;
     delaunay_handle *queue;     /* facets by which the search reached the others, in it or not */
     delaunay_handle *border;    /* facets of the boundary, as those of tetrahedra in the cavity */
     delaunay_handle *slots;     /* of the new tetrahedra */
-    uint32_t         num_queue, num_border, cap_search; /* capacity of each of the three lists */
+    uint32_t         num_queue, num_border;
+    size_t           cap_search; /* capacity of each of the three lists */
     int              whole;     /* nothing has been cut off since the search */
     mesher__facet   *facets;
-    uint32_t         num_facets, cap_facets;
+    uint32_t         num_facets;
+    size_t           cap_facets;
     uint32_t        *vertices;  /* of the boundary */
-    uint32_t         num_vertices, cap_vertices;
+    uint32_t         num_vertices;
+    size_t           cap_vertices;
     uint32_t         num_locals; /* the local numbers of the vertices are less than this */
     uint64_t        *hash_key;  /* directed edges of a large boundary; values as in matrix */
     uint32_t        *hash_value;
@@ -14896,26 +14900,23 @@ enum { MESHER__IN = 1, MESHER__OUT = 2 }; /* delaunay_mesh.mark while a cavity i
  * without memory, or if it may not allocate. */
 static int mesher__cavity_room(mesher__cavity *c, size_t tets, size_t facets)
 {
-    size_t cap = c->cap_tets, keep = c->cap_search;
+    const size_t keep = c->cap_search;
     int i;
-    if (tets > cap || cap + 3 > c->cap_vertices || facets > keep) {
+    if (tets > c->cap_tets || c->cap_tets + 3 > c->cap_vertices || facets > keep) {
         delaunay_handle **lists[3];
         lists[0] = &c->queue;
         lists[1] = &c->border;
         lists[2] = &c->slots;
         if (c->shared) return 0;
-        if (!mesher__room(c->memory, &c->tets, &cap, c->num_tets, tets, sizeof *c->tets)) return 0;
-        c->cap_tets = (uint32_t)cap;
-        cap = c->cap_vertices;
-        if (!mesher__room(c->memory, &c->vertices, &cap, 0, (size_t)c->cap_tets + 3,
+        if (!mesher__room(c->memory, &c->tets, &c->cap_tets, c->num_tets, tets, sizeof *c->tets) ||
+            !mesher__room(c->memory, &c->vertices, &c->cap_vertices, 0, c->cap_tets + 3,
                           sizeof *c->vertices))
             return 0;
-        c->cap_vertices = (uint32_t)cap;
         for (i = 0; i < 3; i++) {
-            cap = keep;
-            if (!mesher__room(c->memory, lists[i], &cap, keep, facets, sizeof **lists[i])) return 0;
+            c->cap_search = keep;
+            if (!mesher__room(c->memory, lists[i], &c->cap_search, keep, facets, sizeof **lists[i]))
+                return 0;
         }
-        c->cap_search = (uint32_t)cap;
     }
     return 1;
 }
@@ -15188,12 +15189,10 @@ static int mesher__take_border(mesher__cavity *c, const delaunay_mesh *mesh,
 {
     const delaunay_tet *tets = mesh->tets;
     const uint16_t *flags = mesh->flags;
-    size_t cap = c->cap_facets;
     mesher__facet *facet;
     uint32_t k;
     if (c->shared && n > c->cap_facets) return 0;
-    if (!mesher__room(c->memory, &c->facets, &cap, 0, n, sizeof *c->facets)) return 0;
-    c->cap_facets = (uint32_t)cap;
+    if (!mesher__room(c->memory, &c->facets, &c->cap_facets, 0, n, sizeof *c->facets)) return 0;
     for (k = 0, facet = c->facets; k < n; k++, facet++) {
         const delaunay_handle h = border[k];
         const delaunay_tet *tet = tets + (h >> 2);
@@ -15366,10 +15365,10 @@ static int mesher__number(mesher__cavity *c, delaunay_mesh *mesh)
     if (c->whole) {
         mesher__number_whole(c, mesh->vertices);
     } else {
-        size_t cap = c->cap_vertices, need = 3 * (size_t)c->num_facets;
-        if (c->shared && need > cap) return 0;
-        if (!mesher__room(c->memory, &c->vertices, &cap, 0, need, sizeof *c->vertices)) return 0;
-        c->cap_vertices = (uint32_t)cap;
+        const size_t need = 3 * (size_t)c->num_facets;
+        if (c->shared && need > c->cap_vertices) return 0;
+        if (!mesher__room(c->memory, &c->vertices, &c->cap_vertices, 0, need, sizeof *c->vertices))
+            return 0;
         mesher__number_border(c, mesh->vertices);
     }
     c->row = c->num_locals <= MESHER__LOCAL / 2 ? MESHER__ROW - 1 : MESHER__ROW;
@@ -15968,19 +15967,16 @@ static int mesher__cavities(mesher__refiner *r, int threads)
     }
     for (i = 0; i < threads; i++) {
         mesher__cavity *c = r->cavities + i;
-        size_t facets = c->cap_facets, vertices = c->cap_vertices;
         c->memory = r->memory;
         c->simd = r->cavity.simd;
         c->shared = 0;
         c->num_tets = 0;
         c->num_facets = 512;
-        if (!mesher__room(r->memory, &c->facets, &facets, 0, 2048, sizeof *c->facets) ||
-            !mesher__room(r->memory, &c->vertices, &vertices, 0, 3 * 2048, sizeof *c->vertices))
+        if (!mesher__room(r->memory, &c->facets, &c->cap_facets, 0, 2048, sizeof *c->facets) ||
+            !mesher__room(r->memory, &c->vertices, &c->cap_vertices, 0, 3 * 2048,
+                          sizeof *c->vertices) ||
+            !mesher__cavity_room(c, 1024, 4 * 1024 + 4) || !mesher__hash_room(c))
             return 0;
-        c->cap_facets = (uint32_t)facets;
-        c->cap_vertices = (uint32_t)vertices;
-        if (!mesher__cavity_room(c, 1024, 4 * 1024 + 4)) return 0;
-        if (!mesher__hash_room(c)) return 0;
         c->shared = 1;
     }
     return 1;
