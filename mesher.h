@@ -2640,6 +2640,12 @@ static mesher_result mesher__sweep_all(mesher_domain *domain, const mesher__spac
     return result;
 }
 
+static void mesher__add_finding(mesher_report *report, const mesher_finding *f)
+{
+    mesher_report_add(report, f->kind, f->triangles[0], f->triangles[1], f->vertices[0],
+                      f->vertices[1], f->vertices[2], f->xyz);
+}
+
 /* Adds the findings to the report, in the order of their triangles. */
 static mesher_result mesher__report_found(mesher_domain *domain, const mesher__found *found,
                                           mesher_report *report)
@@ -2656,11 +2662,8 @@ static mesher_result mesher__report_found(mesher_domain *domain, const mesher__f
     }
     result = mesher__sort(domain, pairs, found->num_kept);
     memcpy(before, report->counts, sizeof before);
-    for (i = 0; i < found->num_kept && result == MESHER_OK; i++) {
-        const mesher_finding *f = found->kept + pairs[i].value;
-        mesher_report_add(report, f->kind, f->triangles[0], f->triangles[1], f->vertices[0],
-                          f->vertices[1], f->vertices[2], f->xyz);
-    }
+    for (i = 0; i < found->num_kept && result == MESHER_OK; i++)
+        mesher__add_finding(report, found->kept + pairs[i].value);
     for (i = 0; i < MESHER_NUM_KINDS; i++) report->counts[i] = before[i] + found->counts[i];
     delaunay_release(&domain->memory, pairs);
     return result;
@@ -16915,11 +16918,7 @@ static mesher_result mesher__explain_failure(mesher_domain *domain, mesher_repor
     report->seconds_check += delaunay_seconds(&domain->options.host) - start;
     if (result == MESHER_ERROR_SURFACE) {
         mesher__report_drop_defects(report);
-        for (i = 0; i < found.num_findings; i++) {
-            const mesher_finding *f = found.findings + i;
-            mesher_report_add(report, f->kind, f->triangles[0], f->triangles[1], f->vertices[0],
-                              f->vertices[1], f->vertices[2], f->xyz);
-        }
+        for (i = 0; i < found.num_findings; i++) mesher__add_finding(report, found.findings + i);
         for (k = 0; k < MESHER_NUM_KINDS; k++) /* also those that there was no room for */
             if (mesher_is_defect((mesher_kind)k)) report->counts[k] = found.counts[k];
         memcpy(report->message, found.message, sizeof report->message);
