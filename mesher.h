@@ -808,6 +808,12 @@ static void mesher__sort_release(void *user, void *block)
     delaunay_release((delaunay_memory *)user, block);
 }
 
+/* A key of an unordered pair. */
+static uint64_t mesher__pair(uint32_t a, uint32_t b)
+{
+    return a < b ? (uint64_t)a << 32 | b : (uint64_t)b << 32 | a;
+}
+
 /* Moves the array, to which *array points, to a new block with room for want elements; the first
  * keep elements are copied. Returns 0 without memory. */
 static int mesher__grow(delaunay_memory *memory, void *array, size_t *cap, size_t keep, size_t want,
@@ -1453,7 +1459,7 @@ static mesher_result mesher__order_edges(mesher_domain *domain, hxtsort_pair *pa
                               DELAUNAY_NO_ID, DELAUNAY_NO_ID, mesher__point(surface, a));
             continue;
         }
-        pairs[n].key = a < b ? (uint64_t)a << 32 | b : (uint64_t)b << 32 | a;
+        pairs[n].key = mesher__pair(a, b);
         pairs[n++].value = (uint64_t)id << 1;
     }
     *count = n;
@@ -1635,7 +1641,7 @@ done:
 /* Index of the distinct edge a b, or NO_ID: the edges are sorted. */
 static uint32_t mesher__edge_find(const mesher_domain *domain, uint32_t a, uint32_t b)
 {
-    uint64_t key = a < b ? (uint64_t)a << 32 | b : (uint64_t)b << 32 | a, k;
+    uint64_t key = mesher__pair(a, b), k;
     uint32_t lo = 0, hi = domain->num_edges, mid;
     while (lo < hi) {
         mid = lo + (hi - lo) / 2;
@@ -3426,11 +3432,6 @@ static void mesher__tell(mesher__recovery *r, const char *stage, int detail)
 }
 
 /* -- constraints by their vertices */
-
-static uint64_t mesher__pair(uint32_t a, uint32_t b)
-{
-    return a < b ? (uint64_t)a << 32 | b : (uint64_t)b << 32 | a;
-}
 
 /* The piece of a split edge between two vertices, or MESHER__ABSENT. */
 static uint32_t mesher__edge_piece(const mesher__recovery *r, uint32_t a, uint32_t b)
@@ -9329,7 +9330,7 @@ static void mesher__recovery_free(mesher__recovery *r)
     delaunay_release(memory, r->patch_planes);
     delaunay_release(memory, r->flips);
     delaunay_release(memory, r->flipped);
-    if (r->worker) delaunay_worker_free(r->worker);
+    delaunay_worker_free(r->worker);
     delaunay_release(memory, r);
 }
 
@@ -10209,7 +10210,7 @@ static mesher_result mesher__note_lines(mesher_domain *domain, mesher_report *re
             mesher__add_edge_finding(report, MESHER_NOTE_OUTSIDE_LINE, &domain->surface,
                                      domain->edge_source[e], DELAUNAY_NO_ID, edge);
     }
-    if (worker) delaunay_worker_free(worker);
+    delaunay_worker_free(worker);
     return MESHER_OK;
 }
 
@@ -12534,7 +12535,7 @@ static mesher_result mesher__make_rings(mesher__divider *d, mesher_domain *domai
         uint32_t s = (uint32_t)i, a = d->corners[s], b = d->corners[mesher__side_turn(s, 1)];
         d->next[s] = s;
         if (mesher__is_line(d, s) && s % 3) continue;
-        sides[n].key = a < b ? (uint64_t)a << 32 | b : (uint64_t)b << 32 | a;
+        sides[n].key = mesher__pair(a, b);
         sides[n++].value = s;
     }
     result = mesher__sort(domain, sides, n);
