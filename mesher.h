@@ -1408,9 +1408,8 @@ static mesher_result mesher__find_facets(mesher_domain *domain, mesher_report *r
     if (result != MESHER_OK) goto done;
     result = MESHER_ERROR_OUT_OF_MEMORY;
     domain->facets = (uint32_t *)delaunay_alloc(memory, n, 3 * sizeof *domain->facets);
-    if (!domain->facets) goto done;
     domain->facet_source = (uint32_t *)delaunay_alloc(memory, n, sizeof *domain->facet_source);
-    if (!domain->facet_source) goto done;
+    if (!domain->facets || !domain->facet_source) goto done;
     for (i = 0; i < n; i++) {
         odd = mesher__sorted_triangle(domain, (size_t)pairs[i].value, v);
         if (m && memcmp(v, domain->facets + 3 * (m - 1), sizeof v) == 0) {
@@ -1503,11 +1502,9 @@ static mesher_result mesher__near_init(mesher__near_grid *grid, delaunay_memory 
     grid->xyz = xyz;
     grid->distance = distance;
     for (grid->mask = 15; grid->mask < 2 * num_used; grid->mask = 2 * grid->mask + 1) {}
-    grid->first = grid->next = NULL;
     grid->next = (uint32_t *)delaunay_alloc(memory, num_points, sizeof *grid->next);
-    if (!grid->next) return MESHER_ERROR_OUT_OF_MEMORY;
     grid->first = (uint32_t *)delaunay_alloc(memory, grid->mask + 1, sizeof *grid->first);
-    if (!grid->first) return MESHER_ERROR_OUT_OF_MEMORY;
+    if (!grid->next || !grid->first) return MESHER_ERROR_OUT_OF_MEMORY;
     memset(grid->first, 0xff, (grid->mask + 1) * sizeof *grid->first);
     return MESHER_OK;
 }
@@ -1579,9 +1576,8 @@ static mesher_result mesher__note_near(mesher_domain *domain, const uint32_t *op
     if (num == 0) return MESHER_OK;
     distance = MESHER_NEARLY * mesher__extent(surface, lo, &largest);
     seen = (uint8_t *)delaunay_alloc(memory, surface->num_vertices, 1);
-    if (!seen) goto done;
     ends = (uint32_t *)delaunay_alloc(memory, 2 * num, sizeof *ends);
-    if (!ends) goto done;
+    if (!seen || !ends) goto done;
     n = mesher__open_ends(domain, open, num, seen, ends);
     result = mesher__near_init(&grid, memory, surface->xyz, surface->num_vertices, n, distance);
     for (i = 0; i < n && result == MESHER_OK; i++) {
@@ -1613,11 +1609,9 @@ static mesher_result mesher__find_edges(mesher_domain *domain, mesher_report *re
     result = m >= UINT32_MAX ? MESHER_ERROR_TOO_LARGE : MESHER_ERROR_OUT_OF_MEMORY;
     if (result == MESHER_ERROR_TOO_LARGE) goto done;
     domain->edges = (uint32_t *)delaunay_alloc(memory, m, 2 * sizeof *domain->edges);
-    if (!domain->edges) goto done;
     domain->edge_source = (uint32_t *)delaunay_alloc(memory, m, sizeof *domain->edge_source);
-    if (!domain->edge_source) goto done;
     open = (uint32_t *)delaunay_alloc(memory, m, sizeof *open);
-    if (!open) goto done;
+    if (!domain->edges || !domain->edge_source || !open) goto done;
     for (i = 0, m = 0; i < n; i = j, m++) {
         uint32_t *edge = domain->edges + 2 * m;
         uint64_t source = pairs[i].value >> 1;
@@ -1666,13 +1660,10 @@ static mesher_result mesher__peel(mesher_domain *domain, uint32_t *count, uint32
     *count = nf;
     *open_edge = DELAUNAY_NO_ID;
     facets_of = (uint32_t *)delaunay_alloc(memory, ne, sizeof *facets_of);
-    if (!facets_of) goto done;
     sum = (uint32_t *)delaunay_alloc(memory, ne, sizeof *sum);
-    if (!sum) goto done;
     edges_of = (uint32_t *)delaunay_alloc(memory, nf, 3 * sizeof *edges_of);
-    if (!edges_of) goto done;
     stack = (uint32_t *)delaunay_alloc(memory, ne, sizeof *stack);
-    if (!stack) goto done;
+    if (!facets_of || !sum || !edges_of || !stack) goto done;
     memset(facets_of, 0, ne * sizeof *facets_of);
     memset(sum, 0, ne * sizeof *sum);
     for (f = 0; f < nf; f++)
@@ -1962,14 +1953,11 @@ static mesher_result mesher__space_init(mesher_domain *domain, mesher__space *sp
     space->num_items = n;
     space->num_leaves = (n + MESHER__LEAF_ITEMS - 1) / MESHER__LEAF_ITEMS;
     space->num_leaf_nodes = mesher__leaf_nodes(n);
-    if (!items) goto done;
     space->items = (mesher__item *)delaunay_alloc(memory, n, sizeof *space->items);
-    if (!space->items) goto done;
     space->boxes = (mesher__bounds *)delaunay_alloc(memory, n, sizeof *space->boxes);
-    if (!space->boxes) goto done;
     space->nodes =
         (mesher__bounds *)delaunay_alloc(memory, 2 * space->num_leaf_nodes, sizeof *space->nodes);
-    if (!space->nodes) goto done;
+    if (!items || !space->items || !space->boxes || !space->nodes) goto done;
     mesher__gather_items(domain, items);
     result = n ? mesher__order_items(domain, items, n, space->items) : MESHER_OK;
     if (result != MESHER_OK) goto done;
@@ -10031,11 +10019,9 @@ static mesher_result mesher__nest_cells(mesher_domain *domain, mesher__coloring 
     mesher_result result = MESHER_ERROR_OUT_OF_MEMORY;
     int s;
     start = (uint32_t *)delaunay_alloc(memory, (size_t)n + 2, sizeof *start);
-    if (!start) goto done;
     links = (uint32_t *)delaunay_alloc(memory, domain->num_facets, 2 * sizeof *links);
-    if (!links) goto done;
     queue = (uint32_t *)delaunay_alloc(memory, n, sizeof *queue);
-    if (!queue) goto done;
+    if (!start || !links || !queue) goto done;
     memset(start, 0, ((size_t)n + 2) * sizeof *start);
     for (f = 0; f < 2 * domain->num_facets; f++) /* counting sort of the sides by region */
         if (work->sides[f] != DELAUNAY_NO_ID) start[work->number[work->sides[f]] + 2]++;
@@ -10241,18 +10227,15 @@ static mesher_result mesher__color_alloc(mesher_domain *domain, mesher__coloring
     const delaunay_mesh *mesh = &domain->mesh;
     work->first =
         (uint32_t *)delaunay_alloc(memory, (size_t)mesh->num_vertices + 2, sizeof *work->first);
-    if (!work->first) return MESHER_ERROR_OUT_OF_MEMORY;
     work->facets = (mesher__wall *)delaunay_alloc(memory, domain->num_facets, sizeof *work->facets);
-    if (!work->facets) return MESHER_ERROR_OUT_OF_MEMORY;
     work->rows = (mesher__wall *)delaunay_alloc(memory, domain->num_facets, sizeof *work->rows);
-    if (!work->rows) return MESHER_ERROR_OUT_OF_MEMORY;
     work->sides = (uint32_t *)delaunay_alloc(memory, domain->num_facets, 2 * sizeof *work->sides);
-    if (!work->sides) return MESHER_ERROR_OUT_OF_MEMORY;
     work->net = (int32_t *)delaunay_alloc(memory, domain->num_facets, sizeof *work->net);
-    if (!work->net) return MESHER_ERROR_OUT_OF_MEMORY;
     work->stack =
         (delaunay_handle *)delaunay_alloc(memory, (size_t)mesh->num_tets + 1, sizeof *work->stack);
-    return work->stack ? MESHER_OK : MESHER_ERROR_OUT_OF_MEMORY;
+    return work->first && work->facets && work->rows && work->sides && work->net && work->stack
+               ? MESHER_OK
+               : MESHER_ERROR_OUT_OF_MEMORY;
 }
 
 static int mesher__is_inside(const delaunay_mesh *mesh, delaunay_handle t)
@@ -16744,9 +16727,8 @@ static mesher_result mesher__domain_init(mesher_domain *domain, const mesher_sur
     domain->first_corner = (uint32_t)n;
     if (mesher__check_numbers(surface, report)) return MESHER_ERROR_SURFACE;
     domain->survivor = (uint32_t *)delaunay_alloc(memory, n, sizeof *domain->survivor);
-    if (!domain->survivor) return MESHER_ERROR_OUT_OF_MEMORY;
     domain->vertex_used = (uint8_t *)delaunay_alloc(memory, n, 1);
-    if (!domain->vertex_used) return MESHER_ERROR_OUT_OF_MEMORY;
+    if (!domain->survivor || !domain->vertex_used) return MESHER_ERROR_OUT_OF_MEMORY;
     result = mesher__weld(domain);
     if (result == MESHER_OK) result = mesher__find_facets(domain, report);
     if (result == MESHER_OK) result = mesher__find_edges(domain, report);
