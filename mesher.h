@@ -11572,6 +11572,8 @@ static void mesher__signed_weights(const double *const *p, const double *x, doub
     }
 }
 
+enum { MESHER__SHORT = 30, MESHER__LONG = 1000 }; /* steps of walks in the background */
+
 #if defined(__GNUC__) && defined(__x86_64__) && !defined(DELAUNAY_NO_SIMD)
 #define MESHER__SIMD
 
@@ -11639,12 +11641,11 @@ __attribute__((target("avx2"))) static inline int mesher__is_among_avx2(const __
 /* The walk of mesher__find_home, as long as it is short and needs no exact signs. Returns 0 if that
  * is not enough. */
 __attribute__((target("avx2"))) static delaunay_handle
-mesher__find_near(const mesher__field *field, const double *x, delaunay_handle t, double *w,
-                  int most_steps)
+mesher__find_near(const mesher__field *field, const double *x, delaunay_handle t, double *w)
 {
     delaunay_handle from = 0;
     int step, i;
-    for (step = 0; step < most_steps; step++) {
+    for (step = 0; step < MESHER__SHORT; step++) {
         const delaunay_tet *tet = field->tets + t;
         mesher__corners corners;
         __m256d weights;
@@ -11674,14 +11675,13 @@ mesher__find_near(const mesher__field *field, const double *x, delaunay_handle t
 static delaunay_handle mesher__find_home(const mesher__field *field, const double *x,
                                          delaunay_handle t, double *w, int *found)
 {
-    enum { MESHER__SHORT = 30, MESHER__LONG = 1000 };
     delaunay_handle from = 0;
     const double *p[4];
     double sum = 0, least = 0;
     int step = 0, i, exact = 0;
 #ifdef MESHER__SIMD
     if (field->simd) {
-        const delaunay_handle end = mesher__find_near(field, x, t, w, MESHER__SHORT);
+        const delaunay_handle end = mesher__find_near(field, x, t, w);
         if (end) {
             t = end;
             step = MESHER__LONG;
@@ -13117,11 +13117,11 @@ static int mesher__put_in_level(mesher__grid *g, delaunay_memory *memory, int le
     return 1;
 }
 
-static int mesher__put_in_grid(mesher__grid *g, delaunay_memory *memory, const double *x, double h)
+static int mesher__put_in_grid(mesher__refiner *r, const mesher__proposal *p)
 {
-    int level = mesher__level(h / MESHER__ALIKE), last = mesher__level(h * MESHER__ALIKE);
+    int level = mesher__level(p->h / MESHER__ALIKE), last = mesher__level(p->h * MESHER__ALIKE);
     for (; level <= last; level++)
-        if (!mesher__put_in_level(g, memory, level, x, h)) return 0;
+        if (!mesher__put_in_level(&r->grid, r->memory, level, p->x, p->h)) return 0;
     return 1;
 }
 
@@ -13845,7 +13845,7 @@ static int mesher__put_vertices(mesher__refiner *r)
         memcpy(p->x, r->mesh->vertices[v].x, sizeof p->x);
         p->h = r->domain->size[v];
         if (mesher__is_covered(&r->grid, p->x, p->h)) continue;
-        if (!mesher__put_in_grid(&r->grid, r->memory, p->x, p->h)) return 0;
+        if (!mesher__put_in_grid(r, p)) return 0;
         r->num_points++;
     }
     return 1;
@@ -14052,7 +14052,7 @@ static int mesher__grid_follow(mesher__refiner *r)
     if (r->num_points <= 256 * (r->grid.mask + 1)) return 1;
     if (!mesher__grid_reset(&r->grid, r->memory, 4 * r->num_points)) return 0;
     for (k = 0; k < r->num_points; k++)
-        if (!mesher__put_in_grid(&r->grid, r->memory, r->points[k].x, r->points[k].h)) return 0;
+        if (!mesher__put_in_grid(r, r->points + k)) return 0;
     return 1;
 }
 
@@ -14090,25 +14090,23 @@ static mesher_result mesher__grow_lattice(mesher__refiner *r, size_t p)
             r->front[k].p.state = 0;
             r->points[r->num_points] = r->front[k].p;
             r->nodes[r->num_points++] = r->front[k].node;
-            if (!mesher__put_in_grid(&r->grid, r->memory, r->front[k].p.x, r->front[k].p.h))
-                return mesher__no_memory(r);
+            if (!mesher__put_in_grid(r, &r->front[k].p)) return mesher__no_memory(r);
         }
     }
     return MESHER_OK;
 }
 
 /* Starts a lattice at point p and lets it grow, if no other point is near. */
-static mesher_result mesher__start_lattice(mesher__refiner *r, const mesher__proposal *p,
-                                           uint64_t number)
+static mesher_result mesher__start_lattice(mesher__refiner *r, const mesher__proposal *p)
 {
     size_t k = r->num_points;
     if (!mesher__is_alone(&r->grid, p->x, MESHER__ROOM_TO_START * p->h)) return MESHER_OK;
     if (!mesher__lattice_room(r)) return mesher__no_memory(r);
     r->points[k] = *p;
-    r->nodes[k] = (number & 0x7fff) << 48 | 0x800080008000u;
+    r->nodes[k] = (r->num_lattices & 0x7fff) << 48 | 0x800080008000u;
     if (mesher__see_node(r, r->nodes[k]) < 0) return mesher__no_memory(r);
     r->num_points++;
-    if (!mesher__put_in_grid(&r->grid, r->memory, p->x, p->h)) return mesher__no_memory(r);
+    if (!mesher__put_in_grid(r, p)) return mesher__no_memory(r);
     return mesher__grow_lattice(r, k);
 }
 
@@ -14488,7 +14486,7 @@ static mesher_result mesher__lattices(mesher__refiner *r)
         r->ignored += mesher__wishes(r->options, 1, s->x, &p.region, &p.h);
         p.h = mesher__floored(&r->field, p.h);
         before = r->num_points;
-        result = mesher__start_lattice(r, &p, r->num_lattices);
+        result = mesher__start_lattice(r, &p);
         r->num_lattices += r->num_points > before;
     }
     return result;
@@ -14720,7 +14718,7 @@ static int mesher__filter(mesher__refiner *r)
         obstacle = mesher__in_the_way(r, p);
         if (obstacle == MESHER__FREE) {
             r->order[kept++].value = i;
-            if (!mesher__put_in_grid(&r->grid, r->memory, p->x, p->h)) return 0;
+            if (!mesher__put_in_grid(r, p)) return 0;
         } else if (obstacle == MESHER__NEAR_CORNER) {
             r->mesh->flags[p->source] |= MESHER__SEEN;
         } else {
