@@ -505,10 +505,12 @@ typedef struct job {
     char message[768]; /* the last one of complain() */
 } job;
 
-static void complain(job *j, const char *text)
+/* Says what is wrong. Returns the exit code. */
+static int complain(job *j, const char *text, int code)
 {
     snprintf(j->message, sizeof j->message, "%s", text);
     fprintf(stderr, "mesh: %s: %s\n", j->name, text);
+    return code;
 }
 
 static int on_progress(void *user, const char *phase, double fraction)
@@ -652,8 +654,8 @@ static tet_side *sort_sides(const meshio_mesh *m, size_t n)
 }
 
 /* Adds to the file's triangles the missing facets on the border of its tetrahedra and between their
- * regions. Region 0 gets a number that no other region has: 1 if there is no other. Returns 0 if
- * memory runs out. */
+ * regions. Region 0 gets a number that no other region has: 1 if there is no other. Returns the
+ * exit code. */
 static int add_border(job *j)
 {
     meshio_mesh *m = &j->in;
@@ -686,8 +688,7 @@ static int add_border(job *j)
         m->triangle_tags[m->num_triangles++] = s->tag;
     }
     free(all);
-    if (!tags) complain(j, "out of memory");
-    return tags != NULL;
+    return tags ? TOOL_OK : complain(j, "out of memory", TOOL_NO_MEMORY);
 }
 
 /* Makes sure that triangles bound the tetrahedra of the file, by adding those that are missing. */
@@ -699,19 +700,15 @@ static int bound_tets(job *j)
     int open = refines || m->num_triangles == 0 ? 1
                : m->num_solids                  ? has_open_edges(m)
                                                 : lacks_border(m);
-    if (open < 0) {
-        complain(j, "out of memory");
-        return TOOL_NO_MEMORY;
-    }
+    if (open < 0) return complain(j, "out of memory", TOOL_NO_MEMORY);
     if (!open) return TOOL_OK;
-    if (!m->num_solids) return add_border(j) ? TOOL_OK : TOOL_NO_MEMORY;
+    if (!m->num_solids) return add_border(j);
     snprintf(text, sizeof text,
              "%llu hexahedra, prisms, pyramids or the like beside the tetrahedra are not read, and "
              "%s",
              (unsigned long long)m->num_solids,
              refines ? "would be lost" : "no triangles bound them all");
-    complain(j, text);
-    return TOOL_CANNOT_READ;
+    return complain(j, text, TOOL_CANNOT_READ);
 }
 
 static int exit_code_of(meshio_result result)
@@ -726,29 +723,22 @@ static int read_input(job *j)
     double start = tool_seconds();
     if (j->set.demo) {
         j->name = "demo";
-        if (!demo_part_make(&j->in, j->set.demo)) {
-            complain(j, "out of memory");
-            return TOOL_NO_MEMORY;
-        }
+        if (!demo_part_make(&j->in, j->set.demo))
+            return complain(j, "out of memory", TOOL_NO_MEMORY);
     } else {
         j->name = j->set.input;
         result = meshio_read(j->set.input, MESHIO_FORMAT_AUTO, &j->in, &io);
-        if (result != MESHIO_OK) {
-            complain(j, io.message);
-            return exit_code_of(result);
-        }
+        if (result != MESHIO_OK) return complain(j, io.message, exit_code_of(result));
     }
     j->seconds[PHASE_READ] = tool_seconds() - start;
-    if (j->set.refine_mesh && j->in.num_tets == 0) {
-        complain(j, "the file has no tetrahedra to refine");
-        return TOOL_BAD_SURFACE;
-    }
-    if (j->in.num_triangles == 0 && j->in.num_tets == 0) {
-        complain(j, j->in.num_other ? "the file has no triangles, so it bounds no volume; "
-                                      "elements of its kinds are not read"
-                                    : "the file has no triangles, so it bounds no volume");
-        return TOOL_BAD_SURFACE;
-    }
+    if (j->set.refine_mesh && j->in.num_tets == 0)
+        return complain(j, "the file has no tetrahedra to refine", TOOL_BAD_SURFACE);
+    if (j->in.num_triangles == 0 && j->in.num_tets == 0)
+        return complain(j,
+                        j->in.num_other ? "the file has no triangles, so it bounds no volume; "
+                                          "elements of its kinds are not read"
+                                        : "the file has no triangles, so it bounds no volume",
+                        TOOL_BAD_SURFACE);
     return j->in.num_tets > 0 ? bound_tets(j) : TOOL_OK;
 }
 
@@ -762,8 +752,7 @@ static int weld(job *j)
                          &j->num_welded);
     j->seconds[PHASE_READ] += tool_seconds() - start;
     if (result == MESHER_OK) return TOOL_OK;
-    complain(j, mesher_result_string(result));
-    return TOOL_NO_MEMORY;
+    return complain(j, mesher_result_string(result), TOOL_NO_MEMORY);
 }
 
 /* Reads the file of --size-grid, if there is one. */
@@ -779,8 +768,7 @@ static int read_grid(job *j)
     if (!f) {
         snprintf(text, sizeof text, "cannot open the size grid '%.200s': %s", j->set.size_grid,
                  strerror(errno));
-        complain(j, text);
-        return TOOL_CANNOT_READ;
+        return complain(j, text, TOOL_CANNOT_READ);
     }
     for (k = 0, good = 1; k < 3 && good; k++) {
         unsigned long count;
@@ -796,8 +784,7 @@ static int read_grid(job *j)
     if (good) j->grid_sizes = (double *)malloc(n * sizeof(double));
     if (good && !j->grid_sizes) {
         fclose(f);
-        complain(j, "out of memory");
-        return TOOL_NO_MEMORY;
+        return complain(j, "out of memory", TOOL_NO_MEMORY);
     }
     for (i = 0; i < n && good; i++) good = fscanf(f, "%lf", &j->grid_sizes[i]) == 1;
     good = good && fscanf(f, " %c", &more) != 1;
@@ -807,8 +794,7 @@ static int read_grid(job *j)
                  "'%.200s' is no size grid: it must hold NX NY NZ (2 or more each), X Y Z, "
                  "DX DY DZ (greater than 0) and NX*NY*NZ sizes, and nothing else",
                  j->set.size_grid);
-        complain(j, text);
-        return TOOL_CANNOT_READ;
+        return complain(j, text, TOOL_CANNOT_READ);
     }
     g->size = j->grid_sizes;
     j->set.mesher.size_grid = g;
@@ -820,8 +806,7 @@ static int complain_of(job *j, const char *file, const char *text, int code)
 {
     char all[600];
     snprintf(all, sizeof all, "%.250s: %.320s", file, text);
-    complain(j, all);
-    return code;
+    return complain(j, all, code);
 }
 
 /* Reads the sizes at the nodes of the mesh of --size-mesh. */
@@ -1527,8 +1512,7 @@ static int fail(job *j, mesher_result result)
              : code == TOOL_BAD_SURFACE && may_split(j)
                  ? "; --split-edges may mend this" : "",
              advice[0] ? "; " : "", advice);
-    complain(j, text);
-    return code;
+    return complain(j, text, code);
 }
 
 static int check_surface(job *j)
@@ -1742,8 +1726,7 @@ static int split_edges(job *j)
     free(report.findings);
     j->seconds[PHASE_READ] += tool_seconds() - start;
     if (result == MESHER_OK || result == MESHER_ERROR_SURFACE) return TOOL_OK; /* told later */
-    complain(j, mesher_result_string(result));
-    return code_of(result);
+    return complain(j, mesher_result_string(result), code_of(result));
 }
 
 /* ---- proof that the surface came back ---- */
@@ -1859,15 +1842,14 @@ static int prove(job *j)
                              &proof) != DELAUNAY_OK) {
         char text[300];
         snprintf(text, sizeof text, "internal error: %s", proof.message);
-        complain(j, text);
-        return TOOL_INTERNAL;
+        return complain(j, text, TOOL_INTERNAL);
     }
     whole = j->report.surface_steiner ? 1 : surface_came_back(&j->domain, &j->set.mesher.host);
     j->seconds[PHASE_PROVE] = tool_seconds() - start;
-    if (whole == 1) return TOOL_OK;
-    complain(j,
-             whole ? "out of memory" : "internal error: the mesh does not hold the whole surface");
-    return whole ? TOOL_NO_MEMORY : TOOL_INTERNAL;
+    if (whole < 0) return complain(j, "out of memory", TOOL_NO_MEMORY);
+    return whole ? TOOL_OK
+                 : complain(j, "internal error: the mesh does not hold the whole surface",
+                            TOOL_INTERNAL);
 }
 
 /* ---- meshing ---- */
@@ -1904,7 +1886,7 @@ static void improve(job *j)
         spr_measure_mesh(&j->domain.mesh, &j->set.spr, &j->quality);
         if (!j->set.spr.require_target || j->quality.num_below == 0) return;
         clear_progress(j);
-        complain(j, "some tetrahedra are below the target");
+        complain(j, "some tetrahedra are below the target", TOOL_GOAL_NOT_MET);
         if (j->code == TOOL_OK) j->code = TOOL_GOAL_NOT_MET;
         return;
     }
@@ -1914,13 +1896,15 @@ static void improve(job *j)
     j->seconds[PHASE_IMPROVE] = tool_seconds() - start;
     if (result == SPR_OK) return;
     clear_progress(j);
-    complain(j, result == SPR_CANCELLED ? "improvement was interrupted; the mesh is valid"
-                : result == SPR_STOPPED_BY_BUDGET ? "--max-seconds ended improvement"
-                : j->spr.message[0]               ? j->spr.message
-                                                  : spr_result_string(result));
-    if (result == SPR_ERROR_INTERNAL || result == SPR_ERROR_INVALID_MESH ||
-        result == SPR_ERROR_INVALID_ARGUMENT) j->code = TOOL_INTERNAL;
-    else j->code = TOOL_GOAL_NOT_MET; /* the mesh is valid, if not as good as it could be */
+    j->code = complain(j,
+                       result == SPR_CANCELLED ? "improvement was interrupted; the mesh is valid"
+                       : result == SPR_STOPPED_BY_BUDGET ? "--max-seconds ended improvement"
+                       : j->spr.message[0]               ? j->spr.message
+                                                         : spr_result_string(result),
+                       result == SPR_ERROR_INTERNAL || result == SPR_ERROR_INVALID_MESH ||
+                               result == SPR_ERROR_INVALID_ARGUMENT
+                           ? TOOL_INTERNAL
+                           : TOOL_GOAL_NOT_MET); /* the mesh is valid, if not as good as could be */
     if (result < 0) spr_measure_mesh(&j->domain.mesh, &j->set.spr, &j->quality);
 }
 
@@ -1957,8 +1941,7 @@ static int change_surface(job *j)
     if (result < 0) return fail(j, result);
     if (result > 0) {
         clear_progress(j);
-        complain(j, "a budget ended the division of the surface");
-        j->code = TOOL_GOAL_NOT_MET;
+        j->code = complain(j, "a budget ended the division of the surface", TOOL_GOAL_NOT_MET);
     }
     if (!keep_notes(j)) return fail(j, MESHER_ERROR_OUT_OF_MEMORY);
     j->surface = j->fine.surface;
@@ -2064,10 +2047,10 @@ static void complain_of_budget(job *j)
         if (!at) continue;
         snprintf(text, sizeof text, "%.*s%s %.15g", (int)(at - j->report.message),
                  j->report.message, options[k], values[k]);
-        complain(j, text);
+        complain(j, text, TOOL_GOAL_NOT_MET);
         return;
     }
-    complain(j, j->report.message);
+    complain(j, j->report.message, TOOL_GOAL_NOT_MET);
 }
 
 static void take_seconds(job *j)
@@ -2090,10 +2073,8 @@ static int mesh_surface(job *j)
                                     (const uint32_t *)j->in.tet_tags, j->in.num_tets,
                                     &j->set.mesher, &j->report);
     else result = mesher_mesh(&j->domain, &j->surface, &j->set.mesher, &j->report);
-    if (result == MESHER_ERROR_INVALID_ARGUMENT && j->set.refine_mesh) { /* the options are right */
-        complain(j, j->report.message);
-        return TOOL_BAD_SURFACE;
-    }
+    if (result == MESHER_ERROR_INVALID_ARGUMENT && j->set.refine_mesh) /* the options are right */
+        return complain(j, j->report.message, TOOL_BAD_SURFACE);
     take_seconds(j);
     if (result < 0) return fail(j, result);
     if (changes_surface(&j->set)) restore_notes(j);
@@ -2101,7 +2082,7 @@ static int mesh_surface(job *j)
     if (result > 0) {
         clear_progress(j);
         if (j->report.message[0]) complain_of_budget(j);
-        else complain(j, mesher_result_string(result));
+        else complain(j, mesher_result_string(result), TOOL_GOAL_NOT_MET);
     }
     if (j->code == TOOL_OK) j->code = code_of(result);
     if (asks_for_sizes(o) && !o->no_refine && !j->set.refine_surface && !j->set.refine_mesh)
@@ -2321,17 +2302,14 @@ static int write_output(job *j)
     if (viewer) gamma = output_quality(j);
     if ((viewer && !gamma) || (j->set.order == 2 && !raise_order(&m, &j->second)) ||
         !take_references(&m, j)) {
-        complain(j, "out of memory");
-        code = TOOL_NO_MEMORY;
+        code = complain(j, "out of memory", TOOL_NO_MEMORY);
     } else {
         field.name = "gamma";
         field.tets = gamma;
         options.fields = &field;
         options.num_fields = viewer ? 1 : 0;
-        if (meshio_write(j->set.output, &m, &options, &io) != MESHIO_OK) {
-            complain(j, io.message);
-            code = TOOL_CANNOT_WRITE;
-        }
+        if (meshio_write(j->set.output, &m, &options, &io) != MESHIO_OK)
+            code = complain(j, io.message, TOOL_CANNOT_WRITE);
     }
     free(gamma);
     free(m.vertex_tags);
@@ -2353,13 +2331,9 @@ static int save_sizes(job *j)
     sizes = (double *)malloc((n + 1) * sizeof *sizes);
     for (v = 0; sizes && v < n; v++)
         sizes[v] = mesher_size_mesh_at(&j->kept_sizes, xyz + 3 * v);
-    if (!sizes) {
-        complain(j, "out of memory");
-        code = TOOL_NO_MEMORY;
-    } else if (meshio_write_sizes(file, sizes, n, &io) != MESHIO_OK) {
-        complain(j, io.message);
-        code = TOOL_CANNOT_WRITE;
-    }
+    if (!sizes) code = complain(j, "out of memory", TOOL_NO_MEMORY);
+    else if (meshio_write_sizes(file, sizes, n, &io) != MESHIO_OK)
+        code = complain(j, io.message, TOOL_CANNOT_WRITE);
     free(sizes);
     j->seconds[PHASE_WRITE] += tool_seconds() - start;
     return code;
@@ -2728,8 +2702,7 @@ static void check_budgets(job *j)
         what = "more vertices than --max-vertices";
     if (o->max_tets && j->out.num_tets > o->max_tets) what = "more tetrahedra than --max-tets";
     if (!what || j->code != TOOL_OK) return;
-    complain(j, what);
-    j->code = TOOL_GOAL_NOT_MET;
+    j->code = complain(j, what, TOOL_GOAL_NOT_MET);
 }
 
 static int run(job *j)
@@ -2738,10 +2711,7 @@ static int run(job *j)
     if (code == TOOL_OK) code = weld(j);
     if (code == TOOL_OK) code = split_edges(j);
     if (code != TOOL_OK) return code;
-    if (!set_surface(j)) {
-        complain(j, "out of memory");
-        return TOOL_NO_MEMORY;
-    }
+    if (!set_surface(j)) return complain(j, "out of memory", TOOL_NO_MEMORY);
     if (j->set.check) return check_surface(j);
     code = read_grid(j);
     if (code == TOOL_OK) code = read_size_mesh(j);
@@ -2757,15 +2727,11 @@ static int run(job *j)
     if (changes_surface(&j->set)) code = change_surface(j);
     if (code == TOOL_OK) code = mesh_surface(j);
     if (code != TOOL_OK) return code;
-    if (mesher_export(&j->domain, &j->out) != MESHER_OK) {
-        complain(j, "out of memory");
-        return TOOL_NO_MEMORY;
-    }
+    if (mesher_export(&j->domain, &j->out) != MESHER_OK)
+        return complain(j, "out of memory", TOOL_NO_MEMORY);
     if (j->set.mesher.drop_outside) drop_outside(j);
-    if (j->set.mesher.drop_unused && !drop_unused(j)) {
-        complain(j, "out of memory");
-        return TOOL_NO_MEMORY;
-    }
+    if (j->set.mesher.drop_unused && !drop_unused(j))
+        return complain(j, "out of memory", TOOL_NO_MEMORY);
     check_budgets(j);
     if (j->set.output) {
         code = write_output(j);
