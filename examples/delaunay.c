@@ -132,12 +132,6 @@ static int parse(int argc, char **argv, arguments *args)
     return 0;
 }
 
-static int progress(void *user, const char *phase, double fraction)
-{
-    (void)user, (void)phase, (void)fraction;
-    return tool_interrupted;
-}
-
 static int exit_code(delaunay_result result)
 {
     switch (result) {
@@ -273,7 +267,7 @@ static int make_mesh(const arguments *args, const meshio_mesh *points, delaunay_
     memset(&options, 0, sizeof options);
     options.any_order = args->any_order;
     options.host.num_threads = args->threads;
-    options.host.progress = progress;
+    options.host.progress = tool_progress;
     if (args->weights) {
         weights = read_weights(args->weights, points->num_vertices, &code);
         if (!weights) return code;
@@ -303,7 +297,7 @@ static int prove(const arguments *args, const delaunay_mesh *mesh)
     memset(&host, 0, sizeof host);
     memset(&proof, 0, sizeof proof);
     host.num_threads = args->threads;
-    host.progress = progress;
+    host.progress = tool_progress;
     if (delaunay_validate_on(mesh, DELAUNAY_VALIDATE_DELAUNAY, &host, &proof) == DELAUNAY_OK)
         return TOOL_OK;
     fprintf(stderr, "delaunay: internal error: %s\n", proof.message);

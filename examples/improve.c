@@ -50,12 +50,6 @@ typedef struct arguments {
     int quiet, histogram;
 } arguments;
 
-static int progress(void *user, const char *phase, double fraction)
-{
-    (void)user, (void)phase, (void)fraction;
-    return tool_interrupted;
-}
-
 static int parse_measure(const char *name, spr_measure *measure)
 {
     if (!name) return 0;
@@ -593,6 +587,6 @@ int main(int argc, char **argv)
     if (code) return tool_end("improve", code == 1 ? TOOL_OK : TOOL_USAGE);
     if (!tool_is_exact("improve")) return TOOL_INTERNAL;
     tool_catch_signals();
-    args.options.host.progress = progress;
+    args.options.host.progress = tool_progress;
     return tool_end("improve", improve(&args));
 }

@@ -59,6 +59,13 @@ DELAUNAY_INLINE void tool_catch_signals(void)
 }
 #endif
 
+/* A progress callback that cancels after an interrupt. */
+DELAUNAY_INLINE int tool_progress(void *user, const char *phase, double fraction)
+{
+    (void)user, (void)phase, (void)fraction;
+    return tool_interrupted;
+}
+
 /* The name of a file to write; "-" is where the program prints. */
 DELAUNAY_INLINE const char *tool_output_name(const char *text)
 {
