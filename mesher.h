@@ -799,6 +799,17 @@ static const double *mesher__point(const mesher_surface *surface, uint32_t v)
     return surface->xyz + 3 * (size_t)v;
 }
 
+/* n = (b - a) x (c - a). Returns its length. */
+static double mesher__normal(const double *a, const double *b, const double *c, double *n)
+{
+    int k;
+    for (k = 0; k < 3; k++) {
+        int p = (k + 1) % 3, q = (k + 2) % 3;
+        n[k] = (b[p] - a[p]) * (c[q] - a[q]) - (b[q] - a[q]) * (c[p] - a[p]);
+    }
+    return sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
+}
+
 static void *mesher__sort_alloc(void *user, size_t size)
 {
     return delaunay_alloc((delaunay_memory *)user, size, 1);
@@ -7192,19 +7203,15 @@ static void mesher__fit_patches(mesher__recovery *r, uint32_t *parent)
 {
     const uint32_t n = r->domain->num_facets;
     uint32_t f;
-    int i, j, k;
+    int k;
     double *plane, length, side, m[3];
     for (f = 0; f < n; f++) { /* sum the facets' normals, all turned to one side */
         const double *a = mesher__x(r, r->facets[3 * (size_t)f]),
                      *b = mesher__x(r, r->facets[3 * (size_t)f + 1]),
                      *c = mesher__x(r, r->facets[3 * (size_t)f + 2]);
         plane = r->patch_planes + 4 * (size_t)mesher__root(parent, f);
-        for (side = 0, k = 0; k < 3; k++) {
-            i = (k + 1) % 3;
-            j = (k + 2) % 3;
-            m[k] = (b[i] - a[i]) * (c[j] - a[j]) - (b[j] - a[j]) * (c[i] - a[i]);
-            side += m[k] * plane[k];
-        }
+        mesher__normal(a, b, c, m);
+        for (side = 0, k = 0; k < 3; k++) side += m[k] * plane[k];
         for (k = 0; k < 3; k++) plane[k] += side < 0 ? -m[k] : m[k];
     }
     for (f = 0; f < n; f++) {
@@ -10602,17 +10609,12 @@ static double mesher__triangle_distance(const double *a, const double *b, const 
                                         const double *x, double *w)
 {
     const double *p[4];
-    double n[3], u[3], v[3], side[3], best = 0, height = 0, nn = 0;
+    double n[3], side[3], best = 0, height = 0, nn = 0;
     int i, k, inside = 1;
     p[0] = p[3] = a;
     p[1] = b;
     p[2] = c;
-    for (i = 0; i < 3; i++) {
-        u[i] = b[i] - a[i];
-        v[i] = c[i] - a[i];
-    }
-    for (i = 0; i < 3; i++)
-        n[i] = u[(i + 1) % 3] * v[(i + 2) % 3] - u[(i + 2) % 3] * v[(i + 1) % 3];
+    mesher__normal(a, b, c, n);
     for (i = 0; i < 3; i++) {
         height += n[i] * (x[i] - a[i]);
         nn += n[i] * n[i];
@@ -11158,17 +11160,11 @@ static int mesher__inward(const delaunay_mesh *mesh, delaunay_handle t, int i, d
     const double *a = mesh->vertices[mesh->tets[t].v[f[0]]].x,
                  *b = mesh->vertices[mesh->tets[t].v[f[1]]].x;
     const double *c = mesh->vertices[mesh->tets[t].v[f[2]]].x;
-    double l = 0;
+    const double l = mesher__normal(a, c, b, n);
     int k;
-    for (k = 0; k < 3; k++) {
-        int p = (k + 1) % 3, q = (k + 2) % 3;
-        n[k] = (b[q] - a[q]) * (c[p] - a[p]) - (b[p] - a[p]) * (c[q] - a[q]);
-        l += n[k] * n[k];
-        middle[k] = (a[k] + b[k] + c[k]) / 3;
-    }
-    if (!(l > 0)) return 0;
-    for (k = 0; k < 3; k++) n[k] /= sqrt(l);
-    return 1;
+    for (k = 0; k < 3; k++) middle[k] = (a[k] + b[k] + c[k]) / 3;
+    for (k = 0; k < 3 && l > 0; k++) n[k] /= l;
+    return l > 0;
 }
 
 /* Follows a ray that enters tetrahedron *t through facet *i at x, until it meets a constrained
@@ -12109,17 +12105,6 @@ static void mesher__list_if_long(mesher__divider *d, uint32_t side)
 }
 
 /* -- flips */
-
-/* n = (b - a) x (c - a). Returns its length. */
-static double mesher__normal(const double *a, const double *b, const double *c, double *n)
-{
-    int k;
-    for (k = 0; k < 3; k++) {
-        int p = (k + 1) % 3, q = (k + 2) % 3;
-        n[k] = (b[p] - a[p]) * (c[q] - a[q]) - (b[q] - a[q]) * (c[p] - a[p]);
-    }
-    return sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
-}
 
 static double mesher__dot_from(const double *o, const double *a, const double *b)
 {
@@ -14146,19 +14131,14 @@ static void mesher__add_start(mesher__refiner *r, const mesher__lattice_start *s
 static double mesher__least_height(const double *const *p)
 {
     double volume = 0, area = 0;
-    int i, k;
+    int i;
     for (i = 0; i < 4; i++) {
-        const double *a = p[(i + 1) & 3], *b = p[(i + 2) & 3], *c = p[(i + 3) & 3];
-        double n[3], nn = 0;
-        for (k = 0; k < 3; k++) {
-            int j = (k + 1) % 3, l = (k + 2) % 3;
-            n[k] = (b[j] - a[j]) * (c[l] - a[l]) - (b[l] - a[l]) * (c[j] - a[j]);
-            nn += n[k] * n[k];
-        }
-        area = nn > area ? nn : area;
+        const double *a = p[(i + 1) & 3];
+        double n[3], twice = mesher__normal(a, p[(i + 2) & 3], p[(i + 3) & 3], n);
+        area = twice > area ? twice : area;
         volume = fabs(n[0] * (p[i][0] - a[0]) + n[1] * (p[i][1] - a[1]) + n[2] * (p[i][2] - a[2]));
     }
-    return area > 0 ? volume / sqrt(area) : 0;
+    return area > 0 ? volume / area : 0;
 }
 
 /* The starts in a batch of tetrahedra, at most two in each, and their keys. */
