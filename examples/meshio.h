@@ -2179,19 +2179,26 @@ static meshio_result meshio__off_vertices(meshio__reader *r, int64_t count, int 
     return MESHIO_OK;
 }
 
+/* Reads the index of a vertex, which counts from `first`, of an element in text. */
+static meshio_result meshio__corner(meshio__reader *r, int64_t first, uint32_t *v)
+{
+    const unsigned char *where;
+    int64_t index;
+    meshio__skip(r);
+    where = r->p;
+    MESHIO__TRY(meshio__int(r, &index));
+    return meshio__vertex(r, where, index, first, v);
+}
+
 /* Reads n vertex indices, which count from `first`, into r->polygon. */
 static meshio_result meshio__read_polygon_text(meshio__reader *r, int64_t n, int64_t first)
 {
-    int64_t i, index;
+    int64_t i;
     MESHIO__TRY(meshio__fits(r, n, 2, "corners of a polygon"));
     r->polygon.num = 0;
     for (i = 0; i < n; i++) {
         uint32_t v = 0;
-        const unsigned char *where;
-        meshio__skip(r);
-        where = r->p;
-        MESHIO__TRY(meshio__int(r, &index));
-        MESHIO__TRY(meshio__vertex(r, where, index, first, &v));
+        MESHIO__TRY(meshio__corner(r, first, &v));
         if (!meshio__push32(&r->polygon, v)) return meshio__no_memory(r);
     }
     return MESHIO_OK;
@@ -4906,13 +4913,7 @@ static meshio_result meshio__read_elements(meshio__reader *r, int64_t first)
     MESHIO__TRY(meshio__fits(r, count, 8, "elements"));
     for (i = 0; i < count; i++) {
         MESHIO__TRY(meshio__int(r, &id));
-        for (k = 0; k < corners; k++) {
-            const unsigned char *where;
-            meshio__skip(r);
-            where = r->p;
-            MESHIO__TRY(meshio__int(r, &index));
-            MESHIO__TRY(meshio__vertex(r, where, index, first, &v[k]));
-        }
+        for (k = 0; k < corners; k++) MESHIO__TRY(meshio__corner(r, first, &v[k]));
         tag = 0;
         for (k = 0; meshio__more_on_line(r); k++) {
             MESHIO__TRY(meshio__int_or_double(r, &index));
@@ -4938,13 +4939,7 @@ static meshio_result meshio__read_faces(meshio__reader *r, int64_t first, int qu
     for (i = 0; i < count; i++) {
         uint32_t v[3];
         MESHIO__TRY(meshio__int(r, &id));
-        for (k = 0; k < 3; k++) {
-            const unsigned char *where;
-            meshio__skip(r);
-            where = r->p;
-            MESHIO__TRY(meshio__int(r, &index));
-            MESHIO__TRY(meshio__vertex(r, where, index, first, &v[k]));
-        }
+        for (k = 0; k < 3; k++) MESHIO__TRY(meshio__corner(r, first, &v[k]));
         for (num = 0; meshio__more_on_line(r); num++) {
             MESHIO__TRY(meshio__int_or_double(r, &index));
             if (num < 6) values[num] = index;
