@@ -4531,29 +4531,26 @@ static int spr__patch_sow(const spr__state *s, const spr__patch *p, delaunay_mes
  * inverts a tetrahedron is undone. */
 static void spr__patch_jolt(const spr__patch *p, delaunay_mesh *m)
 {
-    const size_t num_tets = m->num_tets - 1, num_vertices = m->num_vertices - 1;
     uint64_t state = p->seed;
-    size_t v, i;
+    delaunay_handle t;
+    uint32_t v;
     int k;
-    for (v = 0; v < num_vertices; v++) {
-        double *x = m->vertices[v + 1].x, old[3], shortest = HUGE_VAL;
-        if (v < p->num_vertices && !p->inner[v]) continue;
+    for (v = 1; v < m->num_vertices; v++) {
+        double *x = m->vertices[v].x, old[3], shortest = HUGE_VAL;
+        if (v <= p->num_vertices && !p->inner[v - 1]) continue;
         memcpy(old, x, sizeof old);
-        for (i = 0; i < num_tets; i++) {
-            const uint32_t *t = m->tets[i + 1].v;
-            if (t[0] != v + 1 && t[1] != v + 1 && t[2] != v + 1 && t[3] != v + 1) continue;
+        for (t = 1; t < m->num_tets; t++) {
+            const uint32_t *corner = m->tets[t].v;
+            if (delaunay_local_index(&m->tets[t], v) < 0) continue;
             for (k = 0; k < 4; k++)
-                if (t[k] != v + 1)
-                    shortest = spr__min(shortest, spr__distance2(x, m->vertices[t[k]].x));
+                if (corner[k] != v)
+                    shortest = spr__min(shortest, spr__distance2(x, spr__point(m, corner[k])));
         }
         shortest = sqrt(shortest);
         for (k = 0; k < 3; k++) x[k] += SPR__SHAKEN * shortest * spr__random(&state);
-        for (i = 0; i < num_tets; i++) {
-            const uint32_t *t = m->tets[i + 1].v;
-            if (t[0] != v + 1 && t[1] != v + 1 && t[2] != v + 1 && t[3] != v + 1) continue;
-            if (delaunay_orient3d(m->vertices[t[0]].x, m->vertices[t[1]].x, m->vertices[t[2]].x,
-                                  m->vertices[t[3]].x) > 0)
-                continue;
+        for (t = 1; t < m->num_tets; t++) {
+            if (delaunay_local_index(&m->tets[t], v) < 0) continue;
+            if (spr__all_positive(m, &m->tets[t].v, 1)) continue;
             memcpy(x, old, sizeof old);
             break;
         }
