@@ -3284,30 +3284,37 @@ static void mesher__set_clear(mesher__set *set)
     set->epoch = 1;
 }
 
+/* Where a key is in a set that has room, or where it would be. */
+static inline size_t mesher__set_slot(const mesher__set *set, uint64_t key)
+{
+    size_t j = (size_t)mesher__mix(key) & (set->cap - 1);
+    while (set->stamps[j] == set->epoch && set->keys[j] != key) j = (j + 1) & (set->cap - 1);
+    return j;
+}
+
 static int mesher__set_grow(mesher__set *set)
 {
-    size_t cap = set->cap ? 2 * set->cap : 256, i, j;
-    uint64_t *keys = (uint64_t *)delaunay_alloc(set->memory, cap, sizeof *keys);
-    uint32_t *stamps = (uint32_t *)delaunay_alloc(set->memory, cap, sizeof *stamps);
-    if (!keys || !stamps) {
-        delaunay_release(set->memory, keys);
-        delaunay_release(set->memory, stamps);
+    mesher__set grown = *set;
+    size_t i, j;
+    if (grown.epoch == 0) grown.epoch = 1;
+    grown.cap = set->cap ? 2 * set->cap : 256;
+    grown.keys = (uint64_t *)delaunay_alloc(set->memory, grown.cap, sizeof *grown.keys);
+    grown.stamps = (uint32_t *)delaunay_alloc(set->memory, grown.cap, sizeof *grown.stamps);
+    if (!grown.keys || !grown.stamps) {
+        delaunay_release(set->memory, grown.keys);
+        delaunay_release(set->memory, grown.stamps);
         return 0;
     }
-    memset(stamps, 0, cap * sizeof *stamps);
-    if (set->epoch == 0) set->epoch = 1;
+    memset(grown.stamps, 0, grown.cap * sizeof *grown.stamps);
     for (i = 0; i < set->cap; i++) {
-        if (set->stamps[i] != set->epoch) continue;
-        for (j = (size_t)mesher__mix(set->keys[i]) & (cap - 1); stamps[j] == set->epoch;
-             j = (j + 1) & (cap - 1)) {}
-        keys[j] = set->keys[i];
-        stamps[j] = set->epoch;
+        if (set->stamps[i] != grown.epoch) continue;
+        j = mesher__set_slot(&grown, set->keys[i]);
+        grown.keys[j] = set->keys[i];
+        grown.stamps[j] = grown.epoch;
     }
     delaunay_release(set->memory, set->keys);
     delaunay_release(set->memory, set->stamps);
-    set->keys = keys;
-    set->stamps = stamps;
-    set->cap = cap;
+    *set = grown;
     return 1;
 }
 
@@ -3316,9 +3323,8 @@ static int mesher__set_add(mesher__set *set, uint64_t key)
 {
     size_t j;
     if (2 * (set->count + 1) > set->cap && !mesher__set_grow(set)) return -1;
-    for (j = (size_t)mesher__mix(key) & (set->cap - 1); set->stamps[j] == set->epoch;
-         j = (j + 1) & (set->cap - 1))
-        if (set->keys[j] == key) return 0;
+    j = mesher__set_slot(set, key);
+    if (set->stamps[j] == set->epoch) return 0;
     set->keys[j] = key;
     set->stamps[j] = set->epoch;
     set->count++;
@@ -3327,12 +3333,7 @@ static int mesher__set_add(mesher__set *set, uint64_t key)
 
 static int mesher__set_has(const mesher__set *set, uint64_t key)
 {
-    size_t j;
-    if (!set->cap) return 0;
-    for (j = (size_t)mesher__mix(key) & (set->cap - 1); set->stamps[j] == set->epoch;
-         j = (j + 1) & (set->cap - 1))
-        if (set->keys[j] == key) return 1;
-    return 0;
+    return set->cap && set->stamps[mesher__set_slot(set, key)] == set->epoch;
 }
 
 static void mesher__set_free(mesher__set *set)
