@@ -2916,6 +2916,8 @@ enum {
     /* Pieces of split edges, and of split facets, at most: so many for each missing edge, a power
      * of two between these two. */
     MESHER__PIECES_EACH = 256, MESHER__FEW_PIECES = 16384, MESHER__MOST_PIECES = 262144,
+    MESHER__SHELL = 2048,        /* facets of a shell, and tetrahedra around a point that is taken
+                                    off the surface at most */
     MESHER__SECTOR_GROWTH = 300, /* tetrahedra outside a star that its sector takes in at most */
     MESHER__FEW_EDGES = 32,  /* up to this many missing edges get large searches before any point is
                                 added (of more of them, one in hundreds comes in that way), and more
@@ -3219,12 +3221,11 @@ typedef struct mesher__recovery {
     delaunay_list   touched;          /* tetrahedra changed since then; their marks are set */
     int             notes;            /* commits add the tetrahedra that they make to touched */
     delaunay_list   came;             /* constrained edges that a commit makes */
-    uint32_t shell[DELAUNAY_WINDOW_FACETS][3]; /* facets of a polyhedron, outward */
-    delaunay_handle
-        shell_beyond[DELAUNAY_WINDOW_FACETS]; /* what is behind them; 0: a constraint */
+    uint32_t        shell[MESHER__SHELL][3];     /* facets of a polyhedron, outward */
+    delaunay_handle shell_beyond[MESHER__SHELL]; /* what is behind them; 0: a constraint */
     uint32_t        num_shell;
-    delaunay_handle slots[DELAUNAY_WINDOW_FACETS]; /* tetrahedra made by the last commit */
-    uint32_t        commit[4 * DELAUNAY_WINDOW_FACETS]; /* vertices of those to be made */
+    delaunay_handle slots[MESHER__SHELL];        /* tetrahedra made by the last commit */
+    uint32_t        commit[4 * MESHER__SHELL];   /* vertices of those to be made */
     uint32_t *journal; /* of the running transaction; of each commit: the vertices of the old
                           tetrahedra, those of the new ones, how many of either */
     size_t          num_journal, cap_journal;
@@ -3256,7 +3257,7 @@ typedef struct mesher__recovery {
     mesher__plane   plane;
     uint32_t        near_edges[MESHER__NEAR];
     /* rows of the linear program, by its dimension: in each at most one more than in the next */
-    double          lp[5][DELAUNAY_WINDOW_FACETS + 4][5];
+    double          lp[5][MESHER__SHELL + 4][5];
 } mesher__recovery;
 
 /* -- sets */
@@ -3919,7 +3920,7 @@ static int mesher__commit(mesher__recovery *r, const delaunay_handle *old, size_
     delaunay_result result;
     uint32_t *entry;
     size_t i, k, total = 4 * (num_old + num_new) + 2;
-    if (num_new > DELAUNAY_WINDOW_FACETS) return 0;
+    if (num_new > MESHER__SHELL) return 0;
     if (r->in_transaction) {
         if (!mesher__journal_room(r, total)) return 0;
         entry = r->journal + r->num_journal;
@@ -3961,7 +3962,7 @@ static delaunay_handle mesher__find_tet(mesher__recovery *r, const uint32_t *v)
 /* Takes back the steps in the journal, the last one first. */
 static void mesher__roll_back(mesher__recovery *r)
 {
-    delaunay_handle old[DELAUNAY_WINDOW_FACETS];
+    delaunay_handle old[MESHER__SHELL];
     r->in_transaction = 0;
     while (r->num_journal > 0 && r->status == MESHER_OK) {
         const uint32_t *end = r->journal + r->num_journal;
@@ -8747,12 +8748,12 @@ static int mesher__course_fails(mesher__course *c, uint32_t missing)
     return c->rises == MESHER__SPLIT_RISES || c->stays == MESHER__SPLIT_STAYS;
 }
 
-/* Interior points, with the effort of later attempts, for the last few edges that splits do not
- * bring in. Returns 1 if anything changed. */
-static int mesher__last_edge_points(mesher__recovery *r)
+/* Interior points, with the effort of the attempts without flips, for up to `most` missing edges.
+ * Returns 1 if anything changed. */
+static int mesher__hard_edge_points(mesher__recovery *r, uint32_t most)
 {
     int by_flips = r->by_flips, changed;
-    if (!r->num_missing_edges || r->num_missing_edges > MESHER__LAST_EDGES) return 0;
+    if (!r->num_missing_edges || r->num_missing_edges > most) return 0;
     r->by_flips = r->stuck = 0;
     changed = mesher__edge_points(r);
     r->by_flips = by_flips;
@@ -8794,7 +8795,7 @@ static void mesher__split_all(mesher__recovery *r)
             relaxed = 1;
         }
         if (!changed && relaxed) {
-            if (last || !mesher__last_edge_points(r)) return;
+            if (last || !mesher__hard_edge_points(r, MESHER__LAST_EDGES)) return;
             last = 1;
         }
         relaxed = !changed; /* make room where Steiner points are in the way, once */
@@ -8909,7 +8910,7 @@ static int mesher__suppress_by_search(mesher__recovery *r, mesher__split *split,
 static void mesher__flood_sector(const mesher__recovery *r, uint32_t vertex, uint32_t first,
                                  uint32_t count, uint32_t number, uint32_t *sector)
 {
-    uint32_t stack[DELAUNAY_WINDOW_TETS], n = 0, j;
+    uint32_t stack[MESHER__SHELL], n = 0, j;
     int k;
     stack[n++] = first;
     sector[first] = number;
@@ -8964,7 +8965,7 @@ static int mesher__sector_shell(mesher__recovery *r, const mesher__split *split,
         for (k = 0; k < 4; k++) {
             int constrained = (r->mesh->flags[r->star.items[i]] & DELAUNAY_FACET_BIT(k)) != 0;
             if (!constrained && mesher__in_sector(r, sector, number, t->n[k] / 4)) continue;
-            if (r->num_shell == DELAUNAY_WINDOW_FACETS) return 0;
+            if (r->num_shell == MESHER__SHELL) return 0;
             v = r->shell[r->num_shell];
             for (c = 0; c < 3; c++) v[c] = t->v[delaunay_facet_order(k)[c]];
             r->shell_beyond[r->num_shell] = constrained ? 0 : t->n[k] / 4;
@@ -8992,7 +8993,7 @@ static int mesher__grow_sector(mesher__recovery *r, uint32_t *sector, uint32_t n
         if (mesher__facet_side(r, r->shell[i], x) < 0) continue;
         if (!t || delaunay_is_ghost(r->mesh, t)) return 0;
         for (j = 0; j < r->star.count && r->star.items[j] != t; j++) {}
-        if (j < before || j == most || j == DELAUNAY_WINDOW_TETS) return 0;
+        if (j < before || j == most || j == MESHER__SHELL) return 0;
         if (j < r->star.count) continue;
         sector[j] = number;
         mesher__push(r, &r->star, t);
@@ -9107,12 +9108,12 @@ static int mesher__fill_sector(mesher__recovery *r, const mesher__split *split, 
         r->work += 3 * (uint64_t)r->search.nodes;
     }
     if (found) {
-        if (*num_new + r->search.num_tets > DELAUNAY_WINDOW_FACETS) return 0;
+        if (*num_new + r->search.num_tets > MESHER__SHELL) return 0;
         *num_new += mesher__take_search(r, *num_new);
         return 1;
     }
     if (!(mesher__kernel(r, x) > 0) && !mesher__grown_point(r, split, sector, number, x)) return 0;
-    if (*num_new + r->num_shell > DELAUNAY_WINDOW_FACETS) return 0;
+    if (*num_new + r->num_shell > MESHER__SHELL) return 0;
     v = mesher__new_vertex(r, x);
     if (!v) return 0;
     mesher__star_shell(r, v, num_new);
@@ -9137,10 +9138,9 @@ static uint32_t mesher__points_lost(mesher__recovery *r, const mesher__split *sp
 /* Takes the point of r->star off the surface by filling its star sector by sector. */
 static int mesher__suppress_by_sectors(mesher__recovery *r, mesher__split *split)
 {
-    uint32_t sector[DELAUNAY_WINDOW_TETS], i, number = 0, num_new = 0,
-                                              vertices = r->mesh->num_vertices;
+    uint32_t sector[MESHER__SHELL], i, number = 0, num_new = 0, vertices = r->mesh->num_vertices;
     uint32_t added = r->added, count = (uint32_t)r->star.count;
-    if (count > DELAUNAY_WINDOW_TETS) return 0;
+    if (count > MESHER__SHELL) return 0;
     memset(sector, 0, sizeof sector);
     for (i = 0; i < count; i++) {
         if (sector[i]) continue;
@@ -9546,12 +9546,15 @@ static int mesher__worth_splits(const mesher__recovery *r)
 }
 
 /* Brings in what is missing, if need be by points on the surface, which are then taken off it. If
- * that fails, asks for defects. */
+ * that fails, asks for defects. In the last attempt by flips, long edges get interior points first:
+ * splits of edges that cross hundreds of others in one plane make ever smaller pieces of them. */
 static void mesher__bring_in(mesher__recovery *r)
 {
     mesher__recover_all(r);
     if (r->stuck_in_planes) return;
     r->max_vain = UINT32_MAX;
+    if (r->by_flips && r->attempt == MESHER__FLIP_ATTEMPTS - 1 && !mesher__ends(r))
+        mesher__hard_edge_points(r, MESHER__FEW_SPLITS);
     if (!mesher__ends(r) && mesher__worth_splits(r) && mesher__lacks(r)) {
         mesher__split_all(r);
         if (!mesher__ends(r) && !mesher__lacks(r)) mesher__suppress_all(r);

@@ -869,6 +869,25 @@ static void pierced_triangle(shape *s, int k)
     }
 }
 
+/* The recovery of a pierced triangle, before its first step: all is there but the first facet. */
+static mesher__recovery *recovery_of_pierced(mesher_domain *domain, mesher_report *report, shape *s,
+                                             int k)
+{
+    mesher__recovery *r;
+    mesher_surface surface;
+    mesher_options options;
+    pierced_triangle(s, k);
+    surface = surface_of(s);
+    memset(&options, 0, sizeof options);
+    CHECK(mesher_domain_init(domain, &surface, &options, NULL) == MESHER_OK);
+    CHECK(mesher_empty_mesh(domain, NULL) == MESHER_OK);
+    r = mesher__recovery_new(domain, empty_report(report));
+    mesher__do_both(r, mesher__build_edge_rows, mesher__build_facet_rows);
+    mesher__detect(r);
+    CHECK(r->num_missing_edges == 0 && r->num_missing_facets == 1 && mesher__pieces_room(r));
+    return r;
+}
+
 /* A point on a facet brings it in, in pieces, and is taken off again. What would be reported if it
  * had to stay, or if the facet stayed missing. */
 static void a_pierced_facet_is_split_and_made_whole(void)
@@ -877,20 +896,9 @@ static void a_pierced_facet_is_split_and_made_whole(void)
     for (k = 0; k < 2; k++) {
         mesher_domain domain;
         mesher_report report;
-        mesher_surface surface;
-        mesher_options options;
-        mesher__recovery *r;
-        uint32_t f;
         shape s;
-        pierced_triangle(&s, k);
-        surface = surface_of(&s);
-        memset(&options, 0, sizeof options);
-        CHECK(mesher_domain_init(&domain, &surface, &options, NULL) == MESHER_OK);
-        CHECK(mesher_empty_mesh(&domain, NULL) == MESHER_OK);
-        r = mesher__recovery_new(&domain, empty_report(&report));
-        mesher__do_both(r, mesher__build_edge_rows, mesher__build_facet_rows);
-        mesher__detect(r);
-        CHECK(r->num_missing_edges == 0 && r->num_missing_facets == 1 && mesher__pieces_room(r));
+        mesher__recovery *r = recovery_of_pierced(&domain, &report, &s, k);
+        uint32_t f;
         for (f = 0; f < r->num_facets && r->facet_present[f]; f++) {}
         CHECK(domain.facet_source[f] == 0);
         mesher__report_missing(r);
@@ -925,6 +933,55 @@ static void a_pierced_facet_is_split_and_made_whole(void)
         CHECK(delaunay_validate(&domain.mesh, DELAUNAY_VALIDATE_GEOMETRY, NULL) == DELAUNAY_OK);
         CHECK(marks_are_right(&domain) && vertices_are_the_same(&domain));
         CHECK(domain.mesh.num_vertices == s.num_vertices + 9);
+        mesher_domain_free(&domain);
+        shape_free(&s);
+    }
+}
+
+/* Puts points into the largest tetrahedra around vertex v, until there are count of them. */
+static void crowd(mesher__recovery *r, uint32_t v, size_t count)
+{
+    delaunay_mesh *mesh = r->mesh;
+    do {
+        delaunay_handle largest = 0;
+        double most = 0, x[3] = {0, 0, 0};
+        size_t i;
+        int j, k;
+        CHECK(delaunay_vertex_star(mesh, r->worker, v, &r->star) == DELAUNAY_OK);
+        for (i = 0; i < r->star.count; i++) {
+            double volume = mesher__tet_volume(mesh, r->star.items[i]);
+            if (volume < most) continue;
+            most = volume;
+            largest = r->star.items[i];
+        }
+        for (j = 0; j < 4; j++)
+            for (k = 0; k < 3; k++) x[k] += mesher__x(r, mesh->tets[largest].v[j])[k] / 4;
+        CHECK(delaunay_window_set(&r->window, mesh, &largest, 1, 4, 1, 1));
+        mesher__shell_of_window(r);
+        CHECK(mesher__star_window(r, x));
+    } while (r->star.count < count && r->status == MESHER_OK && !check_failed);
+}
+
+/* More tetrahedra are around a point on the surface than a search can have. */
+static void a_point_with_a_large_star_is_taken_off(void)
+{
+    static const size_t counts[2] = {500, 1500};
+    int k;
+    for (k = 0; k < 2; k++) {
+        mesher_domain domain;
+        mesher_report report;
+        shape s;
+        mesher__recovery *r = recovery_of_pierced(&domain, &report, &s, 0);
+        uint32_t f;
+        for (f = 0; f < r->num_facets && r->facet_present[f]; f++) {}
+        CHECK(mesher__split_facet(r, f) && !mesher__lacks(r));
+        crowd(r, r->splits[0].vertex, counts[k]);
+        CHECK(mesher__suppress(r, &r->splits[0], 0) && r->splits[0].undone);
+        CHECK(!mesher__lacks(r) && r->status == MESHER_OK);
+        CHECK(delaunay_validate(&domain.mesh, DELAUNAY_VALIDATE_GEOMETRY, NULL) == DELAUNAY_OK);
+        mesher__pack_points(r);
+        mesher__recovery_free(r);
+        CHECK(marks_are_right(&domain) && vertices_are_the_same(&domain));
         mesher_domain_free(&domain);
         shape_free(&s);
     }
@@ -1048,6 +1105,7 @@ int main(int argc, char **argv)
         scale_and_shift_change_nothing();
         threads_give_the_same_bytes();
         a_pierced_facet_is_split_and_made_whole();
+        a_point_with_a_large_star_is_taken_off();
     }
     for (seed = argc > 2 ? (uint64_t)atol(argv[1]) : 1; seed <= last; seed++) random_case(seed);
     return check_report();
