@@ -6532,19 +6532,28 @@ static int mesher__edges_present(const mesher__recovery *r, const uint32_t *f)
     return 1;
 }
 
-/* Brings in a missing facet by searches that lower the number of edges that pierce it. 1: it is
- * there. */
+/* Searches the windows around a missing facet whose pipe is known. Returns the number of commits. */
+static uint32_t mesher__reduce_facet(mesher__recovery *r, uint32_t f, const mesher__effort *effort)
+{
+    mesher__windows_of_facet(r, effort->level, effort->max_points);
+    return mesher__try_windows(r, DELAUNAY_FEWER_EDGES, r->facets + 3 * (size_t)f, effort,
+                               &r->facet_present[f], 1);
+}
+
+/* Brings in a missing facet by searches that lower the number of edges that pierce it; whatever
+ * brings one down, the quickest ones may bring down more. 1: it is there. */
 static int mesher__recover_facet(mesher__recovery *r, uint32_t f, const mesher__effort *effort)
 {
-    const uint32_t *v = r->facets + 3 * (size_t)f;
+    static const mesher__effort quick = {9, 1000, -1, 1};
     int i;
     for (i = 0; i < 400 && !r->facet_present[f] && !mesher__stopped(r); i++) {
+        const uint32_t *v = r->facets + 3 * (size_t)f;
         if (!mesher__edges_present(r, v)) return 0;
         mesher__walk_facet(r, v);
         if (r->status != MESHER_OK || mesher__report_facet(r, f)) return 0;
         if (r->pipe.num_edges == 0) return 0;
-        mesher__windows_of_facet(r, effort->level, effort->max_points);
-        if (!mesher__try_windows(r, DELAUNAY_FEWER_EDGES, v, effort, &r->facet_present[f], 1))
+        if (!mesher__reduce_facet(r, f, &quick) &&
+            (effort->level == quick.level || !mesher__reduce_facet(r, f, effort)))
             return r->facet_present[f];
     }
     return r->facet_present[f];
