@@ -6532,7 +6532,7 @@ static int mesher__edges_present(const mesher__recovery *r, const uint32_t *f)
     return 1;
 }
 
-/* Searches the windows around a missing facet whose pipe is known. Returns the number of commits. */
+/* Searches windows around a missing facet whose pipe is known. Returns the number of commits. */
 static uint32_t mesher__reduce_facet(mesher__recovery *r, uint32_t f, const mesher__effort *effort)
 {
     mesher__windows_of_facet(r, effort->level, effort->max_points);
