@@ -2911,7 +2911,8 @@ MESHER_API mesher_result mesher_empty_mesh(mesher_domain *domain, mesher_report 
 enum {
     MESHER__PIPE = 2048,         /* crossings or tetrahedra of one pipe at most */
     MESHER__LONG_PIPE = 32,      /* attempts by flips: an edge with more crossings than this gets
-                                    only points on it, no searches and no interior points */
+                                    only points on it, no searches and (but at the end of the last
+                                    of these attempts) no interior points */
     MESHER__MAX_WINDOWS = 4000,  /* around one edge or facet */
     /* Pieces of split edges, and of split facets, at most: so many for each missing edge, a power
      * of two between these two. */
@@ -2929,7 +2930,7 @@ enum {
      * "by flips": they try flips before anything else, each in another order. */
     MESHER__ATTEMPTS = 6, MESHER__FLIP_ATTEMPTS = 3,
     MESHER__FEW_SPLITS = 1000, /* missing edges at the end of an attempt by flips up to which it
-                                  puts points on them */
+                                  puts points on them, the last one first interior points */
     MESHER__LAST_EDGES = 8,    /* edges still missing after that up to which these get interior
                                   points */
     MESHER__FEW_POINTS = 4,    /* interior points for one edge in an attempt by flips at most */
